@@ -1,0 +1,110 @@
+//! The one error type. Every message names the offending value and what is legal.
+
+use std::fmt;
+
+/// What can go wrong, grouped by whose fault it is: the input, a parameter, or the order of calls.
+///
+/// Degenerate but legal input (a still video, a black frame) is never an error.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A frame's width or height is zero or too large.
+    FrameSize {
+        /// Width in pixels.
+        width: usize,
+        /// Height in pixels.
+        height: usize,
+    },
+    /// A frame's byte count does not match its size.
+    FrameBytes {
+        /// Bytes that width × height × channels needs.
+        expected: usize,
+        /// Bytes given.
+        actual: usize,
+    },
+    /// A frame's size differs from the first frame's.
+    FrameSizeChanged {
+        /// Index of the offending frame.
+        index: usize,
+        /// Size of the first frame.
+        expected: (usize, usize),
+        /// Size of this frame.
+        actual: (usize, usize),
+    },
+    /// Fewer frames than motion needs.
+    TooFewFrames {
+        /// Frames given.
+        got: usize,
+        /// Frames needed.
+        needed: usize,
+    },
+    /// An image file that cannot be decoded.
+    Decode {
+        /// What the decoder said.
+        reason: String,
+    },
+    /// A parameter is unknown, of the wrong type, or out of range.
+    Param {
+        /// Its dotted name, e.g. `flow.patchSize`.
+        name: String,
+        /// The value given.
+        value: String,
+        /// What is legal.
+        expected: String,
+    },
+    /// Data from outside (trajectories, files) that break their documented form.
+    Data {
+        /// What is wrong, with the value and the legal range.
+        reason: String,
+    },
+    /// A call that the session's present state does not allow.
+    State {
+        /// What was asked, and what to do instead.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// A short stable code, the same in Rust, on the command line and in JavaScript.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::FrameSize { .. } => "frame-size",
+            Self::FrameBytes { .. } => "frame-bytes",
+            Self::FrameSizeChanged { .. } => "frame-size-changed",
+            Self::TooFewFrames { .. } => "too-few-frames",
+            Self::Decode { .. } => "decode",
+            Self::Param { .. } => "param",
+            Self::Data { .. } => "data",
+            Self::State { .. } => "state",
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FrameSize { width, height } => write!(
+                f,
+                "frame size {width}x{height} is not supported (each side must be 1..={}, and at most {} pixels in all)",
+                crate::image::MAX_SIDE,
+                crate::image::MAX_PIXELS
+            ),
+            Self::FrameBytes { expected, actual } => write!(f, "frame data has {actual} bytes (expected {expected})"),
+            Self::FrameSizeChanged { index, expected, actual } => write!(
+                f,
+                "frame {index} is {}x{} (expected {}x{}, the size of the first frame)",
+                actual.0, actual.1, expected.0, expected.1
+            ),
+            Self::TooFewFrames { got, needed } => {
+                write!(f, "{got} frame(s) given (expected at least {needed}: motion needs two images)")
+            }
+            Self::Decode { reason } => {
+                write!(f, "image cannot be decoded: {reason} (expected a whole PNG or JPEG file)")
+            }
+            Self::Param { name, value, expected } => write!(f, "{name} = {value} (expected {expected})"),
+            Self::Data { reason } | Self::State { reason } => f.write_str(reason),
+        }
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,91 @@
+//! Separable Gaussian blur and bilinear sampling, borders replicated.
+
+use super::Plane;
+
+/// Gaussian blur with standard deviation `sigma` in pixels; `sigma <= 0` copies. Borders are replicated.
+pub fn gaussian_blur(plane: &Plane<f32>, sigma: f32) -> Plane<f32> {
+    if sigma <= 0.0 || plane.data().is_empty() {
+        return plane.clone();
+    }
+    let kernel = gaussian_kernel(sigma);
+    let mut across = Plane::filled(plane.width(), plane.height(), 0.0);
+    let mut padded = Vec::new();
+    for y in 0..plane.height() {
+        pad_row(plane.row(y), kernel.len() / 2, &mut padded);
+        for (k, &weight) in kernel.iter().enumerate() {
+            add_scaled(across.row_mut(y), &padded[k..], weight);
+        }
+    }
+    let mut down = Plane::filled(plane.width(), plane.height(), 0.0);
+    for y in 0..plane.height() {
+        for (k, &weight) in kernel.iter().enumerate() {
+            let source = (y + k).saturating_sub(kernel.len() / 2).min(plane.height() - 1);
+            add_scaled(down.row_mut(y), across.row(source), weight);
+        }
+    }
+    down
+}
+
+/// Weights at `-r..=r`, `r = ceil(3 sigma)`, summing to one.
+fn gaussian_kernel(sigma: f32) -> Vec<f32> {
+    let radius = (3.0 * sigma).ceil() as i32;
+    let weights: Vec<f32> = (-radius..=radius).map(|k| (-0.5 * (k as f32 / sigma).powi(2)).exp()).collect();
+    let total: f32 = weights.iter().sum();
+    weights.iter().map(|w| w / total).collect()
+}
+
+fn pad_row(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
+    padded.clear();
+    padded.extend(std::iter::repeat_n(row[0], radius));
+    padded.extend_from_slice(row);
+    padded.extend(std::iter::repeat_n(row[row.len() - 1], radius));
+}
+
+fn add_scaled(out: &mut [f32], source: &[f32], weight: f32) {
+    for (o, s) in out.iter_mut().zip(source) {
+        *o += weight * s;
+    }
+}
+
+/// The value at `(x, y)` by bilinear interpolation; coordinates outside are clamped to the border.
+pub fn sample_bilinear(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
+    let (x0, fx) = split(x, plane.width());
+    let (y0, fy) = split(y, plane.height());
+    let x1 = (x0 + 1).min(plane.width() - 1);
+    let (top, bottom) = (plane.row(y0), plane.row((y0 + 1).min(plane.height() - 1)));
+    let above = top[x0] + fx * (top[x1] - top[x0]);
+    let below = bottom[x0] + fx * (bottom[x1] - bottom[x0]);
+    above + fy * (below - above)
+}
+
+fn split(position: f32, length: usize) -> (usize, f32) {
+    let clamped = position.clamp(0.0, (length - 1) as f32);
+    let whole = clamped.floor();
+    (whole as usize, clamped - whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blur_keeps_constants_and_total_mass() {
+        let flat = Plane::filled(9, 7, 3.0);
+        assert!(gaussian_blur(&flat, 1.3).data().iter().all(|v| (v - 3.0).abs() < 1e-5));
+        let mut dot = Plane::filled(31, 31, 0.0);
+        dot[(15, 15)] = 1.0;
+        let blurred = gaussian_blur(&dot, 2.0);
+        assert!((blurred.data().iter().sum::<f32>() - 1.0).abs() < 1e-4);
+        let peak = 1.0 / (2.0 * std::f32::consts::PI * 4.0);
+        assert!((blurred[(15, 15)] - peak).abs() < 0.02 * peak, "peak {}", blurred[(15, 15)]);
+    }
+
+    #[test]
+    fn bilinear_reproduces_a_ramp_and_clamps() {
+        let ramp = Plane::from_fn(5, 4, |x, y| 2.0 * x as f32 - y as f32);
+        assert!((sample_bilinear(&ramp, 1.25, 2.5) - 0.0).abs() < 1e-6);
+        assert_eq!(sample_bilinear(&ramp, -9.0, -9.0), 0.0);
+        assert_eq!(sample_bilinear(&ramp, 99.0, 99.0), 5.0);
+        assert_eq!(sample_bilinear(&Plane::filled(1, 1, 4.0), 0.3, 0.9), 4.0);
+    }
+}

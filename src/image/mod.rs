@@ -1,0 +1,9 @@
+//! Planes, frames and the filters that several stages share.
+
+mod filter;
+mod frame;
+mod plane;
+
+pub use filter::{gaussian_blur, sample_bilinear};
+pub use frame::{Frame, MAX_PIXELS, MAX_SIDE};
+pub use plane::Plane;

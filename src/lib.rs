@@ -1,0 +1,19 @@
+//! TraceCut finds the moving objects in a video, without a trained model and without a click.
+
+pub mod affinity;
+pub mod discontinuity;
+pub mod discretize;
+pub mod embedding;
+mod error;
+pub mod eval;
+pub mod flow;
+pub mod image;
+pub mod params;
+pub mod pipeline;
+pub mod rng;
+pub mod sparse;
+pub mod trajectory;
+
+pub use error::Error;
+pub use params::Params;
+pub use pipeline::{Progress, Session, Stage, Step};

@@ -1,0 +1,5 @@
+//! The stages in their order.
+
+mod session;
+
+pub use session::{Progress, Session, Stage, Step};

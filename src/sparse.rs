@@ -1,0 +1,145 @@
+//! `SymCsr`: a symmetric sparse matrix, both triangles stored row by row.
+
+use crate::Error;
+
+/// A symmetric `n × n` matrix in compressed rows.
+///
+/// Law: row `i` has the entries `offset[i]..offset[i + 1]`; `offset.len() == n + 1`; the columns of a row increase;
+/// every entry `(i, j)` has its mirror `(j, i)` of the same value; all values are finite.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SymCsr {
+    /// Where each row begins; `n + 1` numbers.
+    pub offset: Vec<u32>,
+    /// Column of each entry.
+    pub column: Vec<u32>,
+    /// Value of each entry.
+    pub value: Vec<f64>,
+}
+
+impl SymCsr {
+    /// From the entries above the diagonal (`i < j`, in any order, no duplicates); mirrors are added.
+    pub fn from_upper(n: usize, entries: &[(u32, u32, f64)]) -> Self {
+        let mut offset = vec![0_u32; n + 1];
+        for &(i, j, _) in entries {
+            offset[i as usize + 1] += 1;
+            offset[j as usize + 1] += 1;
+        }
+        for i in 0..n {
+            offset[i + 1] += offset[i];
+        }
+        let mut next = offset.clone();
+        let mut column = vec![0; 2 * entries.len()];
+        let mut value = vec![0.0; 2 * entries.len()];
+        let mut sorted: Vec<&(u32, u32, f64)> = entries.iter().collect();
+        sorted.sort_unstable_by_key(|&&(i, j, _)| (i, j));
+        // Lower mirrors first: rows then receive their small columns before their large ones, each in order.
+        for (row, col, w) in sorted.iter().map(|e| (e.1, e.0, e.2)).chain(sorted.iter().map(|e| (e.0, e.1, e.2))) {
+            let slot = next[row as usize] as usize;
+            (column[slot], value[slot]) = (col, w);
+            next[row as usize] += 1;
+        }
+        Self { offset, column, value }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.offset.len().saturating_sub(1)
+    }
+
+    /// Whether the matrix has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of stored entries, mirrors included.
+    pub fn num_entries(&self) -> usize {
+        self.column.len()
+    }
+
+    /// Columns and values of row `i`.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.offset[i] as usize..self.offset[i + 1] as usize;
+        self.column[range.clone()].iter().zip(&self.value[range]).map(|(&j, &w)| (j as usize, w))
+    }
+
+    /// Row sums: the degrees `D_ii` of the graph.
+    pub fn degrees(&self) -> Vec<f64> {
+        (0..self.len()).map(|i| self.row(i).map(|(_, w)| w).sum()).collect()
+    }
+
+    /// The connected component of each node and their number; components are numbered by their first node.
+    pub fn components(&self) -> (Vec<u32>, usize) {
+        const UNSEEN: u32 = u32::MAX;
+        let mut component = vec![UNSEEN; self.len()];
+        let mut count = 0;
+        let mut stack = Vec::new();
+        for start in 0..self.len() {
+            if component[start] != UNSEEN {
+                continue;
+            }
+            component[start] = count;
+            stack.push(start);
+            while let Some(i) = stack.pop() {
+                for (j, _) in self.row(i) {
+                    if component[j] == UNSEEN {
+                        component[j] = count;
+                        stack.push(j);
+                    }
+                }
+            }
+            count += 1;
+        }
+        (component, count as usize)
+    }
+
+    /// Checks the law of the type.
+    ///
+    /// # Errors
+    /// [`Error::Data`] naming the first breach.
+    pub fn check(&self) -> Result<(), Error> {
+        let breach = |reason: String| Err(Error::Data { reason });
+        if self.value.len() != self.column.len() || self.offset.last().is_some_and(|&e| e as usize != self.column.len())
+        {
+            return breach(format!(
+                "{} columns, {} values, offsets {:?}",
+                self.column.len(),
+                self.value.len(),
+                self.offset.last()
+            ));
+        }
+        for i in 0..self.len() {
+            let columns: Vec<usize> = self.row(i).map(|(j, _)| j).collect();
+            if !columns.is_sorted_by(|a, b| a < b) || columns.last().is_some_and(|&j| j >= self.len()) {
+                return breach(format!("columns of row {i} do not increase within 0..{}", self.len()));
+            }
+            for (j, w) in self.row(i) {
+                if !w.is_finite() || !self.row(j).any(|(k, m)| k == i && m == w) {
+                    return breach(format!("entry ({i}, {j}) = {w} is not finite or has no mirror"));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_above_the_diagonal_are_mirrored_and_sorted() {
+        let m = SymCsr::from_upper(4, &[(1, 2, 2.0), (0, 2, 1.0), (0, 1, 3.0)]);
+        m.check().unwrap();
+        assert_eq!(m.row(2).collect::<Vec<_>>(), [(0, 1.0), (1, 2.0)]);
+        assert_eq!(m.degrees(), [4.0, 5.0, 3.0, 0.0]);
+        assert_eq!(m.components(), (vec![0, 0, 0, 1], 2));
+    }
+
+    #[test]
+    fn empty_matrix_is_legal() {
+        let m = SymCsr::from_upper(0, &[]);
+        m.check().unwrap();
+        assert!(m.is_empty());
+        assert_eq!(m.components().1, 0);
+    }
+}
