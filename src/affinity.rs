@@ -111,7 +111,9 @@ impl AffinityRows {
             let apart = (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2);
             let scale = if apart <= self.radius_sq {
                 1.0
-            } else if self.far_sampling > 0 && mix(self.seed ^ ((i as u64) << 32 | j as u64)) % self.far_sampling == 0 {
+            } else if self.far_sampling > 0
+                && mix(self.seed ^ ((i as u64) << 32 | j as u64)).is_multiple_of(self.far_sampling)
+            {
                 self.far_weight
             } else {
                 continue;
