@@ -1,11 +1,15 @@
 //! Dense optical flow between two frames.
 
+mod compact;
 mod densify;
 mod patch;
 mod pyramid;
 mod refine;
+mod variation;
 
+pub use compact::CompactFlow;
 pub use pyramid::FlowPyramid;
+pub use variation::local_flow_variation;
 
 use crate::image::{Plane, sample_bilinear};
 use densify::{Votes, densify};
