@@ -12,6 +12,7 @@ pub mod params;
 pub mod pipeline;
 pub mod rng;
 pub mod sparse;
+pub mod synth;
 pub mod trajectory;
 
 pub use error::Error;
