@@ -26,6 +26,7 @@ impl Affine {
     }
 
     /// Rotates about the origin by `turns` full turns, clockwise on the screen (y points down).
+    #[inline(never)]
     pub fn rotation(turns: f64) -> Self {
         let (sin, cos) = (sin_turns(turns), sin_turns(turns + 0.25));
         Self { xx: cos, xy: -sin, yx: sin, yy: cos, ..Self::IDENTITY }
@@ -38,6 +39,7 @@ impl Affine {
 
     /// This map first, then `next`.
     #[must_use]
+    #[inline(never)]
     pub fn then(&self, next: &Self) -> Self {
         let (x0, y0) = next.apply(self.x0, self.y0);
         Self {
@@ -73,6 +75,7 @@ impl Affine {
 /// The sine of an angle in full turns, to about 1e-9.
 ///
 /// `f64::sin` may differ in its last bit between platforms, which would show in the rounded pixels; sums and products do not.
+#[inline(never)]
 pub fn sin_turns(turns: f64) -> f64 {
     let turns = turns - (turns + 0.5).floor();
     let folded = if turns > 0.25 {

@@ -27,6 +27,7 @@ impl Noise {
 
     /// A sum of octaves, about `-1.0..=1.0`: cells of `coarsest` units and ever half as wide, each half as strong, down to
     /// `finest` units. Band-limited: nothing is finer, so that a sprite can be resampled.
+    #[inline(never)]
     pub fn fractal(self, x: f32, y: f32, coarsest: f32, finest: f32) -> f32 {
         let (mut x, mut y, mut cell, mut strength, mut sum) = (x, y, coarsest, 0.62, 0.0);
         let mut octave = self;
@@ -52,22 +53,26 @@ pub(super) fn lerp(a: f32, b: f32, f: f32) -> f32 {
 }
 
 /// From colour `a` to `b` as `f` goes from 0 to 1.
+#[inline(never)]
 pub(super) fn blend(a: Colour, b: Colour, f: f32) -> Colour {
     [lerp(a[0], b[0], f), lerp(a[1], b[1], f), lerp(a[2], b[2], f)]
 }
 
 /// Lighter (`by > 0`) or darker, in proportion.
+#[inline(never)]
 pub(super) fn shade(colour: Colour, by: f32) -> Colour {
     colour.map(|c| (c * (1.0 + by)).clamp(0.0, 255.0))
 }
 
 /// 0 below `low`, 1 above `high`, a smooth ramp between.
+#[inline(never)]
 pub(super) fn ramp(low: f32, high: f32, value: f32) -> f32 {
     let f = ((value - low) / (high - low)).clamp(0.0, 1.0);
     f * f * (3.0 - 2.0 * f)
 }
 
 /// Signed distance to a bar from `a` to `b` with round ends, of radius `ra` at `a` and `rb` at `b`; exact for equal radii.
+#[inline(never)]
 pub(super) fn bar(x: f32, y: f32, a: (f32, f32), b: (f32, f32), ra: f32, rb: f32) -> f32 {
     let (px, py, bx, by) = (x - a.0, y - a.1, b.0 - a.0, b.1 - a.1);
     let along = ((px * bx + py * by) / (bx * bx + by * by).max(1e-9)).clamp(0.0, 1.0);
@@ -75,11 +80,13 @@ pub(super) fn bar(x: f32, y: f32, a: (f32, f32), b: (f32, f32), ra: f32, rb: f32
 }
 
 /// Signed distance to a disc.
+#[inline(never)]
 pub(super) fn disc(x: f32, y: f32, centre: (f32, f32), radius: f32) -> f32 {
     length(x - centre.0, y - centre.1) - radius
 }
 
 /// Signed distance to a box of half sides `half` whose corners are rounded by `radius`.
+#[inline(never)]
 pub(super) fn rounded_box(x: f32, y: f32, centre: (f32, f32), half: (f32, f32), radius: f32) -> f32 {
     let (dx, dy) = ((x - centre.0).abs() - half.0 + radius, (y - centre.1).abs() - half.1 + radius);
     length(dx.max(0.0), dy.max(0.0)) + dx.max(dy).min(0.0) - radius

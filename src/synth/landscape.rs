@@ -226,10 +226,12 @@ impl Board {
         let mut rng = crate::rng::Rng::for_stage(self.noise.0, "trees");
         let (left, right) = (f64::from(self.seen[0]), f64::from(self.seen[2]));
         let num = ((right - left) / 58.0) as usize;
-        let mut trees: Vec<(f64, f64)> = (0..num)
-            .map(|k| (left + (k as f64 + rng.uniform()) * 58.0, f64::from(HORIZON) + rng.range(4.0, 22.0)))
-            .collect();
-        trees.sort_by(|a, b| a.1.total_cmp(&b.1));
+        // Far ones first. Inserted in place, for a sort would be the largest function of this module.
+        let mut trees: Vec<(f64, f64)> = Vec::new();
+        for k in 0..num {
+            let (x, foot) = (left + (k as f64 + rng.uniform()) * 58.0, f64::from(HORIZON) + rng.range(4.0, 22.0));
+            trees.insert(trees.partition_point(|other| other.1 <= foot), (x, foot));
+        }
         for (k, (x, foot)) in trees.into_iter().enumerate() {
             let size = 0.45 + (foot - f64::from(HORIZON)) / 40.0;
             let depth = MEADOW.0 + MEADOW.1 * (foot - f64::from(HORIZON));

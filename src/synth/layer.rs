@@ -19,6 +19,10 @@ impl Sprite {
     /// Paints a patch from `(left, top)` to `(right, bottom)` in its own units, `density` texels a unit, by asking `paint` for
     /// the colour and the signed distance at each texel.
     pub fn paint(bounds: [f32; 4], density: f32, mut paint: impl FnMut(f32, f32) -> (Colour, f32)) -> Self {
+        Self::paint_dyn(bounds, density, &mut paint)
+    }
+
+    fn paint_dyn(bounds: [f32; 4], density: f32, paint: &mut dyn FnMut(f32, f32) -> (Colour, f32)) -> Self {
         let [left, top, right, bottom] = bounds;
         // One texel of margin on every side, so that an edge on the bounds is still smooth.
         let width = ((right - left) * density).ceil() as usize + 3;

@@ -68,6 +68,10 @@ impl Scene {
     /// # Panics
     /// If there is no such sprite.
     pub fn add_layer(&mut self, sprite: usize, label: u8, pose: impl Fn(f64) -> Affine) {
+        self.add_layer_dyn(sprite, label, &pose);
+    }
+
+    fn add_layer_dyn(&mut self, sprite: usize, label: u8, pose: &dyn Fn(f64) -> Affine) {
         assert!(sprite < self.sprites.len(), "sprite {sprite} (expected 0..{})", self.sprites.len());
         let poses = (0..=self.num_frames).map(|t| pose(t as f64)).collect();
         self.layers.push(Layer { sprite, label, poses });
