@@ -1,6 +1,7 @@
 //! TraceCut finds the moving objects in a video, without a trained model and without a click.
 
 pub mod affinity;
+pub mod delaunay;
 pub mod discontinuity;
 pub mod discretize;
 pub mod embedding;

@@ -10,6 +10,8 @@ crate::params! {
     pub struct EmbeddingParams {
         /// Most eigenvectors.
         pub max_dimensions: u32 = 24, in 2..=64;
+        /// Smallest component embedded.
+        pub min_component: u32 = 50, in 0..=100000;
     }
 }
 
@@ -24,11 +26,20 @@ pub struct Embedding {
     pub eigenvalues: Vec<f64>,
     /// `V`, `n × K`, row by row; the row of trajectory `i` is `vectors[i * K..(i + 1) * K]`.
     pub vectors: Vec<f64>,
+    /// Whether each trajectory is embedded.
+    pub embedded: Vec<bool>,
     /// What the eigensolver reports.
     pub info: EigenInfo,
 }
 
+impl Embedding {
+    /// The `K` coordinates of trajectory `i`.
+    pub fn row(&self, i: usize) -> &[f64] {
+        &self.vectors[i * self.dimensions..(i + 1) * self.dimensions]
+    }
+}
+
 /// Embeds the graph of `affinities`.
 pub fn embed(_affinities: &SymCsr, _params: &EmbeddingParams, _seed: u32) -> Embedding {
-    Embedding::default()
+    Embedding { num_rows: _affinities.len(), embedded: vec![false; _affinities.len()], ..Embedding::default() }
 }

@@ -1,6 +1,11 @@
 //! Dense optical flow between two frames. (Stub: see the flow work item.)
 
+mod compact;
+mod variation;
+
 use crate::image::Plane;
+pub use compact::CompactFlow;
+pub use variation::local_flow_variation;
 
 crate::params! {
     /// Dense optical flow by inverse search (DIS) and variational refinement.
