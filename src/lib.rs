@@ -14,6 +14,8 @@ pub mod pipeline;
 pub mod rng;
 pub mod sparse;
 pub mod trajectory;
+#[cfg(all(target_arch = "wasm32", feature = "wasm"))]
+pub mod wasm;
 
 pub use error::Error;
 pub use params::Params;
