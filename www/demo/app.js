@@ -258,7 +258,7 @@ export class App {
     const facts = [
       plural(result.trajectories.count, 'trajectory', 'trajectories'),
       `${plural(images.length, 'frame')} of ${width} × ${height}`,
-      seconds(job.ms),
+      `computed in ${seconds(job.ms)}`,
     ];
     byId('canvas').setAttribute('aria-label', `${job.source.name}: ${headline(result)}`);
     showPhase('done', headline(result), facts.join(' · '));

@@ -4,8 +4,11 @@ import { key } from './dom.js';
 import { opacity } from './layer.js';
 import { clusterColor, clusterShape } from './palette.js';
 
-/** Radius of a point in CSS pixels; the background's are smaller, so that objects stand out. */
-const RADIUS = { background: 1.1, object: 2.1 };
+/** Radius of a point against the distance between points, and its bounds in CSS pixels. */
+const RADIUS = { share: 0.17, least: 1.1, most: 4 };
+
+/** The background's points are smaller by this, so that objects stand out. */
+const BACKGROUND_SIZE = 0.5;
 
 /** @returns {import('./layer.js').Layer} */
 export function trajectoryLayer() {
@@ -83,7 +86,10 @@ function drawTrails(ctx, view, ids, cluster, length) {
  * @param {number} cluster
  */
 function drawPoints(ctx, view, ids, cluster) {
-  const radius = (cluster === 0 ? RADIUS.background : RADIUS.object) * view.unit;
+  const points = /** @type {import('./points.js').Points} */ (view.points);
+  const wanted = (RADIUS.share * points.spacing(view.frame)) / view.unit;
+  const size = Math.min(RADIUS.most, Math.max(RADIUS.least, wanted)) * view.unit;
+  const radius = cluster === 0 ? BACKGROUND_SIZE * size : size;
   // A dark rim keeps the colours legible on bright footage.
   ctx.fillStyle = 'rgb(0 0 0 / 0.5)';
   fillMarkers(ctx, view, ids, cluster, radius + 0.6 * view.unit);

@@ -19,7 +19,7 @@ export const STAGES = [
   { id: 'flow', name: 'Optical flow', share: 0.52 },
   { id: 'trajectories', name: 'Trajectories', share: 0.06 },
   { id: 'affinities', name: 'Motion affinities', share: 0.1 },
-  { id: 'embedding', name: 'Spectral embedding', share: 0.08 },
+  { id: 'embedding', name: 'Embedding', share: 0.08 },
   { id: 'discontinuities', name: 'Discontinuities', share: 0.03 },
   { id: 'clusters', name: 'Clusters', share: 0.07 },
 ];

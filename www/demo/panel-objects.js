@@ -15,7 +15,10 @@ export function fillObjects(points, selection) {
   byId('object-list').replaceChildren(...rows.map((row) => row.element));
   // The last result's listener would keep its rows alive.
   /** @type {any} */ (selection).stopRows?.();
-  const update = () => rows.forEach((row) => row.update());
+  const update = () => {
+    rows.forEach((row) => row.update());
+    byId('show-all').hidden = selection.hidden.size === 0;
+  };
   selection.addEventListener('change', update);
   /** @type {any} */ (selection).stopRows = () => selection.removeEventListener('change', update);
   update();

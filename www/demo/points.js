@@ -26,6 +26,8 @@ export class Points {
     this.result = result;
     /** @type {Map<number, FramePoints>} */
     this.cache = new Map();
+    /** @type {Map<number, number>} */
+    this.spacings = new Map();
     this.presence = presenceOf(result);
   }
 
@@ -104,7 +106,14 @@ export class Points {
    * @returns {number} typical distance of neighbouring points in input pixels
    */
   spacing(frame) {
-    const { x, y } = this.at(frame);
+    const known = this.spacings.get(frame) ?? this.measureSpacing(frame);
+    this.spacings.set(frame, known);
+    return known;
+  }
+
+  /** @param {number} frame */
+  measureSpacing(frame) {
+    const { x } = this.at(frame);
     if (x.length < 2) return 8;
     const { i, j } = this.result.edges(frame);
     const lengths = [];
