@@ -47,21 +47,13 @@ impl Frame {
         Ok(Self { rgb, width, height })
     }
 
-    /// From the bytes of a PNG or JPEG file (and GIF's first image with the `cli` feature).
+    /// From the bytes of a PNG or JPEG file.
     ///
     /// # Errors
     /// [`Error::Decode`] when the file is truncated, broken or of another kind; [`Error::FrameSize`] when it is too large.
     pub fn decode(bytes: &[u8]) -> Result<Self, Error> {
-        let decode_error = |e: &dyn std::fmt::Display| Error::Decode { reason: e.to_string() };
-        let mut reader =
-            image::ImageReader::new(std::io::Cursor::new(bytes)).with_guessed_format().map_err(|e| decode_error(&e))?;
-        let mut limits = image::Limits::default();
-        limits.max_image_width = Some(MAX_SIDE as u32);
-        limits.max_image_height = Some(MAX_SIDE as u32);
-        reader.limits(limits);
-        let rgb = reader.decode().map_err(|e| decode_error(&e))?.into_rgb8();
-        let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-        Self::from_rgb(rgb.into_raw(), width, height)
+        let (rgb, width, height) = super::decode::decode(bytes)?;
+        Self::from_rgb(rgb, width, height)
     }
 
     /// Width in pixels.
@@ -138,7 +130,7 @@ fn coverage(from: usize, to: usize) -> Vec<Vec<(usize, f32)>> {
         .collect()
 }
 
-fn check_size(width: usize, height: usize) -> Result<(), Error> {
+pub(super) fn check_size(width: usize, height: usize) -> Result<(), Error> {
     let legal = 1..=MAX_SIDE;
     if legal.contains(&width) && legal.contains(&height) && width * height <= MAX_PIXELS {
         Ok(())
