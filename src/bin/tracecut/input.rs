@@ -71,6 +71,10 @@ impl Kind {
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bmf")) {
             return images::in_list(path).map(Self::Images);
         }
+        if path.exists() && !path.is_file() {
+            let reason = "is not a file that can be read twice (pipe it in: COMMAND | tracecut segment - --out DIR)";
+            return Err(Failure::about(path.display(), reason));
+        }
         let mut start = Vec::new();
         open(path)?.take(9).read_to_end(&mut start).map_err(|e| Failure::about(path.display(), e))?;
         if start.starts_with(b"GIF8") {

@@ -224,7 +224,7 @@ mod tests {
                 Ok(y4m) => {
                     let (good, bad): (Vec<_>, Vec<_>) = y4m.partition(|f| f.is_ok());
                     assert_eq!(good.len(), (length - header) / frame, "{length} bytes");
-                    assert_eq!(bad.len(), usize::from((length - header) % frame != 0), "{length} bytes");
+                    assert_eq!(bad.len(), usize::from(!(length - header).is_multiple_of(frame)), "{length} bytes");
                 }
             }
         }
