@@ -1,6 +1,7 @@
 //! TraceCut finds the moving objects in a video, without a trained model and without a click.
 
 pub mod affinity;
+pub mod delaunay;
 pub mod discontinuity;
 pub mod discretize;
 pub mod embedding;
@@ -12,7 +13,10 @@ pub mod params;
 pub mod pipeline;
 pub mod rng;
 pub mod sparse;
+pub mod synth;
 pub mod trajectory;
+#[cfg(all(target_arch = "wasm32", feature = "wasm"))]
+pub mod wasm;
 
 pub use error::Error;
 pub use params::Params;

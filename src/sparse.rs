@@ -30,8 +30,10 @@ impl SymCsr {
         let mut next = offset.clone();
         let mut column = vec![0; 2 * entries.len()];
         let mut value = vec![0.0; 2 * entries.len()];
-        let mut sorted: Vec<&(u32, u32, f64)> = entries.iter().collect();
-        sorted.sort_unstable_by_key(|&&(i, j, _)| (i, j));
+        let mut sorted = std::borrow::Cow::Borrowed(entries);
+        if !entries.is_sorted_by_key(|&(i, j, _)| (i, j)) {
+            sorted.to_mut().sort_unstable_by_key(|&(i, j, _)| (i, j));
+        }
         // Lower mirrors first: rows then receive their small columns before their large ones, each in order.
         for (row, col, w) in sorted.iter().map(|e| (e.1, e.0, e.2)).chain(sorted.iter().map(|e| (e.0, e.1, e.2))) {
             let slot = next[row as usize] as usize;

@@ -286,7 +286,7 @@ mod tests {
     #[test]
     fn not_a_number_is_out_of_every_range() {
         let mut params = Params::default();
-        params.affinity.lambda = f64::NAN;
+        params.affinity.lambda = f32::NAN;
         assert_eq!(params.validate().unwrap_err().code(), "param");
     }
 }

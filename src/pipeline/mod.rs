@@ -1,5 +1,7 @@
 //! The stages in their order.
 
+mod geometry;
+mod motion;
 mod session;
 
 pub use session::{Progress, Session, Stage, Step};

@@ -1,4 +1,21 @@
-//! Point trajectories: where the points of the scene go, frame after frame. (Essay follows with the tracker.)
+//! Point trajectories: where the points of the scene go, frame after frame (section 2.1).
+//!
+//! In: frames and their flow, forward and backward. Out: [`Trajectories`]. The tracker is that of Sundaram, Brox and Keutzer
+//! (ECCV 2010), which the paper uses:
+//!
+//! 1. Seed points on a grid where the structure tensor's smaller eigenvalue shows structure in two directions.
+//! 2. Move each point by the forward flow, sampled bilinearly.
+//! 3. End it where the backward flow does not lead back (occlusion) or where the flow changes too fast (motion boundary).
+//! 4. Seed again wherever no live point is near; drop tracks that are too short.
+//!
+//! Deviation from the published tracker: structure is measured on brightness instead of colour, and points are sampled
+//! bilinearly instead of at the nearest pixel, which keeps velocities smooth.
+//! Cost: O(pixels + points) per frame.
+
+mod structure;
+mod tracker;
+
+pub use tracker::Tracker;
 
 use crate::Error;
 use std::ops::Range;
@@ -6,8 +23,31 @@ use std::ops::Range;
 crate::params! {
     /// Point trajectories.
     pub struct TrajectoryParams {
-        /// Spacing of the seed grid, in pixels. Lower is slower and finds smaller objects.
+        /// Spacing of the seed grid, in pixels of the processed frames. Lower is slower and finds smaller objects.
+        /// Default: the published tracker's 8.
         pub grid_step: f32 = 8.0, in 2.0..=64.0;
+        /// Shortest trajectory kept, in frames (section 5: 7). Clips of fewer than 13 frames use half their length, but at least 2.
+        pub min_length: u32 = 7, in 2..=1000;
+        /// A seed needs a structure of at least this fraction of the frame's mean (published tracker: 0.1; ten times that on the border).
+        pub structure_mean: f32 = 0.1, in 0.0..=10.0;
+        /// A seed needs at least this structure, in grey levels squared (published tracker: 1). 0 seeds flat areas too.
+        pub structure_floor: f32 = 1.0, in 0.0..=1000.0;
+        /// A track ends where |w + w'|² is at least this times |w|² + |w'|² plus the absolute bound; w' is the backward flow
+        /// (published tracker: 0.01).
+        pub consistency_relative: f32 = 0.01, in 0.0..=10.0;
+        /// Absolute part of the forward-backward bound, in pixels squared (published tracker: 0.5).
+        pub consistency_absolute: f32 = 0.5, in 0.0..=100.0;
+        /// A track ends where |∇u|² + |∇v|² exceeds this times |w|² plus the absolute bound (published tracker: 0.01).
+        pub boundary_relative: f32 = 0.01, in 0.0..=10.0;
+        /// Absolute part of the motion-boundary bound, in squared pixels per frame per pixel (published tracker: 0.002).
+        pub boundary_absolute: f32 = 0.002, in 0.0..=100.0;
+    }
+}
+
+impl TrajectoryParams {
+    /// The shortest length kept in a clip of `num_frames` frames: half of a short clip, never below 2.
+    pub fn min_length_for(&self, num_frames: usize) -> usize {
+        (self.min_length as usize).min(num_frames.div_ceil(2).max(2))
     }
 }
 

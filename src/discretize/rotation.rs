@@ -1,0 +1,251 @@
+//! Eigenvector rotation: the multiclass spectral clustering of Yu and Shi (ICCV 2003), which the paper calls *rot*.
+//!
+//! Finds the rotation `R` of the row-normalised eigenvectors `Ṽ` that brings them nearest to a binary indicator matrix `X`:
+//!
+//! 1. Start: rows of `Ṽ` that are as orthogonal to each other as can be, chosen one after the other.
+//! 2. `X` = row-wise maximum of `Ṽ R`.
+//! 3. `R` = the orthogonal matrix nearest to `Ṽᵀ X`, by singular value decomposition; repeat from 2 while the fit improves.
+//!
+//! Several first rows are tried and the best fit is kept, ties to the first: the start decides which local optimum is found.
+
+use super::UNLABELLED;
+use crate::embedding::Embedding;
+
+/// First rows tried, as fractions of the number of rows.
+const STARTS: [f64; 3] = [0.5, 0.25, 0.75];
+/// Most iterations per start (the published code's value).
+const MAX_ITERATIONS: usize = 20;
+
+/// One label in `0..K` for every embedded trajectory; the others stay unlabelled. Labels may be missing.
+pub fn rotate(embedding: &Embedding) -> Vec<u32> {
+    let k = embedding.dimensions;
+    let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
+    let rows = normalised_rows(embedding, &embedded);
+    let mut best: Option<(f64, Vec<u32>)> = None;
+    for start in STARTS {
+        if embedded.is_empty() || k == 0 {
+            break;
+        }
+        let first = ((embedded.len() as f64 * start) as usize).min(embedded.len() - 1);
+        let (fit, labels) = fit_rotation(&rows, k, initial_rotation(&rows, k, first));
+        if best.as_ref().is_none_or(|b| fit > b.0) {
+            best = Some((fit, labels));
+        }
+    }
+    let mut label = vec![UNLABELLED; embedding.num_rows];
+    if let Some((_, labels)) = best {
+        for (&i, l) in embedded.iter().zip(labels) {
+            label[i] = l;
+        }
+    }
+    label
+}
+
+/// Rows of `V` scaled to length one; a zero row stays zero.
+fn normalised_rows(embedding: &Embedding, embedded: &[usize]) -> Vec<f64> {
+    let mut rows = Vec::with_capacity(embedded.len() * embedding.dimensions);
+    for &i in embedded {
+        let row = embedding.row(i);
+        let length = row.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
+        rows.extend(row.iter().map(|v| v * scale));
+    }
+    rows
+}
+
+/// `R`, `k × k` row by row; its columns are rows of `Ṽ`, each as little aligned with those before it as possible.
+fn initial_rotation(rows: &[f64], k: usize, first: usize) -> Vec<f64> {
+    let n = rows.len() / k;
+    let mut rotation = vec![0.0; k * k];
+    let mut alignment = vec![0.0; n];
+    let mut chosen = first;
+    for column in 0..k {
+        for c in 0..k {
+            rotation[c * k + column] = rows[chosen * k + c];
+        }
+        for (i, row) in rows.chunks_exact(k).enumerate() {
+            alignment[i] += row.iter().zip(&rows[chosen * k..]).map(|(a, b)| a * b).sum::<f64>().abs();
+        }
+        chosen = (0..n).fold(0, |low, i| if alignment[i] < alignment[low] { i } else { low });
+    }
+    rotation
+}
+
+/// Alternates labels and rotation; returns the fit (the sum of singular values, larger is better) and the labels.
+fn fit_rotation(rows: &[f64], k: usize, mut rotation: Vec<f64>) -> (f64, Vec<u32>) {
+    let mut best = (f64::NEG_INFINITY, vec![0; rows.len() / k]);
+    let mut rotated = vec![0.0; k];
+    for _ in 0..MAX_ITERATIONS {
+        let mut labels = Vec::with_capacity(rows.len() / k);
+        let mut moment = vec![0.0; k * k];
+        for row in rows.chunks_exact(k) {
+            rotated.fill(0.0);
+            for (value, line) in row.iter().zip(rotation.chunks_exact(k)) {
+                for (sum, r) in rotated.iter_mut().zip(line) {
+                    *sum += value * r;
+                }
+            }
+            let label = (0..k).fold(0, |top, c| if rotated[c] > rotated[top] { c } else { top });
+            for (sum, value) in moment[label * k..(label + 1) * k].iter_mut().zip(row) {
+                *sum += value;
+            }
+            labels.push(label as u32);
+        }
+        let (nearest, fit) = polar_factor(&moment, k);
+        if fit <= best.0 * (1.0 + 1e-12) {
+            break;
+        }
+        best = (fit, labels);
+        rotation = nearest;
+    }
+    best
+}
+
+/// For `M = Xᵀ Ṽ = A Ω Bᵀ` (`k × k`, row by row): the rotation `B Aᵀ` and the trace of `Ω`. One-sided Jacobi iteration.
+fn polar_factor(moment: &[f64], k: usize) -> (Vec<f64>, f64) {
+    // Rows of `g` become Ω_c A_cᵀ, rows of `b` become B_cᵀ: rotations of the columns of M, kept transposed for locality.
+    let mut g: Vec<f64> = (0..k * k).map(|e| moment[(e % k) * k + e / k]).collect();
+    let mut b: Vec<f64> = (0..k * k).map(|e| if e / k == e % k { 1.0 } else { 0.0 }).collect();
+    for _sweep in 0..60 {
+        let mut turned = false;
+        for p in 0..k {
+            for q in p + 1..k {
+                let dot = |i: usize, j: usize| (0..k).map(|c| g[i * k + c] * g[j * k + c]).sum::<f64>();
+                let (alpha, beta, gamma) = (dot(p, p), dot(q, q), dot(p, q));
+                if gamma * gamma <= 1e-30 * alpha * beta || gamma == 0.0 {
+                    continue;
+                }
+                turned = true;
+                let zeta = (beta - alpha) / (2.0 * gamma);
+                let t = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
+                let cos = 1.0 / (1.0 + t * t).sqrt();
+                turn(&mut g, k, p, q, cos, cos * t);
+                turn(&mut b, k, p, q, cos, cos * t);
+            }
+        }
+        if !turned {
+            break;
+        }
+    }
+    orthogonal_product(&g, &b, k)
+}
+
+fn turn(m: &mut [f64], k: usize, p: usize, q: usize, cos: f64, sin: f64) {
+    for c in 0..k {
+        let (a, b) = (m[p * k + c], m[q * k + c]);
+        m[p * k + c] = cos * a - sin * b;
+        m[q * k + c] = sin * a + cos * b;
+    }
+}
+
+/// `B Aᵀ` from the rows `Ω_c A_cᵀ` of `g` and `B_cᵀ` of `b`. Where Ω_c vanishes (an empty cluster) any direction orthogonal to the
+/// other `A` is right; unit vectors are tried in order.
+fn orthogonal_product(g: &[f64], b: &[f64], k: usize) -> (Vec<f64>, f64) {
+    let omega: Vec<f64> = g.chunks_exact(k).map(|row| row.iter().map(|v| v * v).sum::<f64>().sqrt()).collect();
+    let tiny = 1e-12 * omega.iter().fold(0.0_f64, |a, &v| a.max(v));
+    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(k);
+    let mut order: Vec<usize> = (0..k).collect();
+    order.sort_by(|&i, &j| omega[j].total_cmp(&omega[i]).then(i.cmp(&j)));
+    let mut rotation = vec![0.0; k * k];
+    for &c in &order {
+        let row = if omega[c] > tiny && omega[c] > 0.0 {
+            g[c * k..(c + 1) * k].iter().map(|v| v / omega[c]).collect()
+        } else {
+            completing_vector(&basis, k)
+        };
+        for i in 0..k {
+            for j in 0..k {
+                rotation[i * k + j] += b[c * k + i] * row[j];
+            }
+        }
+        basis.push(row);
+    }
+    (rotation, omega.iter().sum())
+}
+
+/// A unit vector orthogonal to `basis`, which has fewer than `k` members.
+fn completing_vector(basis: &[Vec<f64>], k: usize) -> Vec<f64> {
+    let mut longest = (0.0, vec![0.0; k]);
+    for axis in 0..k {
+        let mut v = vec![0.0; k];
+        v[axis] = 1.0;
+        for _ in 0..2 {
+            for u in basis {
+                let along: f64 = u.iter().zip(&v).map(|(a, b)| a * b).sum();
+                v.iter_mut().zip(u).for_each(|(x, a)| *x -= along * a);
+            }
+        }
+        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length > longest.0 {
+            longest = (length, v.iter().map(|x| x / length).collect());
+        }
+        if length > 0.5 {
+            break;
+        }
+    }
+    longest.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    fn embedding(k: usize, rows: &[Vec<f64>]) -> Embedding {
+        Embedding {
+            num_rows: rows.len(),
+            dimensions: k,
+            eigenvalues: vec![1.0; k],
+            vectors: rows.concat(),
+            embedded: vec![true; rows.len()],
+            ..Embedding::default()
+        }
+    }
+
+    #[test]
+    fn rotated_indicator_vectors_are_found_again() {
+        // Three groups on three orthogonal directions, turned by a fixed rotation, with a little noise.
+        let turn = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]];
+        let mut rng = Rng::for_stage(3, "rotation");
+        let group = |i: usize| (i * 7 / 5) % 3;
+        let rows: Vec<Vec<f64>> = (0..60)
+            .map(|i| turn[group(i)].iter().map(|v| (1.0 + i as f64) * (v + rng.range(-0.05, 0.05))).collect())
+            .collect();
+        let labels = rotate(&embedding(3, &rows));
+        for i in 0..60 {
+            for j in 0..60 {
+                assert_eq!(labels[i] == labels[j], group(i) == group(j), "{i} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn polar_factor_is_orthogonal_even_for_singular_moments() {
+        let mut rng = Rng::for_stage(4, "polar");
+        for (k, rank) in [(1, 1), (3, 3), (5, 2), (4, 0), (12, 12)] {
+            let mut moment = vec![0.0; k * k];
+            for row in moment.chunks_exact_mut(k).take(rank) {
+                row.iter_mut().for_each(|v| *v = rng.range(-1.0, 1.0));
+            }
+            let (r, fit) = polar_factor(&moment, k);
+            for i in 0..k {
+                for j in 0..k {
+                    let dot: f64 = (0..k).map(|c| r[i * k + c] * r[j * k + c]).sum();
+                    assert!((dot - f64::from(u8::from(i == j))).abs() < 1e-9, "k {k} rank {rank}: {dot}");
+                }
+            }
+            // trace(M R) equals the sum of singular values exactly when R = B Aᵀ.
+            let trace: f64 = (0..k).map(|i| (0..k).map(|c| moment[i * k + c] * r[c * k + i]).sum::<f64>()).sum();
+            assert!((trace - fit).abs() < 1e-9, "{trace} {fit}");
+        }
+    }
+
+    #[test]
+    fn trajectories_outside_the_embedding_stay_unlabelled() {
+        let mut e = embedding(2, &[vec![1.0, 0.0], vec![0.0, 0.0], vec![0.0, 1.0]]);
+        e.embedded[1] = false;
+        let labels = rotate(&e);
+        assert_eq!(labels[1], UNLABELLED);
+        assert_ne!(labels[0], labels[2]);
+    }
+}

@@ -1,0 +1,88 @@
+//! The first two stages side by side: flow of one frame pair, then tracking through it.
+
+use super::session::{Progress, Stage};
+use crate::flow::{CompactFlow, FlowField, FlowPyramid, flow_between, local_flow_variation};
+use crate::image::{Frame, Plane};
+use crate::params::Params;
+use crate::trajectory::{Tracker, Trajectories};
+
+/// What is known of the present pair of frames.
+#[derive(Debug)]
+enum Pair {
+    Nothing,
+    Forward(FlowField),
+    Both(FlowField, FlowField),
+}
+
+/// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking. Holds the pyramids of two frames.
+#[derive(Debug)]
+pub(super) struct Motion {
+    params: Params,
+    num_pairs: usize,
+    /// Index of the present pair `(t, t + 1)`.
+    t: usize,
+    from: FlowPyramid,
+    to: FlowPyramid,
+    luma: Plane<f32>,
+    pair: Pair,
+    tracker: Tracker,
+}
+
+impl Motion {
+    /// For at least two frames of one size.
+    pub(super) fn new(frames: &[Frame], params: &Params) -> Self {
+        let size = (frames[0].width(), frames[0].height());
+        let mut tracker = Tracker::new(size, &params.trajectory);
+        let (first, luma) = (frames[0].luma(), frames[1].luma());
+        tracker.seed(&first);
+        Self {
+            num_pairs: frames.len() - 1,
+            t: 0,
+            from: FlowPyramid::new(&first, &params.flow),
+            to: FlowPyramid::new(&luma, &params.flow),
+            luma,
+            pair: Pair::Nothing,
+            tracker,
+            params: params.clone(),
+        }
+    }
+
+    pub(super) fn is_finished(&self) -> bool {
+        self.t == self.num_pairs
+    }
+
+    /// One field, or the tracking through a pair of them; finished forward fields are added to `flows`.
+    pub(super) fn step(&mut self, frames: &[Frame], flows: &mut Vec<CompactFlow>) -> Progress {
+        let (t, total) = (self.t as u32, self.num_pairs as u32);
+        match std::mem::replace(&mut self.pair, Pair::Nothing) {
+            Pair::Nothing => {
+                self.pair = Pair::Forward(flow_between(&self.from, &self.to, &self.params.flow));
+                Progress { stage: Stage::Flow, done: 2 * t + 1, total: 2 * total }
+            }
+            Pair::Forward(forward) => {
+                self.pair = Pair::Both(forward, flow_between(&self.to, &self.from, &self.params.flow));
+                Progress { stage: Stage::Flow, done: 2 * t + 2, total: 2 * total }
+            }
+            Pair::Both(forward, backward) => {
+                self.tracker.follow(&forward, &backward, &local_flow_variation(&forward));
+                self.tracker.seed(&self.luma);
+                flows.push(CompactFlow::new(&forward));
+                self.next_pair(frames);
+                Progress { stage: Stage::Trajectories, done: t + 1, total }
+            }
+        }
+    }
+
+    fn next_pair(&mut self, frames: &[Frame]) {
+        self.t += 1;
+        if let Some(frame) = frames.get(self.t + 1) {
+            self.luma = frame.luma();
+            let next = FlowPyramid::new(&self.luma, &self.params.flow);
+            self.from = std::mem::replace(&mut self.to, next);
+        }
+    }
+
+    pub(super) fn into_trajectories(self) -> Trajectories {
+        self.tracker.finish()
+    }
+}

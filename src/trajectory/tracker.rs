@@ -1,0 +1,248 @@
+//! The tracker: follows live points through one flow field at a time and seeds new ones where none are near.
+
+use super::structure::smaller_eigenvalue;
+use super::{Trajectories, TrajectoryParams};
+use crate::flow::FlowField;
+use crate::image::{Plane, sample_bilinear};
+
+/// Seeds keep this distance from the frame, in pixels (the published tracker's value).
+const MARGIN: f32 = 4.0;
+
+/// A track still alive: where it began and the points `(x, y, variation)` so far.
+#[derive(Debug, Clone)]
+struct Live {
+    start: usize,
+    points: Vec<(f32, f32, f32)>,
+}
+
+/// Follows points through a clip, flow field by flow field.
+///
+/// Call [`Tracker::seed`] for frame 0; then for every pair [`Tracker::follow`] and `seed` for the next frame; at last
+/// [`Tracker::finish`].
+#[derive(Debug, Clone)]
+pub struct Tracker {
+    params: TrajectoryParams,
+    size: (usize, usize),
+    frame: usize,
+    live: Vec<Live>,
+    ended: Vec<Live>,
+}
+
+impl Tracker {
+    /// A tracker for frames of `size` pixels.
+    pub fn new(size: (usize, usize), params: &TrajectoryParams) -> Self {
+        Self { params: params.clone(), size, frame: 0, live: Vec::new(), ended: Vec::new() }
+    }
+
+    /// Starts tracks in the current frame at the points of the seed grid that have enough structure in `luma` and no live track
+    /// within one grid step.
+    pub fn seed(&mut self, luma: &Plane<f32>) {
+        let structure = smaller_eigenvalue(luma);
+        let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
+        let step = self.params.grid_step;
+        let mut occupied = Occupancy::new(self.size, step);
+        for track in &self.live {
+            if let Some(&(x, y, _)) = track.points.last() {
+                occupied.add(x, y);
+            }
+        }
+        let (w, h) = (self.size.0 as f32, self.size.1 as f32);
+        for row in 0.. {
+            let y = MARGIN + row as f32 * step;
+            if y >= h - MARGIN {
+                break;
+            }
+            for column in 0.. {
+                let x = MARGIN + column as f32 * step;
+                if x >= w - MARGIN {
+                    break;
+                }
+                let border = (-0.1 * x.min(y).min(w - x).min(h - y)).exp();
+                let lambda = structure[(x.round() as usize, y.round() as usize)];
+                let structured = lambda >= self.params.structure_mean * mean * (1.0 + 10.0 * border)
+                    && lambda >= self.params.structure_floor * (1.0 + border);
+                if structured && !occupied.within(x, y, step) {
+                    self.live.push(Live { start: self.frame, points: vec![(x, y, 0.0)] });
+                }
+            }
+        }
+    }
+
+    /// Moves every live track from the current frame to the next and ends those that the flow cannot be trusted for.
+    ///
+    /// `variation` is [`crate::flow::local_flow_variation`] of `forward`.
+    pub fn follow(&mut self, forward: &FlowField, backward: &FlowField, variation: &Plane<f32>) {
+        let mut live = Vec::with_capacity(self.live.len());
+        for mut track in self.live.drain(..) {
+            let Some(point) = track.points.last_mut() else { continue };
+            // σ is known at half resolution: pixel 2k + 1/2 of the frame is pixel k there.
+            point.2 = sample_bilinear(variation, (point.0 - 0.5) * 0.5, (point.1 - 0.5) * 0.5);
+            let (x, y, sigma) = *point;
+            match step(x, y, forward, backward, &self.params) {
+                Some((x, y)) => {
+                    track.points.push((x, y, sigma));
+                    live.push(track);
+                }
+                None => self.ended.push(track),
+            }
+        }
+        self.live = live;
+        self.frame += 1;
+    }
+
+    /// All tracks of at least the minimum length, ordered by first frame and, within it, by position.
+    pub fn finish(mut self) -> Trajectories {
+        let num_frames = self.frame + 1;
+        let min_length = self.params.min_length_for(num_frames);
+        self.ended.append(&mut self.live);
+        self.ended.retain(|t| t.points.len() >= min_length);
+        let place = |t: &Live| (t.points[0].1, t.points[0].0);
+        self.ended.sort_by(|a, b| {
+            let ((ay, ax), (by, bx)) = (place(a), place(b));
+            a.start.cmp(&b.start).then(ay.total_cmp(&by)).then(ax.total_cmp(&bx))
+        });
+        let mut tracks = Trajectories::empty(num_frames, self.size);
+        for track in self.ended {
+            tracks.push(track.start, track.points);
+        }
+        tracks
+    }
+}
+
+/// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion boundary.
+fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField, params: &TrajectoryParams) -> Option<(f32, f32)> {
+    let at = |p: &Plane<f32>, dx: f32, dy: f32| sample_bilinear(p, x + dx, y + dy);
+    let (u, v) = (at(&forward.u, 0.0, 0.0), at(&forward.v, 0.0, 0.0));
+    let (nx, ny) = (x + u, y + v);
+    let (right, bottom) = ((forward.u.width() - 1) as f32, (forward.u.height() - 1) as f32);
+    if !(0.0..=right).contains(&nx) || !(0.0..=bottom).contains(&ny) {
+        return None;
+    }
+    let (bu, bv) = (sample_bilinear(&backward.u, nx, ny), sample_bilinear(&backward.v, nx, ny));
+    let mismatch = (u + bu).powi(2) + (v + bv).powi(2);
+    let energy = u * u + v * v;
+    if mismatch >= params.consistency_relative * (energy + bu * bu + bv * bv) + params.consistency_absolute {
+        return None;
+    }
+    let gradient: f32 = [&forward.u, &forward.v]
+        .iter()
+        .map(|p| (at(p, 1.0, 0.0) - at(p, -1.0, 0.0)).powi(2) + (at(p, 0.0, 1.0) - at(p, 0.0, -1.0)).powi(2))
+        .sum();
+    if 0.25 * gradient > params.boundary_relative * energy + params.boundary_absolute {
+        return None;
+    }
+    Some((nx, ny))
+}
+
+/// Points in square cells, to ask whether one lies within a distance not above the cell's side.
+struct Occupancy {
+    cell: f32,
+    columns: usize,
+    rows: usize,
+    points: Vec<Vec<(f32, f32)>>,
+}
+
+impl Occupancy {
+    fn new(size: (usize, usize), cell: f32) -> Self {
+        let (columns, rows) = ((size.0 as f32 / cell) as usize + 1, (size.1 as f32 / cell) as usize + 1);
+        Self { cell, columns, rows, points: vec![Vec::new(); columns * rows] }
+    }
+
+    fn cell_of(&self, x: f32, y: f32) -> (usize, usize) {
+        (((x / self.cell) as usize).min(self.columns - 1), ((y / self.cell) as usize).min(self.rows - 1))
+    }
+
+    fn add(&mut self, x: f32, y: f32) {
+        let (column, row) = self.cell_of(x, y);
+        self.points[row * self.columns + column].push((x, y));
+    }
+
+    /// Whether a point lies strictly nearer than `distance`, which must not exceed the cell's side.
+    fn within(&self, x: f32, y: f32, distance: f32) -> bool {
+        let (column, row) = self.cell_of(x, y);
+        let rows = row.saturating_sub(1)..=(row + 1).min(self.rows - 1);
+        rows.flat_map(|r| (column.saturating_sub(1)..=(column + 1).min(self.columns - 1)).map(move |c| (r, c)))
+            .flat_map(|(r, c)| &self.points[r * self.columns + c])
+            .any(|&(px, py)| (px - x).powi(2) + (py - y).powi(2) < distance * distance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texture(width: usize, height: usize) -> Plane<f32> {
+        Plane::from_fn(width, height, |x, y| 20.0 + (crate::rng::mix((x / 2 * 7919 + y / 2) as u64) % 200) as f32)
+    }
+
+    fn uniform(width: usize, height: usize, u: f32, v: f32) -> FlowField {
+        FlowField { u: Plane::filled(width, height, u), v: Plane::filled(width, height, v) }
+    }
+
+    fn track(frames: usize, flow: (f32, f32), params: &TrajectoryParams) -> Trajectories {
+        let luma = texture(64, 48);
+        let mut tracker = Tracker::new((64, 48), params);
+        tracker.seed(&luma);
+        for _ in 1..frames {
+            let (forward, backward) = (uniform(64, 48, flow.0, flow.1), uniform(64, 48, -flow.0, -flow.1));
+            tracker.follow(&forward, &backward, &Plane::filled(32, 24, 0.25));
+            tracker.seed(&luma);
+        }
+        let tracks = tracker.finish();
+        tracks.check().unwrap();
+        tracks
+    }
+
+    #[test]
+    fn a_translation_is_followed_exactly_until_the_border() {
+        let tracks = track(10, (1.5, 0.25), &TrajectoryParams::default());
+        assert!(tracks.len() > 20, "{} tracks", tracks.len());
+        for i in 0..tracks.len() {
+            let points = tracks.points(i);
+            for (k, p) in points.clone().enumerate() {
+                assert!((tracks.x[p] - tracks.x[points.start] - 1.5 * k as f32).abs() < 1e-3);
+                assert_eq!(tracks.variation[p], if p + 1 < points.end { 0.25 } else { tracks.variation[p] });
+            }
+            let stopped_early = tracks.frames(i).end < 10;
+            assert!(!stopped_early || tracks.x[points.end - 1] + 1.5 > 63.0, "track {i} stopped inside");
+        }
+    }
+
+    #[test]
+    fn uncovered_area_is_seeded_again() {
+        let tracks = track(20, (2.0, 0.0), &TrajectoryParams::default());
+        assert!(tracks.start_frame.iter().any(|&s| s > 0));
+        for frame in 0..20 {
+            let alive: Vec<_> = tracks.alive(frame).collect();
+            for (k, a) in alive.iter().enumerate() {
+                assert!(alive[k + 1..].iter().all(|b| (a.1 - b.1).powi(2) + (a.2 - b.2).powi(2) > 63.9));
+            }
+        }
+    }
+
+    #[test]
+    fn inconsistent_flow_and_motion_boundaries_end_tracks() {
+        let params = TrajectoryParams::default();
+        let forward = uniform(64, 48, 2.0, 0.0);
+        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0), &params).is_some());
+        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, 0.0, 0.0), &params).is_none());
+        assert!(step(63.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0), &params).is_none());
+        let edge = FlowField { u: Plane::from_fn(64, 48, |x, _| if x < 32 { 0.0 } else { 0.5 }), v: forward.v.clone() };
+        let back = FlowField { u: edge.u.map(|u| -u), v: forward.v.clone() };
+        assert!(step(31.5, 20.0, &edge, &back, &params).is_none());
+    }
+
+    #[test]
+    fn flat_and_tiny_frames_give_no_tracks() {
+        for (w, h) in [(1, 1), (17, 3), (64, 48)] {
+            let mut tracker = Tracker::new((w, h), &TrajectoryParams::default());
+            tracker.seed(&Plane::filled(w, h, 80.0));
+            tracker.follow(
+                &uniform(w, h, 0.0, 0.0),
+                &uniform(w, h, 0.0, 0.0),
+                &Plane::filled(w.div_ceil(2), h.div_ceil(2), 0.0),
+            );
+            assert!(tracker.finish().is_empty());
+        }
+    }
+}
