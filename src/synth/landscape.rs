@@ -40,7 +40,7 @@ impl Scene {
         };
         let gait = Gait { period: 34.0, phase: 0.12 - board.middle / 34.0, swing: 0.072 };
         let height = BOARD.1 - 16.0 - f64::from(LEG);
-        hiker.add_to(&mut scene, 3, gait, |t| board.pose(352.0 + board.drift(t, 0.55), height - board.tilt(t)));
+        hiker.add_to(&mut scene, 3, gait, |t| board.pose(352.0 + board.drift(t, 0.3), height - board.tilt(t)));
         scene
     }
 
@@ -267,7 +267,7 @@ impl Board {
             let lean = 0.035 * sin_turns(time / 220.0) + 0.008;
             Affine::scaling(0.9 * size, 0.9 * size)
                 .then(&Affine::rotation(lean))
-                .then(&self.pose(140.0 + self.drift(t, 0.9), 67.0 - self.drift(t, 0.22)))
+                .then(&self.pose(140.0 + self.drift(t, 2.2), 67.0 - self.drift(t, 0.15)))
         });
     }
 
