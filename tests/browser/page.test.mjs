@@ -88,15 +88,20 @@ describe('the page', () => {
     assert.ok(rows.length >= 7 && rows.every((row) => /\d+\.\d\ss/.test(row)), rows.join(' | '));
   });
 
-  test('allows no script but its own', async () => {
+  test('runs no foreign script and talks to no other place', async () => {
     const { page } = await openSample(site);
-    const blocked = await page.evaluate(() => {
-      try {
-        return Function('return false')();
-      } catch (error) {
-        return error.name === 'EvalError';
-      }
+    const { injected, answer, directives } = await page.evaluate(async () => {
+      const violations = [];
+      document.addEventListener('securitypolicyviolation', (event) => violations.push(event.effectiveDirective));
+      const script = document.createElement('script');
+      script.textContent = 'globalThis.injected = true';
+      document.body.append(script);
+      const fetched = await fetch('http://127.0.0.1:9/').then(() => 'answered', () => 'refused');
+      await new Promise((resolve) => setTimeout(resolve, 300)); // Violations are reported later.
+      return { injected: Boolean(globalThis.injected), answer: fetched, directives: violations };
     });
-    assert.equal(blocked, true);
+    assert.equal(injected, false);
+    assert.equal(answer, 'refused');
+    assert.deepEqual(directives.map((name) => name.slice(0, 11)).sort(), ['connect-src', 'script-src-']);
   });
 });

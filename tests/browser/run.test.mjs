@@ -123,10 +123,16 @@ describe('files', () => {
 
   test('images of a sequence are taken in the order of their numbers', async () => {
     const { page } = await openSample(site);
-    const given = files(movingSquare(12, 2)).reverse();
-    assert.equal(await run(page, given), 'done');
+    const shades = Array.from({ length: 12 }, (_, t) => plainFrame(WIDTH, HEIGHT, () => [20 * t, 0, 0]));
+    assert.equal(await run(page, files(shades).reverse()), 'done');
     assert.match(await text(page, '#clip-name'), /frame0\.png … frame11\.png/);
-    assert.match(await text(page, '#headline'), /moving object/);
+    const reds = await page.evaluate(async () => {
+      const { source, take } = globalThis.tracecutDemo;
+      const found = [];
+      for await (const image of source.frames(take, new AbortController().signal)) found.push(image.data[0]);
+      return found;
+    });
+    assert.deepEqual(reds, shades.map((_, t) => 20 * t));
   });
 
   test('dropping files opens them', async () => {
