@@ -16,7 +16,13 @@ pub(super) struct Votes {
 }
 
 /// The mean displacement at every pixel, each patch weighted by `1 / max(1, |difference|)` at that pixel.
-pub(super) fn densify(from: &Level, to: &Level, grid: &PatchGrid, votes: &mut Votes, flow: (&mut Plane<f32>, &mut Plane<f32>)) {
+pub(super) fn densify(
+    from: &Level,
+    to: &Level,
+    grid: &PatchGrid,
+    votes: &mut Votes,
+    flow: (&mut Plane<f32>, &mut Plane<f32>),
+) {
     let (width, height, stride) = (from.image.width, from.image.height, from.image.stride);
     for sums in [&mut votes.u, &mut votes.v, &mut votes.weight] {
         sums.clear();

@@ -77,15 +77,7 @@ impl PatchGrid {
     }
 
     #[inline(always)]
-    fn search_patch(
-        &mut self,
-        from: &Level,
-        to: &Level,
-        patch: usize,
-        backward: bool,
-        descents: usize,
-        side: usize,
-    ) {
+    fn search_patch(&mut self, from: &Level, to: &Level, patch: usize, backward: bool, descents: usize, side: usize) {
         let (column, row) = (patch % self.across, patch / self.across);
         let corner = self.corner(column, row);
         let template = Template::new(from, corner, side);

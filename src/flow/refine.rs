@@ -23,6 +23,8 @@ use crate::image::Plane;
 const EPSILON_SQ: f32 = 1e-3 * 1e-3;
 /// Keeps the normalisation of the data terms away from zero where the image is flat (grey levels per pixel, squared).
 const ZETA_SQ: f32 = 0.1 * 0.1;
+/// Least determinant of a pixel's matrix, as a share of its diagonal's product; less would be rounding error only.
+const LEAST_DETERMINANT: f32 = 1e-6;
 /// Empty cells before and after each half row.
 const MARGIN: usize = 1;
 
@@ -240,9 +242,6 @@ impl Refiner {
             }
             // Pixels at and beyond the last column have no right neighbour.
             edge_right[(width - parity) / 2..].fill(0.0);
-            if (width - 1) % 2 == parity {
-                edge_right[(width - 1) / 2] = 0.0;
-            }
         }
     }
 
@@ -250,8 +249,6 @@ impl Refiner {
     fn set_up(&mut self, y: usize, parity: usize, params: &FlowParams) {
         let row = y as isize;
         let len = self.u.half - 2 * MARGIN;
-        let half = |plane: &'_ Split| -> Vec<f32> { plane.half(row, parity)[MARGIN..][..len].to_vec() };
-        let _ = half;
         let derivatives: [&[f32]; 8] = std::array::from_fn(|k| &self.derivatives[k].half(row, parity)[MARGIN..][..len]);
         let (u, v) = (&self.u.half(row, parity)[MARGIN..][..len], &self.v.half(row, parity)[MARGIN..][..len]);
         let edges = Around {
@@ -373,7 +370,9 @@ fn data_equations(
         let a11 = weight * x[i] * x[i] + weight_x * xx[i] * xx[i] + weight_y * xy[i] * xy[i] + smooth;
         let a22 = weight * y[i] * y[i] + weight_x * xy[i] * xy[i] + weight_y * yy[i] * yy[i] + smooth;
         let a12 = weight * x[i] * y[i] + weight_x * xx[i] * xy[i] + weight_y * xy[i] * yy[i];
-        let inverse = 1.0 / (a11 * a22 - a12 * a12);
+        let (product, determinant) = (a11 * a22, a11 * a22 - a12 * a12);
+        let least = LEAST_DETERMINANT * product;
+        let inverse = 1.0 / if determinant > least { determinant } else { least };
         m11[i] = a22 * inverse;
         m12[i] = -a12 * inverse;
         m22[i] = a11 * inverse;

@@ -7,6 +7,8 @@ mod convert;
 mod panic;
 mod session;
 
+pub use session::JsSession;
+
 use crate::Params;
 use crate::params::ParamGroup;
 use serde::Serialize;

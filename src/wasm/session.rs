@@ -116,13 +116,14 @@ impl JsSession {
     /// Neighbour pairs and the edges of each frame, `{i, j, d, frameOffset, frameEdges}`; `undefined` until there are any.
     pub fn edges(&self) -> JsValue {
         self.0.discontinuities().map_or(JsValue::UNDEFINED, |e| {
-            let (i, j): (Vec<u32>, Vec<u32>) = e.pairs.iter().copied().unzip();
+            let near = &e.neighborhoods;
+            let (i, j): (Vec<u32>, Vec<u32>) = near.pairs.iter().copied().unzip();
             object([
                 ("i", words(&i)),
                 ("j", words(&j)),
                 ("d", narrowed(&e.d)),
-                ("frameOffset", words(&e.frame_offset)),
-                ("frameEdges", words(&e.frame_edges)),
+                ("frameOffset", words(&near.frame_offset)),
+                ("frameEdges", words(&near.frame_edges)),
             ])
         })
     }
