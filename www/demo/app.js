@@ -64,7 +64,7 @@ export class App {
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open(async () => sampleSource(this.library.synthClip), (source) => this.start(source));
+    await this.open('Sample clip', async () => sampleSource(this.library.synthClip), (source) => this.start(source));
   }
 
   /**
@@ -73,16 +73,18 @@ export class App {
    * @param {File[]} files
    */
   async openFiles(files) {
-    await this.open(() => openFiles(files), (source) => this.setUp(source));
+    await this.open(files[0]?.name ?? '', () => openFiles(files), (source) => this.setUp(source));
   }
 
   /**
+   * @param {string} name shown until the source tells its own
    * @param {() => Promise<import('./source.js').Source>} opener
    * @param {(source: import('./source.js').Source) => Promise<void>} next
    */
-  async open(opener, next) {
+  async open(name, opener, next) {
     const visit = this.leave();
     this.setSource(null);
+    byId('clip-name').textContent = name;
     showPhase('opening', 'Opening…', '');
     try {
       const source = await opener();

@@ -63,6 +63,6 @@ export function showError(error) {
   byId('error-detail').textContent = detail;
   byId('error-detail').hidden = detail === '';
   byId('error').dataset.code = code;
-  showPhase('error', title, '');
+  showPhase('error', 'Nothing to show', '');
   byId('error').focus();
 }
