@@ -32,6 +32,7 @@ async function main() {
 /** @returns {Promise<any>} the package, which the site serves beside the page */
 async function loadLibrary() {
   try {
+    // @ts-expect-error The site serves the package here; in the repository it lies elsewhere.
     return await import('../dist/index.js');
   } catch (error) {
     throw new PageError('wasm-load', error instanceof Error ? error.message : String(error));
