@@ -12,6 +12,7 @@ import { byId, h } from './dom.js';
 export function layersPanel(layers, onChange) {
   const rows = layers.map((layer, index) => layerRow(layer, index, onChange));
   byId('layer-list').replaceChildren(...rows.map((row) => row.element));
+  byId('last-layer').textContent = String(Math.min(9, layers.length));
   return {
     toggle(index) {
       const box = rows[index]?.box;
