@@ -2,13 +2,14 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { inPhase, openSample, run, screenshot, text, useSite } from './support.mjs';
+import { inPhase, openSample, run, screenshot, text, useSample, useSite } from './support.mjs';
 
 describe('the page', () => {
   const site = useSite();
+  const sample = useSample(site);
 
   test('is driven by keys', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     const counter = () => text(page, '#counter');
     assert.equal(await counter(), '1 / 24');
     await page.keyboard.press('ArrowRight');
@@ -59,7 +60,7 @@ describe('the page', () => {
   });
 
   test('gives every control a name', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     const nameless = await page.evaluate(() => {
       const controls = [...document.querySelectorAll('button, input, select, canvas[role], [role="progressbar"]')];
       const named = (e) => e.getAttribute('aria-label') || e.labels?.length || e.textContent.trim() || e.hidden;
@@ -71,7 +72,7 @@ describe('the page', () => {
   });
 
   test('tells the stages while it runs', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     await page.evaluate(() => {
       globalThis.heard = [];
       new MutationObserver(() => globalThis.heard.push(document.querySelector('#live').textContent)).observe(
@@ -89,7 +90,7 @@ describe('the page', () => {
   });
 
   test('runs no foreign script and talks to no other place', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     const { injected, answer, directives } = await page.evaluate(async () => {
       const violations = [];
       document.addEventListener('securitypolicyviolation', (event) => violations.push(event.effectiveDirective));

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { ended, inPhase, openSample, plainFrame, pngFile, run, text, useSite } from './support.mjs';
+import { ended, inPhase, openSample, plainFrame, pngFile, run, text, useSample, useSite } from './support.mjs';
 
 const WIDTH = 96;
 const HEIGHT = 64;
@@ -71,7 +71,7 @@ describe('a run', () => {
 });
 
 describe('files', () => {
-  const site = useSite();
+  const shared = useSample(useSite());
   const noise = Buffer.from(Array.from({ length: 4000 }, (_, k) => (k * 167 + (k >> 3)) % 256));
 
   const refused = {
@@ -90,17 +90,24 @@ describe('files', () => {
     ],
   };
   for (const [what, [given, code]] of Object.entries(refused)) {
-    test(`${what}: refused in words, and the sample still runs`, async () => {
-      const { page } = await openSample(site);
+    test(`${what}: refused in words`, async () => {
+      const { page } = shared;
       assert.equal(await run(page, given), 'error');
       assert.equal(await page.getAttribute('#error', 'data-code'), code);
       assert.ok((await text(page, '#error-title')).length > 10);
       assert.match(await text(page, '#error-advice'), /\b(use|open|convert|choose|leave)\b/i);
-      await page.click('#error-sample');
-      assert.equal(await ended(page), 'done');
-      assert.equal(await page.locator('#error').isVisible(), false);
+      assert.equal(await page.locator('#canvas').isVisible(), false);
     });
   }
+
+  test('after a refusal the sample runs as before', async () => {
+    const { page } = shared;
+    assert.equal(await run(page, refused['a damaged video'][0]), 'error');
+    await page.click('#error-sample');
+    assert.equal(await ended(page), 'done');
+    assert.equal(await page.locator('#error').isVisible(), false);
+    assert.match(await text(page, '#subline'), /24 frames of 384 × 216/);
+  });
 
   const still = movingSquare(1, 0)[0];
   const answered = {
@@ -112,7 +119,8 @@ describe('files', () => {
   };
   for (const [what, [frames, words]] of Object.entries(answered)) {
     test(`${what}: a result, with a remark where nothing moves`, async () => {
-      const { page, faults } = await openSample(site);
+      const { page, faults } = shared;
+      faults.length = 0;
       assert.equal(await run(page, files(frames)), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
       const headline = await text(page, '#headline');
       assert.match(headline, words);
@@ -122,7 +130,7 @@ describe('files', () => {
   }
 
   test('images of a sequence are taken in the order of their numbers', async () => {
-    const { page } = await openSample(site);
+    const { page } = shared;
     const shades = Array.from({ length: 12 }, (_, t) => plainFrame(WIDTH, HEIGHT, () => [20 * t, 0, 0]));
     assert.equal(await run(page, files(shades).reverse()), 'done');
     assert.match(await text(page, '#clip-name'), /frame0\.png … frame11\.png/);
@@ -136,7 +144,7 @@ describe('files', () => {
   });
 
   test('dropping files opens them', async () => {
-    const { page } = await openSample(site);
+    const { page } = shared;
     const given = files(movingSquare(8, 2)).map(({ name, buffer }) => ({ name, bytes: [...buffer] }));
     await page.evaluate((list) => {
       const transfer = new DataTransfer();

@@ -77,6 +77,13 @@ export async function openSample(site, options) {
   return opened;
 }
 
+/** One page with the finished sample for all tests of a suite that may share it; read `page` and `faults` in the tests. */
+export function useSample(site) {
+  const shared = { page: null, faults: null };
+  before(async () => Object.assign(shared, await openSample(site)));
+  return shared;
+}
+
 /** Hands files to the page and starts without waiting for the countdown; gives the state that the run ended in. */
 export async function run(page, files) {
   await page.setInputFiles('#file', files);

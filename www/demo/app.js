@@ -69,7 +69,7 @@ export class App {
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open('Sample clip', async () => sampleSource(this.library.synthClip), (source) => this.start(source));
+    await this.open('Sample clip', () => sampleSource(this.library.synthClip), (source) => this.start(source));
   }
 
   /**
