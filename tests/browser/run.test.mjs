@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { ended, inPhase, openSample, plainFrame, pngFile, run, text, useSample, useSite } from './support.mjs';
+import { ended, gifFile, inPhase, openSample, plainFrame, pngFile, run, text, useSample, useSite } from './support.mjs';
 
 const WIDTH = 96;
 const HEIGHT = 64;
@@ -141,6 +141,19 @@ describe('files', () => {
       return found;
     });
     assert.deepEqual(reds, shades.map((_, t) => 20 * t));
+  });
+
+  test('an animated GIF is taken apart', async () => {
+    const { page } = shared;
+    const frames = movingSquare(10, 2);
+    assert.equal(await run(page, [gifFile('square.gif', frames)]), 'done', await text(page, 'main'));
+    assert.match(await text(page, '#clip-facts'), /96 × 64, 10 images/);
+    const reds = await page.evaluate(async () => {
+      const { source } = globalThis.tracecutDemo;
+      return [...(await source.preview(9, 480)).data].filter((_, k) => k % 4 === 0);
+    });
+    const expected = [...frames[9].data].filter((_, k) => k % 4 === 0).map((red) => red & 254);
+    assert.deepEqual(reds, expected);
   });
 
   test('dropping files opens them', async () => {

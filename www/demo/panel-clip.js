@@ -26,6 +26,8 @@ export class ClipPanel {
         onChange(this.take);
       });
     }
+    // While a number is typed it is left as it is; afterwards it shows what is really taken.
+    this.frames.addEventListener('blur', () => this.show());
   }
 
   /** @param {Source} source the form starts from the usual values */
