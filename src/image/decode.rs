@@ -46,9 +46,11 @@ fn decode_png(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
 }
 
 fn decode_jpeg(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
-    // Strict: what is missing from a truncated file must not be made up.
+    if !jpeg_is_whole(bytes) {
+        return Err(failure(&"the JPEG data are truncated"));
+    }
     let options = DecoderOptions::default()
-        .set_strict_mode(true)
+        .set_strict_mode(false)
         .set_max_width(usize::MAX)
         .set_max_height(usize::MAX)
         .jpeg_set_out_colorspace(ColorSpace::RGB);
@@ -58,6 +60,24 @@ fn decode_jpeg(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
     check_size(width, height)?;
     let rgb = decoder.decode().map_err(|e| failure(&e))?;
     Ok((rgb, width, height))
+}
+
+/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey instead
+/// of failing, and grey areas that come and go would pass for motion.
+fn jpeg_is_whole(bytes: &[u8]) -> bool {
+    const START_OF_SCAN: u8 = 0xda;
+    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
+    // Walk over the header's segments by their lengths: a thumbnail in one of them has an end marker of its own.
+    let mut rest = bytes.get(2..).unwrap_or(&[]);
+    while let [0xff, marker, high, low, ..] = *rest {
+        if marker == START_OF_SCAN {
+            return rest.windows(2).any(|w| w == END_OF_IMAGE);
+        }
+        // A fill byte stands before some markers.
+        let length = if marker == 0xff { 1 } else { 2 + usize::from(u16::from_be_bytes([high, low])) };
+        rest = rest.get(length..).unwrap_or(&[]);
+    }
+    false
 }
 
 fn failure(reason: &dyn std::fmt::Display) -> Error {

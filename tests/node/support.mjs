@@ -53,8 +53,8 @@ export async function rejects(promise, code, message = /./) {
   });
 }
 
-/** A PNG file: RGB, eight bits. */
-export function png({ data, width, height }) {
+/** A PNG file: RGB, eight bits. Its header may claim another size. */
+export function png({ data, width, height }, claim = [width, height]) {
   const rows = Buffer.alloc(height * (1 + 3 * width));
   for (let y = 0; y < height; y += 1) {
     for (let x = 0; x < width; x += 1) {
@@ -63,8 +63,8 @@ export function png({ data, width, height }) {
     }
   }
   const header = Buffer.alloc(13);
-  header.writeUInt32BE(width, 0);
-  header.writeUInt32BE(height, 4);
+  header.writeUInt32BE(claim[0], 0);
+  header.writeUInt32BE(claim[1], 4);
   header.set([8, 2, 0, 0, 0], 8);
   const magic = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
   return new Uint8Array(Buffer.concat([magic, chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]));
