@@ -190,10 +190,10 @@ mod tests {
     #[test]
     fn eigenpairs_agree_with_faer_also_where_eigenvalues_repeat() {
         let mut rng = Rng::for_stage(1, "kernels");
-        for n in [1, 2, 3, 5, 17, 64, 65, 130] {
+        for n in [1_usize, 2, 3, 5, 17, 64, 65, 130] {
             let spread: Vec<f64> = (0..n).map(|i| 1.0 - i as f64 / n as f64).collect();
             let repeated: Vec<f64> = (0..n).map(|i| (i / 4) as f64).collect();
-            let graded: Vec<f64> = (0..n).map(|i| 10.0_f64.powi(-(i as i32))).collect();
+            let graded: Vec<f64> = (0..n as i32).map(|i| 10.0_f64.powi(-i)).collect();
             for spectrum in [spread, repeated, graded, vec![0.0; n], vec![1.0; n]] {
                 check(&with_spectrum(&spectrum, &mut rng), n, 1e-14);
             }
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn the_path_graph_has_its_known_spectrum() {
-        let n = 50;
+        let n = 50_usize;
         let path: Vec<f64> = (0..n * n).map(|e| if (e / n).abs_diff(e % n) == 1 { 1.0 } else { 0.0 }).collect();
         let values = symmetric_eigen(&path, n).unwrap().values;
         for (k, value) in values.iter().enumerate() {
@@ -215,7 +215,7 @@ mod tests {
     fn tiny_huge_and_illegal_entries() {
         let mut rng = Rng::for_stage(2, "kernels");
         let a = with_spectrum(&[3.0, 2.0, 2.0, -1.0, 0.0], &mut rng);
-        for factor in [1e-150, 1e150] {
+        for factor in [1e-150_f64, 1e150] {
             check(&a.iter().map(|v| v * factor).collect::<Vec<_>>(), 5, 1e-14);
         }
         assert!(symmetric_eigen(&[f64::NAN], 1).is_none());

@@ -29,9 +29,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
 fn decode_png(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(Transformations::normalize_to_color8());
-    let mut reader = decoder.read_info().map_err(|e| failure(&e))?;
-    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let header = decoder.read_header_info().map_err(|e| failure(&e))?;
+    let (width, height) = (header.width as usize, header.height as usize);
     check_size(width, height)?;
+    let mut reader = decoder.read_info().map_err(|e| failure(&e))?;
     let size = reader.output_buffer_size().ok_or(Error::FrameSize { width, height })?;
     let mut pixels = vec![0; size];
     let info = reader.next_frame(&mut pixels).map_err(|e| failure(&e))?;

@@ -9,8 +9,8 @@ import { synthClip } from 'tracecut';
 import { segment } from './support.mjs';
 
 const scenes = {
-  'golden-sample': { width: 160, height: 90, frames: 10, seed: 1 },
-  'golden-odd': { width: 131, height: 77, frames: 7, seed: 5 },
+  'golden-sample': { width: 240, height: 135, frames: 10, seed: 1 },
+  'golden-odd': { width: 201, height: 151, frames: 8, seed: 5 },
 };
 
 for (const [name, scene] of Object.entries(scenes)) {
