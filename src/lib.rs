@@ -13,7 +13,10 @@ pub mod params;
 pub mod pipeline;
 pub mod rng;
 pub mod sparse;
+pub mod synth;
 pub mod trajectory;
+#[cfg(all(target_arch = "wasm32", feature = "wasm"))]
+pub mod wasm;
 
 pub use error::Error;
 pub use params::Params;

@@ -1,2 +1,50 @@
-//! Command line.
-fn main() {}
+//! `tracecut`: the command line.
+
+mod clock;
+mod dump;
+mod eval;
+mod failure;
+mod images;
+mod input;
+mod overlay;
+mod run;
+mod segment;
+mod settings;
+mod y4m;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Finds the moving objects in a video.
+#[derive(Parser, Debug)]
+#[command(name = "tracecut", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Segment a clip: tracks.dat, overlay pictures and result.json
+    Segment(segment::SegmentArgs),
+    /// Score against ground truth
+    #[command(subcommand)]
+    Eval(eval::EvalCommand),
+    /// List all parameters with range, default and meaning
+    Params,
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Segment(args) => segment::segment(&args),
+        Command::Eval(command) => eval::eval(&command),
+        Command::Params => settings::list(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure::Failure(reason)) => {
+            eprintln!("error: {reason}");
+            ExitCode::FAILURE
+        }
+    }
+}

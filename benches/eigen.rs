@@ -1,0 +1,116 @@
+//! Times the eigensolver on graphs like those of real clips: `cargo bench --bench eigen [-- DUMP_FOLDER]`.
+//!
+//! With a folder, the normalised matrices are written there as MatrixMarket, to time other solvers on the same input.
+
+use std::fmt::Write as _;
+use std::sync::OnceLock;
+use std::time::Instant;
+use tracecut::embedding::{EmbeddingParams, embed};
+use tracecut::rng::{Rng, mix};
+use tracecut::sparse::SymCsr;
+
+/// A trajectory as far as its affinities go: where it is, how it moves, how much the flow varies around it.
+struct Point {
+    x: f64,
+    y: f64,
+    u: f64,
+    v: f64,
+    sigma: f64,
+}
+
+/// Points on a jittered grid of 640x480 that move with a panning, zooming background or one of `objects` turning discs.
+fn points(n: usize, objects: usize, seed: u64) -> Vec<Point> {
+    let mut rng = Rng::for_stage(seed, "bench");
+    let discs: Vec<[f64; 6]> = (0..objects)
+        .map(|_| {
+            let (x, y) = (rng.range(60.0, 580.0), rng.range(60.0, 420.0));
+            [x, y, rng.range(30.0, 90.0), rng.range(-2.0, 2.0), rng.range(-2.0, 2.0), rng.range(-0.01, 0.01)]
+        })
+        .collect();
+    (0..n)
+        .map(|_| {
+            let (x, y) = (rng.range(0.0, 640.0), rng.range(0.0, 480.0));
+            let mut point = Point { x, y, u: 1.0 + 0.004 * (x - 320.0), v: 0.004 * (y - 240.0), sigma: 0.3 };
+            for &[cx, cy, r, u, v, spin] in &discs {
+                let distance = (x - cx).hypot(y - cy);
+                point.sigma += 0.5 * (-((distance - r) / 6.0).powi(2)).exp();
+                if distance < r {
+                    (point.u, point.v) = (u - spin * (y - cy), v + spin * (x - cx));
+                }
+            }
+            point.u += 0.15 * (rng.uniform() + rng.uniform() - 1.0);
+            point.v += 0.15 * (rng.uniform() + rng.uniform() - 1.0);
+            point
+        })
+        .collect()
+}
+
+/// Affinities exp(-0.02 dist (r / s)^2) of all pairs within `radius` and of one in 32 of the others, at 32 times the weight.
+fn graph(points: &[Point], radius: f64) -> SymCsr {
+    let mut upper = Vec::new();
+    for (i, p) in points.iter().enumerate() {
+        for (j, q) in points.iter().enumerate().skip(i + 1) {
+            let distance = (p.x - q.x).hypot(p.y - q.y);
+            let far = distance > radius;
+            if far && mix((i as u64) << 32 | j as u64) % 32 != 0 {
+                continue;
+            }
+            let ratio = (p.u - q.u).hypot(p.v - q.v) / p.sigma.min(q.sigma);
+            let w = (-0.02 * distance * ratio * ratio).exp() * if far { 32.0 } else { 1.0 };
+            if w > 1e-6 {
+                upper.push((i as u32, j as u32, w));
+            }
+        }
+    }
+    SymCsr::from_upper(points.len(), &upper)
+}
+
+fn matrix_market(a: &SymCsr) -> String {
+    let scale: Vec<f64> = a.degrees().iter().map(|d| 1.0 / d.sqrt()).collect();
+    let lower = (0..a.len()).map(|i| a.row(i).filter(|&(j, _)| j <= i).count()).sum::<usize>();
+    let mut text = format!("%%MatrixMarket matrix coordinate real symmetric\n{0} {0} {lower}\n", a.len());
+    for i in 0..a.len() {
+        for (j, w) in a.row(i).filter(|&(j, _)| j <= i) {
+            let _ = writeln!(text, "{} {} {:e}", i + 1, j + 1, w * scale[i] * scale[j]);
+        }
+    }
+    text
+}
+
+/// Processor time of this process where the system tells it (Linux), else elapsed time.
+fn seconds() -> f64 {
+    static START: OnceLock<Instant> = OnceLock::new();
+    let elapsed = START.get_or_init(Instant::now).elapsed().as_secs_f64();
+    let schedule = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
+    schedule.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).map_or(elapsed, |ns| 1e-9 * ns)
+}
+
+fn main() {
+    let folder = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    for (n, objects, radius) in [(2500, 3, 60.0), (10_000, 3, 25.0), (10_000, 3, 45.0)] {
+        let a = graph(&points(n, objects, 7), radius);
+        if let Some(folder) = &folder {
+            let path = format!("{folder}/n{n}-r{radius}.mtx");
+            std::fs::write(&path, matrix_market(&a)).expect("the folder can be written to");
+            println!("{path}");
+        }
+        for tolerance in [1e-4, 1e-6] {
+            let params = EmbeddingParams { tolerance, min_dimensions: 24, ..EmbeddingParams::default() };
+            let mut best = f64::MAX;
+            let mut embedding = embed(&a, &params, 0);
+            for _ in 0..5 {
+                let start = seconds();
+                embedding = embed(&a, &params, 0);
+                best = best.min(seconds() - start);
+            }
+            println!(
+                "n = {n}, {} entries, K = {}, tolerance {tolerance:e}: {:.0} ms, {:?}, last value {:.4}",
+                a.num_entries(),
+                embedding.dimensions,
+                1e3 * best,
+                embedding.info,
+                embedding.eigenvalues.last().copied().unwrap_or_default()
+            );
+        }
+    }
+}

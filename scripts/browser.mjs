@@ -1,0 +1,49 @@
+// Finds a Chromium to test in, or downloads one, and starts it with a fresh profile.
+
+import { accessSync, constants } from 'node:fs';
+import { delimiter, join } from 'node:path';
+import { chromium } from 'playwright-core';
+import { fail, root, run } from './tools.mjs';
+
+const names = ['chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable', 'chrome'];
+const places = [
+  '/Applications/Google Chrome.app/Contents/MacOS/Google Chrome',
+  '/Applications/Chromium.app/Contents/MacOS/Chromium',
+  'C:\\Program Files\\Google\\Chrome\\Application\\chrome.exe',
+];
+const flags = [
+  '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+  '--disable-component-update', '--disable-sync',
+];
+
+/** Path of a Chromium: the CHROME environment variable, one on PATH, one in the usual places, or one downloaded earlier. */
+export function findBrowser() {
+  const onPath = process.env.PATH.split(delimiter).flatMap((folder) => names.map((name) => join(folder, name)));
+  const candidates = [process.env.CHROME, ...onPath, ...places, chromium.executablePath()];
+  return candidates.find((file) => file && isExecutable(file)) ?? null;
+}
+
+/** As `findBrowser`, but downloads a Chromium when there is none; ends the script when that fails. */
+export function ensureBrowser() {
+  const found = findBrowser();
+  if (found) return found;
+  console.log('No Chromium or Chrome was found; downloading one for the tests.');
+  run(process.execPath, [join(root, 'node_modules', 'playwright-core', 'cli.js'), 'install', '--no-shell', 'chromium'], {
+    hint: 'Install Chromium or Chrome, or name one in the environment variable CHROME, then run this again.',
+  });
+  return findBrowser() ?? fail('The downloaded Chromium cannot be found; name one in the environment variable CHROME.');
+}
+
+/** Starts a headless Chromium with a fresh profile: a Playwright `Browser`. */
+export function launchBrowser({ args = [] } = {}) {
+  return chromium.launch({ executablePath: ensureBrowser(), headless: true, args: [...flags, ...args] });
+}
+
+function isExecutable(file) {
+  try {
+    accessSync(file, constants.X_OK);
+    return true;
+  } catch {
+    return false;
+  }
+}

@@ -1,0 +1,97 @@
+// Builds the npm package into dist/: Rust to wasm, its JavaScript glue, optimisation, the hand-written modules and their types.
+// Steps whose inputs have not changed are skipped. `node scripts/build.mjs --force` takes them all.
+
+import { createHash } from 'node:crypto';
+import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { gzipSync } from 'node:zlib';
+import { writeParameters } from './parameters.mjs';
+import { ensureNodeModules, ensureRust, ensureRustTool, fail, root, run } from './tools.mjs';
+
+/** Most bytes of the gzipped wasm file: what a visitor of a page has to fetch. */
+const MAX_GZIP_BYTES = 330 * 1024;
+
+const dist = join(root, 'dist');
+const lib = join(root, 'www', 'lib');
+const bin = (name) => join(root, 'node_modules', name);
+// What rustc emits for wasm32 today, spelt out because wasm-opt accepts no more than it is told; never relaxed SIMD, which
+// Safari and Node 20 refuse.
+const wasmFeatures = [
+  'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types', 'multivalue', 'simd',
+].map((feature) => `--enable-${feature}`);
+
+/** Builds everything that is out of date. */
+export async function build({ force = false } = {}) {
+  ensureNodeModules();
+  ensureRust();
+  ensureRustTool('wasm-bindgen');
+  mkdirSync(dist, { recursive: true });
+  const stamps = readStamps(force);
+
+  run('cargo', ['build', '--release', '--lib', '--target', 'wasm32-unknown-unknown', '--features', 'wasm']);
+  const cargoWasm = join(root, 'target', 'wasm32-unknown-unknown', 'release', 'tracecut.wasm');
+  const scripts = [join(root, 'scripts', 'build.mjs'), join(root, 'scripts', 'parameters.mjs')];
+  const lock = join(root, 'package-lock.json');
+  await step(stamps, 'wasm', [cargoWasm, lock, ...scripts], () => buildWasm(cargoWasm));
+  const sources = readdirSync(lib).sort().map((name) => join(lib, name));
+  await step(stamps, 'modules', [...sources, join(dist, 'parameters.d.ts'), lock, ...scripts], () => buildModules());
+  writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
+  checkSize();
+}
+
+/** Runs `make` unless the contents of `inputs` are those of the last time. */
+async function step(stamps, name, inputs, make) {
+  const hash = createHash('sha256');
+  for (const input of inputs) hash.update(readFileSync(input));
+  const digest = hash.digest('hex');
+  if (stamps[name] === digest) {
+    console.log(`${name}: up to date`);
+    return;
+  }
+  delete stamps[name];
+  await make();
+  stamps[name] = digest;
+}
+
+function readStamps(force) {
+  const file = join(dist, 'stamps.json');
+  if (force || !existsSync(file)) return {};
+  const stamps = JSON.parse(readFileSync(file, 'utf8'));
+  rmSync(file); // A build that fails halfway leaves none.
+  return stamps;
+}
+
+async function buildWasm(cargoWasm) {
+  // The reset function lets the package start afresh after a panic.
+  run('wasm-bindgen', [
+    '--target', 'web', '--out-dir', dist, '--out-name', 'tracecut', '--experimental-reset-state-function', cargoWasm,
+  ]);
+  const wasm = join(dist, 'tracecut_bg.wasm');
+  run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', ...wasmFeatures, wasm, '-o', wasm]);
+  await writeParameters(dist);
+}
+
+function buildModules() {
+  for (const name of readdirSync(lib)) {
+    if (name.endsWith('.js')) copyFileSync(join(lib, name), join(dist, name));
+  }
+  run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
+    hint: 'The types of www/lib do not agree.',
+  });
+}
+
+function checkSize() {
+  const bytes = readFileSync(join(dist, 'tracecut_bg.wasm'));
+  const zipped = gzipSync(bytes, { level: 9 }).length;
+  console.log(`tracecut_bg.wasm: ${kilobytes(bytes.length)} raw, ${kilobytes(zipped)} gzipped (at most ${kilobytes(MAX_GZIP_BYTES)})`);
+  if (zipped > MAX_GZIP_BYTES) fail('The wasm file is over its budget.');
+}
+
+function kilobytes(bytes) {
+  return `${(bytes / 1024).toFixed(0)} KB`;
+}
+
+if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
+  await build({ force: process.argv.includes('--force') });
+}

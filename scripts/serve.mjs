@@ -1,0 +1,82 @@
+// A static file server for development and tests: `www/` at `/`, the built package at `/dist/`. Nothing else is reachable.
+
+import { createReadStream } from 'node:fs';
+import { stat } from 'node:fs/promises';
+import { createServer } from 'node:http';
+import { extname, join, resolve, sep } from 'node:path';
+import { root } from './tools.mjs';
+
+const mounts = [
+  { prefix: '/dist/', folder: join(root, 'dist') },
+  { prefix: '/', folder: join(root, 'www') },
+];
+
+const types = {
+  '.css': 'text/css; charset=utf-8',
+  '.html': 'text/html; charset=utf-8',
+  '.ico': 'image/x-icon',
+  '.js': 'text/javascript; charset=utf-8',
+  '.json': 'application/json; charset=utf-8',
+  '.map': 'application/json; charset=utf-8',
+  '.mjs': 'text/javascript; charset=utf-8',
+  '.png': 'image/png',
+  '.svg': 'image/svg+xml',
+  '.ts': 'text/plain; charset=utf-8',
+  '.wasm': 'application/wasm',
+  '.webmanifest': 'application/manifest+json',
+};
+
+/**
+ * Starts the server on this machine's own address; port 0 takes a free one.
+ * @returns {Promise<{url: string, close: () => Promise<void>}>}
+ */
+export function serve({ port = 0 } = {}) {
+  const server = createServer((request, response) => {
+    answer(request, response).catch(() => end(response, 500, 'internal error'));
+  });
+  return new Promise((done, failed) => {
+    server.once('error', failed);
+    server.listen(port, '127.0.0.1', () => {
+      const close = () => new Promise((closed) => {
+        server.close(closed);
+        server.closeAllConnections();
+      });
+      done({ url: `http://127.0.0.1:${server.address().port}/`, close });
+    });
+  });
+}
+
+async function answer(request, response) {
+  if (request.method !== 'GET' && request.method !== 'HEAD') return end(response, 405, 'only GET and HEAD');
+  const file = await find(request.url);
+  if (!file) return end(response, 404, 'not found');
+  const { size } = await stat(file);
+  response.writeHead(200, {
+    'Content-Type': types[extname(file)] ?? 'application/octet-stream',
+    'Content-Length': size,
+    'Cache-Control': 'no-cache',
+  });
+  if (request.method === 'HEAD') return response.end();
+  createReadStream(file).pipe(response);
+}
+
+/** The file that a request's path names, or null: also for paths that leave their folder. */
+async function find(url) {
+  let path;
+  try {
+    path = decodeURIComponent(new URL(url, 'http://localhost').pathname);
+  } catch {
+    return null;
+  }
+  const { prefix, folder } = mounts.find((mount) => path.startsWith(mount.prefix)) ?? {};
+  if (!folder || path.includes('\0')) return null;
+  const file = resolve(folder, `.${sep}${path.slice(prefix.length)}${path.endsWith('/') ? 'index.html' : ''}`);
+  if (!file.startsWith(folder + sep)) return null;
+  const found = await stat(file).catch(() => null);
+  return found?.isFile() ? file : null;
+}
+
+function end(response, status, text) {
+  if (!response.headersSent) response.writeHead(status, { 'Content-Type': 'text/plain; charset=utf-8' });
+  response.end(text);
+}

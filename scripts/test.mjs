@@ -1,0 +1,47 @@
+// `npm test`: everything, in the order in which a fault is cheapest to find. Sets up what is missing first.
+// `npm test -- rust|wasm|node|browser` runs only the parts named.
+
+import { existsSync, readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { build } from './build.mjs';
+import { ensureNodeModules, ensureRust, ensureRustTool, fail, root, run } from './tools.mjs';
+
+const parts = {
+  rust: () => run('cargo', ['test', '--features', 'cli']),
+  wasm: () => {
+    ensureRustTool('wasm-bindgen');
+    ensureRustTool('wasm-pack');
+    // wasm-pack takes the wasm-bindgen test runner from PATH and downloads nothing.
+    run('wasm-pack', ['test', '--node', '--mode', 'no-install', 'tests/wasm']);
+  },
+  node: async () => {
+    await build();
+    run(process.execPath, ['node_modules/publint/src/cli.js', 'run', '.', '--strict', '--pack', 'npm']);
+    run(process.execPath, ['--test', ...testFiles('tests/node')]);
+  },
+  browser: async () => {
+    await build();
+    const { ensureBrowser } = await import('./browser.mjs');
+    ensureBrowser();
+    run(process.execPath, ['--test', ...testFiles('tests/browser')]);
+  },
+};
+
+const chosen = process.argv.slice(2);
+const unknown = chosen.find((name) => !(name in parts));
+if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(parts).join(', ')}).`);
+
+ensureNodeModules();
+ensureRust();
+for (const [name, part] of Object.entries(parts)) {
+  if (chosen.length > 0 && !chosen.includes(name)) continue;
+  console.log(`\n== ${name} tests`);
+  await part();
+}
+console.log('\nAll tests passed.');
+
+function testFiles(folder) {
+  const path = join(root, folder);
+  if (!existsSync(path)) fail(`${folder} is missing.`);
+  return readdirSync(path).filter((name) => /\.test\.m?js$/.test(name)).sort().map((name) => `${folder}/${name}`);
+}

@@ -1,0 +1,82 @@
+// Finds the tools that the project needs, of the right version, and installs what is missing: npm packages into node_modules/,
+// Rust tools into .tools/ (nothing outside the project but the rustup target). A second call finds everything in place.
+
+import { spawnSync } from 'node:child_process';
+import { existsSync, readFileSync, statSync } from 'node:fs';
+import { delimiter, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+/** The project's root folder. */
+export const root = fileURLToPath(new URL('..', import.meta.url));
+
+const toolsBin = join(root, '.tools', 'bin');
+const exe = process.platform === 'win32' ? '.exe' : '';
+
+// `--locked` asks wasm-bindgen-cli's own lock file for a release that not every registry has; its requirements alone resolve.
+const rustTools = {
+  'wasm-bindgen': { crate: 'wasm-bindgen-cli', version: bindgenVersion(), locked: false },
+  'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', locked: true },
+};
+
+/** The exact wasm-bindgen release of Cargo.lock: the command line tool must be the same one. */
+function bindgenVersion() {
+  const lock = readFileSync(join(root, 'Cargo.lock'), 'utf8');
+  const match = /name = "wasm-bindgen"\nversion = "([^"]+)"/.exec(lock.replaceAll('\r', ''));
+  if (!match) fail('Cargo.lock names no wasm-bindgen; restore the file from git.');
+  return match[1];
+}
+
+/** Ends the script with a message in words. */
+export function fail(message) {
+  console.error(`\n${message}`);
+  process.exit(1);
+}
+
+/** Environment of every child: the project's own tools first on PATH. */
+export function environment(extra = {}) {
+  return { ...process.env, PATH: toolsBin + delimiter + process.env.PATH, ...extra };
+}
+
+/** Runs a command in the project's root with its output shown; ends the script when it fails. */
+export function run(command, args, { env = {}, hint = '' } = {}) {
+  console.log(`$ ${command} ${args.join(' ')}`);
+  const result = spawnSync(command, args, { cwd: root, stdio: 'inherit', env: environment(env), shell: needsShell(command) });
+  if (result.error) fail(`${command} cannot be started: ${result.error.message}. ${hint}`);
+  if (result.status !== 0) fail(`${command} ${args[0] ?? ''} failed (exit code ${result.status}). ${hint}`);
+}
+
+/** What a command prints, or null when it cannot run. */
+export function output(command, args) {
+  const result = spawnSync(command, args, { cwd: root, encoding: 'utf8', env: environment(), shell: needsShell(command) });
+  return result.status === 0 ? result.stdout.trim() : null;
+}
+
+/** On Windows npm is a batch file, which only a shell can start. */
+function needsShell(command) {
+  return process.platform === 'win32' && command === 'npm';
+}
+
+/** Installs node_modules when it is missing or older than the lock file. */
+export function ensureNodeModules() {
+  const installed = join(root, 'node_modules', '.package-lock.json');
+  if (existsSync(installed) && statSync(installed).mtimeMs >= statSync(join(root, 'package-lock.json')).mtimeMs) return;
+  run('npm', ['ci', '--no-audit', '--no-fund'], { hint: 'The packages of package-lock.json could not be installed.' });
+}
+
+/** Makes sure of a Rust toolchain that can build for wasm32. */
+export function ensureRust() {
+  if (output('cargo', ['--version']) === null) fail('cargo was not found. Install Rust with rustup, then run this again.');
+  const libraries = output('rustc', ['--print', 'target-libdir', '--target', 'wasm32-unknown-unknown']);
+  if (libraries !== null && existsSync(libraries)) return;
+  run('rustup', ['target', 'add', 'wasm32-unknown-unknown'], { hint: 'The wasm32-unknown-unknown target is needed.' });
+}
+
+/** Makes sure of a Rust command line tool in exactly the version the project was built with. */
+export function ensureRustTool(name) {
+  const { crate, version, locked } = rustTools[name];
+  if (output(name + exe, ['--version'])?.includes(version)) return;
+  console.log(`${name} ${version} is not there yet; building it into .tools (a few minutes, once).`);
+  const args = ['install', crate, '--version', version, '--root', join(root, '.tools'), ...(locked ? ['--locked'] : [])];
+  // Its own target folder: the project's flags and profile are not meant for it.
+  run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target') } });
+}

@@ -1,0 +1,72 @@
+//! `tracecut eval`: scores against ground truth.
+
+mod flow;
+mod moseg;
+
+use crate::failure::{Failure, Result, print, read, read_text};
+use clap::Subcommand;
+use std::path::{Path, PathBuf};
+use tracecut::discretize::Clusters;
+use tracecut::eval::definition::{Definition, parse_pgm};
+use tracecut::eval::moseg::{Scores, score};
+use tracecut::eval::tracks;
+use tracecut::trajectory::Trajectories;
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum EvalCommand {
+    /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
+    Moseg(moseg::MosegArgs),
+    /// Score a track file
+    Tracks {
+        /// Definition file of the shot (...Def.dat); the masks lie beside it
+        definition: PathBuf,
+        /// Track file
+        tracks: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
+    Flow(flow::FlowArgs),
+}
+
+pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
+    match command {
+        EvalCommand::Moseg(args) => moseg::eval(args),
+        EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
+        EvalCommand::Flow(args) => flow::eval(args),
+    }
+}
+
+fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
+    let (tracks, clusters) =
+        tracks::parse(&read_text(track_file)?).map_err(|e| Failure::about(track_file.display(), e))?;
+    let scores = score_shot(definition, &tracks, &clusters)?;
+    if json {
+        let text = serde_json::to_string_pretty(&scores).map_err(|e| Failure(e.to_string()))?;
+        return print(text);
+    }
+    print(format_args!(
+        "density            {:.6} %\noverall error      {:.4} %\nper-region error   {:.4} %\n\
+         over-segmentation  {}\nextracted objects  {}\nvisible regions    {}\nlabelled frames    {}",
+        scores.density,
+        scores.overall,
+        scores.average,
+        scores.oversegmentation,
+        scores.extracted,
+        scores.visible,
+        scores.labeled
+    ))
+}
+
+/// Scores labelled tracks of a shot; the masks lie beside its definition file.
+fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
+    let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
+    let mut maps = Vec::new();
+    for frame in definition.labelled_within(tracks.num_frames) {
+        let mask_path = path.with_file_name(&frame.mask);
+        let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
+        maps.push(definition.regions(&mask));
+    }
+    score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
+}

@@ -1,0 +1,74 @@
+//! Runs a session over an input, with a clock and a progress bar.
+
+use crate::clock::{Clock, Seconds};
+use crate::failure::{Failure, Result};
+use crate::input::Input;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
+use tracecut::{Params, Session, Stage, Step};
+
+/// How long reading the frames and each stage took.
+#[derive(Debug, Default)]
+pub(crate) struct Timing {
+    /// Reading and decoding the frames.
+    read: Seconds,
+    stages: BTreeMap<Stage, Seconds>,
+    /// All of these.
+    pub(crate) total: Seconds,
+}
+
+impl Timing {
+    /// `value` of reading, of each stage and of all, by name.
+    pub(crate) fn by_name<T>(&self, value: fn(Seconds) -> T) -> BTreeMap<&'static str, T> {
+        let stages = self.stages.iter().map(|(stage, &seconds)| (stage.name(), seconds));
+        [("read", self.read), ("total", self.total)].into_iter().chain(stages).map(|(n, s)| (n, value(s))).collect()
+    }
+}
+
+/// Reads all frames of `input` and steps a session to its end.
+pub(crate) fn run(input: &Input, params: Params, bar: &ProgressBar) -> Result<(Session, Timing)> {
+    let mut timing = Timing::default();
+    let clock = Clock::start();
+    let mut session = Session::new(params)?;
+    set_stage(bar, "reading", input.num_frames().unwrap_or(0));
+    for frame in input.frames()? {
+        let (name, frame) = frame?;
+        session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
+        bar.inc(1);
+    }
+    timing.read = clock.seconds();
+    timing.total = timing.read;
+    let mut shown = None;
+    loop {
+        let clock = Clock::start();
+        let Step::Working(progress) = session.step()? else { break };
+        let seconds = clock.seconds();
+        timing.stages.entry(progress.stage).or_default().add(seconds);
+        timing.total.add(seconds);
+        // Flow and trajectories take turns: the bar follows the flow, which takes far longer.
+        if progress.stage == Stage::Trajectories {
+            continue;
+        }
+        if shown != Some(progress.stage) {
+            set_stage(bar, progress.stage.name(), progress.total as usize);
+            shown = Some(progress.stage);
+        }
+        bar.set_position(u64::from(progress.done));
+    }
+    bar.finish_and_clear();
+    Ok((session, timing))
+}
+
+/// A bar on standard error if that is a terminal, otherwise none.
+pub(crate) fn progress_bar() -> ProgressBar {
+    let bar = ProgressBar::new(0);
+    let style = ProgressStyle::with_template("{msg:15} {wide_bar} {pos}/{len} {elapsed}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+pub(crate) fn set_stage(bar: &ProgressBar, name: &'static str, steps: usize) {
+    bar.set_position(0);
+    bar.set_length(steps as u64);
+    bar.set_message(name);
+}

@@ -1,0 +1,156 @@
+//! `tracecut segment`: a clip in; labelled trajectories, pictures and a report out.
+
+use crate::clock::peak_memory_bytes;
+use crate::dump;
+use crate::failure::{Failure, Result, create_folder, print, write};
+use crate::input::Input;
+use crate::overlay;
+use crate::run::{Timing, progress_bar, run};
+use crate::settings::Settings;
+use clap::Args;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use tracecut::discretize::Clusters;
+use tracecut::embedding::{EigenInfo, Embedding};
+use tracecut::eval::tracks;
+use tracecut::params::ParamValue;
+use tracecut::trajectory::Trajectories;
+use tracecut::{Params, Session};
+
+#[derive(Args, Debug)]
+pub(crate) struct SegmentArgs {
+    /// Folder of images in name order, .bmf list, animated GIF, .y4m file, or - for Y4M on standard input
+    input: PathBuf,
+    /// Folder for the results; made if needed
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Take the first N frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Spacing of the trajectories, in pixels; short for --set trajectory.gridStep=PX
+    #[arg(long, value_name = "PX")]
+    track_step: Option<f64>,
+    /// Also write the affinities, the eigenpairs and the neighbour pairs as text
+    #[arg(long)]
+    dump: bool,
+    #[command(flatten)]
+    settings: Settings,
+}
+
+/// What goes into `result.json`.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Report<'a> {
+    version: &'static str,
+    input: String,
+    width: usize,
+    height: usize,
+    working_width: usize,
+    working_height: usize,
+    frames: usize,
+    trajectories: usize,
+    points: usize,
+    clusters: usize,
+    labels: Vec<LabelSize>,
+    eigenvalues: &'a [f64],
+    eigen: &'a EigenInfo,
+    params: &'a Params,
+    seconds: BTreeMap<&'static str, f64>,
+    /// The same on a processor, which other programs do not lengthen; `null` where the system does not say.
+    cpu_seconds: BTreeMap<&'static str, Option<f64>>,
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Debug, Default, Clone, Serialize)]
+struct LabelSize {
+    label: usize,
+    trajectories: usize,
+    points: usize,
+}
+
+pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
+    let mut params = args.settings.params()?;
+    if let Some(step) = args.track_step {
+        params.set("trajectory.gridStep", &ParamValue::Number(step))?;
+    }
+    create_folder(&args.out)?;
+    let input = Input::open(&args.input, args.frames, &args.out.join("stdin.y4m.part"))?;
+    let bar = progress_bar();
+    let (session, timing) = run(&input, params, &bar)?;
+    let results = Results::of(&session)?;
+    write(&args.out.join("tracks.dat"), tracks::write(results.tracks, results.clusters)?)?;
+    write_report(args, &session, &results, &timing)?;
+    if args.dump {
+        dump::write_all(&args.out.join("dump"), &session)?;
+    }
+    overlay::write_all(&args.out.join("overlay"), &input, results.tracks, results.clusters, &bar)?;
+    print(summary(&session, &results, &timing, &args.out))
+}
+
+/// What a finished session holds.
+struct Results<'a> {
+    tracks: &'a Trajectories,
+    clusters: &'a Clusters,
+    embedding: &'a Embedding,
+}
+
+impl<'a> Results<'a> {
+    fn of(session: &'a Session) -> Result<Self> {
+        let missing = || Failure("the session ended without a result: please report this".to_owned());
+        Ok(Self {
+            tracks: session.trajectories().ok_or_else(missing)?,
+            clusters: session.clusters().ok_or_else(missing)?,
+            embedding: session.embedding().ok_or_else(missing)?,
+        })
+    }
+}
+
+fn write_report(args: &SegmentArgs, session: &Session, results: &Results<'_>, timing: &Timing) -> Result<()> {
+    let (width, height) = session.input_size().unwrap_or_default();
+    let (working_width, working_height) = session.working_size().unwrap_or_default();
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        input: args.input.display().to_string(),
+        width,
+        height,
+        working_width,
+        working_height,
+        frames: session.num_frames(),
+        trajectories: results.tracks.len(),
+        points: results.tracks.x.len(),
+        clusters: results.clusters.count,
+        labels: label_sizes(results.tracks, results.clusters),
+        eigenvalues: &results.embedding.eigenvalues,
+        eigen: &results.embedding.info,
+        params: session.params(),
+        seconds: timing.by_name(|s| s.wall),
+        cpu_seconds: timing.by_name(|s| s.cpu),
+        peak_memory_bytes: peak_memory_bytes(),
+    };
+    let json = serde_json::to_string_pretty(&report).map_err(|e| Failure::about("result.json", e))?;
+    write(&args.out.join("result.json"), json + "\n")
+}
+
+fn label_sizes(tracks: &Trajectories, clusters: &Clusters) -> Vec<LabelSize> {
+    let mut sizes: Vec<LabelSize> =
+        (0..clusters.count).map(|label| LabelSize { label, ..LabelSize::default() }).collect();
+    for (i, &label) in clusters.label.iter().enumerate() {
+        let size = &mut sizes[label as usize];
+        size.trajectories += 1;
+        size.points += tracks.points(i).len();
+    }
+    sizes
+}
+
+fn summary(session: &Session, results: &Results<'_>, timing: &Timing, out: &Path) -> String {
+    let (width, height) = session.input_size().unwrap_or_default();
+    format!(
+        "{} frames of {width}x{height}: {} trajectories in {} clusters, {:.2} s; see {}",
+        session.num_frames(),
+        results.tracks.len(),
+        results.clusters.count,
+        timing.total.wall,
+        out.display()
+    )
+}

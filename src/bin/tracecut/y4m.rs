@@ -1,0 +1,255 @@
+//! YUV4MPEG2 (`.y4m`): uncompressed video as many tools pipe it. 8 bits, 4:2:0, 4:2:2, 4:4:4 or brightness only.
+//!
+//! Colour is ITU-R BT.601, in the limited range (16..=235) unless the header says `XCOLORRANGE=FULL`. Chroma samples are repeated over the
+//! pixels that they belong to; siting is ignored, as motion is found in the brightness.
+
+use crate::input::advice;
+use std::io::{BufRead, Read};
+use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
+
+/// Longest header line accepted, in bytes: real ones are below 200.
+const MAX_LINE: u64 = 4096;
+
+/// The frames of a stream, one after the other. After an error it ends.
+#[derive(Debug)]
+pub(crate) struct Y4m<R> {
+    reader: R,
+    format: Format,
+    num_read: usize,
+    ended: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Format {
+    width: usize,
+    height: usize,
+    /// Pixels per chroma sample across and down; `None` without chroma.
+    chroma: Option<(usize, usize)>,
+    full_range: bool,
+}
+
+impl<R: BufRead> Y4m<R> {
+    /// Reads the header.
+    ///
+    /// # Errors
+    /// A sentence when it is not a Y4M header or of a kind not supported.
+    pub(crate) fn new(mut reader: R) -> Result<Self, String> {
+        let header = read_line(&mut reader)?.ok_or("is empty (expected a YUV4MPEG2 header)")?;
+        let format = parse_header(&header)?;
+        Ok(Self { reader, format, num_read: 0, ended: false })
+    }
+
+    fn read_frame(&mut self) -> Result<Option<Frame>, String> {
+        let Some(line) = read_line(&mut self.reader)? else { return Ok(None) };
+        if line.split(' ').next() != Some("FRAME") {
+            return Err(format!("frame {} does not start with FRAME", self.num_read));
+        }
+        let expected = self.format.frame_bytes();
+        let mut bytes = Vec::with_capacity(expected);
+        self.reader.by_ref().take(expected as u64).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+        if bytes.len() < expected {
+            return Err(format!(
+                "is truncated: frame {} has {} of {expected} bytes{}",
+                self.num_read,
+                bytes.len(),
+                advice(self.num_read)
+            ));
+        }
+        self.num_read += 1;
+        let rgb = self.format.to_rgb(&bytes);
+        Frame::from_rgb(rgb, self.format.width, self.format.height).map(Some).map_err(|e| e.to_string())
+    }
+}
+
+impl<R: BufRead> Iterator for Y4m<R> {
+    type Item = Result<Frame, String>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let frame = self.read_frame().transpose();
+        self.ended = !matches!(frame, Some(Ok(_)));
+        frame
+    }
+}
+
+/// A line without its end; `None` at the end of the stream.
+fn read_line(reader: &mut impl BufRead) -> Result<Option<String>, String> {
+    let mut line = Vec::new();
+    reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    if line.pop() != Some(b'\n') {
+        return Err("is truncated or not Y4M: a header line does not end".to_owned());
+    }
+    Ok(Some(String::from_utf8_lossy(&line).into_owned()))
+}
+
+fn parse_header(header: &str) -> Result<Format, String> {
+    let mut words = header.trim_end().split(' ');
+    if words.next() != Some("YUV4MPEG2") {
+        return Err("is not Y4M (expected it to start with YUV4MPEG2)".to_owned());
+    }
+    let mut format = Format { width: 0, height: 0, chroma: Some((2, 2)), full_range: false };
+    for word in words.filter(|w| !w.is_empty()) {
+        let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
+        match tag {
+            "W" => format.width = parse_side(value, "width")?,
+            "H" => format.height = parse_side(value, "height")?,
+            "C" => format.chroma = parse_chroma(value)?,
+            "X" if value == "COLORRANGE=FULL" => format.full_range = true,
+            _ => {}
+        }
+    }
+    let pixels = format.width * format.height;
+    if pixels == 0 || pixels > MAX_PIXELS {
+        return Err(format!("is {}x{} pixels (expected 1..={MAX_PIXELS} pixels)", format.width, format.height));
+    }
+    Ok(format)
+}
+
+fn parse_side(text: &str, name: &str) -> Result<usize, String> {
+    let side = text.parse().ok().filter(|s| (1..=MAX_SIDE).contains(s));
+    side.ok_or_else(|| format!("has {name} \"{text}\" (expected 1..={MAX_SIDE})"))
+}
+
+fn parse_chroma(text: &str) -> Result<Option<(usize, usize)>, String> {
+    match text {
+        "420" | "420jpeg" | "420mpeg2" | "420paldv" => Ok(Some((2, 2))),
+        "422" => Ok(Some((2, 1))),
+        "444" => Ok(Some((1, 1))),
+        "mono" => Ok(None),
+        _ => Err(format!(
+            "has pixel format C{text} (expected C420, C422, C444 or Cmono with 8 bits; with ffmpeg: -pix_fmt yuv420p)"
+        )),
+    }
+}
+
+impl Format {
+    fn chroma_size(&self) -> (usize, usize) {
+        self.chroma.map_or((0, 0), |(across, down)| (self.width.div_ceil(across), self.height.div_ceil(down)))
+    }
+
+    fn frame_bytes(&self) -> usize {
+        let (width, height) = self.chroma_size();
+        self.width * self.height + 2 * width * height
+    }
+
+    fn to_rgb(self, bytes: &[u8]) -> Vec<u8> {
+        let (chroma_width, chroma_height) = self.chroma_size();
+        let (luma, chroma) = bytes.split_at(self.width * self.height);
+        let (cb, cr) = chroma.split_at(chroma_width * chroma_height);
+        let (across, down) = self.chroma.unwrap_or((1, 1));
+        let mut rgb = Vec::with_capacity(3 * luma.len());
+        for y in 0..self.height {
+            for x in 0..self.width {
+                let c = y / down * chroma_width + x / across;
+                let sample = |plane: &[u8]| if self.chroma.is_some() { f32::from(plane[c]) - 128.0 } else { 0.0 };
+                rgb.extend(self.pixel(f32::from(luma[y * self.width + x]), sample(cb), sample(cr)));
+            }
+        }
+        rgb
+    }
+
+    /// ITU-R BT.601: Kr = 0.299, Kb = 0.114.
+    fn pixel(self, y: f32, cb: f32, cr: f32) -> [u8; 3] {
+        let (y, scale) = if self.full_range { (y, 1.0) } else { ((y - 16.0) * (255.0 / 219.0), 255.0 / 224.0) };
+        let (cb, cr) = (cb * scale, cr * scale);
+        [y + 1.402 * cr, y - 0.344_136 * cb - 0.714_136 * cr, y + 1.772 * cb].map(|v| (v + 0.5) as u8)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(bytes: &[u8]) -> Result<Vec<Frame>, String> {
+        Y4m::new(bytes)?.collect()
+    }
+
+    fn stream(header: &str, frames: &[&[u8]]) -> Vec<u8> {
+        let mut bytes = format!("YUV4MPEG2 {header}\n").into_bytes();
+        for frame in frames {
+            bytes.extend(b"FRAME Ip\n");
+            bytes.extend(*frame);
+        }
+        bytes
+    }
+
+    #[test]
+    fn limited_range_greys_map_to_the_full_range() {
+        let all = frames(&stream("W3 H1 F25:1 Cmono", &[&[16, 126, 235], &[0, 255, 17]])).unwrap();
+        assert_eq!(all[0].rgb(), [0, 0, 0, 128, 128, 128, 255, 255, 255]);
+        assert_eq!(all[1].rgb(), [0, 0, 0, 255, 255, 255, 1, 1, 1]);
+        let full = frames(&stream("W3 H1 Cmono XCOLORRANGE=FULL", &[&[16, 126, 235]])).unwrap();
+        assert_eq!(full[0].rgb()[..4], [16, 16, 16, 126]);
+    }
+
+    #[test]
+    fn primary_colours_come_back_within_one_level() {
+        for (yuv, rgb) in [([81, 90, 240], [255, 0, 0]), ([145, 54, 34], [0, 255, 0]), ([41, 240, 110], [0, 0, 255])] {
+            let frame = &frames(&stream("W1 H1 C444", &[&yuv])).unwrap()[0];
+            for (got, want) in frame.rgb().iter().zip(rgb) {
+                assert!(got.abs_diff(want) <= 1, "{yuv:?} gave {:?} (expected {rgb:?})", frame.rgb());
+            }
+        }
+    }
+
+    #[test]
+    fn chroma_of_odd_sizes_is_rounded_up() {
+        // 3x3 in 4:2:0 has 2x2 chroma samples; the last column and row take the last sample.
+        let mut bytes = vec![126; 9];
+        bytes.extend([128, 128, 128, 128, 128, 128, 128, 255]);
+        let frame = &frames(&stream("W3 H3", &[&bytes])).unwrap()[0];
+        assert_eq!(frame.rgb()[..3], [128, 128, 128]);
+        assert_eq!(frame.rgb()[24], 255);
+        // The same in 4:2:2: 2 samples across, 3 down.
+        let mut bytes = vec![126; 9];
+        bytes.extend([128; 11]);
+        bytes.push(255);
+        let frame = &frames(&stream("W3 H3 C422", &[&bytes])).unwrap()[0];
+        assert_eq!((frame.rgb()[15], frame.rgb()[24]), (128, 255));
+    }
+
+    #[test]
+    fn every_truncation_keeps_the_whole_frames_and_then_fails_or_ends() {
+        let whole = stream("W2 H2 Cmono", &[&[20; 4], &[30; 4]]);
+        let header = stream("W2 H2 Cmono", &[]).len();
+        let frame = 9 + 4;
+        for length in 0..whole.len() {
+            match Y4m::new(&whole[..length]) {
+                Err(reason) => assert!(length < header, "{length} bytes: {reason}"),
+                Ok(y4m) => {
+                    let (good, bad): (Vec<_>, Vec<_>) = y4m.partition(|f| f.is_ok());
+                    assert_eq!(good.len(), (length - header) / frame, "{length} bytes");
+                    assert_eq!(bad.len(), usize::from(!(length - header).is_multiple_of(frame)), "{length} bytes");
+                }
+            }
+        }
+        let three = stream("W2 H2 Cmono", &[&[20; 4], &[30; 4], &[40; 3]]);
+        let message = frames(&three).unwrap_err();
+        assert_eq!(message, "is truncated: frame 2 has 3 of 4 bytes (--frames 2 takes the whole ones before it)");
+    }
+
+    #[test]
+    fn headers_of_other_kinds_are_refused_in_words() {
+        for (header, reason) in [
+            ("YUV4MPEG2 W2 H2 C420p10\n", "-pix_fmt yuv420p"),
+            ("YUV4MPEG2 W0 H2\n", "has width \"0\""),
+            ("YUV4MPEG2 W2\n", "is 2x0 pixels"),
+            ("YUV4MPEG2 W16384 H16384\n", "is 16384x16384 pixels"),
+            ("RIFF\n", "is not Y4M"),
+            ("", "is empty"),
+        ] {
+            let message = frames(header.as_bytes()).unwrap_err();
+            assert!(message.contains(reason), "{header:?} gave: {message}");
+        }
+    }
+
+    #[test]
+    fn a_stream_without_frames_is_empty() {
+        assert_eq!(frames(b"YUV4MPEG2 W2 H2\n").unwrap().len(), 0);
+    }
+}

@@ -1,0 +1,56 @@
+//! Small scenes with one thing in them each, for tests.
+
+use super::affine::Affine;
+use super::brush::{Noise, disc, shade};
+use super::{Colour, Scene, Sprite};
+
+/// Colours of the two planes.
+const PLANES: [Colour; 2] = [[150.0, 140.0, 120.0], [110.0, 130.0, 160.0]];
+
+impl Scene {
+    /// A textured plane in front of another, each moving by a known amount, `back` and `front` in pixels a frame to the right
+    /// and downwards. Object 1 is the front plane: the right half of the frame in the middle frame of the clip.
+    pub fn two_planes(
+        width: usize,
+        height: usize,
+        num_frames: usize,
+        back: (f64, f64),
+        front: (f64, f64),
+        seed: u64,
+    ) -> Self {
+        let mut scene = Self::new(width, height, num_frames);
+        let middle = 0.5 * (num_frames as f64 - 1.0);
+        let reach =
+            (middle + 1.0) * [back.0, back.1, front.0, front.1].map(f64::abs).iter().copied().fold(0.0, f64::max);
+        let reach = reach.min(super::MAX_SIDE as f64) as f32 + 2.0;
+        let bounds = [-reach, -reach, scene.size().0 as f32 + reach, scene.size().1 as f32 + reach];
+        let edge = 0.5 * scene.size().0 as f32 - 0.25;
+        for (k, (u, v)) in [back, front].into_iter().enumerate() {
+            let distance = |x: f32| if k == 0 { -1e3 } else { edge - x };
+            let paint = |x, y| (textured(PLANES[k], Noise(crate::rng::mix(seed + k as u64)), x, y), distance(x));
+            let sprite = scene.add_sprite(Sprite::paint(bounds, 1.0, paint));
+            scene.add_layer(sprite, k as u8, |t| Affine::translation(u * (t - middle), v * (t - middle)));
+        }
+        scene
+    }
+
+    /// A textured plane with a disc on it, nothing moving. Object 1 is the disc.
+    pub fn still(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {
+        let mut scene = Self::new(width, height, num_frames);
+        let (right, bottom) = (scene.size().0 as f32, scene.size().1 as f32);
+        let centre = (0.5 * right, 0.5 * bottom);
+        for k in 0..2_usize {
+            let noise = Noise(crate::rng::mix(seed + k as u64));
+            let sprite = Sprite::paint([0.0, 0.0, right, bottom], 1.0, |x, y| {
+                (textured(PLANES[k], noise, x, y), if k == 0 { -1e3 } else { disc(x, y, centre, 0.3 * bottom) })
+            });
+            let sprite = scene.add_sprite(sprite);
+            scene.add_layer(sprite, k as u8, |_| Affine::IDENTITY);
+        }
+        scene
+    }
+}
+
+fn textured(colour: Colour, noise: Noise, x: f32, y: f32) -> Colour {
+    shade(colour, 0.6 * noise.fractal(x, y, 24.0, 3.0))
+}

@@ -1,0 +1,58 @@
+//! The JavaScript interface: a thin newtype over [`Session`](crate::Session).
+//!
+//! Every method converts, makes one call of the core, and converts back; defaults, stepping, cancelling and the choice of worker
+//! or main thread belong to `www/lib`. Arrays come out as copies, never as views of wasm memory: memory that grows detaches views.
+
+mod convert;
+mod panic;
+mod session;
+mod synth;
+
+pub use session::JsSession;
+pub use synth::JsScene;
+
+use crate::Params;
+use crate::params::ParamGroup;
+use serde::Serialize;
+use wasm_bindgen::prelude::*;
+
+/// Runs once when the module is instantiated.
+#[wasm_bindgen(start)]
+fn start() {
+    panic::install_hook();
+}
+
+/// The version of the crate, which is the version of the package.
+#[wasm_bindgen]
+pub fn version() -> String {
+    env!("CARGO_PKG_VERSION").to_owned()
+}
+
+/// What the last panic said; `undefined` if there was none.
+#[wasm_bindgen(js_name = panicMessage)]
+pub fn panic_message() -> Option<String> {
+    panic::message()
+}
+
+/// One parameter, as pages that show settings need it.
+#[derive(Serialize)]
+struct Parameter {
+    name: String,
+    doc: &'static str,
+    kind: &'static str,
+    min: f64,
+    max: f64,
+    default: f64,
+}
+
+/// All parameters in their order of declaration: `{name, doc, kind, min, max, default}`; truth values read as 0 or 1.
+#[wasm_bindgen]
+pub fn parameters() -> Result<JsValue, JsValue> {
+    let mut list = Vec::new();
+    Params::default().visit("", &mut |field| {
+        let (min, max) = field.range;
+        let (doc, kind, default) = (field.doc.trim(), field.kind(), field.get());
+        list.push(Parameter { name: field.name, doc, kind, min, max, default });
+    });
+    convert::to_js(&list)
+}

@@ -1,0 +1,130 @@
+//! The session as JavaScript sees it.
+
+use super::convert::{self, doubles, narrowed, object, words};
+use crate::pipeline::Step;
+use crate::trajectory::Trajectories;
+use crate::{Params, Session};
+use wasm_bindgen::prelude::*;
+
+/// One clip on its way through the stages; see [`Session`].
+#[wasm_bindgen(js_name = Session)]
+#[derive(Debug)]
+pub struct JsSession(Session);
+
+#[wasm_bindgen(js_class = Session)]
+impl JsSession {
+    /// A session with the default parameters changed by `options`, a tree such as `{flow: {patchSize: 8}}`.
+    #[wasm_bindgen(constructor)]
+    pub fn new(options: JsValue) -> Result<JsSession, JsValue> {
+        let mut params = Params::default();
+        let session =
+            convert::to_param_tree(options).and_then(|tree| params.apply(&tree)).and_then(|()| Session::new(params));
+        session.map(Self).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// Adds a frame of `width * height` RGBA pixels.
+    #[wasm_bindgen(js_name = pushRgba)]
+    pub fn push_rgba(&mut self, rgba: &[u8], width: usize, height: usize) -> Result<(), JsValue> {
+        self.0.push_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// Adds a frame from the bytes of a PNG or JPEG file.
+    #[wasm_bindgen(js_name = pushEncoded)]
+    pub fn push_encoded(&mut self, bytes: &[u8]) -> Result<(), JsValue> {
+        self.0.push_encoded(bytes).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// Uses these trajectories, in input pixels, in place of frames.
+    #[wasm_bindgen(js_name = setTrajectories)]
+    #[allow(clippy::too_many_arguments, reason = "flat arrays are what crosses the boundary cheaply")]
+    pub fn set_trajectories(
+        &mut self,
+        num_frames: usize,
+        width: usize,
+        height: usize,
+        start_frame: Vec<u32>,
+        offset: Vec<u32>,
+        x: Vec<f32>,
+        y: Vec<f32>,
+    ) -> Result<(), JsValue> {
+        let variation = vec![0.0; x.len()];
+        let trajectories = Trajectories { num_frames, size: (width, height), start_frame, offset, x, y, variation };
+        self.0.set_trajectories(trajectories).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// Takes one bounded step: `{stage, done, total}`, or `undefined` when nothing is left to do.
+    pub fn step(&mut self) -> Result<JsValue, JsValue> {
+        match self.0.step().map_err(|e| convert::to_js_error(&e))? {
+            Step::Working(progress) => convert::to_js(&progress),
+            Step::Done => Ok(JsValue::UNDEFINED),
+        }
+    }
+
+    /// Drops frames and results; parameters stay.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// `{numFrames, width, height, workingWidth, workingHeight}`; sizes are 0 before the first frame.
+    pub fn info(&self) -> JsValue {
+        let (width, height) = self.0.input_size().unwrap_or_default();
+        let (working_width, working_height) = self.0.working_size().unwrap_or_default();
+        object([
+            ("numFrames", self.0.num_frames().into()),
+            ("width", width.into()),
+            ("height", height.into()),
+            ("workingWidth", working_width.into()),
+            ("workingHeight", working_height.into()),
+        ])
+    }
+
+    /// The parameters in force, as a tree.
+    pub fn params(&self) -> Result<JsValue, JsValue> {
+        convert::to_js(self.0.params())
+    }
+
+    /// Forward flow from frame `t` to `t + 1`: `{width, height, u, v}`.
+    pub fn flow(&self, t: usize) -> Result<JsValue, JsValue> {
+        self.0.flow(t).map(|field| convert::flow(&field)).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// `{count, startFrame, offset, x, y}` in input pixels; `undefined` until there are any.
+    pub fn trajectories(&self) -> JsValue {
+        self.0.trajectories().map_or(JsValue::UNDEFINED, convert::trajectories)
+    }
+
+    /// `{count, label}`; `undefined` until there are any.
+    pub fn clusters(&self) -> JsValue {
+        self.0
+            .clusters()
+            .map_or(JsValue::UNDEFINED, |c| object([("count", c.count.into()), ("label", words(&c.label))]))
+    }
+
+    /// `{dimensions, eigenvalues, vectors, converged, residual}`; `undefined` until there is one.
+    pub fn embedding(&self) -> JsValue {
+        self.0.embedding().map_or(JsValue::UNDEFINED, |e| {
+            object([
+                ("dimensions", e.dimensions.into()),
+                ("eigenvalues", doubles(&e.eigenvalues)),
+                ("vectors", narrowed(&e.vectors)),
+                ("converged", e.info.converged.into()),
+                ("residual", e.info.residual.into()),
+            ])
+        })
+    }
+
+    /// Neighbour pairs and the edges of each frame, `{i, j, d, frameOffset, frameEdges}`; `undefined` until there are any.
+    pub fn edges(&self) -> JsValue {
+        self.0.discontinuities().map_or(JsValue::UNDEFINED, |e| {
+            let near = &e.neighborhoods;
+            let (i, j): (Vec<u32>, Vec<u32>) = near.pairs.iter().copied().unzip();
+            object([
+                ("i", words(&i)),
+                ("j", words(&j)),
+                ("d", narrowed(&e.d)),
+                ("frameOffset", words(&near.frame_offset)),
+                ("frameEdges", words(&near.frame_edges)),
+            ])
+        })
+    }
+}

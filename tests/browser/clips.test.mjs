@@ -1,0 +1,81 @@
+// Real video: one that the browser records itself, and clips that lie outside of the project.
+
+import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import { describe, test } from 'node:test';
+import { inPhase, run, screenshot, sharedClips, text, useSample, useSite } from './support.mjs';
+
+const CARS = join(sharedClips, 'dashcam-cars-38f.mp4');
+const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
+const without = (file) => (existsSync(file) ? false : `${file} is not here`);
+
+describe('video files', () => {
+  const sample = useSample(useSite());
+
+  test('a recording whose length is not written in the file', async () => {
+    const { page, faults } = sample;
+    const bytes = await page.evaluate(recordSample);
+    const file = { name: 'recording.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes) };
+    assert.equal(await run(page, [file]), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
+    assert.match(await text(page, '#subline'), /trajector.* of 384 × 216/);
+    assert.deepEqual(faults, []);
+  });
+
+  test('the dashcam clip: its cars are found', { skip: without(CARS) }, async () => {
+    const { page, faults } = sample;
+    assert.equal(await run(page, [CARS]), 'done');
+    assert.match(await text(page, '#subline'), /38 frames of 480 × 270/);
+    const clusters = await page.evaluate(() => globalThis.tracecutDemo.result.clusters.count);
+    assert.ok(clusters >= 2, `${clusters} clusters`);
+    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(19));
+    await screenshot(page, 'dashcam');
+    for (const [key, id] of [['2', 'discontinuities'], ['3', 'embedding'], ['4', 'flow']]) {
+      await page.keyboard.press('1');
+      await page.keyboard.press(key);
+      if (id === 'flow') await page.waitForTimeout(3000);
+      await screenshot(page, `dashcam-${id}`);
+      await page.keyboard.press(key);
+      await page.keyboard.press('1');
+    }
+    assert.deepEqual(faults, []);
+  });
+
+  test('start, length, step and size are as chosen', { skip: without(LANE) }, async () => {
+    const { page } = sample;
+    await page.setInputFiles('#file', [LANE]);
+    await inPhase(page, 'setup');
+    await page.fill('#take-frames', '8');
+    await page.selectOption('#take-step', '2');
+    await page.selectOption('#take-side', '320');
+    await page.locator('#take-start').fill('100');
+    await page.waitForTimeout(5000);
+    assert.equal(await page.evaluate(() => document.body.dataset.phase), 'setup', 'a change holds the start');
+    await screenshot(page, 'setup');
+    await page.click('#start');
+    await inPhase(page, 'done');
+    assert.match(await text(page, '#subline'), /8 frames of 320 × 180/);
+    const take = await page.evaluate(() => globalThis.tracecutDemo.take);
+    assert.deepEqual(take, { start: 100, frames: 8, step: 2, side: 320 });
+  });
+});
+
+/** Runs in the page: records frames of the sample, and gives the file's bytes. */
+async function recordSample() {
+  const { source } = globalThis.tracecutDemo;
+  const canvas = document.createElement('canvas');
+  Object.assign(canvas, { width: source.width, height: source.height });
+  const ctx = canvas.getContext('2d');
+  const recorder = new MediaRecorder(canvas.captureStream(15), { mimeType: 'video/webm;codecs=vp8' });
+  const parts = [];
+  recorder.ondataavailable = (event) => parts.push(event.data);
+  const stopped = new Promise((resolve) => (recorder.onstop = resolve));
+  recorder.start();
+  for (let t = 0; t < 24; t += 1) {
+    ctx.putImageData(await source.preview(t, source.width), 0, 0);
+    await new Promise((resolve) => setTimeout(resolve, 70));
+  }
+  recorder.stop();
+  await stopped;
+  return [...new Uint8Array(await new Blob(parts).arrayBuffer())];
+}

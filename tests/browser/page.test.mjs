@@ -1,0 +1,108 @@
+// The page itself: keys, narrow windows, colour schemes, names for screen readers, a policy that holds.
+
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { inPhase, openSample, run, screenshot, text, useSample, useSite } from './support.mjs';
+
+describe('the page', () => {
+  const site = useSite();
+  const sample = useSample(site);
+
+  test('is driven by keys', async () => {
+    const { page } = sample;
+    const counter = () => text(page, '#counter');
+    assert.equal(await counter(), '1 / 24');
+    await page.keyboard.press('ArrowRight');
+    assert.equal(await counter(), '2 / 24');
+    await page.keyboard.press('End');
+    assert.equal(await counter(), '24 / 24');
+    await page.keyboard.press('ArrowRight');
+    assert.equal(await counter(), '1 / 24', 'looping');
+    await page.keyboard.press('ArrowLeft');
+    await page.keyboard.press('Home');
+    assert.equal(await counter(), '1 / 24');
+    await page.keyboard.press(' ');
+    await page.waitForFunction(() => globalThis.tracecutDemo.app.timeline.frame > 2);
+    await page.keyboard.press(' ');
+    assert.equal(await page.getAttribute('#play', 'aria-label'), 'Play');
+    await page.keyboard.press('2');
+    assert.equal(await page.locator('[data-layer="discontinuities"]').isChecked(), true);
+    await page.keyboard.press('2');
+    assert.equal(await page.locator('[data-layer="discontinuities"]').isChecked(), false);
+  });
+
+  for (const colorScheme of ['light', 'dark']) {
+    test(`fits a phone, ${colorScheme}`, async () => {
+      const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true, colorScheme };
+      const { page, faults } = await openSample(site, phone);
+      const overflow = () => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+      assert.equal(await overflow(), 0, 'with a result');
+      await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+      await screenshot(page, `phone-${colorScheme}`);
+      for (const box of await page.locator('[data-layer]').all()) await box.setChecked(true);
+      assert.equal(await overflow(), 0, 'with all layers');
+      await run(page, [{ name: `${'long-name'.repeat(12)}.mp4`, mimeType: 'video/mp4', buffer: Buffer.from('x') }]);
+      assert.equal(await overflow(), 0, 'with an error');
+      await screenshot(page, `phone-error-${colorScheme}`);
+      assert.deepEqual(faults.filter((fault) => !fault.includes('blob:')), []);
+    });
+  }
+
+  test('looks at home in the dark', async () => {
+    const { page } = await openSample(site, { colorScheme: 'dark' });
+    const [ground, ink] = await page.evaluate(() => {
+      const { backgroundColor } = getComputedStyle(document.documentElement);
+      return [backgroundColor, getComputedStyle(document.body).color].map((c) => Number(c.match(/\d+/)[0]));
+    });
+    assert.ok(ground < 60 && ink > 190, `ground ${ground}, ink ${ink}`);
+    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await screenshot(page, 'sample-dark');
+  });
+
+  test('gives every control a name', async () => {
+    const { page } = sample;
+    const nameless = await page.evaluate(() => {
+      const controls = [...document.querySelectorAll('button, input, select, canvas[role], [role="progressbar"]')];
+      const named = (e) => e.getAttribute('aria-label') || e.labels?.length || e.textContent.trim() || e.hidden;
+      return controls.filter((e) => !named(e)).map((e) => e.outerHTML);
+    });
+    assert.deepEqual(nameless, []);
+    assert.match(await page.getAttribute('#canvas', 'aria-label'), /moving object/);
+    assert.match(await page.locator('#live').textContent(), /moving object/);
+  });
+
+  test('tells the stages while it runs', async () => {
+    const { page } = sample;
+    await page.evaluate(() => {
+      globalThis.heard = [];
+      new MutationObserver(() => globalThis.heard.push(document.querySelector('#live').textContent)).observe(
+        document.querySelector('#live'),
+        { childList: true, characterData: true, subtree: true },
+      );
+    });
+    await page.click('#again');
+    await inPhase(page, 'done');
+    const heard = await page.evaluate(() => globalThis.heard.join('\n'));
+    assert.match(heard, /Reading frames/);
+    assert.match(heard, /Optical flow/);
+    const rows = await page.locator('.stage-row').allInnerTexts();
+    assert.ok(rows.length >= 7 && rows.every((row) => /\d+\.\d\ss/.test(row)), rows.join(' | '));
+  });
+
+  test('runs no foreign script and talks to no other place', async () => {
+    const { page } = sample;
+    const { injected, answer, directives } = await page.evaluate(async () => {
+      const violations = [];
+      document.addEventListener('securitypolicyviolation', (event) => violations.push(event.effectiveDirective));
+      const script = document.createElement('script');
+      script.textContent = 'globalThis.injected = true';
+      document.body.append(script);
+      const fetched = await fetch('http://127.0.0.1:9/').then(() => 'answered', () => 'refused');
+      await new Promise((resolve) => setTimeout(resolve, 300)); // Violations are reported later.
+      return { injected: Boolean(globalThis.injected), answer: fetched, directives: violations };
+    });
+    assert.equal(injected, false);
+    assert.equal(answer, 'refused');
+    assert.deepEqual(directives.map((name) => name.slice(0, 11)).sort(), ['connect-src', 'script-src-']);
+  });
+});

@@ -1,0 +1,183 @@
+// What the browser tests share: the project's server, one browser, pages that are watched, PNG files made on the spot.
+
+import { mkdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before } from 'node:test';
+import { deflateSync } from 'node:zlib';
+import { launchBrowser } from '../../scripts/browser.mjs';
+import { serve } from '../../scripts/serve.mjs';
+import { root } from '../../scripts/tools.mjs';
+
+/** A run of the sample takes seconds; on a busy machine far more. */
+const PATIENCE_MS = 180_000;
+
+/** Folder of clips that are not part of the project; tests that need them are passed over without it. */
+export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 'shared'), 'data', 'clips');
+
+/**
+ * Server and browser for the tests of one file.
+ *
+ * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open` gives a
+ *   fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere else
+ */
+export function useSite() {
+  let server;
+  let browser;
+  before(async () => {
+    server = await serve();
+    browser = await launchBrowser();
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.close();
+  });
+  const open = async (options = {}) => {
+    const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', ...options });
+    const page = await context.newPage();
+    page.setDefaultTimeout(PATIENCE_MS);
+    const faults = watch(page, server.url);
+    await page.goto(server.url);
+    return { page, faults };
+  };
+  return { open };
+}
+
+function watch(page, url) {
+  const faults = [];
+  page.on('console', (message) => {
+    if (['error', 'warning'].includes(message.type())) faults.push(`${message.type()}: ${message.text()}`);
+  });
+  page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
+  page.on('request', (request) => {
+    if (!request.url().startsWith(url) && !/^(blob|data):/.test(request.url())) faults.push(`request to ${request.url()}`);
+  });
+  page.on('requestfailed', (request) => {
+    // A player that is told to let go of its file stops reading it.
+    if (!request.url().startsWith('blob:')) faults.push(`failed: ${request.url()}`);
+  });
+  return faults;
+}
+
+/** Waits until a run has ended and gives the state it ended in. */
+export async function ended(page) {
+  await page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
+  return page.evaluate(() => document.body.dataset.state);
+}
+
+/** Waits for one phase of the page (see demo/status.js). */
+export async function inPhase(page, phase) {
+  await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);
+}
+
+/** Opens the site and waits for the sample. */
+export async function openSample(site, options) {
+  const opened = await site.open(options);
+  const state = await ended(opened.page);
+  if (state !== 'done') throw new Error(`the sample ended in ${state}: ${await text(opened.page, '#error')}`);
+  return opened;
+}
+
+/** One page with the finished sample for all tests of a suite that may share it; read `page` and `faults` in the tests. */
+export function useSample(site) {
+  const shared = { page: null, faults: null };
+  before(async () => Object.assign(shared, await openSample(site)));
+  return shared;
+}
+
+/** Hands files to the page and starts without waiting for the countdown; gives the state that the run ended in. */
+export async function run(page, files) {
+  await page.setInputFiles('#file', files);
+  await page.waitForFunction(() => ['setup', 'error'].includes(document.body.dataset.phase));
+  if ((await page.evaluate(() => document.body.dataset.phase)) === 'setup') await page.click('#start');
+  return ended(page);
+}
+
+/** The visible words of an element. */
+export async function text(page, selector) {
+  return (await page.locator(selector).innerText()).trim();
+}
+
+/** Writes a picture of the page to out/screens/, for people to look at. */
+export async function screenshot(page, name) {
+  const folder = join(root, 'out', 'screens');
+  mkdirSync(folder, { recursive: true });
+  await page.screenshot({ path: join(folder, `${name}.png`), fullPage: true });
+}
+
+/**
+ * A file for `setInputFiles`: a PNG of one frame.
+ *
+ * @param {string} name
+ * @param {{data: Uint8ClampedArray, width: number, height: number}} frame RGBA
+ */
+export function pngFile(name, { data, width, height }) {
+  const rows = Buffer.alloc(height * (1 + 4 * width));
+  for (let y = 0; y < height; y += 1) rows.set(data.subarray(4 * width * y, 4 * width * (y + 1)), y * (1 + 4 * width) + 1);
+  const header = Buffer.alloc(13);
+  header.writeUInt32BE(width, 0);
+  header.writeUInt32BE(height, 4);
+  header.set([8, 6, 0, 0, 0], 8); // 8 bits, RGBA
+  const signature = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
+  const buffer = Buffer.concat([signature, chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]);
+  return { name, mimeType: 'image/png', buffer };
+}
+
+function chunk(type, data) {
+  const body = Buffer.concat([Buffer.from(type, 'latin1'), data]);
+  const whole = Buffer.alloc(body.length + 8);
+  whole.writeUInt32BE(data.length, 0);
+  body.copy(whole, 4);
+  whole.writeUInt32BE(crc32(body), body.length + 4);
+  return whole;
+}
+
+/** The checksum of PNG; Node's own came after version 20. */
+function crc32(bytes) {
+  let crc = ~0;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let bit = 0; bit < 8; bit += 1) crc = crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1;
+  }
+  return ~crc >>> 0;
+}
+
+/** A frame of one colour, or of what `color(x, y)` says. */
+export function plainFrame(width, height, color = () => [0, 0, 0]) {
+  const data = new Uint8ClampedArray(4 * width * height);
+  for (let k = 0; k < width * height; k += 1) data.set([...color(k % width, Math.floor(k / width)), 255], 4 * k);
+  return { data, width, height };
+}
+
+/**
+ * A file for `setInputFiles`: an animated GIF of grey frames (the red channel of each, halved).
+ *
+ * @param {string} name
+ * @param {{data: Uint8ClampedArray, width: number, height: number}[]} frames
+ */
+export function gifFile(name, frames) {
+  const { width, height } = frames[0];
+  const size = [width & 255, width >> 8, height & 255, height >> 8];
+  const greys = Array.from({ length: 128 }, (_, k) => [2 * k, 2 * k, 2 * k]).flat();
+  const loop = [0x21, 0xff, 11, ...Buffer.from('NETSCAPE2.0'), 3, 1, 0, 0, 0];
+  const parts = [Buffer.from('GIF89a'), Buffer.from([...size, 0xf6, 0, 0, ...greys, ...loop])];
+  for (const { data } of frames) {
+    parts.push(Buffer.from([0x21, 0xf9, 4, 0, 7, 0, 0, 0, 0x2c, 0, 0, 0, 0, ...size, 0, 7]), gifCodes(data), Buffer.from([0]));
+  }
+  return { name, mimeType: 'image/gif', buffer: Buffer.concat([...parts, Buffer.from([0x3b])]) };
+}
+
+/** Pixels as codes of 8 bits: the table is cleared so often that codes never grow, so nothing is compressed. */
+function gifCodes(data) {
+  const codes = [];
+  for (let k = 0; 4 * k < data.length; k += 1) {
+    if (k % 100 === 0) codes.push(128);
+    codes.push(data[4 * k] >> 1);
+  }
+  codes.push(129);
+  const blocks = [];
+  for (let k = 0; k < codes.length; k += 255) {
+    const block = codes.slice(k, k + 255);
+    blocks.push(block.length, ...block);
+  }
+  return Buffer.from(blocks);
+}

@@ -1,0 +1,94 @@
+//! The JavaScript interface as JavaScript calls it: compiled to wasm and run in Node by `wasm-pack test --node`.
+
+#![cfg(all(test, target_arch = "wasm32"))]
+
+use js_sys::{Array, Object, Reflect};
+use tracecut::wasm::{JsSession, parameters};
+use wasm_bindgen::JsValue;
+use wasm_bindgen_test::wasm_bindgen_test;
+
+fn get(value: &JsValue, name: &str) -> JsValue {
+    Reflect::get(value, &name.into()).unwrap()
+}
+
+fn number(value: &JsValue, name: &str) -> f64 {
+    get(value, name).as_f64().unwrap_or_else(|| panic!("{name} is not a number"))
+}
+
+/// `{section: {name: value}}`
+fn option(section: &str, name: &str, value: impl Into<JsValue>) -> JsValue {
+    let (inner, outer) = (Object::new(), Object::new());
+    Reflect::set(&inner, &name.into(), &value.into()).unwrap();
+    Reflect::set(&outer, &section.into(), &inner).unwrap();
+    outer.into()
+}
+
+fn code_and_message(error: &JsValue) -> (String, String) {
+    (get(error, "code").as_string().unwrap(), get(error, "message").as_string().unwrap())
+}
+
+#[wasm_bindgen_test]
+fn every_parameter_is_listed_with_a_default_in_its_range() {
+    let list: Array = parameters().unwrap().into();
+    assert!(list.length() > 20, "{} parameters", list.length());
+    for parameter in list.iter() {
+        let (min, max, default) = (number(&parameter, "min"), number(&parameter, "max"), number(&parameter, "default"));
+        assert!((min..=max).contains(&default), "{:?}: {default} outside of {min}..={max}", get(&parameter, "name"));
+    }
+}
+
+#[wasm_bindgen_test]
+fn options_reach_the_parameters() {
+    let session = JsSession::new(option("clip", "maxSide", 320)).unwrap();
+    assert_eq!(number(&get(&session.params().unwrap(), "clip"), "maxSide"), 320.0);
+}
+
+#[wasm_bindgen_test]
+fn wrong_options_are_errors_that_say_what_is_legal() {
+    let (code, message) = code_and_message(&JsSession::new(option("clip", "maxSize", 320)).unwrap_err());
+    assert_eq!(code, "param");
+    assert!(message.contains("clip.maxSide"), "{message}");
+    let (code, message) = code_and_message(&JsSession::new(option("clip", "maxSide", "wide")).unwrap_err());
+    assert_eq!(
+        (code.as_str(), message.as_str()),
+        ("param", "clip.maxSide = \"wide\" (expected a whole number, 16..=4096)")
+    );
+    assert_eq!(code_and_message(&JsSession::new(7.into()).unwrap_err()).0, "param");
+}
+
+#[wasm_bindgen_test]
+fn a_frame_of_the_wrong_length_is_an_error() {
+    let mut session = JsSession::new(JsValue::UNDEFINED).unwrap();
+    assert_eq!(code_and_message(&session.push_rgba(&[0; 15], 2, 2).unwrap_err()).0, "frame-bytes");
+    assert_eq!(code_and_message(&session.push_encoded(b"no image").unwrap_err()).0, "decode");
+}
+
+#[wasm_bindgen_test]
+fn a_small_clip_runs_to_its_end_and_gives_arrays_that_fit_together() {
+    let mut session = JsSession::new(JsValue::UNDEFINED).unwrap();
+    for t in 0..3 {
+        let rgba: Vec<u8> =
+            (0..48 * 32).flat_map(|p| [((p % 48 + t) * 37 % 251) as u8, (p / 48 * 7) as u8, 90, 255]).collect();
+        session.push_rgba(&rgba, 48, 32).unwrap();
+    }
+    let mut stages = Vec::new();
+    loop {
+        let progress = session.step().unwrap();
+        if progress.is_undefined() {
+            break;
+        }
+        let stage = get(&progress, "stage").as_string().unwrap();
+        if stages.last() != Some(&stage) {
+            stages.push(stage);
+        }
+    }
+    assert_eq!(stages, ["flow", "trajectories", "affinities", "embedding", "discontinuities", "clusters"]);
+    let count = number(&session.trajectories(), "count") as u32;
+    assert!(count > 0);
+    assert_eq!(Array::from(&get(&session.clusters(), "label")).length(), count);
+    assert_eq!(Array::from(&get(&session.trajectories(), "offset")).length(), count + 1);
+    assert_eq!(Array::from(&get(&session.edges(), "frameOffset")).length(), 4);
+    assert_eq!(number(&session.info(), "numFrames"), 3.0);
+    let flow = session.flow(0).unwrap();
+    assert_eq!((number(&flow, "width"), number(&flow, "height")), (48.0, 32.0));
+}

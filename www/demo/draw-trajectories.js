@@ -1,0 +1,166 @@
+/** Trajectory points by cluster, each with the last part of its way. @module */
+
+import { CellPainter, packColors } from './cells.js';
+import { key } from './dom.js';
+import { opacity } from './layer.js';
+import { clusterColor, clusterShape, rgbOf } from './palette.js';
+
+/** Radius of a point against the distance between points, and its bounds in CSS pixels. */
+const RADIUS = { share: 0.17, least: 1.1, most: 4 };
+
+/** The background's points are smaller by this, so that objects stand out. */
+const BACKGROUND_SIZE = 0.5;
+
+/** @returns {import('./layer.js').Layer} */
+export function trajectoryLayer() {
+  const trail = {
+    name: 'Trail',
+    value: 8,
+    min: 0,
+    max: 24,
+    step: 1,
+    text: (/** @type {number} */ v) => (v === 0 ? 'none' : `${v} frames`),
+  };
+  const tint = { ...opacity(0.35), name: 'Tint' };
+  /** @type {Uint32Array | null} */
+  let colors = null;
+  const cells = new CellPainter((view) => {
+    colors ??= tintColors(/** @type {import('./points.js').Points} */ (view.points).result);
+    return colors;
+  });
+  return {
+    id: 'trajectories',
+    name: 'Trajectories',
+    about: 'Points followed from frame to frame, coloured by cluster. Pixels are tinted like the nearest point.',
+    z: 60,
+    on: true,
+    settings: { opacity: opacity(), trail, tint },
+    legend: () => [key('dot', clusterColor(0), 'background'), key('dot', clusterColor(1), 'objects, colours as listed')],
+    reset() {
+      colors = null;
+      cells.reset();
+    },
+    draw(ctx, view) {
+      if (!view.points) return;
+      ctx.globalAlpha = tint.value;
+      cells.draw(ctx, view);
+      ctx.globalAlpha = 1;
+      const groups = groupByCluster(view);
+      ctx.lineCap = 'round';
+      groups.forEach((ids, cluster) => drawTrails(ctx, view, ids, cluster, trail.value));
+      groups.forEach((ids, cluster) => drawPoints(ctx, view, ids, cluster));
+    },
+  };
+}
+
+/**
+ * @param {import('./points.js').Result} result
+ * @returns {Uint32Array} per trajectory the colour of its cluster; clear for the background
+ */
+function tintColors({ clusters, trajectories }) {
+  const palette = Array.from({ length: clusters.count }, (_, k) => rgbOf(clusterColor(k)));
+  return packColors(trajectories.count, (i, out, at) => {
+    const cluster = clusters.label[i];
+    const { r, g, b } = palette[cluster];
+    out.set([r, g, b, cluster === 0 ? 0 : 255], at);
+  });
+}
+
+/**
+ * @param {import('./layer.js').View} view
+ * @returns {number[][]} for each cluster the visible trajectories alive in the frame
+ */
+function groupByCluster(view) {
+  const points = /** @type {import('./points.js').Points} */ (view.points);
+  const { label, count } = points.result.clusters;
+  /** @type {number[][]} */
+  const groups = Array.from({ length: count }, () => []);
+  for (const id of points.at(view.frame).id) if (view.visible(label[id])) groups[label[id]].push(id);
+  return groups;
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {import('./layer.js').View} view
+ * @param {number[]} ids
+ * @param {number} cluster
+ * @param {number} length frames back
+ */
+function drawTrails(ctx, view, ids, cluster, length) {
+  const points = /** @type {import('./points.js').Points} */ (view.points);
+  const { x, y } = points.result.trajectories;
+  const strength = cluster === 0 ? 0.45 : 0.9;
+  ctx.strokeStyle = clusterColor(cluster);
+  ctx.lineWidth = (cluster === 0 ? 0.8 : 1.5) * view.unit;
+  // One path per age: each step back in time is a little fainter.
+  for (let back = length; back >= 1; back--) {
+    ctx.globalAlpha = strength * (1 - back / (length + 1));
+    ctx.beginPath();
+    for (const id of ids) {
+      const from = points.index(id, view.frame - back);
+      if (from < 0) continue;
+      ctx.moveTo(x[from], y[from]);
+      ctx.lineTo(x[from + 1], y[from + 1]);
+    }
+    ctx.stroke();
+  }
+  ctx.globalAlpha = 1;
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {import('./layer.js').View} view
+ * @param {number[]} ids
+ * @param {number} cluster
+ */
+function drawPoints(ctx, view, ids, cluster) {
+  const points = /** @type {import('./points.js').Points} */ (view.points);
+  const wanted = (RADIUS.share * points.spacing(view.frame)) / view.unit;
+  const size = Math.min(RADIUS.most, Math.max(RADIUS.least, wanted)) * view.unit;
+  const radius = cluster === 0 ? BACKGROUND_SIZE * size : size;
+  // A dark rim keeps the colours legible on bright footage.
+  ctx.fillStyle = 'rgb(0 0 0 / 0.5)';
+  fillMarkers(ctx, view, ids, cluster, radius + 0.6 * view.unit);
+  ctx.fillStyle = clusterColor(cluster);
+  fillMarkers(ctx, view, ids, cluster, radius);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {import('./layer.js').View} view
+ * @param {number[]} ids
+ * @param {number} cluster
+ * @param {number} radius clip pixels
+ */
+function fillMarkers(ctx, view, ids, cluster, radius) {
+  const points = /** @type {import('./points.js').Points} */ (view.points);
+  const { x, y } = points.result.trajectories;
+  const shape = clusterShape(cluster);
+  ctx.beginPath();
+  for (const id of ids) {
+    const at = points.index(id, view.frame);
+    if (shape === 'disc') {
+      ctx.moveTo(x[at] + radius, y[at]);
+      ctx.arc(x[at], y[at], radius, 0, 2 * Math.PI);
+    } else if (shape === 'square') {
+      ctx.rect(x[at] - radius, y[at] - radius, 2 * radius, 2 * radius);
+    } else {
+      addDiamond(ctx, x[at], y[at], 1.3 * radius);
+    }
+  }
+  ctx.fill();
+}
+
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {number} x
+ * @param {number} y
+ * @param {number} radius
+ */
+function addDiamond(ctx, x, y, radius) {
+  ctx.moveTo(x, y - radius);
+  ctx.lineTo(x + radius, y);
+  ctx.lineTo(x, y + radius);
+  ctx.lineTo(x - radius, y);
+  ctx.closePath();
+}

@@ -1,0 +1,99 @@
+/** Images of a sequence, or one animated image, as a source of frames. @module */
+
+import { Grabber } from './grabber.js';
+import { PageError } from './words.js';
+
+/** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
+const SEQUENCE_FPS = 15;
+
+/**
+ * @param {File[]} files
+ * @returns {Promise<import('./source.js').Source>}
+ */
+export async function openImages(files) {
+  if (files.length === 1) return openAnimation(files[0]);
+  const inOrder = new Intl.Collator('en', { numeric: true });
+  const sorted = [...files].sort((a, b) => inOrder.compare(a.name, b.name));
+  const first = await decode(sorted[0]);
+  const size = { width: first.width, height: first.height };
+  first.close();
+  const grabber = new Grabber();
+  return pictureSource(`${sorted[0].name} … ${sorted[sorted.length - 1].name}`, sorted.length, size, async (k, side) => {
+    const picture = await decode(sorted[k]);
+    if (picture.width !== size.width || picture.height !== size.height) {
+      const found = `${sorted[k].name} is ${picture.width}×${picture.height}`;
+      throw new PageError('mixed-sizes', `${found}, the first is ${size.width}×${size.height}`);
+    }
+    const pixels = grabber.grab(picture, size, side);
+    picture.close();
+    return pixels;
+  });
+}
+
+/**
+ * A GIF, or another image that may hold several frames.
+ *
+ * @param {File} file
+ * @returns {Promise<import('./source.js').Source>}
+ */
+async function openAnimation(file) {
+  (await decode(file)).close();
+  const Decoder = /** @type {any} */ (globalThis).ImageDecoder;
+  if (!Decoder || !(await Decoder.isTypeSupported(file.type))) throw new PageError('one-frame', file.name);
+  const decoder = new Decoder({ data: await file.arrayBuffer(), type: file.type });
+  await Promise.all([decoder.tracks.ready, decoder.completed]);
+  const { frameCount } = decoder.tracks.selectedTrack;
+  if (frameCount < 2) {
+    decoder.close();
+    throw new PageError('one-frame', file.name);
+  }
+  const { image } = await decoder.decode({ frameIndex: 0 });
+  const size = { width: image.displayWidth, height: image.displayHeight };
+  const fps = image.duration > 0 ? 1e6 / image.duration : SEQUENCE_FPS;
+  image.close();
+  const grabber = new Grabber();
+  const read = async (/** @type {number} */ k, /** @type {number} */ side) => {
+    const frame = (await decoder.decode({ frameIndex: k })).image;
+    const pixels = grabber.grab(frame, size, side);
+    frame.close();
+    return pixels;
+  };
+  return { ...pictureSource(file.name, frameCount, size, read), fps, close: () => decoder.close() };
+}
+
+/**
+ * @param {string} name
+ * @param {number} count
+ * @param {{width: number, height: number}} size
+ * @param {(frame: number, side: number) => Promise<ImageData>} read
+ * @returns {import('./source.js').Source}
+ */
+function pictureSource(name, count, size, read) {
+  return {
+    kind: 'images',
+    name,
+    ...size,
+    fps: SEQUENCE_FPS,
+    count,
+    preview: read,
+    async *frames(take, signal) {
+      for (let k = 0; k < take.frames; k++) {
+        signal.throwIfAborted();
+        yield await read(take.start + k * take.step, take.side);
+      }
+    },
+    close() {},
+  };
+}
+
+/**
+ * @param {File} file
+ * @returns {Promise<ImageBitmap>}
+ */
+async function decode(file) {
+  try {
+    return await createImageBitmap(file);
+  } catch {
+    throw new PageError('unreadable-image', file.name);
+  }
+}

@@ -1,0 +1,38 @@
+/** Keys of the page; the hint beneath the timeline lists them. @module */
+
+/** @param {import('./app.js').App} app */
+export function connectKeys(app) {
+  /** @type {Record<string, () => void>} */
+  const actions = {
+    ' ': () => app.timeline.toggle(),
+    ArrowLeft: () => app.timeline.step(-1),
+    ArrowRight: () => app.timeline.step(1),
+    Home: () => app.timeline.jump(0),
+    End: () => app.timeline.jump(app.timeline.numFrames - 1),
+    Escape: () => app.cancel(),
+  };
+  addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const layer = /^[1-9]$/.test(event.key) ? Number(event.key) - 1 : -1;
+    const action = layer >= 0 ? () => app.panel.toggle(layer) : actions[event.key];
+    if (!action || keepsKey(event)) return;
+    event.preventDefault();
+    // A button that was clicked with the mouse would still answer to the space bar.
+    if (event.key === ' ') /** @type {HTMLElement} */ (event.target).blur();
+    action();
+  });
+}
+
+/**
+ * Form fields keep the keys that they use themselves, and so do buttons that were reached with the keyboard.
+ *
+ * @param {KeyboardEvent} event
+ * @returns {boolean}
+ */
+function keepsKey(event) {
+  if (event.key === 'Escape') return false;
+  const target = /** @type {HTMLElement} */ (event.target);
+  if (target.matches('select, textarea, input[type="number"]')) return true;
+  if (target.matches('input[type="range"]')) return event.key !== ' ' && !/^[1-9]$/.test(event.key);
+  return event.key === ' ' && target.matches(':is(button, input, a):focus-visible');
+}

@@ -1,0 +1,162 @@
+/**
+ * A result seen frame by frame: which trajectories are alive in a frame and where, shares of clusters, spacing.
+ * @module
+ */
+
+/**
+ * The part of a result that drawing needs. `trajectories` holds points of trajectory `i` at
+ * `offset[i]..offset[i + 1]`, the first of them in frame `startFrame[i]`, in input pixels.
+ *
+ * @typedef {object} Result
+ * @property {number} width
+ * @property {number} height
+ * @property {number} numFrames
+ * @property {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array}} trajectories
+ * @property {{count: number, label: Uint32Array}} clusters
+ * @property {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array}} embedding
+ * @property {(t: number) => {i: Uint32Array, j: Uint32Array, d: Float32Array}} edges
+ */
+
+/** @typedef {{id: Uint32Array, x: Float32Array, y: Float32Array}} FramePoints Trajectories alive in a frame. */
+
+/** Indexes a result by frame; answers are cached, so playing costs nothing after the first round. */
+export class Points {
+  /** @param {Result} result */
+  constructor(result) {
+    this.result = result;
+    /** @type {Map<number, FramePoints>} */
+    this.cache = new Map();
+    /** @type {Map<number, number>} */
+    this.spacings = new Map();
+    this.presence = presenceOf(result);
+  }
+
+  /**
+   * @param {number} frame
+   * @returns {FramePoints}
+   */
+  at(frame) {
+    const known = this.cache.get(frame);
+    if (known) return known;
+    const { count, startFrame, offset, x, y } = this.result.trajectories;
+    const ids = [];
+    for (let i = 0; i < count; i++) {
+      const age = frame - startFrame[i];
+      if (age >= 0 && age < offset[i + 1] - offset[i]) ids.push(i);
+    }
+    const id = Uint32Array.from(ids);
+    const at = (/** @type {number} */ i) => offset[i] + frame - startFrame[i];
+    const points = { id, x: Float32Array.from(id, (i) => x[at(i)]), y: Float32Array.from(id, (i) => y[at(i)]) };
+    this.cache.set(frame, points);
+    return points;
+  }
+
+  /**
+   * @param {number} trajectory
+   * @param {number} frame
+   * @returns {number} index of its point in `x` and `y`, or -1 where it is not alive
+   */
+  index(trajectory, frame) {
+    const { startFrame, offset } = this.result.trajectories;
+    const age = frame - startFrame[trajectory];
+    return age >= 0 && age < offset[trajectory + 1] - offset[trajectory] ? offset[trajectory] + age : -1;
+  }
+
+  /**
+   * @param {number} cluster
+   * @returns {number} its share of all trajectory points, in 0..1
+   */
+  share(cluster) {
+    const { count } = this.result.clusters;
+    let own = 0;
+    let all = 0;
+    this.presence.forEach((n, k) => {
+      all += n;
+      if (k % count === cluster) own += n;
+    });
+    return all > 0 ? own / all : 0;
+  }
+
+  /**
+   * The trajectory nearest to a place.
+   *
+   * @param {number} frame
+   * @param {number} px input pixels
+   * @param {number} py
+   * @param {number} reach input pixels
+   * @param {(cluster: number) => boolean} visible
+   * @returns {number} trajectory, or -1
+   */
+  nearest(frame, px, py, reach, visible) {
+    const { id, x, y } = this.at(frame);
+    let best = -1;
+    let bestSq = reach * reach;
+    for (let k = 0; k < id.length; k++) {
+      const sq = (x[k] - px) ** 2 + (y[k] - py) ** 2;
+      if (sq < bestSq && visible(this.result.clusters.label[id[k]])) {
+        best = id[k];
+        bestSq = sq;
+      }
+    }
+    return best;
+  }
+
+  /**
+   * @param {number} frame
+   * @returns {number} typical distance of neighbouring points in input pixels
+   */
+  spacing(frame) {
+    const known = this.spacings.get(frame) ?? this.measureSpacing(frame);
+    this.spacings.set(frame, known);
+    return known;
+  }
+
+  /** @param {number} frame */
+  measureSpacing(frame) {
+    const { x } = this.at(frame);
+    if (x.length < 2) return 8;
+    const { i, j } = this.result.edges(frame);
+    const lengths = [];
+    for (let e = 0; e < i.length; e++) {
+      const a = this.index(i[e], frame);
+      const b = this.index(j[e], frame);
+      if (a >= 0 && b >= 0) lengths.push(this.distance(a, b));
+    }
+    return lengths.length > 0 ? quantile(lengths, 0.5) : Math.sqrt((this.result.width * this.result.height) / x.length);
+  }
+
+  /**
+   * @param {number} a index into `x` and `y`
+   * @param {number} b
+   * @returns {number} input pixels
+   */
+  distance(a, b) {
+    const { x, y } = this.result.trajectories;
+    return Math.hypot(x[a] - x[b], y[a] - y[b]);
+  }
+}
+
+/**
+ * @param {Result} result
+ * @returns {Uint32Array} points of cluster `k` in frame `t` at `t * clusters.count + k`
+ */
+function presenceOf(result) {
+  const { count, startFrame, offset } = result.trajectories;
+  const clusters = result.clusters.count;
+  const presence = new Uint32Array(result.numFrames * clusters);
+  for (let i = 0; i < count; i++) {
+    const length = offset[i + 1] - offset[i];
+    for (let age = 0; age < length; age++) presence[(startFrame[i] + age) * clusters + result.clusters.label[i]] += 1;
+  }
+  return presence;
+}
+
+/**
+ * @param {Iterable<number>} values
+ * @param {number} q in 0..1
+ * @returns {number} 0 when there are none
+ */
+export function quantile(values, q) {
+  const sorted = Float64Array.from(values).sort();
+  return sorted.length === 0 ? 0 : sorted[Math.round(q * (sorted.length - 1))];
+}

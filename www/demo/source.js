@@ -1,0 +1,103 @@
+/**
+ * Where frames come from. Each kind of source answers the same questions, so the rest of the page does not care.
+ * @module
+ */
+
+import { openImages } from './images.js';
+import { openVideo } from './video.js';
+import { PageError } from './words.js';
+
+/**
+ * What to take from a source.
+ *
+ * @typedef {object} Take
+ * @property {number} start index of the first frame
+ * @property {number} frames how many
+ * @property {number} step 1 takes every frame, 2 every second one, …
+ * @property {number} side long side of the working size in pixels; a smaller source stays as it is
+ */
+
+/**
+ * @typedef {object} Source
+ * @property {'sample' | 'video' | 'images'} kind
+ * @property {string} name
+ * @property {number} width in pixels
+ * @property {number} height
+ * @property {number} fps frames per second; a convention for images
+ * @property {number} count frames there are (for a video: about)
+ * @property {(frame: number, side: number) => Promise<ImageData>} preview
+ * @property {(take: Take, signal: AbortSignal) => AsyncIterable<ImageData>} frames
+ * @property {() => void} close
+ */
+
+/** What is taken when nobody chooses. @type {Take} */
+export const DEFAULT_TAKE = { start: 0, frames: 40, step: 1, side: 480 };
+
+/** The sample: small enough to be through in seconds, large enough to look at. */
+export const SAMPLE = { width: 384, height: 216, frames: 24, seed: 0 };
+
+/**
+ * @param {(options: typeof SAMPLE) => Promise<any>} synthClip
+ * @returns {Promise<Source & {clip: any}>} the library's own scene, with its known masks under `clip`
+ */
+export async function sampleSource(synthClip) {
+  const clip = await synthClip(SAMPLE);
+  const imageOf = (/** @type {number} */ t) => {
+    const { data, width, height } = clip.frame(t);
+    return new ImageData(new Uint8ClampedArray(data), width, height);
+  };
+  return {
+    clip,
+    kind: 'sample',
+    name: 'Sample clip',
+    width: clip.width,
+    height: clip.height,
+    fps: 15,
+    count: clip.numFrames,
+    preview: async (frame) => imageOf(frame),
+    async *frames(take) {
+      for (let t = 0; t < take.frames; t++) {
+        yield imageOf(t);
+        // Lets the page draw in between.
+        await new Promise((resolve) => setTimeout(resolve));
+      }
+    },
+    close() {},
+  };
+}
+
+/**
+ * @param {File[]} files
+ * @returns {Promise<Source>}
+ */
+export async function openFiles(files) {
+  const kinds = files.map(kindOf);
+  if (files.length === 0 || kinds.includes('other')) {
+    throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
+  }
+  if (kinds.every((kind) => kind === 'image')) return openImages(files);
+  if (files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
+  return openVideo(files[0]);
+}
+
+/**
+ * @param {File} file
+ * @returns {'video' | 'image' | 'other'}
+ */
+function kindOf(file) {
+  if (file.type.startsWith('image/')) return 'image';
+  if (file.type.startsWith('video/')) return 'video';
+  // Systems that do not know a container leave the type empty.
+  return /\.(mp4|m4v|mov|webm|mkv|ogv|avi|3gp)$/i.test(file.name) ? 'video' : 'other';
+}
+
+/**
+ * @param {Take} take
+ * @param {Source} source
+ * @returns {Take} within what the source has
+ */
+export function fitTake(take, source) {
+  const start = Math.max(0, Math.min(take.start, source.count - 2));
+  const room = Math.floor((source.count - 1 - start) / take.step) + 1;
+  return { ...take, start, frames: Math.max(1, Math.min(take.frames, room)) };
+}

@@ -1,0 +1,127 @@
+/** The canvas: fits the clip into its box, draws the layers over each other, finds what lies under the pointer. @module */
+
+import { drawLayers } from './layers.js';
+
+/** @typedef {import('./layer.js').View} View */
+
+/** Device pixels per CSS pixel are not followed above this: nobody sees it, and drawing costs its square. */
+const MAX_DENSITY = 2;
+
+/** How near the pointer must be to a point, in CSS pixels. */
+const REACH_PX = 14;
+
+export class Viewer {
+  /**
+   * @param {object} parts
+   * @param {HTMLCanvasElement} parts.canvas
+   * @param {HTMLElement} parts.box the element that the canvas is fitted into
+   * @param {import('./layer.js').Layer[]} parts.layers
+   * @param {(cluster: number) => boolean} parts.visible
+   * @param {(trajectory: number) => void} parts.onHover -1 when there is none
+   * @param {(trajectory: number) => void} parts.onPick
+   */
+  constructor({ canvas, box, layers, visible, onHover, onPick }) {
+    this.canvas = canvas;
+    this.box = box;
+    this.layers = layers;
+    this.onHover = onHover;
+    this.onPick = onPick;
+    this.ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: false }));
+    /** @type {CanvasImageSource[]} */
+    this.images = [];
+    this.queued = 0;
+    /** @type {View} */
+    this.view = {
+      points: null,
+      image: null,
+      frame: 0,
+      width: 16,
+      height: 9,
+      unit: 1,
+      visible,
+      flow: () => Promise.reject(new Error('no result yet')),
+      redraw: () => this.redraw(),
+    };
+    new ResizeObserver(() => this.fit()).observe(box);
+    canvas.addEventListener('pointermove', (event) => this.onHover(this.trajectoryAt(event)));
+    canvas.addEventListener('pointerleave', () => this.onHover(-1));
+    canvas.addEventListener('click', (event) => this.onPick(this.trajectoryAt(event)));
+  }
+
+  /**
+   * Starts a new clip; the result of the last one is forgotten.
+   *
+   * @param {number} width in pixels
+   * @param {number} height
+   * @param {CanvasImageSource[]} images the frames, which may still be arriving
+   */
+  setClip(width, height, images) {
+    this.images = images;
+    Object.assign(this.view, { points: null, frame: 0, width, height });
+    this.box.parentElement?.style.setProperty('--aspect', String(width / height));
+    for (const layer of this.layers) layer.reset?.();
+    this.fit();
+  }
+
+  /**
+   * @param {import('./points.js').Points} points
+   * @param {View['flow']} flow
+   */
+  setResult(points, flow) {
+    Object.assign(this.view, { points, flow });
+    for (const layer of this.layers) layer.reset?.();
+    this.redraw();
+  }
+
+  /** @param {number} frame */
+  show(frame) {
+    this.view.frame = frame;
+    this.redraw();
+  }
+
+  /** Draws before the next screen refresh, once however often it is asked. */
+  redraw() {
+    this.queued ||= requestAnimationFrame(() => this.draw());
+  }
+
+  /** Draws now. */
+  draw() {
+    cancelAnimationFrame(this.queued);
+    this.queued = 0;
+    const { ctx, canvas, view } = this;
+    view.image = this.images[view.frame] ?? null;
+    ctx.resetTransform();
+    ctx.clearRect(0, 0, canvas.width, canvas.height);
+    const scale = canvas.width / view.width;
+    // Pixel centres lie at whole coordinates in results, at halves on a canvas.
+    ctx.setTransform(scale, 0, 0, scale, scale / 2, scale / 2);
+    drawLayers(ctx, this.layers, view);
+  }
+
+  /** Sizes the canvas to the largest rectangle of the clip's shape inside the box. */
+  fit() {
+    const { canvas, view } = this;
+    const { clientWidth, clientHeight } = this.box;
+    const zoom = Math.min(clientWidth / view.width, clientHeight / view.height);
+    if (!(zoom > 0)) return;
+    const density = Math.min(MAX_DENSITY, devicePixelRatio || 1);
+    canvas.width = Math.max(1, Math.round(view.width * zoom * density));
+    canvas.height = Math.max(1, Math.round(view.height * zoom * density));
+    canvas.style.width = `${canvas.width / density}px`;
+    canvas.style.height = `${canvas.height / density}px`;
+    view.unit = 1 / zoom;
+    this.draw();
+  }
+
+  /**
+   * @param {PointerEvent | MouseEvent} event
+   * @returns {number} the trajectory under the pointer, or -1
+   */
+  trajectoryAt(event) {
+    const { view } = this;
+    if (!view.points) return -1;
+    const x = event.offsetX * view.unit - 0.5;
+    const y = event.offsetY * view.unit - 0.5;
+    return view.points.nearest(view.frame, x, y, REACH_PX * view.unit, view.visible);
+  }
+}

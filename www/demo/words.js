@@ -1,0 +1,153 @@
+/**
+ * Every sentence the page builds: numbers, the summary of a result, and errors with what to do about them.
+ * @module
+ */
+
+/** An error of the page itself (the library's own is `TraceCutError`); both carry a `code`. */
+export class PageError extends Error {
+  /**
+   * @param {string} code a key of {@link ADVICE}
+   * @param {string} [detail] what exactly was found, for the message
+   */
+  constructor(code, detail = '') {
+    super(detail || code);
+    this.name = 'PageError';
+    this.code = code;
+  }
+}
+
+/** Title and advice for each error code, from the page and from the library. @type {Record<string, [string, string]>} */
+const ADVICE = {
+  'unreadable-video': [
+    'This file cannot be played as a video here',
+    'The browser has no decoder for it, or the file is damaged. Convert it to MP4 (H.264) or WebM, or try another browser.',
+  ],
+  'unreadable-image': [
+    'One of these images cannot be read',
+    'Use whole PNG, JPEG, WebP or GIF files, and leave the damaged one out.',
+  ],
+  'unknown-file': [
+    'This is neither a video nor an image',
+    'Open a video (MP4, WebM, …), an animated GIF, or several images of one sequence.',
+  ],
+  'mixed-files': ['These files do not go together', 'Open one video, or several images of one sequence, but not both.'],
+  'one-frame': [
+    'There is only one frame',
+    'Motion needs at least two pictures of the same scene. Open a longer video, or choose all images of a sequence.',
+  ],
+  'mixed-sizes': [
+    'These images differ in size',
+    'All images of a sequence must have the same width and height. Leave out the ones that differ.',
+  ],
+  'no-frames': ['No frame could be read', 'Choose an earlier start, or convert the video to MP4 (H.264) or WebM.'],
+  'stuck-video': [
+    'The video stopped answering',
+    'The browser did not reach one of the frames in 15 seconds. Try a shorter part, or convert the video to MP4 (H.264).',
+  ],
+  unsupported: [
+    'This browser is too old for TraceCut',
+    'It needs WebAssembly with SIMD: Chrome or Edge 91, Firefox 89, Safari 16.4, or newer.',
+  ],
+  'wasm-load': [
+    'The segmentation code did not load',
+    'Reload the page. If that does not help, the site is incomplete: the folder “dist” must lie beside the page.',
+  ],
+  'too-few-frames': [
+    'There are too few frames',
+    'Motion needs at least two pictures of the same scene. Choose more frames, or an earlier start.',
+  ],
+  'frame-size': ['These frames have a size that cannot be processed', 'Choose another working size under “Clip”.'],
+  'frame-size-changed': ['The frames change size on the way', 'Use a video or images of one size.'],
+  decode: ['A file cannot be decoded', 'Use whole PNG or JPEG files.'],
+  poisoned: [
+    'The computation broke down',
+    'Run it again; if it happens again, choose fewer frames or a smaller working size. Other clips are not affected.',
+  ],
+  memory: ['The computation ran out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
+};
+
+/**
+ * @param {unknown} error
+ * @returns {{code: string, title: string, advice: string, detail: string}}
+ */
+export function explain(error) {
+  const code = /** @type {{code?: unknown}} */ (error)?.code;
+  const detail = error instanceof Error ? error.message : String(error);
+  const known = typeof code === 'string' ? ADVICE[code] : undefined;
+  if (known) return { code: String(code), title: known[0], advice: known[1], detail: detail === code ? '' : detail };
+  if (error instanceof RangeError) return { code: 'memory', title: ADVICE.memory[0], advice: ADVICE.memory[1], detail };
+  return {
+    code: typeof code === 'string' ? code : 'unknown',
+    title: 'Something went wrong',
+    advice: 'Run it again, or open the sample. The browser’s console has the details.',
+    detail,
+  };
+}
+
+/**
+ * @param {number} n
+ * @returns {string} with narrow spaces between thousands: `1 234`
+ */
+export function count(n) {
+  return Math.round(n)
+    .toString()
+    .replace(/\B(?=(\d{3})+$)/g, '\u202f');
+}
+
+/**
+ * @param {number} n
+ * @param {string} one
+ * @param {string} [many]
+ * @returns {string} `1 frame`, `2 frames`
+ */
+export function plural(n, one, many = `${one}s`) {
+  return `${count(n)} ${n === 1 ? one : many}`;
+}
+
+/**
+ * @param {number} ms
+ * @returns {string} `0.4 s`, `12.3 s`, `2 min 5 s`
+ */
+export function seconds(ms) {
+  const s = ms / 1000;
+  if (s < 100) return `${s.toFixed(1)}\u00a0s`;
+  return `${Math.floor(s / 60)}\u00a0min ${Math.round(s % 60)}\u00a0s`;
+}
+
+/**
+ * @param {number} share in 0..1
+ * @returns {string} `62 %`, `0.4 %`
+ */
+export function percent(share) {
+  const p = share * 100;
+  return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)}\u00a0%`;
+}
+
+/**
+ * What the page sees, in one sentence.
+ *
+ * @param {{clusters: {count: number}, trajectories: {count: number}}} result
+ * @returns {string}
+ */
+export function headline(result) {
+  if (result.trajectories.count === 0) return 'Nothing to follow';
+  const objects = result.clusters.count - 1;
+  if (objects < 1) return 'No motion that differs from the background';
+  return `${plural(objects, 'moving object')} and the background`;
+}
+
+/**
+ * What to do when the result holds no moving object; empty when it does.
+ *
+ * @param {{clusters: {count: number}, trajectories: {count: number}}} result
+ * @returns {string}
+ */
+export function remark(result) {
+  if (result.trajectories.count === 0) {
+    return 'The pictures have no texture that could be followed. Choose another part of the clip, or a larger working size.';
+  }
+  if (result.clusters.count < 2) {
+    return 'Everything moves alike, or nothing moves. Choose another start, more frames, or every second frame for slow motion.';
+  }
+  return '';
+}

@@ -1,0 +1,29 @@
+// What is the same in browsers and Node.
+
+import { PARAMETERS, VERSION } from './parameters.js';
+
+export { Clip } from './clip.js';
+export { TraceCutError } from './errors.js';
+export { Result } from './result.js';
+export { Session } from './session.js';
+
+/** The package's version. */
+export const version = VERSION;
+
+/**
+ * All parameters with their meaning, kind, range and default, in the order of the stages.
+ * @returns {import('./parameters.js').Parameter[]}
+ */
+export function parameters() {
+  return PARAMETERS.map((parameter) => ({ ...parameter }));
+}
+
+/** @typedef {import('./errors.js').ErrorCode} ErrorCode */
+/** @typedef {import('./options.js').SessionOptions} SessionOptions */
+/** @typedef {import('./parameters.js').Parameter} Parameter */
+/** @typedef {import('./frames.js').FrameSource} FrameSource */
+/** @typedef {import('./clip.js').ClipOptions} ClipOptions */
+/** @typedef {import('./trajectories.js').TrajectoryInput} TrajectoryInput */
+/** @typedef {import('./engine.js').Progress} Progress */
+/** @typedef {import('./engine.js').Stage} Stage */
+/** @typedef {import('./engine.js').FlowField} FlowField */

@@ -1,0 +1,200 @@
+// A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
+
+import { alive, guarded, instance } from './instance.js';
+
+/** Most time between two chances for messages, in milliseconds; one step may take longer. */
+const SLICE_MS = 30;
+
+/** @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'clusters'} Stage */
+/** @typedef {{stage: Stage, done: number, total: number}} Progress */
+/** @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number}} Info */
+/** @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField */
+
+/**
+ * Everything that a finished run leaves, as flat arrays.
+ * @typedef {object} RawResult
+ * @property {Info} info
+ * @property {Partial<Record<Stage, number>>} seconds
+ * @property {import('./result.js').TrajectoryList} trajectories
+ * @property {import('./result.js').ClusterList} clusters
+ * @property {import('./result.js').EmbeddingTable} embedding
+ * @property {import('./result.js').EdgeTable} edges
+ */
+
+/**
+ * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the abort.
+ * @typedef {object} Engine
+ * @property {(frame: import('./frames.js').RawFrame) => Promise<Info>} push
+ * @property {(trajectories: import('./trajectories.js').RawTrajectories) => Promise<Info>} setTrajectories
+ * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
+ * @property {(t: number) => Promise<FlowField>} flow
+ * @property {() => Promise<Info>} clear
+ * @property {() => void} close
+ */
+
+/**
+ * @param {WebAssembly.Module} module
+ * @param {Record<string, unknown>} parameters
+ * @returns {Promise<LocalEngine>}
+ */
+export async function createLocalEngine(module, parameters) {
+  const born = await instance(module);
+  return new LocalEngine(born, guarded(born, (glue) => new glue.Session(parameters)));
+}
+
+/** @implements {Engine} */
+export class LocalEngine {
+  #born;
+  #session;
+  /** @type {Promise<unknown>} */
+  #last = Promise.resolve();
+  /** @type {Partial<Record<Stage, number>>} */
+  #seconds = {};
+  #closed = false;
+
+  /**
+   * @param {number} born
+   * @param {import('./tracecut.js').Session} session
+   */
+  constructor(born, session) {
+    this.#born = born;
+    this.#session = session;
+  }
+
+  /** @param {import('./frames.js').RawFrame} frame */
+  push(frame) {
+    return this.#queued((session) => {
+      if (frame.kind === 'pixels') session.pushRgba(frame.data, frame.width, frame.height);
+      else session.pushEncoded(frame.data);
+      return session.info();
+    });
+  }
+
+  /** @param {import('./trajectories.js').RawTrajectories} t */
+  setTrajectories(t) {
+    return this.#queued((session) => {
+      session.setTrajectories(t.numFrames, t.width, t.height, t.startFrame, t.offset, t.x, t.y);
+      return session.info();
+    });
+  }
+
+  /** @param {number} t */
+  flow(t) {
+    return this.#queued((session) => session.flow(t));
+  }
+
+  clear() {
+    return this.#queued((session) => {
+      this.#seconds = {};
+      session.clear();
+      return session.info();
+    });
+  }
+
+  /**
+   * @param {(progress: Progress) => void} onProgress
+   * @param {AbortSignal} signal
+   * @returns {Promise<RawResult | null>}
+   */
+  run(onProgress, signal) {
+    return this.#inOrder(async () => {
+      while (!signal.aborted && !this.#closed) {
+        if (!this.#slice(onProgress)) return this.#call((session) => this.#result(session));
+        await macrotask();
+      }
+      return null;
+    });
+  }
+
+  close() {
+    this.#closed = true;
+    this.#inOrder(async () => {
+      if (alive(this.#born)) this.#session.free();
+    });
+  }
+
+  /**
+   * Steps until the slice is over; false when nothing is left to do. Reports the last step of each stage and of the slice.
+   * @param {(progress: Progress) => void} onProgress
+   */
+  #slice(onProgress) {
+    const end = performance.now() + SLICE_MS;
+    /** @type {Progress | undefined} */
+    let last;
+    for (;;) {
+      const begin = performance.now();
+      const progress = /** @type {Progress | undefined} */ (this.#call((session) => session.step()));
+      const now = performance.now();
+      if (last && progress?.stage !== last.stage) onProgress(last);
+      if (!progress) return false;
+      this.#seconds[progress.stage] = (this.#seconds[progress.stage] ?? 0) + (now - begin) / 1000;
+      last = progress;
+      if (now >= end) {
+        onProgress(last);
+        return true;
+      }
+    }
+  }
+
+  /**
+   * @param {import('./tracecut.js').Session} session
+   * @returns {RawResult}
+   */
+  #result(session) {
+    return {
+      info: session.info(),
+      seconds: { ...this.#seconds },
+      trajectories: session.trajectories(),
+      clusters: session.clusters(),
+      embedding: session.embedding(),
+      edges: session.edges(),
+    };
+  }
+
+  /**
+   * @template T
+   * @param {(session: import('./tracecut.js').Session) => T} call
+   * @returns {T}
+   */
+  #call(call) {
+    return guarded(this.#born, () => call(this.#session));
+  }
+
+  /** @param {(session: import('./tracecut.js').Session) => any} call */
+  #queued(call) {
+    return this.#inOrder(async () => this.#call(call));
+  }
+
+  /**
+   * Runs `work` when everything before it is over, however that ended.
+   * @template T
+   * @param {() => Promise<T>} work
+   * @returns {Promise<T>}
+   */
+  #inOrder(work) {
+    const mine = this.#last.then(work);
+    this.#last = mine.catch(() => {});
+    return mine;
+  }
+}
+
+/** @type {(() => Promise<void>) | undefined} */
+let nextTask;
+
+/** Lets waiting messages and events in. `setTimeout` would do, but browsers make nested ones wait 4 ms. */
+function macrotask() {
+  nextTask ??= typeof setImmediate === 'function' ? () => new Promise((resolve) => setImmediate(resolve)) : channelTask();
+  return nextTask();
+}
+
+function channelTask() {
+  const { port1, port2 } = new MessageChannel();
+  /** @type {(() => void)[]} */
+  const waiting = [];
+  port1.onmessage = () => waiting.shift()?.();
+  return () =>
+    new Promise((/** @type {(value: void) => void} */ resolve) => {
+      waiting.push(resolve);
+      port2.postMessage(null);
+    });
+}

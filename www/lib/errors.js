@@ -1,0 +1,58 @@
+/**
+ * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`, `too-few-frames`,
+ * `decode`, `param`, `data`, `state`. From this layer: `unsupported` (the engine lacks something), `wasm-load` (the wasm file
+ * cannot be fetched or compiled), `poisoned` (the engine stopped on an internal error), `closed`, `busy`.
+ * @typedef {'frame-size' | 'frame-bytes' | 'frame-size-changed' | 'too-few-frames' | 'decode' | 'param' | 'data' | 'state'
+ *   | 'unsupported' | 'wasm-load' | 'poisoned' | 'closed' | 'busy'} ErrorCode
+ */
+
+/** An error with a stable `code` and a message that names the value and what is legal. */
+export class TraceCutError extends Error {
+  /**
+   * @param {ErrorCode} code
+   * @param {string} message
+   * @param {{cause?: unknown}} [options]
+   */
+  constructor(code, message, options) {
+    super(message, options);
+    this.name = 'TraceCutError';
+    /** @type {ErrorCode} */
+    this.code = code;
+  }
+}
+
+/**
+ * The error of a value that is not legal.
+ * @param {ErrorCode} code
+ * @param {string} name
+ * @param {unknown} value
+ * @param {string} expected
+ */
+export function illegal(code, name, value, expected) {
+  return new TraceCutError(code, `${name} = ${describe(value)} (expected ${expected})`);
+}
+
+/**
+ * A value in a few words.
+ * @param {unknown} value
+ * @returns {string}
+ */
+export function describe(value) {
+  if (typeof value === 'string') return value.length > 40 ? `"${value.slice(0, 40)}..."` : `"${value}"`;
+  if (typeof value === 'function') return 'a function';
+  if (Array.isArray(value)) return `a list of ${value.length}`;
+  if (ArrayBuffer.isView(value)) return `${typeTag(value)} of ${value.byteLength} bytes`;
+  if (typeof value === 'object' && value !== null) {
+    const tag = typeTag(value);
+    return `${/^[AEIOU]/.test(tag) ? 'an' : 'a'} ${tag}`;
+  }
+  return String(value);
+}
+
+/**
+ * The built-in type's name, also for objects of another realm: `Uint8Array`, `VideoFrame`, `Object`...
+ * @param {unknown} value
+ */
+export function typeTag(value) {
+  return Object.prototype.toString.call(value).slice(8, -1);
+}

@@ -1,0 +1,114 @@
+import { TraceCutError, illegal, typeTag } from './errors.js';
+import { wholeNumber } from './options.js';
+
+/**
+ * RGBA bytes, four a pixel, row by row; `ImageData` is one.
+ * @typedef {{data: Uint8ClampedArray | Uint8Array, width: number, height: number}} PixelFrame
+ */
+
+/**
+ * What `push` takes: pixels, anything a canvas can draw, or the bytes of a PNG or JPEG file. Files are decoded in wasm, so the
+ * same file gives the same pixels everywhere; canvases and video frames are decoded by the browser.
+ * @typedef {PixelFrame | ImageData | HTMLCanvasElement | OffscreenCanvas | VideoFrame | ImageBitmap | HTMLVideoElement
+ *   | Uint8Array | ArrayBuffer | Blob} FrameSource
+ */
+
+/**
+ * A frame on its way to the engine, in memory that nobody else holds.
+ * @typedef {{kind: 'pixels', data: Uint8Array<ArrayBuffer>, width: number, height: number}
+ *   | {kind: 'file', data: Uint8Array<ArrayBuffer>}} RawFrame
+ */
+
+const MAX_SIDE = 16384;
+const LEGAL = 'ImageData, {data, width, height}, a canvas, VideoFrame, ImageBitmap, or the bytes of a PNG or JPEG file';
+
+/**
+ * Copies a frame out of whatever holds it. Pixels and bytes are copied before this returns, so the caller may reuse them at once.
+ * @param {FrameSource} frame
+ * @returns {Promise<RawFrame>}
+ */
+export async function toRawFrame(frame) {
+  switch (typeTag(frame)) {
+    case 'Uint8Array':
+    case 'ArrayBuffer':
+      return { kind: 'file', data: new Uint8Array(/** @type {ArrayBuffer} */ (frame)).slice() };
+    case 'Blob':
+    case 'File':
+      return { kind: 'file', data: new Uint8Array(await /** @type {Blob} */ (frame).arrayBuffer()) };
+    case 'VideoFrame':
+      return fromVideoFrame(/** @type {VideoFrame} */ (frame));
+    case 'HTMLVideoElement': {
+      const video = /** @type {HTMLVideoElement} */ (frame);
+      return draw(video, video.videoWidth, video.videoHeight);
+    }
+    case 'ImageBitmap':
+    case 'HTMLCanvasElement':
+    case 'OffscreenCanvas': {
+      const image = /** @type {ImageBitmap} */ (frame);
+      return draw(image, image.width, image.height);
+    }
+    default:
+      return fromPixels(frame);
+  }
+}
+
+/**
+ * @param {unknown} frame
+ * @returns {RawFrame}
+ */
+function fromPixels(frame) {
+  if (typeof frame !== 'object' || frame === null || !('data' in frame && 'width' in frame && 'height' in frame)) {
+    throw illegal('data', 'frame', frame, LEGAL);
+  }
+  const width = wholeNumber('frame-size', 'frame.width', frame.width, 1, MAX_SIDE);
+  const height = wholeNumber('frame-size', 'frame.height', frame.height, 1, MAX_SIDE);
+  const tag = typeTag(frame.data);
+  if (tag !== 'Uint8ClampedArray' && tag !== 'Uint8Array') {
+    throw illegal('frame-bytes', 'frame.data', frame.data, 'a Uint8ClampedArray or Uint8Array, four bytes a pixel');
+  }
+  const data = /** @type {Uint8Array} */ (frame.data);
+  const expected = 4 * width * height;
+  if (data.length !== expected) {
+    throw new TraceCutError('frame-bytes', `frame data has ${data.length} bytes (expected ${expected})`);
+  }
+  return { kind: 'pixels', data: new Uint8Array(data), width, height };
+}
+
+/**
+ * `copyTo` gives the decoder's own colours without a canvas that privacy settings may add noise to; where it cannot give RGBA
+ * (Safari), or where the frame is to be shown turned or stretched, a canvas has to do.
+ * @param {VideoFrame} frame
+ * @returns {Promise<RawFrame>}
+ */
+async function fromVideoFrame(frame) {
+  const { visibleRect: rect, displayWidth, displayHeight } = frame;
+  if (rect && rect.width === displayWidth && rect.height === displayHeight) {
+    try {
+      const data = new Uint8Array(4 * rect.width * rect.height);
+      await frame.copyTo(data, { format: 'RGBA', layout: [{ offset: 0, stride: 4 * rect.width }] });
+      return { kind: 'pixels', data, width: rect.width, height: rect.height };
+    } catch (error) {
+      if (frame.format === null && frame.codedWidth === 0) throw error; // Closed: a canvas cannot draw it either.
+    }
+  }
+  return draw(frame, displayWidth, displayHeight);
+}
+
+/**
+ * @param {CanvasImageSource} image
+ * @param {number} width
+ * @param {number} height
+ * @returns {RawFrame}
+ */
+function draw(image, width, height) {
+  wholeNumber('frame-size', 'frame.width', width, 1, MAX_SIDE);
+  wholeNumber('frame-size', 'frame.height', height, 1, MAX_SIDE);
+  if (typeof OffscreenCanvas === 'undefined') {
+    throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas to read the frame with; push {data, width, height}');
+  }
+  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to read the frame with');
+  context.drawImage(image, 0, 0, width, height);
+  const pixels = context.getImageData(0, 0, width, height).data;
+  return { kind: 'pixels', data: new Uint8Array(/** @type {ArrayBuffer} */ (pixels.buffer)), width, height };
+}

@@ -1,0 +1,53 @@
+/**
+ * TraceCut in browsers and bundlers: finds the moving objects in a video. The work runs in a module worker.
+ *
+ * ```js
+ * const session = await createSession();
+ * for (const frame of frames) await session.push(frame);
+ * const result = await session.run({ onProgress: ({ stage, done, total }) => {} });
+ * result.trajectories; result.clusters.label; session.close();
+ * ```
+ * @module
+ */
+
+import { makeClip } from './clip.js';
+import { loadModule } from './load.js';
+import { openSession } from './session.js';
+
+export * from './common.js';
+
+/** @type {Promise<WebAssembly.Module> | undefined} */
+let packaged;
+
+/** @type {import('./session.js').Platform} */
+const platform = {
+  loadModule(source) {
+    if (source !== undefined) return loadModule(source);
+    // Bundlers look for this very expression.
+    packaged ??= loadModule(new URL('./tracecut_bg.wasm', import.meta.url));
+    packaged.catch(() => (packaged = undefined));
+    return packaged;
+  },
+  get startWorker() {
+    if (typeof Worker === 'undefined') return undefined;
+    return () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  },
+};
+
+/**
+ * Opens a session.
+ * @param {import('./options.js').SessionOptions} [options]
+ * @returns {Promise<import('./session.js').Session>}
+ */
+export function createSession(options) {
+  return openSession(options, platform);
+}
+
+/**
+ * Makes a clip of moving objects with known masks and known flow, on the calling thread.
+ * @param {import('./clip.js').ClipOptions} [options]
+ * @returns {Promise<import('./clip.js').Clip>}
+ */
+export function synthClip(options) {
+  return makeClip(options, platform);
+}

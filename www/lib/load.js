@@ -1,0 +1,68 @@
+import { TraceCutError, illegal, typeTag } from './errors.js';
+
+/** The smallest module with a SIMD instruction in it. */
+const SIMD_PROBE = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11];
+
+/**
+ * Compiles the wasm module from wherever it is.
+ * @param {import('./options.js').WasmSource} source
+ * @returns {Promise<WebAssembly.Module>}
+ */
+export async function loadModule(source) {
+  if (typeof WebAssembly === 'undefined') throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly');
+  if (source instanceof WebAssembly.Module) return source;
+  if (typeof source === 'string' || source instanceof URL) return fromResponse(await fetched(source), String(source));
+  if (typeTag(source) === 'Response') return fromResponse(/** @type {Response} */ (source), 'the response');
+  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return compile(source, 'the bytes given');
+  throw illegal('param', 'wasm', source, 'a URL, a Response, bytes or a WebAssembly.Module');
+}
+
+/** @param {string | URL} url */
+async function fetched(url) {
+  try {
+    return await fetch(url);
+  } catch (cause) {
+    throw new TraceCutError('wasm-load', `${url} could not be fetched: ${words(cause)}`, { cause });
+  }
+}
+
+/**
+ * @param {Response} response
+ * @param {string} name
+ */
+async function fromResponse(response, name) {
+  if (!response.ok) throw new TraceCutError('wasm-load', `${name} could not be fetched: the server answered ${response.status}`);
+  if (response.headers.get('Content-Type') === 'application/wasm') {
+    const spare = response.clone();
+    try {
+      return await WebAssembly.compileStreaming(response);
+    } catch {
+      return compile(await spare.arrayBuffer(), name); // Says what is wrong.
+    }
+  }
+  return compile(await response.arrayBuffer(), name);
+}
+
+/**
+ * @param {BufferSource} bytes
+ * @param {string} name
+ */
+async function compile(bytes, name) {
+  const view = ArrayBuffer.isView(bytes) ? new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength) : new Uint8Array(bytes);
+  if (view[0] === 0x3c) {
+    throw new TraceCutError('wasm-load', `${name} is a page of HTML, not WebAssembly: check that the .wasm file is where the URL says`);
+  }
+  if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE))) {
+    throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 20)');
+  }
+  try {
+    return await WebAssembly.compile(bytes);
+  } catch (cause) {
+    throw new TraceCutError('wasm-load', `${name} could not be compiled: ${words(cause)}`, { cause });
+  }
+}
+
+/** @param {unknown} error */
+function words(error) {
+  return error instanceof Error ? error.message : String(error);
+}

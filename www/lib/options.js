@@ -1,0 +1,76 @@
+import { illegal, typeTag } from './errors.js';
+
+/** @typedef {import('./parameters.js').ParameterOptions} ParameterOptions */
+
+/**
+ * Where the wasm file comes from, when not from beside the package.
+ * @typedef {URL | string | Response | BufferSource | WebAssembly.Module} WasmSource
+ */
+
+/**
+ * Options of a session: the parameter tree, and two settings of this layer. `wasm` says where the wasm file is; `worker: false`
+ * runs a browser's session on the calling thread (Node always does).
+ * @typedef {ParameterOptions & {wasm?: WasmSource, worker?: boolean}} SessionOptions
+ */
+
+/** Parameters are two levels deep; anything much deeper is a mistake, or an object that contains itself. */
+const MAX_DEPTH = 4;
+
+/**
+ * Separates this layer's settings from the parameters and copies the latter, leaving out what is `undefined`. Names, types and
+ * ranges of parameters are checked in Rust; here only what cannot get that far is refused.
+ * @param {SessionOptions} [options]
+ */
+export function splitOptions(options = {}) {
+  if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchSize: 8}}');
+  const { wasm, worker, ...parameters } = /** @type {SessionOptions} */ (options);
+  if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
+  return { wasm, worker, parameters: copyTree(parameters, '', 0) };
+}
+
+/**
+ * @param {Record<string, unknown>} tree
+ * @param {string} prefix
+ * @param {number} depth
+ * @returns {Record<string, unknown>}
+ */
+function copyTree(tree, prefix, depth) {
+  /** @type {Record<string, unknown>} */
+  const copy = {};
+  for (const [key, value] of Object.entries(tree)) {
+    const name = prefix + key;
+    if (value === undefined) continue;
+    if (isPlainObject(value) && depth < MAX_DEPTH) {
+      copy[key] = copyTree(value, `${name}.`, depth + 1);
+    } else if (typeof value === 'number' || typeof value === 'boolean' || typeof value === 'string') {
+      copy[key] = value;
+    } else {
+      throw illegal('param', name, value, 'a number, true or false');
+    }
+  }
+  return copy;
+}
+
+/**
+ * @param {unknown} value
+ * @returns {value is Record<string, unknown>}
+ */
+export function isPlainObject(value) {
+  return typeof value === 'object' && value !== null && typeTag(value) === 'Object';
+}
+
+/**
+ * Refuses what is not a whole number in `min..=max`.
+ * @param {import('./errors.js').ErrorCode} code
+ * @param {string} name
+ * @param {unknown} value
+ * @param {number} min
+ * @param {number} max
+ * @returns {number}
+ */
+export function wholeNumber(code, name, value, min, max) {
+  if (typeof value !== 'number' || !Number.isInteger(value) || value < min || value > max) {
+    throw illegal(code, name, value, `a whole number, ${min}..=${max}`);
+  }
+  return value;
+}

@@ -1,0 +1,95 @@
+import { TraceCutError } from './errors.js';
+import { wholeNumber } from './options.js';
+
+/**
+ * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels, one for
+ * each of the consecutive frames from `startFrame[i]` on.
+ * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array}} TrajectoryList
+ */
+
+/**
+ * A label for each trajectory, `0` to `count - 1`; 0 is the cluster with most points.
+ * @typedef {{count: number, label: Uint32Array}} ClusterList
+ */
+
+/**
+ * The spectral embedding: `dimensions` eigenvalues, largest first, and one row of as many numbers per trajectory.
+ * @typedef {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array, converged: boolean, residual: number}}
+ *   EmbeddingTable
+ */
+
+/**
+ * Neighbour pairs with their discontinuities, and which of them are Delaunay edges of which frame.
+ * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array, frameOffset: Uint32Array, frameEdges: Uint32Array}} EdgeTable
+ */
+
+/**
+ * Edges between trajectories `i` and `j`, with discontinuity `d` in 0 to 1.
+ * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array}} Edges
+ */
+
+/** What a run found. */
+export class Result {
+  #edges;
+
+  /** @param {import('./engine.js').RawResult} raw */
+  constructor(raw) {
+    /** Width of the input in pixels. */
+    this.width = raw.info.width;
+    /** Height of the input in pixels. */
+    this.height = raw.info.height;
+    /** Number of frames. */
+    this.numFrames = raw.info.numFrames;
+    /** Point trajectories in input pixels. */
+    this.trajectories = raw.trajectories;
+    /** The label of each trajectory. */
+    this.clusters = raw.clusters;
+    /** The embedding coordinates of each trajectory. */
+    this.embedding = raw.embedding;
+    /** Seconds spent in each stage. */
+    this.seconds = raw.seconds;
+    this.#edges = raw.edges;
+  }
+
+  /**
+   * The Delaunay edges of frame `t` with their discontinuities.
+   * @param {number} t
+   * @returns {Edges}
+   */
+  edges(t) {
+    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    const { i, j, d, frameOffset, frameEdges } = this.#edges;
+    const chosen = frameEdges.subarray(frameOffset[t], frameOffset[t + 1]);
+    return {
+      i: Uint32Array.from(chosen, (edge) => /** @type {number} */ (i[edge])),
+      j: Uint32Array.from(chosen, (edge) => /** @type {number} */ (j[edge])),
+      d: Float32Array.from(chosen, (edge) => /** @type {number} */ (d[edge])),
+    };
+  }
+
+  /**
+   * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track its label
+   * and length and, line by line, `x y frame`.
+   * @returns {string}
+   */
+  toTracksDat() {
+    const { count, startFrame, offset, x, y } = this.trajectories;
+    const lines = [`${this.numFrames}`, `${count}`];
+    for (let i = 0; i < count; i += 1) {
+      const [begin, end, start] = [at(offset, i), at(offset, i + 1), at(startFrame, i)];
+      lines.push(`${at(this.clusters.label, i)} ${end - begin}`);
+      for (let p = begin; p < end; p += 1) lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
+    }
+    return `${lines.join('\n')}\n`;
+  }
+}
+
+/**
+ * @param {Uint32Array | Float32Array} values
+ * @param {number} index
+ */
+function at(values, index) {
+  const value = values[index];
+  if (value === undefined) throw new TraceCutError('data', `index ${index} is outside of 0..${values.length}`);
+  return value;
+}
