@@ -45,6 +45,11 @@ impl PatchGrid {
         }
     }
 
+    /// Side of a patch.
+    pub(super) fn side(&self) -> usize {
+        self.side
+    }
+
     /// Upper left corner of a patch; it may lie outside the level.
     pub(super) fn corner(&self, patch: usize) -> (isize, isize) {
         let (column, row) = (patch % self.across, patch / self.across);
@@ -83,6 +88,25 @@ impl PatchGrid {
             if found.at != present.at {
                 self.keep(patch, template.descend(&to.image, found, descents, reach));
             }
+        }
+    }
+
+    /// Compares every patch with the second frame at all whole displacements of up to `radius` pixels a component around its start;
+    /// the best of them is taken over if it is clearly better than where the descent from the start leads.
+    pub(super) fn scan<const S: usize>(&mut self, from: &Level, to: &Level, descents: usize, radius: i16) {
+        for patch in 0..self.u.len() {
+            let template = Template::<S>::new(from, self.corner(patch));
+            let start = template.compare(&to.image, (self.u[patch], self.v[patch]));
+            let mut best = start;
+            for (dy, dx) in (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dy, dx))) {
+                let at = (start.at.0 + f32::from(dx), start.at.1 + f32::from(dy));
+                let other = template.compare(&to.image, at);
+                if other.cost < best.cost {
+                    best = other;
+                }
+            }
+            let [near, far] = [start, best].map(|found| template.descend(&to.image, found, descents, S as f32));
+            self.keep(patch, if far.cost < CLEARLY_BETTER * near.cost { far } else { near });
         }
     }
 
