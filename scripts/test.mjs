@@ -23,7 +23,7 @@ const parts = {
     await build();
     const { ensureBrowser } = await import('./browser.mjs');
     ensureBrowser();
-    run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/browser')]);
+    run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/package'), ...testFiles('tests/browser')]);
   },
 };
 
