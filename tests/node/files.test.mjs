@@ -8,7 +8,7 @@ import { fingerprint, framesOf, plain, png, rejects, segment } from './support.m
 
 test('a clip of PNG files gives the same result as its pixels, however the bytes are held', async () => {
   const frames = (await framesOf()).slice(0, 3);
-  const files = frames.map(png);
+  const files = frames.map((frame) => png(frame));
   const pixels = fingerprint(await segment(frames));
   assert.equal(fingerprint(await segment(files)), pixels);
   const held = [files[0].buffer, new Blob([files[1]], { type: 'image/png' }), Buffer.from(files[2])];
