@@ -45,11 +45,6 @@ impl PatchGrid {
         }
     }
 
-    /// Side of a patch.
-    pub(super) fn side(&self) -> usize {
-        self.side
-    }
-
     /// Upper left corner of a patch; it may lie outside the level.
     pub(super) fn corner(&self, patch: usize) -> (isize, isize) {
         let (column, row) = (patch % self.across, patch / self.across);
