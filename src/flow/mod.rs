@@ -160,7 +160,7 @@ struct PatchSearch {
 }
 
 impl FlowScratch {
-    /// 1. Patches over the level, starting from the flow of the coarser one.
+    /// Step 1: patches over the level, starting from the flow of the coarser one.
     fn lay_patches(&mut self, from: &Level, level: usize, coarser: Option<&FlowField>, params: &FlowParams) {
         let side = params.patch_size as usize / 4 * 4;
         let mut stride = (params.patch_stride as usize).min(side);
@@ -173,7 +173,7 @@ impl FlowScratch {
         }
     }
 
-    /// 2. and 3. The side is a constant of each copy of these functions, so that loops over a patch become vector instructions.
+    /// Steps 2 and 3. The side is a constant of each copy of these functions, so that loops over a patch become vector instructions.
     fn match_patches(&mut self, pair: (&Level, &Level), search: &PatchSearch) -> FlowField {
         match self.grid.side() {
             4 => self.match_patches_of::<4>(pair, search),

@@ -58,11 +58,13 @@ impl Motion {
         let (t, total) = (self.t as u32, self.num_pairs as u32);
         match std::mem::replace(&mut self.pair, Pair::Nothing) {
             Pair::Nothing => {
-                self.pair = Pair::Forward(flow_between_with(&self.from, &self.to, &self.params.flow, &mut self.scratch));
+                self.pair =
+                    Pair::Forward(flow_between_with(&self.from, &self.to, &self.params.flow, &mut self.scratch));
                 Progress { stage: Stage::Flow, done: 2 * t + 1, total: 2 * total }
             }
             Pair::Forward(forward) => {
-                self.pair = Pair::Both(forward, flow_between_with(&self.to, &self.from, &self.params.flow, &mut self.scratch));
+                self.pair =
+                    Pair::Both(forward, flow_between_with(&self.to, &self.from, &self.params.flow, &mut self.scratch));
                 Progress { stage: Stage::Flow, done: 2 * t + 2, total: 2 * total }
             }
             Pair::Both(forward, backward) => {
