@@ -162,7 +162,7 @@ struct PatchSearch {
 }
 
 impl FlowScratch {
-    /// 1. Patches over the level, starting from the flow of the coarser one.
+    /// Step 1: patches over the level, starting from the flow of the coarser one.
     fn lay_patches(&mut self, from: &Level, level: usize, coarser: Option<&FlowField>, params: &FlowParams) {
         let mut stride = params.patch_stride as usize;
         if level > params.finest_level as usize {
@@ -174,7 +174,7 @@ impl FlowScratch {
         }
     }
 
-    /// 2. and 3.
+    /// Steps 2 and 3.
     fn match_patches(&mut self, (from, to): (&Level, &Level), search: &PatchSearch) -> FlowField {
         if let Some(radius) = search.scan {
             self.grid.scan::<PATCH_SIDE>(from, to, search.descents, radius);

@@ -232,8 +232,7 @@ impl<const S: usize> Template<S> {
                 break;
             }
             let next = self.compare(image, (best.at.0 - step.0, best.at.1 - step.1));
-            // Written so that a cost that is not a number ends the descent too.
-            if !(next.cost < best.cost) {
+            if next.cost >= best.cost || next.cost.is_nan() {
                 break;
             }
             best = next;

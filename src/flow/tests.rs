@@ -3,6 +3,7 @@
 use super::*;
 use crate::image::gaussian_blur;
 use crate::rng::Rng;
+use std::f64::consts::TAU;
 
 /// Smooth random texture with brightness around 128.
 fn texture(width: usize, height: usize, seed: u64) -> Plane<f32> {
@@ -16,9 +17,9 @@ fn waves(width: usize, height: usize, u: f32, v: f32) -> Plane<f32> {
     let mut rng = Rng::for_stage(11, "waves");
     let waves: Vec<[f32; 3]> = (0..24)
         .map(|_| {
-            let (frequency, direction) = (rng.range(0.1, 0.78), rng.range(0.0, 6.28));
+            let (frequency, direction) = (rng.range(0.1, 0.78), rng.range(0.0, TAU));
             let (fx, fy) = (frequency * direction.cos(), frequency * direction.sin());
-            [fx as f32, fy as f32, rng.range(0.0, 6.28) as f32]
+            [fx as f32, fy as f32, rng.range(0.0, TAU) as f32]
         })
         .collect();
     Plane::from_fn(width, height, |x, y| {
