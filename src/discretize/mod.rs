@@ -3,15 +3,14 @@
 //! In: the embedding, the neighbour pairs with their `d`. Out: one label per trajectory.
 //!
 //! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation (`rotation`).
-//! 2. Small pieces apart from the rest of their cluster go to the cluster that holds them most, so that they cannot bridge two objects.
-//! 3. For each two neighbouring clusters their mean discontinuity `d^C` over all neighbour pairs between them; merge the pair with the
+//! 2. For each two neighbouring clusters their mean discontinuity `d^C` over all neighbour pairs between them; merge the pair with the
 //!    smallest while it is below ρ, sums added up at each merge.
-//! 4. Clusters of very few trajectories join their least discontinuous neighbour.
-//! 5. Trajectories outside the embedding take the label of most of their neighbours.
-//! 6. Labels are numbered by how many trajectory points they hold, most first.
+//! 3. Clusters of very few trajectories join their least discontinuous neighbour.
+//! 4. Trajectories outside the embedding take the label of most of their neighbours.
+//! 5. Labels are numbered by how many trajectory points they hold, most first.
 //!
 //! Deviations: the paper does not fix the order of merging (greedy here: chains through small clusters do not form), its ρ is 0.4 (0.7
-//! here, since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9), and it has no steps 2 and 4.
+//! here, since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9), and it has no step 3.
 //!
 //! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all edges with
 //! `d` below 0.6.
@@ -59,10 +58,8 @@ pub fn discretize(
     min_cluster: usize,
 ) -> Clusters {
     let mut label = rotate(embedding);
-    let strays = release_strays(&mut label, discontinuities, merge_threshold, min_cluster);
-    spread_labels(&mut label, discontinuities, |i| strays[i]);
     merge_clusters(&mut label, discontinuities, merge_threshold, min_cluster);
-    spread_labels(&mut label, discontinuities, |_| true);
+    spread_labels(&mut label, discontinuities);
     canonical(tracks, label)
 }
 
@@ -79,41 +76,6 @@ pub fn threshold_segmentation(tracks: &Trajectories, discontinuities: &Discontin
     canonical(tracks, label)
 }
 
-/// Takes the label from small pieces of a cluster and tells which trajectories these are: groups of fewer than `min_cluster` trajectories that no edge with a discontinuity
-/// below `threshold` joins to the cluster's largest group.
-///
-/// A single trajectory of one object that the rotation gave to another object's cluster has weak discontinuities to its
-/// surroundings, and would make the two objects neighbours without a border between them.
-fn release_strays(
-    label: &mut [u32],
-    discontinuities: &Discontinuities,
-    threshold: f64,
-    min_cluster: usize,
-) -> Vec<bool> {
-    let mut parent: Vec<u32> = (0..label.len() as u32).collect();
-    for (&(i, j), &d) in discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.d) {
-        if d < threshold && label[i as usize] == label[j as usize] {
-            let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-            parent[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let piece: Vec<usize> = (0..label.len() as u32).map(|i| root(&mut parent, i) as usize).collect();
-    let mut size = vec![0_usize; label.len()];
-    piece.iter().for_each(|&p| size[p] += 1);
-    let clusters = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l as usize + 1);
-    let mut largest = vec![0_usize; clusters];
-    for (&l, &p) in label.iter().zip(&piece).filter(|&(&l, _)| l != UNLABELLED) {
-        largest[l as usize] = largest[l as usize].max(size[p]);
-    }
-    let mut stray = vec![false; label.len()];
-    for (i, (l, &p)) in label.iter_mut().zip(&piece).enumerate().filter(|(_, (l, _))| **l != UNLABELLED) {
-        if size[p] < min_cluster && size[p] < largest[*l as usize] {
-            (*l, stray[i]) = (UNLABELLED, true);
-        }
-    }
-    stray
-}
-
 fn root(parent: &mut [u32], mut i: u32) -> u32 {
     while parent[i as usize] != i {
         parent[i as usize] = parent[parent[i as usize] as usize];
@@ -122,33 +84,28 @@ fn root(parent: &mut [u32], mut i: u32) -> u32 {
     i
 }
 
-/// Gives the unlabelled trajectories that are `wanted` the label with which their neighbours hold them most, each with the weight
-/// `1 − d`, ring by ring; where they have no labelled neighbours at all, the label 0.
-fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities, wanted: impl Fn(usize) -> bool) {
+/// Gives unlabelled trajectories the label of most of their labelled neighbours, ring by ring; 0 where there are none at all.
+fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
     loop {
-        let mut votes: Vec<(u32, u32, f64)> = Vec::new();
-        for (&(i, j), &d) in discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.d) {
-            // Trajectories outside the embedding have d = 1 everywhere: their neighbours count alike.
-            let weight = 1.0 - d + 1e-6;
+        let mut votes: Vec<(u32, u32)> = Vec::new();
+        for &(i, j) in &discontinuities.neighborhoods.pairs {
             match (label[i as usize], label[j as usize]) {
                 (UNLABELLED, UNLABELLED) => {}
-                (UNLABELLED, known) if wanted(i as usize) => votes.push((i, known, weight)),
-                (known, UNLABELLED) if wanted(j as usize) => votes.push((j, known, weight)),
+                (UNLABELLED, known) => votes.push((i, known)),
+                (known, UNLABELLED) => votes.push((j, known)),
                 _ => {}
             }
         }
         if votes.is_empty() {
             break;
         }
-        votes.sort_by_key(|&(i, known, _)| (i, known));
+        votes.sort_unstable();
         for ballot in votes.chunk_by(|a, b| a.0 == b.0) {
-            let parties =
-                ballot.chunk_by(|a, b| a.1 == b.1).map(|same| (same.iter().map(|v| v.2).sum::<f64>(), same[0].1));
-            let winner = parties.rev().max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, known)| known);
+            let winner = ballot.chunk_by(|a, b| a == b).rev().max_by_key(|same| same.len()).map_or(0, |same| same[0].1);
             label[ballot[0].0 as usize] = winner;
         }
     }
-    for (_, l) in label.iter_mut().enumerate().filter(|(i, l)| **l == UNLABELLED && wanted(*i)) {
+    for l in label.iter_mut().filter(|l| **l == UNLABELLED) {
         *l = 0;
     }
 }
@@ -204,19 +161,6 @@ mod tests {
     }
 
     #[test]
-    fn a_stray_trajectory_does_not_bridge_two_objects() {
-        // Two objects of three, and one stray beside the first that has the second one's label.
-        let mut label = vec![0, 0, 0, 1, 1, 1, 1];
-        let mut links = chain(&[0.1, 0.1, 0.1, 0.9, 0.1, 0.1]);
-        release_strays(&mut label, &links, 0.7, 3);
-        assert_eq!(label, [0, 0, 0, UNLABELLED, 1, 1, 1]);
-        links.d[3] = 0.2;
-        let mut joined = vec![0, 0, 0, 1, 1, 1, 1];
-        release_strays(&mut joined, &links, 0.7, 3);
-        assert_eq!(joined, [0, 0, 0, 1, 1, 1, 1], "a piece of its cluster stays");
-    }
-
-    #[test]
     fn labels_are_numbered_by_trajectory_points() {
         let mut tracks = still(2, 2);
         tracks.num_frames = 9;
@@ -229,22 +173,11 @@ mod tests {
         let mut label = vec![1, UNLABELLED, UNLABELLED, 2, 2];
         let mut links = chain(&[0.0; 4]);
         links.neighborhoods.pairs.extend([(1, 3), (1, 4)]);
-        links.d.extend([0.0, 0.0]);
-        spread_labels(&mut label, &links, |_| true);
+        spread_labels(&mut label, &links);
         assert_eq!(label, [1, 2, 2, 2, 2]);
         let mut alone = vec![UNLABELLED];
-        spread_labels(&mut alone, &chain(&[]), |_| true);
+        spread_labels(&mut alone, &chain(&[]));
         assert_eq!(alone, [0]);
-    }
-
-    #[test]
-    fn weak_discontinuities_count_more_than_many_neighbours() {
-        let mut label = vec![0, UNLABELLED, 1, 1, 1];
-        let mut links = chain(&[0.1, 0.95, 0.1, 0.1]);
-        links.neighborhoods.pairs.extend([(1, 3), (1, 4)]);
-        links.d.extend([0.95, 0.95]);
-        spread_labels(&mut label, &links, |_| true);
-        assert_eq!(label[1], 0);
     }
 
     #[test]
