@@ -7,7 +7,7 @@ use tracecut::embedding::{embed, largest_eigenpairs};
 use tracecut::rng::Rng;
 use tracecut::sparse::SymCsr;
 
-const PARAMS: EigenParams = EigenParams { tolerance: 1e-9, max_products: 200_000, seed: 1 };
+const PARAMS: EigenParams = EigenParams { tolerance: 1e-9, max_products: 200_000, multiplicity: 0, seed: 1 };
 /// Above it the solver leaves its dense path (for the small `k` used here).
 const DENSE_LIMIT: usize = 200;
 

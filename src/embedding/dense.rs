@@ -1,9 +1,8 @@
-//! Dense kernels: the only file that names faer. Matrices are row-major slices; everything runs on one thread.
+//! Eigenpairs of dense symmetric matrices: the only file that names faer. One thread.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Mat, Par};
 
 /// All eigenpairs of a dense symmetric matrix.
 pub(super) struct DenseEigen {
@@ -39,35 +38,6 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     for i in 0..n {
         descending.vectors.extend((0..n).rev().map(|c| vectors[(i, c)]));
     }
-    Some(descending)
-}
-
-/// `xᵀ y` (`p × q`) of the row-major `n × p` matrix `x` and the `n × q` matrix `y`.
-pub(super) fn gram(x: &[f64], p: usize, y: &[f64], q: usize) -> Vec<f64> {
-    let n = x.len().checked_div(p).unwrap_or(0);
-    let mut product = vec![0.0; p * q];
-    matmul(
-        MatMut::from_row_major_slice_mut(&mut product, p, q),
-        Accum::Replace,
-        MatRef::from_row_major_slice(x, n, p).transpose(),
-        MatRef::from_row_major_slice(y, n, q),
-        1.0,
-        Par::Seq,
-    );
-    product
-}
-
-/// `x c` (`n × q`) of the row-major `n × p` matrix `x` and the `p × q` matrix `c`.
-pub(super) fn multiply(x: &[f64], p: usize, c: &[f64], q: usize) -> Vec<f64> {
-    let n = x.len().checked_div(p).unwrap_or(0);
-    let mut product = vec![0.0; n * q];
-    matmul(
-        MatMut::from_row_major_slice_mut(&mut product, n, q),
-        Accum::Replace,
-        MatRef::from_row_major_slice(x, n, p),
-        MatRef::from_row_major_slice(c, p, q),
-        1.0,
-        Par::Seq,
-    );
-    product
+    let all_finite = descending.values.iter().chain(&descending.vectors).all(|x| x.is_finite());
+    all_finite.then_some(descending)
 }

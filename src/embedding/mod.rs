@@ -15,7 +15,9 @@
 
 mod dense;
 mod eigen;
+mod lanczos;
 mod normalize;
+mod panel;
 
 use crate::sparse::SymCsr;
 pub use eigen::{EigenInfo, EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};
@@ -82,7 +84,12 @@ pub fn embed(affinities: &SymCsr, params: &EmbeddingParams, seed: u32) -> Embedd
     let mut embedded = vec![false; n];
     graph.nodes.iter().for_each(|&i| embedded[i as usize] = true);
     // 2. Eigenpairs of N.
-    let settings = EigenParams { tolerance: params.tolerance, max_products: MAX_PRODUCTS, seed };
+    let settings = EigenParams {
+        tolerance: params.tolerance,
+        max_products: MAX_PRODUCTS,
+        multiplicity: graph.num_components,
+        seed,
+    };
     let pairs = largest_eigenpairs(&graph, params.max_dimensions as usize, &settings);
     // 3. How many of them count.
     let found = pairs.values.len();

@@ -11,6 +11,8 @@ pub(super) struct NormalizedGraph<'a> {
     pub(super) nodes: Vec<u32>,
     /// `d^-1/2` of each of them.
     pub(super) scale: Vec<f64>,
+    /// Number of connected components among them: the multiplicity of eigenvalue 1.
+    pub(super) num_components: u32,
     /// Scratch: the input block, scaled and spread over all nodes, zero on those outside.
     spread: RefCell<Vec<f64>>,
 }
@@ -28,8 +30,9 @@ impl<'a> NormalizedGraph<'a> {
         let least = min_component.min(size.iter().copied().max().unwrap_or(0));
         let chosen = |i: usize| degrees[i] > 0.0 && size[component[i] as usize] >= least;
         let nodes: Vec<u32> = (0..degrees.len()).filter(|&i| chosen(i)).map(|i| i as u32).collect();
+        let num_components = size.iter().filter(|&&s| s > 0 && s >= least).count() as u32;
         let scale = nodes.iter().map(|&i| 1.0 / degrees[i as usize].sqrt()).collect();
-        Self { affinities, nodes, scale, spread: RefCell::default() }
+        Self { affinities, nodes, scale, num_components, spread: RefCell::default() }
     }
 
     fn multiply<const B: usize>(&self, x: &[f64], out: &mut [f64]) {
