@@ -15,7 +15,7 @@ export function embeddingLayer() {
   const cells = new CellPainter((view) => {
     colors ??= embeddingColors(/** @type {import('./points.js').Points} */ (view.points).result);
     return colors;
-  });
+  }, 1);
   return {
     id: 'embedding',
     name: 'Embedding colours',
