@@ -50,14 +50,16 @@ const REACH: f32 = 3.0;
 /// and find chance likenesses.
 const SCAN_RADIUS: [i16; 2] = [4, 2];
 
+/// Side of a square patch, in pixels (OpenCV's presets: 8). Larger is smoother and loses small objects; a constant, so that loops
+/// over a patch become vector instructions.
+const PATCH_SIDE: usize = 8;
+
 crate::params! {
     /// Dense optical flow by inverse search (DIS) and variational refinement.
     pub struct FlowParams {
-        /// Side of a square patch, in pixels, rounded down to a multiple of four. Larger is smoother and loses small objects.
-        pub patch_size: u32 = 8, in 4..=16;
-        /// Pixels between neighbouring patches at the finest level, at most the patch's side; three quarters of it at coarser
+        /// Pixels between neighbouring patches at the finest level, the patch's side at most; three quarters of it at coarser
         /// ones. Lower is slower.
-        pub patch_stride: u32 = 4, in 1..=16;
+        pub patch_stride: u32 = 4, in 1..=8;
         /// Most steps of a patch's descent. Higher is slower.
         pub descents: u32 = 4, in 0..=64;
         /// Level at which the flow ends: 0 is full size, 1 half of it. Higher is faster and blurs borders.
@@ -134,7 +136,7 @@ pub fn flow_between_with(
         let scan = SCAN_RADIUS.get(num_levels - 1 - level).copied();
         let pair = (&from.levels[level], &to.levels[level]);
         scratch.lay_patches(pair.0, level, coarser.as_ref(), params);
-        let reach = if coarser.is_some() { REACH } else { params.patch_size as f32 };
+        let reach = if coarser.is_some() { REACH } else { PATCH_SIDE as f32 };
         let search = PatchSearch { descents: params.descents as usize, reach, scan };
         let mut flow = scratch.match_patches(pair, &search);
         scratch.refiners[level].refine(&pair.0.image, &pair.1.image, &mut flow.u, &mut flow.v, params);
@@ -160,36 +162,26 @@ struct PatchSearch {
 }
 
 impl FlowScratch {
-    /// 1. Patches over the level, starting from the flow of the coarser one.
+    /// Step 1: patches over the level, starting from the flow of the coarser one.
     fn lay_patches(&mut self, from: &Level, level: usize, coarser: Option<&FlowField>, params: &FlowParams) {
-        let side = params.patch_size as usize / 4 * 4;
-        let mut stride = (params.patch_stride as usize).min(side);
+        let mut stride = params.patch_stride as usize;
         if level > params.finest_level as usize {
             stride = (3 * stride / 4).max(1);
         }
-        self.grid.lay(from.image.width, from.image.height, side, stride);
+        self.grid.lay(from.image.width, from.image.height, PATCH_SIDE, stride);
         if let Some(coarser) = coarser {
             self.grid.start_from(coarser);
         }
     }
 
-    /// 2. and 3. The side is a constant of each copy of these functions, so that loops over a patch become vector instructions.
-    fn match_patches(&mut self, pair: (&Level, &Level), search: &PatchSearch) -> FlowField {
-        match self.grid.side() {
-            4 => self.match_patches_of::<4>(pair, search),
-            8 => self.match_patches_of::<8>(pair, search),
-            12 => self.match_patches_of::<12>(pair, search),
-            _ => self.match_patches_of::<16>(pair, search),
-        }
-    }
-
-    fn match_patches_of<const S: usize>(&mut self, (from, to): (&Level, &Level), search: &PatchSearch) -> FlowField {
+    /// Steps 2 and 3.
+    fn match_patches(&mut self, (from, to): (&Level, &Level), search: &PatchSearch) -> FlowField {
         if let Some(radius) = search.scan {
-            self.grid.scan::<S>(from, to, search.descents, radius);
+            self.grid.scan::<PATCH_SIDE>(from, to, search.descents, radius);
         }
-        self.grid.search::<S>(from, to, search.descents, search.reach);
+        self.grid.search::<PATCH_SIDE>(from, to, search.descents, search.reach);
         let mut flow = FlowField::still(from.image.width, from.image.height);
-        densify::densify::<S>(from, to, &self.grid, &mut self.votes, &mut flow);
+        densify::densify::<PATCH_SIDE>(from, to, &self.grid, &mut self.votes, &mut flow);
         flow
     }
 }

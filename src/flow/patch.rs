@@ -45,11 +45,6 @@ impl PatchGrid {
         }
     }
 
-    /// Side of a patch.
-    pub(super) fn side(&self) -> usize {
-        self.side
-    }
-
     /// Upper left corner of a patch; it may lie outside the level.
     pub(super) fn corner(&self, patch: usize) -> (isize, isize) {
         let (column, row) = (patch % self.across, patch / self.across);
@@ -237,8 +232,7 @@ impl<const S: usize> Template<S> {
                 break;
             }
             let next = self.compare(image, (best.at.0 - step.0, best.at.1 - step.1));
-            // Written so that a cost that is not a number ends the descent too.
-            if !(next.cost < best.cost) {
+            if next.cost >= best.cost || next.cost.is_nan() {
                 break;
             }
             best = next;

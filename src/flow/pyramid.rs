@@ -144,7 +144,7 @@ impl FlowPyramid {
         }
         image.replicate_border();
         let mut levels = vec![Level::new(image)];
-        for _ in 0..coarsest_level(width, height, params) {
+        for _ in 0..coarsest_level(width, height) {
             let next = levels.last().map(Level::halved);
             levels.extend(next);
         }
@@ -158,8 +158,8 @@ impl FlowPyramid {
 }
 
 /// The level where the search begins: the longer side holds about four patches, the shorter at least one.
-fn coarsest_level(width: usize, height: usize, params: &FlowParams) -> usize {
-    let patch = params.patch_size as usize;
+fn coarsest_level(width: usize, height: usize) -> usize {
+    let patch = super::PATCH_SIDE;
     let (longer, shorter) = (width.max(height), width.min(height));
     let mut level = 0;
     // Rounding log2 to the nearest: one level more while the longer side exceeds four patches by more than sqrt(2).

@@ -91,7 +91,7 @@ impl Refiner {
         self.inside.resize(width * height, 0.0);
     }
 
-    /// 1. Mean and difference of the first frame and the warped second one; where the flow leads outside, `inside` is 0.
+    /// Step 1: mean and difference of the first frame and the warped second one; where the flow leads outside, `inside` is 0.
     fn warp_back(&mut self, from: &Padded, to: &Padded, u: &Plane<f32>, v: &Plane<f32>) {
         for (y, inside) in self.inside.chunks_exact_mut(from.width).enumerate() {
             let warped = self.warp.row(to, y, u.row(y), v.row(y), inside);
@@ -106,7 +106,7 @@ impl Refiner {
         self.difference.replicate_border();
     }
 
-    /// 2. The three terms, linear around the flow so far.
+    /// Step 2: the three terms, linear around the flow so far.
     fn differentiate(&mut self, u: &Plane<f32>, v: &Plane<f32>) {
         let (width, height) = (self.mean.width, self.mean.height);
         for y in 0..height {
@@ -136,7 +136,7 @@ impl Refiner {
         }
     }
 
-    /// 3. and 4. as one wavefront. Red are the pixels whose column and row have an even sum; black runs one row behind red. Row `y`
+    /// Steps 3 and 4 as one wavefront. Red are the pixels whose column and row have an even sum; black runs one row behind red. Row `y`
     /// gets its equations when no sweep has touched row `y` or `y + 1` yet, which a lag of `2 sweeps + 1` rows grants.
     fn solve(&mut self, width: usize, height: usize, params: &FlowParams) {
         let (fixed_points, sweeps) = (params.fixed_points as usize, params.sweeps as usize);
@@ -161,7 +161,7 @@ impl Refiner {
         }
     }
 
-    /// 3a. Weights of the edges to the right of and below row `y`; none crosses the border.
+    /// Step 3a: weights of the edges to the right of and below row `y`; none crosses the border.
     fn weigh_edges(&mut self, y: usize, width: usize, height: usize, smoothness: f32) {
         let row = y as isize;
         for parity in 0..2 {
@@ -180,7 +180,7 @@ impl Refiner {
         }
     }
 
-    /// 3b. The equations of each pixel of row `y`, solved for that pixel.
+    /// Step 3b: the equations of each pixel of row `y`, solved for that pixel.
     fn set_up(&mut self, y: usize, params: &FlowParams) {
         let row = y as isize;
         for parity in 0..2 {
@@ -192,7 +192,7 @@ impl Refiner {
         }
     }
 
-    /// 4. One step of over-relaxation for the pixels of one colour in row `y`.
+    /// Step 4: one step of over-relaxation for the pixels of one colour in row `y`.
     fn relax(&mut self, y: usize, parity: usize, overrelaxation: f32) {
         let (around_u, u) = self.u.around_mut(y, parity);
         let (around_v, v) = self.v.around_mut(y, parity);

@@ -1,16 +1,14 @@
-//! Image files to RGB: PNG and JPEG by the decoders themselves, so that a page need not fetch the code of a format converter.
+//! Image files to RGB, by the PNG and JPEG decoders of the `image` crate.
 //!
-//! In: the bytes of one file. Out: three bytes a pixel. PNG: palettes and bits are expanded, sixteen bits become eight, alpha is
-//! ignored, colour profiles too. JPEG: converted from whatever it stores; orientation marks are ignored.
+//! In: the bytes of one file. Out: three bytes a pixel. Sixteen bits become eight, grey becomes RGB, alpha is ignored, colour
+//! profiles and orientation marks too. The decoders are called one by one, not through `image::DynamicImage`: its conversions
+//! between all colour types and profiles would double the size of the wasm file.
 
 use super::frame::check_size;
 use crate::Error;
-use png::{ColorType, Transformations};
+use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use image::{ColorType, ImageDecoder};
 use std::io::Cursor;
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
@@ -18,49 +16,56 @@ const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
 /// RGB bytes, width and height of a PNG or JPEG file. Sizes are checked before memory is taken.
 pub(super) fn decode(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
     if bytes.starts_with(PNG_MAGIC) {
-        decode_png(bytes)
+        read(PngDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?)
     } else if bytes.starts_with(JPEG_MAGIC) {
-        decode_jpeg(bytes)
+        // The decoder paints what is missing of a truncated file grey, which would pass for an image.
+        if !jpeg_is_whole(bytes) {
+            return Err(failure(&"the JPEG data are truncated"));
+        }
+        read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?)
+    } else if let Some(outcome) = decode_pnm(bytes) {
+        outcome
     } else {
         Err(failure(&format_args!("{} bytes that begin like neither", bytes.len())))
     }
 }
 
-fn decode_png(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
-    let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(Transformations::normalize_to_color8());
-    let header = decoder.read_header_info().map_err(|e| failure(&e))?;
-    let (width, height) = (header.width as usize, header.height as usize);
+/// The original layout of the Moseg benchmark holds PPM files; only the command line reads them.
+#[cfg(feature = "cli")]
+fn decode_pnm(bytes: &[u8]) -> Option<Result<(Vec<u8>, usize, usize), Error>> {
+    let decoder = bytes.starts_with(b"P").then(|| image::codecs::pnm::PnmDecoder::new(Cursor::new(bytes)))?;
+    Some(decoder.map_err(|e| failure(&e)).and_then(read))
+}
+
+#[cfg(not(feature = "cli"))]
+fn decode_pnm(_: &[u8]) -> Option<Result<(Vec<u8>, usize, usize), Error>> {
+    None
+}
+
+fn read(decoder: impl ImageDecoder) -> Result<(Vec<u8>, usize, usize), Error> {
+    let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
     check_size(width, height)?;
-    let mut reader = decoder.read_info().map_err(|e| failure(&e))?;
-    let size = reader.output_buffer_size().ok_or(Error::FrameSize { width, height })?;
-    let mut pixels = vec![0; size];
-    let info = reader.next_frame(&mut pixels).map_err(|e| failure(&e))?;
-    let rgb = match info.color_type {
-        ColorType::Grayscale => pixels.iter().flat_map(|&v| [v; 3]).collect(),
-        ColorType::GrayscaleAlpha => pixels.chunks_exact(2).flat_map(|p| [p[0]; 3]).collect(),
-        ColorType::Rgba => pixels.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect(),
-        ColorType::Rgb => pixels,
-        ColorType::Indexed => return Err(failure(&"its palette was not expanded")),
+    let color = decoder.color_type();
+    let mut pixels = vec![0; width * height * usize::from(color.bytes_per_pixel())];
+    decoder.read_image(&mut pixels).map_err(|e| failure(&e))?;
+    let rgb = match color {
+        ColorType::L8 => pixels.iter().flat_map(|&v| [v; 3]).collect(),
+        ColorType::La8 => pixels.chunks_exact(2).flat_map(|p| [p[0]; 3]).collect(),
+        ColorType::Rgb8 => pixels,
+        ColorType::Rgba8 => pixels.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect(),
+        ColorType::L16 => high_bytes(&pixels, 1, [0, 0, 0]),
+        ColorType::La16 => high_bytes(&pixels, 2, [0, 0, 0]),
+        ColorType::Rgb16 => high_bytes(&pixels, 3, [0, 1, 2]),
+        ColorType::Rgba16 => high_bytes(&pixels, 4, [0, 1, 2]),
+        other => return Err(failure(&format_args!("its colour type {other:?} is not supported"))),
     };
     Ok((rgb, width, height))
 }
 
-fn decode_jpeg(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
-    if !jpeg_is_whole(bytes) {
-        return Err(failure(&"the JPEG data are truncated"));
-    }
-    let options = DecoderOptions::default()
-        .set_strict_mode(false)
-        .set_max_width(usize::MAX)
-        .set_max_height(usize::MAX)
-        .jpeg_set_out_colorspace(ColorSpace::RGB);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().map_err(|e| failure(&e))?;
-    let (width, height) = decoder.dimensions().unwrap_or_default();
-    check_size(width, height)?;
-    let rgb = decoder.decode().map_err(|e| failure(&e))?;
-    Ok((rgb, width, height))
+/// Three channels of pixels of `channels` 16-bit numbers in the machine's byte order, as bytes.
+fn high_bytes(pixels: &[u8], channels: usize, pick: [usize; 3]) -> Vec<u8> {
+    let byte = |pixel: &[u8], c: usize| (u16::from_ne_bytes([pixel[2 * c], pixel[2 * c + 1]]) >> 8) as u8;
+    pixels.chunks_exact(2 * channels).flat_map(|pixel| pick.map(|c| byte(pixel, c))).collect()
 }
 
 /// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey instead
