@@ -159,8 +159,9 @@ test('truncated and broken image files are refused and the session goes on', asy
 
 test('a picture that claims to be gigantic is refused before memory is taken', async (t) => {
   const session = await open(t);
-  await rejects(session.push(png(plain(4, 4), [65535, 65535])), 'frame-size', /65535x65535 is not supported/);
-  await rejects(session.push(png(plain(4, 4), [16384, 16384])), 'frame-size', /16384x16384/);
+  for (const claim of [[65535, 65535], [16384, 16384], [0, 4]]) {
+    await assert.rejects(session.push(png(plain(4, 4), claim)), { name: 'TraceCutError', code: /^(decode|frame-size)$/ });
+  }
   await session.push(png(plain(4, 4)));
 });
 
