@@ -10,11 +10,14 @@ use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::{ColorType, ImageDecoder};
 use std::io::Cursor;
 
+/// RGB bytes, width and height.
+type Pixels = (Vec<u8>, usize, usize);
+
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
 
 /// RGB bytes, width and height of a PNG or JPEG file. Sizes are checked before memory is taken.
-pub(super) fn decode(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Pixels, Error> {
     if bytes.starts_with(PNG_MAGIC) {
         read(PngDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?)
     } else if bytes.starts_with(JPEG_MAGIC) {
@@ -32,17 +35,17 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Vec<u8>, usize, usize), Error> {
 
 /// The original layout of the Moseg benchmark holds PPM files; only the command line reads them.
 #[cfg(feature = "cli")]
-fn decode_pnm(bytes: &[u8]) -> Option<Result<(Vec<u8>, usize, usize), Error>> {
+fn decode_pnm(bytes: &[u8]) -> Option<Result<Pixels, Error>> {
     let decoder = bytes.starts_with(b"P").then(|| image::codecs::pnm::PnmDecoder::new(Cursor::new(bytes)))?;
     Some(decoder.map_err(|e| failure(&e)).and_then(read))
 }
 
 #[cfg(not(feature = "cli"))]
-fn decode_pnm(_: &[u8]) -> Option<Result<(Vec<u8>, usize, usize), Error>> {
+fn decode_pnm(_: &[u8]) -> Option<Result<Pixels, Error>> {
     None
 }
 
-fn read(decoder: impl ImageDecoder) -> Result<(Vec<u8>, usize, usize), Error> {
+fn read(decoder: impl ImageDecoder) -> Result<Pixels, Error> {
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
     check_size(width, height)?;
     let color = decoder.color_type();
