@@ -18,7 +18,7 @@ struct Point {
     sigma: f64,
 }
 
-/// Points on a jittered grid of 640x480 that move with a panning, zooming background or one of `objects` turning discs.
+/// Points scattered over 640x480, in the order of a tracker (by frame of birth, then by row), that move with a panning, zooming background or one of `objects` turning discs.
 fn points(n: usize, objects: usize, seed: u64) -> Vec<Point> {
     let mut rng = Rng::for_stage(seed, "bench");
     let discs: Vec<[f64; 6]> = (0..objects)
@@ -27,9 +27,17 @@ fn points(n: usize, objects: usize, seed: u64) -> Vec<Point> {
             [x, y, rng.range(30.0, 90.0), rng.range(-2.0, 2.0), rng.range(-2.0, 2.0), rng.range(-0.01, 0.01)]
         })
         .collect();
-    (0..n)
+    let mut places: Vec<(u32, u32, f64, f64)> = (0..n)
         .map(|_| {
+            let born = rng.range(-30.0, 44.0).max(0.0) as u32;
             let (x, y) = (rng.range(0.0, 640.0), rng.range(0.0, 480.0));
+            (born, (y / 8.0) as u32, x, y)
+        })
+        .collect();
+    places.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    places
+        .into_iter()
+        .map(|(_, _, x, y)| {
             let mut point = Point { x, y, u: 1.0 + 0.004 * (x - 320.0), v: 0.004 * (y - 240.0), sigma: 0.3 };
             for &[cx, cy, r, u, v, spin] in &discs {
                 let distance = (x - cx).hypot(y - cy);

@@ -86,7 +86,7 @@ const CYCLE: usize = 32;
 /// smaller: about the square of its residual.
 const SAME: f64 = 0.1;
 /// Between restarts, convergence is looked at once the residual has come within this factor of the tolerance.
-const NEAR: f64 = 100.0;
+const NEAR: f64 = 1000.0;
 
 /// The `min(k, n)` algebraically largest eigenpairs of `operator`.
 ///
@@ -198,8 +198,7 @@ fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spen
         lanczos.step()?;
         let full = lanczos.size() >= plan.capacity;
         let tolerance = reachable(params.tolerance, lanczos.norm, n);
-        // A look costs about as much as a step: only every second step.
-        let look = last <= NEAR * tolerance && lanczos.size() > plan.keep && lanczos.size() / WIDTH % 2 == 0;
+        let look = last <= NEAR * tolerance && lanczos.size() > plan.keep;
         if !full && !look {
             continue;
         }

@@ -14,7 +14,9 @@
 
 use super::dense::{DenseEigen, symmetric_eigen};
 use super::eigen::SymmetricOperator;
-use super::panel::{Panel, Row, Square, WIDTH, add_combination, lengths, multiply, orthonormalize, project};
+use super::panel::{
+    Panel, Row, Square, WIDTH, add_combination, combinations, lengths, multiply, orthonormalize, project,
+};
 use crate::rng::Rng;
 
 /// Parts of the operator's norm below which what remains of a vector is rounding.
@@ -41,6 +43,19 @@ pub(super) struct Lanczos<'a> {
 pub(super) struct Ritz {
     pub(super) eigen: DenseEigen,
     pub(super) residual: Vec<f64>,
+}
+
+impl Ritz {
+    /// The coordinates along panel `p` of the basis of the Ritz vectors of panel `q`.
+    fn square(&self, p: usize, q: usize) -> Square {
+        let m = self.eigen.values.len();
+        let mut square = Square::default();
+        for (a, row) in square.iter_mut().enumerate() {
+            let first = (p * WIDTH + a) * m + q * WIDTH;
+            row.copy_from_slice(&self.eigen.vectors[first..first + WIDTH]);
+        }
+        square
+    }
 }
 
 impl<'a> Lanczos<'a> {
@@ -137,29 +152,13 @@ impl<'a> Lanczos<'a> {
 
     /// The first `panels` panels of Ritz vectors.
     pub(super) fn vectors(&self, ritz: &Ritz, panels: usize) -> Vec<Panel> {
-        let n = self.operator.dimension();
-        let m = self.size();
-        (0..panels)
-            .map(|q| {
-                let part = |p: usize| {
-                    let mut square = Square::default();
-                    for a in 0..WIDTH {
-                        let first = (p * WIDTH + a) * m + q * WIDTH;
-                        square[a].copy_from_slice(&ritz.eigen.vectors[first..first + WIDTH]);
-                    }
-                    square
-                };
-                let mut panel = vec![Row::default(); n];
-                let parts: Vec<Square> = (0..self.done).map(part).collect();
-                add_combination(&mut panel, &self.basis[..self.done], &parts, 1.0);
-                panel
-            })
-            .collect()
+        let coordinates: Vec<Vec<Square>> =
+            (0..panels).map(|q| (0..self.done).map(|p| ritz.square(p, q)).collect()).collect();
+        combinations(&self.basis[..self.done], &coordinates)
     }
 
     /// Shrinks the basis to the first `panels` panels of Ritz vectors and the waiting panels.
     pub(super) fn restart(&mut self, ritz: &Ritz, panels: usize) {
-        let m = self.size();
         let kept = self.vectors(ritz, panels);
         let waiting = self.basis.len() - self.done;
         let mut t = vec![vec![Square::default(); panels + waiting]; panels];
@@ -169,12 +168,7 @@ impl<'a> Lanczos<'a> {
             }
             for (j, old) in self.t.iter().enumerate() {
                 for (i, e) in old.iter().enumerate().skip(self.done) {
-                    let mut y = Square::default();
-                    for a in 0..WIDTH {
-                        let first = (j * WIDTH + a) * m + q * WIDTH;
-                        y[a].copy_from_slice(&ritz.eigen.vectors[first..first + WIDTH]);
-                    }
-                    let product = multiply(e, &y);
+                    let product = multiply(e, &ritz.square(j, q));
                     let sum = column[panels + i - self.done].as_flattened_mut();
                     sum.iter_mut().zip(product.as_flattened()).for_each(|(s, x)| *s += x);
                 }

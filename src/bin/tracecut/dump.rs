@@ -68,7 +68,9 @@ fn write_rows(out: Lines<'_>, values: &[f64], columns: usize) -> std::io::Result
 
 /// One line for each pair of neighbours: `i j affinity d`, trajectories counted from 0 as in `tracks.dat`.
 fn write_neighbours(out: Lines<'_>, discontinuities: &Discontinuities) -> std::io::Result<()> {
-    for ((&(i, j), w), d) in discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.affinity).zip(&discontinuities.d) {
+    for ((&(i, j), w), d) in
+        discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.affinity).zip(&discontinuities.d)
+    {
         writeln!(out, "{i} {j} {w:.16e} {d:.16e}")?;
     }
     Ok(())
