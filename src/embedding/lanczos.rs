@@ -59,7 +59,7 @@ impl Ritz {
 }
 
 impl<'a> Lanczos<'a> {
-    /// Starts from `panels` random panels. `None` if the operator's dimension is too small for that.
+    /// Starts from `panels` random panels; the operator's dimension must exceed what will be put into the basis.
     pub(super) fn new(operator: &'a dyn SymmetricOperator, panels: usize, seed: u32) -> Self {
         let rng = Rng::for_stage(u64::from(seed), "eigen");
         let mut start = Self { operator, rng, basis: Vec::new(), done: 0, t: Vec::new(), norm: 0.0, products: 0 };
