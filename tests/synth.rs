@@ -55,7 +55,7 @@ fn each_object_of_the_sample_has_its_size_in_every_frame() {
         let [background, balloon, van, hiker] = shares(&scene.mask(t));
         assert!((0.75..0.88).contains(&background), "frame {t}: background {background:.4}");
         assert!((0.07..0.13).contains(&balloon), "frame {t}: balloon {balloon:.4}");
-        assert!((0.012..0.02).contains(&van), "frame {t}: van {van:.4}");
+        assert!((0.018..0.03).contains(&van), "frame {t}: van {van:.4}");
         assert!((0.025..0.05).contains(&hiker), "frame {t}: hiker {hiker:.4}");
     }
 }
@@ -124,7 +124,7 @@ fn walkers_touch_at_first_and_part_later() {
 }
 
 /// Of frames 0 and 5 of `Scene::sample(96, 54, 6, 1)`. It changes when the scene is redrawn, and never otherwise.
-const HASH: u64 = 0x82ec_2751_986a_f66a;
+const HASH: u64 = 0x34a4_44e1_bc38_7552;
 
 /// The wasm tests check the same number: the bytes must not depend on the target.
 #[test]

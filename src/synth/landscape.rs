@@ -12,6 +12,8 @@ use super::{Scene, Sprite};
 const BOARD: (f64, f64) = (480.0, 270.0);
 /// Where the meadow meets the hills.
 const HORIZON: f32 = 152.0;
+/// Size of the van: it is painted 64 units long.
+const VAN: f64 = 1.25;
 /// Speed of the camera to the right, in units a frame of a layer at depth factor 1.
 const PAN: f64 = 1.6;
 /// Depth factor of the meadow at the horizon, and how much it grows a unit downwards.
@@ -40,7 +42,7 @@ impl Scene {
         };
         let gait = Gait { period: 34.0, phase: 0.12 - board.middle / 34.0, swing: 0.072 };
         let height = BOARD.1 - 16.0 - f64::from(LEG);
-        hiker.add_to(&mut scene, 3, gait, |t| board.pose(352.0 + board.drift(t, 0.55), height - board.tilt(t)));
+        hiker.add_to(&mut scene, 3, gait, |t| board.pose(352.0 + board.drift(t, 0.3), height - board.tilt(t)));
         scene
     }
 
@@ -210,10 +212,10 @@ impl Board {
             let flowers = ramp(0.52, 0.62, self.grain(x, 1.4 * y + 70.0, 7.0)) * ramp(0.45, 0.7, near);
             let bloom = blend([246.0, 240.0, 226.0], [232.0, 120.0, 96.0], ramp(0.0, 0.3, ground(60.0, 50.0)));
             let grass = blend(grass, bloom, 0.75 * flowers);
-            let middle = 205.0 + 2.5 * self.noise.fractal(x, 21.0, 120.0, 20.0);
-            let road = (y - middle).abs() - 9.0 - 1.6 * tufts;
+            let middle = 208.0 + 2.5 * self.noise.fractal(x, 21.0, 120.0, 20.0);
+            let road = (y - middle).abs() - 10.5 - 1.6 * tufts;
             let dust = shade([206.0, 178.0, 142.0], 0.16 * ground(20.0, 5.0) + 0.16 * tufts);
-            let ruts = ramp(1.6, 0.4, ((y - middle).abs() - 4.5).abs());
+            let ruts = ramp(1.6, 0.4, ((y - middle).abs() - 5.5).abs());
             let dust = shade(dust, -0.16 * ruts);
             let colour = blend(grass, dust, ramp(1.2, -1.2, road));
             let far = blend(colour, [196.0, 190.0, 150.0], 0.35 * ramp(HORIZON + 16.0, HORIZON - 2.0, y));
@@ -265,9 +267,9 @@ impl Board {
             // A third larger in a hundred frames, and back; it leans into the wind.
             let size = 1.0 + 0.33 * sin_turns(time / 400.0) * 400.0 / 628.0;
             let lean = 0.035 * sin_turns(time / 220.0) + 0.008;
-            Affine::scaling(0.9 * size, 0.9 * size)
+            Affine::scaling(0.88 * size, 0.88 * size)
                 .then(&Affine::rotation(lean))
-                .then(&self.pose(140.0 + self.drift(t, 0.9), 67.0 - self.drift(t, 0.22)))
+                .then(&self.pose(140.0 + self.drift(t, 2.2), 62.0 - self.drift(t, 0.1)))
         });
     }
 
@@ -320,14 +322,16 @@ impl Board {
 
     fn add_van(&self, scene: &mut Scene) {
         let van = scene.add_sprite(self.van());
-        scene.add_layer(van, 2, |t| self.pose(216.0 - self.drift(t, 3.7), 206.0 - self.tilt(t)));
+        let size = Affine::scaling(VAN, VAN);
+        scene.add_layer(van, 2, |t| size.then(&self.pose(212.0 - self.drift(t, 3.7), 212.0 - self.tilt(t))));
     }
 
     /// A camper van that drives to the left; the origin is on the road below its middle.
     fn van(&self) -> Sprite {
         let noise = Noise(self.noise.0 ^ 0x99);
-        Sprite::paint([-33.0, -42.0, 33.0, 1.0], self.density, |x, y| {
-            let crisp = |d: f32| ramp(0.55, -0.55, d * self.density.min(1.6));
+        let density = VAN as f32 * self.density;
+        Sprite::paint([-33.0, -42.0, 33.0, 1.0], density, |x, y| {
+            let crisp = |d: f32| ramp(0.55, -0.55, d * density.min(1.6));
             let body = rounded_box(x, y, (0.0, -18.5), (31.0, 13.5), 6.0);
             let luggage = rounded_box(x, y, (4.0, -34.5), (15.0, 3.4), 1.5);
             let trunk = rounded_box(x, y, (-3.0, -37.0), (6.0, 3.0), 1.5);

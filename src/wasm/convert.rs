@@ -4,7 +4,7 @@ use crate::Error;
 use crate::flow::FlowField;
 use crate::params::ParamTree;
 use crate::trajectory::Trajectories;
-use js_sys::{Float32Array, Float64Array, Object, Reflect, Uint32Array};
+use js_sys::{Float32Array, Float64Array, Object, Reflect, Uint8Array, Uint8ClampedArray, Uint32Array};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
@@ -41,6 +41,16 @@ pub(super) fn object<const N: usize>(properties: [(&str, JsValue); N]) -> JsValu
         let _ = Reflect::set(&object, &name.into(), &value);
     }
     object.into()
+}
+
+pub(super) fn bytes(values: &[u8]) -> JsValue {
+    Uint8Array::from(values).into()
+}
+
+/// Three bytes a pixel inside, four outside, as `ImageData` wants them.
+pub(super) fn rgba(rgb: &[u8]) -> JsValue {
+    let rgba: Vec<u8> = rgb.chunks_exact(3).flat_map(|p| [p[0], p[1], p[2], 255]).collect();
+    Uint8ClampedArray::from(rgba.as_slice()).into()
 }
 
 pub(super) fn words(values: &[u32]) -> JsValue {

@@ -6,8 +6,10 @@
 mod convert;
 mod panic;
 mod session;
+mod synth;
 
 pub use session::JsSession;
+pub use synth::JsScene;
 
 use crate::Params;
 use crate::params::ParamGroup;

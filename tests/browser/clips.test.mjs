@@ -4,17 +4,17 @@ import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { inPhase, openSample, run, screenshot, sharedClips, text, useSite } from './support.mjs';
+import { inPhase, run, screenshot, sharedClips, text, useSample, useSite } from './support.mjs';
 
 const CARS = join(sharedClips, 'dashcam-cars-38f.mp4');
 const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
 const without = (file) => (existsSync(file) ? false : `${file} is not here`);
 
 describe('video files', () => {
-  const site = useSite();
+  const sample = useSample(useSite());
 
   test('a recording whose length is not written in the file', async () => {
-    const { page, faults } = await openSample(site);
+    const { page, faults } = sample;
     const bytes = await page.evaluate(recordSample);
     const file = { name: 'recording.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes) };
     assert.equal(await run(page, [file]), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
@@ -23,7 +23,7 @@ describe('video files', () => {
   });
 
   test('the dashcam clip: its cars are found', { skip: without(CARS) }, async () => {
-    const { page, faults } = await openSample(site);
+    const { page, faults } = sample;
     assert.equal(await run(page, [CARS]), 'done');
     assert.match(await text(page, '#subline'), /38 frames of 480 × 270/);
     const clusters = await page.evaluate(() => globalThis.tracecutDemo.result.clusters.count);
@@ -42,7 +42,7 @@ describe('video files', () => {
   });
 
   test('start, length, step and size are as chosen', { skip: without(LANE) }, async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     await page.setInputFiles('#file', [LANE]);
     await inPhase(page, 'setup');
     await page.fill('#take-frames', '8');

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { ended, inPhase, openSample, plainFrame, pngFile, run, text, useSite } from './support.mjs';
+import { ended, gifFile, inPhase, openSample, plainFrame, pngFile, run, text, useSample, useSite } from './support.mjs';
 
 const WIDTH = 96;
 const HEIGHT = 64;
@@ -71,7 +71,7 @@ describe('a run', () => {
 });
 
 describe('files', () => {
-  const site = useSite();
+  const shared = useSample(useSite());
   const noise = Buffer.from(Array.from({ length: 4000 }, (_, k) => (k * 167 + (k >> 3)) % 256));
 
   const refused = {
@@ -90,17 +90,24 @@ describe('files', () => {
     ],
   };
   for (const [what, [given, code]] of Object.entries(refused)) {
-    test(`${what}: refused in words, and the sample still runs`, async () => {
-      const { page } = await openSample(site);
+    test(`${what}: refused in words`, async () => {
+      const { page } = shared;
       assert.equal(await run(page, given), 'error');
       assert.equal(await page.getAttribute('#error', 'data-code'), code);
       assert.ok((await text(page, '#error-title')).length > 10);
       assert.match(await text(page, '#error-advice'), /\b(use|open|convert|choose|leave)\b/i);
-      await page.click('#error-sample');
-      assert.equal(await ended(page), 'done');
-      assert.equal(await page.locator('#error').isVisible(), false);
+      assert.equal(await page.locator('#canvas').isVisible(), false);
     });
   }
+
+  test('after a refusal the sample runs as before', async () => {
+    const { page } = shared;
+    assert.equal(await run(page, refused['a damaged video'][0]), 'error');
+    await page.click('#error-sample');
+    assert.equal(await ended(page), 'done');
+    assert.equal(await page.locator('#error').isVisible(), false);
+    assert.match(await text(page, '#subline'), /24 frames of 384 × 216/);
+  });
 
   const still = movingSquare(1, 0)[0];
   const answered = {
@@ -112,7 +119,8 @@ describe('files', () => {
   };
   for (const [what, [frames, words]] of Object.entries(answered)) {
     test(`${what}: a result, with a remark where nothing moves`, async () => {
-      const { page, faults } = await openSample(site);
+      const { page, faults } = shared;
+      faults.length = 0;
       assert.equal(await run(page, files(frames)), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
       const headline = await text(page, '#headline');
       assert.match(headline, words);
@@ -122,15 +130,34 @@ describe('files', () => {
   }
 
   test('images of a sequence are taken in the order of their numbers', async () => {
-    const { page } = await openSample(site);
-    const given = files(movingSquare(12, 2)).reverse();
-    assert.equal(await run(page, given), 'done');
+    const { page } = shared;
+    const shades = Array.from({ length: 12 }, (_, t) => plainFrame(WIDTH, HEIGHT, () => [20 * t, 0, 0]));
+    assert.equal(await run(page, files(shades).reverse()), 'done');
     assert.match(await text(page, '#clip-name'), /frame0\.png … frame11\.png/);
-    assert.match(await text(page, '#headline'), /moving object/);
+    const reds = await page.evaluate(async () => {
+      const { source, take } = globalThis.tracecutDemo;
+      const found = [];
+      for await (const image of source.frames(take, new AbortController().signal)) found.push(image.data[0]);
+      return found;
+    });
+    assert.deepEqual(reds, shades.map((_, t) => 20 * t));
+  });
+
+  test('an animated GIF is taken apart', async () => {
+    const { page } = shared;
+    const frames = movingSquare(10, 2);
+    assert.equal(await run(page, [gifFile('square.gif', frames)]), 'done', await text(page, 'main'));
+    assert.match(await text(page, '#clip-facts'), /96 × 64, 10 images/);
+    const reds = await page.evaluate(async () => {
+      const { source } = globalThis.tracecutDemo;
+      return [...(await source.preview(9, 480)).data].filter((_, k) => k % 4 === 0);
+    });
+    const expected = [...frames[9].data].filter((_, k) => k % 4 === 0).map((red) => red & 254);
+    assert.deepEqual(reds, expected);
   });
 
   test('dropping files opens them', async () => {
-    const { page } = await openSample(site);
+    const { page } = shared;
     const given = files(movingSquare(8, 2)).map(({ name, buffer }) => ({ name, bytes: [...buffer] }));
     await page.evaluate((list) => {
       const transfer = new DataTransfer();

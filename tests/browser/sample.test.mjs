@@ -5,15 +5,15 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
 import { SAMPLE } from '../../www/demo/source.js';
-import { openSample, screenshot, text, useSite } from './support.mjs';
+import { screenshot, text, useSample, useSite } from './support.mjs';
 
 const FRAME = 12;
 
 describe('the sample', () => {
-  const site = useSite();
+  const sample = useSample(useSite());
 
   test('is segmented on load, without a click, and described in words', async () => {
-    const { page, faults } = await openSample(site);
+    const { page, faults } = sample;
     assert.match(await text(page, '#headline'), /^[2-9] moving objects and the background$/);
     assert.match(await text(page, '#subline'), /trajectories · 24 frames of 384 × 216 · computed in \d/);
     const clusters = await page.evaluate(() => globalThis.tracecutDemo.result.clusters.count);
@@ -24,7 +24,7 @@ describe('the sample', () => {
   });
 
   test('has its objects coloured where the scene has them', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     const { counts, masks } = await page.evaluate(paintedPixels, FRAME);
     const total = counts.flat().reduce((sum, n) => sum + n, 0);
     const owners = counts.map((row) => row.indexOf(Math.max(...row)));
@@ -37,7 +37,7 @@ describe('the sample', () => {
   });
 
   test('shows something different in each layer', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     const ids = await page.evaluate(() => globalThis.tracecutDemo.app.layers.map((layer) => layer.id));
     assert.deepEqual(ids, ['trajectories', 'discontinuities', 'embedding', 'flow', 'image']);
@@ -57,7 +57,7 @@ describe('the sample', () => {
   });
 
   test('hides a cluster, and shows one alone', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     const colors = () => page.evaluate(paintedPixels, FRAME).then(({ counts }) => counts.map((row) => row.some((n) => n > 0)));
     const all = await colors();
     assert.ok(all.every(Boolean));
@@ -69,12 +69,12 @@ describe('the sample', () => {
   });
 
   test('has the same labels as in Node, to the byte', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     const inPage = await page.evaluate(() => {
       const { clusters, trajectories } = globalThis.tracecutDemo.result;
       return { label: [...clusters.label], x: [...trajectories.x] };
     });
-    const clip = synthClip(SAMPLE);
+    const clip = await synthClip(SAMPLE);
     const session = await createSession();
     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
     const result = await session.run();

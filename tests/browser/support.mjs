@@ -77,6 +77,13 @@ export async function openSample(site, options) {
   return opened;
 }
 
+/** One page with the finished sample for all tests of a suite that may share it; read `page` and `faults` in the tests. */
+export function useSample(site) {
+  const shared = { page: null, faults: null };
+  before(async () => Object.assign(shared, await openSample(site)));
+  return shared;
+}
+
 /** Hands files to the page and starts without waiting for the countdown; gives the state that the run ended in. */
 export async function run(page, files) {
   await page.setInputFiles('#file', files);
@@ -139,4 +146,38 @@ export function plainFrame(width, height, color = () => [0, 0, 0]) {
   const data = new Uint8ClampedArray(4 * width * height);
   for (let k = 0; k < width * height; k += 1) data.set([...color(k % width, Math.floor(k / width)), 255], 4 * k);
   return { data, width, height };
+}
+
+/**
+ * A file for `setInputFiles`: an animated GIF of grey frames (the red channel of each, halved).
+ *
+ * @param {string} name
+ * @param {{data: Uint8ClampedArray, width: number, height: number}[]} frames
+ */
+export function gifFile(name, frames) {
+  const { width, height } = frames[0];
+  const size = [width & 255, width >> 8, height & 255, height >> 8];
+  const greys = Array.from({ length: 128 }, (_, k) => [2 * k, 2 * k, 2 * k]).flat();
+  const loop = [0x21, 0xff, 11, ...Buffer.from('NETSCAPE2.0'), 3, 1, 0, 0, 0];
+  const parts = [Buffer.from('GIF89a'), Buffer.from([...size, 0xf6, 0, 0, ...greys, ...loop])];
+  for (const { data } of frames) {
+    parts.push(Buffer.from([0x21, 0xf9, 4, 0, 7, 0, 0, 0, 0x2c, 0, 0, 0, 0, ...size, 0, 7]), gifCodes(data), Buffer.from([0]));
+  }
+  return { name, mimeType: 'image/gif', buffer: Buffer.concat([...parts, Buffer.from([0x3b])]) };
+}
+
+/** Pixels as codes of 8 bits: the table is cleared so often that codes never grow, so nothing is compressed. */
+function gifCodes(data) {
+  const codes = [];
+  for (let k = 0; 4 * k < data.length; k += 1) {
+    if (k % 100 === 0) codes.push(128);
+    codes.push(data[4 * k] >> 1);
+  }
+  codes.push(129);
+  const blocks = [];
+  for (let k = 0; k < codes.length; k += 255) {
+    const block = codes.slice(k, k + 255);
+    blocks.push(block.length, ...block);
+  }
+  return Buffer.from(blocks);
 }

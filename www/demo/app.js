@@ -12,13 +12,14 @@
 
 import { ClipPanel } from './panel-clip.js';
 import { byId } from './dom.js';
+import { readsAreNoisy } from './grabber.js';
 import { Job } from './job.js';
 import { createLayers } from './layers.js';
 import { fillObjects } from './panel-objects.js';
 import { layersPanel } from './panel-layers.js';
 import { showStages } from './panel-stages.js';
-import { clusterName } from './palette.js';
 import { Points } from './points.js';
+import { showReadout } from './readout.js';
 import { Selection } from './selection.js';
 import { openFiles, sampleSource } from './source.js';
 import { phase, say, showError, showNotice, showPhase, showProgress, showSubline } from './status.js';
@@ -28,6 +29,9 @@ import { count, headline, plural, remark, seconds } from './words.js';
 
 /** How long a freshly opened clip waits for a change of settings before it starts by itself. */
 const HOLD_SECONDS = 4;
+
+const NOISE_REMARK =
+  'This browser alters pixels that a page reads, against tracking. Results may differ a little from run to run.';
 
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
@@ -46,6 +50,7 @@ export class App {
     this.points = null;
     this.hold = 0;
     this.previewing = false;
+    this.noisy = readsAreNoisy();
     this.selection = new Selection();
     this.layers = createLayers();
     this.viewer = new Viewer({
@@ -53,7 +58,7 @@ export class App {
       box: byId('screen'),
       layers: this.layers,
       visible: (cluster) => this.selection.has(cluster),
-      onHover: (trajectory) => this.showReadout(trajectory),
+      onHover: (trajectory) => showReadout(this.points, trajectory),
       onPick: (trajectory) => this.pick(trajectory),
     });
     this.timeline = new Timeline((frame) => this.viewer.show(frame));
@@ -64,7 +69,7 @@ export class App {
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open(async () => sampleSource(this.library.synthClip), (source) => this.start(source));
+    await this.open('Sample clip', () => sampleSource(this.library.synthClip), (source) => this.start(source));
   }
 
   /**
@@ -73,16 +78,18 @@ export class App {
    * @param {File[]} files
    */
   async openFiles(files) {
-    await this.open(() => openFiles(files), (source) => this.setUp(source));
+    await this.open(files[0]?.name ?? '', () => openFiles(files), (source) => this.setUp(source));
   }
 
   /**
+   * @param {string} name shown until the source tells its own
    * @param {() => Promise<import('./source.js').Source>} opener
    * @param {(source: import('./source.js').Source) => Promise<void>} next
    */
-  async open(opener, next) {
+  async open(name, opener, next) {
     const visit = this.leave();
     this.setSource(null);
+    byId('clip-name').textContent = name;
     showPhase('opening', 'Opening…', '');
     try {
       const source = await opener();
@@ -122,7 +129,9 @@ export class App {
     this.viewer.setClip(16, 9, []);
     this.timeline.setClip(0, 25);
     fillObjects(null, this.selection);
+    showReadout(null, -1);
     showNotice('');
+    byId('canvas').setAttribute('aria-label', 'No result yet');
     return this.visit;
   }
 
@@ -254,7 +263,7 @@ export class App {
     this.clip.setPace(job.ms / (width * height * images.length));
     showStages(job, 'done');
     showProgress(1);
-    showNotice(remark(result));
+    showNotice(remark(result) || (this.noisy && job.source.kind !== 'sample' ? NOISE_REMARK : ''));
     const facts = [
       plural(result.trajectories.count, 'trajectory', 'trajectories'),
       `${plural(images.length, 'frame')} of ${width} × ${height}`,
@@ -274,19 +283,6 @@ export class App {
     if (visit !== this.visit) return;
     this.leave();
     showError(error);
-  }
-
-  /** @param {number} trajectory */
-  showReadout(trajectory) {
-    const { points } = this;
-    const readout = byId('readout');
-    readout.hidden = trajectory < 0 || !points;
-    if (trajectory < 0 || !points) return;
-    const { clusters, trajectories } = points.result;
-    const first = trajectories.startFrame[trajectory];
-    const last = first + trajectories.offset[trajectory + 1] - trajectories.offset[trajectory] - 1;
-    const name = clusterName(clusters.label[trajectory]);
-    readout.textContent = `${name} · trajectory ${count(trajectory)}, frames ${first + 1}–${last + 1}`;
   }
 
   /** @param {number} trajectory shows its cluster alone */

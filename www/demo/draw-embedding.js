@@ -1,5 +1,6 @@
 /** The embedding as colour: three eigenvectors as red, green and blue, spread over the cells of the points. @module */
 
+import { CellPainter, packColors } from './cells.js';
 import { h } from './dom.js';
 import { opacity } from './layer.js';
 import { quantile } from './points.js';
@@ -9,10 +10,12 @@ const CHANNELS = [1, 2, 3];
 
 /** @returns {import('./layer.js').Layer} */
 export function embeddingLayer() {
-  /** @type {Uint8Array | null} */
+  /** @type {Uint32Array | null} */
   let colors = null;
-  /** @type {Map<number, OffscreenCanvas>} */
-  const cache = new Map();
+  const cells = new CellPainter((view) => {
+    colors ??= embeddingColors(/** @type {import('./points.js').Points} */ (view.points).result);
+    return colors;
+  });
   return {
     id: 'embedding',
     name: 'Embedding colours',
@@ -30,15 +33,12 @@ export function embeddingLayer() {
     ],
     reset() {
       colors = null;
-      cache.clear();
+      cells.reset();
     },
     draw(ctx, view) {
       if (!view.points) return;
-      colors ??= embeddingColors(view.points.result);
-      const known = cache.get(view.frame) ?? paintCells(view, colors);
-      cache.set(view.frame, known);
       ctx.imageSmoothingEnabled = false;
-      ctx.drawImage(known, -0.5, -0.5, view.width, view.height);
+      cells.draw(ctx, view);
       ctx.imageSmoothingEnabled = true;
     },
   };
@@ -46,54 +46,20 @@ export function embeddingLayer() {
 
 /**
  * @param {import('./points.js').Result} result
- * @returns {Uint8Array} three bytes per trajectory; each channel spans 2 % to 98 % of its values
+ * @returns {Uint32Array} an opaque colour per trajectory; each channel spans 2 % to 98 % of its values
  */
-export function embeddingColors(result) {
+function embeddingColors(result) {
   const { dimensions, vectors } = result.embedding;
   const n = result.trajectories.count;
-  const colors = new Uint8Array(3 * n).fill(128);
-  CHANNELS.forEach((column, channel) => {
-    if (column >= dimensions) return;
+  const channels = CHANNELS.map((column) => {
+    if (column >= dimensions) return new Float32Array(n).fill(0.5);
     const values = Float32Array.from({ length: n }, (_, i) => vectors[i * dimensions + column]);
     const low = quantile(values, 0.02);
     const span = quantile(values, 0.98) - low || 1;
-    values.forEach((value, i) => {
-      colors[3 * i + channel] = 24 + 220 * Math.min(1, Math.max(0, (value - low) / span));
-    });
+    return values.map((value) => Math.min(1, Math.max(0, (value - low) / span)));
   });
-  return colors;
-}
-
-/**
- * Gives each pixel the colour of the nearest visible point, up to about one grid step away.
- *
- * @param {import('./layer.js').View} view
- * @param {Uint8Array} colors
- * @returns {OffscreenCanvas} at clip size
- */
-function paintCells(view, colors) {
-  const points = /** @type {import('./points.js').Points} */ (view.points);
-  const { width, height } = view;
-  const { id, x, y } = points.at(view.frame);
-  const reach = Math.max(2, points.spacing(view.frame));
-  const nearest = new Float32Array(width * height).fill(reach * reach);
-  const image = new ImageData(width, height);
-  for (let k = 0; k < id.length; k++) {
-    const color = colors.subarray(3 * id[k], 3 * id[k] + 3);
-    const lastY = Math.min(height - 1, Math.floor(y[k] + reach));
-    const lastX = Math.min(width - 1, Math.floor(x[k] + reach));
-    for (let py = Math.max(0, Math.ceil(y[k] - reach)); py <= lastY; py++) {
-      for (let px = Math.max(0, Math.ceil(x[k] - reach)); px <= lastX; px++) {
-        const sq = (px - x[k]) ** 2 + (py - y[k]) ** 2;
-        const at = py * width + px;
-        if (sq >= nearest[at]) continue;
-        nearest[at] = sq;
-        image.data.set(color, 4 * at);
-        image.data[4 * at + 3] = 255;
-      }
-    }
-  }
-  const canvas = new OffscreenCanvas(width, height);
-  canvas.getContext('2d')?.putImageData(image, 0, 0);
-  return canvas;
+  return packColors(n, (i, out, at) => {
+    channels.forEach((values, channel) => (out[at + channel] = 24 + 220 * values[i]));
+    out[at + 3] = 255;
+  });
 }

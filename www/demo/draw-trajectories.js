@@ -1,8 +1,9 @@
 /** Trajectory points by cluster, each with the last part of its way. @module */
 
+import { CellPainter, packColors } from './cells.js';
 import { key } from './dom.js';
 import { opacity } from './layer.js';
-import { clusterColor, clusterShape } from './palette.js';
+import { clusterColor, clusterShape, rgbOf } from './palette.js';
 
 /** Radius of a point against the distance between points, and its bounds in CSS pixels. */
 const RADIUS = { share: 0.17, least: 1.1, most: 4 };
@@ -20,22 +21,49 @@ export function trajectoryLayer() {
     step: 1,
     text: (/** @type {number} */ v) => (v === 0 ? 'none' : `${v} frames`),
   };
+  const tint = { ...opacity(0.35), name: 'Tint' };
+  /** @type {Uint32Array | null} */
+  let colors = null;
+  const cells = new CellPainter((view) => {
+    colors ??= tintColors(/** @type {import('./points.js').Points} */ (view.points).result);
+    return colors;
+  });
   return {
     id: 'trajectories',
     name: 'Trajectories',
-    about: 'Points followed from frame to frame, coloured by the cluster they belong to.',
+    about: 'Points followed from frame to frame, coloured by cluster. Pixels are tinted like the nearest point.',
     z: 60,
     on: true,
-    settings: { opacity: opacity(), trail },
+    settings: { opacity: opacity(), trail, tint },
     legend: () => [key('dot', clusterColor(0), 'background'), key('dot', clusterColor(1), 'objects, colours as listed')],
+    reset() {
+      colors = null;
+      cells.reset();
+    },
     draw(ctx, view) {
       if (!view.points) return;
+      ctx.globalAlpha = tint.value;
+      cells.draw(ctx, view);
+      ctx.globalAlpha = 1;
       const groups = groupByCluster(view);
       ctx.lineCap = 'round';
       groups.forEach((ids, cluster) => drawTrails(ctx, view, ids, cluster, trail.value));
       groups.forEach((ids, cluster) => drawPoints(ctx, view, ids, cluster));
     },
   };
+}
+
+/**
+ * @param {import('./points.js').Result} result
+ * @returns {Uint32Array} per trajectory the colour of its cluster; clear for the background
+ */
+function tintColors({ clusters, trajectories }) {
+  const palette = Array.from({ length: clusters.count }, (_, k) => rgbOf(clusterColor(k)));
+  return packColors(trajectories.count, (i, out, at) => {
+    const cluster = clusters.label[i];
+    const { r, g, b } = palette[cluster];
+    out.set([r, g, b, cluster === 0 ? 0 : 255], at);
+  });
 }
 
 /**

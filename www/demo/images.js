@@ -41,7 +41,7 @@ async function openAnimation(file) {
   const Decoder = /** @type {any} */ (globalThis).ImageDecoder;
   if (!Decoder || !(await Decoder.isTypeSupported(file.type))) throw new PageError('one-frame', file.name);
   const decoder = new Decoder({ data: await file.arrayBuffer(), type: file.type });
-  await decoder.completed;
+  await Promise.all([decoder.tracks.ready, decoder.completed]);
   const { frameCount } = decoder.tracks.selectedTrack;
   if (frameCount < 2) {
     decoder.close();

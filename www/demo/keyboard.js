@@ -17,12 +17,14 @@ export function connectKeys(app) {
     const action = layer >= 0 ? () => app.panel.toggle(layer) : actions[event.key];
     if (!action || keepsKey(event)) return;
     event.preventDefault();
+    // A button that was clicked with the mouse would still answer to the space bar.
+    if (event.key === ' ') /** @type {HTMLElement} */ (event.target).blur();
     action();
   });
 }
 
 /**
- * Form fields and focused buttons keep the keys that they use themselves.
+ * Form fields keep the keys that they use themselves, and so do buttons that were reached with the keyboard.
  *
  * @param {KeyboardEvent} event
  * @returns {boolean}
@@ -32,5 +34,5 @@ function keepsKey(event) {
   const target = /** @type {HTMLElement} */ (event.target);
   if (target.matches('select, textarea, input[type="number"]')) return true;
   if (target.matches('input[type="range"]')) return event.key !== ' ' && !/^[1-9]$/.test(event.key);
-  return event.key === ' ' && target.matches('button, input, a, summary');
+  return event.key === ' ' && target.matches(':is(button, input, a):focus-visible');
 }

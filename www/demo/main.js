@@ -2,10 +2,9 @@
 
 import { App } from './app.js';
 import { byId } from './dom.js';
-import { readsAreNoisy } from './grabber.js';
 import { connectKeys } from './keyboard.js';
 import { clusterColor } from './palette.js';
-import { showError, showNotice } from './status.js';
+import { showError } from './status.js';
 import { PageError } from './words.js';
 
 /** The smallest module with a SIMD instruction: whether it is valid says whether this browser can run the package. */
@@ -21,9 +20,6 @@ async function main() {
     connect(app);
     expose(app);
     await app.openSample();
-    if (readsAreNoisy()) {
-      showNotice('This browser alters pixels that a page reads, against tracking. Results of videos may differ a little each time.');
-    }
   } catch (error) {
     showError(error);
   }
@@ -32,6 +28,7 @@ async function main() {
 /** @returns {Promise<any>} the package, which the site serves beside the page */
 async function loadLibrary() {
   try {
+    // @ts-expect-error The site serves the package here; in the repository it lies elsewhere.
     return await import('../dist/index.js');
   } catch (error) {
     throw new PageError('wasm-load', error instanceof Error ? error.message : String(error));

@@ -26,6 +26,8 @@ export class ClipPanel {
         onChange(this.take);
       });
     }
+    // While a number is typed it is left as it is; afterwards it shows what is really taken.
+    this.frames.addEventListener('blur', () => this.show());
   }
 
   /** @param {Source} source the form starts from the usual values */
@@ -70,7 +72,7 @@ export class ClipPanel {
     if (!source) return;
     const last = take.start + (take.frames - 1) * take.step;
     const inSeconds = source.kind === 'video';
-    const at = (/** @type {number} */ frame) => (inSeconds ? `${(frame / source.fps).toFixed(1)} s` : `image ${frame + 1}`);
+    const at = (/** @type {number} */ frame) => (inSeconds ? `${(frame / source.fps).toFixed(1)}\u00a0s` : `image ${frame + 1}`);
     byId('take-start-text').textContent = at(take.start);
     this.start.style.setProperty('--share', String(take.start / Math.max(1, Number(this.start.max))));
     this.start.setAttribute('aria-valuetext', at(take.start));
@@ -78,7 +80,7 @@ export class ClipPanel {
     const { width, height } = workingSize(source, take.side);
     const what = `${plural(take.frames, 'frame')} of ${width} × ${height}, ${at(take.start)} to ${at(last)}`;
     const ms = this.msPerPixel * width * height * take.frames;
-    byId('take-text').textContent = ms > 0 ? `${what}. About ${Math.max(1, Math.round(ms / 1000))} s on this computer.` : `${what}.`;
+    byId('take-text').textContent = ms > 0 ? `${what}. About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer.` : `${what}.`;
   }
 }
 

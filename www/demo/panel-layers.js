@@ -12,6 +12,7 @@ import { byId, h } from './dom.js';
 export function layersPanel(layers, onChange) {
   const rows = layers.map((layer, index) => layerRow(layer, index, onChange));
   byId('layer-list').replaceChildren(...rows.map((row) => row.element));
+  byId('last-layer').textContent = String(Math.min(9, layers.length));
   return {
     toggle(index) {
       const box = rows[index]?.box;
@@ -26,7 +27,14 @@ export function layersPanel(layers, onChange) {
  * @param {() => void} onChange
  */
 function layerRow(layer, index, onChange) {
-  const box = h('input', { type: 'checkbox', role: 'switch', class: 'switch', 'data-layer': layer.id });
+  const shortcut = String(index + 1);
+  const box = h('input', {
+    type: 'checkbox',
+    role: 'switch',
+    class: 'switch',
+    'data-layer': layer.id,
+    'aria-keyshortcuts': shortcut,
+  });
   box.checked = layer.on;
   const legend = h('div', { class: 'legend' });
   const details = h(
@@ -48,7 +56,8 @@ function layerRow(layer, index, onChange) {
     onChange();
   });
   refresh();
-  const label = h('label', { class: 'layer-name' }, box, h('span', {}, layer.name), h('kbd', { title: 'Key' }, String(index + 1)));
+  const key = h('kbd', { title: 'Key', 'aria-hidden': 'true' }, shortcut);
+  const label = h('label', { class: 'layer-name' }, box, h('span', {}, layer.name), key);
   return { box, element: h('li', { class: 'layer' }, label, details) };
 }
 
@@ -62,7 +71,8 @@ function layerRow(layer, index, onChange) {
 function slider(layerId, name, setting, onChange) {
   const { min, max, step } = setting;
   const input = h('input', { type: 'range', min, max, step, value: setting.value, 'data-setting': `${layerId}.${name}` });
-  const output = h('output', {}, setting.text(setting.value));
+  // The slider itself tells its value to screen readers.
+  const output = h('span', { class: 'value', 'aria-hidden': 'true' }, setting.text(setting.value));
   const show = () => {
     output.textContent = setting.text(setting.value);
     input.setAttribute('aria-valuetext', setting.text(setting.value));

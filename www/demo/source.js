@@ -34,14 +34,14 @@ import { PageError } from './words.js';
 export const DEFAULT_TAKE = { start: 0, frames: 40, step: 1, side: 480 };
 
 /** The sample: small enough to be through in seconds, large enough to look at. */
-export const SAMPLE = { width: 384, height: 216, frames: 24, seed: 1 };
+export const SAMPLE = { width: 384, height: 216, frames: 24, seed: 0 };
 
 /**
- * @param {(options: typeof SAMPLE) => any} synthClip
- * @returns {Source & {clip: any}} the library's own scene, with its known masks under `clip`
+ * @param {(options: typeof SAMPLE) => Promise<any>} synthClip
+ * @returns {Promise<Source & {clip: any}>} the library's own scene, with its known masks under `clip`
  */
-export function sampleSource(synthClip) {
-  const clip = synthClip(SAMPLE);
+export async function sampleSource(synthClip) {
+  const clip = await synthClip(SAMPLE);
   const imageOf = (/** @type {number} */ t) => {
     const { data, width, height } = clip.frame(t);
     return new ImageData(new Uint8ClampedArray(data), width, height);

@@ -23,8 +23,18 @@ export function showPhase(phase, headline, subline) {
   showSubline(subline);
   say(phase === 'error' ? '' : `${headline}. ${subline}`);
   document.body.dataset.phase = phase;
+  keepFocus();
   // Last, so that whoever waits for the state finds everything else in place.
   document.body.dataset.state = STATE[phase];
+}
+
+/** Buttons of the heading come and go with the phase; the keyboard's place stays among them. */
+function keepFocus() {
+  const buttons = [...document.querySelectorAll('.heading-actions button')];
+  const focused = /** @type {HTMLElement | null} */ (document.activeElement);
+  if (!focused || !buttons.includes(focused) || focused.offsetParent) return;
+  const shown = /** @type {HTMLElement | undefined} */ (buttons.find((button) => /** @type {HTMLElement} */ (button).offsetParent));
+  shown?.focus();
 }
 
 /** @returns {Phase} */
@@ -63,6 +73,6 @@ export function showError(error) {
   byId('error-detail').textContent = detail;
   byId('error-detail').hidden = detail === '';
   byId('error').dataset.code = code;
-  showPhase('error', title, '');
+  showPhase('error', 'Nothing to show', '');
   byId('error').focus();
 }

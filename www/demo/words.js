@@ -110,8 +110,8 @@ export function plural(n, one, many = `${one}s`) {
  */
 export function seconds(ms) {
   const s = ms / 1000;
-  if (s < 100) return `${s.toFixed(1)} s`;
-  return `${Math.floor(s / 60)} min ${Math.round(s % 60)} s`;
+  if (s < 100) return `${s.toFixed(1)}\u00a0s`;
+  return `${Math.floor(s / 60)}\u00a0min ${Math.round(s % 60)}\u00a0s`;
 }
 
 /**
@@ -120,7 +120,7 @@ export function seconds(ms) {
  */
 export function percent(share) {
   const p = share * 100;
-  return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)} %`;
+  return `${p > 0 && p < 9.95 ? p.toFixed(1) : Math.round(p)}\u00a0%`;
 }
 
 /**

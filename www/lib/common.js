@@ -2,6 +2,7 @@
 
 import { PARAMETERS, VERSION } from './parameters.js';
 
+export { Clip } from './clip.js';
 export { TraceCutError } from './errors.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
@@ -21,6 +22,7 @@ export function parameters() {
 /** @typedef {import('./options.js').SessionOptions} SessionOptions */
 /** @typedef {import('./parameters.js').Parameter} Parameter */
 /** @typedef {import('./frames.js').FrameSource} FrameSource */
+/** @typedef {import('./clip.js').ClipOptions} ClipOptions */
 /** @typedef {import('./trajectories.js').TrajectoryInput} TrajectoryInput */
 /** @typedef {import('./engine.js').Progress} Progress */
 /** @typedef {import('./engine.js').Stage} Stage */

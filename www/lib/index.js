@@ -10,6 +10,7 @@
  * @module
  */
 
+import { makeClip } from './clip.js';
 import { loadModule } from './load.js';
 import { openSession } from './session.js';
 
@@ -40,4 +41,13 @@ const platform = {
  */
 export function createSession(options) {
   return openSession(options, platform);
+}
+
+/**
+ * Makes a clip of moving objects with known masks and known flow, on the calling thread.
+ * @param {import('./clip.js').ClipOptions} [options]
+ * @returns {Promise<import('./clip.js').Clip>}
+ */
+export function synthClip(options) {
+  return makeClip(options, platform);
 }

@@ -4,6 +4,7 @@
  */
 
 import { readFile } from 'node:fs/promises';
+import { makeClip } from './clip.js';
 import { TraceCutError } from './errors.js';
 import { loadModule } from './load.js';
 import { openSession } from './session.js';
@@ -42,4 +43,13 @@ async function readModule(url) {
  */
 export function createSession(options) {
   return openSession(options, platform);
+}
+
+/**
+ * Makes a clip of moving objects with known masks and known flow, on the calling thread.
+ * @param {import('./clip.js').ClipOptions} [options]
+ * @returns {Promise<import('./clip.js').Clip>}
+ */
+export function synthClip(options) {
+  return makeClip(options, platform);
 }

@@ -1,10 +1,9 @@
 //! Time and memory as the operating system counts them.
 
-use serde::Serialize;
 use std::time::Instant;
 
 /// Seconds on the wall and, on Linux, of this thread on a processor (which other programs do not lengthen).
-#[derive(Debug, Clone, Copy, Default, Serialize)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Seconds {
     pub(crate) wall: f64,
     pub(crate) cpu: Option<f64>,
@@ -35,7 +34,8 @@ impl Clock {
     }
 
     pub(crate) fn seconds(&self) -> Seconds {
-        let cpu = thread_seconds().zip(self.cpu).map(|(now, then)| now - then);
+        // A thread that has just begun has no count yet.
+        let cpu = thread_seconds().map(|now| now - self.cpu.unwrap_or(0.0));
         Seconds { wall: self.wall.elapsed().as_secs_f64(), cpu }
     }
 }

@@ -8,6 +8,7 @@ use crate::images;
 use crate::y4m::Y4m;
 use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -62,13 +63,17 @@ impl Input {
 impl Kind {
     fn of(path: &Path, spool: &Path) -> Result<Self> {
         if path == Path::new("-") {
-            return Ok(Self::Stdin(Spool { path: spool.to_owned() }));
+            return Ok(Self::Stdin(Spool { path: spool.to_owned(), filled: Cell::new(false) }));
         }
         if path.is_dir() {
             return images::in_folder(path).map(Self::Images);
         }
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bmf")) {
             return images::in_list(path).map(Self::Images);
+        }
+        if path.exists() && !path.is_file() {
+            let reason = "is not a file that can be read twice (pipe it in: COMMAND | tracecut segment - --out DIR)";
+            return Err(Failure::about(path.display(), reason));
         }
         let mut start = Vec::new();
         open(path)?.take(9).read_to_end(&mut start).map_err(|e| Failure::about(path.display(), e))?;
@@ -106,14 +111,18 @@ fn gif_frames(path: &Path) -> Result<Frames> {
         let image = match frame {
             Ok(frame) => frame.into_buffer(),
             Err(e) => {
-                let advice = format!("(--frames {index} takes the whole ones before it)");
-                return Err(Failure::about(&about, format_args!("cannot be decoded: {e} {advice}")));
+                return Err(Failure::about(&about, format_args!("cannot be decoded: {e}{}", advice(index))));
             }
         };
         let (width, height) = (image.width() as usize, image.height() as usize);
         let frame = Frame::from_rgba(image.as_raw(), width, height).map_err(|e| Failure::about(&about, e))?;
         Ok((about, frame))
     })))
+}
+
+/// What to do about a clip whose first `whole` frames only can be read.
+pub(crate) fn advice(whole: usize) -> String {
+    if whole < 2 { String::new() } else { format!(" (--frames {whole} takes the whole ones before it)") }
 }
 
 fn y4m_frames(path: &Path, reader: impl BufRead + 'static) -> Result<Frames> {
@@ -129,12 +138,13 @@ fn y4m_frames(path: &Path, reader: impl BufRead + 'static) -> Result<Frames> {
 #[derive(Debug)]
 struct Spool {
     path: PathBuf,
+    filled: Cell<bool>,
 }
 
 impl Spool {
     fn frames(&self) -> Result<Frames> {
         let input = Path::new("standard input");
-        if self.path.exists() {
+        if self.filled.replace(true) {
             return y4m_frames(input, open(&self.path)?);
         }
         let copy = File::create(&self.path).map_err(|e| cannot_write(&self.path, &e))?;

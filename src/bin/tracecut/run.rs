@@ -4,20 +4,25 @@ use crate::clock::{Clock, Seconds};
 use crate::failure::{Failure, Result};
 use crate::input::Input;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::Serialize;
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage, Step};
 
 /// How long reading the frames and each stage took.
-#[derive(Debug, Default, Serialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default)]
 pub(crate) struct Timing {
     /// Reading and decoding the frames.
-    pub(crate) read: Seconds,
-    #[serde(flatten)]
-    pub(crate) stages: BTreeMap<Stage, Seconds>,
+    read: Seconds,
+    stages: BTreeMap<Stage, Seconds>,
     /// All of these.
     pub(crate) total: Seconds,
+}
+
+impl Timing {
+    /// `value` of reading, of each stage and of all, by name.
+    pub(crate) fn by_name<T>(&self, value: fn(Seconds) -> T) -> BTreeMap<&'static str, T> {
+        let stages = self.stages.iter().map(|(stage, &seconds)| (stage.name(), seconds));
+        [("read", self.read), ("total", self.total)].into_iter().chain(stages).map(|(n, s)| (n, value(s))).collect()
+    }
 }
 
 /// Reads all frames of `input` and steps a session to its end.
@@ -63,7 +68,7 @@ pub(crate) fn progress_bar() -> ProgressBar {
 }
 
 pub(crate) fn set_stage(bar: &ProgressBar, name: &'static str, steps: usize) {
-    bar.set_message(name);
-    bar.set_length(steps as u64);
     bar.set_position(0);
+    bar.set_length(steps as u64);
+    bar.set_message(name);
 }

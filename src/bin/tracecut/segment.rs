@@ -9,6 +9,7 @@ use crate::run::{Timing, progress_bar, run};
 use crate::settings::Settings;
 use clap::Args;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tracecut::discretize::Clusters;
 use tracecut::embedding::{EigenInfo, Embedding};
@@ -55,7 +56,9 @@ struct Report<'a> {
     eigenvalues: &'a [f64],
     eigen: &'a EigenInfo,
     params: &'a Params,
-    seconds: &'a Timing,
+    seconds: BTreeMap<&'static str, f64>,
+    /// The same on a processor, which other programs do not lengthen; `null` where the system does not say.
+    cpu_seconds: BTreeMap<&'static str, Option<f64>>,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -121,7 +124,8 @@ fn write_report(args: &SegmentArgs, session: &Session, results: &Results<'_>, ti
         eigenvalues: &results.embedding.eigenvalues,
         eigen: &results.embedding.info,
         params: session.params(),
-        seconds: timing,
+        seconds: timing.by_name(|s| s.wall),
+        cpu_seconds: timing.by_name(|s| s.cpu),
         peak_memory_bytes: peak_memory_bytes(),
     };
     let json = serde_json::to_string_pretty(&report).map_err(|e| Failure::about("result.json", e))?;

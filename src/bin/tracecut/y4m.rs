@@ -3,6 +3,7 @@
 //! Colour is ITU-R BT.601, in the limited range (16..=235) unless the header says `XCOLORRANGE=FULL`. Chroma samples are repeated over the
 //! pixels that they belong to; siting is ignored, as motion is found in the brightness.
 
+use crate::input::advice;
 use std::io::{BufRead, Read};
 use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
 
@@ -48,10 +49,10 @@ impl<R: BufRead> Y4m<R> {
         self.reader.by_ref().take(expected as u64).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
         if bytes.len() < expected {
             return Err(format!(
-                "is truncated: frame {} has {} of {expected} bytes (--frames {} takes the whole ones before it)",
+                "is truncated: frame {} has {} of {expected} bytes{}",
                 self.num_read,
                 bytes.len(),
-                self.num_read
+                advice(self.num_read)
             ));
         }
         self.num_read += 1;
@@ -223,12 +224,13 @@ mod tests {
                 Ok(y4m) => {
                     let (good, bad): (Vec<_>, Vec<_>) = y4m.partition(|f| f.is_ok());
                     assert_eq!(good.len(), (length - header) / frame, "{length} bytes");
-                    assert_eq!(bad.len(), usize::from((length - header) % frame != 0), "{length} bytes");
+                    assert_eq!(bad.len(), usize::from(!(length - header).is_multiple_of(frame)), "{length} bytes");
                 }
             }
         }
-        let message = frames(&whole[..whole.len() - 1]).unwrap_err();
-        assert!(message.contains("frame 1 has 3 of 4 bytes (--frames 1"), "{message}");
+        let three = stream("W2 H2 Cmono", &[&[20; 4], &[30; 4], &[40; 3]]);
+        let message = frames(&three).unwrap_err();
+        assert_eq!(message, "is truncated: frame 2 has 3 of 4 bytes (--frames 2 takes the whole ones before it)");
     }
 
     #[test]

@@ -1,0 +1,11 @@
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { test } from 'node:test';
+import { join } from 'node:path';
+import { root } from '../../scripts/tools.mjs';
+
+test('the types in the comments of the page agree', () => {
+  const compiler = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
+  const { status, stdout } = spawnSync(process.execPath, [compiler, '--project', 'www/demo/tsconfig.json'], { cwd: root, encoding: 'utf8' });
+  assert.equal(status, 0, stdout);
+});

@@ -1,0 +1,96 @@
+import { guarded, instance } from './instance.js';
+import { illegal } from './errors.js';
+import { isPlainObject, wholeNumber } from './options.js';
+
+/**
+ * @typedef {object} ClipOptions
+ * @property {number} [width] in pixels, 320 if not given
+ * @property {number} [height] in pixels, 180 if not given
+ * @property {number} [frames] 30 if not given
+ * @property {number} [seed] another one gives other textures; 0 if not given
+ * @property {import('./options.js').WasmSource} [wasm] where the wasm file is, when not beside the package
+ */
+
+/**
+ * @param {ClipOptions | undefined} options
+ * @param {import('./session.js').Platform} platform
+ */
+export async function makeClip(options, platform) {
+  const given = options ?? {};
+  if (!isPlainObject(given)) throw illegal('param', 'options', options, 'an object such as {width: 320, height: 180, frames: 30}');
+  const { width = 320, height = 180, frames = 30, seed = 0, wasm, ...others } = /** @type {ClipOptions} */ (given);
+  const unknown = Object.keys(others)[0];
+  if (unknown) throw illegal('param', unknown, /** @type {Record<string, unknown>} */ (others)[unknown], 'width, height, frames or seed');
+  wholeNumber('param', 'width', width, 1, 4096);
+  wholeNumber('param', 'height', height, 1, 4096);
+  wholeNumber('param', 'frames', frames, 1, 10000);
+  wholeNumber('param', 'seed', seed, 0, 4294967295);
+  const born = await instance(await platform.loadModule(wasm));
+  return new Clip(born, { width, height, frames, seed });
+}
+
+/** A clip made by rule, with known masks and known flow; made by `synthClip`. The same bytes everywhere. */
+export class Clip {
+  #born;
+  #scene;
+
+  /**
+   * @param {number} born
+   * @param {{width: number, height: number, frames: number, seed: number}} options
+   */
+  constructor(born, { width, height, frames, seed }) {
+    this.#born = born;
+    this.#scene = guarded(born, (glue) => new glue.Scene(width, height, frames, seed));
+    /** Width in pixels. */
+    this.width = width;
+    /** Height in pixels. */
+    this.height = height;
+    /** Number of frames. */
+    this.numFrames = frames;
+    /** Number of objects, the background not counted. */
+    this.numObjects = this.#call(() => this.#scene.numObjects);
+  }
+
+  /**
+   * Frame `t`: RGBA, opaque; can be pushed as it is.
+   * @param {number} t
+   * @returns {{data: Uint8ClampedArray<ArrayBuffer>, width: number, height: number}}
+   */
+  frame(t) {
+    this.#checkFrame(t);
+    return this.#call(() => this.#scene.frame(t));
+  }
+
+  /**
+   * The object that each pixel of frame `t` belongs to; 0 is the background.
+   * @param {number} t
+   * @returns {Uint8Array<ArrayBuffer>}
+   */
+  mask(t) {
+    this.#checkFrame(t);
+    return this.#call(() => this.#scene.mask(t));
+  }
+
+  /**
+   * The true motion from frame `t` to `t + 1`, in pixels.
+   * @param {number} t
+   * @returns {import('./engine.js').FlowField}
+   */
+  flow(t) {
+    this.#checkFrame(t);
+    return this.#call(() => this.#scene.flow(t));
+  }
+
+  /** @param {number} t */
+  #checkFrame(t) {
+    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+  }
+
+  /**
+   * @template T
+   * @param {() => T} call
+   */
+  #call(call) {
+    return guarded(this.#born, call);
+  }
+}
