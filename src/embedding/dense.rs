@@ -1,18 +1,21 @@
-//! Eigenpairs of dense symmetric matrices: the only file that names faer. One thread.
+//! Dense linear algebra: the only file that names faer. One thread; matrices are column-major slices.
+//!
+//! faer chooses the instructions at run time, so the last bits differ between kinds of processors, never between runs.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::{Mat, Par};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// All eigenpairs of a dense symmetric matrix.
 pub(super) struct DenseEigen {
     /// Largest first.
     pub(super) values: Vec<f64>,
-    /// `n × n` row-major; column `c` belongs to `values[c]`.
+    /// `n × n`; column `c` belongs to `values[c]`.
     pub(super) vectors: Vec<f64>,
 }
 
-/// The eigenpairs of the symmetric row-major `n × n` matrix; the mean of both triangles counts.
+/// The eigenpairs of the symmetric `n × n` matrix; the mean of both triangles counts.
 ///
 /// `None` when an entry is not finite or the iteration fails.
 pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
@@ -34,10 +37,29 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     .ok()?;
     // faer sorts upwards; the largest come first here.
     let mut descending = DenseEigen { values: Vec::with_capacity(n), vectors: Vec::with_capacity(n * n) };
-    descending.values.extend((0..n).rev().map(|c| values[(c, 0)]));
-    for i in 0..n {
-        descending.vectors.extend((0..n).rev().map(|c| vectors[(i, c)]));
+    for c in (0..n).rev() {
+        descending.values.push(values[(c, 0)]);
+        descending.vectors.extend((0..n).map(|i| vectors[(i, c)]));
     }
     let all_finite = descending.values.iter().chain(&descending.vectors).all(|x| x.is_finite());
     all_finite.then_some(descending)
+}
+
+/// `vᵀ w` for columns of length `n`.
+pub(super) fn project(v: &[f64], w: &[f64], n: usize) -> Vec<f64> {
+    let (rows, columns) = (v.len() / n, w.len() / n);
+    let mut product = vec![0.0; rows * columns];
+    let v = MatRef::from_column_major_slice(v, n, rows);
+    let w = MatRef::from_column_major_slice(w, n, columns);
+    let out = MatMut::from_column_major_slice_mut(&mut product, rows, columns);
+    matmul(out, Accum::Replace, v.transpose(), w, 1.0, Par::Seq);
+    product
+}
+
+/// `w += factor · v · coefficients` for columns of length `n`.
+pub(super) fn add_combination(w: &mut [f64], v: &[f64], coefficients: &[f64], factor: f64, n: usize) {
+    let (inner, columns) = (v.len() / n, w.len() / n);
+    let v = MatRef::from_column_major_slice(v, n, inner);
+    let coefficients = MatRef::from_column_major_slice(coefficients, inner, columns);
+    matmul(MatMut::from_column_major_slice_mut(w, n, columns), Accum::Add, v, coefficients, factor, Par::Seq);
 }

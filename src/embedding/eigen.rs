@@ -24,7 +24,7 @@
 
 use super::dense::symmetric_eigen;
 use super::lanczos::{Lanczos, Ritz};
-use super::panel::{Panel, WIDTH};
+use super::panel::{WIDTH, to_rows};
 use serde::Serialize;
 
 /// A symmetric linear map of `R^n`.
@@ -135,7 +135,7 @@ fn solve_densely(operator: &dyn SymmetricOperator, k: usize, params: &EigenParam
     }
     let eigen = symmetric_eigen(&matrix, n)?;
     let values = eigen.values[..k].to_vec();
-    let vectors: Vec<f64> = eigen.vectors.chunks_exact(n).flat_map(|row| &row[..k]).copied().collect();
+    let vectors = to_rows(&eigen.vectors[..n * k], n);
     let mut image = vec![0.0; n * k];
     operator.apply(&vectors, k, &mut image);
     let mut sums = vec![0.0; k];
@@ -191,7 +191,7 @@ impl Plan {
 /// One run of block Lanczos until convergence or the end of the budget.
 fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spent: u32) -> Option<Eigenpairs> {
     let n = operator.dimension();
-    let mut lanczos = Lanczos::new(operator, plan.block / WIDTH, params.seed);
+    let mut lanczos = Lanczos::new(operator, plan.block, plan.capacity, params.seed);
     let mut restarts = 0;
     let mut last = f64::MAX;
     loop {
@@ -211,7 +211,7 @@ fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spen
         }
         last = residual;
         if full {
-            lanczos.restart(&ritz, plan.keep / WIDTH);
+            lanczos.restart(&ritz, plan.keep);
             restarts += 1;
         }
     }
@@ -219,8 +219,6 @@ fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spen
 
 /// The first `k` Ritz pairs, row by row.
 fn finish(lanczos: &Lanczos, ritz: &Ritz, k: usize, info: EigenInfo) -> Eigenpairs {
-    let panels: Vec<Panel> = lanczos.vectors(ritz, k.div_ceil(WIDTH));
-    let rows = 0..panels[0].len();
-    let vectors = rows.flat_map(|i| panels.iter().flat_map(move |p| p[i]).take(k)).collect();
+    let vectors = to_rows(&lanczos.vectors(ritz, k), lanczos.n);
     Eigenpairs { values: ritz.eigen.values[..k].to_vec(), vectors, info }
 }
