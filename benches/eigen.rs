@@ -1,13 +1,18 @@
-//! Times the eigensolver on graphs like those of real clips: `cargo bench --bench eigen [-- DUMP_FOLDER]`.
+//! Times the eigensolver on graphs like those of real clips: `cargo bench --bench eigen [-- FOLDER | FILE.mtx...]`.
 //!
-//! With a folder, the normalised matrices are written there as MatrixMarket, to time other solvers on the same input.
+//! With a folder, the normalised matrices are written there as MatrixMarket, to time other solvers on the same input. With
+//! MatrixMarket files, such as `dump/affinity.mtx` of `tracecut segment --dump`, those are solved instead. Times are the
+//! least of six runs, in processor time where the system tells it.
 
 use std::fmt::Write as _;
 use std::sync::OnceLock;
-use std::time::Instant;
-use tracecut::embedding::{EmbeddingParams, embed};
+use std::time::{Duration, Instant};
+use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, largest_eigenpairs};
 use tracecut::rng::{Rng, mix};
 use tracecut::sparse::SymCsr;
+
+/// Eigenpairs asked for.
+const K: u32 = 24;
 
 /// A trajectory as far as its affinities go: where it is, how it moves, how much the flow varies around it.
 struct Point {
@@ -18,7 +23,7 @@ struct Point {
     sigma: f64,
 }
 
-/// Points on a jittered grid of 640x480 that move with a panning, zooming background or one of `objects` turning discs.
+/// Points scattered over 640x480, in the order of a tracker (by frame of birth, then by row), that move with a panning, zooming background or one of `objects` turning discs.
 fn points(n: usize, objects: usize, seed: u64) -> Vec<Point> {
     let mut rng = Rng::for_stage(seed, "bench");
     let discs: Vec<[f64; 6]> = (0..objects)
@@ -27,9 +32,17 @@ fn points(n: usize, objects: usize, seed: u64) -> Vec<Point> {
             [x, y, rng.range(30.0, 90.0), rng.range(-2.0, 2.0), rng.range(-2.0, 2.0), rng.range(-0.01, 0.01)]
         })
         .collect();
-    (0..n)
+    let mut places: Vec<(u32, u32, f64, f64)> = (0..n)
         .map(|_| {
+            let born = rng.range(-30.0, 44.0).max(0.0) as u32;
             let (x, y) = (rng.range(0.0, 640.0), rng.range(0.0, 480.0));
+            (born, (y / 8.0) as u32, x, y)
+        })
+        .collect();
+    places.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    places
+        .into_iter()
+        .map(|(_, _, x, y)| {
             let mut point = Point { x, y, u: 1.0 + 0.004 * (x - 320.0), v: 0.004 * (y - 240.0), sigma: 0.3 };
             for &[cx, cy, r, u, v, spin] in &discs {
                 let distance = (x - cx).hypot(y - cy);
@@ -58,7 +71,7 @@ fn graph(points: &[Point], radius: f64) -> SymCsr {
             let ratio = (p.u - q.u).hypot(p.v - q.v) / p.sigma.min(q.sigma);
             let w = (-0.02 * distance * ratio * ratio).exp() * if far { 32.0 } else { 1.0 };
             if w > 1e-6 {
-                upper.push((i as u32, j as u32, w));
+                upper.push((i as u32, j as u32, w as f32));
             }
         }
     }
@@ -80,37 +93,72 @@ fn matrix_market(a: &SymCsr) -> String {
 /// Processor time of this process where the system tells it (Linux), else elapsed time.
 fn seconds() -> f64 {
     static START: OnceLock<Instant> = OnceLock::new();
+    // The system brings its account up to date when a process gives way.
+    std::thread::sleep(Duration::from_millis(1));
     let elapsed = START.get_or_init(Instant::now).elapsed().as_secs_f64();
     let schedule = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
     schedule.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).map_or(elapsed, |ns| 1e-9 * ns)
 }
 
+/// A symmetric MatrixMarket file with a zero diagonal: one triangle, counted from 1.
+fn read_matrix_market(path: &str) -> SymCsr {
+    let text = std::fs::read_to_string(path).expect("the matrix can be read");
+    let mut lines = text.lines().filter(|l| !l.starts_with('%')).map(|l| l.split_whitespace().collect::<Vec<_>>());
+    let n = lines.next().and_then(|l| l[0].parse().ok()).expect("the sizes come first");
+    let index = |word: &str| word.parse::<u32>().expect("an index is a whole number") - 1;
+    let upper: Vec<_> = lines.map(|l| (index(l[1]), index(l[0]), l[2].parse().expect("a value is a number"))).collect();
+    SymCsr::from_upper(n, &upper)
+}
+
+/// Runs `solve` six times and prints the least time.
+fn report(name: &str, a: &SymCsr, mut solve: impl FnMut(f64) -> (EigenInfo, Vec<f64>)) {
+    for tolerance in [1e-4, 1e-6] {
+        let mut best = f64::MAX;
+        let mut found = Default::default();
+        for _ in 0..6 {
+            let start = seconds();
+            found = solve(tolerance);
+            best = best.min(seconds() - start);
+        }
+        let (info, values) = found;
+        println!(
+            "{name}: n = {}, {} entries, K = {}, tolerance {tolerance:e}: {:.0} ms, {info:?}, last value {:.6}",
+            a.len(),
+            a.num_entries(),
+            values.len(),
+            1e3 * best,
+            values.last().copied().unwrap_or_default()
+        );
+    }
+}
+
 fn main() {
-    let folder = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let (matrices, folders): (Vec<_>, Vec<_>) = arguments.iter().partition(|a| a.ends_with(".mtx"));
+    for path in &matrices {
+        let a = read_matrix_market(path);
+        let solve = |tolerance| {
+            let params = EigenParams { tolerance, max_products: 20_000, multiplicity: 1, seed: 0 };
+            let pairs = largest_eigenpairs(&a, K as usize, &params);
+            (pairs.info, pairs.values)
+        };
+        report(path, &a, solve);
+    }
+    if !matrices.is_empty() {
+        return;
+    }
     for (n, objects, radius) in [(2500, 3, 60.0), (10_000, 3, 25.0), (10_000, 3, 45.0)] {
         let a = graph(&points(n, objects, 7), radius);
-        if let Some(folder) = &folder {
+        if let Some(folder) = folders.first() {
             let path = format!("{folder}/n{n}-r{radius}.mtx");
             std::fs::write(&path, matrix_market(&a)).expect("the folder can be written to");
             println!("{path}");
         }
-        for tolerance in [1e-4, 1e-6] {
-            let params = EmbeddingParams { tolerance, min_dimensions: 24, ..EmbeddingParams::default() };
-            let mut best = f64::MAX;
-            let mut embedding = embed(&a, &params, 0);
-            for _ in 0..5 {
-                let start = seconds();
-                embedding = embed(&a, &params, 0);
-                best = best.min(seconds() - start);
-            }
-            println!(
-                "n = {n}, {} entries, K = {}, tolerance {tolerance:e}: {:.0} ms, {:?}, last value {:.4}",
-                a.num_entries(),
-                embedding.dimensions,
-                1e3 * best,
-                embedding.info,
-                embedding.eigenvalues.last().copied().unwrap_or_default()
-            );
-        }
+        let solve = |tolerance| {
+            let params = EmbeddingParams { tolerance, min_dimensions: K, ..EmbeddingParams::default() };
+            let embedding = embed(&a, &params, 0);
+            (embedding.info, embedding.eigenvalues)
+        };
+        report(&format!("radius {radius}"), &a, solve);
     }
 }

@@ -63,7 +63,7 @@ pub struct AffinityRows {
     min_overlap: usize,
     seed: u64,
     next: usize,
-    upper: Vec<(u32, u32, f64)>,
+    upper: Vec<(u32, u32, f32)>,
 }
 
 impl AffinityRows {
@@ -120,7 +120,7 @@ impl AffinityRows {
             };
             let w = (-self.lambda * self.motions.distance_sq(tracks, i, j, start..end)).exp();
             if w >= NEGLIGIBLE {
-                self.upper.push((i as u32, j as u32, f64::from(w * scale)));
+                self.upper.push((i as u32, j as u32, w * scale));
             }
         }
     }
@@ -262,7 +262,7 @@ mod tests {
         let list: Vec<_> = (0..400).map(|k| (k as f32 % 2.0 * 500.0 + 10.0, (k / 2) as f32, 0.0, 0.0, 0, 8)).collect();
         let params = AffinityParams { local_radius: 50.0, ..AffinityParams::default() };
         let a = affinities(&moving(8, &list), 8.0, &params, 0).unwrap();
-        let far: Vec<f64> = a.value.iter().copied().filter(|&w| w > 1.5).collect();
+        let far: Vec<f64> = a.value.iter().map(|&w| f64::from(w)).filter(|&w| w > 1.5).collect();
         assert!(far.iter().all(|&w| (w - 32.0).abs() < 1e-4));
         let expected = 2.0 * 200.0 * 200.0;
         assert!((far.iter().sum::<f64>() / expected - 1.0).abs() < 0.1, "{}", far.iter().sum::<f64>() / expected);

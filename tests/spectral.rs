@@ -19,7 +19,7 @@ struct Matrix {
 }
 
 impl Matrix {
-    fn new(diagonal: Vec<f64>, upper: &[(u32, u32, f64)]) -> Self {
+    fn new(diagonal: Vec<f64>, upper: &[(u32, u32, f32)]) -> Self {
         Self { off: SymCsr::from_upper(diagonal.len(), upper), diagonal }
     }
 
@@ -34,7 +34,7 @@ impl Matrix {
         for c in 0..copies {
             for i in 0..n {
                 let shift = |k: usize| (c * n + k) as u32;
-                upper.extend(self.off.row(i).filter(|e| e.0 > i).map(|(j, w)| (shift(i), shift(j), w)));
+                upper.extend(self.off.row(i).filter(|e| e.0 > i).map(|(j, w)| (shift(i), shift(j), w as f32)));
             }
         }
         Self::new(self.diagonal.repeat(copies), &upper)
@@ -140,7 +140,7 @@ fn hypercube(bits: usize) -> Matrix {
 }
 
 /// A connected random graph with positive weights.
-fn random_graph(n: usize, degree: usize, seed: u64) -> Vec<(u32, u32, f64)> {
+fn random_graph(n: usize, degree: usize, seed: u64) -> Vec<(u32, u32, f32)> {
     let mut rng = Rng::for_stage(seed, "test");
     let mut edges: Vec<(u32, u32)> = (1..n as u32).map(|i| (rng.below(i as usize) as u32, i)).collect();
     for _ in 0..n * degree / 2 {
@@ -151,7 +151,7 @@ fn random_graph(n: usize, degree: usize, seed: u64) -> Vec<(u32, u32, f64)> {
     }
     edges.sort_unstable();
     edges.dedup();
-    edges.into_iter().map(|(i, j)| (i, j, rng.range(0.05, 1.0))).collect()
+    edges.into_iter().map(|(i, j)| (i, j, rng.range(0.05, 1.0) as f32)).collect()
 }
 
 #[test]
@@ -271,7 +271,7 @@ fn entries_that_are_not_finite_give_a_finite_answer_that_says_so() {
             assert_eq!(pairs.vectors.len(), n * 4.min(n));
 
             let mut upper = random_graph(n.max(2), 4, 1);
-            upper[0].2 = bad;
+            upper[0].2 = bad as f32;
             let embedding = embed(&SymCsr::from_upper(n.max(2), &upper), &EmbeddingParams::default(), 0);
             assert!(!embedding.info.converged);
             assert!(embedding.vectors.iter().chain(&embedding.eigenvalues).all(|x| x.is_finite()));

@@ -14,8 +14,8 @@
 //! Small operators (a few hundred rows) are written out and solved densely.
 //!
 //! Why four vectors: one pass over the matrix serves all four for little more than the price of one, while larger blocks
-//! need more products for the same accuracy (measured on trajectory graphs of 10 000 nodes, `k = 24`, tolerance 1e-4: 118
-//! products with blocks of one, 168 with four, 232 with eight).
+//! need more products for the same accuracy (measured on imitated trajectory graphs of 10 000 nodes, `k = 24`, tolerance 1e-4: 118
+//! products with blocks of one, 168 with four, 232 with eight; blocks of two took 1.2 to 1.6 times the time of four).
 //! Source: Golub and Underwood 1977 (blocks); Wu and Simon, "Thick-restart Lanczos method", 2000; Ruhe 1979 (panel by panel).
 //! Cost: 100 to 300 products on trajectory graphs, `O(n m)` numbers of memory for a basis of `m = k + 48` vectors, and as
 //! many operations as some hundred passes over that basis.
@@ -24,7 +24,7 @@
 
 use super::dense::symmetric_eigen;
 use super::lanczos::{Lanczos, Ritz};
-use super::panel::{Panel, WIDTH};
+use super::panel::{WIDTH, to_rows};
 use serde::Serialize;
 
 /// A symmetric linear map of `R^n`.
@@ -78,14 +78,15 @@ pub struct Eigenpairs {
 
 /// Operators of at most this many rows are solved densely; at this size both ways cost about the same.
 const DENSE_LIMIT: usize = 200;
-/// Ritz vectors kept at a restart beyond the `k` wanted ones, and vectors that a cycle adds to them. Twice as many cost more
-/// memory and orthogonalisation than they save in products.
-const SPARE: usize = 16;
+/// Ritz vectors kept at a restart beyond the `k` wanted ones, and vectors that a cycle adds to them. Bases of up to twice the
+/// size were as fast on real graphs: what they save in products they cost in orthogonalisation.
+const SPARE: usize = 8;
 const CYCLE: usize = 32;
 /// Eigenvalues closer than this part of the tolerance count as one that is repeated. The error of a converged value is far
 /// smaller: about the square of its residual.
 const SAME: f64 = 0.1;
-/// Between restarts, convergence is looked at once the residual has come within this factor of the tolerance.
+/// Between restarts, convergence is looked at once the residual has come within this factor of the tolerance: often enough
+/// to save the end of the last cycle, seldom enough for small graphs, where a look costs as much as a product.
 const NEAR: f64 = 100.0;
 
 /// The `min(k, n)` algebraically largest eigenpairs of `operator`.
@@ -135,7 +136,7 @@ fn solve_densely(operator: &dyn SymmetricOperator, k: usize, params: &EigenParam
     }
     let eigen = symmetric_eigen(&matrix, n)?;
     let values = eigen.values[..k].to_vec();
-    let vectors: Vec<f64> = eigen.vectors.chunks_exact(n).flat_map(|row| &row[..k]).copied().collect();
+    let vectors = to_rows(&eigen.vectors[..n * k], n);
     let mut image = vec![0.0; n * k];
     operator.apply(&vectors, k, &mut image);
     let mut sums = vec![0.0; k];
@@ -191,15 +192,14 @@ impl Plan {
 /// One run of block Lanczos until convergence or the end of the budget.
 fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spent: u32) -> Option<Eigenpairs> {
     let n = operator.dimension();
-    let mut lanczos = Lanczos::new(operator, plan.block / WIDTH, params.seed);
+    let mut lanczos = Lanczos::new(operator, plan.block, plan.capacity, params.seed);
     let mut restarts = 0;
     let mut last = f64::MAX;
     loop {
         lanczos.step()?;
         let full = lanczos.size() >= plan.capacity;
         let tolerance = reachable(params.tolerance, lanczos.norm, n);
-        // A look costs about as much as a step: only every second step.
-        let look = last <= NEAR * tolerance && lanczos.size() > plan.keep && (lanczos.size() / WIDTH).is_multiple_of(2);
+        let look = last <= NEAR * tolerance && lanczos.size() > plan.keep;
         if !full && !look {
             continue;
         }
@@ -212,7 +212,7 @@ fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spen
         }
         last = residual;
         if full {
-            lanczos.restart(&ritz, plan.keep / WIDTH);
+            lanczos.restart(&ritz, plan.keep);
             restarts += 1;
         }
     }
@@ -220,8 +220,6 @@ fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spen
 
 /// The first `k` Ritz pairs, row by row.
 fn finish(lanczos: &Lanczos, ritz: &Ritz, k: usize, info: EigenInfo) -> Eigenpairs {
-    let panels: Vec<Panel> = lanczos.vectors(ritz, k.div_ceil(WIDTH));
-    let rows = 0..panels[0].len();
-    let vectors = rows.flat_map(|i| panels.iter().flat_map(move |p| p[i]).take(k)).collect();
+    let vectors = to_rows(&lanczos.vectors(ritz, k), lanczos.n);
     Eigenpairs { values: ritz.eigen.values[..k].to_vec(), vectors, info }
 }

@@ -11,7 +11,7 @@
 //!    graph that falls into blocks has `Ŵ = 1 / volume` within a block and 0 across. The trivial eigenvector is kept.
 //!
 //! Deviations: the paper fixes neither `K` nor the scale of `V`; both choices here were measured.
-//! Cost: a few hundred to a thousand sparse products; memory of about `100 n` numbers besides the matrix.
+//! Cost: the equivalent of 100 to 300 sparse products; memory of about `100 n` numbers besides the matrix.
 
 mod dense;
 mod eigen;
@@ -19,7 +19,9 @@ mod lanczos;
 mod normalize;
 mod panel;
 #[cfg(any(test, target_arch = "wasm32"))]
-mod tridiagonal;
+mod portable;
+#[cfg(not(target_arch = "wasm32"))]
+mod with_faer;
 
 use crate::sparse::SymCsr;
 pub use eigen::{EigenInfo, EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};

@@ -34,43 +34,51 @@ impl<'a> NormalizedGraph<'a> {
         let scale = nodes.iter().map(|&i| 1.0 / degrees[i as usize].sqrt()).collect();
         Self { affinities, nodes, scale, num_components, spread: RefCell::default() }
     }
+}
 
-    fn multiply<const B: usize>(&self, x: &[f64], out: &mut [f64]) {
-        let (offset, column, value) = (&self.affinities.offset, &self.affinities.column, &self.affinities.value);
-        for ((&node, &s), sums) in self.nodes.iter().zip(&self.scale).zip(out.chunks_exact_mut(B)) {
-            let row = offset[node as usize] as usize..offset[node as usize + 1] as usize;
-            let mut sum = [0.0; B];
-            for (&j, &w) in column[row.clone()].iter().zip(&value[row]) {
-                let entry = &x[j as usize * B..j as usize * B + B];
-                for c in 0..B {
-                    sum[c] += w * entry[c];
-                }
-            }
-            for c in 0..B {
-                sums[c] = s * sum[c];
-            }
-        }
+/// `out = S A S x` on the rows and columns `rows` of `matrix`, with the diagonal `S = scale`, for a block of vectors stored
+/// row by row: four columns at a time, then one. `spread` is scratch.
+fn multiply(
+    matrix: &SymCsr,
+    (rows, scale): (&[u32], &[f64]),
+    (x, columns): (&[f64], usize),
+    out: &mut [f64],
+    spread: &mut Vec<f64>,
+) {
+    let mut first = 0;
+    while first < columns {
+        first += if columns - first >= 4 {
+            multiply_panel::<4>(matrix, (rows, scale), (x, columns, first), out, spread)
+        } else {
+            multiply_panel::<1>(matrix, (rows, scale), (x, columns, first), out, spread)
+        };
     }
+}
 
-    /// The columns `first..first + B` of the block.
-    fn apply_panel<const B: usize>(&self, x: &[f64], columns: usize, first: usize, out: &mut [f64]) {
-        let mut spread = self.spread.borrow_mut();
-        spread.clear();
-        spread.resize(self.affinities.len() * B, 0.0);
-        for ((&node, &s), row) in self.nodes.iter().zip(&self.scale).zip(x.chunks_exact(columns)) {
-            for c in 0..B {
-                spread[node as usize * B + c] = s * row[first + c];
-            }
-        }
-        if columns == B {
-            return self.multiply::<B>(&spread, out);
-        }
-        let mut panel = vec![0.0; self.nodes.len() * B];
-        self.multiply::<B>(&spread, &mut panel);
-        for (row, new) in out.chunks_exact_mut(columns).zip(panel.chunks_exact(B)) {
-            row[first..first + B].copy_from_slice(new);
-        }
+/// The columns `first..first + B` of [`multiply`]; returns `B`.
+fn multiply_panel<const B: usize>(
+    matrix: &SymCsr,
+    (rows, scale): (&[u32], &[f64]),
+    (x, columns, first): (&[f64], usize, usize),
+    out: &mut [f64],
+    spread: &mut Vec<f64>,
+) -> usize {
+    spread.clear();
+    spread.resize(matrix.len() * B, 0.0);
+    let entries = spread.as_chunks_mut::<B>().0;
+    for ((&i, &s), row) in rows.iter().zip(scale).zip(x.chunks_exact(columns)) {
+        (0..B).for_each(|c| entries[i as usize][c] = s * row[first + c]);
     }
+    if columns == B {
+        matrix.multiply(rows, scale, entries, out.as_chunks_mut::<B>().0);
+        return B;
+    }
+    let mut panel = vec![[0.0; B]; rows.len()];
+    matrix.multiply(rows, scale, entries, &mut panel);
+    for (row, new) in out.chunks_exact_mut(columns).zip(&panel) {
+        row[first..first + B].copy_from_slice(new);
+    }
+    B
 }
 
 impl SymmetricOperator for NormalizedGraph<'_> {
@@ -79,22 +87,18 @@ impl SymmetricOperator for NormalizedGraph<'_> {
     }
 
     fn apply(&self, x: &[f64], columns: usize, out: &mut [f64]) {
-        let mut first = 0;
-        while first < columns {
-            first += match columns - first {
-                8.. => {
-                    self.apply_panel::<8>(x, columns, first, out);
-                    8
-                }
-                4.. => {
-                    self.apply_panel::<4>(x, columns, first, out);
-                    4
-                }
-                _ => {
-                    self.apply_panel::<1>(x, columns, first, out);
-                    1
-                }
-            };
-        }
+        multiply(self.affinities, (&self.nodes, &self.scale), (x, columns), out, &mut self.spread.borrow_mut());
+    }
+}
+
+/// The matrix as it is, not normalised.
+impl SymmetricOperator for SymCsr {
+    fn dimension(&self) -> usize {
+        self.len()
+    }
+
+    fn apply(&self, x: &[f64], columns: usize, out: &mut [f64]) {
+        let rows: Vec<u32> = (0..self.len() as u32).collect();
+        multiply(self, (&rows, &vec![1.0; rows.len()]), (x, columns), out, &mut Vec::new());
     }
 }

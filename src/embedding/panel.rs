@@ -1,176 +1,150 @@
-//! Blocks of four vectors, stored row by row, and the few dense operations on them that Lanczos needs.
+//! Panels: four vectors that go through the sparse product together, and the few operations on them that Lanczos needs.
 //!
-//! Four numbers of a row stand side by side, so one pass over a sparse matrix serves four vectors and every inner loop is
-//! as wide as the machine. Long panels are walked in chunks of rows, so that one panel stays in the nearest cache while
-//! many others stream past it.
+//! A panel is stored column by column, like the basis it joins, except on its way through the operator: there the four
+//! numbers of a row stand side by side, so that one pass over a sparse matrix serves four vectors.
+
+use pulp::{Arch, Simd, WithSimd};
 
 /// Vectors in a panel.
 pub(super) const WIDTH: usize = 4;
-/// One component of each vector.
-pub(super) type Row = [f64; WIDTH];
-/// A `4 × 4` matrix.
-pub(super) type Square = [Row; WIDTH];
-/// Four vectors of `R^n`: `n` rows.
-pub(super) type Panel = Vec<Row>;
+/// A `4 × 4` matrix by columns: entry `(i, j)` is `[j][i]`.
+pub(super) type Square = [[f64; WIDTH]; WIDTH];
 
-/// Rows per chunk: 16 KiB of a panel, half of the nearest cache of any machine of today.
-const CHUNK: usize = 512;
+/// The identity.
+pub(super) const IDENTITY: Square =
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
 
-/// `basisᵀ w`: the `4 × 4` products of every panel with `w`.
-pub(super) fn project(basis: &[Panel], w: &[Row]) -> Vec<Square> {
-    let mut products = vec![Square::default(); basis.len()];
-    for (c, rows) in w.chunks(CHUNK).enumerate() {
-        for (panel, product) in basis.iter().zip(&mut products) {
-            add_gram(&panel[c * CHUNK..c * CHUNK + rows.len()], rows, product);
-        }
-    }
-    products
+/// `a b`.
+pub(super) fn multiply(a: &Square, b: &Square) -> Square {
+    b.map(|column| std::array::from_fn(|i| (0..WIDTH).map(|k| a[k][i] * column[k]).sum()))
 }
 
-/// `w += factor · basis · coefficients`; panels whose coefficients are all zero are skipped.
-pub(super) fn add_combination(w: &mut [Row], basis: &[Panel], coefficients: &[Square], factor: f64) {
-    let terms: Vec<(&Panel, Square)> = basis
-        .iter()
-        .zip(coefficients)
-        .filter(|(_, c)| c.as_flattened().iter().any(|&x| x != 0.0))
-        .map(|(panel, c)| (panel, c.map(|row| row.map(|x| factor * x))))
-        .collect();
-    for (c, rows) in w.chunks_mut(CHUNK).enumerate() {
-        for (panel, coefficients) in &terms {
-            let panel = &panel[c * CHUNK..c * CHUNK + rows.len()];
-            add_product(rows, panel, coefficients);
-        }
+/// The columns of length `n`, row by row.
+pub(super) fn to_rows(columns: &[f64], n: usize) -> Vec<f64> {
+    let count = columns.len() / n;
+    let mut rows = vec![0.0; columns.len()];
+    for (c, column) in columns.chunks_exact(n).enumerate() {
+        rows.iter_mut().skip(c).step_by(count).zip(column).for_each(|(r, x)| *r = *x);
     }
+    rows
 }
 
-/// `sum += vᵀ w`.
-fn add_gram(v: &[Row], w: &[Row], sum: &mut Square) {
-    let mut s = *sum;
-    for (v, w) in v.iter().zip(w) {
-        for p in 0..WIDTH {
-            for q in 0..WIDTH {
-                s[p][q] += v[p] * w[q];
-            }
-        }
+/// The `count` columns of what is stored row by row.
+pub(super) fn to_columns(rows: &[f64], count: usize) -> Vec<f64> {
+    let mut columns = Vec::with_capacity(rows.len());
+    for c in 0..count {
+        columns.extend(rows.iter().skip(c).step_by(count));
     }
-    *sum = s;
+    columns
 }
 
-/// `w += v c`.
-fn add_product(w: &mut [Row], v: &[Row], c: &Square) {
-    let c = *c;
-    for (w, v) in w.iter_mut().zip(v) {
-        let mut sum = *w;
-        for p in 0..WIDTH {
-            for q in 0..WIDTH {
-                sum[q] += v[p] * c[p][q];
-            }
-        }
-        *w = sum;
-    }
+/// The lengths of the columns of a panel.
+pub(super) fn lengths(w: &[f64], n: usize) -> [f64; WIDTH] {
+    std::array::from_fn(|c| length(&w[c * n..(c + 1) * n]))
 }
 
-/// The lengths of the four vectors.
-pub(super) fn lengths(w: &[Row]) -> Row {
-    let mut sums = Row::default();
-    for row in w {
-        for c in 0..WIDTH {
-            sums[c] += row[c] * row[c];
-        }
-    }
-    sums.map(f64::sqrt)
+fn length(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
 }
 
 /// Makes the vectors of `w` orthonormal by modified Gram-Schmidt and returns the upper triangular `s` with
 /// `w_before = w s`. A vector no longer than `negligible` is replaced through `random`; its row of `s` is zero, and it is
 /// neither orthogonal to the others nor of length one, so that the caller must come back.
-pub(super) fn orthonormalize(w: &mut [Row], negligible: f64, random: &mut dyn FnMut() -> f64) -> Square {
+pub(super) fn orthonormalize(w: &mut [f64], n: usize, negligible: f64, random: &mut dyn FnMut() -> f64) -> Square {
     let mut s = Square::default();
     for c in 0..WIDTH {
-        let length = lengths(w)[c];
+        let (done, later) = w.split_at_mut((c + 1) * n);
+        let column = &mut done[c * n..];
+        let length = length(column);
         if length <= negligible {
-            w.iter_mut().for_each(|row| row[c] = random());
+            column.iter_mut().for_each(|x| *x = random());
             continue;
         }
         s[c][c] = length;
-        let mut overlap = Row::default();
-        for row in w.iter_mut() {
-            row[c] /= length;
-            for d in c + 1..WIDTH {
-                overlap[d] += row[c] * row[d];
-            }
-        }
-        s[c][c + 1..].copy_from_slice(&overlap[c + 1..]);
-        for row in w.iter_mut() {
-            for d in c + 1..WIDTH {
-                row[d] -= overlap[d] * row[c];
-            }
+        column.iter_mut().for_each(|x| *x /= length);
+        for (d, other) in (c + 1..).zip(later.chunks_exact_mut(n)) {
+            let overlap = dot(column, other);
+            s[d][c] = overlap;
+            other.iter_mut().zip(&*column).for_each(|(y, x)| *y -= overlap * x);
         }
     }
     s
 }
 
-/// `a b`.
-pub(super) fn multiply(a: &Square, b: &Square) -> Square {
-    let mut product = Square::default();
-    for i in 0..WIDTH {
-        for k in 0..WIDTH {
-            for j in 0..WIDTH {
-                product[i][j] += a[i][k] * b[k][j];
+/// `xᵀ y`, with the widest instructions of the machine; the order of the sums, and so the result, is the same on all.
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    struct Dot<'a>(&'a [f64], &'a [f64]);
+    impl WithSimd for Dot<'_> {
+        type Output = f64;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, _: S) -> f64 {
+            let mut sums = [0.0; 16];
+            let ((x, x_rest), (y, y_rest)) = (self.0.as_chunks::<16>(), self.1.as_chunks::<16>());
+            for (x, y) in x.iter().zip(y) {
+                for c in 0..16 {
+                    sums[c] += x[c] * y[c];
+                }
             }
+            let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
+            sums.iter().sum::<f64>() + rest
         }
     }
-    product
+    Arch::new().dispatch(Dot(x, y))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::dense::{add_combination, project};
     use super::*;
     use crate::rng::Rng;
 
-    fn random_panel(n: usize, rng: &mut Rng) -> Panel {
-        (0..n).map(|_| [(); WIDTH].map(|()| rng.range(-1.0, 1.0))).collect()
+    const N: usize = 53;
+
+    fn random_panel(seed: u64) -> Vec<f64> {
+        let mut rng = Rng::for_stage(seed, "test");
+        (0..N * WIDTH).map(|_| rng.range(-1.0, 1.0)).collect()
     }
 
     #[test]
-    fn chunked_products_equal_plain_sums() {
-        let mut rng = Rng::for_stage(3, "test");
-        let n = 2 * CHUNK + 7;
-        let basis: Vec<Panel> = (0..3).map(|_| random_panel(n, &mut rng)).collect();
-        let w = random_panel(n, &mut rng);
-        let products = project(&basis, &w);
+    fn products_equal_plain_sums() {
+        let (basis, w) = ([random_panel(1), random_panel(2)].concat(), random_panel(3));
+        let products = project(&basis, &w, N);
         let mut rest = w.clone();
-        add_combination(&mut rest, &basis, &products, -1.0);
-        for (panel, product) in basis.iter().zip(&products) {
-            for (p, q) in [(0, 0), (1, 3), (3, 2)] {
-                let plain: f64 = (0..n).map(|i| panel[i][p] * w[i][q]).sum();
-                assert!((plain - product[p][q]).abs() < 1e-10, "{plain} {}", product[p][q]);
-            }
+        add_combination(&mut rest, &basis, &products, -1.0, N);
+        for (p, q) in [(0, 0), (1, 3), (7, 2)] {
+            let plain: f64 = (0..N).map(|i| basis[p * N + i] * w[q * N + i]).sum();
+            assert!((plain - products[q * 8 + p]).abs() < 1e-12, "{plain} {}", products[q * 8 + p]);
+            assert!((plain - dot(&basis[p * N..(p + 1) * N], &w[q * N..(q + 1) * N])).abs() < 1e-12);
         }
-        for i in [0, CHUNK, n - 1] {
-            let sum: f64 = (0..3).map(|b| (0..WIDTH).map(|p| basis[b][i][p] * products[b][p][2]).sum::<f64>()).sum();
-            assert!((w[i][2] - sum - rest[i][2]).abs() < 1e-10);
+        for i in [0, 17, N - 1] {
+            let sum: f64 = (0..8).map(|p| basis[p * N + i] * products[2 * 8 + p]).sum();
+            assert!((w[2 * N + i] - sum - rest[2 * N + i]).abs() < 1e-11);
         }
+    }
+
+    #[test]
+    fn rows_and_columns_are_each_others_inverse() {
+        assert_eq!(to_rows(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 3), [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+        let w = random_panel(5);
+        assert_eq!(to_columns(&to_rows(&w, N), WIDTH), w);
     }
 
     #[test]
     fn orthonormal_factors_multiply_back_and_dependent_vectors_are_replaced() {
-        let mut rng = Rng::for_stage(4, "test");
-        let before = random_panel(50, &mut rng);
+        let before = random_panel(4);
         let mut q = before.clone();
-        let s = orthonormalize(&mut q, 0.0, &mut || 0.0);
-        let gram = project(std::slice::from_ref(&q), &q)[0];
-        let mut back = vec![Row::default(); 50];
-        add_combination(&mut back, std::slice::from_ref(&q), &[s], 1.0);
-        for a in 0..WIDTH {
-            for b in 0..WIDTH {
-                assert!((gram[a][b] - f64::from(u8::from(a == b))).abs() < 1e-14);
-                assert!((back[7 * a][b] - before[7 * a][b]).abs() < 1e-14);
-            }
+        let s = orthonormalize(&mut q, N, 0.0, &mut || 0.0);
+        let mut back = vec![0.0; N * WIDTH];
+        add_combination(&mut back, &q, s.as_flattened(), 1.0, N);
+        for (found, expected) in project(&q, &q, N).iter().zip(IDENTITY.as_flattened()) {
+            assert!((found - expected).abs() < 1e-14);
         }
-        let mut dependent: Panel = before.iter().map(|r| [r[0], r[1], r[0] - r[1], r[3]]).collect();
-        let s = orthonormalize(&mut dependent, 1e-12, &mut || 0.5);
-        assert_eq!(s[2], [0.0; 4]);
-        assert!(dependent.iter().all(|row| row[2] == 0.5));
+        assert!(back.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-14));
+        let mut dependent = before.clone();
+        (0..N).for_each(|i| dependent[2 * N + i] = before[i] - before[N + i]);
+        let s = orthonormalize(&mut dependent, N, 1e-12, &mut || 0.5);
+        assert!(s.iter().all(|column| column[2] == 0.0));
+        assert!(dependent[2 * N..3 * N].iter().all(|&x| x == 0.5));
     }
 }
