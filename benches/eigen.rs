@@ -65,7 +65,7 @@ fn graph(points: &[Point], radius: f64) -> SymCsr {
         for (j, q) in points.iter().enumerate().skip(i + 1) {
             let distance = (p.x - q.x).hypot(p.y - q.y);
             let far = distance > radius;
-            if far && mix((i as u64) << 32 | j as u64) % 32 != 0 {
+            if far && !mix((i as u64) << 32 | j as u64).is_multiple_of(32) {
                 continue;
             }
             let ratio = (p.u - q.u).hypot(p.v - q.v) / p.sigma.min(q.sigma);
