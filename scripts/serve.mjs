@@ -64,7 +64,7 @@ async function answer(request, response) {
 async function find(url) {
   let path;
   try {
-    path = decodeURIComponent(new URL(url, 'http://localhost').pathname);
+    path = decodeURIComponent(url.split(/[?#]/)[0]);
   } catch {
     return null;
   }

@@ -8,7 +8,7 @@ import { serve } from './serve.mjs';
 import { fail } from './tools.mjs';
 
 const { port, open } = options();
-await build();
+await build({ overBudget: 'warn' });
 const { url } = await serve({ port }).catch((error) =>
   fail(error.code === 'EADDRINUSE' ? `Port ${port} is in use; choose another: npm start -- --port ${port + 1}` : error.message),
 );

@@ -17,13 +17,13 @@ const parts = {
   node: async () => {
     await build();
     run(process.execPath, ['node_modules/publint/src/cli.js', 'run', '.', '--strict', '--pack', 'npm']);
-    run(process.execPath, ['--test', ...testFiles('tests/node')]);
+    run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/node')]);
   },
   browser: async () => {
     await build();
     const { ensureBrowser } = await import('./browser.mjs');
     ensureBrowser();
-    run(process.execPath, ['--test', ...testFiles('tests/browser')]);
+    run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/package'), ...testFiles('tests/browser')]);
   },
 };
 

@@ -45,7 +45,7 @@ pub enum Error {
     },
     /// A parameter is unknown, of the wrong type, or out of range.
     Param {
-        /// Its dotted name, e.g. `flow.patchSize`.
+        /// Its dotted name, e.g. `flow.patchStride`.
         name: String,
         /// The value given.
         value: String,

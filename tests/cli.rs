@@ -271,15 +271,15 @@ fn truncated_files_are_named_with_the_reason() {
 fn misspelt_options_and_settings_are_refused_with_what_is_known() {
     let (input, out) = (folder("misspelt-in"), folder("misspelt-out"));
     clip(&input, 2, SIZE, &moving);
-    assert_refused(&segment(&input, &out, &["--set", "flow.patchsize=8"]), 1, &["flow.patchSize"]);
-    assert_refused(&segment(&input, &out, &["--set", "flow.patchSize=big"]), 1, &["\"big\"", "4..=16"]);
+    assert_refused(&segment(&input, &out, &["--set", "flow.patchstride=5"]), 1, &["flow.patchStride"]);
+    assert_refused(&segment(&input, &out, &["--set", "flow.patchStride=big"]), 1, &["\"big\"", "1..=8"]);
     assert_refused(&segment(&input, &out, &["--track-step", "0"]), 1, &["trajectory.gridStep = 0"]);
-    assert_refused(&segment(&input, &out, &["--set", "flow.patchSize"]), 2, &["KEY=VALUE"]);
+    assert_refused(&segment(&input, &out, &["--set", "flow.patchStride"]), 2, &["KEY=VALUE"]);
     assert_refused(&segment(&input, &out, &["--frame", "3"]), 2, &["--frames"]);
     assert_refused(&segment(&input, &out, &["--frames", "0"]), 2, &["--frames"]);
     let file = input.join("params.json");
-    fs::write(&file, r#"{"flow": {"patchSize": 99}}"#).unwrap();
-    let named = ["params.json", "flow.patchSize = 99"];
+    fs::write(&file, r#"{"flow": {"patchStride": 99}}"#).unwrap();
+    let named = ["params.json", "flow.patchStride = 99"];
     assert_refused(&segment(&input, &out, &["--params", file.to_str().unwrap()]), 1, &named);
     fs::write(&file, "{").unwrap();
     assert_refused(&segment(&input, &out, &["--params", file.to_str().unwrap()]), 1, &["params.json", "JSON"]);
@@ -412,6 +412,6 @@ fn parameters_are_listed_with_range_default_and_meaning() {
     let output = tracecut(["params"]);
     assert_done(&output);
     let list = text(&output.stdout);
-    assert!(list.contains("flow.patchSize  (whole number, 4..=16, default "), "{list}");
+    assert!(list.contains("flow.patchStride  (whole number, 1..=8, default "), "{list}");
     assert!(list.lines().count() > 40, "{list}");
 }

@@ -3,16 +3,23 @@
 use super::UNLABELLED;
 use crate::discontinuity::Discontinuities;
 
+/// Fewest trajectories on either side of a border for its mean discontinuity to count. A single stray trajectory, which the rotation
+/// gave to another object's cluster, has weak discontinuities to all that is around it and would merge both objects.
+const MIN_WITNESSES: u32 = 3;
+
 /// Sum and number of the discontinuities between every two clusters, `k × k`, symmetric.
 struct Borders {
     k: usize,
     sum: Vec<f64>,
     count: Vec<u32>,
+    /// Number of trajectories of the first cluster that have a neighbour in the second.
+    witnesses: Vec<u32>,
 }
 
 impl Borders {
     fn new(label: &[u32], k: usize, discontinuities: &Discontinuities) -> Self {
-        let mut borders = Self { k, sum: vec![0.0; k * k], count: vec![0; k * k] };
+        let mut borders = Self { k, sum: vec![0.0; k * k], count: vec![0; k * k], witnesses: vec![0; k * k] };
+        let mut seen: Vec<(u32, u32)> = Vec::new();
         for (&(i, j), &d) in discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.d) {
             let (p, q) = (label[i as usize], label[j as usize]);
             if p != q && p != UNLABELLED && q != UNLABELLED {
@@ -20,7 +27,13 @@ impl Borders {
                     borders.sum[slot] += d;
                     borders.count[slot] += 1;
                 }
+                seen.extend([(i, q), (j, p)]);
             }
+        }
+        seen.sort_unstable();
+        seen.dedup();
+        for (i, q) in seen {
+            borders.witnesses[label[i as usize] as usize * k + q as usize] += 1;
         }
         borders
     }
@@ -36,6 +49,13 @@ impl Borders {
         (0..self.k).filter_map(|q| self.mean(p, q).map(|d| (d, q))).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
+    /// The same among borders that enough trajectories bear out.
+    fn nearest_borne_out(&self, p: usize) -> Option<(f64, usize)> {
+        let borne_out = |q: usize| self.witnesses[p * self.k + q].min(self.witnesses[q * self.k + p]) >= MIN_WITNESSES;
+        let means = (0..self.k).filter(|&q| borne_out(q)).filter_map(|q| self.mean(p, q).map(|d| (d, q)));
+        means.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     /// Joins `q` into `p`: sums and counts add up.
     fn join(&mut self, p: usize, q: usize) {
         for r in 0..self.k {
@@ -44,6 +64,10 @@ impl Borders {
                 self.count[p * self.k + r] += self.count[q * self.k + r];
                 (self.sum[r * self.k + p], self.count[r * self.k + p]) =
                     (self.sum[p * self.k + r], self.count[p * self.k + r]);
+            }
+            if r != p && r != q {
+                self.witnesses[p * self.k + r] += self.witnesses[q * self.k + r];
+                self.witnesses[r * self.k + p] += self.witnesses[r * self.k + q];
             }
             self.count[q * self.k + r] = 0;
             self.count[r * self.k + q] = 0;
@@ -69,7 +93,9 @@ pub fn merge_clusters(label: &mut [u32], discontinuities: &Discontinuities, thre
         into[q] = p;
     };
     loop {
-        let best = (0..k).filter_map(|p| borders.nearest(p).map(|(d, q)| (d, p, q))).min_by(|a, b| a.0.total_cmp(&b.0));
+        let best = (0..k)
+            .filter_map(|p| borders.nearest_borne_out(p).map(|(d, q)| (d, p, q)))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
         match best {
             Some((d, p, q)) if d < threshold => join(&mut borders, &mut size, p.min(q), p.max(q)),
             _ => break,
@@ -97,22 +123,44 @@ mod tests {
     use super::super::tests::chain;
     use super::*;
 
+    /// Three copies of the links side by side: every trajectory `i` becomes `3 i`, `3 i + 1` and `3 i + 2`.
+    fn threefold(mut links: Discontinuities) -> Discontinuities {
+        let copies = |(i, j): (u32, u32)| (0..3).map(move |c| (3 * i + c, 3 * j + c));
+        links.neighborhoods.pairs = links.neighborhoods.pairs.into_iter().flat_map(copies).collect();
+        links.d = links.d.into_iter().flat_map(|d| [d; 3]).collect();
+        links
+    }
+
+    fn merged(label: &[u32], links: Discontinuities) -> Vec<u32> {
+        let mut label: Vec<u32> = label.iter().flat_map(|&l| [l; 3]).collect();
+        merge_clusters(&mut label, &threefold(links), 0.4, 0);
+        assert!(label.chunks(3).all(|copies| copies.iter().all(|&l| l == copies[0])));
+        label.into_iter().step_by(3).collect()
+    }
+
     #[test]
     fn only_weak_borders_are_merged() {
-        let mut label = vec![0, 0, 1, 1, 2, 2];
-        merge_clusters(&mut label, &chain(&[0.1, 0.3, 0.1, 0.9, 0.1]), 0.4, 0);
-        assert_eq!(label, [0, 0, 0, 0, 2, 2]);
+        assert_eq!(merged(&[0, 0, 1, 1, 2, 2], chain(&[0.1, 0.3, 0.1, 0.9, 0.1])), [0, 0, 0, 0, 2, 2]);
     }
 
     #[test]
     fn means_are_taken_anew_after_each_merge() {
         // 0-1 (0.1) merges first; its border to 2 is then (0.1 + 0.9 + 0.9) / 3 > 0.4, though 0-2 alone would merge.
-        let mut label = vec![0, 1, 2, 2];
         let mut links = chain(&[0.1, 0.9, 0.0]);
         links.neighborhoods.pairs.extend([(0, 2), (1, 3)]);
         links.d.extend([0.15, 0.9]);
+        assert_eq!(merged(&[0, 1, 2, 2], links), [0, 0, 2, 2]);
+    }
+
+    #[test]
+    fn a_single_stray_does_not_join_two_objects() {
+        // Trajectory 3 lies in the first object, with weak discontinuities to all of it, but has the second one's label.
+        let mut label = vec![0, 0, 0, 1, 1, 1, 1];
+        let mut links = chain(&[0.1, 0.1, 0.1, 0.9, 0.1, 0.1]);
+        links.neighborhoods.pairs.extend([(0, 3), (1, 3)]);
+        links.d.extend([0.1, 0.1]);
         merge_clusters(&mut label, &links, 0.4, 0);
-        assert_eq!(label, [0, 0, 2, 2]);
+        assert_eq!(label, [0, 0, 0, 1, 1, 1, 1]);
     }
 
     #[test]

@@ -4,13 +4,15 @@
 //!
 //! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation (`rotation`).
 //! 2. For each two neighbouring clusters their mean discontinuity `d^C` over all neighbour pairs between them; merge the pair with the
-//!    smallest while it is below ρ, sums added up at each merge.
+//!    smallest while it is below ρ, sums added up at each merge. Borders with fewer than three trajectories on either side do not
+//!    count here.
 //! 3. Clusters of very few trajectories join their least discontinuous neighbour.
 //! 4. Trajectories outside the embedding take the label of most of their neighbours.
 //! 5. Labels are numbered by how many trajectory points they hold, most first.
 //!
 //! Deviations: the paper does not fix the order of merging (greedy here: chains through small clusters do not form), its ρ is 0.4 (0.7
-//! here, since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9), and it has no step 3.
+//! here, since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9), and it has no step 3
+//! and no least length of a border.
 //!
 //! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all edges with
 //! `d` below 0.6.

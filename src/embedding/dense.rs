@@ -1,10 +1,19 @@
-//! Dense linear algebra: the only file that names faer. One thread; matrices are column-major slices.
+//! Dense linear algebra: the only file that names faer. One thread; matrices are column-major slices. In wasm our own small
+//! solver and products take its place (see [`super::tridiagonal`], [`super::products`]).
 //!
 //! faer chooses the instructions at run time, so the last bits differ between kinds of processors, never between runs.
 
+#[cfg(target_arch = "wasm32")]
+pub(super) use super::products::{add_combination, project};
+#[cfg(target_arch = "wasm32")]
+pub(super) use super::tridiagonal::symmetric_eigen;
+#[cfg(not(target_arch = "wasm32"))]
 use faer::dyn_stack::{MemBuffer, MemStack};
+#[cfg(not(target_arch = "wasm32"))]
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+#[cfg(not(target_arch = "wasm32"))]
 use faer::linalg::matmul::matmul;
+#[cfg(not(target_arch = "wasm32"))]
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// All eigenpairs of a dense symmetric matrix.
@@ -18,6 +27,7 @@ pub(super) struct DenseEigen {
 /// The eigenpairs of the symmetric `n × n` matrix; the mean of both triangles counts.
 ///
 /// `None` when an entry is not finite or the iteration fails.
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     if matrix.iter().any(|x| !x.is_finite()) {
         return None;
@@ -46,6 +56,7 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
 }
 
 /// `vᵀ w` for columns of length `n`.
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) fn project(v: &[f64], w: &[f64], n: usize) -> Vec<f64> {
     let (rows, columns) = (v.len() / n, w.len() / n);
     let mut product = vec![0.0; rows * columns];
@@ -57,6 +68,7 @@ pub(super) fn project(v: &[f64], w: &[f64], n: usize) -> Vec<f64> {
 }
 
 /// `w += factor · v · coefficients` for columns of length `n`.
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) fn add_combination(w: &mut [f64], v: &[f64], coefficients: &[f64], factor: f64, n: usize) {
     let (inner, columns) = (v.len() / n, w.len() / n);
     let v = MatRef::from_column_major_slice(v, n, inner);

@@ -18,6 +18,10 @@ mod eigen;
 mod lanczos;
 mod normalize;
 mod panel;
+#[cfg(any(test, target_arch = "wasm32"))]
+mod products;
+#[cfg(any(test, target_arch = "wasm32"))]
+mod tridiagonal;
 
 use crate::sparse::SymCsr;
 pub use eigen::{EigenInfo, EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};

@@ -127,4 +127,25 @@ mod tests {
         }
         assert!(FlowTruth::from_flo(&[0; 64]).is_err());
     }
+    /// Runs where the benchmark lies beside the checkout; it cannot be part of the repository.
+    #[test]
+    fn middlebury_error_stays_below_a_third_of_a_pixel() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/middlebury");
+        let names = ["Dimetrodon", "Grove2", "Grove3", "Hydrangea", "RubberWhale", "Urban2", "Urban3", "Venus"];
+        let read = |name: &str, file: &str| std::fs::read(folder.join(name).join(file));
+        let mut sum = 0.0;
+        for name in names {
+            let (Ok(from), Ok(to), Ok(truth)) =
+                (read(name, "frame10.png"), read(name, "frame11.png"), read(name, "flow10.flo"))
+            else {
+                println!("skipped: no Middlebury data in {}", folder.display());
+                return;
+            };
+            let (from, to) = (Frame::decode(&from).unwrap(), Frame::decode(&to).unwrap());
+            let truth = FlowTruth::from_flo(&truth).unwrap();
+            sum += evaluate_pair(&from, &to, &truth, &FlowParams::default()).unwrap();
+        }
+        let mean = sum / names.len() as f64;
+        assert!(mean < 0.333, "mean end-point error {mean}");
+    }
 }

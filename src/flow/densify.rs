@@ -1,10 +1,10 @@
 //! From patches to pixels: each pixel takes the mean of the patches over it, the well-matching ones counting more.
 
-use super::patch::{PatchGrid, place};
+use super::FlowField;
+use super::patch::{PatchGrid, blend, chunk, place};
 use super::pyramid::{Level, PAD};
-use crate::image::Plane;
 
-/// Differences in brightness below this (grey levels) all count the same.
+/// Differences in brightness below this (grey levels) all count the same: they are noise.
 const LEAST_DIFFERENCE: f32 = 1.0;
 
 /// Sums over the patches that cover a pixel, padded because patches hang over the border.
@@ -15,63 +15,63 @@ pub(super) struct Votes {
     weight: Vec<f32>,
 }
 
-/// The mean displacement at every pixel, each patch weighted by `1 / max(1, |difference|)` at that pixel.
-pub(super) fn densify(
+/// The mean displacement at every pixel, each patch weighted by `1 / max(1, difference)²` at that pixel (DIS: not squared).
+///
+/// `S` is the side of a patch. The grid covers the level, so every pixel has a weight.
+pub(super) fn densify<const S: usize>(
     from: &Level,
     to: &Level,
     grid: &PatchGrid,
     votes: &mut Votes,
-    flow: (&mut Plane<f32>, &mut Plane<f32>),
+    flow: &mut FlowField,
 ) {
-    let (width, height, stride) = (from.image.width, from.image.height, from.image.stride);
     for sums in [&mut votes.u, &mut votes.v, &mut votes.weight] {
         sums.clear();
         sums.resize(from.image.data().len(), 0.0);
     }
-    for row in 0..grid.down {
-        for column in 0..grid.across {
-            if grid.side == 8 {
-                vote(from, to, grid, (column, row), votes, 8);
-            } else {
-                vote(from, to, grid, (column, row), votes, grid.side);
-            }
-        }
+    for patch in 0..grid.u.len() {
+        vote::<S>(from, to, grid, patch, votes);
     }
-    for y in 0..height {
-        let start = (y + PAD) * stride + PAD;
-        let weight = &votes.weight[start..][..width];
-        for (out, sums) in [(&mut *flow.0, &votes.u), (&mut *flow.1, &votes.v)] {
-            for ((value, sum), weight) in out.row_mut(y).iter_mut().zip(&sums[start..][..width]).zip(weight) {
+    for y in 0..from.image.height {
+        let row = (y + PAD) * from.image.stride + PAD..;
+        let weight = &votes.weight[row.clone()];
+        for (out, sums) in [(&mut flow.u, &votes.u[row.clone()]), (&mut flow.v, &votes.v[row.clone()])] {
+            for ((value, sum), weight) in out.row_mut(y).iter_mut().zip(sums).zip(weight) {
                 *value = sum / weight;
             }
         }
     }
 }
 
+/// Adds one patch to the sums.
 #[inline(always)]
-fn vote(from: &Level, to: &Level, grid: &PatchGrid, (column, row): (usize, usize), votes: &mut Votes, side: usize) {
-    let patch = row * grid.across + column;
+fn vote<const S: usize>(from: &Level, to: &Level, grid: &PatchGrid, patch: usize, votes: &mut Votes) {
     let (u, v) = (grid.u[patch], grid.v[patch]);
-    let corner = grid.corner(column, row);
-    let (x, fx) = place(corner.0 as f32 + u, to.image.width, side);
-    let (y, fy) = place(corner.1 as f32 + v, to.image.height, side);
-    let (source, target) = (from.image.index(corner.0, corner.1), to.image.index(x, y));
-    let stride = to.image.stride;
-    for k in 0..side {
-        let here = &from.image.data()[source + k * stride..][..side];
-        let upper = &to.image.data()[target + k * stride..][..side + 1];
-        let lower = &to.image.data()[target + (k + 1) * stride..][..side + 1];
-        let sums_u = &mut votes.u[source + k * stride..][..side];
-        let sums_v = &mut votes.v[source + k * stride..][..side];
-        let sums_w = &mut votes.weight[source + k * stride..][..side];
-        for i in 0..side {
-            let above = upper[i] + fx * (upper[i + 1] - upper[i]);
-            let below = lower[i] + fx * (lower[i + 1] - lower[i]);
-            let difference = (above + fy * (below - above) - here[i]).abs();
-            let weight = 1.0 / if difference > LEAST_DIFFERENCE { difference } else { LEAST_DIFFERENCE };
-            sums_u[i] += weight * u;
-            sums_v[i] += weight * v;
-            sums_w[i] += weight;
+    let corner = grid.corner(patch);
+    let (x, fx) = place(corner.0 as f32 + u, to.image.width, S);
+    let (y, fy) = place(corner.1 as f32 + v, to.image.height, S);
+    let (source, target, stride) = (from.image.index(corner.0, corner.1), to.image.index(x, y), to.image.stride);
+    let mut upper = blend::<S>(to.image.data(), target, fx);
+    for k in 0..S {
+        let lower = blend::<S>(to.image.data(), target + (k + 1) * stride, fx);
+        let here = chunk::<S>(from.image.data(), source + k * stride);
+        let mut weight = [0.0_f32; S];
+        for i in 0..S {
+            let difference = (upper[i] + fy * (lower[i] - upper[i]) - here[i]).abs();
+            let difference = if difference > LEAST_DIFFERENCE { difference } else { LEAST_DIFFERENCE };
+            weight[i] = 1.0 / (difference * difference);
         }
+        add_scaled(&mut votes.u, source + k * stride, &weight, u);
+        add_scaled(&mut votes.v, source + k * stride, &weight, v);
+        add_scaled(&mut votes.weight, source + k * stride, &weight, 1.0);
+        upper = lower;
+    }
+}
+
+#[inline(always)]
+fn add_scaled<const S: usize>(sums: &mut [f32], start: usize, weight: &[f32; S], value: f32) {
+    let sums = &mut sums[start..start + S];
+    for i in 0..S {
+        sums[i] += weight[i] * value;
     }
 }

@@ -6,6 +6,10 @@ use crate::image::{Plane, gaussian_blur};
 /// Pixels of replicated border around a level; a patch of 16 pixels fits into it whole.
 pub(super) const PAD: usize = 17;
 
+/// Weights at distance 0.5, 1.5 and 2.5 when a level is halved: a Gaussian of one pixel. A narrower one lets stripes through that the
+/// smaller level shows with a wrong period, and patches then lock onto them.
+const HALVING: [f32; 3] = [0.351_75, 0.129_40, 0.018_85];
+
 /// A plane of `width × height` values inside a border of [`PAD`] replicated pixels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Padded {
@@ -93,22 +97,23 @@ impl Level {
         level
     }
 
-    /// Half the size: each pixel the weighted mean of four by four, centred between the middle two.
+    /// Half the size: each pixel a weighted mean of six by six, centred between the middle two.
     fn halved(&self) -> Self {
         let image = &self.image;
         let (width, height) = (image.width.div_ceil(2), image.height.div_ceil(2));
         let mut half = Padded::default();
         half.resize(width, height);
         let mut line = vec![0.0_f32; image.stride];
+        let [inner, middle, outer] = HALVING;
         for y in 0..height {
-            let top = 2 * y as isize - 1;
-            let rows: [&[f32]; 4] = std::array::from_fn(|k| image.padded_row(top + k as isize));
+            let rows: [&[f32]; 6] = std::array::from_fn(|k| image.padded_row((2 * y + k) as isize - 2));
             for (x, value) in line.iter_mut().enumerate() {
-                *value = 0.125 * (rows[0][x] + rows[3][x]) + 0.375 * (rows[1][x] + rows[2][x]);
+                let near = inner * (rows[2][x] + rows[3][x]) + middle * (rows[1][x] + rows[4][x]);
+                *value = near + outer * (rows[0][x] + rows[5][x]);
             }
-            let taps = line[PAD - 1..].windows(4).step_by(2);
+            let taps = line[PAD - 2..].windows(6).step_by(2);
             for (out, tap) in half.row_mut(y).iter_mut().zip(taps) {
-                *out = 0.125 * (tap[0] + tap[3]) + 0.375 * (tap[1] + tap[2]);
+                *out = inner * (tap[2] + tap[3]) + middle * (tap[1] + tap[4]) + outer * (tap[0] + tap[5]);
             }
         }
         half.replicate_border();
@@ -125,13 +130,13 @@ pub struct FlowPyramid {
 }
 
 impl FlowPyramid {
-    /// From brightness in `0.0..=255.0`; values that are not finite count as 0.
+    /// From brightness in `0.0..=255.0`; other values are held to that range, not-a-number counts as 0.
     pub fn new(luma: &Plane<f32>, params: &FlowParams) -> Self {
         let (width, height) = (luma.width(), luma.height());
         if width == 0 || height == 0 {
             return Self::default();
         }
-        let smooth = gaussian_blur(&luma.map(|v| if v.is_finite() { v } else { 0.0 }), params.presmoothing);
+        let smooth = gaussian_blur(&luma.map(|v| if v > 0.0 { v.min(255.0) } else { 0.0 }), params.presmoothing);
         let mut image = Padded::default();
         image.resize(width, height);
         for y in 0..height {
@@ -139,7 +144,7 @@ impl FlowPyramid {
         }
         image.replicate_border();
         let mut levels = vec![Level::new(image)];
-        for _ in 0..coarsest_level(width, height, params) {
+        for _ in 0..coarsest_level(width, height) {
             let next = levels.last().map(Level::halved);
             levels.extend(next);
         }
@@ -153,8 +158,8 @@ impl FlowPyramid {
 }
 
 /// The level where the search begins: the longer side holds about four patches, the shorter at least one.
-fn coarsest_level(width: usize, height: usize, params: &FlowParams) -> usize {
-    let patch = params.patch_size as usize;
+fn coarsest_level(width: usize, height: usize) -> usize {
+    let patch = super::PATCH_SIDE;
     let (longer, shorter) = (width.max(height), width.min(height));
     let mut level = 0;
     // Rounding log2 to the nearest: one level more while the longer side exceeds four patches by more than sqrt(2).

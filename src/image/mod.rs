@@ -1,5 +1,6 @@
 //! Planes, frames and the filters that several stages share.
 
+mod decode;
 mod filter;
 mod frame;
 mod plane;

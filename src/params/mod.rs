@@ -20,7 +20,7 @@ use value::Number;
 
 /// One parameter as the outside sees it: its name, meaning and range, and its value to read or write.
 pub struct ParamField<'a> {
-    /// Section and name in camelCase, e.g. `flow.patchSize`.
+    /// Section and name in camelCase, e.g. `flow.patchStride`.
     pub name: String,
     /// What it means, its unit and its source.
     pub doc: &'static str,
@@ -172,7 +172,7 @@ impl ParamGroup for Params {
 }
 
 impl Params {
-    /// Sets the parameter `name` (e.g. `flow.patchSize`).
+    /// Sets the parameter `name` (e.g. `flow.patchStride`).
     ///
     /// # Errors
     /// [`Error::Param`] when no parameter has this name (the message lists near ones) or the value is not legal.
@@ -194,7 +194,7 @@ impl Params {
         })
     }
 
-    /// Sets every parameter named in `tree`, e.g. from `{"flow": {"patchSize": 10}}`. On an error nothing is changed.
+    /// Sets every parameter named in `tree`, e.g. from `{"flow": {"patchStride": 5}}`. On an error nothing is changed.
     ///
     /// # Errors
     /// As [`Params::set`].

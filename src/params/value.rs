@@ -32,7 +32,7 @@ impl fmt::Display for ParamValue {
     }
 }
 
-/// A tree of named values, e.g. the parse of `{"flow": {"patchSize": 10}}`.
+/// A tree of named values, e.g. the parse of `{"flow": {"patchStride": 5}}`.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(transparent)]
 pub struct ParamTree(pub BTreeMap<String, ParamValue>);

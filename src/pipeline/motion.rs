@@ -1,7 +1,7 @@
 //! The first two stages side by side: flow of one frame pair, then tracking through it.
 
 use super::session::{Progress, Stage};
-use crate::flow::{CompactFlow, FlowField, FlowPyramid, flow_between, local_flow_variation};
+use crate::flow::{CompactFlow, FlowField, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
 use crate::image::{Frame, Plane};
 use crate::params::Params;
 use crate::trajectory::{Tracker, Trajectories};
@@ -23,6 +23,7 @@ pub(super) struct Motion {
     t: usize,
     from: FlowPyramid,
     to: FlowPyramid,
+    scratch: FlowScratch,
     luma: Plane<f32>,
     pair: Pair,
     tracker: Tracker,
@@ -40,6 +41,7 @@ impl Motion {
             t: 0,
             from: FlowPyramid::new(&first, &params.flow),
             to: FlowPyramid::new(&luma, &params.flow),
+            scratch: FlowScratch::default(),
             luma,
             pair: Pair::Nothing,
             tracker,
@@ -56,11 +58,13 @@ impl Motion {
         let (t, total) = (self.t as u32, self.num_pairs as u32);
         match std::mem::replace(&mut self.pair, Pair::Nothing) {
             Pair::Nothing => {
-                self.pair = Pair::Forward(flow_between(&self.from, &self.to, &self.params.flow));
+                self.pair =
+                    Pair::Forward(flow_between_with(&self.from, &self.to, &self.params.flow, &mut self.scratch));
                 Progress { stage: Stage::Flow, done: 2 * t + 1, total: 2 * total }
             }
             Pair::Forward(forward) => {
-                self.pair = Pair::Both(forward, flow_between(&self.to, &self.from, &self.params.flow));
+                self.pair =
+                    Pair::Both(forward, flow_between_with(&self.to, &self.from, &self.params.flow, &mut self.scratch));
                 Progress { stage: Stage::Flow, done: 2 * t + 2, total: 2 * total }
             }
             Pair::Both(forward, backward) => {

@@ -29,7 +29,7 @@ pub(super) fn to_param_tree(options: JsValue) -> Result<ParamTree, Error> {
     serde_wasm_bindgen::from_value(options).map_err(|e| Error::Param {
         name: "options".to_owned(),
         value: e.to_string(),
-        expected: "an object such as {flow: {patchSize: 8}}".to_owned(),
+        expected: "an object such as {flow: {patchStride: 5}}".to_owned(),
     })
 }
 

@@ -13,7 +13,7 @@ pub struct JsSession(Session);
 
 #[wasm_bindgen(js_class = Session)]
 impl JsSession {
-    /// A session with the default parameters changed by `options`, a tree such as `{flow: {patchSize: 8}}`.
+    /// A session with the default parameters changed by `options`, a tree such as `{flow: {patchStride: 5}}`.
     #[wasm_bindgen(constructor)]
     pub fn new(options: JsValue) -> Result<JsSession, JsValue> {
         let mut params = Params::default();

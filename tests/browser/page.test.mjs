@@ -31,6 +31,23 @@ describe('the page', () => {
     assert.equal(await page.locator('[data-layer="discontinuities"]').isChecked(), false);
   });
 
+  test('leaves the space bar to a button that was reached by keyboard, and to no other', async () => {
+    const { page } = sample;
+    const playing = () => page.evaluate(() => globalThis.tracecutDemo.app.timeline.playing);
+    await page.click('[data-cluster="1"] .eye');
+    await page.keyboard.press('3');
+    await page.keyboard.press('3');
+    await page.keyboard.press(' ');
+    assert.equal(await playing(), true, 'after a click the space bar plays');
+    assert.equal(await page.locator('#show-all').isVisible(), true, 'and the cluster stays hidden');
+    await page.keyboard.press(' ');
+    await page.focus('[data-cluster="1"] .object-main');
+    await page.keyboard.press('Tab');
+    await page.keyboard.press(' ');
+    assert.equal(await playing(), false);
+    assert.equal(await page.locator('#show-all').isVisible(), false, 'the button under the focus was pressed');
+  });
+
   for (const colorScheme of ['light', 'dark']) {
     test(`fits a phone, ${colorScheme}`, async () => {
       const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true, colorScheme };

@@ -49,7 +49,8 @@ export class App {
     /** @type {Points | null} */
     this.points = null;
     this.hold = 0;
-    this.previewing = false;
+    /** The visit for which a preview is being fetched, 0 for none. */
+    this.previewing = 0;
     this.noisy = readsAreNoisy();
     this.selection = new Selection();
     this.layers = createLayers();
@@ -161,14 +162,14 @@ export class App {
   /** Shows the first frame of what is chosen; while one is fetched, only the newest wish is kept. */
   async preview() {
     const { source, visit } = this;
-    if (!source || this.previewing) return;
+    if (!source || this.previewing === visit) return;
     const { start, side } = this.clip.take;
-    this.previewing = true;
+    this.previewing = visit;
     try {
       const image = await createImageBitmap(await source.preview(start, side));
       if (visit === this.visit && phase() !== 'running') this.viewer.setClip(image.width, image.height, [image]);
     } finally {
-      this.previewing = false;
+      if (this.previewing === visit) this.previewing = 0;
     }
     const now = this.clip.take;
     if (visit === this.visit && phase() === 'setup' && (now.start !== start || now.side !== side)) await this.preview();

@@ -1,4 +1,4 @@
-/** Paints each pixel like the nearest point of the frame, up to about one grid step away. @module */
+/** Paints each pixel like the nearest point of the frame, up to some distance. @module */
 
 /** @typedef {import('./layer.js').View} View */
 
@@ -7,9 +7,11 @@ export class CellPainter {
   /**
    * @param {(view: View) => Uint32Array} colorsOf the colour of each trajectory as bytes red, green, blue, alpha in memory
    *   order; 0 leaves its cell clear
+   * @param {number} steps how far from a point is painted, in distances between neighbouring points
    */
-  constructor(colorsOf) {
+  constructor(colorsOf, steps) {
     this.colorsOf = colorsOf;
+    this.steps = steps;
     this.key = '';
     /** @type {OffscreenCanvas | null} */
     this.canvas = null;
@@ -28,7 +30,8 @@ export class CellPainter {
     const points = /** @type {import('./points.js').Points} */ (view.points);
     const shown = Array.from({ length: points.result.clusters.count }, (_, k) => view.visible(k));
     const key = `${view.frame} ${shown}`;
-    if (key !== this.key || !this.canvas) this.canvas = paint(view, points, this.colorsOf(view), shown);
+    const reach = Math.max(2, this.steps * points.spacing(view.frame));
+    if (key !== this.key || !this.canvas) this.canvas = paint(view, points, reach, this.colorsOf(view), shown);
     this.key = key;
     ctx.drawImage(this.canvas, -0.5, -0.5, view.width, view.height);
   }
@@ -37,14 +40,14 @@ export class CellPainter {
 /**
  * @param {View} view
  * @param {import('./points.js').Points} points
+ * @param {number} reach in pixels of the clip
  * @param {Uint32Array} colors
  * @param {boolean[]} shown for each cluster
  * @returns {OffscreenCanvas} at clip size
  */
-function paint({ width, height, frame }, points, colors, shown) {
+function paint({ width, height, frame }, points, reach, colors, shown) {
   const { id, x, y } = points.at(frame);
   const { label } = points.result.clusters;
-  const reach = Math.max(2, points.spacing(frame));
   const nearest = new Float32Array(width * height).fill(reach * reach);
   const image = new ImageData(width, height);
   const pixels = new Uint32Array(image.data.buffer);

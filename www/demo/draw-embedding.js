@@ -15,7 +15,7 @@ export function embeddingLayer() {
   const cells = new CellPainter((view) => {
     colors ??= embeddingColors(/** @type {import('./points.js').Points} */ (view.points).result);
     return colors;
-  });
+  }, 1);
   return {
     id: 'embedding',
     name: 'Embedding colours',
@@ -59,7 +59,7 @@ function embeddingColors(result) {
     return values.map((value) => Math.min(1, Math.max(0, (value - low) / span)));
   });
   return packColors(n, (i, out, at) => {
-    channels.forEach((values, channel) => (out[at + channel] = 24 + 220 * values[i]));
+    channels.forEach((values, channel) => (out[at + channel] = 44 + 200 * values[i]));
     out[at + 3] = 255;
   });
 }

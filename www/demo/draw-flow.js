@@ -65,7 +65,8 @@ export function flowLayer() {
       const flow = await view.flow(t);
       if (asked === run) cache.set(t, paintFlow(flow, scale));
     } catch (error) {
-      console.warn('no flow of frame', t, error);
+      // A session that was closed meanwhile answers nobody.
+      if (asked === run) console.warn('no flow of frame', t, error);
     } finally {
       if (asked === run) {
         busy = false;
@@ -78,7 +79,7 @@ export function flowLayer() {
 
 /**
  * @param {import('./points.js').Result} result
- * @returns {number} motion that gets full colour: 98 % of the trajectories' steps are slower
+ * @returns {number} motion that gets full colour: 92 % of the trajectories' steps are slower
  */
 function motionScale(result) {
   const { count, offset, x, y } = result.trajectories;
@@ -86,7 +87,7 @@ function motionScale(result) {
   for (let i = 0; i < count; i++) {
     for (let k = offset[i]; k + 1 < offset[i + 1]; k += 3) steps.push(Math.hypot(x[k + 1] - x[k], y[k + 1] - y[k]));
   }
-  return Math.max(0.5, quantile(steps, 0.98));
+  return Math.max(0.5, quantile(steps, 0.92));
 }
 
 /**

@@ -8,6 +8,9 @@ import { clusterColor, clusterShape, rgbOf } from './palette.js';
 /** Radius of a point against the distance between points, and its bounds in CSS pixels. */
 const RADIUS = { share: 0.17, least: 1.1, most: 4 };
 
+/** The tint reaches this far from a point, in distances between points: neighbours' cells just close up. */
+const TINT_STEPS = 0.75;
+
 /** The background's points are smaller by this, so that objects stand out. */
 const BACKGROUND_SIZE = 0.5;
 
@@ -27,7 +30,7 @@ export function trajectoryLayer() {
   const cells = new CellPainter((view) => {
     colors ??= tintColors(/** @type {import('./points.js').Points} */ (view.points).result);
     return colors;
-  });
+  }, TINT_STEPS);
   return {
     id: 'trajectories',
     name: 'Trajectories',

@@ -11,11 +11,15 @@ export function connectKeys(app) {
     End: () => app.timeline.jump(app.timeline.numFrames - 1),
     Escape: () => app.cancel(),
   };
+  // Whether the focus got where it is by the keyboard: then the space bar belongs to the button that has it.
+  let tabbed = false;
+  addEventListener('pointerdown', () => (tabbed = false), true);
   addEventListener('keydown', (event) => {
+    if (event.key === 'Tab') tabbed = true;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const layer = /^[1-9]$/.test(event.key) ? Number(event.key) - 1 : -1;
     const action = layer >= 0 ? () => app.panel.toggle(layer) : actions[event.key];
-    if (!action || keepsKey(event)) return;
+    if (!action || keepsKey(event, tabbed)) return;
     event.preventDefault();
     // A button that was clicked with the mouse would still answer to the space bar.
     if (event.key === ' ') /** @type {HTMLElement} */ (event.target).blur();
@@ -27,12 +31,13 @@ export function connectKeys(app) {
  * Form fields keep the keys that they use themselves, and so do buttons that were reached with the keyboard.
  *
  * @param {KeyboardEvent} event
+ * @param {boolean} tabbed
  * @returns {boolean}
  */
-function keepsKey(event) {
+function keepsKey(event, tabbed) {
   if (event.key === 'Escape') return false;
   const target = /** @type {HTMLElement} */ (event.target);
   if (target.matches('select, textarea, input[type="number"]')) return true;
   if (target.matches('input[type="range"]')) return event.key !== ' ' && !/^[1-9]$/.test(event.key);
-  return event.key === ' ' && target.matches(':is(button, input, a):focus-visible');
+  return event.key === ' ' && tabbed && target.matches('button, input, a');
 }

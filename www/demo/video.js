@@ -48,9 +48,16 @@ export async function openVideo(file) {
 function videoSource(video, { name, fps, count, close }) {
   const grabber = new Grabber();
   const size = { width: video.videoWidth, height: video.videoHeight };
-  const frameAt = async (/** @type {number} */ frame, /** @type {number} */ side) => {
-    await seek(video, (frame + 0.5) / fps);
-    return grabber.grab(video, size, side);
+  /** @type {Promise<unknown>} */
+  let last = Promise.resolve();
+  // A player can be at one place only: whoever asks waits for the one before, also for one who no longer wants it.
+  const frameAt = (/** @type {number} */ frame, /** @type {number} */ side) => {
+    const next = last.then(async () => {
+      await seek(video, (frame + 0.5) / fps);
+      return grabber.grab(video, size, side);
+    });
+    last = next.catch(() => {});
+    return next;
   };
   return {
     kind: 'video',

@@ -22,7 +22,7 @@ const MAX_DEPTH = 4;
  * @param {SessionOptions} [options]
  */
 export function splitOptions(options = {}) {
-  if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchSize: 8}}');
+  if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');
   const { wasm, worker, ...parameters } = /** @type {SessionOptions} */ (options);
   if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
   return { wasm, worker, parameters: copyTree(parameters, '', 0) };

@@ -8,7 +8,7 @@ use tracecut::params::{ParamGroup, ParamTree, ParamValue};
 
 #[derive(Args, Debug)]
 pub(crate) struct Settings {
-    /// JSON file of parameters, e.g. {"flow": {"patchSize": 8}}; `tracecut params` lists them
+    /// JSON file of parameters, e.g. {"flow": {"patchStride": 5}}; `tracecut params` lists them
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
     /// Set one parameter, after those of the file; may be repeated
@@ -35,7 +35,7 @@ impl Settings {
 /// `key=value`: true and false, then numbers, then text (which no parameter takes, but the error shall name it).
 fn parse_setting(text: &str) -> std::result::Result<(String, ParamValue), String> {
     let (name, value) =
-        text.split_once('=').ok_or_else(|| "expected KEY=VALUE, such as flow.patchSize=8".to_owned())?;
+        text.split_once('=').ok_or_else(|| "expected KEY=VALUE, such as flow.patchStride=5".to_owned())?;
     let value = match value.trim() {
         "true" => ParamValue::Bool(true),
         "false" => ParamValue::Bool(false),

@@ -1,0 +1,60 @@
+// `npm run bench`: seconds per stage in Node, one thread, wasm with SIMD; peak wasm memory; size of the wasm file.
+// Options: `-- --quick` takes the smallest size only, `-- --json FILE` also writes the figures.
+
+import { readFileSync, writeFileSync } from 'node:fs';
+import { parseArgs } from 'node:util';
+import { gzipSync } from 'node:zlib';
+import { build } from '../scripts/build.mjs';
+
+const STAGES = ['flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'clusters'];
+const SIZES = [[320, 180, 30], [480, 270, 30], [640, 360, 30]];
+const LARGEST = [640, 480, 50];
+
+const { values: options } = parseArgs({ options: { quick: { type: 'boolean', default: false }, json: { type: 'string' } } });
+await build({ overBudget: 'warn' });
+const wasm = readFileSync(new URL('../dist/tracecut_bg.wasm', import.meta.url));
+const glue = await import('../dist/tracecut.js');
+const rows = [];
+
+console.log(`\nNode ${process.versions.node}, ${process.platform} ${process.arch}, one thread; seconds of the process's own time`);
+console.log(['size', 'frames', ...STAGES, 'sum', 'after flow', 'ms a field', 'tracks', 'labels', 'MiB'].join('\t'));
+for (const size of options.quick ? SIZES.slice(0, 1) : [...SIZES, LARGEST]) report(measure(...size));
+console.log(`\ntracecut_bg.wasm: ${wasm.length} bytes, ${gzipSync(wasm, { level: 9 }).length} gzipped`);
+if (options.json) writeFileSync(options.json, `${JSON.stringify(rows, null, 2)}\n`);
+
+/** Runs one clip in an instance of its own, so that its memory is its own. */
+function measure(width, height, frames) {
+  const clip = render(width, height, frames);
+  glue.__wbg_reset_state();
+  const { memory } = glue.initSync();
+  const session = new glue.Session({});
+  for (const { data } of clip) session.pushRgba(data, width, height);
+  const seconds = Object.fromEntries(STAGES.map((stage) => [stage, 0]));
+  let before = process.cpuUsage();
+  for (let progress = session.step(); progress; progress = session.step()) {
+    const { user, system } = process.cpuUsage(before);
+    seconds[progress.stage] += (user + system) / 1e6;
+    before = process.cpuUsage();
+  }
+  const row = {
+    width, height, frames, seconds,
+    trajectories: session.trajectories().count, clusters: session.clusters().count, memoryBytes: memory.buffer.byteLength,
+  };
+  session.free();
+  rows.push(row);
+  return row;
+}
+
+/** The frames of a clip; the generator's memory goes with its instance. */
+function render(width, height, frames) {
+  glue.initSync({ module: wasm });
+  const scene = new glue.Scene(width, height, frames, 1);
+  return Array.from({ length: frames }, (_, t) => scene.frame(t));
+}
+
+function report({ width, height, frames, seconds, trajectories, clusters, memoryBytes }) {
+  const sum = STAGES.reduce((total, stage) => total + seconds[stage], 0);
+  const perField = (1000 * seconds.flow) / (2 * (frames - 1));
+  const numbers = [...STAGES.map((stage) => seconds[stage]), sum, sum - seconds.flow].map((s) => s.toFixed(3));
+  console.log([`${width}x${height}`, frames, ...numbers, perField.toFixed(1), trajectories, clusters, (memoryBytes / 2 ** 20).toFixed(1)].join('\t'));
+}

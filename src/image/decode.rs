@@ -1,0 +1,94 @@
+//! Image files to RGB, by the PNG and JPEG decoders of the `image` crate.
+//!
+//! In: the bytes of one file. Out: three bytes a pixel. Sixteen bits become eight, grey becomes RGB, alpha is ignored, colour
+//! profiles and orientation marks too. The decoders are called one by one, not through `image::DynamicImage`: its conversions
+//! between all colour types and profiles would double the size of the wasm file.
+
+use super::frame::check_size;
+use crate::Error;
+use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use image::{ColorType, ImageDecoder};
+use std::io::Cursor;
+
+/// RGB bytes, width and height.
+type Pixels = (Vec<u8>, usize, usize);
+
+const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
+const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
+
+/// RGB bytes, width and height of a PNG or JPEG file. Sizes are checked before memory is taken.
+pub(super) fn decode(bytes: &[u8]) -> Result<Pixels, Error> {
+    if bytes.starts_with(PNG_MAGIC) {
+        read(PngDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?)
+    } else if bytes.starts_with(JPEG_MAGIC) {
+        // The decoder paints what is missing of a truncated file grey, which would pass for an image.
+        if !jpeg_is_whole(bytes) {
+            return Err(failure(&"the JPEG data are truncated"));
+        }
+        read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?)
+    } else if let Some(outcome) = decode_pnm(bytes) {
+        outcome
+    } else {
+        Err(failure(&format_args!("{} bytes that begin like neither", bytes.len())))
+    }
+}
+
+/// The original layout of the Moseg benchmark holds PPM files; only the command line reads them.
+#[cfg(feature = "cli")]
+fn decode_pnm(bytes: &[u8]) -> Option<Result<Pixels, Error>> {
+    let decoder = bytes.starts_with(b"P").then(|| image::codecs::pnm::PnmDecoder::new(Cursor::new(bytes)))?;
+    Some(decoder.map_err(|e| failure(&e)).and_then(read))
+}
+
+#[cfg(not(feature = "cli"))]
+fn decode_pnm(_: &[u8]) -> Option<Result<Pixels, Error>> {
+    None
+}
+
+fn read(decoder: impl ImageDecoder) -> Result<Pixels, Error> {
+    let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
+    check_size(width, height)?;
+    let color = decoder.color_type();
+    let mut pixels = vec![0; width * height * usize::from(color.bytes_per_pixel())];
+    decoder.read_image(&mut pixels).map_err(|e| failure(&e))?;
+    let rgb = match color {
+        ColorType::L8 => pixels.iter().flat_map(|&v| [v; 3]).collect(),
+        ColorType::La8 => pixels.chunks_exact(2).flat_map(|p| [p[0]; 3]).collect(),
+        ColorType::Rgb8 => pixels,
+        ColorType::Rgba8 => pixels.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect(),
+        ColorType::L16 => high_bytes(&pixels, 1, [0, 0, 0]),
+        ColorType::La16 => high_bytes(&pixels, 2, [0, 0, 0]),
+        ColorType::Rgb16 => high_bytes(&pixels, 3, [0, 1, 2]),
+        ColorType::Rgba16 => high_bytes(&pixels, 4, [0, 1, 2]),
+        other => return Err(failure(&format_args!("its colour type {other:?} is not supported"))),
+    };
+    Ok((rgb, width, height))
+}
+
+/// Three channels of pixels of `channels` 16-bit numbers in the machine's byte order, as bytes.
+fn high_bytes(pixels: &[u8], channels: usize, pick: [usize; 3]) -> Vec<u8> {
+    let byte = |pixel: &[u8], c: usize| (u16::from_ne_bytes([pixel[2 * c], pixel[2 * c + 1]]) >> 8) as u8;
+    pixels.chunks_exact(2 * channels).flat_map(|pixel| pick.map(|c| byte(pixel, c))).collect()
+}
+
+/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey instead
+/// of failing, and grey areas that come and go would pass for motion.
+fn jpeg_is_whole(bytes: &[u8]) -> bool {
+    const START_OF_SCAN: u8 = 0xda;
+    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
+    // Walk over the header's segments by their lengths: a thumbnail in one of them has an end marker of its own.
+    let mut rest = bytes.get(2..).unwrap_or(&[]);
+    while let [0xff, marker, high, low, ..] = *rest {
+        if marker == START_OF_SCAN {
+            return rest.windows(2).any(|w| w == END_OF_IMAGE);
+        }
+        // A fill byte stands before some markers.
+        let length = if marker == 0xff { 1 } else { 2 + usize::from(u16::from_be_bytes([high, low])) };
+        rest = rest.get(length..).unwrap_or(&[]);
+    }
+    false
+}
+
+fn failure(reason: &dyn std::fmt::Display) -> Error {
+    Error::Decode { reason: reason.to_string() }
+}

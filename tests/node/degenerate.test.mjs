@@ -1,0 +1,214 @@
+// Input that is empty, tiny, still, broken or wrong: an answer or an error in words, never a crash.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { createSession, synthClip } from 'tracecut';
+import { fingerprint, framesOf, plain, png, rejects, segment } from './support.mjs';
+
+/** A session that is closed when the test ends. */
+async function open(t, options) {
+  const session = await createSession(options);
+  t.after(() => session.close());
+  return session;
+}
+
+test('a run without frames says that motion needs two', async (t) => {
+  const session = await open(t);
+  await rejects(session.run(), 'too-few-frames', /0 frame\(s\) given \(expected at least 2/);
+});
+
+test('one frame is too few, and a second one may still follow', async (t) => {
+  const session = await open(t);
+  const [first, second] = await framesOf();
+  await session.push(first);
+  await rejects(session.run(), 'too-few-frames', /1 frame/);
+  await session.push(second);
+  assert.equal((await session.run()).numFrames, 2);
+});
+
+test('two frames give trajectories of two points', async () => {
+  const result = await segment((await framesOf()).slice(0, 2));
+  assert.ok(result.trajectories.count > 0);
+  assert.equal(result.trajectories.x.length, 2 * result.trajectories.count);
+});
+
+test('frames of changing size are refused and the session goes on', async (t) => {
+  const session = await open(t);
+  const [first, second] = await framesOf();
+  await session.push(first);
+  await rejects(session.push(plain(64, 48)), 'frame-size-changed', /frame 1 is 64x48 \(expected 128x72/);
+  await session.push(second);
+  assert.equal(session.numFrames, 2);
+  assert.equal((await session.run()).numFrames, 2);
+});
+
+for (const [width, height] of [[1, 1], [17, 3], [3, 17], [1, 40], [2, 2]]) {
+  test(`a clip of ${width}x${height} pixels gives a result that fits together`, async () => {
+    const frames = [0, 1, 2].map((t) => plain(width, height, (x, y) => (40 * (x + t) + 70 * y) % 256));
+    const result = await segment(frames);
+    assert.deepEqual([result.width, result.height, result.numFrames], [width, height, 3]);
+    fitsTogether(result);
+  });
+}
+
+test('an all-black clip gives a result without objects', async () => {
+  const result = await segment(Array.from({ length: 5 }, () => plain(64, 48)));
+  fitsTogether(result);
+  assert.ok(result.clusters.count <= 1, `${result.clusters.count} clusters`);
+});
+
+test('a still video is one cluster that does not move', async () => {
+  const [first] = await framesOf();
+  const result = await segment(Array.from({ length: 5 }, () => first));
+  fitsTogether(result);
+  assert.equal(result.clusters.count, 1);
+  const { count, offset, x } = result.trajectories;
+  for (let i = 0; i < count; i += 1) {
+    assert.ok(Math.abs(x[offset[i + 1] - 1] - x[offset[i]]) < 0.05, `trajectory ${i} moved`);
+  }
+});
+
+test('alpha is ignored', async () => {
+  const frames = (await framesOf()).slice(0, 3);
+  const transparent = frames.map((frame) => ({ ...frame, data: frame.data.map((v, i) => (i % 4 === 3 ? 0 : v)) }));
+  assert.equal(fingerprint(await segment(transparent)), fingerprint(await segment(frames)));
+});
+
+test('outside trajectories are clustered, and NaN in them is refused by place and value', async (t) => {
+  const session = await open(t);
+  const given = twoGroups();
+  const broken = { ...given, x: given.x.with(7, NaN) };
+  await rejects(session.setTrajectories(broken), 'data', /x\[7\] = NaN/);
+  await rejects(session.setTrajectories({ ...given, x: given.x.slice(1) }), 'data', /x/);
+  await rejects(session.setTrajectories({ ...given, numFrames: 3 }), 'data', /frame/);
+  await rejects(session.setTrajectories({ ...given, numFrames: 1, }), 'too-few-frames');
+  await session.setTrajectories(given);
+  const result = await session.run();
+  assert.deepEqual([result.width, result.height, result.numFrames], [100, 100, 10]);
+  assert.equal(result.trajectories.count, 100);
+  assert.equal(result.clusters.count, 2);
+  for (let i = 0; i < 100; i += 1) assert.equal(result.clusters.label[i] === result.clusters.label[0], i % 10 < 5);
+  assert.deepEqual(result.trajectories.x, given.x);
+});
+
+test('wrong types of trajectories are named', async (t) => {
+  const session = await open(t);
+  const given = twoGroups();
+  await rejects(session.setTrajectories(null), 'data', /trajectories = null/);
+  await rejects(session.setTrajectories({ ...given, offset: 'many' }), 'data', /offset = "many" \(expected a Uint32Array/);
+  await rejects(session.setTrajectories({ ...given, startFrame: [0.5] }), 'data', /startFrame\[0\] = 0.5/);
+  await rejects(session.setTrajectories({ ...given, width: 0 }), 'frame-size', /width = 0 \(expected a whole number, 1\.\.=16384\)/);
+});
+
+test('misspelt options, wrong types and values out of range are named with what is legal', async () => {
+  await rejects(createSession({ clip: { maxSize: 320 } }), 'param', /clip\.maxSize = 320 .*clip\.maxSide/);
+  await rejects(createSession({ maxSide: 320 }), 'param', /maxSide = 320/);
+  await rejects(createSession({ clip: { maxSide: '320' } }), 'param', /clip\.maxSide = "320" \(expected a whole number, 16\.\.=4096\)/);
+  await rejects(createSession({ clip: { maxSide: 320.5 } }), 'param', /320\.5/);
+  await rejects(createSession({ clip: { maxSide: 8 } }), 'param', /clip\.maxSide = 8 \(expected a whole number, 16\.\.=4096\)/);
+  await rejects(createSession({ clip: { maxSide: NaN } }), 'param', /NaN/);
+  await rejects(createSession({ clip: { maxSide: null } }), 'param', /clip\.maxSide = null/);
+  await rejects(createSession({ clip: { maxSide: [320] } }), 'param', /clip\.maxSide = a list of 1/);
+  await rejects(createSession({ clip: { maxSide: () => 320 } }), 'param', /clip\.maxSide = a function/);
+  await rejects(createSession('fast'), 'param', /options = "fast"/);
+  await rejects(createSession(null), 'param', /options = null/);
+  await rejects(createSession({ worker: 1 }), 'param', /worker = 1 \(expected true or false\)/);
+  await rejects(createSession({ worker: true }), 'unsupported', /in-process/);
+  const circular = { clip: {} };
+  circular.clip.clip = circular.clip;
+  await rejects(createSession(circular), 'param', /clip\.clip/);
+  const session = await createSession({ clip: { maxSide: undefined }, flow: undefined });
+  session.close();
+});
+
+test('frames of wrong types and lengths are named', async (t) => {
+  const session = await open(t);
+  for (const wrong of [undefined, null, 5, 'frame.png', {}, [], new Uint8ClampedArray(4), new Float32Array(4)]) {
+    await rejects(session.push(wrong), 'data', /frame = .*\(expected ImageData/);
+  }
+  await rejects(session.push({ data: new Uint8Array(15), width: 2, height: 2 }), 'frame-bytes', /15 bytes \(expected 16\)/);
+  await rejects(session.push({ data: [0, 0, 0, 0], width: 1, height: 1 }), 'frame-bytes', /a list of 4/);
+  await rejects(session.push({ data: new Float32Array(4), width: 1, height: 1 }), 'frame-bytes', /Float32Array/);
+  for (const width of [0, -1, 1.5, NaN, '2', 16385, 2 ** 32 + 1]) {
+    await rejects(session.push({ data: new Uint8Array(4), width, height: 1 }), 'frame-size', /frame\.width = .*1\.\.=16384/);
+  }
+  assert.equal(session.numFrames, 0);
+});
+
+test('a detached buffer is an error of the frame, and the session goes on', async (t) => {
+  const session = await open(t);
+  const frame = plain(8, 8);
+  structuredClone(frame.data, { transfer: [frame.data.buffer] });
+  await rejects(session.push(frame), 'frame-bytes', /0 bytes \(expected 256\)/);
+  await session.push(plain(8, 8));
+});
+
+test('truncated and broken image files are refused and the session goes on', async (t) => {
+  const session = await open(t);
+  const file = png(plain(40, 30, (x, y) => (x * 31 + y * 17) % 256));
+  for (const length of [0, 1, 7, 8, 20, 33, Math.floor(file.length / 2), file.length - 20]) {
+    await rejects(session.push(file.slice(0, length)), 'decode', /expected a whole PNG or JPEG file/);
+  }
+  const damaged = file.slice();
+  damaged[Math.floor(file.length / 2)] ^= 0xff;
+  await rejects(session.push(damaged), 'decode');
+  await rejects(session.push(new TextEncoder().encode('<!doctype html>')), 'decode');
+  await session.push(file);
+  assert.equal(session.numFrames, 1);
+});
+
+test('a picture that claims to be gigantic is refused before memory is taken', async (t) => {
+  const session = await open(t);
+  for (const claim of [[65535, 65535], [16384, 16384], [0, 4]]) {
+    await assert.rejects(session.push(png(plain(4, 4), claim)), { name: 'TraceCutError', code: /^(decode|frame-size)$/ });
+  }
+  await session.push(png(plain(4, 4)));
+});
+
+test('wrong frame numbers are refused with the legal range', async (t) => {
+  const session = await open(t);
+  const frames = await framesOf();
+  for (const frame of frames) await session.push(frame);
+  const result = await session.run();
+  for (const wrong of [-1, frames.length, 0.5, NaN, '0', undefined]) {
+    assert.throws(() => result.edges(wrong), { code: 'param', message: /expected a whole number, 0\.\.=7/ });
+    await rejects(session.flow(wrong), 'param', /expected a whole number, 0\.\.=6/);
+  }
+  assert.equal((await session.flow(6)).width, 128);
+});
+
+test('wrong options of a synthetic clip are named', async () => {
+  await rejects(synthClip({ width: 0 }), 'param', /width = 0/);
+  await rejects(synthClip({ widht: 10 }), 'param', /widht = 10/);
+  await rejects(synthClip(3), 'param', /options = 3/);
+  const clip = await synthClip({ width: 16, height: 9, frames: 2 });
+  assert.throws(() => clip.frame(2), { code: 'param' });
+});
+
+/** Ten by ten points over ten frames; the left half stands still, the right half moves down. */
+function twoGroups() {
+  const [numFrames, count] = [10, 100];
+  const startFrame = new Uint32Array(count);
+  const offset = Uint32Array.from({ length: count + 1 }, (_, i) => i * numFrames);
+  const x = Float32Array.from({ length: count * numFrames }, (_, p) => 10 * (Math.floor(p / numFrames) % 10) + 5);
+  const y = Float32Array.from({ length: count * numFrames }, (_, p) => {
+    const i = Math.floor(p / numFrames);
+    return 8 * Math.floor(i / 10) + 4 + (i % 10 < 5 ? 0 : 2 * (p % numFrames));
+  });
+  return { numFrames, width: 100, height: 100, startFrame, offset, x, y };
+}
+
+/** Checks that the arrays of a result have the lengths and ranges that their descriptions promise. */
+function fitsTogether({ width, height, numFrames, trajectories, clusters, embedding }) {
+  const { count, startFrame, offset, x, y } = trajectories;
+  assert.equal(startFrame.length, count);
+  assert.equal(offset.length, count + 1);
+  assert.equal(x.length, offset[count]);
+  assert.equal(y.length, offset[count]);
+  assert.ok(x.every((v) => v >= -0.5 && v <= width) && y.every((v) => v >= -0.5 && v <= height), 'a point is outside of the frame');
+  assert.equal(clusters.label.length, count);
+  assert.ok(clusters.label.every((label) => label < clusters.count));
+  assert.equal(embedding.vectors.length, count * embedding.dimensions);
+  assert.equal(embedding.eigenvalues.length, embedding.dimensions);
+  assert.ok(numFrames >= 2);
+}

@@ -1,0 +1,46 @@
+// What the wasm build said about two scenes when it was last looked at: labels to the last one, positions in sum. A change that
+// is meant is taken over with `REGENERATE=1 npm test -- node`, which rewrites the files and fails so that nobody forgets to look.
+
+import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { existsSync, readFileSync, writeFileSync } from 'node:fs';
+import { test } from 'node:test';
+import { synthClip } from 'tracecut';
+import { segment } from './support.mjs';
+
+const scenes = {
+  'golden-sample': { width: 240, height: 135, frames: 10, seed: 1 },
+  'golden-odd': { width: 201, height: 151, frames: 8, seed: 5 },
+};
+
+for (const [name, scene] of Object.entries(scenes)) {
+  test(`${name} is labelled as before`, async () => {
+    const clip = await synthClip(scene);
+    const frames = Array.from({ length: scene.frames }, (_, t) => clip.frame(t));
+    const actual = summary(frames, await segment(frames));
+    const file = new URL(`../data/${name}.json`, import.meta.url);
+    if (process.env.REGENERATE) {
+      writeFileSync(file, `${JSON.stringify({ scene, ...actual }, null, 1).replace(/\[[^\]]*\]/g, (list) => list.replace(/\s+/g, ' '))}\n`);
+      assert.fail(`${name}.json was rewritten: look at the difference, then run again without REGENERATE`);
+    }
+    assert.ok(existsSync(file), `${name}.json is missing; make it with REGENERATE=1`);
+    const { scene: made, ...expected } = JSON.parse(readFileSync(file, 'utf8'));
+    assert.deepEqual(made, scene);
+    assert.deepEqual(actual, expected);
+  });
+}
+
+function summary(frames, { trajectories, clusters }) {
+  const mean = (values) => Number((values.reduce((sum, value) => sum + value, 0) / values.length).toFixed(3));
+  const pixels = createHash('sha256');
+  for (const { data } of frames) pixels.update(data);
+  return {
+    pixels: pixels.digest('hex').slice(0, 16),
+    trajectories: trajectories.count,
+    points: trajectories.x.length,
+    meanX: mean(trajectories.x),
+    meanY: mean(trajectories.y),
+    clusters: clusters.count,
+    label: [...clusters.label],
+  };
+}

@@ -1,0 +1,48 @@
+// Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
+
+import { createSession, parameters, synthClip, TraceCutError, version } from 'tracecut';
+import type { ErrorCode, FlowField, Progress, Result, Session, SessionOptions } from 'tracecut';
+
+const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, worker: false };
+const session: Session = await createSession(options);
+const clip = await synthClip({ width: 320, height: 180, frames: 10, seed: 2 });
+await session.push(clip.frame(0));
+await session.push(new Uint8Array());
+await session.push(new Blob());
+await session.push({ data: new Uint8ClampedArray(4), width: 1, height: 1 });
+await session.push(new ImageData(1, 1));
+await session.push(new OffscreenCanvas(1, 1));
+
+const controller = new AbortController();
+const report = ({ stage, done, total }: Progress): void => console.log(stage, done / total);
+const result: Result = await session.run({ onProgress: report, signal: controller.signal });
+const labels: Uint32Array = result.clusters.label;
+const x: Float32Array = result.trajectories.x;
+const values: Float64Array = result.embedding.eigenvalues;
+const edges: Float32Array = result.edges(0).d;
+const seconds: number | undefined = result.seconds.flow;
+const text: string = result.toTracksDat();
+const flow: FlowField = await session.flow(0);
+const names: string[] = parameters().map((parameter) => parameter.name);
+console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
+
+try {
+  await session.setTrajectories({ numFrames: 2, width: 9, height: 9, startFrame: [0], offset: [0, 2], x: [1, 2], y: [1, 2] });
+} catch (error) {
+  if (error instanceof TraceCutError) {
+    const code: ErrorCode = error.code;
+    console.log(code, error.message);
+  }
+}
+
+// @ts-expect-error: parameters are known by name
+await createSession({ clip: { maxSize: 320 } });
+// @ts-expect-error: and by type
+await createSession({ clip: { maxSide: '320' } });
+// @ts-expect-error: a frame is not a file name
+await session.push('frame.png');
+
+{
+  using scoped = await createSession();
+  console.log(scoped.numFrames);
+}

@@ -1,0 +1,120 @@
+// The worker's protocol, over a channel of messages in this thread: what a browser does, without the browser.
+
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { test } from 'node:test';
+import { MessageChannel } from 'node:worker_threads';
+import { createRemoteEngine } from '../../dist/remote.js';
+import { serve } from '../../dist/serve.js';
+import { Session } from '../../dist/session.js';
+import * as glue from '../../dist/tracecut.js';
+import { SMALL, fingerprint, framesOf, rejects, segment } from './support.mjs';
+
+const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
+
+/** A stand-in for a `Worker`: its far side answers as worker.js does. */
+function startWorker(answer = serve) {
+  const { port1, port2 } = new MessageChannel();
+  answer({
+    postMessage: (message, transfer) => port2.postMessage(message, transfer),
+    addEventListener: (type, listener) => port2.on(type, (data) => listener({ data })),
+  });
+  const listeners = {};
+  port1.on('message', (data) => listeners.message({ data }));
+  return {
+    terminated: false,
+    postMessage: (message, transfer) => port1.postMessage(message, transfer),
+    addEventListener: (type, listener) => (listeners[type] = listener),
+    terminate() {
+      this.terminated = true;
+      port1.close();
+    },
+    fail: (message) => listeners.error({ message }),
+  };
+}
+
+async function open(t, parameters = {}) {
+  const worker = startWorker();
+  const session = new Session(await createRemoteEngine(worker, module, parameters));
+  t.after(() => session.close());
+  return { session, worker };
+}
+
+test('a session in a worker gives the same result as one in this thread', async (t) => {
+  const { session, worker } = await open(t);
+  const frames = await framesOf();
+  for (const frame of frames) await session.push(frame);
+  assert.deepEqual([session.width, session.height, session.numFrames], [SMALL.width, SMALL.height, SMALL.frames]);
+  assert.ok(frames[0].data.length > 0, 'the caller keeps its pixels');
+  const stages = new Set();
+  const result = await session.run({ onProgress: ({ stage }) => stages.add(stage) });
+  assert.equal(stages.size, 6);
+  assert.equal(fingerprint(result), fingerprint(await segment(frames)));
+  assert.equal((await session.flow(0)).u.length, SMALL.width * SMALL.height);
+  session.close();
+  assert.ok(worker.terminated);
+});
+
+test('errors cross with code and message', async (t) => {
+  await rejects(createRemoteEngine(startWorker(), module, { clip: { maxSize: 1 } }), 'param', /clip\.maxSize/);
+  const { session } = await open(t);
+  await rejects(session.run(), 'too-few-frames');
+  await rejects(session.push(new Uint8Array(5)), 'decode');
+});
+
+test('an abort reaches the worker between steps and the run goes on later', async (t) => {
+  const { session } = await open(t);
+  const frames = await framesOf();
+  for (const frame of frames) await session.push(frame);
+  const controller = new AbortController();
+  let heard = 0;
+  const run = session.run({
+    signal: controller.signal,
+    onProgress() {
+      heard += 1;
+      controller.abort();
+    },
+  });
+  await assert.rejects(run, { name: 'AbortError' });
+  assert.equal(heard, 1);
+  assert.equal(fingerprint(await session.run()), fingerprint(await segment(frames)));
+});
+
+test('an internal error in the worker ends it and rejects everything that waits', async (t) => {
+  const { session, worker } = await open(t);
+  for (const frame of await framesOf()) await session.push(frame);
+  const step = glue.Session.prototype.step;
+  glue.Session.prototype.step = () => {
+    throw new WebAssembly.RuntimeError('unreachable');
+  };
+  t.after(() => (glue.Session.prototype.step = step));
+  await rejects(session.run(), 'poisoned', /unreachable/);
+  assert.ok(worker.terminated);
+  await rejects(session.run(), 'poisoned');
+  glue.Session.prototype.step = step;
+  const { session: fresh } = await open(t);
+  for (const frame of await framesOf()) await fresh.push(frame);
+  assert.equal((await fresh.run()).numFrames, SMALL.frames);
+});
+
+test('a worker that dies rejects the run, and one that never started says what to check', async (t) => {
+  const { session, worker } = await open(t);
+  for (const frame of await framesOf()) await session.push(frame);
+  const run = session.run();
+  worker.fail('out of memory');
+  await rejects(run, 'poisoned', /out of memory/);
+  const silent = startWorker(() => {});
+  const opening = createRemoteEngine(silent, module, {});
+  silent.fail('');
+  await rejects(opening, 'wasm-load', /worker\.js/);
+  assert.ok(silent.terminated);
+});
+
+test('closing rejects what waits and ends the worker', async (t) => {
+  const { session, worker } = await open(t);
+  for (const frame of await framesOf()) await session.push(frame);
+  const run = session.run();
+  session.close();
+  await rejects(run, 'closed');
+  assert.ok(worker.terminated);
+});

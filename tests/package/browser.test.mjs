@@ -1,0 +1,142 @@
+// The package in a browser: every kind of frame, the worker and the calling thread, content security, what is said when the wasm
+// file is not there. The demo page has tests of its own in tests/browser.
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { launchBrowser } from '../../scripts/browser.mjs';
+import { serve } from '../../scripts/serve.mjs';
+
+let server;
+let browser;
+
+before(async () => {
+  server = await serve();
+  browser = await launchBrowser();
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.close();
+});
+
+/** An empty page of the server, with the package and a few helpers in `globalThis.kit`. */
+async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'") {
+  const context = await browser.newContext();
+  t.after(() => context.close());
+  const page = await context.newPage();
+  await page.route(`${server.url}empty`, (route) =>
+    route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body: '<!doctype html><title>empty</title>' }),
+  );
+  await page.goto(`${server.url}empty`);
+  await page.evaluate(async () => {
+    const tracecut = await import('/dist/index.js');
+    const scene = { width: 128, height: 72, frames: 5, seed: 3 };
+    const frames = async () => {
+      const clip = await tracecut.synthClip(scene);
+      return Array.from({ length: scene.frames }, (_, t) => clip.frame(t));
+    };
+    const segment = async (list, options) => {
+      const session = await tracecut.createSession(options);
+      try {
+        for (const frame of list) await session.push(frame);
+        const { trajectories, clusters } = await session.run();
+        return JSON.stringify([[...clusters.label], [...trajectories.x], [...trajectories.y]]);
+      } finally {
+        session.close();
+      }
+    };
+    const failure = (promise) => promise.then(() => 'no error', (error) => `${error.name} ${error.code}: ${error.message}`);
+    globalThis.kit = { ...tracecut, frames, segment, failure };
+  });
+  return page;
+}
+
+test('every kind of frame gives the same result as its pixels', async (t) => {
+  const page = await open(t);
+  const differing = await page.evaluate(async () => {
+    const { frames, segment } = globalThis.kit;
+    const pixels = await frames();
+    const expected = await segment(pixels);
+    const image = ({ data, width, height }) => new ImageData(data, width, height);
+    const drawn = (canvas, frame) => {
+      Object.assign(canvas, { width: frame.width, height: frame.height });
+      canvas.getContext('2d').putImageData(image(frame), 0, 0);
+      return canvas;
+    };
+    const kinds = {
+      ImageData: image,
+      Uint8Array: (frame) => ({ ...frame, data: new Uint8Array(frame.data) }),
+      HTMLCanvasElement: (frame) => drawn(document.createElement('canvas'), frame),
+      OffscreenCanvas: (frame) => drawn(new OffscreenCanvas(1, 1), frame),
+      ImageBitmap: (frame) => createImageBitmap(image(frame)),
+      'PNG Blob': (frame) => drawn(new OffscreenCanvas(1, 1), frame).convertToBlob(),
+      VideoFrame: (frame) =>
+        new VideoFrame(frame.data, { format: 'RGBX', codedWidth: frame.width, codedHeight: frame.height, timestamp: 0 }),
+    };
+    const wrong = [];
+    for (const [name, convert] of Object.entries(kinds)) {
+      if ((await segment(await Promise.all(pixels.map(convert)))) !== expected) wrong.push(name);
+    }
+    return wrong;
+  });
+  assert.deepEqual(differing, []);
+});
+
+test('the worker and the calling thread give the same result, under a strict content security policy', async (t) => {
+  const page = await open(t);
+  const [inWorker, inPage] = await page.evaluate(async () => {
+    const { frames, segment } = globalThis.kit;
+    const list = await frames();
+    return [await segment(list), await segment(list, { worker: false })];
+  });
+  assert.equal(inWorker, inPage);
+});
+
+test('an abort is answered at once and a second run goes on; closing ends a run', async (t) => {
+  const page = await open(t);
+  const outcome = await page.evaluate(async () => {
+    const { createSession, frames, segment, failure, synthClip } = globalThis.kit;
+    const list = await frames();
+    const session = await createSession();
+    for (const frame of list) await session.push(frame);
+    const controller = new AbortController();
+    setTimeout(() => controller.abort(), 15);
+    const aborted = await session.run({ signal: controller.signal }).then(() => 'done', (error) => error.name);
+    const { clusters, trajectories } = await session.run();
+    const same = JSON.stringify([[...clusters.label], [...trajectories.x], [...trajectories.y]]) === (await segment(list));
+    const clip = await synthClip({ width: 320, height: 180, frames: 4 });
+    await session.clear();
+    for (let i = 0; i < 4; i += 1) await session.push(clip.frame(i));
+    const run = failure(session.run());
+    session.close();
+    return { aborted, same, closed: await run };
+  });
+  assert.ok(['AbortError', 'done'].includes(outcome.aborted), outcome.aborted);
+  assert.ok(outcome.same);
+  assert.match(outcome.closed, /^TraceCutError closed/);
+});
+
+test('a wasm file that is missing, or that the policy forbids, is a wasm-load error in words', async (t) => {
+  const page = await open(t);
+  const missing = await page.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/dist/none.wasm' })));
+  assert.match(missing, /^TraceCutError wasm-load: .*none\.wasm could not be fetched: the server answered 404/);
+  const html = await page.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/empty' })));
+  assert.match(html, /^TraceCutError wasm-load: .*HTML/);
+  const strict = await open(t, "script-src 'self'");
+  const forbidden = await strict.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession()));
+  assert.match(forbidden, /^TraceCutError wasm-load: .*Content Security Policy/i);
+});
+
+test('errors cross from the worker with code and message', async (t) => {
+  const page = await open(t);
+  const messages = await page.evaluate(async () => {
+    const { createSession, failure } = globalThis.kit;
+    const session = await createSession();
+    const pushed = [new Uint8Array(3), { data: new Uint8Array(3), width: 1, height: 1 }, 'frame', null];
+    const list = [await failure(createSession({ clip: { maxSize: 1 } })), await failure(session.run())];
+    for (const frame of pushed) list.push(await failure(session.push(frame)));
+    session.close();
+    return list.map((message) => /^TraceCutError ([\w-]+): ./.exec(message)?.[1] ?? message);
+  });
+  assert.deepEqual(messages, ['param', 'too-few-frames', 'decode', 'frame-bytes', 'data', 'data']);
+});
