@@ -3,7 +3,7 @@
 //! In: trajectories with the local flow variation at their points. Out: the symmetric sparse matrix A, entries in `0.0..`.
 //!
 //! 1. Velocities over a horizon of `h` frames: `v_t = (p_{t+h} − p_t) / h`, in pixels per frame; the noise that a velocity may
-//!    have, `s_t² = (mean local flow variation over the horizon)² + floor²`.
+//!    have, `s_t² = (weight · mean local flow variation over the horizon)² + floor²`.
 //! 2. For a pair with common frames: `d_t² = d_sp · |v_t^a − v_t^b|² / (h · min(s_t^a, s_t^b)²)`, where `d_sp` is their mean distance
 //!    over the common frames; `d² = max_t d_t²`; `A_ab = exp(−λ d²)`.
 //! 3. Pairs within a radius are all taken. Of the farther ones a fixed pseudo-random fraction is taken with the inverse weight, so
@@ -29,7 +29,10 @@ crate::params! {
         pub horizon: u32 = 5, in 1..=50;
         /// Floor of the velocity noise, in pixels per frame, added in quadrature to the local flow variation. Lower separates
         /// weaker motion differences and fragments more.
-        pub noise_floor: f32 = 0.3, in 0.001..=10.0;
+        pub noise_floor: f32 = 0.15, in 0.001..=10.0;
+        /// Factor of the local flow variation in the velocity noise (Brox and Malik 2010: 1). Lower separates weaker motion
+        /// differences and fragments objects that turn, zoom or bend.
+        pub variation_weight: f32 = 0.7, in 0.0..=10.0;
         /// Radius within which every pair is compared, in steps of the seed grid. Higher is slower.
         pub local_radius: f32 = 7.5, in 1.0..=1000.0;
         /// One of this many farther pairs is compared, with this weight. 0 leaves them out. Lower is slower.
@@ -144,6 +147,7 @@ impl AffinityRows {
 struct Motions {
     horizon: usize,
     floor_sq: f32,
+    variation_weight: f32,
     vx: Vec<f32>,
     vy: Vec<f32>,
     /// `1 / s_t²`
@@ -158,6 +162,7 @@ impl Motions {
         let mut motions = Self {
             horizon: params.horizon as usize,
             floor_sq: params.noise_floor * params.noise_floor,
+            variation_weight: params.variation_weight,
             vx: vec![0.0; points],
             vy: vec![0.0; points],
             certainty: vec![0.0; points],
@@ -181,7 +186,7 @@ impl Motions {
     /// Velocity over `horizon` frames from point `p` on, and `1 / s²`.
     fn velocity(&self, tracks: &Trajectories, p: usize, horizon: usize) -> (f32, f32, f32) {
         let over = 1.0 / horizon as f32;
-        let sigma = tracks.variation[p..p + horizon].iter().sum::<f32>() * over;
+        let sigma = self.variation_weight * tracks.variation[p..p + horizon].iter().sum::<f32>() * over;
         let (dx, dy) = (tracks.x[p + horizon] - tracks.x[p], tracks.y[p + horizon] - tracks.y[p]);
         (dx * over, dy * over, 1.0 / (sigma * sigma + self.floor_sq))
     }
@@ -232,7 +237,7 @@ mod tests {
         let tracks = moving(10, &[(100.0, 100.0, 1.0, 0.0, 0, 10), (120.0, 100.0, 1.0, 0.4, 0, 10)]);
         let a = affinities(&tracks, 8.0, &AffinityParams::default(), 0).unwrap();
         let apart = (0..10).map(|k| 20.0_f64.hypot(0.4 * k as f64)).sum::<f64>() / 10.0;
-        let expected = (-0.1 * apart * 0.16 / (5.0 * 0.09)).exp();
+        let expected = (-0.1 * apart * 0.16 / (5.0 * 0.15 * 0.15)).exp();
         assert!((value(&a, 0, 1) - expected).abs() < 1e-5, "{} {expected}", value(&a, 0, 1));
     }
 

@@ -17,7 +17,6 @@ pub mod synth;
 pub mod trajectory;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
-mod wide;
 
 pub use error::Error;
 pub use params::Params;

@@ -1,7 +1,6 @@
 //! `SymCsr`: a symmetric sparse matrix, both triangles stored row by row.
 
 use crate::Error;
-use crate::wide::{Kernel, widest};
 
 /// A symmetric `n × n` matrix in compressed rows.
 ///
@@ -70,7 +69,7 @@ impl SymCsr {
     ///
     /// Uses the widest instructions of the machine; the order of the sums does not depend on which those are.
     pub(crate) fn multiply<const B: usize>(&self, rows: &[u32], scale: &[f64], x: &[[f64; B]], out: &mut [[f64; B]]) {
-        widest(Product { matrix: self, rows, scale, x, out });
+        pulp::Arch::new().dispatch(Product { matrix: self, rows, scale, x, out });
     }
 
     /// Row sums: the degrees `D_ii` of the graph.
@@ -142,11 +141,11 @@ struct Product<'a, const B: usize> {
     out: &'a mut [[f64; B]],
 }
 
-impl<const B: usize> Kernel for Product<'_, B> {
+impl<const B: usize> pulp::WithSimd for Product<'_, B> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn with_simd<S: pulp::Simd>(self, _: S) {
         let SymCsr { offset, column, value } = self.matrix;
         for ((&i, &s), out) in self.rows.iter().zip(self.scale).zip(self.out) {
             let row = offset[i as usize] as usize..offset[i as usize + 1] as usize;

@@ -199,8 +199,7 @@ fn run(operator: &dyn SymmetricOperator, plan: &Plan, params: &EigenParams, spen
         lanczos.step()?;
         let full = lanczos.size() >= plan.capacity;
         let tolerance = reachable(params.tolerance, lanczos.norm, n);
-        // A look costs about as much as a step: only every second step.
-        let look = last <= NEAR * tolerance && lanczos.size() > plan.keep && (lanczos.size() / WIDTH).is_multiple_of(2);
+        let look = last <= NEAR * tolerance && lanczos.size() > plan.keep;
         if !full && !look {
             continue;
         }

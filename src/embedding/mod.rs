@@ -19,9 +19,9 @@ mod lanczos;
 mod normalize;
 mod panel;
 #[cfg(any(test, target_arch = "wasm32"))]
-mod products;
-#[cfg(any(test, target_arch = "wasm32"))]
-mod tridiagonal;
+mod portable;
+#[cfg(not(target_arch = "wasm32"))]
+mod with_faer;
 
 use crate::sparse::SymCsr;
 pub use eigen::{EigenInfo, EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};

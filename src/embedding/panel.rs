@@ -3,7 +3,7 @@
 //! A panel is stored column by column, like the basis it joins, except on its way through the operator: there the four
 //! numbers of a row stand side by side, so that one pass over a sparse matrix serves four vectors.
 
-use crate::wide::{Kernel, widest};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Vectors in a panel.
 pub(super) const WIDTH: usize = 4;
@@ -74,11 +74,11 @@ pub(super) fn orthonormalize(w: &mut [f64], n: usize, negligible: f64, random: &
 /// `xᵀ y`, with the widest instructions of the machine; the order of the sums, and so the result, is the same on all.
 fn dot(x: &[f64], y: &[f64]) -> f64 {
     struct Dot<'a>(&'a [f64], &'a [f64]);
-    impl Kernel for Dot<'_> {
+    impl WithSimd for Dot<'_> {
         type Output = f64;
 
         #[inline(always)]
-        fn run(self) -> f64 {
+        fn with_simd<S: Simd>(self, _: S) -> f64 {
             let mut sums = [0.0; 16];
             let ((x, x_rest), (y, y_rest)) = (self.0.as_chunks::<16>(), self.1.as_chunks::<16>());
             for (x, y) in x.iter().zip(y) {
@@ -90,7 +90,7 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
             sums.iter().sum::<f64>() + rest
         }
     }
-    widest(Dot(x, y))
+    Arch::new().dispatch(Dot(x, y))
 }
 
 #[cfg(test)]

@@ -28,10 +28,11 @@ crate::params! {
         pub grid_step: f32 = 8.0, in 2.0..=64.0;
         /// Shortest trajectory kept, in frames (section 5: 7). Clips of fewer than 13 frames use half their length, but at least 2.
         pub min_length: u32 = 7, in 2..=1000;
-        /// A seed needs a structure of at least this fraction of the frame's mean (published tracker: 0.1; ten times that on the border).
-        pub structure_mean: f32 = 0.1, in 0.0..=10.0;
-        /// A seed needs at least this structure, in grey levels squared (published tracker: 1). 0 seeds flat areas too.
-        pub structure_floor: f32 = 1.0, in 0.0..=1000.0;
+        /// A seed needs a structure of more than this fraction of the frame's mean, and ten times as much more on the border
+        /// (published tracker: 0.1). Lower tracks weaker texture, which the checks below then have to judge.
+        pub structure_mean: f32 = 0.03, in 0.0..=10.0;
+        /// A seed needs more than this structure, in grey levels squared (published tracker: 1). 0 seeds all but constant areas.
+        pub structure_floor: f32 = 0.02, in 0.0..=1000.0;
         /// A track ends where |w + w'|² is at least this times |w|² + |w'|² plus the absolute bound; w' is the backward flow
         /// (published tracker: 0.01).
         pub consistency_relative: f32 = 0.01, in 0.0..=10.0;

@@ -59,8 +59,8 @@ impl Tracker {
                 }
                 let border = (-0.1 * x.min(y).min(w - x).min(h - y)).exp();
                 let lambda = structure[(x.round() as usize, y.round() as usize)];
-                let structured = lambda >= self.params.structure_mean * mean * (1.0 + 10.0 * border)
-                    && lambda >= self.params.structure_floor * (1.0 + border);
+                let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
+                    && lambda > self.params.structure_floor * (1.0 + border);
                 if structured && !occupied.within(x, y, step) {
                     self.live.push(Live { start: self.frame, points: vec![(x, y, 0.0)] });
                 }

@@ -1,7 +1,6 @@
-//! Eigenpairs of dense symmetric matrices for wasm, in a few KiB: faer would be a fifth of the file that a page fetches. Native
-//! builds use faer; tests hold this solver against it.
+//! Dense linear algebra for wasm, in a few KiB; see [`super::dense`]. Matrices are column-major slices.
 //!
-//! In and out: column-major slices. Steps (Golub and Van Loan, Matrix Computations, 4th ed., 8.3):
+//! Steps of the eigensolver (Golub and Van Loan, Matrix Computations, 4th ed., 8.3):
 //!
 //! 1. Householder reflections `H_k` make the matrix tridiagonal, `A = Q T Qᵀ` with `Q = H_0 H_1 …`.
 //! 2. Implicit QR sweeps with Wilkinson's shift make `T` diagonal; each rotation is applied to two rows of `Vᵀ`, starting from
@@ -29,6 +28,31 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     order.sort_by(|&i, &j| d[j].total_cmp(&d[i]).then(i.cmp(&j)));
     let vectors = order.iter().flat_map(|&c| &rows[c * n..(c + 1) * n]).copied().collect();
     Some(DenseEigen { values: order.iter().map(|&c| d[c]).collect(), vectors })
+}
+
+/// `vᵀ w` for columns of length `n`.
+pub(super) fn project(v: &[f64], w: &[f64], n: usize) -> Vec<f64> {
+    w.chunks_exact(n).flat_map(|y| v.chunks_exact(n).map(|x| dot(x, y))).collect()
+}
+
+/// `w += factor · v · coefficients` for columns of length `n`.
+pub(super) fn add_combination(w: &mut [f64], v: &[f64], coefficients: &[f64], factor: f64, n: usize) {
+    let inner = v.len() / n;
+    for (sum, coefficients) in w.chunks_exact_mut(n).zip(coefficients.chunks_exact(inner.max(1))) {
+        // Four columns a pass: the sum is read and written once for all of them.
+        let (fours, rest) = v.split_at(inner / 4 * 4 * n);
+        for (columns, c) in fours.chunks_exact(4 * n).zip(coefficients.chunks_exact(4)) {
+            let (a, b) = columns.split_at(2 * n);
+            let ((x0, x1), (x2, x3)) = (a.split_at(n), b.split_at(n));
+            let c = [factor * c[0], factor * c[1], factor * c[2], factor * c[3]];
+            for ((((s, x0), x1), x2), x3) in sum.iter_mut().zip(x0).zip(x1).zip(x2).zip(x3) {
+                *s += (c[0] * x0 + c[1] * x1) + (c[2] * x2 + c[3] * x3);
+            }
+        }
+        for (column, c) in rest.chunks_exact(n).zip(&coefficients[inner / 4 * 4..]) {
+            add_scaled(sum, factor * c, column);
+        }
+    }
 }
 
 /// Step 1: the diagonal and off-diagonal of `T`, and `Qᵀ`. Destroys `a`.
@@ -152,7 +176,7 @@ fn add_scaled(out: &mut [f64], factor: f64, x: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::embedding::dense::symmetric_eigen as faer_eigen;
+    use crate::embedding::with_faer;
     use crate::rng::Rng;
 
     /// A symmetric matrix with these eigenvalues in random directions.
@@ -168,14 +192,15 @@ mod tests {
 
     fn check(a: &[f64], n: usize, tolerance: f64) {
         let own = symmetric_eigen(a, n).expect("converges");
-        let faer = faer_eigen(a, n).expect("converges");
+        let faer = with_faer::symmetric_eigen(a, n).expect("converges");
         let scale = a.iter().fold(1e-300_f64, |m, v| m.max(v.abs())) * n as f64;
         for (value, other) in own.values.iter().zip(&faer.values) {
             assert!((value - other).abs() <= tolerance * scale, "{value} against {other}");
         }
-        for (v, value) in own.vectors.chunks_exact(n).zip(&own.values) {
-            for (row, x) in a.chunks_exact(n).zip(v) {
-                let (av, expected) = (dot(row, v), value * x);
+        for (vector, lambda) in own.vectors.chunks_exact(n).zip(&own.values) {
+            for (row, component) in a.chunks_exact(n).zip(vector) {
+                let av: f64 = row.iter().zip(vector).map(|(x, y)| x * y).sum();
+                let expected = lambda * component;
                 assert!((av - expected).abs() <= tolerance * scale, "A v = {av}, lambda v = {expected}");
             }
         }
@@ -207,6 +232,21 @@ mod tests {
         for (k, value) in values.iter().enumerate() {
             let expected = 2.0 * (std::f64::consts::PI * (k + 1) as f64 / (n + 1) as f64).cos();
             assert!((value - expected).abs() < 1e-13, "{value}, expected {expected}");
+        }
+    }
+
+    #[test]
+    fn products_with_a_basis_agree_with_faer() {
+        let mut rng = Rng::for_stage(3, "kernels");
+        for (n, inner, columns) in [(1, 1, 1), (7, 4, 4), (50, 9, 4), (33, 3, 2)] {
+            let mut random = |size: usize| -> Vec<f64> { (0..size).map(|_| rng.range(-1.0, 1.0)).collect() };
+            let (v, w, coefficients) = (random(n * inner), random(n * columns), random(inner * columns));
+            let near = |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-12);
+            assert!(near(&project(&v, &w, n), &with_faer::project(&v, &w, n)));
+            let (mut own, mut other) = (w.clone(), w);
+            add_combination(&mut own, &v, &coefficients, -0.5, n);
+            with_faer::add_combination(&mut other, &v, &coefficients, -0.5, n);
+            assert!(near(&own, &other));
         }
     }
 
