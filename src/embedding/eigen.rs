@@ -15,9 +15,9 @@
 //!
 //! Why four vectors: one pass over the matrix serves all four for little more than the price of one, while larger blocks
 //! need more products for the same accuracy (measured on imitated trajectory graphs of 10 000 nodes, `k = 24`, tolerance 1e-4: 118
-//! products with blocks of one, 168 with four, 232 with eight; blocks of two took 1.2 to 1.6 times the time of four).
+//! products with blocks of one, 168 with four, 232 with eight).
 //! Source: Golub and Underwood 1977 (blocks); Wu and Simon, "Thick-restart Lanczos method", 2000; Ruhe 1979 (panel by panel).
-//! Cost: 100 to 300 products on trajectory graphs, `O(n m)` numbers of memory for a basis of `m = k + 48` vectors, and as
+//! Cost: 100 to 300 products on trajectory graphs, `O(n m)` numbers of memory for a basis of `m = k + 44` vectors, and as
 //! many operations as some hundred passes over that basis.
 //! Limits: eigenvalues that agree to more digits than the tolerance resolves count as repeated; where `k` pairs must be told
 //! from others that are very close, the budget of products ends first and the result says so.
