@@ -212,7 +212,8 @@ fn mirrored_reversed_and_relit_clips_keep_the_partition() {
     ] {
         let found = Match::new(&clip.run(params.clone()), &clip.masks);
         found.assert_found(&[0.95, 0.95, 0.9]);
-        assert_eq!(found.clusters, 3, "{name}: {found:?}");
+        // The hiker, some twenty pixels tall, may come out on its own or not; nothing else may.
+        assert!((3..=4).contains(&found.clusters), "{name}: {found:?}");
     }
 }
 
