@@ -14,7 +14,7 @@
 //! ```
 //!
 //! A ground plane seen by a camera that moves sideways is a sheared layer, a walking figure a chain of rotated ones
-//! ([`figure`]), so affine maps are all that is needed.
+//! (`figure`), so affine maps are all that is needed.
 //!
 //! The bytes are the same on every target: only sums, products, square roots and integer hashes go into them
 //! (see [`sin_turns`]). Cost: O(layers' area) a frame, 16 bytes a texel of memory.
