@@ -191,6 +191,23 @@ fn discontinuities_are_large_between_two_planes_and_small_inside() {
 }
 
 #[test]
+fn thresholded_discontinuities_part_the_two_planes() {
+    let (clip, tracked) = planes();
+    let (tracks, clusters) = (tracked.trajectories().unwrap(), tracked.threshold_clusters().unwrap());
+    assert_eq!(clusters.label.len(), tracks.len());
+    let on = |object: u8, label: u32| {
+        (0..tracks.len())
+            .filter(|&i| clusters.label[i] == label && true_object(tracks, i, &clip.masks) == object)
+            .count()
+    };
+    let behind = if on(0, 0) > on(0, 1) { 0 } else { 1 };
+    for (object, label) in [(0, behind), (1, 1 - behind)] {
+        let (right, wrong) = (on(object, label), on(object, 1 - label));
+        assert!(right > 20 && right > 9 * wrong, "object {object}: {right} with label {label}, {wrong} with the other");
+    }
+}
+
+#[test]
 fn outside_trajectories_give_the_same_clusters_as_our_own() {
     let (_, tracked) = planes();
     let mut session = planes_again(Params::default().embedding.max_dimensions);

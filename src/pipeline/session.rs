@@ -5,7 +5,7 @@ use super::motion::Motion;
 use crate::Error;
 use crate::affinity::AffinityRows;
 use crate::discontinuity::{Discontinuities, discontinuities, neighborhoods};
-use crate::discretize::{Clusters, discretize};
+use crate::discretize::{Clusters, discretize, threshold_segmentation};
 use crate::embedding::{Embedding, embed};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::Frame;
@@ -373,6 +373,13 @@ impl Session {
     /// Cluster labels.
     pub fn clusters(&self) -> Option<&Clusters> {
         self.clusters.as_ref()
+    }
+
+    /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above
+    /// `discontinuity.threshold` are cut. Computed anew at each call; single stray trajectories are clusters of their own.
+    pub fn threshold_clusters(&self) -> Option<Clusters> {
+        let (tracks, found) = (self.working.as_ref()?, self.discontinuities.as_ref()?);
+        Some(threshold_segmentation(tracks, found, self.params.discontinuity.threshold))
     }
 }
 

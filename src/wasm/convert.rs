@@ -1,6 +1,7 @@
 //! Between JavaScript values and the core's types.
 
 use crate::Error;
+use crate::discretize::Clusters;
 use crate::flow::FlowField;
 use crate::params::ParamTree;
 use crate::trajectory::Trajectories;
@@ -45,6 +46,10 @@ pub(super) fn object<const N: usize>(properties: [(&str, JsValue); N]) -> JsValu
 
 pub(super) fn bytes(values: &[u8]) -> JsValue {
     Uint8Array::from(values).into()
+}
+
+pub(super) fn clusters(clusters: &Clusters) -> JsValue {
+    object([("count", clusters.count.into()), ("label", words(&clusters.label))])
 }
 
 /// Three bytes a pixel inside, four outside, as `ImageData` wants them.

@@ -95,9 +95,13 @@ impl JsSession {
 
     /// `{count, label}`; `undefined` until there are any.
     pub fn clusters(&self) -> JsValue {
-        self.0
-            .clusters()
-            .map_or(JsValue::UNDEFINED, |c| object([("count", c.count.into()), ("label", words(&c.label))]))
+        self.0.clusters().map_or(JsValue::UNDEFINED, convert::clusters)
+    }
+
+    /// `{count, label}` of the segmentation by thresholded discontinuities; `undefined` until there are any.
+    #[wasm_bindgen(js_name = thresholdClusters)]
+    pub fn threshold_clusters(&self) -> JsValue {
+        self.0.threshold_clusters().as_ref().map_or(JsValue::UNDEFINED, convert::clusters)
     }
 
     /// `{dimensions, eigenvalues, vectors, converged, residual}`; `undefined` until there is one.

@@ -199,7 +199,7 @@ function twoGroups() {
 }
 
 /** Checks that the arrays of a result have the lengths and ranges that their descriptions promise. */
-function fitsTogether({ width, height, numFrames, trajectories, clusters, embedding }) {
+function fitsTogether({ width, height, numFrames, trajectories, clusters, thresholdClusters, embedding }) {
   const { count, startFrame, offset, x, y } = trajectories;
   assert.equal(startFrame.length, count);
   assert.equal(offset.length, count + 1);
@@ -207,6 +207,8 @@ function fitsTogether({ width, height, numFrames, trajectories, clusters, embedd
   assert.equal(y.length, offset[count]);
   assert.ok(x.every((v) => v >= -0.5 && v <= width) && y.every((v) => v >= -0.5 && v <= height), 'a point is outside of the frame');
   assert.equal(clusters.label.length, count);
+  assert.equal(thresholdClusters.label.length, count);
+  assert.ok(thresholdClusters.label.every((label) => label < thresholdClusters.count));
   assert.ok(clusters.label.every((label) => label < clusters.count));
   assert.equal(embedding.vectors.length, count * embedding.dimensions);
   assert.equal(embedding.eigenvalues.length, embedding.dimensions);

@@ -17,6 +17,7 @@ const SLICE_MS = 30;
  * @property {Partial<Record<Stage, number>>} seconds
  * @property {import('./result.js').TrajectoryList} trajectories
  * @property {import('./result.js').ClusterList} clusters
+ * @property {import('./result.js').ClusterList} thresholdClusters
  * @property {import('./result.js').EmbeddingTable} embedding
  * @property {import('./result.js').EdgeTable} edges
  */
@@ -146,6 +147,7 @@ export class LocalEngine {
       seconds: { ...this.#seconds },
       trajectories: session.trajectories(),
       clusters: session.clusters(),
+      thresholdClusters: session.thresholdClusters(),
       embedding: session.embedding(),
       edges: session.edges(),
     };

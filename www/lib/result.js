@@ -44,6 +44,8 @@ export class Result {
     this.trajectories = raw.trajectories;
     /** The label of each trajectory. */
     this.clusters = raw.clusters;
+    /** The simpler segmentation by thresholded discontinuities alone (`discontinuity.threshold`); strays are clusters. */
+    this.thresholdClusters = raw.thresholdClusters;
     /** The embedding coordinates of each trajectory. */
     this.embedding = raw.embedding;
     /** Seconds spent in each stage. */
