@@ -29,10 +29,10 @@ crate::params! {
         pub horizon: u32 = 5, in 1..=50;
         /// Floor of the velocity noise, in pixels per frame, added in quadrature to the local flow variation. Lower separates
         /// weaker motion differences and fragments more.
-        pub noise_floor: f32 = 0.15, in 0.001..=10.0;
+        pub noise_floor: f32 = 0.2, in 0.001..=10.0;
         /// Factor of the local flow variation in the velocity noise (Brox and Malik 2010: 1). Lower separates weaker motion
         /// differences and fragments objects that turn, zoom or bend.
-        pub variation_weight: f32 = 0.7, in 0.0..=10.0;
+        pub variation_weight: f32 = 0.5, in 0.0..=10.0;
         /// Radius within which every pair is compared, in steps of the seed grid. Higher is slower.
         pub local_radius: f32 = 7.5, in 1.0..=1000.0;
         /// One of this many farther pairs is compared, with this weight. 0 leaves them out. Lower is slower.
@@ -237,7 +237,7 @@ mod tests {
         let tracks = moving(10, &[(100.0, 100.0, 1.0, 0.0, 0, 10), (120.0, 100.0, 1.0, 0.4, 0, 10)]);
         let a = affinities(&tracks, 8.0, &AffinityParams::default(), 0).unwrap();
         let apart = (0..10).map(|k| 20.0_f64.hypot(0.4 * k as f64)).sum::<f64>() / 10.0;
-        let expected = (-0.1 * apart * 0.16 / (5.0 * 0.15 * 0.15)).exp();
+        let expected = (-0.1 * apart * 0.16 / (5.0 * 0.2 * 0.2)).exp();
         assert!((value(&a, 0, 1) - expected).abs() < 1e-5, "{} {expected}", value(&a, 0, 1));
     }
 

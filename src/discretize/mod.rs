@@ -33,7 +33,7 @@ crate::params! {
         pub merge_threshold: f64 = 0.75, in 0.0..=1.0;
         /// Clusters of fewer trajectories join their least discontinuous neighbour; counted at a grid step of 8 pixels and scaled with
         /// the inverse square of the step. 0 keeps all.
-        pub min_cluster: u32 = 12, in 0..=100000;
+        pub min_cluster: u32 = 8, in 0..=100000;
     }
 }
 
