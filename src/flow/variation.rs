@@ -17,7 +17,7 @@ use crate::image::Plane;
 
 /// Diffusion time in all, in half-resolution pixels squared per unit of diffusivity (the published tool: 20 steps of 0.5).
 const TOTAL_TIME: f32 = 10.0;
-/// Number of implicit steps; fewer are cheaper and blur slightly differently, measured without effect on clustering.
+/// Number of implicit steps; fewer are cheaper and spread a little less evenly.
 const STEPS: usize = 4;
 /// Keeps the diffusivity finite where the flow is constant, in pixels per frame per pixel.
 const EPSILON: f32 = 0.001;
