@@ -1,6 +1,8 @@
 //! TraceCut finds the moving objects in a video, without a trained model and without a click.
 
 pub mod affinity;
+pub mod contour;
+pub mod cut;
 pub mod delaunay;
 pub mod discontinuity;
 pub mod discretize;
@@ -13,6 +15,7 @@ pub mod params;
 pub mod pipeline;
 pub mod rng;
 pub mod sparse;
+pub mod superpixel;
 pub mod synth;
 pub mod trajectory;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]

@@ -10,10 +10,13 @@ pub use value::{ParamTree, ParamValue};
 
 use crate::Error;
 use crate::affinity::AffinityParams;
+use crate::contour::ContourParams;
+use crate::cut::CutParams;
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::DiscretizeParams;
 use crate::embedding::EmbeddingParams;
 use crate::flow::FlowParams;
+use crate::superpixel::SuperpixelParams;
 use crate::trajectory::TrajectoryParams;
 use serde::Serialize;
 use value::Number;
@@ -134,6 +137,8 @@ crate::params! {
         /// Longest side at which frames are processed, in pixels; larger frames are reduced and every result is mapped back to
         /// input pixels. Higher is slower and finds smaller objects.
         pub max_side: u32 = 640, in 16..=4096;
+        /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
+        pub dense: bool = true, in 0..=1;
         /// Seed of all pseudo-random choices.
         pub seed: u32 = 0, in 0..=4294967295_u32;
     }
@@ -157,6 +162,12 @@ pub struct Params {
     pub discontinuity: DiscontinuityParams,
     /// Discontinuity-aware discretization.
     pub discretize: DiscretizeParams,
+    /// Boundary probability and contours.
+    pub contour: ContourParams,
+    /// Gabriel superpixels.
+    pub superpixel: SuperpixelParams,
+    /// The Gabriel cut.
+    pub cut: CutParams,
 }
 
 impl ParamGroup for Params {
@@ -168,6 +179,9 @@ impl ParamGroup for Params {
         self.embedding.visit("embedding", visit);
         self.discontinuity.visit("discontinuity", visit);
         self.discretize.visit("discretize", visit);
+        self.contour.visit("contour", visit);
+        self.superpixel.visit("superpixel", visit);
+        self.cut.visit("cut", visit);
     }
 }
 

@@ -1,5 +1,6 @@
 //! The stages in their order.
 
+mod dense;
 mod geometry;
 mod motion;
 mod session;

@@ -1,16 +1,20 @@
 //! `Session`: frames in, one bounded step at a time, results stage by stage.
 
+use super::dense::{self, Dense};
 use super::geometry::Scale;
 use super::motion::Motion;
 use crate::Error;
 use crate::affinity::AffinityRows;
+use crate::contour::BoundaryMap;
+use crate::cut::Objects;
 use crate::discontinuity::{Discontinuities, discontinuities, neighborhoods};
 use crate::discretize::{Clusters, discretize, threshold_segmentation};
 use crate::embedding::{Embedding, embed};
 use crate::flow::{CompactFlow, FlowField};
-use crate::image::Frame;
+use crate::image::{Frame, Plane};
 use crate::params::Params;
 use crate::sparse::SymCsr;
+use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use serde::Serialize;
 
@@ -30,12 +34,27 @@ pub enum Stage {
     Discontinuities,
     /// Cluster labels; one step.
     Clusters,
+    /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
+    Superpixels,
+    /// The Gabriel cut.
+    Cut,
+    /// A label for every pixel; a step is one frame.
+    Masks,
 }
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 6] =
-        [Self::Flow, Self::Trajectories, Self::Affinities, Self::Embedding, Self::Discontinuities, Self::Clusters];
+    pub const ALL: [Self; 9] = [
+        Self::Flow,
+        Self::Trajectories,
+        Self::Affinities,
+        Self::Embedding,
+        Self::Discontinuities,
+        Self::Clusters,
+        Self::Superpixels,
+        Self::Cut,
+        Self::Masks,
+    ];
 
     /// The name used in JSON and JavaScript.
     pub fn name(self) -> &'static str {
@@ -46,6 +65,9 @@ impl Stage {
             Self::Embedding => "embedding",
             Self::Discontinuities => "discontinuities",
             Self::Clusters => "clusters",
+            Self::Superpixels => "superpixels",
+            Self::Cut => "cut",
+            Self::Masks => "masks",
         }
     }
 }
@@ -86,6 +108,7 @@ enum State {
     Embedding,
     Discontinuities,
     Clusters,
+    Dense,
     Done,
 }
 
@@ -108,6 +131,7 @@ pub struct Session {
     embedding: Option<Embedding>,
     discontinuities: Option<Discontinuities>,
     clusters: Option<Clusters>,
+    dense: Dense,
 }
 
 impl Session {
@@ -130,6 +154,7 @@ impl Session {
             embedding: None,
             discontinuities: None,
             clusters: None,
+            dense: Dense::default(),
         })
     }
 
@@ -235,6 +260,7 @@ impl Session {
             State::Embedding => self.embed()?,
             State::Discontinuities => self.discontinue()?,
             State::Clusters => self.cluster()?,
+            State::Dense => self.densify()?,
         };
         Ok(Step::Working(progress))
     }
@@ -304,8 +330,17 @@ impl Session {
         let params = &self.params.discretize;
         let min_cluster = self.scaled_count(params.min_cluster);
         self.clusters = Some(discretize(tracks, embedding, found, params.merge_threshold, min_cluster));
-        self.state = State::Done;
+        self.state = if self.params.clip.dense && !self.frames.is_empty() { State::Dense } else { State::Done };
         Ok(whole(Stage::Clusters))
+    }
+
+    fn densify(&mut self) -> Result<Progress, Error> {
+        let (Some(tracks), Some(clusters)) = (&self.working, &self.clusters) else { return Err(lost()) };
+        let progress = self.dense.step(&self.frames, tracks, clusters, &self.params);
+        if self.dense.is_finished(&self.frames) {
+            self.state = State::Done;
+        }
+        Ok(progress)
     }
 
     /// A count of trajectories stated at the reference grid step, at the present spacing.
@@ -375,6 +410,39 @@ impl Session {
         self.clusters.as_ref()
     }
 
+    /// The mask of frame `t` at input size: 0 is the background, `1..=`[`Objects::count`] are the objects.
+    ///
+    /// # Errors
+    /// [`Error::State`] while it is not yet known, when there were no frames, or with `clip.dense` off.
+    pub fn labels(&self, t: usize) -> Result<Plane<u8>, Error> {
+        match (self.dense.masks.get(t), self.scale) {
+            (Some(mask), Some(scale)) => Ok(dense::to_input(mask, scale)),
+            _ => Err(missing_frame("mask", t, self.dense.masks.len())),
+        }
+    }
+
+    /// The Gabriel superpixels of frame `t`, at working size.
+    ///
+    /// # Errors
+    /// As [`Session::labels`].
+    pub fn superpixels(&self, t: usize) -> Result<&Superpixels, Error> {
+        self.dense.superpixels.get(t).ok_or_else(|| missing_frame("superpixels", t, self.dense.superpixels.len()))
+    }
+
+    /// The boundary probability of frame `t`, at working size; computed anew at each call.
+    ///
+    /// # Errors
+    /// [`Error::State`] when there is no such frame.
+    pub fn boundaries(&self, t: usize) -> Result<BoundaryMap, Error> {
+        let frame = self.frames.get(t).ok_or_else(|| missing_frame("boundary map", t, self.frames.len()))?;
+        Ok(dense::boundaries_of(frame, &self.params))
+    }
+
+    /// Which clusters are which objects of the masks; `None` until the cut is made.
+    pub fn objects(&self) -> Option<&Objects> {
+        (!self.dense.objects.of_cluster.is_empty()).then_some(&self.dense.objects)
+    }
+
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above
     /// `discontinuity.threshold` are cut. Computed anew at each call; single stray trajectories are clusters of their own.
     pub fn threshold_clusters(&self) -> Option<Clusters> {
@@ -389,6 +457,10 @@ fn whole(stage: Stage) -> Progress {
 
 fn state_error(reason: &str) -> Error {
     Error::State { reason: reason.to_owned() }
+}
+
+fn missing_frame(what: &str, t: usize, known: usize) -> Error {
+    state_error(&format!("the {what} of frame {t} is not available (expected a frame in 0..{known})"))
 }
 
 /// Each stage stores its result before the next begins; this error would be a bug, and is still no panic.

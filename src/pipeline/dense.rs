@@ -1,0 +1,68 @@
+//! The last stages: superpixels frame by frame, the cut over the whole clip, masks frame by frame.
+
+use super::geometry::Scale;
+use super::session::{Progress, Stage};
+use crate::contour::{BoundaryMap, boundary_map, contour_segments};
+use crate::cut::{CutLabels, Objects, find_objects, gabriel_cut, paint};
+use crate::discretize::Clusters;
+use crate::image::{Frame, Plane};
+use crate::params::Params;
+use crate::superpixel::{Superpixels, gabriel_superpixels};
+use crate::trajectory::Trajectories;
+
+/// What the dense stages have found so far, at working size.
+#[derive(Debug, Default)]
+pub(super) struct Dense {
+    pub(super) superpixels: Vec<Superpixels>,
+    cut: CutLabels,
+    pub(super) objects: Objects,
+    pub(super) masks: Vec<Plane<u8>>,
+}
+
+impl Dense {
+    pub(super) fn is_finished(&self, frames: &[Frame]) -> bool {
+        self.masks.len() == frames.len()
+    }
+
+    /// One frame's superpixels, the cut, or one frame's mask, whichever is next.
+    pub(super) fn step(
+        &mut self,
+        frames: &[Frame],
+        tracks: &Trajectories,
+        clusters: &Clusters,
+        params: &Params,
+    ) -> Progress {
+        let total = frames.len() as u32;
+        if let Some(frame) = frames.get(self.superpixels.len()) {
+            self.superpixels.push(superpixels_of(frame, params));
+            return Progress { stage: Stage::Superpixels, done: self.superpixels.len() as u32, total };
+        }
+        if self.cut.labels.is_empty() {
+            self.cut = gabriel_cut(&self.superpixels, tracks, clusters, &params.cut);
+            self.objects = find_objects(&self.superpixels, &self.cut, clusters.count);
+            return Progress { stage: Stage::Cut, done: 1, total: 1 };
+        }
+        let t = self.masks.len();
+        let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
+        self.masks.push(mask.map(|cluster| self.objects.of_cluster[cluster as usize]));
+        Progress { stage: Stage::Masks, done: self.masks.len() as u32, total }
+    }
+}
+
+/// Superpixels of one frame, from its contours.
+fn superpixels_of(frame: &Frame, params: &Params) -> Superpixels {
+    let map = boundary_map(frame, &params.contour);
+    gabriel_superpixels(&contour_segments(&map, &params.contour), &map, &params.superpixel)
+}
+
+/// Pb of one frame.
+pub(super) fn boundaries_of(frame: &Frame, params: &Params) -> BoundaryMap {
+    boundary_map(frame, &params.contour)
+}
+
+/// The mask at input size: each input pixel takes the value of the working pixel that covers its centre.
+pub(super) fn to_input(mask: &Plane<u8>, scale: Scale) -> Plane<u8> {
+    let (sx, sy) = (scale.x(), scale.y());
+    let place = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
+    Plane::from_fn(scale.input.0, scale.input.1, |x, y| mask[(place(x, sx, mask.width()), place(y, sy, mask.height()))])
+}
