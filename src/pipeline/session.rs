@@ -293,7 +293,8 @@ impl Session {
 
     fn end_motion(&mut self) {
         let State::Motion(motion) = std::mem::replace(&mut self.state, State::Open) else { return };
-        let working = motion.into_trajectories();
+        let (working, mask_tracks) = motion.into_trajectories();
+        self.dense.tracks = mask_tracks;
         self.state = self.affinity_state(&working);
         self.trajectories = self.scale.map(|scale| scale.to_input(&working));
         self.working = Some(working);
