@@ -391,6 +391,12 @@ impl Session {
         self.trajectories.as_ref()
     }
 
+    /// The denser trajectories that the masks are made from, in working pixels; `None` before they are tracked and with `clip.dense`
+    /// off.
+    pub fn mask_trajectories(&self) -> Option<&Trajectories> {
+        self.dense.tracks.as_ref()
+    }
+
     /// The affinity matrix A.
     pub fn affinities(&self) -> Option<&SymCsr> {
         self.affinities.as_ref()
