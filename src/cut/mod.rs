@@ -42,6 +42,10 @@ pub fn gabriel_cut(
             let y = (y.round().max(0.0) as usize).min(s.label.height() - 1);
             votes[s.label[(x, y)] as usize * count + clusters.label[i] as usize] += 1;
         }
+        if clusters.count == 0 {
+            labels.push(vec![0; s.count]);
+            continue;
+        }
         let best = |v: &[u32]| (0..v.len()).rev().max_by_key(|&l| v[l]).unwrap_or(0) as u32;
         labels.push(votes.chunks(count).map(best).collect());
     }

@@ -17,13 +17,18 @@ pub(super) struct Dense {
     pub(super) tracks: Option<Trajectories>,
     pub(super) superpixels: Vec<Superpixels>,
     cut: CutLabels,
-    pub(super) objects: Objects,
+    objects: Objects,
     pub(super) masks: Vec<Plane<u8>>,
 }
 
 impl Dense {
     pub(super) fn is_finished(&self, frames: &[Frame]) -> bool {
         self.masks.len() == frames.len()
+    }
+
+    /// Which clusters are which objects, once the cut is made.
+    pub(super) fn objects(&self) -> Option<&Objects> {
+        (!self.cut.labels.is_empty()).then_some(&self.objects)
     }
 
     /// One frame's superpixels, the cut, or one frame's mask, whichever is next.
@@ -42,11 +47,13 @@ impl Dense {
         if self.cut.labels.is_empty() {
             self.cut = gabriel_cut(&self.superpixels, tracks, clusters, &params.cut);
             self.objects = find_objects(&self.superpixels, &self.cut, clusters.count.max(1));
+            self.objects.of_cluster.truncate(clusters.count);
             return Progress { stage: Stage::Cut, done: 1, total: 1 };
         }
         let t = self.masks.len();
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
-        self.masks.push(mask.map(|cluster| self.objects.of_cluster[cluster as usize]));
+        // A clip without clusters is all background.
+        self.masks.push(mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)));
         Progress { stage: Stage::Masks, done: self.masks.len() as u32, total }
     }
 }
