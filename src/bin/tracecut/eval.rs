@@ -1,6 +1,8 @@
 //! `tracecut eval`: scores against ground truth.
 
 mod flow;
+#[allow(dead_code, reason = "the commands that read it follow")]
+mod mat;
 mod moseg;
 
 use crate::failure::{Failure, Result, print, read, read_text};
