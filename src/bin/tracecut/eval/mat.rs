@@ -64,10 +64,10 @@ fn parse(file: &[u8]) -> Parsed<Vec<Annotation>> {
             MATRIX => Array::parse(body, 0)?,
             _ => continue,
         };
-        if let (name, Value::Cell(people)) = (array.name.as_str(), array.value) {
-            if name == "groundTruth" {
-                return annotations(&people);
-            }
+        if array.name == "groundTruth"
+            && let Value::Cell(people) = array.value
+        {
+            return annotations(&people);
         }
     }
     Err("holds no cell array `groundTruth`".into())
