@@ -2,6 +2,8 @@
 
 mod davis;
 mod flow;
+#[allow(dead_code, reason = "the commands that read it follow")]
+mod mat;
 mod moseg;
 
 use crate::failure::{Failure, Result, print, read, read_text};
