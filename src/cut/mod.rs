@@ -33,16 +33,17 @@ pub fn gabriel_cut(
     clusters: &Clusters,
     _params: &CutParams,
 ) -> CutLabels {
+    let count = clusters.count.max(1);
     let mut labels = Vec::new();
     for (t, s) in superpixels.iter().enumerate() {
-        let mut votes = vec![0_u32; s.count * clusters.count];
+        let mut votes = vec![0_u32; s.count * count];
         for (i, x, y) in tracks.alive(t) {
             let x = (x.round().max(0.0) as usize).min(s.label.width() - 1);
             let y = (y.round().max(0.0) as usize).min(s.label.height() - 1);
-            votes[s.label[(x, y)] as usize * clusters.count + clusters.label[i] as usize] += 1;
+            votes[s.label[(x, y)] as usize * count + clusters.label[i] as usize] += 1;
         }
         let best = |v: &[u32]| (0..v.len()).rev().max_by_key(|&l| v[l]).unwrap_or(0) as u32;
-        labels.push(votes.chunks(clusters.count.max(1)).map(best).collect());
+        labels.push(votes.chunks(count).map(best).collect());
     }
     CutLabels { labels }
 }

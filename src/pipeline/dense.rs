@@ -13,6 +13,8 @@ use crate::trajectory::Trajectories;
 /// What the dense stages have found so far, at working size.
 #[derive(Debug, Default)]
 pub(super) struct Dense {
+    /// Trajectories denser and shorter than those that were clustered, in working pixels.
+    pub(super) tracks: Option<Trajectories>,
     pub(super) superpixels: Vec<Superpixels>,
     cut: CutLabels,
     pub(super) objects: Objects,
@@ -39,7 +41,7 @@ impl Dense {
         }
         if self.cut.labels.is_empty() {
             self.cut = gabriel_cut(&self.superpixels, tracks, clusters, &params.cut);
-            self.objects = find_objects(&self.superpixels, &self.cut, clusters.count);
+            self.objects = find_objects(&self.superpixels, &self.cut, clusters.count.max(1));
             return Progress { stage: Stage::Cut, done: 1, total: 1 };
         }
         let t = self.masks.len();
