@@ -1,15 +1,21 @@
 //! Which clusters are objects, and which are the scene behind them.
 //!
 //! The scene runs on beyond the frame, objects mostly end inside of it. So clusters are told apart by how much of the frame's rim they
-//! hold, over the whole clip, against how much of its area: about 1 for what surrounds the rest, 0 for what never touches the rim. Far and near
-//! parts of the scene, which parallax makes different clusters, are both background by this rule, and an object that fills most of the
-//! picture is none. Not in the paper, which leaves open what the background is (ALGORITHMS 6.4).
+//! hold over the whole clip. A cluster is background if
+//!
+//! - its share of the rim's pixels is at least 0.8 of its share of all pixels: it is 1 on average, and near 0 for what seldom touches the
+//!   rim; and
+//! - it holds more of the rim than a square of its area would that stands on one side of the frame: small things that enter or leave the
+//!   picture hold much of the rim for their size, but never more than that.
+//!
+//! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. Not in the paper, which
+//! leaves open what the background is (ALGORITHMS 6.4).
 
 use super::CutLabels;
 use crate::superpixel::Superpixels;
 
-/// Share of the rim over share of the area above which a cluster is background.
-const RIM_TO_AREA: f64 = 0.7;
+/// Least share of the rim over share of the area of a background cluster.
+const RIM_TO_AREA: f64 = 0.8;
 
 /// The mask label of each cluster.
 ///
@@ -23,19 +29,17 @@ pub struct Objects {
     pub of_cluster: Vec<u8>,
 }
 
-/// Tells objects from background.
-///
-/// Background is every cluster whose share of the rim's pixels is at least 0.7 times its share of all pixels, and in any case the one
-/// with most rim pixels.
+/// Tells objects from background; the cluster with most pixels on the rim is background in any case.
 pub fn find_objects(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: usize) -> Objects {
-    let (area, rim) = census(superpixels, cut, num_clusters);
-    let total = |counts: &[u64]| counts.iter().sum::<u64>() as f64;
-    let ratio_bound = RIM_TO_AREA * total(&rim) / total(&area).max(1.0);
-    let surrounding = (0..num_clusters).rev().max_by_key(|&c| rim[c]);
-    let mut found: Vec<usize> = (0..num_clusters)
-        .filter(|&c| Some(c) != surrounding && (rim[c] as f64) < ratio_bound * area[c] as f64)
-        .collect();
-    found.sort_by_key(|&c| std::cmp::Reverse(area[c]));
+    let census = Census::take(superpixels, cut, num_clusters);
+    let total = |counts: &[f64]| counts.iter().sum::<f64>();
+    let ratio_bound = RIM_TO_AREA * total(&census.rim) / total(&census.area).max(1.0);
+    let is_scene = |c: usize| {
+        census.area[c] == 0.0 || (census.rim[c] >= ratio_bound * census.area[c] && census.rim[c] > census.side[c])
+    };
+    let surrounding = (0..num_clusters).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
+    let mut found: Vec<usize> = (0..num_clusters).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect();
+    found.sort_by(|&a, &b| census.area[b].total_cmp(&census.area[a]));
     found.truncate(255);
     let mut of_cluster = vec![0; num_clusters];
     for (label, &c) in (1..=255).zip(&found) {
@@ -44,20 +48,38 @@ pub fn find_objects(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: 
     Objects { count: found.len(), of_cluster }
 }
 
-/// Pixels of each cluster, and those of them in the outermost rows and columns.
-fn census(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: usize) -> (Vec<u64>, Vec<u64>) {
-    let (mut area, mut rim) = (vec![0; num_clusters], vec![0; num_clusters]);
-    for (regions, labels) in superpixels.iter().zip(&cut.labels) {
-        let (w, h) = (regions.label.width(), regions.label.height());
-        for y in 0..h {
-            for (x, &p) in regions.label.row(y).iter().enumerate() {
-                let c = labels[p as usize] as usize;
-                area[c] += 1;
-                rim[c] += u64::from(x == 0 || y == 0 || x + 1 == w || y + 1 == h);
+/// What each cluster covers, summed over the frames.
+struct Census {
+    /// Pixels.
+    area: Vec<f64>,
+    /// Pixels in the outermost rows and columns.
+    rim: Vec<f64>,
+    /// Sides of squares of the area in each frame.
+    side: Vec<f64>,
+}
+
+impl Census {
+    fn take(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: usize) -> Self {
+        let [mut area, mut rim, mut side] = [(); 3].map(|()| vec![0.0; num_clusters]);
+        for (regions, labels) in superpixels.iter().zip(&cut.labels) {
+            let (w, h) = (regions.label.width(), regions.label.height());
+            let mut covered = vec![0_u32; num_clusters];
+            for y in 0..h {
+                for (x, &p) in regions.label.row(y).iter().enumerate() {
+                    let c = labels[p as usize] as usize;
+                    covered[c] += 1;
+                    if x == 0 || y == 0 || x + 1 == w || y + 1 == h {
+                        rim[c] += 1.0;
+                    }
+                }
+            }
+            for (c, &pixels) in covered.iter().enumerate() {
+                area[c] += f64::from(pixels);
+                side[c] += f64::from(pixels).sqrt();
             }
         }
+        Self { area, rim, side }
     }
-    (area, rim)
 }
 
 #[cfg(test)]
@@ -77,8 +99,14 @@ mod tests {
     #[test]
     fn what_the_rim_encloses_is_an_object_and_the_largest_comes_first() {
         let (regions, cut) = frame(&["1111111", "1011221", "1111221", "1111111"]);
-        let objects = find_objects(&regions, &cut, 3);
-        assert_eq!((objects.count, objects.of_cluster), (2, vec![2, 0, 1]));
+        let objects = find_objects(&regions, &cut, 4);
+        assert_eq!((objects.count, objects.of_cluster), (2, vec![2, 0, 1, 0]));
+    }
+
+    #[test]
+    fn what_enters_through_one_side_is_an_object() {
+        let (regions, cut) = frame(&["0000000", "0000000", "0000011", "0000011", "0000000", "0000000"]);
+        assert_eq!(find_objects(&regions, &cut, 2).of_cluster, [0, 1]);
     }
 
     #[test]
