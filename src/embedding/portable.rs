@@ -131,10 +131,10 @@ fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [f64]) -> Option<()> {
 fn sweep(d: &mut [f64], e: &mut [f64], rows: &mut [f64], first: usize, last: usize) {
     let n = d.len();
     let (half, off) = (0.5 * (d[last - 1] - d[last]), e[last - 1]);
-    let shift = d[last] - off * (off / (half + half.hypot(off).copysign(half)));
+    let shift = d[last] - off * (off / (half + libm::hypot(half, off).copysign(half)));
     let (mut x, mut z) = (d[first] - shift, e[first]);
     for k in first..last {
-        let r = x.hypot(z);
+        let r = libm::hypot(x, z);
         let (c, s) = if r > 0.0 { (x / r, z / r) } else { (1.0, 0.0) };
         if k > first {
             e[k - 1] = r;

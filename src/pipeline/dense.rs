@@ -14,6 +14,8 @@ use crate::trajectory::Trajectories;
 /// What the dense stages have found so far, at working size.
 #[derive(Debug, Default)]
 pub(super) struct Dense {
+    /// Trajectories denser and shorter than those that were clustered, in working pixels.
+    pub(super) tracks: Option<Trajectories>,
     pub(super) superpixels: Vec<Superpixels>,
     /// The cut while it is being made.
     moves: Option<Box<GabrielCut>>,

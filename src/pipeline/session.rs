@@ -293,7 +293,8 @@ impl Session {
 
     fn end_motion(&mut self) {
         let State::Motion(motion) = std::mem::replace(&mut self.state, State::Open) else { return };
-        let working = motion.into_trajectories();
+        let (working, mask_tracks) = motion.into_trajectories();
+        self.dense.tracks = mask_tracks;
         self.state = self.affinity_state(&working);
         self.trajectories = self.scale.map(|scale| scale.to_input(&working));
         self.working = Some(working);
@@ -388,6 +389,12 @@ impl Session {
     /// Trajectories in input pixels, once tracked.
     pub fn trajectories(&self) -> Option<&Trajectories> {
         self.trajectories.as_ref()
+    }
+
+    /// The denser trajectories that the masks are made from, in working pixels; `None` before they are tracked and with `clip.dense`
+    /// off.
+    pub fn mask_trajectories(&self) -> Option<&Trajectories> {
+        self.dense.tracks.as_ref()
     }
 
     /// The affinity matrix A.

@@ -1,6 +1,9 @@
 //! `tracecut eval`: scores against ground truth.
 
+mod davis;
 mod flow;
+#[allow(dead_code, reason = "the commands that read it follow")]
+mod mat;
 mod moseg;
 
 use crate::failure::{Failure, Result, print, read, read_text};
@@ -16,6 +19,8 @@ use tracecut::trajectory::Trajectories;
 pub(crate) enum EvalCommand {
     /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
     Moseg(moseg::MosegArgs),
+    /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary measure F
+    Davis(davis::DavisArgs),
     /// Score a track file
     Tracks {
         /// Definition file of the shot (...Def.dat); the masks lie beside it
@@ -33,6 +38,7 @@ pub(crate) enum EvalCommand {
 pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
     match command {
         EvalCommand::Moseg(args) => moseg::eval(args),
+        EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
     }

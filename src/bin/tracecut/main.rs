@@ -6,6 +6,8 @@ mod eval;
 mod failure;
 mod images;
 mod input;
+mod jobs;
+mod masks;
 mod overlay;
 mod run;
 mod segment;

@@ -15,7 +15,7 @@ use tracecut::trajectory::Trajectories;
 
 /// Colours of labels 0, 1, ...: a pale grey for the largest cluster, which is mostly the background, then the palette of Okabe
 /// and Ito (2008), made to be told apart with any colour vision, then darker and lighter kin of it. Starts again after the last.
-const PALETTE: [[u8; 3]; 16] = [
+pub(crate) const PALETTE: [[u8; 3]; 16] = [
     [222, 222, 222],
     [230, 159, 0],
     [86, 180, 233],
@@ -65,7 +65,7 @@ fn remove_old(folder: &Path, num_frames: usize) {
     (num_frames..).map(path).take_while(|p| std::fs::remove_file(p).is_ok()).for_each(drop);
 }
 
-fn write_png(path: &Path, rgb: &[u8], width: usize, height: usize) -> Result<()> {
+pub(crate) fn write_png(path: &Path, rgb: &[u8], width: usize, height: usize) -> Result<()> {
     let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
     let encoder = PngEncoder::new_with_quality(BufWriter::new(file), CompressionType::Fast, FilterType::Adaptive);
     encoder
