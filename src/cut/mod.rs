@@ -25,12 +25,14 @@ mod objects;
 mod terms;
 #[cfg(test)]
 mod tests;
+mod votes;
 
 pub use ambiguous::ambiguous_shares;
 pub use expansion::{Expansion, MAX_WEIGHT, Potts};
 pub use maxflow::Network;
 pub use objects::{Objects, find_objects};
 pub use terms::energy;
+pub use votes::labels_for;
 
 use crate::flow::CompactFlow;
 use crate::image::Plane;
@@ -60,6 +62,12 @@ crate::params! {
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0;
         /// Whether a superpixel's own trajectories count less, by `(1 − share)²`, the larger that share is. Not in the paper.
         pub ambiguous_soft: bool = false, in 0..=1;
+        /// Radius within which labelled trajectories vote on others, in pixels of the processed frames. Higher is slower.
+        pub vote_radius: f32 = 16.0, in 1.0..=1000.0;
+        /// How differently a trajectory may move from those that vote on it, in pixels per frame.
+        pub vote_motion: f32 = 0.5, in 0.001..=100.0;
+        /// Share of the votes that a label needs; below, a trajectory's label stays unknown.
+        pub vote_share: f32 = 0.6, in 0.0..=1.0;
     }
 }
 
