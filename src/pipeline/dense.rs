@@ -29,6 +29,11 @@ impl Dense {
         self.masks.len() == frames.len()
     }
 
+    /// The cluster of each pixel of frame `t`, once cut.
+    pub(super) fn clusters(&self, t: usize) -> Option<Plane<u32>> {
+        Some(paint(self.superpixels.get(t)?, self.cut.labels.get(t)?))
+    }
+
     /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.
     pub(super) fn step(
         &mut self,
@@ -88,8 +93,8 @@ pub(super) fn boundaries_of(frame: &Frame, params: &Params) -> BoundaryMap {
     boundary_map(frame, &params.contour)
 }
 
-/// The mask at input size: each input pixel takes the value of the working pixel that covers its centre.
-pub(super) fn to_input(mask: &Plane<u8>, scale: Scale) -> Plane<u8> {
+/// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.
+pub(super) fn to_input<T: Copy>(mask: &Plane<T>, scale: Scale) -> Plane<T> {
     let (sx, sy) = (scale.x(), scale.y());
     let place = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
     Plane::from_fn(scale.input.0, scale.input.1, |x, y| mask[(place(x, sx, mask.width()), place(y, sy, mask.height()))])

@@ -428,6 +428,18 @@ impl Session {
         }
     }
 
+    /// The cluster of each pixel of frame `t` at input size, an index into [`Objects::of_cluster`]: the cut before objects are told
+    /// from background.
+    ///
+    /// # Errors
+    /// As [`Session::labels`].
+    pub fn cluster_labels(&self, t: usize) -> Result<Plane<u32>, Error> {
+        match (self.dense.clusters(t), self.scale) {
+            (Some(clusters), Some(scale)) => Ok(dense::to_input(&clusters, scale)),
+            _ => Err(missing_frame("cluster map", t, self.dense.masks.len())),
+        }
+    }
+
     /// The Gabriel superpixels of frame `t`, at working size.
     ///
     /// # Errors
