@@ -1,8 +1,8 @@
 //! `tracecut eval`: scores against ground truth.
 
+mod contours;
 mod davis;
 mod flow;
-#[allow(dead_code, reason = "the commands that read it follow")]
 mod mat;
 mod moseg;
 
@@ -34,6 +34,8 @@ pub(crate) enum EvalCommand {
     },
     /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
     Flow(flow::FlowArgs),
+    /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
+    Contours(contours::ContoursArgs),
 }
 
 pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
@@ -42,6 +44,7 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
+        EvalCommand::Contours(args) => contours::eval(args),
     }
 }
 
