@@ -36,7 +36,7 @@ pub enum Stage {
     Clusters,
     /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
     Superpixels,
-    /// The Gabriel cut.
+    /// The Gabriel cut; a step is one move of the expansion, of the first also making the energy.
     Cut,
     /// A label for every pixel; a step is one frame.
     Masks,
@@ -337,7 +337,7 @@ impl Session {
 
     fn densify(&mut self) -> Result<Progress, Error> {
         let (Some(tracks), Some(clusters)) = (&self.working, &self.clusters) else { return Err(lost()) };
-        let progress = self.dense.step(&self.frames, tracks, clusters, &self.params);
+        let progress = self.dense.step(&self.frames, tracks, clusters, &self.flows, &self.params);
         if self.dense.is_finished(&self.frames) {
             self.state = State::Done;
         }
@@ -425,6 +425,18 @@ impl Session {
         match (self.dense.masks.get(t), self.scale) {
             (Some(mask), Some(scale)) => Ok(dense::to_input(mask, scale)),
             _ => Err(missing_frame("mask", t, self.dense.masks.len())),
+        }
+    }
+
+    /// The cluster of each pixel of frame `t` at input size, an index into [`Objects::of_cluster`]: the cut before objects are told
+    /// from background.
+    ///
+    /// # Errors
+    /// As [`Session::labels`].
+    pub fn cluster_labels(&self, t: usize) -> Result<Plane<u32>, Error> {
+        match (self.dense.clusters(t), self.scale) {
+            (Some(clusters), Some(scale)) => Ok(dense::to_input(&clusters, scale)),
+            _ => Err(missing_frame("cluster map", t, self.dense.masks.len())),
         }
     }
 
