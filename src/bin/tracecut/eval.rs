@@ -1,8 +1,8 @@
 //! `tracecut eval`: scores against ground truth.
 
+mod contours;
 mod davis;
 mod flow;
-#[allow(dead_code, reason = "the commands that read it follow")]
 mod mat;
 mod moseg;
 mod superpixels;
@@ -37,6 +37,8 @@ pub(crate) enum EvalCommand {
     Flow(flow::FlowArgs),
     /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people segmented
     Superpixels(superpixels::SuperpixelArgs),
+    /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
+    Contours(contours::ContoursArgs),
 }
 
 pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
@@ -46,6 +48,7 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
         EvalCommand::Superpixels(args) => superpixels::eval(args),
+        EvalCommand::Contours(args) => contours::eval(args),
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::failure::{Failure, Result, cannot_write, create_folder, print};
 use crate::input::decode;
-use crate::overlay::write_png;
 use crate::settings::Settings;
 use clap::Args;
 use image::codecs::png::PngEncoder;
@@ -42,7 +41,7 @@ pub(crate) fn superpixels(args: &SuperpixelArgs) -> Result<()> {
     let stem = args.image.file_stem().unwrap_or_default().to_string_lossy();
     write_labels(&args.out.join(format!("{stem}_superpixels.png")), &found)?;
     let (picture, width, height) = draw(&frame, &found.edges);
-    write_png(&args.out.join(format!("{stem}_edges.png")), &picture, width, height)?;
+    write_png(&args.out.join(format!("{stem}_edges.png")), &picture, (width, height), ExtendedColorType::Rgb8)?;
     print(format_args!("{} superpixels", found.count))
 }
 
@@ -52,10 +51,13 @@ fn write_labels(path: &Path, found: &Superpixels) -> Result<()> {
         return Err(Failure::about(path.display(), reason));
     }
     let bytes: Vec<u8> = found.label.data().iter().flat_map(|&l| (l as u16).to_ne_bytes()).collect();
-    let (width, height) = (found.label.width() as u32, found.label.height() as u32);
+    write_png(path, &bytes, (found.label.width(), found.label.height()), ExtendedColorType::L16)
+}
+
+fn write_png(path: &Path, bytes: &[u8], size: (usize, usize), color: ExtendedColorType) -> Result<()> {
     let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
     PngEncoder::new(BufWriter::new(file))
-        .write_image(&bytes, width, height, ExtendedColorType::L16)
+        .write_image(bytes, size.0 as u32, size.1 as u32, color)
         .map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
 }
 
