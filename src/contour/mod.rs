@@ -3,6 +3,9 @@
 //! In: a [`Frame`]. Out: [`BoundaryMap`], a boundary probability Pb for each pixel, and [`Segments`], straight pieces fitted to what is
 //! left of it after thinning and thresholding.
 
+mod fit;
+mod link;
+
 use crate::image::{Frame, Plane};
 
 crate::params! {
@@ -12,6 +15,12 @@ crate::params! {
         pub low: f32 = 0.03, in 0.0..=1.0;
         /// A contour is kept if its Pb is above this value somewhere.
         pub high: f32 = 0.08, in 0.0..=1.0;
+        /// Contours of fewer pixels that end in nothing are left out.
+        pub min_chain: u32 = 8, in 1..=10000;
+        /// How far a line may be from the contour that it stands for, in pixels. Higher gives fewer lines.
+        pub deviation: f32 = 1.5, in 0.1..=20.0;
+        /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them whole.
+        pub max_line: f32 = 25.0, in 0.0..=10000.0;
     }
 }
 
@@ -51,6 +60,7 @@ pub fn boundary_map(frame: &Frame, _params: &ContourParams) -> BoundaryMap {
 }
 
 /// The contours of `map` as line segments.
-pub fn contour_segments(_map: &BoundaryMap, _params: &ContourParams) -> Segments {
-    Segments::default()
+pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {
+    let chains = link::link(&map.thin, params.low, params.high, params.min_chain as usize);
+    fit::fit(&chains, params.deviation, params.max_line)
 }

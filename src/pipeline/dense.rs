@@ -3,7 +3,7 @@
 use super::geometry::Scale;
 use super::session::{Progress, Stage};
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
-use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, find_objects, paint};
+use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, find_objects, labels_for, paint};
 use crate::discretize::Clusters;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
@@ -61,7 +61,10 @@ impl Dense {
     ) -> Progress {
         let mut moves = self.moves.take().unwrap_or_else(|| {
             let (superpixels, num_labels) = (self.superpixels.as_slice(), clusters.count.max(1));
-            let input = CutInput { superpixels, tracks, label: &clusters.label, num_labels, flows };
+            let denser = self.tracks.as_ref();
+            let voted = denser.map(|all| labels_for(all, tracks, &clusters.label, num_labels, &params.cut));
+            let label = voted.as_ref().unwrap_or(&clusters.label);
+            let input = CutInput { superpixels, tracks: denser.unwrap_or(tracks), label, num_labels, flows };
             Box::new(GabrielCut::new(&input, &params.cut))
         });
         let more = moves.step();
