@@ -457,9 +457,9 @@ impl Session {
         Ok(dense::boundaries_of(frame, &self.params))
     }
 
-    /// Which clusters are which objects of the masks; `None` until the cut is made.
+    /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no objects.
     pub fn objects(&self) -> Option<&Objects> {
-        (!self.dense.objects.of_cluster.is_empty()).then_some(&self.dense.objects)
+        self.dense.objects()
     }
 
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above

@@ -1,6 +1,6 @@
 //! Joining faces across weak borders: very small ones, and as many more as a wanted number of superpixels asks for.
 
-use super::gabriel::{Side, Sets};
+use super::gabriel::{Sets, Side};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -48,9 +48,9 @@ impl Regions {
         for r in order {
             let mut region = self.sets.find(r);
             while self.area[region as usize] < min_pixels {
-                let weakest = self.links[region as usize].iter().min_by(|p, q| {
-                    (p.strength * q.length).total_cmp(&(q.strength * p.length)).then(p.to.cmp(&q.to))
-                });
+                let weakest = self.links[region as usize]
+                    .iter()
+                    .min_by(|p, q| (p.strength * q.length).total_cmp(&(q.strength * p.length)).then(p.to.cmp(&q.to)));
                 let Some(&Link { to, .. }) = weakest else { break };
                 region = self.join(region, to);
             }

@@ -19,9 +19,8 @@ fn check(s: &Superpixels, width: usize, height: usize) {
         assert!(border.a < border.b && (border.b as usize) < s.count, "{border:?} of {}", s.count);
         assert!(border.length > 0.0 && (0.0..=1.0).contains(&border.pb), "{border:?}");
     }
-    let inside = |(x, y): (f32, f32)| {
-        (-0.5..=width as f32 - 0.5).contains(&x) && (-0.5..=height as f32 - 0.5).contains(&y)
-    };
+    let inside =
+        |(x, y): (f32, f32)| (-0.5..=width as f32 - 0.5).contains(&x) && (-0.5..=height as f32 - 0.5).contains(&y);
     assert!(s.edges.iter().all(|e| inside(e.from) && inside(e.to) && e.from != e.to));
 }
 
