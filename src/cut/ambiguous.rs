@@ -4,7 +4,7 @@
 //! a superpixel's own trajectories are no sure witnesses.
 
 use super::terms::areas;
-use crate::delaunay::delaunay_triangles;
+use crate::delaunay::constrained_delaunay;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -22,7 +22,7 @@ pub fn ambiguous_shares(superpixels: &Superpixels, tracks: &Trajectories, label:
         }
     }
     let mut covered = vec![false; superpixels.label.data().len()];
-    for [a, b, c] in delaunay_triangles(&points) {
+    for [a, b, c] in constrained_delaunay(&points, &[]).triangles {
         let of = |corner: u32| labels[corner as usize];
         if of(a) != of(b) || of(a) != of(c) {
             let corners = [a, b, c].map(|corner| points[corner as usize]);

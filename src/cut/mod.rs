@@ -19,9 +19,11 @@
 //! library that differs between machines: labels are the same everywhere.
 
 mod ambiguous;
+mod colour;
 mod expansion;
 mod maxflow;
 mod objects;
+mod refine;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -31,6 +33,7 @@ pub use ambiguous::ambiguous_shares;
 pub use expansion::{Expansion, MAX_WEIGHT, Potts};
 pub use maxflow::Network;
 pub use objects::{Objects, find_objects};
+pub use refine::{RefineParams, refine};
 pub use terms::energy;
 pub use votes::labels_for;
 

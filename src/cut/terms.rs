@@ -39,7 +39,7 @@ pub fn energy(input: &CutInput, params: &CutParams) -> Potts {
 }
 
 /// `cost` in whole steps.
-fn rounded(cost: f32) -> i32 {
+pub(super) fn rounded(cost: f32) -> i32 {
     ((cost * SCALE + 0.5) as i32).clamp(0, MAX_WEIGHT)
 }
 

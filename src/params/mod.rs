@@ -11,7 +11,7 @@ pub use value::{ParamTree, ParamValue};
 use crate::Error;
 use crate::affinity::AffinityParams;
 use crate::contour::ContourParams;
-use crate::cut::CutParams;
+use crate::cut::{CutParams, RefineParams};
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::DiscretizeParams;
 use crate::embedding::EmbeddingParams;
@@ -168,6 +168,8 @@ pub struct Params {
     pub superpixel: SuperpixelParams,
     /// The Gabriel cut.
     pub cut: CutParams,
+    /// Borders to the pixel.
+    pub refine: RefineParams,
 }
 
 impl ParamGroup for Params {
@@ -182,6 +184,7 @@ impl ParamGroup for Params {
         self.contour.visit("contour", visit);
         self.superpixel.visit("superpixel", visit);
         self.cut.visit("cut", visit);
+        self.refine.visit("refine", visit);
     }
 }
 

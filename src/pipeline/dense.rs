@@ -3,7 +3,7 @@
 use super::geometry::Scale;
 use super::session::{Progress, Stage};
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
-use crate::cut::{CutInput, CutLabels, CutParams, GabrielCut, Objects, find_objects, labels_for, paint};
+use crate::cut::{CutInput, CutLabels, CutParams, GabrielCut, Objects, find_objects, labels_for, paint, refine};
 use crate::discretize::Clusters;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
@@ -59,7 +59,8 @@ impl Dense {
         let t = self.masks.len();
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
         // A clip without clusters is all background.
-        self.masks.push(mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)));
+        let mask = mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0));
+        self.masks.push(refine(&mask, &frames[t], &params.refine));
         Progress { stage: Stage::Masks, done: self.masks.len() as u32, total }
     }
 
@@ -109,13 +110,13 @@ impl Dense {
 
 /// Superpixels of one frame, from its contours.
 fn superpixels_of(frame: &Frame, params: &Params) -> Superpixels {
-    let map = boundary_map(frame, &params.contour);
+    let map = boundary_map(frame, None, &params.contour);
     gabriel_superpixels(&contour_segments(&map, &params.contour), &map, &params.superpixel)
 }
 
 /// Pb of one frame.
 pub(super) fn boundaries_of(frame: &Frame, params: &Params) -> BoundaryMap {
-    boundary_map(frame, &params.contour)
+    boundary_map(frame, None, &params.contour)
 }
 
 /// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.

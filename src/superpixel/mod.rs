@@ -93,7 +93,7 @@ pub fn superpixels_of(
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
-    superpixels_in(&boundary_map(frame, contour), count, contour, superpixel)
+    superpixels_in(&boundary_map(frame, None, contour), count, contour, superpixel)
 }
 
 /// As [`superpixels_of`], from a boundary map.

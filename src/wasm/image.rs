@@ -13,7 +13,7 @@ impl JsSession {
     #[wasm_bindgen(js_name = boundariesOf)]
     pub fn boundaries_of(&self, image: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let frame = frame(image, width, height).map_err(|e| convert::to_js_error(&e))?;
-        Ok(convert::boundaries(&boundary_map(&frame, &self.params_in_force().contour)))
+        Ok(convert::boundaries(&boundary_map(&frame, None, &self.params_in_force().contour)))
     }
 
     /// The superpixels of an image given as for `boundariesOf`; at most `count` of them if there is one.
