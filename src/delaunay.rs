@@ -85,6 +85,14 @@ pub fn constrained_delaunay(points: &[(f32, f32)], lines: &[(u32, u32)]) -> Tria
     plain(&spade)
 }
 
+/// The Delaunay triangles of `points`; of several points at one place, the first stands for all. None for points on a line.
+/// Coordinates must be finite.
+pub fn delaunay_triangles(points: &[(f32, f32)]) -> Vec<[u32; 3]> {
+    let (sites, _) = distinct(points);
+    let spade = Spade::bulk_load(sites).unwrap_or_default();
+    spade.inner_faces().map(|face| face.vertices().map(|v| v.data().index)).collect()
+}
+
 /// What `spade` found, as indices.
 fn plain(spade: &Spade) -> Triangulation {
     let triangles = spade.inner_faces().map(|face| face.vertices().map(|v| v.data().index)).collect();

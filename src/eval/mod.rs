@@ -6,7 +6,7 @@
 //! - [`definition`]: which frames of a shot are labelled, and with which regions (`Def.dat`, PGM masks);
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
 //! - [`davis`]: region similarity and boundary measure of masks, as the DAVIS benchmark has them;
-//! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010), their mean and trimmed mean.
+//! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010) for points or pixels, their mean and trimmed mean.
 
 pub mod davis;
 pub mod definition;

@@ -428,6 +428,18 @@ impl Session {
         }
     }
 
+    /// The cluster of each pixel of frame `t` at input size, an index into [`Objects::of_cluster`]: the cut before objects are told
+    /// from background.
+    ///
+    /// # Errors
+    /// As [`Session::labels`].
+    pub fn cluster_labels(&self, t: usize) -> Result<Plane<u32>, Error> {
+        match (self.dense.clusters(t), self.scale) {
+            (Some(clusters), Some(scale)) => Ok(dense::to_input(&clusters, scale)),
+            _ => Err(missing_frame("cluster map", t, self.dense.masks.len())),
+        }
+    }
+
     /// The Gabriel superpixels of frame `t`, at working size.
     ///
     /// # Errors
@@ -445,9 +457,9 @@ impl Session {
         Ok(dense::boundaries_of(frame, &self.params))
     }
 
-    /// Which clusters are which objects of the masks; `None` until the cut is made.
+    /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no objects.
     pub fn objects(&self) -> Option<&Objects> {
-        (!self.dense.objects.of_cluster.is_empty()).then_some(&self.dense.objects)
+        self.dense.objects()
     }
 
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above

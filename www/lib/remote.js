@@ -73,6 +73,26 @@ export class RemoteEngine {
     return this.#request('flow', t);
   }
 
+  /** @param {number} t */
+  boundaries(t) {
+    return this.#request('boundaries', t);
+  }
+
+  /** @param {number} t */
+  superpixels(t) {
+    return this.#request('superpixels', t);
+  }
+
+  /** @param {import('./frames.js').RawFrame} image */
+  boundariesOf(image) {
+    return this.#request('boundariesOf', image);
+  }
+
+  /** @param {import('./frames.js').RawFrame} image */
+  superpixelsOf(image) {
+    return this.#request('superpixelsOf', image);
+  }
+
   clear() {
     return this.#request('clear');
   }

@@ -13,6 +13,7 @@ use tracecut::discretize::Clusters;
 use tracecut::eval::definition::{Definition, parse_pgm};
 use tracecut::eval::moseg::{Scores, score};
 use tracecut::eval::tracks;
+use tracecut::image::Plane;
 use tracecut::trajectory::Trajectories;
 
 #[derive(Subcommand, Debug)]
@@ -65,14 +66,28 @@ fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
     ))
 }
 
-/// Scores labelled tracks of a shot; the masks lie beside its definition file.
-fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
-    let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
-    let mut maps = Vec::new();
-    for frame in definition.labelled_within(tracks.num_frames) {
-        let mask_path = path.with_file_name(&frame.mask);
-        let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
-        maps.push(definition.regions(&mask));
+/// A shot's ground truth: its definition and the region maps of the labelled frames used.
+struct Shot {
+    definition: Definition,
+    maps: Vec<Plane<u8>>,
+}
+
+impl Shot {
+    /// Reads a definition file and the masks beside it of the first `num_frames` frames.
+    fn read(path: &Path, num_frames: usize) -> Result<Self> {
+        let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
+        let mut maps = Vec::new();
+        for frame in definition.labelled_within(num_frames) {
+            let mask_path = path.with_file_name(&frame.mask);
+            let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
+            maps.push(definition.regions(&mask));
+        }
+        Ok(Self { definition, maps })
     }
+}
+
+/// Scores labelled tracks of a shot.
+fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
+    let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
     score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
 }

@@ -9,6 +9,7 @@ mod input;
 mod jobs;
 mod masks;
 mod overlay;
+mod pictures;
 mod run;
 mod segment;
 mod settings;
@@ -27,7 +28,7 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// Segment a clip: tracks.dat, overlay pictures and result.json
+    /// Segment a clip: masks, tracks.dat, overlay pictures and result.json
     Segment(segment::SegmentArgs),
     /// Score against ground truth
     #[command(subcommand)]

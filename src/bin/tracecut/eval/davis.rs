@@ -3,11 +3,11 @@
 mod folder;
 mod published;
 
-use crate::failure::{Failure, Result, create_folder, print, write};
+use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
 use crate::masks::{paint_lines, tinted};
-use crate::overlay::write_png;
+use crate::pictures::{Pixels, Series};
 use crate::run::run;
 use crate::settings::Settings;
 use clap::Args;
@@ -17,7 +17,6 @@ use published::Published;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tracecut::eval::davis::{LabelTally, Summary, boundary, boundary_measure, region_similarity, scored_frames};
-use tracecut::image::Plane;
 use tracecut::{Params, Session};
 
 /// The truth's outline in overlays.
@@ -135,7 +134,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Resul
         let input = Input::open(&sequence.images, args.frames, Path::new(""))?;
         let (session, timing) = run(&input, params.clone(), &ProgressBar::hidden())?;
         if let Some(folder) = &args.overlay {
-            write_overlays(&folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
+            write_overlays(folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
         }
         let mut outcome = score(&session, &truth)?;
         outcome.name.clone_from(&sequence.name);
@@ -173,14 +172,13 @@ fn score(session: &Session, truth: &Truth) -> Result<Outcome> {
     })
 }
 
-fn write_overlays(folder: &Path, step: usize, input: &Input, session: &Session, truth: &Truth) -> Result<()> {
-    create_folder(folder)?;
+fn write_overlays(folder: PathBuf, step: usize, input: &Input, session: &Session, truth: &Truth) -> Result<()> {
+    let series = Series::create(folder, truth.masks.len())?;
     for (t, frame) in input.frames()?.enumerate().step_by(step) {
         let (_, frame) = frame?;
-        let labels: Plane<u8> = session.labels(t)?;
-        let mut rgb = tinted(&frame, &labels);
+        let mut rgb = tinted(&frame, &session.labels(t)?);
         paint_lines(&mut rgb, &boundary(&truth.masks[t]), OUTLINE);
-        write_png(&folder.join(format!("{t:05}.png")), &rgb, frame.width(), frame.height())?;
+        series.write(t, (frame.width(), frame.height()), Pixels::Rgb(&rgb))?;
     }
     Ok(())
 }

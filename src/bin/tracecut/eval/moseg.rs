@@ -1,6 +1,6 @@
 //! `tracecut eval moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
-use super::score_shot;
+use super::Shot;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
@@ -10,17 +10,26 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use tracecut::Params;
-use tracecut::eval::moseg::{Scores, mean, trimmed_mean};
+use tracecut::eval::moseg::{Scores, mean, score, score_dense, trimmed_mean};
 use tracecut::eval::tracks;
+use tracecut::{Params, Session};
 
 #[derive(Args, Debug)]
+#[command(after_help = "\
+With --dense each sequence has three rows. The first scores the trajectories, as without it. \"pixels by cluster\" scores all pixels of the
+labelled frames by the cluster that the cut gives them, which compares with the first row, and with the pixel row of the paper's
+Table 2. \"pixels by mask label\" scores them by the labels of the masks, where all clusters of the background are one.
+The background is a region and a label as any other. Density is the share of pixels with a label: every pixel has one, so that it is
+100 % in the dense rows.")]
 pub(crate) struct MosegArgs {
     /// Folder with one sub-folder for each sequence, holding NAME.bmf, NAMEDef.dat, images and masks
     folder: PathBuf,
     /// Use the first N frames of each sequence, or all where it is shorter
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
+    /// Make masks as well, and score all pixels of the labelled frames
+    #[arg(long)]
+    dense: bool,
     /// Write all figures and the parameters to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -54,6 +63,8 @@ struct Outcome {
     clusters: usize,
     #[serde(flatten)]
     scores: Scores,
+    #[serde(flatten)]
+    dense: Option<Dense<Scores>>,
     seconds: f64,
     cpu_seconds: Option<f64>,
 }
@@ -65,32 +76,61 @@ impl Outcome {
     }
 }
 
+/// Figures of the two ways to score pixels.
+#[derive(Debug, Serialize)]
+struct Dense<T> {
+    /// By cluster.
+    pixels: T,
+    /// By label of the masks.
+    masks: T,
+}
+
+/// Means over the sequences.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Means {
+    mean: Scores,
+    trimmed_mean: Scores,
+}
+
+impl Means {
+    fn over(outcomes: &[Outcome], scores: impl Fn(&Outcome) -> Option<&Scores>) -> Self {
+        let all: Vec<Scores> = outcomes.iter().filter_map(scores).cloned().collect();
+        Self { mean: mean(&all), trimmed_mean: trimmed_mean(&all) }
+    }
+}
+
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Report<'a> {
     frames: u32,
     sequences: &'a [Outcome],
-    mean: &'a Scores,
-    trimmed_mean: &'a Scores,
+    #[serde(flatten)]
+    sparse: Means,
+    #[serde(flatten)]
+    dense: Option<Dense<Means>>,
     params: &'a Params,
 }
 
 pub(super) fn eval(args: &MosegArgs) -> Result<()> {
-    let params = args.settings.params()?;
+    let mut params = args.settings.params()?;
+    // Without masks to score the run ends with the trajectories' labels.
+    params.clip.dense = args.dense;
     let sequences = find_sequences(&args.folder, &args.only)?;
     if let Some(folder) = &args.tracks {
         crate::failure::create_folder(folder)?;
     }
     print(HEADING)?;
-    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), |o| print(row(o)))?;
-    let scores: Vec<Scores> = outcomes.iter().map(|o| o.scores.clone()).collect();
-    let (mean, trimmed) = (mean(&scores), trimmed_mean(&scores));
+    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), print_rows)?;
+    let sparse = Means::over(&outcomes, |o| Some(&o.scores));
+    let dense = args.dense.then(|| Dense {
+        pixels: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.pixels)),
+        masks: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.masks)),
+    });
     let seconds: f64 = outcomes.iter().map(Outcome::shown_seconds).sum();
-    print(format_args!("{:35}{} {seconds:8.1}", "mean", score_columns(&mean)))?;
-    print(format_args!("{:35}{}", "trimmed mean", score_columns(&trimmed)))?;
+    print_means(&sparse, dense.as_ref(), seconds)?;
     if let Some(path) = &args.json {
-        let report =
-            Report { frames: args.frames, sequences: &outcomes, mean: &mean, trimmed_mean: &trimmed, params: &params };
+        let report = Report { frames: args.frames, sequences: &outcomes, sparse, dense, params: &params };
         let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
         write(path, text + "\n")?;
     }
@@ -134,12 +174,15 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
             write(&folder.join(format!("{}.dat", sequence.name)), &text)?;
         }
         let (tracks, clusters) = tracks::parse(&text)?;
+        let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
+        let scores = score(&shot.definition, &shot.maps, &tracks, &clusters);
         Ok(Outcome {
             name: sequence.name.clone(),
             frames: session.num_frames(),
             trajectories: tracks.len(),
             clusters: clusters.count,
-            scores: score_shot(&sequence.definition, &tracks, &clusters)?,
+            scores: scores.map_err(|e| Failure::about(sequence.definition.display(), e))?,
+            dense: if args.dense { Some(score_pixels(&shot, &session)?) } else { None },
             seconds: timing.total.wall,
             cpu_seconds: timing.total.cpu,
         })
@@ -147,12 +190,38 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
     run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
 }
 
+/// Both ways to score the pixels of the labelled frames.
+fn score_pixels(shot: &Shot, session: &Session) -> Result<Dense<Scores>> {
+    let num_frames = session.num_frames();
+    let frames = || shot.definition.labelled_within(num_frames).map(|frame| frame.index);
+    let clusters = frames().map(|t| session.cluster_labels(t)).collect::<std::result::Result<Vec<_>, _>>()?;
+    let masks = frames().map(|t| Ok(session.labels(t)?.map(u32::from))).collect::<Result<Vec<_>>>()?;
+    let num_clusters = session.objects().map_or(0, |o| o.of_cluster.len());
+    let num_labels = session.objects().map_or(0, |o| o.count + 1);
+    let score = |labels: &[_], count| score_dense(&shot.definition, &shot.maps, labels, count, num_frames);
+    Ok(Dense { pixels: score(&clusters, num_clusters)?, masks: score(&masks, num_labels)? })
+}
+
 const HEADING: &str =
     "sequence     frames  tracks clusters  density %  overall %   region %  over-seg.  objects  seconds";
 
-fn row(o: &Outcome) -> String {
+fn print_rows(o: &Outcome) -> Result<()> {
     let head = format!("{:12} {:6} {:7} {:8}", o.name, o.frames, o.trajectories, o.clusters);
-    format!("{head:35}{} {:8.1}", score_columns(&o.scores), o.shown_seconds())
+    print(format_args!("{head:35}{} {:8.1}", score_columns(&o.scores), o.shown_seconds()))?;
+    let Some(dense) = &o.dense else { return Ok(()) };
+    print(format_args!("{:35}{}", "    pixels by cluster", score_columns(&dense.pixels)))?;
+    print(format_args!("{:35}{}", "    pixels by mask label", score_columns(&dense.masks)))
+}
+
+fn print_means(sparse: &Means, dense: Option<&Dense<Means>>, seconds: f64) -> Result<()> {
+    print(format_args!("{:35}{} {seconds:8.1}", "mean", score_columns(&sparse.mean)))?;
+    print(format_args!("{:35}{}", "trimmed mean", score_columns(&sparse.trimmed_mean)))?;
+    let Some(dense) = dense else { return Ok(()) };
+    for (name, means) in [("pixels by cluster", &dense.pixels), ("pixels by mask label", &dense.masks)] {
+        print(format_args!("{:35}{}", format!("{name}, mean"), score_columns(&means.mean)))?;
+        print(format_args!("{:35}{}", format!("{name}, trimmed mean"), score_columns(&means.trimmed_mean)))?;
+    }
+    Ok(())
 }
 
 fn score_columns(s: &Scores) -> String {
