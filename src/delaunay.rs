@@ -1,5 +1,6 @@
 //! Delaunay triangulations of points in the plane, with and without lines that must be kept; the only file that names `spade`.
 
+use crate::order;
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
@@ -54,7 +55,7 @@ pub fn delaunay_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
             edges.push((a.min(b), a.max(b)));
         }
     }
-    edges.sort_unstable();
+    order::sort_by_key(&mut edges, |&(a, b)| order::pair(a, b));
     edges
 }
 
@@ -110,21 +111,20 @@ fn plain(spade: &Spade) -> Triangulation {
             });
         }
     }
-    edges.sort_by_key(|edge| edge.ends);
+    order::sort_by_key(&mut edges, |edge| order::pair(edge.ends[0], edge.ends[1]));
     Triangulation { triangles, edges }
 }
 
 /// The points in an order of their own, each place once, and pairs of points at the same place: one of those kept, another one.
 fn distinct(points: &[(f32, f32)]) -> (Vec<Site>, Vec<(u32, u32)>) {
-    let mut order: Vec<Site> =
+    let mut ordered: Vec<Site> =
         (0..).zip(points).map(|(index, &(x, y))| Site { position: Point2::new(settle(x), settle(y)), index }).collect();
-    order.sort_by(|a, b| {
-        let (p, q) = (a.position, b.position);
-        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.index.cmp(&b.index))
-    });
+    // Coordinates came as single floats, so that two of them fit into a key.
+    let key = |v: f64| order::single(v as f32);
+    order::sort_by_key(&mut ordered, |site| order::pair(key(site.position.x), key(site.position.y)));
     let mut same = Vec::with_capacity(3 * points.len());
     let mut sites: Vec<Site> = Vec::with_capacity(points.len());
-    for site in order {
+    for site in ordered {
         match sites.last() {
             Some(last) if last.position == site.position => same.push((last.index, site.index)),
             _ => sites.push(site),

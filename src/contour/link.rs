@@ -9,6 +9,7 @@
 //! links, so that no two of them cross.
 
 use crate::image::Plane;
+use crate::order;
 
 /// An end at most this far from the image border, in pixels, is run into it; boundary maps fade out there.
 const BORDER: usize = 4;
@@ -104,7 +105,7 @@ impl Lines {
     fn thin(&mut self, strength: &Plane<f32>) {
         let mut pass = self.all();
         while !pass.is_empty() {
-            pass.sort_by(|&p, &q| strength[self.place(p)].total_cmp(&strength[self.place(q)]).then(p.cmp(&q)));
+            order::sort_by_key(&mut pass, |&p| order::pair(order::single(strength[self.place(p)]), p as u32));
             pass.dedup();
             let mut next = Vec::new();
             for p in pass {

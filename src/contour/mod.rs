@@ -3,9 +3,16 @@
 //! In: a [`Frame`]. Out: [`BoundaryMap`], a boundary probability Pb for each pixel, and [`Segments`], straight pieces fitted to what is
 //! left of it after thinning and thresholding.
 
+mod blur;
 mod fit;
+mod gradient;
+mod lab;
 mod link;
+mod thin;
 
+pub(crate) use thin::{ORIENTATIONS, normals, thin};
+
+use crate::flow::FlowField;
 use crate::image::{Frame, Plane};
 
 crate::params! {
@@ -47,17 +54,30 @@ pub struct Segments {
     pub lines: Vec<(u32, u32)>,
 }
 
-/// Pb of `frame`.
-pub fn boundary_map(frame: &Frame, _params: &ContourParams) -> BoundaryMap {
-    let luma = frame.luma();
-    let (w, h) = (luma.width(), luma.height());
-    let pb = Plane::from_fn(w, h, |x, y| {
-        let dx = luma[((x + 1).min(w - 1), y)] - luma[(x.saturating_sub(1), y)];
-        let dy = luma[(x, (y + 1).min(h - 1))] - luma[(x, y.saturating_sub(1))];
-        ((dx * dx + dy * dy).sqrt() / 255.0).min(1.0)
-    });
-    BoundaryMap { thin: pb.clone(), pb }
+/// Pb of `frame`. The flow to the next frame, where it is known, will add motion boundaries.
+pub fn boundary_map(frame: &Frame, _flow: Option<&FlowField>, _params: &ContourParams) -> BoundaryMap {
+    let oriented = gradient::oriented_strength(frame);
+    let (w, h) = (frame.width(), frame.height());
+    let mut pb = Plane::filled(w, h, 0.0_f32);
+    let mut orientation = Plane::filled(w, h, 0_u8);
+    for (k, plane) in oriented.iter().enumerate() {
+        for ((best, o), &v) in pb.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane.data()) {
+            if v > *best {
+                *best = v;
+                *o = k as u8;
+            }
+        }
+    }
+    let logistic = |s: f32| 1.0 / (1.0 + libm::expf(-SLOPE * (s - CENTRE)));
+    let none = logistic(0.0);
+    let pb = pb.map(|s| (logistic(s) - none).clamp(0.0, 1.0));
+    BoundaryMap { thin: thin(&pb, &orientation), pb }
 }
+
+/// Slope of the logistic that turns strengths into probabilities.
+const SLOPE: f32 = 5.8;
+/// Strength at which it is one half.
+const CENTRE: f32 = 0.915;
 
 /// The contours of `map` as line segments.
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {

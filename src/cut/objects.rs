@@ -12,6 +12,7 @@
 //! leaves open what the background is (ALGORITHMS 6.4).
 
 use super::CutLabels;
+use crate::order;
 use crate::superpixel::Superpixels;
 
 /// Least share of the rim over share of the area of a background cluster.
@@ -39,7 +40,7 @@ pub fn find_objects(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: 
     };
     let surrounding = (0..num_clusters).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
     let mut found: Vec<usize> = (0..num_clusters).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect();
-    found.sort_by(|&a, &b| census.area[b].total_cmp(&census.area[a]));
+    order::sort_by_key(&mut found, |&c| !order::double(census.area[c]));
     found.truncate(255);
     let mut of_cluster = vec![0; num_clusters];
     for (label, &c) in (1..=255).zip(&found) {

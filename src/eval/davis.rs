@@ -11,7 +11,7 @@
 //!    decay is the mean of the first quarter of frames less that of the last one.
 //!
 //! The benchmark knows foreground and background only. A segmentation into labels is scored as it stands, all labels other than 0
-//! being foreground; or with the help of the truth, which says what the labels could give at best ([`LabelTally`]).
+//! being foreground; or with the help of the truth, to tell wrong labels from a wrong choice among them ([`LabelTally`]).
 //!
 //! Source: Perazzi et al., "A Benchmark Dataset and Evaluation Methodology for Video Object Segmentation", CVPR 2016, and the
 //! behaviour of its published program.
@@ -179,7 +179,8 @@ impl LabelTally {
         Ok(())
     }
 
-    /// The labels more than half of whose pixels are truly foreground: the choice of one who knows the truth.
+    /// The labels more than half of whose pixels are truly foreground: the choice of one who knows the truth. Of all choices it has
+    /// the fewest wrong pixels, which need not be the one with the best region similarity.
     pub fn oracle_foreground(&self) -> [bool; 256] {
         std::array::from_fn(|label| self.foreground[label] > self.background[label])
     }

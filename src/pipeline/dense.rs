@@ -110,13 +110,13 @@ impl Dense {
 
 /// Superpixels of one frame, from its contours.
 fn superpixels_of(frame: &Frame, params: &Params) -> Superpixels {
-    let map = boundary_map(frame, &params.contour);
+    let map = boundary_map(frame, None, &params.contour);
     gabriel_superpixels(&contour_segments(&map, &params.contour), &map, &params.superpixel)
 }
 
 /// Pb of one frame.
 pub(super) fn boundaries_of(frame: &Frame, params: &Params) -> BoundaryMap {
-    boundary_map(frame, &params.contour)
+    boundary_map(frame, None, &params.contour)
 }
 
 /// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.

@@ -6,6 +6,7 @@ use super::{EdgeKind, SuperpixelParams};
 use crate::contour::Segments;
 use crate::delaunay::{Triangulation, TriangulationEdge, constrained_delaunay};
 use crate::image::Plane;
+use crate::order::{pair, signed, sort_by_key};
 
 /// Units in a pixel.
 const UNIT: i64 = 256;
@@ -88,7 +89,7 @@ impl Graph {
     /// (included) to the right one (excluded). Neighbouring triangles compute the same bound for their common side.
     fn fill(&self, corners: [Point; 3], face: u32, label: &mut Plane<u32>) {
         let mut c = corners;
-        c.sort_by_key(|&(x, y)| (y, x));
+        sort_by_key(&mut c, |&(x, y)| pair(signed(y as i32), signed(x as i32)));
         let [top, middle, bottom] = c;
         for y in rows(top.1, middle.1) {
             span(label.row_mut(y as usize), bound(top, middle, y), bound(top, bottom, y), face);
@@ -138,7 +139,7 @@ fn add_frame(points: &mut Vec<Point>, corner: Point, step: f64) {
         let end = if fixed == 0 { corner.1 } else { corner.0 };
         let mut stops: Vec<i64> = points.iter().filter(|p| across(p) == at).map(along).collect();
         stops.extend([low, end]);
-        stops.sort();
+        sort_by_key(&mut stops, |&v| signed(v as i32).into());
         let mut place = |v: i64| points.push(if fixed == 0 { (at, v) } else { (v, at) });
         for pair in stops.windows(2) {
             let gap = pair[1] - pair[0];

@@ -1,6 +1,7 @@
 //! Joining faces across weak borders: very small ones, and as many more as a wanted number of superpixels asks for.
 
 use super::gabriel::{Sets, Side};
+use crate::order::sort_by_key;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -44,7 +45,7 @@ impl Regions {
     /// Joins every region of fewer than `min_pixels` pixels, the smallest first, with the one behind its weakest border.
     pub(super) fn join_small(&mut self, min_pixels: u32) {
         let mut order: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] < min_pixels).collect();
-        order.sort_by_key(|&r| (self.area[r as usize], r));
+        sort_by_key(&mut order, |&r| self.area[r as usize].into());
         for r in order {
             let mut region = self.sets.find(r);
             while self.area[region as usize] < min_pixels {
@@ -115,7 +116,7 @@ impl Regions {
 
 /// Sorts links and makes one of those to the same region.
 fn gather(links: &mut Vec<Link>) {
-    links.sort_by_key(|l| l.to);
+    sort_by_key(links, |l| l.to.into());
     links.dedup_by(|next, first| {
         let same = next.to == first.to;
         if same {

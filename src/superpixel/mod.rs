@@ -9,6 +9,7 @@ mod tests;
 
 use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, contour_segments};
 use crate::image::{Frame, Plane};
+use crate::order;
 use gabriel::{Graph, Side};
 use merge::Regions;
 
@@ -92,7 +93,7 @@ pub fn superpixels_of(
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
-    superpixels_in(&boundary_map(frame, contour), count, contour, superpixel)
+    superpixels_in(&boundary_map(frame, None, contour), count, contour, superpixel)
 }
 
 /// As [`superpixels_of`], from a boundary map.
@@ -162,7 +163,7 @@ fn number(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usize) -> Ve
 
 /// One border for each pair, from its parts.
 fn borders(mut parts: Vec<Border>) -> Vec<Border> {
-    parts.sort_by_key(|p| (p.a, p.b));
+    order::sort_by_key(&mut parts, |p| order::pair(p.a, p.b));
     let mut borders = Vec::with_capacity(parts.len());
     for group in parts.chunk_by(|p, q| (p.a, p.b) == (q.a, q.b)) {
         let length: f32 = group.iter().map(|p| p.length).sum();

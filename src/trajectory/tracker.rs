@@ -3,6 +3,7 @@
 use super::{Trajectories, TrajectoryParams};
 use crate::flow::FlowField;
 use crate::image::{Plane, sample_bilinear};
+use crate::order;
 
 /// Seeds keep this distance from the frame, in pixels (the published tracker's value).
 const MARGIN: f32 = 4.0;
@@ -94,11 +95,8 @@ impl Tracker {
         let min_length = self.params.min_length_for(num_frames);
         self.ended.append(&mut self.live);
         self.ended.retain(|t| t.points.len() >= min_length);
-        let place = |t: &Live| (t.points[0].1, t.points[0].0);
-        self.ended.sort_by(|a, b| {
-            let ((ay, ax), (by, bx)) = (place(a), place(b));
-            a.start.cmp(&b.start).then(ay.total_cmp(&by)).then(ax.total_cmp(&bx))
-        });
+        order::sort_by_key(&mut self.ended, |t| u64::from(order::single(t.points[0].0)));
+        order::sort_by_key(&mut self.ended, |t| order::pair(t.start as u32, order::single(t.points[0].1)));
         let mut tracks = Trajectories::empty(num_frames, self.size);
         for track in self.ended {
             tracks.push(track.start, track.points);

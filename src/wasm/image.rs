@@ -2,9 +2,9 @@
 
 use super::{JsSession, convert};
 use crate::Error;
-use crate::contour::{boundary_map, contour_segments};
+use crate::contour::boundary_map;
 use crate::image::Frame;
-use crate::superpixel::gabriel_superpixels;
+use crate::superpixel;
 use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen(js_class = Session)]
@@ -13,17 +13,21 @@ impl JsSession {
     #[wasm_bindgen(js_name = boundariesOf)]
     pub fn boundaries_of(&self, image: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let frame = frame(image, width, height).map_err(|e| convert::to_js_error(&e))?;
-        Ok(convert::boundaries(&boundary_map(&frame, &self.params_in_force().contour)))
+        Ok(convert::boundaries(&boundary_map(&frame, None, &self.params_in_force().contour)))
     }
 
-    /// The superpixels of an image given as for `boundariesOf`.
+    /// The superpixels of an image given as for `boundariesOf`; at most `count` of them if there is one.
     #[wasm_bindgen(js_name = superpixelsOf)]
-    pub fn superpixels_of(&self, image: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
+    pub fn superpixels_of(
+        &self,
+        image: &[u8],
+        width: usize,
+        height: usize,
+        count: Option<usize>,
+    ) -> Result<JsValue, JsValue> {
         let frame = frame(image, width, height).map_err(|e| convert::to_js_error(&e))?;
         let params = self.params_in_force();
-        let map = boundary_map(&frame, &params.contour);
-        let segments = contour_segments(&map, &params.contour);
-        Ok(convert::superpixels(&gabriel_superpixels(&segments, &map, &params.superpixel)))
+        Ok(convert::superpixels(&superpixel::superpixels_of(&frame, count, &params.contour, &params.superpixel)))
     }
 }
 

@@ -64,7 +64,9 @@ test('superpixels and boundaries of a frame keep their laws', async (t) => {
   isBoundaryMap(await session.boundaries(SMALL.frames - 1));
   await rejects(session.superpixels(0), 'state', /superpixels of frame 0/);
   const result = await session.run();
-  isPartition(await result.superpixels(2));
+  const regions = await result.superpixels(2);
+  isPartition(regions);
+  for (const [name, kind] of Object.entries(EdgeKind)) assert.ok(regions.edges.kind.includes(kind), `no edge is a ${name}`);
   assert.deepEqual(await result.superpixels(2), await session.superpixels(2));
   assert.deepEqual(await result.boundaries(2), await session.boundaries(2));
 });
@@ -128,6 +130,19 @@ test('a single image may be a file, and is never reduced', async () => {
   isPartition(regions);
 });
 
+test('the number of superpixels can be set, and parameters change them', async () => {
+  const clip = await synthClip({ width: 160, height: 90, frames: 1, seed: 2 });
+  const image = clip.frame(0);
+  const { count } = await superpixels(image);
+  assert.ok(count > 20, `${count} superpixels`);
+  const ten = await superpixels(image, { count: 10 });
+  isPartition(ten);
+  assert.equal(ten.count, 10);
+  const coarse = await superpixels(image, { superpixel: { minPixels: 500 } });
+  isPartition(coarse);
+  assert.ok(coarse.count < count, `${coarse.count} of ${count}`);
+});
+
 for (const [width, height] of [[1, 1], [1, 40], [40, 1], [17, 3]]) {
   test(`an image of ${width}x${height} pixels is a valid partition`, async () => {
     const image = plain(width, height, (x, y) => ((x >> 2) + y) % 2 * 255);
@@ -150,6 +165,8 @@ test('an image that is none, and options that do nothing, are refused', async ()
   await rejects(superpixels({ data: new Uint8Array(8), width: 1, height: 1 }), 'frame-bytes');
   await rejects(boundaries(image, { flow: {} }), 'param', /flow = an Object \(expected contour, superpixel/);
   await rejects(boundaries(image, { contour: { lwo: 0.1 } }), 'param', /contour\.lwo = 0\.1/);
+  await rejects(boundaries(image, { count: 9 }), 'param', /count = 9 /);
+  await rejects(superpixels(image, { count: 0 }), 'param', /count = 0 \(expected a whole number/);
   await rejects(superpixels(image, 3), 'param', /options = 3/);
   await rejects(superpixels(image, { worker: true }), 'unsupported');
 });

@@ -30,7 +30,7 @@ const objects: ObjectList | null = result.objects;
 const regions: Superpixels = await result.superpixels(0);
 const map: BoundaryMap = await session.boundaries(0);
 const still: ImageOptions = { contour: { low: 0.05 }, superpixel: {}, worker: false };
-const gabriel = (await superpixels(new Uint8Array(), still)).edges.kind.filter((kind) => kind === EdgeKind.Gabriel).length;
+const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter((kind) => kind === EdgeKind.Gabriel).length;
 const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
 console.log(masks, objects?.ofCluster, regions.borders.pb, map.scaleX, gabriel, thin);
 const names: string[] = parameters().map((parameter) => parameter.name);

@@ -140,6 +140,7 @@ fn single_images_have_boundaries_and_superpixels_at_their_own_size() {
     let session = JsSession::new(option("clip", "maxSide", 16)).unwrap();
     let rgba: Vec<u8> = (0..40 * 24).flat_map(|p| [if p % 40 < 20 { 30 } else { 200 }, 90, 90, 255]).collect();
     boundaries_fit(&session.boundaries_of(&rgba, 40, 24).unwrap(), 40, 24);
-    partition_fits(&session.superpixels_of(&rgba, 40, 24).unwrap(), 40, 24);
+    partition_fits(&session.superpixels_of(&rgba, 40, 24, None).unwrap(), 40, 24);
+    assert!(number(&session.superpixels_of(&rgba, 40, 24, Some(2)).unwrap(), "count") <= 2.0);
     assert_eq!(code_and_message(&session.boundaries_of(&rgba, 40, 25).unwrap_err()).0, "frame-bytes");
 }

@@ -30,5 +30,6 @@ export function parameters() {
 /** @typedef {import('./engine.js').FlowField} FlowField */
 /** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
 /** @typedef {import('./image.js').ImageOptions} ImageOptions */
+/** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */
 /** @typedef {import('./image.js').Superpixels} Superpixels */
 /** @typedef {import('./result.js').ObjectList} ObjectList */

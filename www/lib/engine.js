@@ -40,7 +40,7 @@ const SLICE_MS = 30;
  * @property {(t: number) => Promise<RawBoundaryMap>} boundaries
  * @property {(t: number) => Promise<RawSuperpixels>} superpixels
  * @property {(image: import('./frames.js').RawFrame) => Promise<RawBoundaryMap>} boundariesOf of an image of its own
- * @property {(image: import('./frames.js').RawFrame) => Promise<RawSuperpixels>} superpixelsOf
+ * @property {(image: import('./frames.js').RawFrame, count?: number) => Promise<RawSuperpixels>} superpixelsOf
  * @property {() => Promise<Info>} clear
  * @property {() => void} close
  */
@@ -111,9 +111,12 @@ export class LocalEngine {
     return this.#queued((session) => session.boundariesOf(...imageArguments(image)));
   }
 
-  /** @param {import('./frames.js').RawFrame} image */
-  superpixelsOf(image) {
-    return this.#queued((session) => session.superpixelsOf(...imageArguments(image)));
+  /**
+   * @param {import('./frames.js').RawFrame} image
+   * @param {number} [count]
+   */
+  superpixelsOf(image, count) {
+    return this.#queued((session) => session.superpixelsOf(...imageArguments(image), count));
   }
 
   clear() {

@@ -2,7 +2,7 @@
 
 import { illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
-import { isPlainObject, splitOptions } from './options.js';
+import { isPlainObject, splitOptions, wholeNumber } from './options.js';
 import { openEngine } from './platform.js';
 
 /**
@@ -51,7 +51,14 @@ export const EdgeKind = Object.freeze({
  * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'worker'>} ImageOptions
  */
 
+/**
+ * Options of the superpixels of a single image. With `count` they are joined across their weakest borders until so many are left;
+ * an image with few contours has fewer.
+ * @typedef {ImageOptions & {count?: number}} SuperpixelOptions
+ */
+
 const LEGAL = ['contour', 'superpixel', 'wasm', 'worker'];
+const MAX_COUNT = 2 ** 26;
 
 /**
  * @param {import('./frames.js').FrameSource} image
@@ -65,12 +72,14 @@ export function boundariesOf(image, options, platform) {
 
 /**
  * @param {import('./frames.js').FrameSource} image
- * @param {ImageOptions | undefined} options
+ * @param {SuperpixelOptions | undefined} options
  * @param {import('./platform.js').Platform} platform
  * @returns {Promise<Superpixels>}
  */
-export function superpixelsOf(image, options, platform) {
-  return ask(image, options, platform, async (engine, raw) => unscaled(await engine.superpixelsOf(raw)));
+export async function superpixelsOf(image, options, platform) {
+  const { count, ...others } = isPlainObject(options) ? /** @type {SuperpixelOptions} */ (options) : { count: undefined };
+  if (count !== undefined) wholeNumber('param', 'count', count, 1, MAX_COUNT);
+  return ask(image, isPlainObject(options) ? others : options, platform, async (engine, raw) => unscaled(await engine.superpixelsOf(raw, count)));
 }
 
 /**

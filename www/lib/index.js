@@ -66,7 +66,7 @@ export function boundaries(image, options) {
 /**
  * The Gabriel superpixels of a single image, at its own size.
  * @param {import('./frames.js').FrameSource} image
- * @param {import('./image.js').ImageOptions} [options]
+ * @param {import('./image.js').SuperpixelOptions} [options]
  * @returns {Promise<import('./image.js').Superpixels>}
  */
 export function superpixels(image, options) {

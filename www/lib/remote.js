@@ -88,9 +88,12 @@ export class RemoteEngine {
     return this.#request('boundariesOf', image);
   }
 
-  /** @param {import('./frames.js').RawFrame} image */
-  superpixelsOf(image) {
-    return this.#request('superpixelsOf', image);
+  /**
+   * @param {import('./frames.js').RawFrame} image
+   * @param {number} [count]
+   */
+  superpixelsOf(image, count) {
+    return this.#request('superpixelsOf', { image, count });
   }
 
   clear() {

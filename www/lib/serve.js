@@ -41,7 +41,7 @@ export function serve(port) {
       case 'boundariesOf':
         return (await engine).boundariesOf(data);
       case 'superpixelsOf':
-        return (await engine).superpixelsOf(data);
+        return (await engine).superpixelsOf(data.image, data.count);
       case 'clear':
         return (await engine).clear();
       case 'run': {

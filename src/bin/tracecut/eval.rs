@@ -1,10 +1,11 @@
 //! `tracecut eval`: scores against ground truth.
 
+mod contours;
 mod davis;
 mod flow;
-#[allow(dead_code, reason = "the commands that read it follow")]
 mod mat;
 mod moseg;
+mod superpixels;
 
 use crate::failure::{Failure, Result, print, read, read_text};
 use clap::Subcommand;
@@ -34,6 +35,10 @@ pub(crate) enum EvalCommand {
     },
     /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
     Flow(flow::FlowArgs),
+    /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people segmented
+    Superpixels(superpixels::SuperpixelArgs),
+    /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
+    Contours(contours::ContoursArgs),
 }
 
 pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
@@ -42,6 +47,8 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
+        EvalCommand::Superpixels(args) => superpixels::eval(args),
+        EvalCommand::Contours(args) => contours::eval(args),
     }
 }
 

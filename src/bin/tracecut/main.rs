@@ -13,6 +13,7 @@ mod pictures;
 mod run;
 mod segment;
 mod settings;
+mod superpixels;
 mod y4m;
 
 use clap::{Parser, Subcommand};
@@ -33,6 +34,8 @@ enum Command {
     /// Score against ground truth
     #[command(subcommand)]
     Eval(eval::EvalCommand),
+    /// Superpixels of an image: a label map, and a picture of the edges between them
+    Superpixels(superpixels::SuperpixelArgs),
     /// List all parameters with range, default and meaning
     Params,
 }
@@ -41,6 +44,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Segment(args) => segment::segment(&args),
         Command::Eval(command) => eval::eval(&command),
+        Command::Superpixels(args) => superpixels::superpixels(&args),
         Command::Params => settings::list(),
     };
     match outcome {

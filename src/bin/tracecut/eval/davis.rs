@@ -11,25 +11,30 @@ use crate::pictures::{Pixels, Series};
 use crate::run::run;
 use crate::settings::Settings;
 use clap::Args;
-use folder::{Sequence, Truth, find_sequences};
+use folder::{Sequence, find_sequences};
 use indicatif::ProgressBar;
 use published::Published;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tracecut::eval::davis::{LabelTally, Summary, boundary, boundary_measure, region_similarity, scored_frames};
+use tracecut::image::Plane;
 use tracecut::{Params, Session};
 
 /// The truth's outline in overlays.
 const OUTLINE: [u8; 3] = [255, 255, 255];
 
+const HELP: &str = "\
+J is region similarity (intersection over union), F boundary measure, both 0 to 1, over all frames but the first and the last.
+Recall is the share of frames above 0.5, decay the mean of the first quarter of frames less that of the last.
+
+Foreground are all labels other than 0: nothing of the truth is used. Only the column \"oracle J\" uses it, to tell wrong labels from
+a wrong choice among them: there a label is foreground if more than half of its pixels in the clip truly are.
+
+Beside these stand the figures of DIR/published.json where there is one, {\"method\": {\"sequence\": [J, F]}}: those of trc, the
+paper's own program, and of the method without learning that has the best J on the sequence.";
+
 #[derive(Args, Debug)]
-#[command(
-    after_help = "J is region similarity (intersection over union), F boundary measure, both 0 to 1, over all frames but the first \
-and the last. Foreground are all labels other than 0: nothing of the truth is used. Only the column \"oracle J\" uses it, to show \
-what the labels could give at best: there each label is foreground if more than half of its pixels in the clip are.\n\n\
-Beside it stand the figures of DIR/published.json where there is one, {\"method\": {\"sequence\": [J, F]}}: those of trc, the paper's \
-own program, and of the method without learning that has the best J on the sequence."
-)]
+#[command(after_help = HELP)]
 pub(crate) struct DavisArgs {
     /// Folder with NAME/JPEGImages and NAME/Annotations, or with JPEGImages/480p/NAME and Annotations/480p/NAME
     #[arg(value_name = "DIR")]
@@ -144,23 +149,23 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Resul
     run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
 }
 
-fn score(session: &Session, truth: &Truth) -> Result<Outcome> {
+fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
     let mut tally = LabelTally::default();
-    for (t, truth) in truth.masks.iter().enumerate() {
+    for (t, truth) in truth.iter().enumerate() {
         tally.add(&session.labels(t)?, truth)?;
     }
     let chosen = tally.oracle_foreground();
     let (mut j, mut f, mut oracle) = (Vec::new(), Vec::new(), Vec::new());
-    for t in scored_frames(truth.masks.len()) {
+    for t in scored_frames(truth.len()) {
         let labels = session.labels(t)?;
         let mask = labels.map(|label| label != 0);
-        j.push(region_similarity(&mask, &truth.masks[t])?);
-        f.push(boundary_measure(&mask, &truth.masks[t])?);
-        oracle.push(region_similarity(&labels.map(|label| chosen[usize::from(label)]), &truth.masks[t])?);
+        j.push(region_similarity(&mask, &truth[t])?);
+        f.push(boundary_measure(&mask, &truth[t])?);
+        oracle.push(region_similarity(&labels.map(|label| chosen[usize::from(label)]), &truth[t])?);
     }
     Ok(Outcome {
         name: String::new(),
-        frames: truth.masks.len(),
+        frames: truth.len(),
         objects: session.objects().map_or(0, |o| o.count),
         j: Summary::of(&j),
         f: Summary::of(&f),
@@ -172,12 +177,12 @@ fn score(session: &Session, truth: &Truth) -> Result<Outcome> {
     })
 }
 
-fn write_overlays(folder: PathBuf, step: usize, input: &Input, session: &Session, truth: &Truth) -> Result<()> {
-    let series = Series::create(folder, truth.masks.len())?;
+fn write_overlays(folder: PathBuf, step: usize, input: &Input, session: &Session, truth: &[Plane<bool>]) -> Result<()> {
+    let series = Series::create(folder, truth.len())?;
     for (t, frame) in input.frames()?.enumerate().step_by(step) {
         let (_, frame) = frame?;
         let mut rgb = tinted(&frame, &session.labels(t)?);
-        paint_lines(&mut rgb, &boundary(&truth.masks[t]), OUTLINE);
+        paint_lines(&mut rgb, &boundary(&truth[t]), OUTLINE);
         series.write(t, (frame.width(), frame.height()), Pixels::Rgb(&rgb))?;
     }
     Ok(())

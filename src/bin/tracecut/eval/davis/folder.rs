@@ -15,12 +15,6 @@ pub(super) struct Sequence {
     annotations: PathBuf,
 }
 
-/// The true mask of each frame used.
-#[derive(Debug)]
-pub(super) struct Truth {
-    pub(super) masks: Vec<Plane<bool>>,
-}
-
 /// The sequences of `folder` by name, or those that `only` names.
 pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
     let all = folder.join("JPEGImages").join("480p");
@@ -61,8 +55,8 @@ fn sub_folders(folder: &Path) -> Result<Vec<String>> {
 }
 
 impl Sequence {
-    /// The masks of the first `frames` frames, or of all.
-    pub(super) fn truth(&self, frames: Option<u32>) -> Result<Truth> {
+    /// The true masks of the first `frames` frames, or of all.
+    pub(super) fn truth(&self, frames: Option<u32>) -> Result<Vec<Plane<bool>>> {
         let mut images = images::in_folder(&self.images)?;
         images.truncate(frames.map_or(usize::MAX, |n| n as usize));
         if scored_frames(images.len()).is_empty() {
@@ -71,8 +65,7 @@ impl Sequence {
             return Err(Failure::about(self.images.display(), reason));
         }
         let (_, first) = decode(&images[0])?;
-        let masks = images.iter().map(|image| self.mask_of(image, (first.width(), first.height())));
-        Ok(Truth { masks: masks.collect::<Result<_>>()? })
+        images.iter().map(|image| self.mask_of(image, (first.width(), first.height()))).collect()
     }
 
     /// What is not black in the annotation of the same name.

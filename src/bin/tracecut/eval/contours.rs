@@ -1,0 +1,118 @@
+//! `tracecut eval contours`: boundary maps against the outlines that people drew.
+
+use super::mat;
+use crate::clock::{Clock, Seconds};
+use crate::failure::{Failure, Result, print, write};
+use crate::images::in_folder;
+use crate::input::decode;
+use crate::settings::Settings;
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use tracecut::contour::boundary_map;
+use tracecut::eval::contours::{ImageScore, Matching, Quality, Summary, score, summarize, tolerance};
+use tracecut::eval::edges::{canny, sobel};
+use tracecut::image::Plane;
+
+#[derive(Args, Debug)]
+pub(crate) struct ContoursArgs {
+    /// Folder in the layout of BSDS500: images/*.jpg and groundTruth/*.mat, or both in train, val and test below these two
+    folder: PathBuf,
+    /// Also write the numbers as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    settings: Settings,
+}
+
+/// Tolerances in pixels beside the benchmark's own.
+const FINE_PX: f64 = 2.0;
+
+const RECIPES: [&str; 3] = ["ours", "canny", "sobel"];
+
+/// Ways of counting: name, matching, and whether at the fine tolerance.
+const COUNTS: [(&str, Matching, bool); 4] = [
+    ("one-to-one", Matching::OneToOne, false),
+    ("nearest", Matching::Nearest, false),
+    ("one-to-one, 2 px", Matching::OneToOne, true),
+    ("nearest, 2 px", Matching::Nearest, true),
+];
+
+pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
+    let params = args.settings.params()?;
+    let pairs = find_pairs(&args.folder)?;
+    let mut scores: [[Vec<ImageScore>; COUNTS.len()]; RECIPES.len()] = Default::default();
+    let mut spent = Seconds::default();
+    for (image, truth) in &pairs {
+        let (_, frame) = decode(image)?;
+        let people: Vec<Plane<bool>> = mat::read(truth)?.into_iter().map(|a| a.boundaries).collect();
+        let clock = Clock::start();
+        let ours = boundary_map(&frame, None, &params.contour).thin;
+        spent.add(clock.seconds());
+        for (map, lists) in [ours, canny(&frame), sobel(&frame)].iter().zip(&mut scores) {
+            for (&(_, matching, fine), list) in COUNTS.iter().zip(lists) {
+                let radius = if fine { FINE_PX } else { tolerance(frame.width(), frame.height()) };
+                let score = score(map, &people, radius, matching).map_err(|e| Failure::about(image.display(), e))?;
+                list.push(score);
+            }
+        }
+    }
+    let ms = 1000.0 * spent.best() / pairs.len() as f64;
+    report(&scores, pairs.len(), ms, args.json.as_deref())
+}
+
+fn report(
+    scores: &[[Vec<ImageScore>; COUNTS.len()]; RECIPES.len()],
+    images: usize,
+    ms: f64,
+    json_path: Option<&Path>,
+) -> Result<()> {
+    let mut all = serde_json::Map::new();
+    print("matching          recipe     ODS   precision recall threshold     OIS")?;
+    for (k, (count, ..)) in COUNTS.iter().enumerate() {
+        let mut rows = serde_json::Map::new();
+        for (recipe, lists) in RECIPES.iter().zip(scores) {
+            let Summary { ods, ois } = summarize(&lists[k]);
+            print(format_args!(
+                "{count:17} {recipe:6} {:.4}      {:.4} {:.4}    {:.4}  {:.4}",
+                ods.f(),
+                ods.precision,
+                ods.recall,
+                ods.threshold,
+                ois.f()
+            ))?;
+            rows.insert((*recipe).into(), json!({"ods": numbers(ods), "ois": numbers(ois)}));
+        }
+        all.insert((*count).into(), Value::Object(rows));
+    }
+    print(format_args!("{images} images, {ms:.1} ms a boundary map"))?;
+    let Some(path) = json_path else { return Ok(()) };
+    let document = json!({"images": images, "millisecondsAMap": ms, "scores": all});
+    let text = serde_json::to_string_pretty(&document).map_err(|e| Failure(e.to_string()))?;
+    write(path, text + "\n")
+}
+
+fn numbers(quality: Quality) -> Value {
+    let Quality { threshold, precision, recall } = quality;
+    json!({"f": quality.f(), "precision": precision, "recall": recall, "threshold": threshold})
+}
+
+/// Images and their ground truth, of the folder itself or of its three parts.
+pub(super) fn find_pairs(folder: &Path) -> Result<Vec<(PathBuf, PathBuf)>> {
+    let (images, truths) = (folder.join("images"), folder.join("groundTruth"));
+    if !images.is_dir() || !truths.is_dir() {
+        let reason = "is not in the layout of BSDS500 (expected the folders `images` and `groundTruth` in it)";
+        return Err(Failure::about(folder.display(), reason));
+    }
+    let mut pairs = Vec::new();
+    for part in ["", "train", "val", "test"] {
+        let folder = images.join(part);
+        let holds_images = folder.is_dir() && (!part.is_empty() || !images.join("train").is_dir());
+        for image in if holds_images { in_folder(&folder)? } else { Vec::new() } {
+            let name = image.file_stem().unwrap_or_default();
+            let truth = truths.join(part).join(name).with_extension("mat");
+            pairs.push((image, truth));
+        }
+    }
+    Ok(pairs)
+}
