@@ -172,7 +172,7 @@ impl Band {
                 for p in inside().filter(|&p| self.node[p] != BEYOND) {
                     let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
                     let own = self.place[usize::from(mask.data()[p])] as usize;
-                    let depth = (depth.data()[p] - 1) as f32 / params.band as f32;
+                    let depth = depth.data()[p] as f32 / params.band as f32;
                     models.costs(Colour::of(&frame.rgb()[3 * p..]), own, params.colour_weight, costs);
                     let keep = rounded(params.keep_weight * depth * depth);
                     for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != own).map(|(_, cost)| cost) {
