@@ -121,7 +121,7 @@ impl AffinityRows {
             } else {
                 continue;
             };
-            let w = (-self.lambda * self.motions.distance_sq(tracks, i, j, start..end)).exp();
+            let w = libm::expf(-self.lambda * self.motions.distance_sq(tracks, i, j, start..end));
             if w >= NEGLIGIBLE {
                 self.upper.push((i as u32, j as u32, w * scale));
             }

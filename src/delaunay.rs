@@ -1,6 +1,8 @@
-//! Delaunay triangulation of points in the plane; the only file that names `spade`.
+//! Delaunay triangulations of points in the plane, with and without lines that must be kept; the only file that names `spade`.
 
-use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+use crate::order;
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
 /// A point that remembers its index in the input.
 struct Site {
@@ -16,33 +18,119 @@ impl HasPosition for Site {
     }
 }
 
+/// One type for both uses, so that the wasm file holds spade's generic code once.
+type Spade = ConstrainedDelaunayTriangulation<Site>;
+
+/// A triangulation of the convex hull of some points.
+///
+/// Law: every edge has a triangle on one side at least, every triangle has three edges in `edges`; edges are sorted by `ends`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Triangulation {
+    /// Indices of each triangle's corners, anticlockwise where y points up.
+    pub triangles: Vec<[u32; 3]>,
+    /// Each edge once.
+    pub edges: Vec<TriangulationEdge>,
+}
+
+/// An edge of a [`Triangulation`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TriangulationEdge {
+    /// Indices of its ends, the smaller one first.
+    pub ends: [u32; 2],
+    /// The triangles beside it; one only on the hull.
+    pub triangles: [Option<u32>; 2],
+    /// Whether it is one of the lines given, or a piece of one.
+    pub constraint: bool,
+}
+
 /// The Delaunay edges of `points`, each `(i, j)` with `i < j`, sorted.
 ///
 /// Points on a line are joined in their order; a point at the very place of an earlier one is joined to that one only, so that no
 /// point is left without a neighbour. Coordinates must be finite. O(n log n).
 pub fn delaunay_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
-    let mut order: Vec<Site> =
-        (0..).zip(points).map(|(index, &(x, y))| Site { position: Point2::new(settle(x), settle(y)), index }).collect();
-    order.sort_by(|a, b| {
-        let (p, q) = (a.position, b.position);
-        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.index.cmp(&b.index))
-    });
-    let mut edges = Vec::with_capacity(3 * points.len());
-    let mut sites: Vec<Site> = Vec::with_capacity(points.len());
-    for site in order {
-        match sites.last() {
-            Some(last) if last.position == site.position => edges.push((last.index, site.index)),
-            _ => sites.push(site),
-        }
-    }
-    if let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(sites) {
+    let (sites, mut edges) = distinct(points);
+    if let Ok(triangulation) = Spade::bulk_load(sites) {
         for edge in triangulation.undirected_edges() {
             let [a, b] = edge.vertices().map(|v| v.data().index);
             edges.push((a.min(b), a.max(b)));
         }
     }
-    edges.sort_unstable();
+    order::sort_by_key(&mut edges, |&(a, b)| order::pair(a, b));
     edges
+}
+
+/// The constrained Delaunay triangulation of `points` in which the `lines` between them are kept (Chew, "Constrained Delaunay
+/// Triangulations", 1989).
+///
+/// Of points at the same place the first stands for all; a line through further points is kept in pieces; a line that crosses an
+/// earlier one is left out. Coordinates must be finite and indices in range; points on one line only give no triangle and no edge.
+pub fn constrained_delaunay(points: &[(f32, f32)], lines: &[(u32, u32)]) -> Triangulation {
+    let (sites, duplicates) = distinct(points);
+    let mut stands_for: Vec<u32> = (0..points.len() as u32).collect();
+    for (first, other) in duplicates {
+        stands_for[other as usize] = stands_for[first as usize];
+    }
+    let Ok(mut spade) = Spade::bulk_load(sites) else {
+        return Triangulation::default();
+    };
+    let mut handles = vec![FixedVertexHandle::from_index(0); points.len()];
+    for vertex in spade.vertices() {
+        handles[vertex.data().index as usize] = vertex.fix();
+    }
+    for &(a, b) in lines {
+        let [a, b] = [a, b].map(|i| handles[stands_for[i as usize] as usize]);
+        if a != b {
+            spade.try_add_constraint(a, b);
+        }
+    }
+    plain(&spade)
+}
+
+/// The Delaunay triangles of `points`; of several points at one place, the first stands for all. None for points on a line.
+/// Coordinates must be finite.
+pub fn delaunay_triangles(points: &[(f32, f32)]) -> Vec<[u32; 3]> {
+    let (sites, _) = distinct(points);
+    let spade = Spade::bulk_load(sites).unwrap_or_default();
+    spade.inner_faces().map(|face| face.vertices().map(|v| v.data().index)).collect()
+}
+
+/// What `spade` found, as indices.
+fn plain(spade: &Spade) -> Triangulation {
+    let triangles = spade.inner_faces().map(|face| face.vertices().map(|v| v.data().index)).collect();
+    let mut edges = Vec::with_capacity(spade.num_undirected_edges());
+    for edge in spade.undirected_edges() {
+        let directed = edge.as_directed();
+        let [a, b] = edge.vertices().map(|v| v.data().index);
+        // The outer face has index 0.
+        let beside = [directed.face(), directed.rev().face()].map(|f| (f.fix().index() as u32).checked_sub(1));
+        if beside != [None, None] {
+            edges.push(TriangulationEdge {
+                ends: [a.min(b), a.max(b)],
+                triangles: beside,
+                constraint: edge.is_constraint_edge(),
+            });
+        }
+    }
+    order::sort_by_key(&mut edges, |edge| order::pair(edge.ends[0], edge.ends[1]));
+    Triangulation { triangles, edges }
+}
+
+/// The points in an order of their own, each place once, and pairs of points at the same place: one of those kept, another one.
+fn distinct(points: &[(f32, f32)]) -> (Vec<Site>, Vec<(u32, u32)>) {
+    let mut ordered: Vec<Site> =
+        (0..).zip(points).map(|(index, &(x, y))| Site { position: Point2::new(settle(x), settle(y)), index }).collect();
+    // Coordinates came as single floats, so that two of them fit into a key.
+    let key = |v: f64| order::single(v as f32);
+    order::sort_by_key(&mut ordered, |site| order::pair(key(site.position.x), key(site.position.y)));
+    let mut same = Vec::with_capacity(3 * points.len());
+    let mut sites: Vec<Site> = Vec::with_capacity(points.len());
+    for site in ordered {
+        match sites.last() {
+            Some(last) if last.position == site.position => same.push((last.index, site.index)),
+            _ => sites.push(site),
+        }
+    }
+    (sites, same)
 }
 
 /// The coordinate as `spade` accepts it: magnitudes below 2^-142 are too small for its predicates and count as zero.

@@ -15,6 +15,7 @@
 
 use crate::delaunay::delaunay_edges;
 use crate::embedding::Embedding;
+use crate::order;
 use crate::trajectory::Trajectories;
 
 crate::params! {
@@ -74,19 +75,15 @@ pub fn neighborhoods(tracks: &Trajectories) -> Neighborhoods {
         points.clear();
         points.extend(ids.iter().filter_map(|&i| tracks.at(i as usize, frame)));
         // Ids increase, so the order of an edge's ends is kept.
-        keys.extend(delaunay_edges(&points).iter().map(|&(a, b)| key(ids[a as usize], ids[b as usize])));
+        keys.extend(delaunay_edges(&points).iter().map(|&(a, b)| order::pair(ids[a as usize], ids[b as usize])));
         frame_offset.push(keys.len() as u32);
     }
     let mut unique = keys.clone();
-    unique.sort_unstable();
+    order::sort_by_key(&mut unique, |&k| k);
     unique.dedup();
     let frame_edges = keys.iter().filter_map(|k| unique.binary_search(k).ok()).map(|p| p as u32).collect();
     let pairs = unique.iter().map(|&k| ((k >> 32) as u32, k as u32)).collect();
     Neighborhoods { pairs, frame_offset, frame_edges }
-}
-
-fn key(i: u32, j: u32) -> u64 {
-    u64::from(i) << 32 | u64::from(j)
 }
 
 /// The trajectories alive in each frame, in increasing order.

@@ -11,6 +11,7 @@ mod error;
 pub mod eval;
 pub mod flow;
 pub mod image;
+pub mod order;
 pub mod params;
 pub mod pipeline;
 pub mod rng;

@@ -1,6 +1,6 @@
 //! `SymCsr`: a symmetric sparse matrix, both triangles stored row by row.
 
-use crate::Error;
+use crate::{Error, order};
 
 /// A symmetric `n × n` matrix in compressed rows.
 ///
@@ -33,7 +33,7 @@ impl SymCsr {
         let mut value = vec![0.0; 2 * entries.len()];
         let mut sorted = std::borrow::Cow::Borrowed(entries);
         if !entries.is_sorted_by_key(|&(i, j, _)| (i, j)) {
-            sorted.to_mut().sort_unstable_by_key(|&(i, j, _)| (i, j));
+            order::sort_by_key(sorted.to_mut(), |&(i, j, _)| order::pair(i, j));
         }
         // Lower mirrors first: rows then receive their small columns before their large ones, each in order.
         for (row, col, w) in sorted.iter().map(|e| (e.1, e.0, e.2)).chain(sorted.iter().map(|e| (e.0, e.1, e.2))) {

@@ -1,5 +1,10 @@
 //! The `tracecut` program from outside: what it writes, and what it answers to input that it cannot use.
 
+#[path = "cli/davis.rs"]
+mod davis;
+#[path = "cli/masks.rs"]
+mod masks;
+
 use image::{ExtendedColorType, ImageEncoder};
 use std::fs;
 use std::io::Write;
@@ -39,6 +44,18 @@ fn assert_refused(output: &Output, code: i32, words: &[&str]) {
     for word in words {
         assert!(message.contains(word), "\"{word}\" is missing: {message}");
     }
+}
+
+/// What is in a folder, by name.
+fn names_in(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 fn assert_done(output: &Output) {
@@ -107,7 +124,7 @@ fn a_moving_clip_gives_tracks_pictures_and_a_report() {
     assert_eq!(trajectories.num_frames, FRAMES as usize);
     assert!(trajectories.len() > 100, "{} trajectories", trajectories.len());
 
-    let report: serde_json::Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    let report = json(&out.join("result.json"));
     assert_eq!(report["width"], SIZE.0);
     assert_eq!(report["frames"], FRAMES);
     assert_eq!(report["trajectories"], trajectories.len());
@@ -186,12 +203,10 @@ fn standard_input_gives_what_the_file_gives_and_leaves_no_copy() {
         .unwrap();
     child.stdin.take().unwrap().write_all(&y4m(8)).unwrap();
     assert_done(&child.wait_with_output().unwrap());
-    for file in ["tracks.dat", "overlay/00007.png"] {
+    for file in ["tracks.dat", "masks/00007.png", "overlay/00007.png", "overlay-masks/00007.png"] {
         assert_eq!(fs::read(from_pipe.join(file)).unwrap(), fs::read(from_file.join(file)).unwrap(), "{file}");
     }
-    let mut left: Vec<_> = fs::read_dir(&from_pipe).unwrap().map(|e| e.unwrap().file_name()).collect();
-    left.sort();
-    assert_eq!(left, ["overlay", "result.json", "tracks.dat"]);
+    assert_eq!(names_in(&from_pipe), ["masks", "overlay", "overlay-masks", "result.json", "tracks.dat"]);
 }
 
 #[test]
@@ -369,16 +384,29 @@ fn a_hand_made_track_file_is_scored() {
 fn a_folder_of_shots_is_run_and_scored() {
     let root = folder("shots");
     write_shot(&root);
-    let json = root.join("scores.json");
-    let output = tracecut(["eval", "moseg", root.to_str().unwrap(), "--json", json.to_str().unwrap()]);
+    let file = root.join("scores.json");
+    let output = tracecut(["eval", "moseg", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
     assert_done(&output);
     let table = text(&output.stdout);
     assert!(table.lines().any(|l| l.starts_with("toy ")) && table.contains("\ntrimmed mean"), "{table}");
-    let report: serde_json::Value = serde_json::from_slice(&fs::read(json).unwrap()).unwrap();
+    let report = json(&file);
     let scores = &report["sequences"][0];
+    assert!(report["pixels"].is_null() && scores["pixels"].is_null(), "{report}");
     assert_eq!((&scores["name"], &scores["frames"], &scores["labeled"]), (&"toy".into(), &10.into(), &2.0.into()));
     assert_eq!(scores["overall"], report["mean"]["overall"]);
     assert!(scores["overall"].as_f64().unwrap() < 5.0, "{scores}");
+
+    let output = tracecut(["eval", "moseg", root.to_str().unwrap(), "--dense", "--json", file.to_str().unwrap()]);
+    assert_done(&output);
+    assert!(text(&output.stdout).contains("\npixels by mask label, trimmed mean"), "{}", text(&output.stdout));
+    let dense = json(&file);
+    // Masks leave the trajectories as they are, and label every pixel.
+    assert_eq!((&dense["sequences"][0]["overall"], &dense["mean"]), (&scores["overall"], &report["mean"]));
+    for way in ["pixels", "masks"] {
+        let (pixels, mean) = (&dense["sequences"][0][way], &dense[way]["mean"]);
+        assert_eq!((&pixels["density"], pixels), (&100.0.into(), mean), "{way}");
+        assert!(pixels["overall"].as_f64().unwrap() < 10.0, "{way}: {pixels}");
+    }
 
     assert_refused(&tracecut(["eval", "moseg", folder("no-shots").to_str().unwrap()]), 1, &["holds no sequence"]);
     fs::remove_file(root.join("toy/m9.pgm")).unwrap();

@@ -1,6 +1,7 @@
-//! Native code gives the labels that the wasm build gave: the golden files are written by `tests/node/golden.test.mjs`, from wasm.
+//! Native code gives the labels and masks that the wasm build gave: the golden files are written by `tests/node/golden.test.mjs`,
+//! from wasm.
 //!
-//! Floats differ in their last bits between the two, so only labels and counts are compared exactly.
+//! Floats may differ in their last bits between the two, so labels, masks and counts are compared exactly, sums of floats roughly.
 
 use serde_json::Value;
 use std::fs;
@@ -21,11 +22,36 @@ fn agrees(name: &str) {
     session.run().unwrap();
     let (tracks, clusters) = (session.trajectories().unwrap(), session.clusters().unwrap());
     let label: Vec<u64> = clusters.label.iter().map(|&l| u64::from(l)).collect();
-    let expected: Vec<u64> = golden["label"].as_array().unwrap().iter().map(|l| l.as_u64().unwrap()).collect();
-    assert_eq!(label, expected, "{name}: labels of native code and of wasm differ");
+    assert_eq!(label, numbers(&golden["label"]), "{name}: labels of native code and of wasm differ");
     assert_eq!(tracks.x.len() as u64, golden["points"].as_u64().unwrap(), "{name}: number of points");
     let mean = tracks.x.iter().map(|&x| f64::from(x)).sum::<f64>() / tracks.x.len() as f64;
     assert!((mean - golden["meanX"].as_f64().unwrap()).abs() < 0.002, "{name}: mean x {mean}");
+    same_masks(&session, frames, &golden, name);
+}
+
+fn same_masks(session: &Session, frames: usize, golden: &Value, name: &str) {
+    let objects = session.objects().unwrap();
+    let of_cluster: Vec<u64> = objects.of_cluster.iter().map(|&l| u64::from(l)).collect();
+    assert_eq!(of_cluster, numbers(&golden["objects"]), "{name}: objects of native code and of wasm differ");
+    let masks: Vec<_> = (0..frames).map(|t| session.labels(t).unwrap()).collect();
+    let mut area = vec![0_u64; objects.count + 1];
+    masks.iter().flat_map(|mask| mask.data()).for_each(|&l| area[usize::from(l)] += 1);
+    assert_eq!(area, numbers(&golden["area"]), "{name}: pixels of each mask label in the clip");
+    let hashes: Vec<String> = masks.iter().map(|mask| fnv1a(mask.data())).collect();
+    assert_eq!(hashes.len(), golden["masks"].as_array().unwrap().len());
+    for (t, (hash, expected)) in hashes.iter().zip(golden["masks"].as_array().unwrap()).enumerate() {
+        assert_eq!(hash, expected.as_str().unwrap(), "{name}: masks of frame {t} differ");
+    }
+}
+
+fn numbers(list: &Value) -> Vec<u64> {
+    list.as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect()
+}
+
+/// As `fnv1a` in `tests/node/support.mjs`.
+fn fnv1a(bytes: &[u8]) -> String {
+    let hash = bytes.iter().fold(0x811c_9dc5_u32, |hash, &b| (hash ^ u32::from(b)).wrapping_mul(0x0100_0193));
+    format!("{hash:08x}")
 }
 
 #[test]

@@ -1,10 +1,43 @@
-//! The Gabriel cut (section 4.2): from labelled trajectories and superpixels to a label for every pixel.
+//! The Gabriel cut (section 4.2): from labelled trajectories and superpixels to a label for every superpixel of the clip.
+//!
+//! In: [`CutInput`], the superpixels of all frames, trajectories with the labels of their clusters, optionally the flow between
+//! frames. Out: [`CutLabels`]. The labelling f has little energy
+//!
+//! ```text
+//! E(f) = Σ_r λ_r (1 − h_r(f_r)) + Σ_spatial w_pq [f_p ≠ f_q] + Σ_temporal fl_pq [f_p ≠ f_q]
+//! ```
+//!
+//! over the superpixels r of all frames at once (`terms`), found by alpha-expansion (`expansion`) with minimum cuts (`maxflow`). `h_r` is
+//! the normalised histogram of the labels of the trajectories that cross r; λ_r is zero where there are none, and can be lowered where
+//! trajectories of different labels mix (`ambiguous`).
+//!
+//! **Misprints resolved.** The paper prints the mean Pb itself as the cost of parting two neighbours, which makes strong contours dear to
+//! cut; its Figure 6 says the contrary, so the cost falls with Pb here. Its temporal neighbourhood bears the spatial one's name.
+//!
+//! **Beyond the paper**, each with its own parameter: borders count by their length; flow links superpixels that no trajectory joins.
+//! [`CutParams::paper`] has none of this. All numbers are whole once the terms are made, and the terms use no function of the standard
+//! library that differs between machines: labels are the same everywhere.
 
+mod ambiguous;
+mod colour;
+mod expansion;
+mod maxflow;
 mod objects;
+mod refine;
+mod terms;
+#[cfg(test)]
+mod tests;
+mod votes;
 
+pub use ambiguous::ambiguous_shares;
+pub use expansion::{Expansion, MAX_WEIGHT, Potts};
+pub use maxflow::Network;
 pub use objects::{Objects, find_objects};
+pub use refine::{RefineParams, refine};
+pub use terms::energy;
+pub use votes::labels_for;
 
-use crate::discretize::Clusters;
+use crate::flow::CompactFlow;
 use crate::image::Plane;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -12,39 +45,121 @@ use crate::trajectory::Trajectories;
 crate::params! {
     /// The Gabriel cut.
     pub struct CutParams {
-        /// Weight of a superpixel's own trajectories against its neighbours (λ of section 4.2).
+        /// Weight of a superpixel's own trajectories (λ of section 4.2, whose value the paper does not give).
         pub unary_weight: f32 = 1.0, in 0.0..=1000.0;
+        /// A superpixel's own trajectories count in full from this many labelled ones on, in proportion below; 0 and 1: always in
+        /// full, as in the paper.
+        pub full_tracks: f32 = 0.0, in 0.0..=1000.0;
+        /// Weight of the border between two superpixels of a frame. Higher makes labels smoother.
+        pub spatial_weight: f32 = 1.0, in 0.0..=1000.0;
+        /// A border costs `exp(−mean Pb / this)` to cut. The paper prints the mean Pb itself, a misprint.
+        pub pb_scale: f32 = 0.03, in 0.001..=100.0;
+        /// Whether borders count by their length, relative to the mean and within 0.05 to 4. The paper does not.
+        pub by_length: bool = true, in 0..=1;
+        /// Weight of the share of common trajectories between superpixels of consecutive frames.
+        pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
+        /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper.
+        pub flow_weight: f32 = 0.0, in 0.0..=1000.0;
+        /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of different
+        /// labels (section 4.2: 0.3). 1 turns the rule off.
+        pub ambiguous_share: f32 = 1.0, in 0.0..=1.0;
+        /// Whether a superpixel's own trajectories count less, by `(1 − share)²`, the larger that share is. Not in the paper.
+        pub ambiguous_soft: bool = false, in 0..=1;
+        /// Radius within which labelled trajectories vote on others, in pixels of the processed frames. Higher is slower.
+        pub vote_radius: f32 = 16.0, in 1.0..=1000.0;
+        /// How differently a trajectory may move from those that vote on it, in pixels per frame.
+        pub vote_motion: f32 = 0.5, in 0.001..=100.0;
+        /// Share of the votes that a label needs; below, a trajectory's label stays unknown.
+        pub vote_share: f32 = 0.6, in 0.0..=1.0;
     }
+}
+
+impl CutParams {
+    /// The paper's energy, with its misprints resolved: no weighting by length, no flow, the 30 % rule for ambiguous superpixels.
+    ///
+    /// From outside: `byLength` false, `flowWeight` 0, `fullTracks` 0, `ambiguousSoft` false, `ambiguousShare` 0.3.
+    pub fn paper() -> Self {
+        Self {
+            by_length: false,
+            flow_weight: 0.0,
+            full_tracks: 0.0,
+            ambiguous_soft: false,
+            ambiguous_share: 0.3,
+            ..Self::default()
+        }
+    }
+}
+
+/// The label of a trajectory of which none is known.
+pub const UNKNOWN: u32 = u32::MAX;
+
+/// What the cut is made from. Positions are in pixels of the superpixels' frames.
+#[derive(Debug, Clone, Copy)]
+pub struct CutInput<'a> {
+    /// One partition for each frame.
+    pub superpixels: &'a [Superpixels],
+    /// Trajectories; there may be more than were clustered.
+    pub tracks: &'a Trajectories,
+    /// Label of each trajectory. One that is not below `num_labels`, such as [`UNKNOWN`], votes for nothing; its trajectory still
+    /// links superpixels of consecutive frames.
+    pub label: &'a [u32],
+    /// Number of labels.
+    pub num_labels: usize,
+    /// Flow from each frame to the next, for `flow_weight`; may be empty.
+    pub flows: &'a [CompactFlow],
 }
 
 /// A label for each superpixel of each frame.
 ///
-/// Law: `labels[t].len() == superpixels[t].count`; every label is below the number of clusters.
+/// Law: `labels[t].len() == superpixels[t].count`; every label is below the number of labels, or 0 if there are none.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CutLabels {
     /// Frame by frame, superpixel by superpixel.
     pub labels: Vec<Vec<u32>>,
 }
 
-/// The labelling of least energy that alpha-expansion finds. `tracks` are in pixels of the superpixels' frames.
-pub fn gabriel_cut(
-    superpixels: &[Superpixels],
-    tracks: &Trajectories,
-    clusters: &Clusters,
-    _params: &CutParams,
-) -> CutLabels {
-    let mut labels = Vec::new();
-    for (t, s) in superpixels.iter().enumerate() {
-        let mut votes = vec![0_u32; s.count * clusters.count];
-        for (i, x, y) in tracks.alive(t) {
-            let x = (x.round().max(0.0) as usize).min(s.label.width() - 1);
-            let y = (y.round().max(0.0) as usize).min(s.label.height() - 1);
-            votes[s.label[(x, y)] as usize * clusters.count + clusters.label[i] as usize] += 1;
-        }
-        let best = |v: &[u32]| (0..v.len()).rev().max_by_key(|&l| v[l]).unwrap_or(0) as u32;
-        labels.push(votes.chunks(clusters.count.max(1)).map(best).collect());
+/// The Gabriel cut in steps, each one move of the expansion.
+#[derive(Debug, Clone)]
+pub struct GabrielCut {
+    expansion: Expansion,
+    counts: Vec<usize>,
+}
+
+impl GabrielCut {
+    /// Makes the energy; the longest of all steps.
+    pub fn new(input: &CutInput, params: &CutParams) -> Self {
+        let problem = energy(input, params);
+        let start = terms::first_labels(&problem);
+        Self { expansion: Expansion::new(problem, start), counts: input.superpixels.iter().map(|s| s.count).collect() }
     }
-    CutLabels { labels }
+
+    /// One move; whether any is left.
+    pub fn step(&mut self) -> bool {
+        self.expansion.step();
+        !self.expansion.is_finished()
+    }
+
+    /// Moves made, and how many it will have been if none of those left changes anything.
+    pub fn progress(&self) -> (u32, u32) {
+        self.expansion.progress()
+    }
+
+    /// Makes the moves that are left; the labels.
+    pub fn finish(self) -> CutLabels {
+        let label = self.expansion.finish();
+        let mut rest = label.as_slice();
+        let mut take = |count: usize| {
+            let (frame, after) = rest.split_at(count);
+            rest = after;
+            frame.to_vec()
+        };
+        CutLabels { labels: self.counts.iter().map(|&count| take(count)).collect() }
+    }
+}
+
+/// The labelling of least energy that alpha-expansion finds.
+pub fn gabriel_cut(input: &CutInput, params: &CutParams) -> CutLabels {
+    GabrielCut::new(input, params).finish()
 }
 
 /// One plane of cluster labels per frame, at the superpixels' size.

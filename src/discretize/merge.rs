@@ -2,6 +2,7 @@
 
 use super::UNLABELLED;
 use crate::discontinuity::Discontinuities;
+use crate::order;
 
 /// Fewest trajectories on either side of a border for its mean discontinuity to count. A single stray trajectory, which the rotation
 /// gave to another object's cluster, has weak discontinuities to all that is around it and would merge both objects.
@@ -30,7 +31,7 @@ impl Borders {
                 seen.extend([(i, q), (j, p)]);
             }
         }
-        seen.sort_unstable();
+        order::sort_by_key(&mut seen, |&(i, q)| order::pair(i, q));
         seen.dedup();
         for (i, q) in seen {
             borders.witnesses[label[i as usize] as usize * k + q as usize] += 1;

@@ -22,6 +22,7 @@ mod rotation;
 
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
+use crate::order;
 use crate::trajectory::Trajectories;
 pub use merge::merge_clusters;
 pub use rotation::rotate;
@@ -101,7 +102,7 @@ fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
         if votes.is_empty() {
             break;
         }
-        votes.sort_unstable();
+        order::sort_by_key(&mut votes, |&(i, known)| order::pair(i, known));
         for ballot in votes.chunk_by(|a, b| a.0 == b.0) {
             let winner = ballot.chunk_by(|a, b| a == b).rev().max_by_key(|same| same.len()).map_or(0, |same| same[0].1);
             label[ballot[0].0 as usize] = winner;
@@ -115,7 +116,7 @@ fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
 /// Renumbers labels from 0 by falling number of trajectory points, ties by first trajectory.
 pub fn canonical(tracks: &Trajectories, label: Vec<u32>) -> Clusters {
     let mut names: Vec<u32> = label.clone();
-    names.sort_unstable();
+    order::sort_by_key(&mut names, |&l| l.into());
     names.dedup();
     let place = |l: u32| names.binary_search(&l).unwrap_or(0);
     // (points, first trajectory) of each name
@@ -124,10 +125,10 @@ pub fn canonical(tracks: &Trajectories, label: Vec<u32>) -> Clusters {
         let entry = &mut size[place(l)];
         *entry = (entry.0 + tracks.points(i).len(), entry.1.min(i));
     }
-    let mut order: Vec<usize> = (0..names.len()).collect();
-    order.sort_by_key(|&k| (usize::MAX - size[k].0, size[k].1));
+    let mut by_size: Vec<usize> = (0..names.len()).collect();
+    order::sort_by_key(&mut by_size, |&k| order::pair(u32::MAX - size[k].0 as u32, size[k].1 as u32));
     let mut rank = vec![0_u32; names.len()];
-    for (new, &old) in order.iter().enumerate() {
+    for (new, &old) in by_size.iter().enumerate() {
         rank[old] = new as u32;
     }
     Clusters { count: names.len(), label: label.into_iter().map(|l| rank[place(l)]).collect() }

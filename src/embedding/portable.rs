@@ -10,6 +10,7 @@
 //! Cost: about `9 n³` operations, `2 n²` numbers. Limits: meant for a few hundred rows.
 
 use super::dense::DenseEigen;
+use crate::order::{double, sort_by_key};
 
 /// Sweeps per eigenvalue after which the iteration is given up; two are usual.
 const MAX_SWEEPS: usize = 40;
@@ -25,7 +26,7 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     let (mut d, mut e, mut rows) = tridiagonalize(&mut a, n);
     diagonalize(&mut d, &mut e, &mut rows)?;
     let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&i, &j| d[j].total_cmp(&d[i]).then(i.cmp(&j)));
+    sort_by_key(&mut order, |&i| !double(d[i]));
     let vectors = order.iter().flat_map(|&c| &rows[c * n..(c + 1) * n]).copied().collect();
     Some(DenseEigen { values: order.iter().map(|&c| d[c]).collect(), vectors })
 }
@@ -131,10 +132,10 @@ fn diagonalize(d: &mut [f64], e: &mut [f64], rows: &mut [f64]) -> Option<()> {
 fn sweep(d: &mut [f64], e: &mut [f64], rows: &mut [f64], first: usize, last: usize) {
     let n = d.len();
     let (half, off) = (0.5 * (d[last - 1] - d[last]), e[last - 1]);
-    let shift = d[last] - off * (off / (half + half.hypot(off).copysign(half)));
+    let shift = d[last] - off * (off / (half + libm::hypot(half, off).copysign(half)));
     let (mut x, mut z) = (d[first] - shift, e[first]);
     for k in first..last {
-        let r = x.hypot(z);
+        let r = libm::hypot(x, z);
         let (c, s) = if r > 0.0 { (x / r, z / r) } else { (1.0, 0.0) };
         if k > first {
             e[k - 1] = r;

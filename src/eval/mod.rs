@@ -5,13 +5,17 @@
 //! - [`tracks`]: labelled trajectories to and from `tracks.dat`;
 //! - [`definition`]: which frames of a shot are labelled, and with which regions (`Def.dat`, PGM masks);
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
+//! - [`davis`]: region similarity and boundary measure of masks, as the DAVIS benchmark has them;
 //! - [`contours`]: boundary maps against the outlines that people drew (ODS, OIS);
 //! - [`edges`]: Canny's and Sobel's edges, to compare boundary maps with;
-//! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010), their mean and trimmed mean.
+//! - [`superpixels`]: boundary recall, under-segmentation error and achievable accuracy of superpixels;
+//! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010) for points or pixels, their mean and trimmed mean.
 
 pub mod contours;
+pub mod davis;
 pub mod definition;
 pub mod edges;
 pub mod flow;
 pub mod moseg;
+pub mod superpixels;
 pub mod tracks;

@@ -1,6 +1,7 @@
-//! The Moseg benchmark's numbers (Brox and Malik, ECCV 2010) for labelled trajectories against labelled frames.
+//! The Moseg benchmark's numbers (Brox and Malik, ECCV 2010) for labelled trajectories or pixels against labelled frames.
 //!
-//! **In:** the shot's definition, the region map of each labelled frame used, labelled trajectories in pixels of those maps.
+//! **In:** the shot's definition, the region map of each labelled frame used, and in pixels of those maps labelled trajectories, or a
+//! label for each pixel.
 //! **Out:** [`Scores`]; over many shots their [`mean`] and [`trimmed_mean`].
 //!
 //! 1. Each trajectory alive in a labelled frame votes there, at its nearest pixel, for the pair of that pixel's
@@ -13,6 +14,9 @@
 //!    weighted by the definition's penalty. A region's error is the share of its votes that are wrong, 100 % if none is right;
 //!    the average runs over the regions visible in the labelled frames used. Extracted objects are the regions with an error below 10 %,
 //!    less one for the background.
+//!
+//! Labels of pixels are scored as if each pixel were a trajectory that lives in its frame only ([`score_dense`]); the published program has
+//! no other way to score them. Their density is 100 %.
 //!
 //! The published program compares where it means to assign, so that a track file as long as the whole shot is scored on all labelled frames
 //! and one of 10, 50 or 200 frames on those up to that number. Here a file of any length is scored on the labelled frames within
@@ -59,11 +63,34 @@ pub fn score(
     clusters: &Clusters,
 ) -> Result<Scores, Error> {
     let frames: Vec<usize> = definition.labelled_within(tracks.num_frames).map(|f| f.index).collect();
-    check(definition, maps, tracks, frames.len())?;
-    let votes = count_votes(definition.num_regions(), &frames, maps, tracks, clusters);
-    let visible = visible_regions(definition.num_regions(), maps);
-    let assignment = assign(&votes.overlap, clusters.count);
-    Ok(summarize(definition, &votes, &visible, &assignment, maps))
+    check(definition, maps, tracks.num_frames, frames.len())?;
+    let mut votes = Votes::new(definition.num_regions(), clusters.count);
+    for (&frame, map) in frames.iter().zip(maps) {
+        votes.add_tracks(map, frame, tracks, clusters);
+    }
+    Ok(conclude(definition, &votes, maps))
+}
+
+/// Scores `labels`, the plane of pixel labels of each labelled frame within the first `num_frames` frames, against `maps`, their region
+/// maps, both in the definition's order. Labels are in `0..num_labels`; 0 is a label as any other.
+///
+/// # Errors
+/// [`Error::Data`] when the number or size of maps and planes does not fit, when a label is too large, or when the clip is longer than the
+/// shot.
+pub fn score_dense(
+    definition: &Definition,
+    maps: &[Plane<u8>],
+    labels: &[Plane<u32>],
+    num_labels: usize,
+    num_frames: usize,
+) -> Result<Scores, Error> {
+    check(definition, maps, num_frames, definition.labelled_within(num_frames).count())?;
+    check_labels(maps, labels, num_labels)?;
+    let mut votes = Votes::new(definition.num_regions(), num_labels);
+    for (map, labels) in maps.iter().zip(labels) {
+        votes.add_pixels(map, labels);
+    }
+    Ok(conclude(definition, &votes, maps))
 }
 
 /// Mean over shots. Overall error and over-segmentation are over shots of positive density; extracted objects are summed.
@@ -97,19 +124,21 @@ fn combine(shots: &[Scores], average: impl Fn(&mut [f64]) -> f64) -> Scores {
     }
 }
 
-fn check(definition: &Definition, maps: &[Plane<u8>], tracks: &Trajectories, num_used: usize) -> Result<(), Error> {
-    let breach = |reason: String| Err(Error::Data { reason });
-    if tracks.num_frames > definition.num_frames {
+fn breach(reason: String) -> Result<(), Error> {
+    Err(Error::Data { reason })
+}
+
+fn check(definition: &Definition, maps: &[Plane<u8>], num_frames: usize, num_used: usize) -> Result<(), Error> {
+    if num_frames > definition.num_frames {
         return breach(format!(
-            "the tracks run over {} frames (expected at most {}, the length of the shot)",
-            tracks.num_frames, definition.num_frames
+            "the labels run over {num_frames} frames (expected at most {}, the length of the shot)",
+            definition.num_frames
         ));
     }
     if num_used == 0 || maps.len() != num_used {
         return breach(format!(
-            "{} region maps for {num_used} labelled frames in the first {} (expected one for each, at least 1)",
-            maps.len(),
-            tracks.num_frames
+            "{} region maps for {num_used} labelled frames in the first {num_frames} (expected one for each, at least 1)",
+            maps.len()
         ));
     }
     let size = |map: &Plane<u8>| (map.width(), map.height());
@@ -122,31 +151,58 @@ fn check(definition: &Definition, maps: &[Plane<u8>], tracks: &Trajectories, num
     }
 }
 
+fn check_labels(maps: &[Plane<u8>], labels: &[Plane<u32>], num_labels: usize) -> Result<(), Error> {
+    if labels.len() != maps.len() {
+        return breach(format!("{} planes of labels (expected {}, one for each map)", labels.len(), maps.len()));
+    }
+    for (labels, map) in labels.iter().zip(maps) {
+        let (size, expected) = ((labels.width(), labels.height()), (map.width(), map.height()));
+        if size != expected {
+            return breach(format!("a plane of labels of {size:?} pixels (expected {expected:?}, as the masks are)"));
+        }
+    }
+    match labels.iter().flat_map(|l| l.data()).find(|&&l| l as usize >= num_labels) {
+        Some(label) => breach(format!("label {label} (expected 0..{num_labels})")),
+        None => Ok(()),
+    }
+}
+
 struct Votes {
     /// `overlap[region][cluster]`.
     overlap: Vec<Vec<u64>>,
+    num_clusters: usize,
     double: u64,
 }
 
-/// Step 1.
-fn count_votes(
-    num_regions: usize,
-    frames: &[usize],
-    maps: &[Plane<u8>],
-    tracks: &Trajectories,
-    clusters: &Clusters,
-) -> Votes {
-    let mut votes = Votes { overlap: vec![vec![0; clusters.count]; num_regions], double: 0 };
-    for (&frame, map) in frames.iter().zip(maps) {
+impl Votes {
+    fn new(num_regions: usize, num_clusters: usize) -> Self {
+        Self { overlap: vec![vec![0; num_clusters]; num_regions], num_clusters, double: 0 }
+    }
+
+    /// Step 1 for one labelled frame.
+    fn add_tracks(&mut self, map: &Plane<u8>, frame: usize, tracks: &Trajectories, clusters: &Clusters) {
         let mut taken = map.map(|_| false);
         for (i, x, y) in tracks.alive(frame) {
             let Some(pixel) = nearest_pixel(x, y, map.width(), map.height()) else { continue };
-            votes.overlap[map.data()[pixel] as usize][clusters.label[i] as usize] += 1;
-            votes.double += u64::from(taken.data()[pixel]);
+            self.overlap[map.data()[pixel] as usize][clusters.label[i] as usize] += 1;
+            self.double += u64::from(taken.data()[pixel]);
             taken.data_mut()[pixel] = true;
         }
     }
-    votes
+
+    /// Step 1 for one labelled frame whose every pixel votes.
+    fn add_pixels(&mut self, map: &Plane<u8>, labels: &Plane<u32>) {
+        for (&region, &label) in map.data().iter().zip(labels.data()) {
+            self.overlap[region as usize][label as usize] += 1;
+        }
+    }
+}
+
+/// Steps 2 to 4.
+fn conclude(definition: &Definition, votes: &Votes, maps: &[Plane<u8>]) -> Scores {
+    let visible = visible_regions(definition.num_regions(), maps);
+    let assignment = assign(&votes.overlap, votes.num_clusters);
+    summarize(definition, votes, &visible, &assignment, maps)
 }
 
 /// Index of the pixel nearest to `(x, y)`, if it is inside. As in the published program the rounding is towards zero after adding one
@@ -360,6 +416,61 @@ mod tests {
         assert!(score(&definition, &bad, &tracks, &clusters).unwrap_err().to_string().contains("region 2 in a map"));
         tracks.num_frames = 2;
         assert!(score(&definition, &maps, &tracks, &clusters).unwrap_err().to_string().contains("at most 1"));
+    }
+
+    /// Labels of pixels as `drawn` draws them.
+    fn painted(rows: [&str; 4]) -> Plane<u32> {
+        let data = rows.iter().flat_map(|row| row.bytes().map(|b| u32::from(b - b'0'))).collect();
+        Plane::from_vec(4, 4, data).unwrap()
+    }
+
+    #[test]
+    fn labels_of_pixels_score_as_a_trajectory_at_each_pixel() {
+        for rows in [
+            LEFT_RIGHT,
+            ["1100", "1100", "1100", "1100"],
+            ["0000", "0000", "0000", "0000"],
+            ["0012", "0012", "0311", "4511"],
+            ["0101", "2323", "1010", "7777"],
+        ] {
+            for regions in [LEFT_RIGHT, ["0000", "0110", "0220", "0000"]] {
+                let (mut definition, maps) = shot(3, regions);
+                definition.penalty[1][2] = 0.25;
+                let (tracks, clusters) = drawn(rows);
+                let sparse = score(&definition, &maps, &tracks, &clusters).unwrap();
+                let dense = score_dense(&definition, &maps, &[painted(rows)], clusters.count, 1).unwrap();
+                assert_eq!(dense, sparse, "{rows:?} on {regions:?}");
+                assert_eq!(dense.density, 100.0);
+                // Labels without a pixel change nothing.
+                assert_eq!(score_dense(&definition, &maps, &[painted(rows)], 40, 1).unwrap(), dense);
+            }
+        }
+    }
+
+    #[test]
+    fn labels_of_pixels_are_counted_over_all_labelled_frames() {
+        let (mut definition, mut maps) = shot(2, LEFT_RIGHT);
+        definition.num_frames = 10;
+        definition.labelled.push(LabelledFrame { index: 9, mask: String::new(), image: String::new() });
+        maps.push(maps[0].map(|region| 1 - region));
+        let labels = [painted(LEFT_RIGHT), painted(LEFT_RIGHT)];
+        // The second frame is wrong throughout.
+        let scores = score_dense(&definition, &maps, &labels, 2, 10).unwrap();
+        assert_eq!((scores.overall, scores.average, scores.labeled), (50.0, 50.0, 2.0));
+        let first = score_dense(&definition, &maps[..1], &labels[..1], 2, 9).unwrap();
+        assert_eq!((first.overall, first.labeled), (0.0, 1.0));
+    }
+
+    #[test]
+    fn planes_of_labels_that_do_not_fit_are_refused() {
+        let (definition, maps) = shot(2, LEFT_RIGHT);
+        let refusal = |labels: &[Plane<u32>], num_labels, num_frames| {
+            score_dense(&definition, &maps, labels, num_labels, num_frames).unwrap_err().to_string()
+        };
+        assert!(refusal(&[], 2, 1).contains("0 planes of labels (expected 1"));
+        assert!(refusal(&[Plane::filled(4, 3, 0)], 2, 1).contains("(4, 3)"));
+        assert!(refusal(&[painted(LEFT_RIGHT)], 1, 1).contains("label 1 (expected 0..1)"));
+        assert!(refusal(&[painted(LEFT_RIGHT)], 2, 2).contains("at most 1"));
     }
 
     #[test]

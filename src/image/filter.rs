@@ -29,7 +29,7 @@ pub fn gaussian_blur(plane: &Plane<f32>, sigma: f32) -> Plane<f32> {
 /// Weights at `-r..=r`, `r = ceil(3 sigma)`, summing to one.
 fn gaussian_kernel(sigma: f32) -> Vec<f32> {
     let radius = (3.0 * sigma).ceil() as i32;
-    let weights: Vec<f32> = (-radius..=radius).map(|k| (-0.5 * (k as f32 / sigma).powi(2)).exp()).collect();
+    let weights: Vec<f32> = (-radius..=radius).map(|k| libm::expf(-0.5 * (k as f32 / sigma).powi(2))).collect();
     let total: f32 = weights.iter().sum();
     weights.iter().map(|w| w / total).collect()
 }

@@ -11,7 +11,7 @@ pub use value::{ParamTree, ParamValue};
 use crate::Error;
 use crate::affinity::AffinityParams;
 use crate::contour::ContourParams;
-use crate::cut::CutParams;
+use crate::cut::{CutParams, RefineParams};
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::DiscretizeParams;
 use crate::embedding::EmbeddingParams;
@@ -168,6 +168,8 @@ pub struct Params {
     pub superpixel: SuperpixelParams,
     /// The Gabriel cut.
     pub cut: CutParams,
+    /// Borders to the pixel.
+    pub refine: RefineParams,
 }
 
 impl ParamGroup for Params {
@@ -182,6 +184,7 @@ impl ParamGroup for Params {
         self.contour.visit("contour", visit);
         self.superpixel.visit("superpixel", visit);
         self.cut.visit("cut", visit);
+        self.refine.visit("refine", visit);
     }
 }
 
@@ -240,13 +243,13 @@ impl Params {
 /// The few of `names` most like `name`, by common letter pairs.
 fn nearest(name: &str, names: &[String]) -> String {
     let pairs = |s: &str| -> Vec<[char; 2]> {
-        let letters: Vec<char> = s.to_lowercase().chars().collect();
+        let letters: Vec<char> = s.to_ascii_lowercase().chars().collect();
         letters.windows(2).map(|w| [w[0], w[1]]).collect()
     };
     let wanted = pairs(name);
     let mut scored: Vec<(usize, &String)> =
         names.iter().map(|n| (pairs(n).iter().filter(|p| wanted.contains(p)).count(), n)).collect();
-    scored.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(b.1)));
+    crate::order::sort_by_key(&mut scored, |&(common, _)| u64::MAX - common as u64);
     scored.iter().take(3).map(|(_, n)| n.as_str()).collect::<Vec<_>>().join(", ")
 }
 

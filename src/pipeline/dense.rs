@@ -3,8 +3,9 @@
 use super::geometry::Scale;
 use super::session::{Progress, Stage};
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
-use crate::cut::{CutLabels, Objects, find_objects, gabriel_cut, paint};
+use crate::cut::{CutInput, CutLabels, CutParams, GabrielCut, Objects, find_objects, labels_for, paint, refine};
 use crate::discretize::Clusters;
+use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::params::Params;
 use crate::superpixel::{Superpixels, gabriel_superpixels};
@@ -13,9 +14,13 @@ use crate::trajectory::Trajectories;
 /// What the dense stages have found so far, at working size.
 #[derive(Debug, Default)]
 pub(super) struct Dense {
+    /// Trajectories denser and shorter than those that were clustered, in working pixels.
+    pub(super) tracks: Option<Trajectories>,
     pub(super) superpixels: Vec<Superpixels>,
+    /// The cut while it is being made.
+    moves: Option<Box<GabrielCut>>,
     cut: CutLabels,
-    pub(super) objects: Objects,
+    objects: Objects,
     pub(super) masks: Vec<Plane<u8>>,
 }
 
@@ -24,12 +29,23 @@ impl Dense {
         self.masks.len() == frames.len()
     }
 
-    /// One frame's superpixels, the cut, or one frame's mask, whichever is next.
+    /// Which clusters are which objects, once the cut is made.
+    pub(super) fn objects(&self) -> Option<&Objects> {
+        (!self.cut.labels.is_empty()).then_some(&self.objects)
+    }
+
+    /// The cluster of each pixel of frame `t`, once cut.
+    pub(super) fn clusters(&self, t: usize) -> Option<Plane<u32>> {
+        Some(paint(self.superpixels.get(t)?, self.cut.labels.get(t)?))
+    }
+
+    /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.
     pub(super) fn step(
         &mut self,
         frames: &[Frame],
         tracks: &Trajectories,
         clusters: &Clusters,
+        flows: &[CompactFlow],
         params: &Params,
     ) -> Progress {
         let total = frames.len() as u32;
@@ -38,14 +54,57 @@ impl Dense {
             return Progress { stage: Stage::Superpixels, done: self.superpixels.len() as u32, total };
         }
         if self.cut.labels.is_empty() {
-            self.cut = gabriel_cut(&self.superpixels, tracks, clusters, &params.cut);
-            self.objects = find_objects(&self.superpixels, &self.cut, clusters.count);
-            return Progress { stage: Stage::Cut, done: 1, total: 1 };
+            return self.step_cut(tracks, clusters, flows, params);
         }
         let t = self.masks.len();
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
-        self.masks.push(mask.map(|cluster| self.objects.of_cluster[cluster as usize]));
+        // A clip without clusters is all background.
+        let mask = mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0));
+        self.masks.push(refine(&mask, &frames[t], &params.refine));
         Progress { stage: Stage::Masks, done: self.masks.len() as u32, total }
+    }
+
+    fn step_cut(
+        &mut self,
+        tracks: &Trajectories,
+        clusters: &Clusters,
+        flows: &[CompactFlow],
+        params: &Params,
+    ) -> Progress {
+        let mut moves =
+            self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(tracks, clusters, flows, &params.cut)));
+        let more = moves.step();
+        let (done, total) = moves.progress();
+        if more {
+            self.moves = Some(moves);
+        } else {
+            self.cut = moves.finish();
+            self.objects = find_objects(&self.superpixels, &self.cut, clusters.count.max(1));
+            self.objects.of_cluster.truncate(clusters.count);
+        }
+        // Making the energy counts as a step, so that a cut without any move is seen to end.
+        Progress { stage: Stage::Cut, done: done + 1, total: total + 1 }
+    }
+
+    /// The energy, from the denser trajectories labelled by those that were clustered.
+    fn begin_cut(
+        &self,
+        tracks: &Trajectories,
+        clusters: &Clusters,
+        flows: &[CompactFlow],
+        params: &CutParams,
+    ) -> GabrielCut {
+        let num_labels = clusters.count.max(1);
+        let superpixels = self.superpixels.as_slice();
+        match &self.tracks {
+            Some(dense) => {
+                let label = labels_for(dense, tracks, &clusters.label, num_labels, params);
+                GabrielCut::new(&CutInput { superpixels, tracks: dense, label: &label, num_labels, flows }, params)
+            }
+            None => {
+                GabrielCut::new(&CutInput { superpixels, tracks, label: &clusters.label, num_labels, flows }, params)
+            }
+        }
     }
 }
 
@@ -60,8 +119,8 @@ pub(super) fn boundaries_of(frame: &Frame, params: &Params) -> BoundaryMap {
     boundary_map(frame, None, &params.contour)
 }
 
-/// The mask at input size: each input pixel takes the value of the working pixel that covers its centre.
-pub(super) fn to_input(mask: &Plane<u8>, scale: Scale) -> Plane<u8> {
+/// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.
+pub(super) fn to_input<T: Copy>(mask: &Plane<T>, scale: Scale) -> Plane<T> {
     let (sx, sy) = (scale.x(), scale.y());
     let place = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
     Plane::from_fn(scale.input.0, scale.input.1, |x, y| mask[(place(x, sx, mask.width()), place(y, sy, mask.height()))])

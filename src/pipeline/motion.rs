@@ -4,7 +4,7 @@ use super::session::{Progress, Stage};
 use crate::flow::{CompactFlow, FlowField, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
 use crate::image::{Frame, Plane};
 use crate::params::Params;
-use crate::trajectory::{Tracker, Trajectories};
+use crate::trajectory::{Tracker, Trajectories, structure};
 
 /// What is known of the present pair of frames.
 #[derive(Debug)]
@@ -27,16 +27,16 @@ pub(super) struct Motion {
     luma: Plane<f32>,
     pair: Pair,
     tracker: Tracker,
+    /// Follows the denser trajectories that the masks are made from.
+    mask_tracker: Option<Tracker>,
 }
 
 impl Motion {
     /// For at least two frames of one size.
     pub(super) fn new(frames: &[Frame], params: &Params) -> Self {
         let size = (frames[0].width(), frames[0].height());
-        let mut tracker = Tracker::new(size, &params.trajectory);
         let (first, luma) = (frames[0].luma(), frames[1].luma());
-        tracker.seed(&first);
-        Self {
+        let mut motion = Self {
             num_pairs: frames.len() - 1,
             t: 0,
             from: FlowPyramid::new(&first, &params.flow),
@@ -44,9 +44,12 @@ impl Motion {
             scratch: FlowScratch::default(),
             luma,
             pair: Pair::Nothing,
-            tracker,
+            tracker: Tracker::new(size, &params.trajectory),
+            mask_tracker: params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks())),
             params: params.clone(),
-        }
+        };
+        motion.seed(&structure(&first));
+        motion
     }
 
     pub(super) fn is_finished(&self) -> bool {
@@ -68,12 +71,23 @@ impl Motion {
                 Progress { stage: Stage::Flow, done: 2 * t + 2, total: 2 * total }
             }
             Pair::Both(forward, backward) => {
-                self.tracker.follow(&forward, &backward, &local_flow_variation(&forward));
-                self.tracker.seed(&self.luma);
+                let variation = local_flow_variation(&forward);
+                for tracker in std::iter::once(&mut self.tracker).chain(&mut self.mask_tracker) {
+                    tracker.follow(&forward, &backward, &variation);
+                }
+                let structure = structure(&self.luma);
+                self.seed(&structure);
                 flows.push(CompactFlow::new(&forward));
                 self.next_pair(frames);
                 Progress { stage: Stage::Trajectories, done: t + 1, total }
             }
+        }
+    }
+
+    fn seed(&mut self, structure: &Plane<f32>) {
+        self.tracker.seed(structure);
+        if let Some(tracker) = &mut self.mask_tracker {
+            tracker.seed(structure);
         }
     }
 
@@ -86,7 +100,8 @@ impl Motion {
         }
     }
 
-    pub(super) fn into_trajectories(self) -> Trajectories {
-        self.tracker.finish()
+    /// The trajectories to cluster, and the denser ones that the masks are made from.
+    pub(super) fn into_trajectories(self) -> (Trajectories, Option<Trajectories>) {
+        (self.tracker.finish(), self.mask_tracker.map(Tracker::finish))
     }
 }

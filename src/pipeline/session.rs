@@ -36,7 +36,7 @@ pub enum Stage {
     Clusters,
     /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
     Superpixels,
-    /// The Gabriel cut.
+    /// The Gabriel cut; a step is one move of the expansion, of the first also making the energy.
     Cut,
     /// A label for every pixel; a step is one frame.
     Masks,
@@ -293,7 +293,8 @@ impl Session {
 
     fn end_motion(&mut self) {
         let State::Motion(motion) = std::mem::replace(&mut self.state, State::Open) else { return };
-        let working = motion.into_trajectories();
+        let (working, mask_tracks) = motion.into_trajectories();
+        self.dense.tracks = mask_tracks;
         self.state = self.affinity_state(&working);
         self.trajectories = self.scale.map(|scale| scale.to_input(&working));
         self.working = Some(working);
@@ -336,7 +337,7 @@ impl Session {
 
     fn densify(&mut self) -> Result<Progress, Error> {
         let (Some(tracks), Some(clusters)) = (&self.working, &self.clusters) else { return Err(lost()) };
-        let progress = self.dense.step(&self.frames, tracks, clusters, &self.params);
+        let progress = self.dense.step(&self.frames, tracks, clusters, &self.flows, &self.params);
         if self.dense.is_finished(&self.frames) {
             self.state = State::Done;
         }
@@ -390,6 +391,12 @@ impl Session {
         self.trajectories.as_ref()
     }
 
+    /// The denser trajectories that the masks are made from, in working pixels; `None` before they are tracked and with `clip.dense`
+    /// off.
+    pub fn mask_trajectories(&self) -> Option<&Trajectories> {
+        self.dense.tracks.as_ref()
+    }
+
     /// The affinity matrix A.
     pub fn affinities(&self) -> Option<&SymCsr> {
         self.affinities.as_ref()
@@ -421,6 +428,18 @@ impl Session {
         }
     }
 
+    /// The cluster of each pixel of frame `t` at input size, an index into [`Objects::of_cluster`]: the cut before objects are told
+    /// from background.
+    ///
+    /// # Errors
+    /// As [`Session::labels`].
+    pub fn cluster_labels(&self, t: usize) -> Result<Plane<u32>, Error> {
+        match (self.dense.clusters(t), self.scale) {
+            (Some(clusters), Some(scale)) => Ok(dense::to_input(&clusters, scale)),
+            _ => Err(missing_frame("cluster map", t, self.dense.masks.len())),
+        }
+    }
+
     /// The Gabriel superpixels of frame `t`, at working size.
     ///
     /// # Errors
@@ -438,9 +457,9 @@ impl Session {
         Ok(dense::boundaries_of(frame, &self.params))
     }
 
-    /// Which clusters are which objects of the masks; `None` until the cut is made.
+    /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no objects.
     pub fn objects(&self) -> Option<&Objects> {
-        (!self.dense.objects.of_cluster.is_empty()).then_some(&self.dense.objects)
+        self.dense.objects()
     }
 
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above

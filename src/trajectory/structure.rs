@@ -10,7 +10,7 @@ const TENSOR_SMOOTHING: f32 = 3.0;
 /// The smaller eigenvalue λmin of the smoothed structure tensor at each pixel, in grey levels squared per pixel squared.
 ///
 /// `luma` is in `0.0..=255.0`. Gradients are central differences with replicated borders (Sundaram, Brox and Keutzer 2010).
-pub(super) fn smaller_eigenvalue(luma: &Plane<f32>) -> Plane<f32> {
+pub fn structure(luma: &Plane<f32>) -> Plane<f32> {
     let image = gaussian_blur(luma, PRE_SMOOTHING);
     let (w, h) = (image.width(), image.height());
     let mut tensor = [Plane::filled(w, h, 0.0), Plane::filled(w, h, 0.0), Plane::filled(w, h, 0.0)];
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn corners_score_above_edges_and_flat_areas_score_nothing() {
         let corner = Plane::from_fn(64, 64, |x, y| if x >= 32 && y >= 32 { 200.0 } else { 20.0 });
-        let lambda = smaller_eigenvalue(&corner);
+        let lambda = structure(&corner);
         assert!(lambda[(32, 32)] > 10.0 * lambda[(32, 55)].max(1.0), "{} {}", lambda[(32, 32)], lambda[(32, 55)]);
         assert!(lambda[(5, 5)].abs() < 1e-3);
     }

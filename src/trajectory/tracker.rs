@@ -1,9 +1,9 @@
 //! The tracker: follows live points through one flow field at a time and seeds new ones where none are near.
 
-use super::structure::smaller_eigenvalue;
 use super::{Trajectories, TrajectoryParams};
 use crate::flow::FlowField;
 use crate::image::{Plane, sample_bilinear};
+use crate::order;
 
 /// Seeds keep this distance from the frame, in pixels (the published tracker's value).
 const MARGIN: f32 = 4.0;
@@ -34,10 +34,9 @@ impl Tracker {
         Self { params: params.clone(), size, frame: 0, live: Vec::new(), ended: Vec::new() }
     }
 
-    /// Starts tracks in the current frame at the points of the seed grid that have enough structure in `luma` and no live track
-    /// within one grid step.
-    pub fn seed(&mut self, luma: &Plane<f32>) {
-        let structure = smaller_eigenvalue(luma);
+    /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track within one
+    /// grid step. `structure` is [`super::structure`] of the frame.
+    pub fn seed(&mut self, structure: &Plane<f32>) {
         let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
         let step = self.params.grid_step;
         let mut occupied = Occupancy::new(self.size, step);
@@ -57,7 +56,7 @@ impl Tracker {
                 if x >= w - MARGIN {
                     break;
                 }
-                let border = (-0.1 * x.min(y).min(w - x).min(h - y)).exp();
+                let border = libm::expf(-0.1 * x.min(y).min(w - x).min(h - y));
                 let lambda = structure[(x.round() as usize, y.round() as usize)];
                 let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
@@ -96,11 +95,8 @@ impl Tracker {
         let min_length = self.params.min_length_for(num_frames);
         self.ended.append(&mut self.live);
         self.ended.retain(|t| t.points.len() >= min_length);
-        let place = |t: &Live| (t.points[0].1, t.points[0].0);
-        self.ended.sort_by(|a, b| {
-            let ((ay, ax), (by, bx)) = (place(a), place(b));
-            a.start.cmp(&b.start).then(ay.total_cmp(&by)).then(ax.total_cmp(&bx))
-        });
+        order::sort_by_key(&mut self.ended, |t| u64::from(order::single(t.points[0].0)));
+        order::sort_by_key(&mut self.ended, |t| order::pair(t.start as u32, order::single(t.points[0].1)));
         let mut tracks = Trajectories::empty(num_frames, self.size);
         for track in self.ended {
             tracks.push(track.start, track.points);
@@ -169,6 +165,7 @@ impl Occupancy {
 
 #[cfg(test)]
 mod tests {
+    use super::super::structure;
     use super::*;
 
     fn texture(width: usize, height: usize) -> Plane<f32> {
@@ -180,13 +177,13 @@ mod tests {
     }
 
     fn track(frames: usize, flow: (f32, f32), params: &TrajectoryParams) -> Trajectories {
-        let luma = texture(64, 48);
+        let texture = structure(&texture(64, 48));
         let mut tracker = Tracker::new((64, 48), params);
-        tracker.seed(&luma);
+        tracker.seed(&texture);
         for _ in 1..frames {
             let (forward, backward) = (uniform(64, 48, flow.0, flow.1), uniform(64, 48, -flow.0, -flow.1));
             tracker.follow(&forward, &backward, &Plane::filled(32, 24, 0.25));
-            tracker.seed(&luma);
+            tracker.seed(&texture);
         }
         let tracks = tracker.finish();
         tracks.check().unwrap();
@@ -236,7 +233,7 @@ mod tests {
     fn flat_and_tiny_frames_give_no_tracks() {
         for (w, h) in [(1, 1), (17, 3), (64, 48)] {
             let mut tracker = Tracker::new((w, h), &TrajectoryParams::default());
-            tracker.seed(&Plane::filled(w, h, 80.0));
+            tracker.seed(&structure(&Plane::filled(w, h, 80.0)));
             tracker.follow(
                 &uniform(w, h, 0.0, 0.0),
                 &uniform(w, h, 0.0, 0.0),

@@ -1,10 +1,13 @@
 //! Between JavaScript values and the core's types.
 
-use crate::Error;
+use crate::contour::BoundaryMap;
+use crate::cut::Objects;
 use crate::discretize::Clusters;
 use crate::flow::FlowField;
 use crate::params::ParamTree;
+use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
 use crate::trajectory::Trajectories;
+use crate::{Error, Params};
 use js_sys::{Float32Array, Float64Array, Object, Reflect, Uint8Array, Uint8ClampedArray, Uint32Array};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
@@ -22,16 +25,18 @@ pub(super) fn to_js(value: &impl Serialize) -> Result<JsValue, JsValue> {
     Ok(serde_wasm_bindgen::to_value(value)?)
 }
 
-/// The option object as a tree of names and values.
-pub(super) fn to_param_tree(options: JsValue) -> Result<ParamTree, Error> {
-    if options.is_undefined() {
-        return Ok(ParamTree::default());
+/// The default parameters changed by a tree of options such as `{flow: {patchStride: 5}}`.
+pub(super) fn to_params(options: JsValue) -> Result<Params, Error> {
+    let mut params = Params::default();
+    if !options.is_undefined() {
+        let tree: ParamTree = serde_wasm_bindgen::from_value(options).map_err(|e| Error::Param {
+            name: "options".to_owned(),
+            value: e.to_string(),
+            expected: "an object such as {flow: {patchStride: 5}}".to_owned(),
+        })?;
+        params.apply(&tree)?;
     }
-    serde_wasm_bindgen::from_value(options).map_err(|e| Error::Param {
-        name: "options".to_owned(),
-        value: e.to_string(),
-        expected: "an object such as {flow: {patchStride: 5}}".to_owned(),
-    })
+    Ok(params)
 }
 
 /// A plain object with these properties.
@@ -94,4 +99,58 @@ pub(super) fn trajectories(t: &Trajectories) -> JsValue {
         ("x", floats(&t.x)),
         ("y", floats(&t.y)),
     ])
+}
+
+/// `{count, ofCluster}`.
+pub(super) fn objects(o: &Objects) -> JsValue {
+    object([("count", o.count.into()), ("ofCluster", bytes(&o.of_cluster))])
+}
+
+/// `{width, height, pb, thin}`.
+pub(super) fn boundaries(map: &BoundaryMap) -> JsValue {
+    object([
+        ("width", map.pb.width().into()),
+        ("height", map.pb.height().into()),
+        ("pb", floats(map.pb.data())),
+        ("thin", floats(map.thin.data())),
+    ])
+}
+
+/// `{width, height, count, label, borders: {a, b, length, pb}, edges: {x0, y0, x1, y1, kind}}`.
+pub(super) fn superpixels(s: &Superpixels) -> JsValue {
+    object([
+        ("width", s.label.width().into()),
+        ("height", s.label.height().into()),
+        ("count", s.count.into()),
+        ("label", words(s.label.data())),
+        ("borders", borders(&s.borders)),
+        ("edges", edges(&s.edges)),
+    ])
+}
+
+fn borders(list: &[Border]) -> JsValue {
+    let column = |of: fn(&Border) -> f32| floats(&list.iter().map(of).collect::<Vec<_>>());
+    let side = |of: fn(&Border) -> u32| words(&list.iter().map(of).collect::<Vec<_>>());
+    object([("a", side(|b| b.a)), ("b", side(|b| b.b)), ("length", column(|b| b.length)), ("pb", column(|b| b.pb))])
+}
+
+fn edges(list: &[Edge]) -> JsValue {
+    let column = |of: fn(&Edge) -> f32| floats(&list.iter().map(of).collect::<Vec<_>>());
+    object([
+        ("x0", column(|e| e.from.0)),
+        ("y0", column(|e| e.from.1)),
+        ("x1", column(|e| e.to.0)),
+        ("y1", column(|e| e.to.1)),
+        ("kind", bytes(&list.iter().map(|e| kind_number(e.kind)).collect::<Vec<_>>())),
+    ])
+}
+
+/// The numbers of `EdgeKind` in `www/lib/image.js`.
+fn kind_number(kind: EdgeKind) -> u8 {
+    match kind {
+        EdgeKind::Constraint => 0,
+        EdgeKind::Frame => 1,
+        EdgeKind::Gabriel => 2,
+        EdgeKind::Deleted => 3,
+    }
 }

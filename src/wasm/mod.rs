@@ -4,6 +4,7 @@
 //! or main thread belong to `www/lib`. Arrays come out as copies, never as views of wasm memory: memory that grows detaches views.
 
 mod convert;
+mod image;
 mod panic;
 mod session;
 mod synth;

@@ -11,14 +11,18 @@ use wasm_bindgen::prelude::*;
 #[derive(Debug)]
 pub struct JsSession(Session);
 
+impl JsSession {
+    pub(super) fn params_in_force(&self) -> &Params {
+        self.0.params()
+    }
+}
+
 #[wasm_bindgen(js_class = Session)]
 impl JsSession {
     /// A session with the default parameters changed by `options`, a tree such as `{flow: {patchStride: 5}}`.
     #[wasm_bindgen(constructor)]
     pub fn new(options: JsValue) -> Result<JsSession, JsValue> {
-        let mut params = Params::default();
-        let session =
-            convert::to_param_tree(options).and_then(|tree| params.apply(&tree)).and_then(|()| Session::new(params));
+        let session = convert::to_params(options).and_then(Session::new);
         session.map(Self).map_err(|e| convert::to_js_error(&e))
     }
 
@@ -102,6 +106,26 @@ impl JsSession {
     #[wasm_bindgen(js_name = thresholdClusters)]
     pub fn threshold_clusters(&self) -> JsValue {
         self.0.threshold_clusters().as_ref().map_or(JsValue::UNDEFINED, convert::clusters)
+    }
+
+    /// The mask of frame `t`: a byte for each input pixel, 0 for the background.
+    pub fn labels(&self, t: usize) -> Result<JsValue, JsValue> {
+        self.0.labels(t).map(|mask| convert::bytes(mask.data())).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// The superpixels of frame `t` at working size; see `convert::superpixels`.
+    pub fn superpixels(&self, t: usize) -> Result<JsValue, JsValue> {
+        self.0.superpixels(t).map(convert::superpixels).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// The boundary map of frame `t` at working size: `{width, height, pb, thin}`.
+    pub fn boundaries(&self, t: usize) -> Result<JsValue, JsValue> {
+        self.0.boundaries(t).map(|map| convert::boundaries(&map)).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// `{count, ofCluster}`; `undefined` until the cut is made, or without masks.
+    pub fn objects(&self) -> JsValue {
+        self.0.objects().map_or(JsValue::UNDEFINED, convert::objects)
     }
 
     /// `{dimensions, eigenvalues, vectors, converged, residual}`; `undefined` until there is one.

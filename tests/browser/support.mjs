@@ -1,12 +1,12 @@
-// What the browser tests share: the project's server, one browser, pages that are watched, PNG files made on the spot.
+// What the browser tests share: the project's server, one browser, pages that are watched, files made on the spot.
 
 import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before } from 'node:test';
-import { deflateSync } from 'node:zlib';
 import { launchBrowser } from '../../scripts/browser.mjs';
 import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
+import { pngBytes } from '../png.mjs';
 
 /** A run of the sample takes seconds; on a busy machine far more. */
 const PATIENCE_MS = 180_000;
@@ -110,35 +110,8 @@ export async function screenshot(page, name) {
  * @param {string} name
  * @param {{data: Uint8ClampedArray, width: number, height: number}} frame RGBA
  */
-export function pngFile(name, { data, width, height }) {
-  const rows = Buffer.alloc(height * (1 + 4 * width));
-  for (let y = 0; y < height; y += 1) rows.set(data.subarray(4 * width * y, 4 * width * (y + 1)), y * (1 + 4 * width) + 1);
-  const header = Buffer.alloc(13);
-  header.writeUInt32BE(width, 0);
-  header.writeUInt32BE(height, 4);
-  header.set([8, 6, 0, 0, 0], 8); // 8 bits, RGBA
-  const signature = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
-  const buffer = Buffer.concat([signature, chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]);
-  return { name, mimeType: 'image/png', buffer };
-}
-
-function chunk(type, data) {
-  const body = Buffer.concat([Buffer.from(type, 'latin1'), data]);
-  const whole = Buffer.alloc(body.length + 8);
-  whole.writeUInt32BE(data.length, 0);
-  body.copy(whole, 4);
-  whole.writeUInt32BE(crc32(body), body.length + 4);
-  return whole;
-}
-
-/** The checksum of PNG; Node's own came after version 20. */
-function crc32(bytes) {
-  let crc = ~0;
-  for (const byte of bytes) {
-    crc ^= byte;
-    for (let bit = 0; bit < 8; bit += 1) crc = crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1;
-  }
-  return ~crc >>> 0;
+export function pngFile(name, frame) {
+  return { name, mimeType: 'image/png', buffer: pngBytes(frame, { channels: 4 }) };
 }
 
 /** A frame of one colour, or of what `color(x, y)` says. */

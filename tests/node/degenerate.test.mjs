@@ -3,14 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createSession, synthClip } from 'tracecut';
-import { fingerprint, framesOf, plain, png, rejects, segment } from './support.mjs';
-
-/** A session that is closed when the test ends. */
-async function open(t, options) {
-  const session = await createSession(options);
-  t.after(() => session.close());
-  return session;
-}
+import { fingerprint, framesOf, open, plain, png, ready, rejects, segment } from './support.mjs';
 
 test('a run without frames says that motion needs two', async (t) => {
   const session = await open(t);
@@ -166,12 +159,16 @@ test('a picture that claims to be gigantic is refused before memory is taken', a
 });
 
 test('wrong frame numbers are refused with the legal range', async (t) => {
-  const session = await open(t);
-  const frames = await framesOf();
-  for (const frame of frames) await session.push(frame);
+  const session = await ready(t);
   const result = await session.run();
-  for (const wrong of [-1, frames.length, 0.5, NaN, '0', undefined]) {
-    assert.throws(() => result.edges(wrong), { code: 'param', message: /expected a whole number, 0\.\.=7/ });
+  const range = /expected a whole number, 0\.\.=7/;
+  for (const wrong of [-1, 8, 0.5, NaN, '0', undefined]) {
+    assert.throws(() => result.edges(wrong), { code: 'param', message: range });
+    assert.throws(() => result.labels(wrong), { code: 'param', message: range });
+    for (const call of ['superpixels', 'boundaries']) {
+      await rejects(result[call](wrong), 'param', range);
+      await rejects(session[call](wrong), 'param', range);
+    }
     await rejects(session.flow(wrong), 'param', /expected a whole number, 0\.\.=6/);
   }
   assert.equal((await session.flow(6)).width, 128);
@@ -199,7 +196,8 @@ function twoGroups() {
 }
 
 /** Checks that the arrays of a result have the lengths and ranges that their descriptions promise. */
-function fitsTogether({ width, height, numFrames, trajectories, clusters, thresholdClusters, embedding }) {
+function fitsTogether(result) {
+  const { width, height, numFrames, trajectories, clusters, thresholdClusters, embedding, objects } = result;
   const { count, startFrame, offset, x, y } = trajectories;
   assert.equal(startFrame.length, count);
   assert.equal(offset.length, count + 1);
@@ -213,4 +211,10 @@ function fitsTogether({ width, height, numFrames, trajectories, clusters, thresh
   assert.equal(embedding.vectors.length, count * embedding.dimensions);
   assert.equal(embedding.eigenvalues.length, embedding.dimensions);
   assert.ok(numFrames >= 2);
+  assert.equal(objects.ofCluster.length, clusters.count);
+  for (let t = 0; t < numFrames; t += 1) {
+    const mask = result.labels(t);
+    assert.equal(mask.length, width * height);
+    assert.ok(mask.every((label) => label <= objects.count), `a label above ${objects.count} in frame ${t}`);
+  }
 }

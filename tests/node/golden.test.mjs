@@ -1,4 +1,4 @@
-// What the wasm build said about two scenes when it was last looked at: labels to the last one, positions in sum. A change that
+// What the wasm build said about two scenes when it was last looked at: labels and masks to the last one, positions in sum. A change that
 // is meant is taken over with `REGENERATE=1 npm test -- node`, which rewrites the files and fails so that nobody forgets to look.
 
 import assert from 'node:assert/strict';
@@ -6,7 +6,7 @@ import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { synthClip } from 'tracecut';
-import { segment } from './support.mjs';
+import { fnv1a, segment } from './support.mjs';
 
 const scenes = {
   'golden-sample': { width: 240, height: 135, frames: 10, seed: 1 },
@@ -30,8 +30,10 @@ for (const [name, scene] of Object.entries(scenes)) {
   });
 }
 
-function summary(frames, { trajectories, clusters }) {
+function summary(frames, result) {
+  const { trajectories, clusters, objects } = result;
   const mean = (values) => Number((values.reduce((sum, value) => sum + value, 0) / values.length).toFixed(3));
+  const masks = frames.map((_, t) => result.labels(t));
   const pixels = createHash('sha256');
   for (const { data } of frames) pixels.update(data);
   return {
@@ -42,5 +44,15 @@ function summary(frames, { trajectories, clusters }) {
     meanY: mean(trajectories.y),
     clusters: clusters.count,
     label: [...clusters.label],
+    objects: [...objects.ofCluster],
+    // Pixels of each label in the whole clip tell how much has changed where the hashes only tell that it has.
+    area: areas(masks, objects.count),
+    masks: masks.map(fnv1a),
   };
+}
+
+function areas(masks, objects) {
+  const area = new Array(objects + 1).fill(0);
+  for (const mask of masks) for (const label of mask) area[label] += 1;
+  return area;
 }

@@ -4,17 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createSession, parameters, synthClip, version } from 'tracecut';
 import * as glue from '../../dist/tracecut.js';
-import { SMALL, fingerprint, framesOf, rejects, segment } from './support.mjs';
-
-const STAGES = ['flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'clusters'];
-
-/** A session with the frames of the small clip. */
-async function ready(t, options) {
-  const session = await createSession(options);
-  t.after(() => session.close());
-  for (const frame of await framesOf()) await session.push(frame);
-  return session;
-}
+import { SMALL, STAGES, fingerprint, framesOf, ready, rejects, segment } from './support.mjs';
 
 test('a run reports every stage to its end, in numbers that only grow', async (t) => {
   const session = await ready(t);

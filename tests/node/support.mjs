@@ -1,11 +1,18 @@
-// What the tests of the package share: clips, a PNG writer, and checks of errors.
+// What the tests of the package share: clips, sessions, PNG files, and checks of errors.
 
 import assert from 'node:assert/strict';
-import { deflateSync } from 'node:zlib';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
+import { pngBytes } from '../png.mjs';
+
+export { fingerprint, fnv1a } from '../fingerprint.mjs';
 
 /** Small enough to run in a second, large enough to move: the scene of most tests. */
 export const SMALL = { width: 128, height: 72, frames: 8, seed: 3 };
+
+/** The stages of a run with masks, in order. */
+export const STAGES = [
+  'flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'clusters', 'superpixels', 'cut', 'masks',
+];
 
 /** The frames of a synthetic clip. */
 export async function framesOf(options = SMALL) {
@@ -23,6 +30,20 @@ export function plain(width, height, colour = 0) {
   return { data, width, height };
 }
 
+/** A session that is closed when the test ends. */
+export async function open(t, options) {
+  const session = await createSession(options);
+  t.after(() => session.close());
+  return session;
+}
+
+/** As `open`, with the frames of the small clip, or these. */
+export async function ready(t, options, frames) {
+  const session = await open(t, options);
+  for (const frame of frames ?? (await framesOf())) await session.push(frame);
+  return session;
+}
+
 /** Opens a session, pushes the frames, runs it and closes it. */
 export async function segment(frames, options) {
   const session = await createSession(options);
@@ -32,15 +53,6 @@ export async function segment(frames, options) {
   } finally {
     session.close();
   }
-}
-
-/** Everything of a result that must not differ between two runs, as one text. */
-export function fingerprint(result) {
-  const { trajectories, clusters, embedding } = result;
-  const edges = Array.from({ length: result.numFrames }, (_, t) => Object.values(result.edges(t)).map((a) => [...a]));
-  const lists = [trajectories.startFrame, trajectories.offset, trajectories.x, trajectories.y, clusters.label, embedding.eigenvalues,
-    embedding.vectors];
-  return JSON.stringify([clusters.count, lists.map((list) => [...list]), edges]);
 }
 
 /** Checks that `promise` rejects with a TraceCutError of this code whose message matches. */
@@ -53,37 +65,7 @@ export async function rejects(promise, code, message = /./) {
   });
 }
 
-/** A PNG file: RGB, eight bits. Its header may claim another size. */
-export function png({ data, width, height }, claim = [width, height]) {
-  const rows = Buffer.alloc(height * (1 + 3 * width));
-  for (let y = 0; y < height; y += 1) {
-    for (let x = 0; x < width; x += 1) {
-      const pixel = 4 * (y * width + x);
-      rows.set(data.subarray(pixel, pixel + 3), y * (1 + 3 * width) + 1 + 3 * x);
-    }
-  }
-  const header = Buffer.alloc(13);
-  header.writeUInt32BE(claim[0], 0);
-  header.writeUInt32BE(claim[1], 4);
-  header.set([8, 2, 0, 0, 0], 8);
-  const magic = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
-  return new Uint8Array(Buffer.concat([magic, chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]));
-}
-
-function chunk(type, data) {
-  const body = Buffer.concat([Buffer.from(type, 'latin1'), data]);
-  const whole = Buffer.alloc(body.length + 8);
-  whole.writeUInt32BE(data.length, 0);
-  body.copy(whole, 4);
-  whole.writeUInt32BE(crc32(body), body.length + 4);
-  return whole;
-}
-
-function crc32(bytes) {
-  let crc = ~0;
-  for (const byte of bytes) {
-    crc ^= byte;
-    for (let bit = 0; bit < 8; bit += 1) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
-  }
-  return ~crc >>> 0;
+/** A PNG file of a frame: RGB, eight bits. Its header may claim another size. */
+export function png(frame, claim) {
+  return new Uint8Array(pngBytes(frame, { claim }));
 }

@@ -1,7 +1,9 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
-import { createSession, parameters, synthClip, TraceCutError, version } from 'tracecut';
-import type { ErrorCode, FlowField, Progress, Result, Session, SessionOptions } from 'tracecut';
+import { boundaries, createSession, EdgeKind, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
+import type {
+  BoundaryMap, ErrorCode, FlowField, ImageOptions, ObjectList, Progress, Result, Session, SessionOptions, Superpixels,
+} from 'tracecut';
 
 const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, worker: false };
 const session: Session = await createSession(options);
@@ -23,6 +25,14 @@ const edges: Float32Array = result.edges(0).d;
 const seconds: number | undefined = result.seconds.flow;
 const text: string = result.toTracksDat();
 const flow: FlowField = await session.flow(0);
+const masks: Uint8Array = result.labels(0);
+const objects: ObjectList | null = result.objects;
+const regions: Superpixels = await result.superpixels(0);
+const map: BoundaryMap = await session.boundaries(0);
+const still: ImageOptions = { contour: { low: 0.05 }, superpixel: {}, worker: false };
+const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter((kind) => kind === EdgeKind.Gabriel).length;
+const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
+console.log(masks, objects?.ofCluster, regions.borders.pb, map.scaleX, gabriel, thin);
 const names: string[] = parameters().map((parameter) => parameter.name);
 console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
 
@@ -39,6 +49,8 @@ try {
 await createSession({ clip: { maxSize: 320 } });
 // @ts-expect-error: and by type
 await createSession({ clip: { maxSide: '320' } });
+// @ts-expect-error: a single image has no flow
+await boundaries(clip.frame(0), { flow: {} });
 // @ts-expect-error: a frame is not a file name
 await session.push('frame.png');
 

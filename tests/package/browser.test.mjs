@@ -1,10 +1,16 @@
-// The package in a browser: every kind of frame, the worker and the calling thread, content security, what is said when the wasm
-// file is not there. The demo page has tests of its own in tests/browser.
+// The package in a browser: every kind of frame, the worker and the calling thread, the same bytes as in Node, content security, what
+// is said when the wasm file is not there. The demo page has tests of its own in tests/browser.
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
 import { launchBrowser } from '../../scripts/browser.mjs';
 import { serve } from '../../scripts/serve.mjs';
+import * as inNode from '../../dist/node.js';
+import { fingerprint, fnv1a } from '../fingerprint.mjs';
+
+const FINGERPRINT = fileURLToPath(new URL('../fingerprint.mjs', import.meta.url));
+const SCENE = { width: 128, height: 72, frames: 5, seed: 3 };
 
 let server;
 let browser;
@@ -27,10 +33,11 @@ async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-sr
   await page.route(`${server.url}empty`, (route) =>
     route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body: '<!doctype html><title>empty</title>' }),
   );
+  await page.route(`${server.url}fingerprint.mjs`, (route) => route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }));
   await page.goto(`${server.url}empty`);
-  await page.evaluate(async () => {
+  await page.evaluate(async (scene) => {
     const tracecut = await import('/dist/index.js');
-    const scene = { width: 128, height: 72, frames: 5, seed: 3 };
+    const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
     const frames = async () => {
       const clip = await tracecut.synthClip(scene);
       return Array.from({ length: scene.frames }, (_, t) => clip.frame(t));
@@ -39,15 +46,14 @@ async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-sr
       const session = await tracecut.createSession(options);
       try {
         for (const frame of list) await session.push(frame);
-        const { trajectories, clusters } = await session.run();
-        return JSON.stringify([[...clusters.label], [...trajectories.x], [...trajectories.y]]);
+        return fingerprint(await session.run());
       } finally {
         session.close();
       }
     };
     const failure = (promise) => promise.then(() => 'no error', (error) => `${error.name} ${error.code}: ${error.message}`);
-    globalThis.kit = { ...tracecut, frames, segment, failure };
-  });
+    globalThis.kit = { ...tracecut, fingerprint, fnv1a, frames, segment, failure };
+  }, SCENE);
   return page;
 }
 
@@ -92,18 +98,41 @@ test('the worker and the calling thread give the same result, under a strict con
   assert.equal(inWorker, inPage);
 });
 
+test('masks, superpixels and boundaries are those of Node, of a run and of single images', async (t) => {
+  const page = await open(t);
+  const clip = await inNode.synthClip(SCENE);
+  const frames = async () => Array.from({ length: SCENE.frames }, (_, k) => clip.frame(k));
+  globalThis.kit = { ...inNode, fingerprint, fnv1a, frames };
+  t.after(() => delete globalThis.kit);
+  assert.deepEqual(await page.evaluate(denseHashes), await denseHashes());
+});
+
+/** Runs in the page and in Node. */
+async function denseHashes() {
+  const { createSession, fingerprint: whole, fnv1a: hash, frames, superpixels, boundaries } = globalThis.kit;
+  const parts = ({ label, borders, edges }, { pb, thin }) =>
+    [label, borders.pb, edges.x0, edges.kind, pb, thin].map(({ buffer }) => hash(new Uint8Array(buffer)));
+  const list = await frames();
+  const session = await createSession();
+  for (const frame of list) await session.push(frame);
+  const result = await session.run();
+  const ofFrame = parts(await result.superpixels(2), await result.boundaries(2));
+  session.close();
+  const ofImage = parts(await superpixels(list[2]), await boundaries(list[2], { worker: false }));
+  return { run: whole(result), ofFrame, ofImage };
+}
+
 test('an abort is answered at once and a second run goes on; closing ends a run', async (t) => {
   const page = await open(t);
   const outcome = await page.evaluate(async () => {
-    const { createSession, frames, segment, failure, synthClip } = globalThis.kit;
+    const { createSession, fingerprint, frames, segment, failure, synthClip } = globalThis.kit;
     const list = await frames();
     const session = await createSession();
     for (const frame of list) await session.push(frame);
     const controller = new AbortController();
     setTimeout(() => controller.abort(), 15);
     const aborted = await session.run({ signal: controller.signal }).then(() => 'done', (error) => error.name);
-    const { clusters, trajectories } = await session.run();
-    const same = JSON.stringify([[...clusters.label], [...trajectories.x], [...trajectories.y]]) === (await segment(list));
+    const same = fingerprint(await session.run()) === (await segment(list));
     const clip = await synthClip({ width: 320, height: 180, frames: 4 });
     await session.clear();
     for (let i = 0; i < 4; i += 1) await session.push(clip.frame(i));

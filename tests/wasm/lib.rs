@@ -83,7 +83,20 @@ fn a_small_clip_runs_to_its_end_and_gives_arrays_that_fit_together() {
             stages.push(stage);
         }
     }
-    assert_eq!(stages, ["flow", "trajectories", "affinities", "embedding", "discontinuities", "clusters"]);
+    assert_eq!(
+        stages,
+        [
+            "flow",
+            "trajectories",
+            "affinities",
+            "embedding",
+            "discontinuities",
+            "clusters",
+            "superpixels",
+            "cut",
+            "masks"
+        ]
+    );
     let count = number(&session.trajectories(), "count") as u32;
     assert!(count > 0);
     assert_eq!(Array::from(&get(&session.clusters(), "label")).length(), count);
@@ -92,4 +105,42 @@ fn a_small_clip_runs_to_its_end_and_gives_arrays_that_fit_together() {
     assert_eq!(number(&session.info(), "numFrames"), 3.0);
     let flow = session.flow(0).unwrap();
     assert_eq!((number(&flow, "width"), number(&flow, "height")), (48.0, 32.0));
+    assert_eq!(Array::from(&session.labels(2).unwrap()).length(), 48 * 32);
+    assert_eq!(code_and_message(&session.labels(3).unwrap_err()).0, "state");
+    let clusters = number(&session.clusters(), "count") as u32;
+    assert_eq!(Array::from(&get(&session.objects(), "ofCluster")).length(), clusters);
+    partition_fits(&session.superpixels(0).unwrap(), 48, 32);
+    boundaries_fit(&session.boundaries(0).unwrap(), 48, 32);
+}
+
+fn partition_fits(superpixels: &JsValue, width: u32, height: u32) {
+    assert_eq!((number(superpixels, "width"), number(superpixels, "height")), (f64::from(width), f64::from(height)));
+    let label = Array::from(&get(superpixels, "label"));
+    assert_eq!(label.length(), width * height);
+    let count = number(superpixels, "count");
+    assert!(label.iter().all(|l| l.as_f64().unwrap() < count));
+    let length = |group: &str, name: &str| Array::from(&get(&get(superpixels, group), name)).length();
+    for name in ["b", "length", "pb"] {
+        assert_eq!(length("borders", name), length("borders", "a"), "{name}");
+    }
+    for name in ["y0", "x1", "y1", "kind"] {
+        assert_eq!(length("edges", name), length("edges", "x0"), "{name}");
+    }
+}
+
+fn boundaries_fit(map: &JsValue, width: u32, height: u32) {
+    assert_eq!((number(map, "width"), number(map, "height")), (f64::from(width), f64::from(height)));
+    for name in ["pb", "thin"] {
+        assert_eq!(Array::from(&get(map, name)).length(), width * height, "{name}");
+    }
+}
+
+#[wasm_bindgen_test]
+fn single_images_have_boundaries_and_superpixels_at_their_own_size() {
+    let session = JsSession::new(option("clip", "maxSide", 16)).unwrap();
+    let rgba: Vec<u8> = (0..40 * 24).flat_map(|p| [if p % 40 < 20 { 30 } else { 200 }, 90, 90, 255]).collect();
+    boundaries_fit(&session.boundaries_of(&rgba, 40, 24).unwrap(), 40, 24);
+    partition_fits(&session.superpixels_of(&rgba, 40, 24, None).unwrap(), 40, 24);
+    assert!(number(&session.superpixels_of(&rgba, 40, 24, Some(2)).unwrap(), "count") <= 2.0);
+    assert_eq!(code_and_message(&session.boundaries_of(&rgba, 40, 25).unwrap_err()).0, "frame-bytes");
 }

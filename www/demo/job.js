@@ -22,6 +22,9 @@ export const STAGES = [
   { id: 'embedding', name: 'Embedding', share: 0.08 },
   { id: 'discontinuities', name: 'Discontinuities', share: 0.03 },
   { id: 'clusters', name: 'Clusters', share: 0.07 },
+  { id: 'superpixels', name: 'Superpixels', share: 0.3 },
+  { id: 'cut', name: 'Gabriel cut', share: 0.1 },
+  { id: 'masks', name: 'Masks', share: 0.02 },
 ];
 
 /** @typedef {{id: string, name: string, share: number, done: number, total: number, ms: number}} StageState */

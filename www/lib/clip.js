@@ -13,7 +13,7 @@ import { isPlainObject, wholeNumber } from './options.js';
 
 /**
  * @param {ClipOptions | undefined} options
- * @param {import('./session.js').Platform} platform
+ * @param {import('./platform.js').Platform} platform
  */
 export async function makeClip(options, platform) {
   const given = options ?? {};

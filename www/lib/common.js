@@ -4,6 +4,7 @@ import { PARAMETERS, VERSION } from './parameters.js';
 
 export { Clip } from './clip.js';
 export { TraceCutError } from './errors.js';
+export { EdgeKind } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
 
@@ -27,3 +28,8 @@ export function parameters() {
 /** @typedef {import('./engine.js').Progress} Progress */
 /** @typedef {import('./engine.js').Stage} Stage */
 /** @typedef {import('./engine.js').FlowField} FlowField */
+/** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
+/** @typedef {import('./image.js').ImageOptions} ImageOptions */
+/** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */
+/** @typedef {import('./image.js').Superpixels} Superpixels */
+/** @typedef {import('./result.js').ObjectList} ObjectList */

@@ -5,7 +5,10 @@ import { alive, guarded, instance } from './instance.js';
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
 const SLICE_MS = 30;
 
-/** @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'clusters'} Stage */
+/**
+ * @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'clusters'
+ *   | 'superpixels' | 'cut' | 'masks'} Stage
+ */
 /** @typedef {{stage: Stage, done: number, total: number}} Progress */
 /** @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number}} Info */
 /** @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField */
@@ -20,7 +23,12 @@ const SLICE_MS = 30;
  * @property {import('./result.js').ClusterList} thresholdClusters
  * @property {import('./result.js').EmbeddingTable} embedding
  * @property {import('./result.js').EdgeTable} edges
+ * @property {import('./result.js').ObjectList | null} objects null without masks
+ * @property {Uint8Array<ArrayBuffer> | null} labels the masks of all frames, one after the other
  */
+
+/** @typedef {Omit<import('./image.js').BoundaryMap, 'scaleX' | 'scaleY'>} RawBoundaryMap */
+/** @typedef {Omit<import('./image.js').Superpixels, 'scaleX' | 'scaleY'>} RawSuperpixels */
 
 /**
  * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the abort.
@@ -29,6 +37,10 @@ const SLICE_MS = 30;
  * @property {(trajectories: import('./trajectories.js').RawTrajectories) => Promise<Info>} setTrajectories
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
  * @property {(t: number) => Promise<FlowField>} flow
+ * @property {(t: number) => Promise<RawBoundaryMap>} boundaries
+ * @property {(t: number) => Promise<RawSuperpixels>} superpixels
+ * @property {(image: import('./frames.js').RawFrame) => Promise<RawBoundaryMap>} boundariesOf of an image of its own
+ * @property {(image: import('./frames.js').RawFrame, count?: number) => Promise<RawSuperpixels>} superpixelsOf
  * @property {() => Promise<Info>} clear
  * @property {() => void} close
  */
@@ -82,6 +94,29 @@ export class LocalEngine {
   /** @param {number} t */
   flow(t) {
     return this.#queued((session) => session.flow(t));
+  }
+
+  /** @param {number} t */
+  boundaries(t) {
+    return this.#queued((session) => session.boundaries(t));
+  }
+
+  /** @param {number} t */
+  superpixels(t) {
+    return this.#queued((session) => session.superpixels(t));
+  }
+
+  /** @param {import('./frames.js').RawFrame} image */
+  boundariesOf(image) {
+    return this.#queued((session) => session.boundariesOf(...imageArguments(image)));
+  }
+
+  /**
+   * @param {import('./frames.js').RawFrame} image
+   * @param {number} [count]
+   */
+  superpixelsOf(image, count) {
+    return this.#queued((session) => session.superpixelsOf(...imageArguments(image), count));
   }
 
   clear() {
@@ -142,14 +177,18 @@ export class LocalEngine {
    * @returns {RawResult}
    */
   #result(session) {
+    const info = session.info();
+    const objects = session.objects() ?? null;
     return {
-      info: session.info(),
+      info,
       seconds: { ...this.#seconds },
       trajectories: session.trajectories(),
       clusters: session.clusters(),
       thresholdClusters: session.thresholdClusters(),
       embedding: session.embedding(),
       edges: session.edges(),
+      objects,
+      labels: objects && allLabels(session, info),
     };
   }
 
@@ -178,6 +217,24 @@ export class LocalEngine {
     this.#last = mine.catch(() => {});
     return mine;
   }
+}
+
+/**
+ * @param {import('./tracecut.js').Session} session
+ * @param {Info} info
+ */
+function allLabels(session, { numFrames, width, height }) {
+  const labels = new Uint8Array(numFrames * width * height);
+  for (let t = 0; t < numFrames; t += 1) labels.set(session.labels(t), t * width * height);
+  return labels;
+}
+
+/**
+ * @param {import('./frames.js').RawFrame} image
+ * @returns {[data: Uint8Array, width: number, height: number]} a size of 0 says that the data are those of a file
+ */
+function imageArguments(image) {
+  return image.kind === 'pixels' ? [image.data, image.width, image.height] : [image.data, 0, 0];
 }
 
 /** @type {(() => Promise<void>) | undefined} */

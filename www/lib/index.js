@@ -5,12 +5,13 @@
  * const session = await createSession();
  * for (const frame of frames) await session.push(frame);
  * const result = await session.run({ onProgress: ({ stage, done, total }) => {} });
- * result.trajectories; result.clusters.label; session.close();
+ * result.labels(0); result.trajectories; result.clusters.label; session.close();
  * ```
  * @module
  */
 
 import { makeClip } from './clip.js';
+import { boundariesOf, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { openSession } from './session.js';
 
@@ -19,7 +20,7 @@ export * from './common.js';
 /** @type {Promise<WebAssembly.Module> | undefined} */
 let packaged;
 
-/** @type {import('./session.js').Platform} */
+/** @type {import('./platform.js').Platform} */
 const platform = {
   loadModule(source) {
     if (source !== undefined) return loadModule(source);
@@ -50,4 +51,24 @@ export function createSession(options) {
  */
 export function synthClip(options) {
   return makeClip(options, platform);
+}
+
+/**
+ * The boundary probability of a single image, at its own size.
+ * @param {import('./frames.js').FrameSource} image
+ * @param {import('./image.js').ImageOptions} [options]
+ * @returns {Promise<import('./image.js').BoundaryMap>}
+ */
+export function boundaries(image, options) {
+  return boundariesOf(image, options, platform);
+}
+
+/**
+ * The Gabriel superpixels of a single image, at its own size.
+ * @param {import('./frames.js').FrameSource} image
+ * @param {import('./image.js').SuperpixelOptions} [options]
+ * @returns {Promise<import('./image.js').Superpixels>}
+ */
+export function superpixels(image, options) {
+  return superpixelsOf(image, options, platform);
 }

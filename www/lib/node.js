@@ -6,6 +6,7 @@
 import { readFile } from 'node:fs/promises';
 import { makeClip } from './clip.js';
 import { TraceCutError } from './errors.js';
+import { boundariesOf, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { openSession } from './session.js';
 
@@ -14,7 +15,7 @@ export * from './common.js';
 /** @type {Promise<WebAssembly.Module> | undefined} */
 let packaged;
 
-/** @type {import('./session.js').Platform} */
+/** @type {import('./platform.js').Platform} */
 const platform = {
   loadModule(source) {
     if (source instanceof URL && source.protocol === 'file:') return readModule(source);
@@ -52,4 +53,24 @@ export function createSession(options) {
  */
 export function synthClip(options) {
   return makeClip(options, platform);
+}
+
+/**
+ * The boundary probability of a single image, at its own size.
+ * @param {import('./frames.js').FrameSource} image
+ * @param {import('./image.js').ImageOptions} [options]
+ * @returns {Promise<import('./image.js').BoundaryMap>}
+ */
+export function boundaries(image, options) {
+  return boundariesOf(image, options, platform);
+}
+
+/**
+ * The Gabriel superpixels of a single image, at its own size.
+ * @param {import('./frames.js').FrameSource} image
+ * @param {import('./image.js').SuperpixelOptions} [options]
+ * @returns {Promise<import('./image.js').Superpixels>}
+ */
+export function superpixels(image, options) {
+  return superpixelsOf(image, options, platform);
 }

@@ -13,6 +13,8 @@ import { illegal, typeTag } from './errors.js';
  * @typedef {ParameterOptions & {wasm?: WasmSource, worker?: boolean}} SessionOptions
  */
 
+/** @typedef {{wasm?: WasmSource, worker?: boolean, parameters: Record<string, unknown>}} SplitOptions */
+
 /** Parameters are two levels deep; anything much deeper is a mistake, or an object that contains itself. */
 const MAX_DEPTH = 4;
 
@@ -20,6 +22,7 @@ const MAX_DEPTH = 4;
  * Separates this layer's settings from the parameters and copies the latter, leaving out what is `undefined`. Names, types and
  * ranges of parameters are checked in Rust; here only what cannot get that far is refused.
  * @param {SessionOptions} [options]
+ * @returns {SplitOptions}
  */
 export function splitOptions(options = {}) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');

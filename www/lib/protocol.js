@@ -10,7 +10,10 @@
 //   {id, type: 'push', data}          ->
 //                                     <-     {id, type: 'failed', data: {code, message}}
 
-/** @typedef {'create' | 'push' | 'setTrajectories' | 'run' | 'abort' | 'flow' | 'clear'} RequestType */
+/**
+ * @typedef {'create' | 'push' | 'setTrajectories' | 'run' | 'abort' | 'flow' | 'boundaries' | 'superpixels'
+ *   | 'boundariesOf' | 'superpixelsOf' | 'clear'} RequestType
+ */
 /** @typedef {{id: number, type: RequestType, data?: any}} Request */
 /** @typedef {{id: number, type: 'done' | 'progress' | 'failed', data: any}} Reply */
 

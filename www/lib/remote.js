@@ -73,6 +73,29 @@ export class RemoteEngine {
     return this.#request('flow', t);
   }
 
+  /** @param {number} t */
+  boundaries(t) {
+    return this.#request('boundaries', t);
+  }
+
+  /** @param {number} t */
+  superpixels(t) {
+    return this.#request('superpixels', t);
+  }
+
+  /** @param {import('./frames.js').RawFrame} image */
+  boundariesOf(image) {
+    return this.#request('boundariesOf', image);
+  }
+
+  /**
+   * @param {import('./frames.js').RawFrame} image
+   * @param {number} [count]
+   */
+  superpixelsOf(image, count) {
+    return this.#request('superpixelsOf', { image, count });
+  }
+
   clear() {
     return this.#request('clear');
   }

@@ -28,12 +28,30 @@ import { wholeNumber } from './options.js';
  * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array}} Edges
  */
 
+/**
+ * The objects of the masks: their number, and for each cluster the label that it has in the masks, 0 for the background. Several
+ * clusters may be one object, or the background.
+ * @typedef {{count: number, ofCluster: Uint8Array}} ObjectList
+ */
+
+/**
+ * Questions that only the session can answer.
+ * @typedef {object} Lookups
+ * @property {(t: number) => Promise<import('./image.js').BoundaryMap>} boundaries
+ * @property {(t: number) => Promise<import('./image.js').Superpixels>} superpixels
+ */
+
 /** What a run found. */
 export class Result {
   #edges;
+  #labels;
+  #lookups;
 
-  /** @param {import('./engine.js').RawResult} raw */
-  constructor(raw) {
+  /**
+   * @param {import('./engine.js').RawResult} raw
+   * @param {Lookups} lookups
+   */
+  constructor(raw, lookups) {
     /** Width of the input in pixels. */
     this.width = raw.info.width;
     /** Height of the input in pixels. */
@@ -50,7 +68,47 @@ export class Result {
     this.embedding = raw.embedding;
     /** Seconds spent in each stage. */
     this.seconds = raw.seconds;
+    /** The objects of the masks; null when there are no masks (`clip.dense` off, or trajectories from outside). */
+    this.objects = raw.objects;
     this.#edges = raw.edges;
+    this.#labels = raw.labels;
+    this.#lookups = lookups;
+  }
+
+  /**
+   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background, `1` to `objects.count` are the
+   * objects.
+   * @param {number} t
+   * @returns {Uint8Array<ArrayBuffer>}
+   */
+  labels(t) {
+    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    if (!this.#labels) throw noMasks('masks');
+    const size = this.width * this.height;
+    return this.#labels.slice(t * size, (t + 1) * size);
+  }
+
+  /**
+   * The Gabriel superpixels of frame `t`, at the size that frames are processed at. They are fetched from the session, which must
+   * still be open and hold the same clip.
+   * @param {number} t
+   * @returns {Promise<import('./image.js').Superpixels>}
+   */
+  async superpixels(t) {
+    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    if (!this.#labels) throw noMasks('superpixels');
+    return this.#lookups.superpixels(t);
+  }
+
+  /**
+   * The boundary probability of frame `t`, at the size that frames are processed at. The session computes it at each call; it must
+   * still be open and hold the same clip.
+   * @param {number} t
+   * @returns {Promise<import('./image.js').BoundaryMap>}
+   */
+  async boundaries(t) {
+    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    return this.#lookups.boundaries(t);
   }
 
   /**
@@ -84,6 +142,11 @@ export class Result {
     }
     return `${lines.join('\n')}\n`;
   }
+}
+
+/** @param {string} what */
+function noMasks(what) {
+  return new TraceCutError('state', `this result has no ${what} (they need frames, not trajectories from outside, and clip.dense = true)`);
 }
 
 /**

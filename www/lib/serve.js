@@ -34,6 +34,14 @@ export function serve(port) {
         return (await engine).setTrajectories(data);
       case 'flow':
         return (await engine).flow(data);
+      case 'boundaries':
+        return (await engine).boundaries(data);
+      case 'superpixels':
+        return (await engine).superpixels(data);
+      case 'boundariesOf':
+        return (await engine).boundariesOf(data);
+      case 'superpixelsOf':
+        return (await engine).superpixelsOf(data.image, data.count);
       case 'clear':
         return (await engine).clear();
       case 'run': {

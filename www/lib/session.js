@@ -1,46 +1,32 @@
 import { TraceCutError, illegal } from './errors.js';
-import { createLocalEngine } from './engine.js';
 import { toRawFrame } from './frames.js';
+import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
-import { createRemoteEngine } from './remote.js';
+import { openEngine } from './platform.js';
 import { Result } from './result.js';
 import { toRawTrajectories } from './trajectories.js';
 
 /**
- * What differs between browsers and Node.
- * @typedef {object} Platform
- * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
- * @property {(() => Worker) | undefined} startWorker
- */
-
-/**
  * @param {import('./options.js').SessionOptions | undefined} options
- * @param {Platform} platform
+ * @param {import('./platform.js').Platform} platform
  */
 export async function openSession(options, platform) {
-  const { wasm, worker, parameters } = splitOptions(options);
-  if (worker && !platform.startWorker) {
-    throw new TraceCutError('unsupported', 'worker = true (expected false or nothing: this engine has no module workers; the session runs in-process)');
-  }
-  const module = await platform.loadModule(wasm);
-  const engine =
-    platform.startWorker && worker !== false
-      ? await createRemoteEngine(platform.startWorker(), module, parameters)
-      : await createLocalEngine(module, parameters);
-  return new Session(engine);
+  return new Session(await openEngine(splitOptions(options), platform));
 }
 
 /** @type {import('./engine.js').Info} */
 const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHeight: 0 };
 
 /**
- * One clip on its way to labelled trajectories. Made by `createSession`. Frames go in, `run` does the work, results are plain
- * arrays that stay when the session is closed.
+ * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work, results are
+ * plain arrays that stay when the session is closed; only superpixels and boundaries are made and fetched when they are asked for.
  */
 export class Session {
   #engine;
   #info = NOTHING;
   #closed = false;
+  /** Grows when the session is cleared. */
+  #clip = 0;
   /** @type {((reason: unknown) => void) | undefined} Ends the present run early. */
   #stopRun;
 
@@ -113,7 +99,7 @@ export class Session {
       const report = guardedReport(onProgress, (error) => stop?.(error));
       const raw = await Promise.race([this.#engine.run(report, inner.signal), stopped]);
       if (raw === null) throw new TraceCutError('closed', 'the session was closed');
-      return new Result(raw);
+      return new Result(raw, this.#lookups());
     } finally {
       signal?.removeEventListener('abort', onAbort);
       this.#stopRun = undefined;
@@ -132,11 +118,57 @@ export class Session {
   }
 
   /**
+   * The boundary probability of frame `t`, at the size that frames are processed at; computed at each call, before the run too.
+   * @param {number} t
+   * @returns {Promise<import('./image.js').BoundaryMap>}
+   */
+  async boundaries(t) {
+    this.#check('boundaries');
+    this.#checkFrame(t);
+    return onGrid(await this.#engine.boundaries(t), this.#info.width, this.#info.height);
+  }
+
+  /**
+   * The Gabriel superpixels of frame `t`, at the size that frames are processed at.
+   * @param {number} t
+   * @returns {Promise<import('./image.js').Superpixels>}
+   */
+  async superpixels(t) {
+    this.#check('superpixels');
+    this.#checkFrame(t);
+    return onGrid(await this.#engine.superpixels(t), this.#info.width, this.#info.height);
+  }
+
+  /**
+   * What a result may ask for later, as long as this session is open and holds the same clip.
+   * @returns {import('./result.js').Lookups}
+   */
+  #lookups() {
+    const clip = this.#clip;
+    /** @param {string} what */
+    const check = (what) => {
+      if (this.#closed) throw new TraceCutError('closed', `${what} of a result come from its session, which is closed; ask before closing it`);
+      if (clip !== this.#clip) throw new TraceCutError('state', `${what} of a result come from its session, which was cleared since`);
+    };
+    return {
+      boundaries: async (t) => {
+        check('boundaries');
+        return this.boundaries(t);
+      },
+      superpixels: async (t) => {
+        check('superpixels');
+        return this.superpixels(t);
+      },
+    };
+  }
+
+  /**
    * Drops frames and results; parameters stay. The next clip may have another size.
    * @returns {Promise<void>}
    */
   async clear() {
     this.#check('clear');
+    this.#clip += 1;
     this.#info = await this.#engine.clear();
   }
 
@@ -151,6 +183,11 @@ export class Session {
   /** `using session = await createSession()` closes it (an engine without `Symbol.dispose` has no `using` either). */
   [Symbol.dispose]() {
     this.close();
+  }
+
+  /** @param {number} t */
+  #checkFrame(t) {
+    wholeNumber('param', 't', t, 0, Math.max(0, this.#info.numFrames - 1));
   }
 
   /** @param {string} call */

@@ -1,9 +1,11 @@
 //! `tracecut eval`: scores against ground truth.
 
 mod contours;
+mod davis;
 mod flow;
 mod mat;
 mod moseg;
+mod superpixels;
 
 use crate::failure::{Failure, Result, print, read, read_text};
 use clap::Subcommand;
@@ -12,12 +14,15 @@ use tracecut::discretize::Clusters;
 use tracecut::eval::definition::{Definition, parse_pgm};
 use tracecut::eval::moseg::{Scores, score};
 use tracecut::eval::tracks;
+use tracecut::image::Plane;
 use tracecut::trajectory::Trajectories;
 
 #[derive(Subcommand, Debug)]
 pub(crate) enum EvalCommand {
     /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
     Moseg(moseg::MosegArgs),
+    /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary measure F
+    Davis(davis::DavisArgs),
     /// Score a track file
     Tracks {
         /// Definition file of the shot (...Def.dat); the masks lie beside it
@@ -30,6 +35,8 @@ pub(crate) enum EvalCommand {
     },
     /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
     Flow(flow::FlowArgs),
+    /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people segmented
+    Superpixels(superpixels::SuperpixelArgs),
     /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
     Contours(contours::ContoursArgs),
 }
@@ -37,8 +44,10 @@ pub(crate) enum EvalCommand {
 pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
     match command {
         EvalCommand::Moseg(args) => moseg::eval(args),
+        EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
+        EvalCommand::Superpixels(args) => superpixels::eval(args),
         EvalCommand::Contours(args) => contours::eval(args),
     }
 }
@@ -64,14 +73,28 @@ fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
     ))
 }
 
-/// Scores labelled tracks of a shot; the masks lie beside its definition file.
-fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
-    let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
-    let mut maps = Vec::new();
-    for frame in definition.labelled_within(tracks.num_frames) {
-        let mask_path = path.with_file_name(&frame.mask);
-        let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
-        maps.push(definition.regions(&mask));
+/// A shot's ground truth: its definition and the region maps of the labelled frames used.
+struct Shot {
+    definition: Definition,
+    maps: Vec<Plane<u8>>,
+}
+
+impl Shot {
+    /// Reads a definition file and the masks beside it of the first `num_frames` frames.
+    fn read(path: &Path, num_frames: usize) -> Result<Self> {
+        let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
+        let mut maps = Vec::new();
+        for frame in definition.labelled_within(num_frames) {
+            let mask_path = path.with_file_name(&frame.mask);
+            let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
+            maps.push(definition.regions(&mask));
+        }
+        Ok(Self { definition, maps })
     }
+}
+
+/// Scores labelled tracks of a shot.
+fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
+    let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
     score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
 }

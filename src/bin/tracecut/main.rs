@@ -6,10 +6,14 @@ mod eval;
 mod failure;
 mod images;
 mod input;
+mod jobs;
+mod masks;
 mod overlay;
+mod pictures;
 mod run;
 mod segment;
 mod settings;
+mod superpixels;
 mod y4m;
 
 use clap::{Parser, Subcommand};
@@ -25,11 +29,13 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// Segment a clip: tracks.dat, overlay pictures and result.json
+    /// Segment a clip: masks, tracks.dat, overlay pictures and result.json
     Segment(segment::SegmentArgs),
     /// Score against ground truth
     #[command(subcommand)]
     Eval(eval::EvalCommand),
+    /// Superpixels of an image: a label map, and a picture of the edges between them
+    Superpixels(superpixels::SuperpixelArgs),
     /// List all parameters with range, default and meaning
     Params,
 }
@@ -38,6 +44,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Segment(args) => segment::segment(&args),
         Command::Eval(command) => eval::eval(&command),
+        Command::Superpixels(args) => superpixels::superpixels(&args),
         Command::Params => settings::list(),
     };
     match outcome {

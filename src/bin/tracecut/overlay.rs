@@ -1,21 +1,20 @@
-//! Trajectory points drawn over their frames, coloured by label.
+//! Results drawn over their frames: trajectory points, coloured by label, and masks.
 
-use crate::failure::{Failure, Result, cannot_write, create_folder};
+use crate::failure::Result;
 use crate::input::Input;
+use crate::masks::tinted;
+use crate::pictures::{Pixels, Series};
 use crate::run::set_stage;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
 use indicatif::ProgressBar;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
+use tracecut::Session;
 use tracecut::discretize::Clusters;
 use tracecut::image::Frame;
 use tracecut::trajectory::Trajectories;
 
 /// Colours of labels 0, 1, ...: a pale grey for the largest cluster, which is mostly the background, then the palette of Okabe
 /// and Ito (2008), made to be told apart with any colour vision, then darker and lighter kin of it. Starts again after the last.
-const PALETTE: [[u8; 3]; 16] = [
+pub(crate) const PALETTE: [[u8; 3]; 16] = [
     [222, 222, 222],
     [230, 159, 0],
     [86, 180, 233],
@@ -37,40 +36,37 @@ const PALETTE: [[u8; 3]; 16] = [
 /// How much of the frame's own brightness stays under the points, so that pale and dark points both stand out.
 const FRAME_SHARE: f32 = 0.75;
 
-/// Writes `%05d.png` for each frame of `input` into `folder`.
+/// Draws over each frame of `input`: the trajectories into `overlay`, and where the session has masks these into `overlay-masks`, as
+/// `%05d.png` in folders of `out`.
 pub(crate) fn write_all(
-    folder: &Path,
+    out: &Path,
     input: &Input,
+    session: &Session,
     tracks: &Trajectories,
     clusters: &Clusters,
     bar: &ProgressBar,
 ) -> Result<()> {
-    create_folder(folder)?;
-    remove_old(folder, tracks.num_frames);
+    let points = Series::create(out.join("overlay"), tracks.num_frames)?;
+    let tints = match session.objects() {
+        Some(_) => Some(Series::create(out.join("overlay-masks"), tracks.num_frames)?),
+        None => {
+            Series::remove(out.join("overlay-masks"));
+            None
+        }
+    };
     bar.reset();
     set_stage(bar, "overlay", tracks.num_frames);
     for (index, frame) in input.frames()?.enumerate() {
         let (_, frame) = frame?;
-        let picture = draw(&frame, index, tracks, clusters);
-        write_png(&folder.join(format!("{index:05}.png")), &picture, frame.width(), frame.height())?;
+        let size = (frame.width(), frame.height());
+        points.write(index, size, Pixels::Rgb(&draw(&frame, index, tracks, clusters)))?;
+        if let Some(tints) = &tints {
+            tints.write(index, size, Pixels::Rgb(&tinted(&frame, &session.labels(index)?)))?;
+        }
         bar.inc(1);
     }
     bar.finish_and_clear();
     Ok(())
-}
-
-/// Removes the pictures that an earlier, longer run left behind.
-fn remove_old(folder: &Path, num_frames: usize) {
-    let path = |index: usize| folder.join(format!("{index:05}.png"));
-    (num_frames..).map(path).take_while(|p| std::fs::remove_file(p).is_ok()).for_each(drop);
-}
-
-fn write_png(path: &Path, rgb: &[u8], width: usize, height: usize) -> Result<()> {
-    let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
-    let encoder = PngEncoder::new_with_quality(BufWriter::new(file), CompressionType::Fast, FilterType::Adaptive);
-    encoder
-        .write_image(rgb, width as u32, height as u32, ExtendedColorType::Rgb8)
-        .map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
 }
 
 /// The frame, dimmed, with a disc for each trajectory alive in it; RGB.

@@ -1,9 +1,10 @@
-//! `tracecut segment`: a clip in; labelled trajectories, pictures and a report out.
+//! `tracecut segment`: a clip in; masks, labelled trajectories, pictures and a report out.
 
 use crate::clock::peak_memory_bytes;
 use crate::dump;
 use crate::failure::{Failure, Result, create_folder, print, write};
 use crate::input::Input;
+use crate::masks::{self, MaskReport};
 use crate::overlay;
 use crate::run::{Timing, progress_bar, run};
 use crate::settings::Settings;
@@ -19,6 +20,7 @@ use tracecut::trajectory::Trajectories;
 use tracecut::{Params, Session};
 
 #[derive(Args, Debug)]
+#[command(after_help = RESULTS)]
 pub(crate) struct SegmentArgs {
     /// Folder of images in name order, .bmf list, animated GIF, .y4m file, or - for Y4M on standard input
     input: PathBuf,
@@ -31,12 +33,24 @@ pub(crate) struct SegmentArgs {
     /// Spacing of the trajectories, in pixels; short for --set trajectory.gridStep=PX
     #[arg(long, value_name = "PX")]
     track_step: Option<f64>,
+    /// End with the labels of the trajectories, without masks; short for --set clip.dense=false
+    #[arg(long)]
+    no_dense: bool,
     /// Also write the affinities, the eigenpairs and the neighbour pairs as text
     #[arg(long)]
     dump: bool,
     #[command(flatten)]
     settings: Settings,
 }
+
+const RESULTS: &str = "\
+Results in the folder:
+  masks/00000.png ...          label of each pixel, 0 for the background, as a palette image at input size
+  overlay-masks/00000.png ...  frames with the objects tinted and outlined
+  tracks.dat                   labelled trajectories
+  overlay/00000.png ...        frames with the trajectories, coloured by label
+  result.json                  sizes, objects, parameters, times
+  dump/                        with --dump";
 
 /// What goes into `result.json`.
 #[derive(Debug, Serialize)]
@@ -53,6 +67,9 @@ struct Report<'a> {
     points: usize,
     clusters: usize,
     labels: Vec<LabelSize>,
+    /// Background, objects and superpixels; left out where there are no masks.
+    #[serde(flatten)]
+    masks: Option<&'a MaskReport>,
     eigenvalues: &'a [f64],
     eigen: &'a EigenInfo,
     params: &'a Params,
@@ -74,18 +91,22 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     if let Some(step) = args.track_step {
         params.set("trajectory.gridStep", &ParamValue::Number(step))?;
     }
+    if args.no_dense {
+        params.clip.dense = false;
+    }
     create_folder(&args.out)?;
     let input = Input::open(&args.input, args.frames, &args.out.join("stdin.y4m.part"))?;
     let bar = progress_bar();
     let (session, timing) = run(&input, params, &bar)?;
     let results = Results::of(&session)?;
     write(&args.out.join("tracks.dat"), tracks::write(results.tracks, results.clusters)?)?;
-    write_report(args, &session, &results, &timing)?;
+    let masks = masks::write_all(args.out.join("masks"), &session)?;
+    write_report(args, &session, &results, masks.as_ref(), &timing)?;
     if args.dump {
         dump::write_all(&args.out.join("dump"), &session)?;
     }
-    overlay::write_all(&args.out.join("overlay"), &input, results.tracks, results.clusters, &bar)?;
-    print(summary(&session, &results, &timing, &args.out))
+    overlay::write_all(&args.out, &input, &session, results.tracks, results.clusters, &bar)?;
+    print(summary(&session, &results, masks.as_ref(), &timing, &args.out))
 }
 
 /// What a finished session holds.
@@ -106,7 +127,13 @@ impl<'a> Results<'a> {
     }
 }
 
-fn write_report(args: &SegmentArgs, session: &Session, results: &Results<'_>, timing: &Timing) -> Result<()> {
+fn write_report(
+    args: &SegmentArgs,
+    session: &Session,
+    results: &Results<'_>,
+    masks: Option<&MaskReport>,
+    timing: &Timing,
+) -> Result<()> {
     let (width, height) = session.input_size().unwrap_or_default();
     let (working_width, working_height) = session.working_size().unwrap_or_default();
     let report = Report {
@@ -121,6 +148,7 @@ fn write_report(args: &SegmentArgs, session: &Session, results: &Results<'_>, ti
         points: results.tracks.x.len(),
         clusters: results.clusters.count,
         labels: label_sizes(results.tracks, results.clusters),
+        masks,
         eigenvalues: &results.embedding.eigenvalues,
         eigen: &results.embedding.info,
         params: session.params(),
@@ -143,13 +171,20 @@ fn label_sizes(tracks: &Trajectories, clusters: &Clusters) -> Vec<LabelSize> {
     sizes
 }
 
-fn summary(session: &Session, results: &Results<'_>, timing: &Timing, out: &Path) -> String {
+fn summary(
+    session: &Session,
+    results: &Results<'_>,
+    masks: Option<&MaskReport>,
+    timing: &Timing,
+    out: &Path,
+) -> String {
     let (width, height) = session.input_size().unwrap_or_default();
     format!(
-        "{} frames of {width}x{height}: {} trajectories in {} clusters, {:.2} s; see {}",
+        "{} frames of {width}x{height}: {} trajectories in {} clusters, {}{:.2} s; see {}",
         session.num_frames(),
         results.tracks.len(),
         results.clusters.count,
+        masks.map_or_else(String::new, |m| format!("{} object(s), ", m.num_objects())),
         timing.total.wall,
         out.display()
     )

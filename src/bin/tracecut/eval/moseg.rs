@@ -1,27 +1,35 @@
 //! `tracecut eval moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
-use super::score_shot;
+use super::Shot;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
+use crate::jobs::in_order;
 use crate::run::run;
 use crate::settings::Settings;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
-use tracecut::Params;
-use tracecut::eval::moseg::{Scores, mean, trimmed_mean};
+use tracecut::eval::moseg::{Scores, mean, score, score_dense, trimmed_mean};
 use tracecut::eval::tracks;
+use tracecut::{Params, Session};
 
 #[derive(Args, Debug)]
+#[command(after_help = "\
+With --dense each sequence has three rows. The first scores the trajectories, as without it. \"pixels by cluster\" scores all pixels of the
+labelled frames by the cluster that the cut gives them, which compares with the first row, and with the pixel row of the paper's
+Table 2. \"pixels by mask label\" scores them by the labels of the masks, where all clusters of the background are one.
+The background is a region and a label as any other. Density is the share of pixels with a label: every pixel has one, so that it is
+100 % in the dense rows.")]
 pub(crate) struct MosegArgs {
     /// Folder with one sub-folder for each sequence, holding NAME.bmf, NAMEDef.dat, images and masks
     folder: PathBuf,
     /// Use the first N frames of each sequence, or all where it is shorter
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
+    /// Make masks as well, and score all pixels of the labelled frames
+    #[arg(long)]
+    dense: bool,
     /// Write all figures and the parameters to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -55,6 +63,8 @@ struct Outcome {
     clusters: usize,
     #[serde(flatten)]
     scores: Scores,
+    #[serde(flatten)]
+    dense: Option<Dense<Scores>>,
     seconds: f64,
     cpu_seconds: Option<f64>,
 }
@@ -66,32 +76,61 @@ impl Outcome {
     }
 }
 
+/// Figures of the two ways to score pixels.
+#[derive(Debug, Serialize)]
+struct Dense<T> {
+    /// By cluster.
+    pixels: T,
+    /// By label of the masks.
+    masks: T,
+}
+
+/// Means over the sequences.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Means {
+    mean: Scores,
+    trimmed_mean: Scores,
+}
+
+impl Means {
+    fn over(outcomes: &[Outcome], scores: impl Fn(&Outcome) -> Option<&Scores>) -> Self {
+        let all: Vec<Scores> = outcomes.iter().filter_map(scores).cloned().collect();
+        Self { mean: mean(&all), trimmed_mean: trimmed_mean(&all) }
+    }
+}
+
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 struct Report<'a> {
     frames: u32,
     sequences: &'a [Outcome],
-    mean: &'a Scores,
-    trimmed_mean: &'a Scores,
+    #[serde(flatten)]
+    sparse: Means,
+    #[serde(flatten)]
+    dense: Option<Dense<Means>>,
     params: &'a Params,
 }
 
 pub(super) fn eval(args: &MosegArgs) -> Result<()> {
-    let params = args.settings.params()?;
+    let mut params = args.settings.params()?;
+    // Without masks to score the run ends with the trajectories' labels.
+    params.clip.dense = args.dense;
     let sequences = find_sequences(&args.folder, &args.only)?;
     if let Some(folder) = &args.tracks {
         crate::failure::create_folder(folder)?;
     }
     print(HEADING)?;
-    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), |o| print(row(o)))?;
-    let scores: Vec<Scores> = outcomes.iter().map(|o| o.scores.clone()).collect();
-    let (mean, trimmed) = (mean(&scores), trimmed_mean(&scores));
+    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), print_rows)?;
+    let sparse = Means::over(&outcomes, |o| Some(&o.scores));
+    let dense = args.dense.then(|| Dense {
+        pixels: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.pixels)),
+        masks: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.masks)),
+    });
     let seconds: f64 = outcomes.iter().map(Outcome::shown_seconds).sum();
-    print(format_args!("{:35}{} {seconds:8.1}", "mean", score_columns(&mean)))?;
-    print(format_args!("{:35}{}", "trimmed mean", score_columns(&trimmed)))?;
+    print_means(&sparse, dense.as_ref(), seconds)?;
     if let Some(path) = &args.json {
-        let report =
-            Report { frames: args.frames, sequences: &outcomes, mean: &mean, trimmed_mean: &trimmed, params: &params };
+        let report = Report { frames: args.frames, sequences: &outcomes, sparse, dense, params: &params };
         let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
         write(path, text + "\n")?;
     }
@@ -135,12 +174,15 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
             write(&folder.join(format!("{}.dat", sequence.name)), &text)?;
         }
         let (tracks, clusters) = tracks::parse(&text)?;
+        let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
+        let scores = score(&shot.definition, &shot.maps, &tracks, &clusters);
         Ok(Outcome {
             name: sequence.name.clone(),
             frames: session.num_frames(),
             trajectories: tracks.len(),
             clusters: clusters.count,
-            scores: score_shot(&sequence.definition, &tracks, &clusters)?,
+            scores: scores.map_err(|e| Failure::about(sequence.definition.display(), e))?,
+            dense: if args.dense { Some(score_pixels(&shot, &session)?) } else { None },
             seconds: timing.total.wall,
             cpu_seconds: timing.total.cpu,
         })
@@ -148,81 +190,40 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
     run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
 }
 
-/// Calls `work` on every item, up to `jobs` at a time, and `report` on every result in the items' order as soon as it and all
-/// before it are there. Ends at the first failure in that order.
-fn in_order<I: Sync, O: Send>(
-    items: &[I],
-    jobs: usize,
-    work: impl Fn(&I) -> Result<O> + Sync,
-    report: impl Fn(&O) -> Result<()>,
-) -> Result<Vec<O>> {
-    let next = AtomicUsize::new(0);
-    let (sender, receiver) = mpsc::channel();
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.min(items.len()) {
-            let (sender, next, work) = (sender.clone(), &next, &work);
-            scope.spawn(move || {
-                while let Some((index, item)) = items.iter().enumerate().nth(next.fetch_add(1, Ordering::Relaxed)) {
-                    if sender.send((index, work(item))).is_err() {
-                        return;
-                    }
-                }
-            });
-        }
-        drop(sender);
-        let mut waiting: Vec<Option<Result<O>>> = items.iter().map(|_| None).collect();
-        let mut done = Vec::new();
-        for (index, result) in receiver {
-            waiting[index] = Some(result);
-            while let Some(result) = waiting.get_mut(done.len()).and_then(Option::take) {
-                // On a failure the receiver is dropped, and the threads end after the sequence at hand.
-                let result = result?;
-                report(&result)?;
-                done.push(result);
-            }
-        }
-        Ok(done)
-    })
+/// Both ways to score the pixels of the labelled frames.
+fn score_pixels(shot: &Shot, session: &Session) -> Result<Dense<Scores>> {
+    let num_frames = session.num_frames();
+    let frames = || shot.definition.labelled_within(num_frames).map(|frame| frame.index);
+    let clusters = frames().map(|t| session.cluster_labels(t)).collect::<std::result::Result<Vec<_>, _>>()?;
+    let masks = frames().map(|t| Ok(session.labels(t)?.map(u32::from))).collect::<Result<Vec<_>>>()?;
+    let num_clusters = session.objects().map_or(0, |o| o.of_cluster.len());
+    let num_labels = session.objects().map_or(0, |o| o.count + 1);
+    let score = |labels: &[_], count| score_dense(&shot.definition, &shot.maps, labels, count, num_frames);
+    Ok(Dense { pixels: score(&clusters, num_clusters)?, masks: score(&masks, num_labels)? })
 }
 
 const HEADING: &str =
     "sequence     frames  tracks clusters  density %  overall %   region %  over-seg.  objects  seconds";
 
-fn row(o: &Outcome) -> String {
+fn print_rows(o: &Outcome) -> Result<()> {
     let head = format!("{:12} {:6} {:7} {:8}", o.name, o.frames, o.trajectories, o.clusters);
-    format!("{head:35}{} {:8.1}", score_columns(&o.scores), o.shown_seconds())
+    print(format_args!("{head:35}{} {:8.1}", score_columns(&o.scores), o.shown_seconds()))?;
+    let Some(dense) = &o.dense else { return Ok(()) };
+    print(format_args!("{:35}{}", "    pixels by cluster", score_columns(&dense.pixels)))?;
+    print(format_args!("{:35}{}", "    pixels by mask label", score_columns(&dense.masks)))
+}
+
+fn print_means(sparse: &Means, dense: Option<&Dense<Means>>, seconds: f64) -> Result<()> {
+    print(format_args!("{:35}{} {seconds:8.1}", "mean", score_columns(&sparse.mean)))?;
+    print(format_args!("{:35}{}", "trimmed mean", score_columns(&sparse.trimmed_mean)))?;
+    let Some(dense) = dense else { return Ok(()) };
+    for (name, means) in [("pixels by cluster", &dense.pixels), ("pixels by mask label", &dense.masks)] {
+        print(format_args!("{:35}{}", format!("{name}, mean"), score_columns(&means.mean)))?;
+        print(format_args!("{:35}{}", format!("{name}, trimmed mean"), score_columns(&means.trimmed_mean)))?;
+    }
+    Ok(())
 }
 
 fn score_columns(s: &Scores) -> String {
     format!("{:11.2} {:10.2} {:10.2} {:10.2} {:8}", s.density, s.overall, s.average, s.oversegmentation, s.extracted)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::sync::Mutex;
-
-    #[test]
-    fn results_come_in_the_order_of_the_items_whatever_finishes_first() {
-        let items: Vec<u64> = vec![30, 1, 20, 0, 10];
-        let seen = Mutex::new(Vec::new());
-        let work = |&ms: &u64| {
-            std::thread::sleep(std::time::Duration::from_millis(ms));
-            Ok(ms)
-        };
-        let report = |&ms: &u64| {
-            seen.lock().unwrap().push(ms);
-            Ok(())
-        };
-        let all = in_order(&items, 3, work, report).unwrap();
-        assert_eq!((&all, &*seen.lock().unwrap()), (&items, &items));
-    }
-
-    #[test]
-    fn the_first_failure_in_order_ends_the_run() {
-        let work = |&n: &u32| if n >= 2 { Err(Failure(format!("item {n}"))) } else { Ok(n) };
-        let failure = in_order(&[0, 1, 2, 3], 2, work, |_| Ok(())).unwrap_err();
-        assert_eq!(failure.0, "item 2");
-        assert!(in_order(&[] as &[u32], 2, work, |_| Ok(())).unwrap().is_empty());
-    }
 }

@@ -1,0 +1,114 @@
+//! Masks as files and pictures, and what the report says about them.
+
+use crate::failure::Result;
+use crate::overlay::PALETTE;
+use crate::pictures::{Pixels, Series};
+use serde::Serialize;
+use std::path::PathBuf;
+use tracecut::Session;
+use tracecut::cut::Objects;
+use tracecut::image::{Frame, Plane};
+
+/// How much of a tinted pixel is the label's colour.
+const TINT_SHARE: f32 = 0.5;
+
+/// What `result.json` says about the masks.
+#[derive(Debug, Serialize)]
+pub(crate) struct MaskReport {
+    background: MaskedObject,
+    objects: Vec<MaskedObject>,
+    /// Number of superpixels, frame by frame.
+    superpixels: Vec<usize>,
+}
+
+/// A label of the masks.
+#[derive(Debug, Default, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct MaskedObject {
+    label: u8,
+    /// Pixels of all masks.
+    pixels: u64,
+    /// Frames in which it has any; `null` if it has none.
+    first_frame: Option<usize>,
+    last_frame: Option<usize>,
+    /// Cluster labels of the trajectories that belong to it.
+    clusters: Vec<usize>,
+}
+
+impl MaskedObject {
+    fn count(&mut self, frame: usize) {
+        self.pixels += 1;
+        self.first_frame.get_or_insert(frame);
+        self.last_frame = Some(frame);
+    }
+}
+
+impl MaskReport {
+    pub(crate) fn num_objects(&self) -> usize {
+        self.objects.len()
+    }
+}
+
+/// Writes the session's masks into `folder` as `%05d.png`; without masks removes those of an earlier run.
+pub(crate) fn write_all(folder: PathBuf, session: &Session) -> Result<Option<MaskReport>> {
+    let Some(objects) = session.objects() else {
+        Series::remove(folder);
+        return Ok(None);
+    };
+    let mut labels = labels_of(objects);
+    let mut superpixels = Vec::new();
+    let series = Series::create(folder, session.num_frames())?;
+    for t in 0..session.num_frames() {
+        let mask = session.labels(t)?;
+        mask.data().iter().for_each(|&label| labels[usize::from(label)].count(t));
+        superpixels.push(session.superpixels(t)?.count);
+        series.write(t, (mask.width(), mask.height()), Pixels::Labels(mask.data()))?;
+    }
+    let objects = labels.split_off(1);
+    Ok(labels.pop().map(|background| MaskReport { background, objects, superpixels }))
+}
+
+/// An entry for the background and one for each object, nothing counted yet.
+fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
+    let clusters = |label: u8| (0..objects.of_cluster.len()).filter(|&c| objects.of_cluster[c] == label).collect();
+    let entry = |label: u8| MaskedObject { label, clusters: clusters(label), ..MaskedObject::default() };
+    (0..=255).take(objects.count + 1).map(entry).collect()
+}
+
+/// The frame with the pixels of each label other than 0 tinted, and outlined in the full colour; RGB. `labels` has the frame's size.
+pub(crate) fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
+    let mut rgb = frame.rgb().to_vec();
+    for y in 0..labels.height() {
+        for x in 0..labels.width() {
+            let label = labels[(x, y)];
+            if label > 0 {
+                let share = if is_rim(labels, x, y) { 1.0 } else { TINT_SHARE };
+                blend(&mut rgb, y * labels.width() + x, PALETTE[usize::from(label) % PALETTE.len()], share);
+            }
+        }
+    }
+    rgb
+}
+
+/// Whether one of the four neighbours inside the image has another label.
+fn is_rim(labels: &Plane<u8>, x: usize, y: usize) -> bool {
+    let here = labels[(x, y)];
+    let (right, below) = (x + 1 < labels.width(), y + 1 < labels.height());
+    (x > 0 && labels[(x - 1, y)] != here)
+        || (y > 0 && labels[(x, y - 1)] != here)
+        || (right && labels[(x + 1, y)] != here)
+        || (below && labels[(x, y + 1)] != here)
+}
+
+/// Paints the true pixels of `lines` over `rgb`.
+pub(crate) fn paint_lines(rgb: &mut [u8], lines: &Plane<bool>, colour: [u8; 3]) {
+    for (pixel, _) in lines.data().iter().enumerate().filter(|(_, line)| **line) {
+        blend(rgb, pixel, colour, 1.0);
+    }
+}
+
+fn blend(rgb: &mut [u8], pixel: usize, colour: [u8; 3], share: f32) {
+    for (value, new) in rgb[3 * pixel..3 * pixel + 3].iter_mut().zip(colour) {
+        *value = (f32::from(*value) + share * (f32::from(new) - f32::from(*value)) + 0.5) as u8;
+    }
+}

@@ -1,0 +1,113 @@
+//! `tracecut superpixels`: Gabriel superpixels of one image.
+
+use crate::failure::{Failure, Result, cannot_write, create_folder, print};
+use crate::input::decode;
+use crate::settings::Settings;
+use clap::Args;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use tracecut::image::{Frame, Plane};
+use tracecut::superpixel::{Edge, EdgeKind, Superpixels, superpixels_of};
+
+/// Pictures are enlarged by a whole number, until a side has about so many pixels: lines would hide the image otherwise.
+const PICTURE_SIDE: usize = 1280;
+/// Colours as in Figure 8 of the paper.
+const CONTOUR: [u8; 3] = [255, 40, 40];
+const BRIDGE: [u8; 3] = [60, 230, 60];
+
+#[derive(Args, Debug)]
+pub(crate) struct SuperpixelArgs {
+    /// PNG, JPEG or PPM file
+    image: PathBuf,
+    /// Folder for NAME_superpixels.png, a 16-bit grey PNG with the number of each pixel's superpixel, and NAME_edges.png, the image with
+    /// contours red and the Gabriel edges that bridge their gaps green
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Number of superpixels; without it, as many as the contours above the thresholds give
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    count: Option<u16>,
+    #[command(flatten)]
+    settings: Settings,
+}
+
+pub(crate) fn superpixels(args: &SuperpixelArgs) -> Result<()> {
+    let params = args.settings.params()?;
+    let (_, frame) = decode(&args.image)?;
+    let found = superpixels_of(&frame, args.count.map(usize::from), &params.contour, &params.superpixel);
+    create_folder(&args.out)?;
+    let stem = args.image.file_stem().unwrap_or_default().to_string_lossy();
+    write_labels(&args.out.join(format!("{stem}_superpixels.png")), &found)?;
+    let (picture, width, height) = draw(&frame, &found.edges);
+    write_png(&args.out.join(format!("{stem}_edges.png")), &picture, (width, height), ExtendedColorType::Rgb8)?;
+    print(format_args!("{} superpixels", found.count))
+}
+
+fn write_labels(path: &Path, found: &Superpixels) -> Result<()> {
+    if found.count > 1 << 16 {
+        let reason = format!("cannot hold {} superpixels (at most 65536; --count asks for fewer)", found.count);
+        return Err(Failure::about(path.display(), reason));
+    }
+    let bytes: Vec<u8> = found.label.data().iter().flat_map(|&l| (l as u16).to_ne_bytes()).collect();
+    write_png(path, &bytes, (found.label.width(), found.label.height()), ExtendedColorType::L16)
+}
+
+fn write_png(path: &Path, bytes: &[u8], size: (usize, usize), color: ExtendedColorType) -> Result<()> {
+    let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
+    PngEncoder::new(BufWriter::new(file))
+        .write_image(bytes, size.0 as u32, size.1 as u32, color)
+        .map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
+}
+
+/// The enlarged image with the edges that separate something; RGB, width, height.
+fn draw(frame: &Frame, edges: &[Edge]) -> (Vec<u8>, usize, usize) {
+    let scale = (PICTURE_SIDE / frame.width().max(frame.height())).max(1);
+    let (width, height) = (frame.width() * scale, frame.height() * scale);
+    let pixel = |i: usize| {
+        let (x, y) = (i % width / scale, i / width / scale);
+        let at = 3 * (y * frame.width() + x);
+        [frame.rgb()[at], frame.rgb()[at + 1], frame.rgb()[at + 2]]
+    };
+    let mut picture = Plane::from_fn(width, height, |x, y| pixel(y * width + x));
+    // Contours last: they go over bridges where both meet.
+    for (kind, colour) in [(EdgeKind::Gabriel, BRIDGE), (EdgeKind::Constraint, CONTOUR)] {
+        for edge in edges.iter().filter(|e| e.kind == kind) {
+            line(&mut picture, edge, scale as f32, colour);
+        }
+    }
+    (picture.into_data().into_flattened(), width, height)
+}
+
+fn line(picture: &mut Plane<[u8; 3]>, edge: &Edge, scale: f32, colour: [u8; 3]) {
+    let place = |v: f32| (v + 0.5) * scale;
+    let (x0, y0, x1, y1) = (place(edge.from.0), place(edge.from.1), place(edge.to.0), place(edge.to.1));
+    let steps = ((x1 - x0).abs().max((y1 - y0).abs()) as usize).max(1);
+    for k in 0..=steps {
+        let share = k as f32 / steps as f32;
+        let x = ((x0 + share * (x1 - x0)) as usize).min(picture.width() - 1);
+        let y = ((y0 + share * (y1 - y0)) as usize).min(picture.height() - 1);
+        picture[(x, y)] = colour;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contours_are_drawn_over_bridges_and_deleted_edges_not_at_all() {
+        let frame = Frame::from_rgb(vec![9; 3 * 8 * 8], 8, 8).unwrap();
+        let edge = |from, to, kind| Edge { from, to, kind };
+        let edges = [
+            edge((-0.5, 4.0), (7.5, 4.0), EdgeKind::Constraint),
+            edge((4.0, -0.5), (4.0, 7.5), EdgeKind::Gabriel),
+            edge((2.0, -0.5), (2.0, 7.5), EdgeKind::Deleted),
+        ];
+        let (picture, width, height) = draw(&frame, &edges);
+        assert_eq!((width, height), (1280, 1280));
+        let at = |x: usize, y: usize| &picture[3 * (y * width + x)..][..3];
+        assert_eq!((at(720, 720), at(720, 300), at(400, 300)), (&CONTOUR[..], &BRIDGE[..], &[9; 3][..]));
+    }
+}

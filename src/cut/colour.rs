@@ -1,0 +1,118 @@
+//! Which colours a label has: histograms in three dimensions, with linear interpolation in both directions.
+
+/// Bins along one axis: 0 to 255 in steps of 16, both ends included.
+const SIDE: usize = 17;
+
+/// A place in a histogram: the bin below it, and how far it lies above that on each axis, in sixteenths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Colour {
+    bin: u16,
+    fraction: [u8; 3],
+}
+
+impl Colour {
+    /// Of red, green and blue: brightness, red against blue, green against both. The latter two vary little in natural images and
+    /// are spread to twice their scale.
+    pub(super) fn of(rgb: &[u8]) -> Self {
+        let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(i32::from);
+        let axes = [(r + 2 * g + b) / 4, r - b + 128, g - (r + b) / 2 + 128].map(|v| v.clamp(0, 255) as usize);
+        let bin = axes.iter().fold(0, |bin, v| bin * SIDE + v / 16);
+        Self { bin: bin as u16, fraction: axes.map(|v| (v % 16) as u8) }
+    }
+
+    /// The eight bins around it and their weights, which sum to one.
+    fn corners(self) -> [(usize, f32); 8] {
+        let weight = |axis: usize, upper: usize| {
+            let f = f32::from(self.fraction[axis]) / 16.0;
+            if upper == 1 { f } else { 1.0 - f }
+        };
+        std::array::from_fn(|k| {
+            let (a, b, c) = (k / 4, k / 2 % 2, k % 2);
+            let bin = usize::from(self.bin) + (a * SIDE + b) * SIDE + c;
+            (bin, weight(0, a) * weight(1, b) * weight(2, c))
+        })
+    }
+}
+
+/// How often colours occur.
+#[derive(Debug, Clone)]
+pub(super) struct Histogram {
+    bins: Vec<f32>,
+    total: f32,
+}
+
+impl Histogram {
+    pub(super) fn new() -> Self {
+        Self { bins: vec![0.0; SIDE * SIDE * SIDE], total: 0.0 }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.bins.fill(0.0);
+        self.total = 0.0;
+    }
+
+    pub(super) fn add(&mut self, colour: Colour, weight: f32) {
+        for (bin, share) in colour.corners() {
+            self.bins[bin] += weight * share;
+        }
+        self.total += weight;
+    }
+
+    /// Sum of all weights.
+    pub(super) fn total(&self) -> f32 {
+        self.total
+    }
+
+    /// Share of the weights at this colour, 0 to 1; 0 of an empty histogram.
+    pub(super) fn share(&self, colour: Colour) -> f32 {
+        let at: f32 = colour.corners().iter().map(|&(bin, share)| share * self.bins[bin]).sum();
+        if self.total > 0.0 { at / self.total } else { 0.0 }
+    }
+
+    /// The same as if this colour had been added once less, with weight 1.
+    pub(super) fn share_of_others(&self, colour: Colour) -> f32 {
+        let own = |(bin, share): &(usize, f32)| share * (self.bins[*bin] - share);
+        let at: f32 = colour.corners().iter().map(own).sum();
+        if self.total > 1.0 { at.max(0.0) / (self.total - 1.0) } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_colour_in_the_middle_of_a_bin_is_found_in_full_and_distant_ones_not_at_all() {
+        let mut histogram = Histogram::new();
+        assert_eq!(histogram.share(Colour::of(&[1, 2, 3])), 0.0);
+        let grey = Colour::of(&[64, 64, 64]);
+        histogram.add(grey, 3.0);
+        assert_eq!(histogram.share(grey), 1.0);
+        assert_eq!(histogram.share(Colour::of(&[72, 72, 72])), 0.5);
+        assert_eq!(histogram.share(Colour::of(&[96, 96, 96])), 0.0);
+        histogram.add(Colour::of(&[250, 10, 10]), 1.0);
+        assert_eq!((histogram.share(grey), histogram.total()), (0.75, 4.0));
+        assert_eq!(histogram.share_of_others(grey), 2.0 / 3.0);
+        assert_eq!(histogram.share_of_others(Colour::of(&[250, 10, 10])), 0.0);
+        histogram.clear();
+        assert_eq!((histogram.share(grey), histogram.total()), (0.0, 0.0));
+    }
+
+    #[test]
+    fn extreme_colours_have_a_place_of_their_own() {
+        let mut corners = Vec::new();
+        for r in [0, 255] {
+            for g in [0, 255] {
+                for b in [0, 255] {
+                    let mut histogram = Histogram::new();
+                    histogram.add(Colour::of(&[r, g, b]), 1.0);
+                    assert!((histogram.bins.iter().sum::<f32>() - 1.0).abs() < 1e-6);
+                    assert!(histogram.share(Colour::of(&[r, g, b])) > 0.1);
+                    corners.push(Colour::of(&[r, g, b]));
+                }
+            }
+        }
+        corners.sort_by_key(|c| c.bin);
+        assert!(corners.windows(2).all(|pair| pair[0] != pair[1]));
+    }
+}

@@ -1,0 +1,280 @@
+//! Labels of least energy: alpha-expansion.
+//!
+//! In: [`Potts`], an energy over the labels of nodes, `E(f) = Σ_p unary(p, f_p) + Σ_pq weight_pq [f_p ≠ f_q]`. Out: a label for each
+//! node. A move offers one label α to all nodes at once and finds the best set to take it by a minimum cut (Boykov, Veksler and
+//! Zabih, "Fast approximate energy minimization via graph cuts", PAMI 2001). Moves go round the labels in their order until a whole
+//! round brings nothing: then the energy is at most that of the best labelling with its pairwise part taken twice. Two labels need
+//! one cut only, and the result is the optimum.
+//!
+//! All moves share one [`Network`]. With the source's side keeping and the sink's side taking α, an edge between two nodes that
+//! have not α costs, as capacities,
+//!
+//! ```text
+//! f_p = f_q:  w either way                             (cut if one of them goes)
+//! f_p ≠ f_q:  w to keep p, and w from q to p           (free only if both go)
+//! ```
+//!
+//! and an edge to a node that has α already costs `w` to keep.
+
+use super::maxflow::Network;
+
+/// A Potts energy in whole numbers.
+///
+/// Law: `unary.len() == num_nodes * num_labels`, node by node; `weights.len() == edges.len()`; ends of edges are different nodes;
+/// `0 <= weight <= MAX_WEIGHT`, and unary costs lie in the same range.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Potts {
+    /// Number of nodes.
+    pub num_nodes: usize,
+    /// Number of labels.
+    pub num_labels: usize,
+    /// Cost of each label at each node.
+    pub unary: Vec<i32>,
+    /// Which nodes are joined.
+    pub edges: Vec<(u32, u32)>,
+    /// What it costs if the ends of an edge differ.
+    pub weights: Vec<i32>,
+}
+
+/// Largest cost: capacities of an arc and its sister add up below `i32::MAX`.
+pub const MAX_WEIGHT: i32 = 1 << 29;
+
+impl Potts {
+    /// The energy of `label`.
+    pub fn energy(&self, label: &[u32]) -> i64 {
+        let unary: i64 = (0..self.num_nodes).map(|p| self.cost(p, label[p])).sum();
+        let pairs = self.edges.iter().zip(&self.weights);
+        let cut = pairs.filter(|((p, q), _)| label[*p as usize] != label[*q as usize]).map(|(_, &w)| i64::from(w));
+        unary + cut.sum::<i64>()
+    }
+
+    /// The cheapest label of each node on its own, the lowest of equals.
+    pub fn cheapest(&self) -> Vec<u32> {
+        let costs = self.unary.chunks_exact(self.num_labels.max(1));
+        let best = |c: &[i32]| (0..c.len()).min_by_key(|&l| c[l]).unwrap_or(0) as u32;
+        let mut label: Vec<u32> = costs.map(best).collect();
+        label.resize(self.num_nodes, 0);
+        label
+    }
+
+    fn cost(&self, p: usize, label: u32) -> i64 {
+        self.unary.get(p * self.num_labels + label as usize).map_or(0, |&c| i64::from(c))
+    }
+}
+
+/// Alpha-expansion, one move a step.
+#[derive(Debug, Clone)]
+pub struct Expansion {
+    problem: Potts,
+    network: Network,
+    label: Vec<u32>,
+    /// Moves made.
+    moves: u32,
+    /// Labels that were offered since the last gain, with the one that gained.
+    settled: usize,
+}
+
+impl Expansion {
+    /// From the labels `initial`, one below `num_labels` for each node. With two labels the start does not matter.
+    pub fn new(problem: Potts, initial: Vec<u32>) -> Self {
+        let network = Network::new(problem.num_nodes, &problem.edges);
+        let mut expansion = Self { network, label: initial, moves: 0, settled: 0, problem };
+        match expansion.problem.num_labels {
+            0 | 1 => expansion.settled = 1,
+            // If all have one label, offering the other decides between all labellings there are.
+            2 => expansion.label.fill(0),
+            _ => {}
+        }
+        expansion
+    }
+
+    /// Whether no move can gain anything.
+    pub fn is_finished(&self) -> bool {
+        self.settled >= self.problem.num_labels
+    }
+
+    /// Moves made so far, and how many it will have been if none of those left gains anything.
+    pub fn progress(&self) -> (u32, u32) {
+        let left = self.problem.num_labels.saturating_sub(self.settled) as u32;
+        (self.moves, self.moves + left)
+    }
+
+    /// Offers the next label to all nodes; returns by how much the energy fell.
+    pub fn step(&mut self) -> i64 {
+        if self.is_finished() {
+            return 0;
+        }
+        let two = self.problem.num_labels == 2;
+        let alpha = if two { 1 } else { self.moves % self.problem.num_labels as u32 };
+        let gain = self.offer(alpha);
+        self.moves += 1;
+        self.settled = match (two, gain > 0) {
+            (true, _) => 2,
+            (false, true) => 1,
+            (false, false) => self.settled + 1,
+        };
+        gain
+    }
+
+    /// Makes the moves that are left; the labels.
+    pub fn finish(mut self) -> Vec<u32> {
+        while !self.is_finished() {
+            self.step();
+        }
+        self.label
+    }
+
+    /// The labels as they are now.
+    pub fn labels(&self) -> &[u32] {
+        &self.label
+    }
+
+    fn offer(&mut self, alpha: u32) -> i64 {
+        let keep = self.keep_costs(alpha);
+        // What it costs to leave everything as it is, above what no labelling can avoid.
+        let mut present = 0;
+        for (p, &keep) in keep.iter().enumerate() {
+            let excess = if self.label[p] == alpha { 0 } else { self.problem.cost(p, alpha) - keep };
+            present += (-excess).max(0);
+            self.network.set_terminal(p, excess);
+        }
+        let gain = present - self.network.solve();
+        if gain > 0 {
+            for (p, label) in self.label.iter_mut().enumerate() {
+                if self.network.on_sink_side(p) {
+                    *label = alpha;
+                }
+            }
+        }
+        gain
+    }
+
+    /// Sets the capacities of all edges; what each node pays for keeping its label.
+    fn keep_costs(&mut self, alpha: u32) -> Vec<i64> {
+        let mut keep: Vec<i64> = self.label.iter().enumerate().map(|(p, &l)| self.problem.cost(p, l)).collect();
+        for (e, (&(p, q), &w)) in self.problem.edges.iter().zip(&self.problem.weights).enumerate() {
+            let (p, q) = (p as usize, q as usize);
+            let (of_p, of_q) = (self.label[p], self.label[q]);
+            let (along, back) = match (of_p == alpha, of_q == alpha) {
+                (false, false) if of_p == of_q => (w, w),
+                (false, false) => {
+                    keep[p] += i64::from(w);
+                    (0, w)
+                }
+                (true, true) => (0, 0),
+                (first_has, _) => {
+                    keep[if first_has { q } else { p }] += i64::from(w);
+                    (0, 0)
+                }
+            };
+            self.network.set_edge(e, along, back);
+        }
+        keep
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    /// A problem with `num_edges` random edges, some of them several times, costs in `0..100`.
+    fn random_problem(rng: &mut Rng, num_nodes: usize, num_labels: usize, num_edges: usize) -> Potts {
+        let unary = (0..num_nodes * num_labels).map(|_| rng.below(100) as i32).collect();
+        let edges: Vec<_> = (0..num_edges)
+            .map(|_| {
+                let p = rng.below(num_nodes);
+                (p as u32, ((p + 1 + rng.below(num_nodes - 1)) % num_nodes) as u32)
+            })
+            .collect();
+        let weights = (0..num_edges).map(|_| rng.below(60) as i32).collect();
+        Potts { num_nodes, num_labels, unary, edges, weights }
+    }
+
+    /// The labelling of least energy of all there are.
+    fn best_of_all(problem: &Potts) -> Vec<u32> {
+        let base = problem.num_labels;
+        let labelling = |mut code: usize| -> Vec<u32> {
+            (0..problem.num_nodes).map(|_| (code % base, code /= base).0 as u32).collect()
+        };
+        (0..base.pow(problem.num_nodes as u32)).map(labelling).min_by_key(|l| problem.energy(l)).unwrap()
+    }
+
+    #[test]
+    fn two_labels_give_the_optimum() {
+        let mut rng = Rng::for_stage(1, "expansion");
+        for _ in 0..200 {
+            let n = 2 + rng.below(9);
+            let edges = rng.below(3 * n);
+            let problem = random_problem(&mut rng, n, 2, edges);
+            let best = problem.energy(&best_of_all(&problem));
+            assert_eq!(problem.energy(&Expansion::new(problem.clone(), vec![1; n]).finish()), best);
+        }
+    }
+
+    #[test]
+    fn more_labels_stay_within_the_bound_and_nearly_always_give_the_optimum() {
+        let mut rng = Rng::for_stage(2, "expansion");
+        let mut optimal = 0;
+        for _ in 0..200 {
+            let (n, labels) = (2 + rng.below(5), 3 + rng.below(2));
+            let edges = rng.below(3 * n);
+            let problem = random_problem(&mut rng, n, labels, edges);
+            let best = best_of_all(&problem);
+            let least = problem.energy(&best);
+            let found = problem.energy(&Expansion::new(problem.clone(), problem.cheapest()).finish());
+            let pairwise = least - (0..n).map(|p| problem.cost(p, best[p])).sum::<i64>();
+            assert!(found <= least + pairwise, "{found} above the bound of {least} + {pairwise}");
+            optimal += usize::from(found == least);
+        }
+        assert!(optimal >= 195, "{optimal} of 200 are optimal");
+    }
+
+    #[test]
+    fn every_move_lowers_the_energy_by_what_it_says() {
+        let mut rng = Rng::for_stage(3, "expansion");
+        for labels in 2..7 {
+            let problem = random_problem(&mut rng, 300, labels, 1500);
+            let mut expansion = Expansion::new(problem.clone(), problem.cheapest());
+            let mut energy = problem.energy(expansion.labels());
+            while !expansion.is_finished() {
+                let (done, total) = expansion.progress();
+                assert!(done < total);
+                let gain = expansion.step();
+                assert!(gain >= 0);
+                energy -= gain;
+                assert_eq!(problem.energy(expansion.labels()), energy);
+            }
+            let (done, total) = expansion.progress();
+            assert_eq!(done, total);
+            assert!(labels == 2 || energy < problem.energy(&problem.cheapest()), "{labels} labels: nothing gained");
+        }
+    }
+
+    #[test]
+    fn no_single_move_improves_a_finished_labelling() {
+        let mut rng = Rng::for_stage(4, "expansion");
+        for _ in 0..50 {
+            let problem = random_problem(&mut rng, 8, 4, 16);
+            let label = Expansion::new(problem.clone(), vec![3; 8]).finish();
+            let energy = problem.energy(&label);
+            for alpha in 0..4 {
+                for takers in 0..1_u32 << 8 {
+                    let moved: Vec<u32> = (0..8).map(|p| if takers >> p & 1 == 1 { alpha } else { label[p] }).collect();
+                    assert!(problem.energy(&moved) >= energy);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn ties_go_to_the_first_label_and_nothing_at_all_is_a_problem_too() {
+        let tie = Potts { num_nodes: 2, num_labels: 2, unary: vec![5; 4], edges: vec![(0, 1)], weights: vec![9] };
+        assert_eq!(Expansion::new(tie, vec![1, 1]).finish(), [0, 0]);
+        let single = Potts { num_nodes: 3, num_labels: 1, unary: vec![1, 2, 3], ..Potts::default() };
+        assert_eq!(Expansion::new(single.clone(), single.cheapest()).finish(), [0, 0, 0]);
+        let none = Potts { num_nodes: 2, ..Potts::default() };
+        assert_eq!(Expansion::new(none.clone(), none.cheapest()).finish(), [0, 0]);
+        assert!(Expansion::new(Potts::default(), Vec::new()).finish().is_empty());
+    }
+}

@@ -1,0 +1,286 @@
+//! The energy of the Gabriel cut: what each label costs each superpixel, and what it costs to part two.
+//!
+//! Superpixels of all frames are numbered through, frame by frame.
+//!
+//! 1. Each point of a trajectory lies in one superpixel; points outside the image belong to the nearest pixel.
+//! 2. Unary: `λ_r (1 − h_r(label))`.
+//! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its length.
+//! 4. Temporal: common trajectories by the larger number of trajectories; and, beyond the paper, pixels that flow carries over by the
+//!    larger number of pixels.
+//!
+//! Costs are computed in floating point, one at a time, and rounded to 1/65536.
+
+use super::ambiguous::ambiguous_shares;
+use super::{CutInput, CutParams, MAX_WEIGHT, Potts};
+use crate::image::Plane;
+use crate::superpixel::Superpixels;
+
+/// Steps per unit of cost: fine enough for any weight, and sums over a clip stay far below 2^63.
+const SCALE: f32 = 65536.0;
+
+/// Length of a border relative to the mean, least and most.
+const LENGTH_RANGE: (f32, f32) = (0.05, 4.0);
+
+/// Flow that carries over a smaller share of pixels than this is no link: it is the flow's error at the rim.
+const LEAST_FLOW_SHARE: f32 = 0.05;
+
+/// The energy whose least labelling is sought.
+pub fn energy(input: &CutInput, params: &CutParams) -> Potts {
+    let nodes = Nodes::new(input);
+    let mut problem = Potts {
+        num_nodes: nodes.num_nodes(),
+        num_labels: input.num_labels,
+        unary: unary(input, params, &nodes),
+        ..Potts::default()
+    };
+    add_spatial(&mut problem, input, params, &nodes);
+    add_temporal(&mut problem, input, params, &nodes);
+    problem
+}
+
+/// `cost` in whole steps.
+pub(super) fn rounded(cost: f32) -> i32 {
+    ((cost * SCALE + 0.5) as i32).clamp(0, MAX_WEIGHT)
+}
+
+/// The pixel nearest to a point.
+pub(super) fn pixel_of<T: Copy>(plane: &Plane<T>, x: f32, y: f32) -> usize {
+    // A float-to-integer cast saturates, at zero from below.
+    let x = ((x + 0.5) as usize).min(plane.width() - 1);
+    let y = ((y + 0.5) as usize).min(plane.height() - 1);
+    y * plane.width() + x
+}
+
+/// No superpixel: a point in a frame that has none.
+const NOWHERE: u32 = u32::MAX;
+
+/// Where superpixels and points of trajectories are in the clip.
+struct Nodes {
+    /// First superpixel of each frame, and the number of all.
+    base: Vec<u32>,
+    /// Superpixel of each point of a trajectory.
+    of_point: Vec<u32>,
+    /// Number of trajectories in each superpixel.
+    num_tracks: Vec<u32>,
+}
+
+impl Nodes {
+    fn new(input: &CutInput) -> Self {
+        let mut base = vec![0];
+        for s in input.superpixels {
+            base.push(base[base.len() - 1] + s.count as u32);
+        }
+        let mut num_tracks = vec![0; base[base.len() - 1] as usize];
+        let mut of_point = vec![NOWHERE; input.tracks.x.len()];
+        for i in 0..input.tracks.len() {
+            for (p, t) in input.tracks.points(i).zip(input.tracks.frames(i)) {
+                if let Some(s) = input.superpixels.get(t).filter(|s| s.count > 0) {
+                    let pixel = pixel_of(&s.label, input.tracks.x[p], input.tracks.y[p]);
+                    of_point[p] = base[t] + s.label.data()[pixel];
+                    num_tracks[of_point[p] as usize] += 1;
+                }
+            }
+        }
+        Self { base, of_point, num_tracks }
+    }
+
+    fn num_nodes(&self) -> usize {
+        self.num_tracks.len()
+    }
+}
+
+/// Step 2, node by node, label by label.
+fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
+    let num_labels = input.num_labels;
+    if num_labels == 0 {
+        return Vec::new();
+    }
+    let mut votes = vec![0_u32; nodes.num_nodes() * num_labels];
+    for (i, &label) in input.label.iter().enumerate().take(input.tracks.len()) {
+        if (label as usize) < num_labels {
+            for &node in nodes.of_point[input.tracks.points(i)].iter().filter(|&&node| node != NOWHERE) {
+                votes[node as usize * num_labels + label as usize] += 1;
+            }
+        }
+    }
+    let trust = trust(input, params);
+    let mut costs = Vec::with_capacity(votes.len());
+    for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
+        let total = votes.iter().sum::<u32>() as f32;
+        let full = (total / params.full_tracks.max(1.0)).min(1.0);
+        let lambda = params.unary_weight * full * trust.get(node).copied().unwrap_or(1.0);
+        let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
+        costs.extend(votes.iter().map(|&v| rounded(lambda * (1.0 - share(v)))));
+    }
+    costs
+}
+
+/// What is left of λ in each superpixel by the rules for ambiguous ones; nothing if they are all off.
+fn trust(input: &CutInput, params: &CutParams) -> Vec<f32> {
+    if params.ambiguous_share >= 1.0 && !params.ambiguous_soft {
+        return Vec::new();
+    }
+    let mut trust = Vec::new();
+    for (t, s) in input.superpixels.iter().enumerate() {
+        for share in ambiguous_shares(s, input.tracks, input.label, t) {
+            let soft = if params.ambiguous_soft { (1.0 - share) * (1.0 - share) } else { 1.0 };
+            trust.push(if share > params.ambiguous_share { 0.0 } else { soft });
+        }
+    }
+    trust
+}
+
+/// Step 3.
+fn add_spatial(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes: &Nodes) {
+    let borders = || input.superpixels.iter().flat_map(|s| &s.borders);
+    let mean = (borders().map(|b| f64::from(b.length)).sum::<f64>() / borders().count().max(1) as f64) as f32;
+    for (s, &base) in input.superpixels.iter().zip(&nodes.base) {
+        for border in &s.borders {
+            let mut cost = params.spatial_weight * libm::expf(-border.pb / params.pb_scale);
+            if params.by_length && mean > 0.0 {
+                cost *= (border.length / mean).clamp(LENGTH_RANGE.0, LENGTH_RANGE.1);
+            }
+            problem.edges.push((base + border.a, base + border.b));
+            problem.weights.push(rounded(cost));
+        }
+    }
+}
+
+/// A superpixel of the next frame, with what leads there.
+#[derive(Debug, Clone, Copy, Default)]
+struct Link {
+    to: u32,
+    tracks: u32,
+    pixels: u32,
+}
+
+/// Step 4.
+fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes: &Nodes) {
+    let mut found: Vec<(u32, Link)> = Vec::new();
+    for (t, pair) in input.superpixels.windows(2).enumerate() {
+        found.clear();
+        for i in 0..input.tracks.len() {
+            let frames = input.tracks.frames(i);
+            if frames.contains(&t) && frames.contains(&(t + 1)) {
+                let p = input.tracks.points(i).start + t - frames.start;
+                let (from, to) = (nodes.of_point[p], nodes.of_point[p + 1]);
+                found.push((from - nodes.base[t], Link { to: to - nodes.base[t + 1], tracks: 1, pixels: 0 }));
+            }
+        }
+        let by_flow = params.flow_weight > 0.0;
+        if let Some(flow) = input.flows.get(t).filter(|_| by_flow) {
+            let flow = flow.unpack(1.0, 1.0);
+            carry(&pair[0].label, &pair[1].label, &flow.u, &flow.v, &mut found);
+        }
+        let areas = if by_flow { [areas(&pair[0]), areas(&pair[1])] } else { Default::default() };
+        for (from, link) in gathered(&found, pair[0].count) {
+            let (p, q) = (nodes.base[t] + from, nodes.base[t + 1] + link.to);
+            let most = nodes.num_tracks[p as usize].max(nodes.num_tracks[q as usize]).max(1);
+            let mut cost = params.temporal_weight * link.tracks as f32 / most as f32;
+            if link.pixels > 0 {
+                let share = link.pixels as f32 / areas[0][from as usize].max(areas[1][link.to as usize]) as f32;
+                cost += if share >= LEAST_FLOW_SHARE { params.flow_weight * share } else { 0.0 };
+            }
+            let weight = rounded(cost);
+            if weight > 0 {
+                problem.edges.push((p, q));
+                problem.weights.push(weight);
+            }
+        }
+    }
+}
+
+/// Number of pixels of each superpixel.
+pub(super) fn areas(superpixels: &Superpixels) -> Vec<u32> {
+    let mut areas = vec![0; superpixels.count];
+    for &p in superpixels.label.data() {
+        areas[p as usize] += 1;
+    }
+    areas
+}
+
+/// Where flow carries the pixels of `from` in `to`, one link for each run of pixels in a row that go the same way.
+fn carry(from: &Plane<u32>, to: &Plane<u32>, u: &Plane<f32>, v: &Plane<f32>, found: &mut Vec<(u32, Link)>) {
+    let (w, h) = (from.width(), from.height());
+    let sizes = [(to.width(), to.height()), (u.width(), u.height()), (v.width(), v.height())];
+    if w * h == 0 || sizes.iter().any(|&size| size != (w, h)) {
+        return;
+    }
+    for y in 0..h {
+        let (labels, u, v) = (from.row(y), u.row(y), v.row(y));
+        let mut run = (NOWHERE, Link::default());
+        for x in 0..w {
+            let (x1, y1) = (x as f32 + u[x] + 0.5, y as f32 + v[x] + 0.5);
+            if !(x1 >= 0.0 && y1 >= 0.0 && x1 < w as f32 && y1 < h as f32) {
+                continue;
+            }
+            let target = to.data()[y1 as usize * w + x1 as usize];
+            if (run.0, run.1.to) != (labels[x], target) {
+                found.extend((run.1.pixels > 0).then_some(run));
+                run = (labels[x], Link { to: target, tracks: 0, pixels: 0 });
+            }
+            run.1.pixels += 1;
+        }
+        found.extend((run.1.pixels > 0).then_some(run));
+    }
+}
+
+/// The links of each superpixel, those to the same one added up: by superpixel, then by first occurrence.
+fn gathered(found: &[(u32, Link)], count: usize) -> Vec<(u32, Link)> {
+    let mut begin = vec![0_u32; count + 1];
+    for &(from, _) in found {
+        begin[from as usize + 1] += 1;
+    }
+    for p in 0..count {
+        begin[p + 1] += begin[p];
+    }
+    let mut next = begin.clone();
+    let mut sorted = vec![Link::default(); found.len()];
+    for &(from, link) in found {
+        sorted[next[from as usize] as usize] = link;
+        next[from as usize] += 1;
+    }
+    let mut links: Vec<(u32, Link)> = Vec::new();
+    for p in 0..count {
+        let own = links.len();
+        for link in &sorted[begin[p] as usize..begin[p + 1] as usize] {
+            match links[own..].iter_mut().find(|(_, known)| known.to == link.to) {
+                Some((_, known)) => {
+                    known.tracks += link.tracks;
+                    known.pixels += link.pixels;
+                }
+                None => links.push((p as u32, *link)),
+            }
+        }
+    }
+    links
+}
+
+/// Where to start from: the cheapest label of each superpixel; one without any opinion takes that of the neighbour it is bound to most
+/// strongly, ring by ring.
+pub(super) fn first_labels(problem: &Potts) -> Vec<u32> {
+    let mut label = problem.cheapest();
+    let num_labels = problem.num_labels.max(1);
+    let opinion = |c: &[i32]| c.iter().any(|&cost| cost != c[0]);
+    let mut known: Vec<bool> = problem.unary.chunks_exact(num_labels).map(opinion).collect();
+    known.resize(problem.num_nodes, false);
+    loop {
+        let mut best = vec![(0, 0_u32); problem.num_nodes];
+        for (&(p, q), &weight) in problem.edges.iter().zip(&problem.weights) {
+            for (knows, asks) in [(p as usize, q as usize), (q as usize, p as usize)] {
+                if known[knows] && !known[asks] && weight > best[asks].0 {
+                    best[asks] = (weight, label[knows]);
+                }
+            }
+        }
+        let mut more = false;
+        for (p, &(weight, taken)) in best.iter().enumerate() {
+            if weight > 0 {
+                (label[p], known[p], more) = (taken, true, true);
+            }
+        }
+        if !more {
+            return label;
+        }
+    }
+}

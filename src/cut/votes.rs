@@ -1,0 +1,205 @@
+//! Labels for trajectories that were not clustered, such as denser or shorter ones: those of their neighbours that move as they do.
+//!
+//! 1. Each trajectory asks in the first, the middle and the last frame of its life.
+//! 2. Asked are the labelled trajectories near in that frame. Over up to five common frames to either side, what both moved differs by
+//!    `m` pixels per frame; at a distance of `d` pixels the vote is `exp(−(m / motion)² − (2 d / radius)²)`.
+//! 3. The label with most votes wins if it has at least a given share of them, and if there are votes worth mentioning.
+//!
+//! Not in the paper, which has one set of trajectories. Cost: O(points of the labelled) + O(trajectories · neighbours).
+
+use super::{CutParams, UNKNOWN};
+use crate::trajectory::Trajectories;
+
+/// Frames to either side over which motion is compared.
+const HORIZON: usize = 5;
+
+/// Votes that add up to less than this say nothing: the vote of one neighbour at one and a half times the scale of motion.
+const LEAST_VOTES: f32 = 0.1;
+
+/// A label below `num_labels` for each trajectory of `asking`, or [`UNKNOWN`]. `label` has one for each of `labelled`; those that are not
+/// below `num_labels` do not vote. Both sets are in pixels of the same frames.
+pub fn labels_for(
+    asking: &Trajectories,
+    labelled: &Trajectories,
+    label: &[u32],
+    num_labels: usize,
+    params: &CutParams,
+) -> Vec<u32> {
+    let mut votes = vec![0.0_f32; asking.len() * num_labels];
+    let mut grid = Grid::new(labelled.size, params.vote_radius);
+    for t in 0..asking.num_frames.min(labelled.num_frames) {
+        let voters = |i: usize| label.get(i).is_some_and(|&l| (l as usize) < num_labels);
+        grid.fill(labelled.alive(t).filter(|&(i, ..)| voters(i)));
+        for (i, x, y) in asking.alive(t).filter(|&(i, ..)| asks_in(asking, i, t)) {
+            let votes = &mut votes[i * num_labels..(i + 1) * num_labels];
+            grid.near(x, y, |j, distance_sq| {
+                if let Some(m_sq) = motion_difference_sq(asking, i, labelled, j, t) {
+                    let radius = params.vote_radius;
+                    let motion = m_sq / (params.vote_motion * params.vote_motion);
+                    votes[label[j] as usize] += libm::expf(-motion - 4.0 * distance_sq / (radius * radius));
+                }
+            });
+        }
+    }
+    if num_labels == 0 {
+        return vec![UNKNOWN; asking.len()];
+    }
+    votes.chunks_exact(num_labels).map(|v| winner(v, params.vote_share)).collect()
+}
+
+/// Whether `t` is the first, the middle or the last frame of trajectory `i`.
+fn asks_in(tracks: &Trajectories, i: usize, t: usize) -> bool {
+    let frames = tracks.frames(i);
+    t == frames.start || t + 1 == frames.end || t == (frames.start + frames.end) / 2
+}
+
+/// By how much both move differently around frame `t`, in pixels per frame squared; `None` without a second common frame.
+fn motion_difference_sq(a: &Trajectories, i: usize, b: &Trajectories, j: usize, t: usize) -> Option<f32> {
+    let begin = a.frames(i).start.max(b.frames(j).start).max(t.saturating_sub(HORIZON));
+    let end = (a.frames(i).end.min(b.frames(j).end) - 1).min(t + HORIZON);
+    let ((ax0, ay0), (bx0, by0)) = (a.at(i, begin)?, b.at(j, begin)?);
+    let ((ax1, ay1), (bx1, by1)) = (a.at(i, end)?, b.at(j, end)?);
+    let frames = (end > begin).then_some((end - begin) as f32)?;
+    let (dx, dy) = ((ax1 - ax0) - (bx1 - bx0), (ay1 - ay0) - (by1 - by0));
+    Some((dx * dx + dy * dy) / (frames * frames))
+}
+
+fn winner(votes: &[f32], share: f32) -> u32 {
+    let total: f32 = votes.iter().sum();
+    let best = (0..votes.len()).rev().max_by(|&a, &b| votes[a].total_cmp(&votes[b])).unwrap_or(0);
+    if total >= LEAST_VOTES && votes[best] >= share * total { best as u32 } else { UNKNOWN }
+}
+
+/// Points of one frame, sorted into square cells as wide as the radius of a search.
+struct Grid {
+    radius: f32,
+    columns: usize,
+    rows: usize,
+    begin: Vec<u32>,
+    points: Vec<(u32, f32, f32)>,
+}
+
+impl Grid {
+    fn new((width, height): (usize, usize), radius: f32) -> Self {
+        let cells = |length: usize| (length as f32 / radius) as usize + 1;
+        Self { radius, columns: cells(width), rows: cells(height), begin: Vec::new(), points: Vec::new() }
+    }
+
+    /// Column and row of a point; those outside belong to the outermost cells.
+    fn cell(&self, x: f32, y: f32) -> (usize, usize) {
+        let place = |v: f32, cells: usize| ((v / self.radius) as usize).min(cells - 1);
+        (place(x, self.columns), place(y, self.rows))
+    }
+
+    fn fill(&mut self, points: impl Iterator<Item = (usize, f32, f32)>) {
+        let points: Vec<_> = points.collect();
+        self.begin.clear();
+        self.begin.resize(self.columns * self.rows + 1, 0);
+        let index = |grid: &Self, x, y| {
+            let (column, row) = grid.cell(x, y);
+            row * grid.columns + column
+        };
+        for &(_, x, y) in &points {
+            let cell = index(self, x, y);
+            self.begin[cell] += 1;
+        }
+        let mut end = 0;
+        for b in &mut self.begin {
+            end += *b;
+            *b = end;
+        }
+        // Filled from the back, the ends become the beginnings.
+        self.points.clear();
+        self.points.resize(points.len(), (0, 0.0, 0.0));
+        for &(i, x, y) in points.iter().rev() {
+            let cell = index(self, x, y);
+            self.begin[cell] -= 1;
+            self.points[self.begin[cell] as usize] = (i as u32, x, y);
+        }
+    }
+
+    /// Calls `found` with each point within the radius and its squared distance, in a fixed order.
+    fn near(&self, x: f32, y: f32, mut found: impl FnMut(usize, f32)) {
+        let (column, row) = self.cell(x, y);
+        for r in row.saturating_sub(1)..(row + 2).min(self.rows) {
+            let first = self.begin[r * self.columns + column.saturating_sub(1)] as usize;
+            let last = self.begin[r * self.columns + (column + 2).min(self.columns)] as usize;
+            for &(i, px, py) in &self.points[first..last] {
+                let distance_sq = (px - x) * (px - x) + (py - y) * (py - y);
+                if distance_sq <= self.radius * self.radius {
+                    found(i as usize, distance_sq);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    const SIZE: (usize, usize) = (100, 80);
+
+    /// Tracks of `frames` frames from `start` on, each with its own place and velocity.
+    fn moving(start: usize, frames: usize, tracks: &[(f32, f32, f32, f32)]) -> Trajectories {
+        let mut all = Trajectories::empty(10, SIZE);
+        for &(x, y, u, v) in tracks {
+            all.push(start, (0..frames).map(|k| (x + u * k as f32, y + v * k as f32, 0.0)));
+        }
+        all
+    }
+
+    fn ask(asking: &Trajectories, labelled: &Trajectories, label: &[u32]) -> Vec<u32> {
+        labels_for(asking, labelled, label, 3, &CutParams::default())
+    }
+
+    #[test]
+    fn of_two_motions_at_one_place_the_own_one_decides() {
+        let labelled = moving(0, 10, &[(20.0, 20.0, 1.0, 0.0), (24.0, 20.0, -2.0, 0.0), (22.0, 23.0, -2.0, 0.1)]);
+        let asking = moving(0, 3, &[(22.0, 20.0, 1.1, 0.0), (22.0, 20.0, -2.1, 0.0), (22.0, 20.0, 9.0, 9.0)]);
+        assert_eq!(ask(&asking, &labelled, &[2, 1, 1]), [2, 1, UNKNOWN]);
+    }
+
+    #[test]
+    fn of_equal_motions_the_nearer_decides_and_a_draw_is_unknown() {
+        let labelled = moving(0, 10, &[(20.0, 20.0, 1.0, 0.0), (30.0, 20.0, 1.0, 0.0)]);
+        let asking = moving(2, 4, &[(23.0, 20.0, 1.0, 0.0), (31.0, 20.0, 1.0, 0.0), (27.0, 20.0, 1.0, 0.0)]);
+        assert_eq!(ask(&asking, &labelled, &[0, 1]), [0, 1, UNKNOWN]);
+    }
+
+    #[test]
+    fn who_has_no_neighbour_in_space_or_time_stays_unknown() {
+        let labelled = moving(0, 4, &[(20.0, 20.0, 0.0, 0.0)]);
+        let far = moving(0, 4, &[(60.0, 60.0, 0.0, 0.0)]);
+        let late = moving(5, 5, &[(20.0, 20.0, 0.0, 0.0)]);
+        // One common frame tells nothing about motion.
+        let touching = moving(3, 5, &[(20.0, 20.0, 0.0, 0.0)]);
+        for asking in [far, late, touching] {
+            assert_eq!(ask(&asking, &labelled, &[0]), [UNKNOWN]);
+        }
+        assert_eq!(ask(&moving(2, 5, &[(20.0, 20.0, 0.0, 0.0)]), &labelled, &[0]), [0]);
+        assert_eq!(ask(&labelled, &labelled, &[UNKNOWN]), [UNKNOWN]);
+        assert_eq!(ask(&labelled, &Trajectories::empty(10, SIZE), &[]), [UNKNOWN]);
+        assert_eq!(labels_for(&labelled, &labelled, &[0], 0, &CutParams::default()), [UNKNOWN]);
+    }
+
+    #[test]
+    fn the_grid_finds_what_comparing_all_finds() {
+        let mut rng = Rng::for_stage(1, "votes");
+        let points: Vec<_> =
+            (0..300).map(|i| (i, rng.range(-2.0, 102.0) as f32, rng.range(-2.0, 82.0) as f32)).collect();
+        for radius in [0.5, 7.0, 16.0, 500.0] {
+            let mut grid = Grid::new(SIZE, radius);
+            grid.fill(points.iter().copied());
+            for &(_, x, y) in &points {
+                let mut found = Vec::new();
+                grid.near(x, y, |i, _| found.push(i));
+                found.sort_unstable();
+                let within = |p: &&(usize, f32, f32)| (p.1 - x) * (p.1 - x) + (p.2 - y) * (p.2 - y) <= radius * radius;
+                let naive: Vec<usize> = points.iter().filter(within).map(|p| p.0).collect();
+                assert_eq!(found, naive);
+            }
+        }
+    }
+}

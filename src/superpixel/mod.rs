@@ -1,0 +1,221 @@
+//! Gabriel superpixels (section 4.1): closed regions from contours that have gaps.
+//!
+//! In: [`Segments`] and the [`BoundaryMap`] that they come from. Out: [`Superpixels`].
+
+mod gabriel;
+mod merge;
+#[cfg(test)]
+mod tests;
+
+use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, contour_segments};
+use crate::image::{Frame, Plane};
+use crate::order;
+use gabriel::{Graph, Side};
+use merge::Regions;
+
+crate::params! {
+    /// Gabriel superpixels.
+    pub struct SuperpixelParams {
+        /// Superpixels of fewer pixels join the neighbour behind the weakest border.
+        pub min_pixels: u32 = 4, in 1..=100000;
+        /// Largest gap between two points on the image border, in pixels, so that regions along it are not all one; 0 adds none.
+        pub frame_step: f32 = 25.0, in 0.0..=10000.0;
+    }
+}
+
+/// What an edge of the constrained Delaunay triangulation became.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EdgeKind {
+    /// A piece of a contour.
+    Constraint,
+    /// A piece of the image frame.
+    Frame,
+    /// A Delaunay edge with the Gabriel property: it bridges a gap.
+    Gabriel,
+    /// A Delaunay edge without it: it separates nothing.
+    Deleted,
+}
+
+/// An edge of the triangulation that the superpixels come from, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// One end.
+    pub from: (f32, f32),
+    /// The other end.
+    pub to: (f32, f32),
+    /// What became of it.
+    pub kind: EdgeKind,
+}
+
+/// The common border of two superpixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Border {
+    /// The superpixel with the smaller number.
+    pub a: u32,
+    /// The one with the larger number.
+    pub b: u32,
+    /// Length of the kept edges between them, in pixels.
+    pub length: f32,
+    /// Mean Pb along them, 0 to 1.
+    pub pb: f32,
+}
+
+/// A partition of an image.
+///
+/// Law: `label` holds the numbers `0..count`, each at least once, in the order of first occurrence row by row; `borders` are sorted by
+/// `(a, b)`, `a < b`, each pair once.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Superpixels {
+    /// The superpixel of each pixel.
+    pub label: Plane<u32>,
+    /// Number of superpixels.
+    pub count: usize,
+    /// Which superpixels touch, and how.
+    pub borders: Vec<Border>,
+    /// The triangulation's edges, for drawing.
+    pub edges: Vec<Edge>,
+}
+
+/// The Gabriel superpixels of an image.
+///
+/// A face of the Gabriel graph is connected, but the pixels whose centres lie in it need not be where it is thinner than a pixel.
+pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &SuperpixelParams) -> Superpixels {
+    partition(segments, map, None, params)
+}
+
+/// The superpixels of one image, on their own: `count` of them, or without it as many as the contours above the thresholds give.
+///
+/// To come to a given count, faces of all contours however weak are joined across the weakest borders; an image with few contours has
+/// fewer.
+pub fn superpixels_of(
+    frame: &Frame,
+    count: Option<usize>,
+    contour: &ContourParams,
+    superpixel: &SuperpixelParams,
+) -> Superpixels {
+    superpixels_in(&boundary_map(frame, None, contour), count, contour, superpixel)
+}
+
+/// As [`superpixels_of`], from a boundary map.
+pub fn superpixels_in(
+    map: &BoundaryMap,
+    count: Option<usize>,
+    contour: &ContourParams,
+    superpixel: &SuperpixelParams,
+) -> Superpixels {
+    match count {
+        None => gabriel_superpixels(&contour_segments(map, contour), map, superpixel),
+        Some(_) => {
+            let fine = ContourParams { low: 0.0, high: 0.01, ..contour.clone() };
+            partition(&contour_segments(map, &fine), map, count, superpixel)
+        }
+    }
+}
+
+/// Faces, joined where they are very small or more than `count`.
+fn partition(segments: &Segments, map: &BoundaryMap, count: Option<usize>, params: &SuperpixelParams) -> Superpixels {
+    let (width, height) = (map.pb.width(), map.pb.height());
+    if width == 0 || height == 0 {
+        return Superpixels::default();
+    }
+    let graph = Graph::new(segments, width, height, params);
+    let mut label = graph.raster(width, height);
+    let mut area = vec![0; graph.num_faces];
+    label.data().iter().for_each(|&f| area[f as usize] += 1);
+    let mut edges: Vec<Edge> = graph.edges().collect();
+    let sides = graph.sides();
+    let measure = along_edges(&sides, &edges, map);
+    let mut regions = Regions::new(area, &sides, &measure);
+    regions.join_small(params.min_pixels);
+    if let Some(count) = count {
+        regions.reduce_to(count);
+    }
+    let numbers = number(&mut regions, &mut label, graph.num_faces);
+    let mut parts = Vec::new();
+    for (side, &(length, pb)) in sides.iter().zip(&measure) {
+        let [p, q] = side.faces.map(|f| numbers[regions.find(f) as usize]);
+        let edge = &mut edges[side.edge];
+        if p != q {
+            parts.push(Border { a: p.min(q), b: p.max(q), length, pb });
+        } else if edge.kind == EdgeKind::Gabriel {
+            edge.kind = EdgeKind::Deleted;
+        }
+    }
+    let count = numbers.iter().filter(|&&n| n != u32::MAX).count();
+    Superpixels { label, count, borders: borders(parts), edges }
+}
+
+/// Replaces faces by the numbers of their regions, in the order of first occurrence; returns the number of each region.
+fn number(regions: &mut Regions, label: &mut Plane<u32>, num_faces: usize) -> Vec<u32> {
+    let region: Vec<u32> = (0..num_faces as u32).map(|f| regions.find(f)).collect();
+    let mut numbers = vec![u32::MAX; num_faces];
+    let mut count = 0;
+    for value in label.data_mut() {
+        let number = &mut numbers[region[*value as usize] as usize];
+        if *number == u32::MAX {
+            *number = count;
+            count += 1;
+        }
+        *value = *number;
+    }
+    numbers
+}
+
+/// One border for each pair, from its parts.
+fn borders(mut parts: Vec<Border>) -> Vec<Border> {
+    order::sort_by_key(&mut parts, |p| order::pair(p.a, p.b));
+    let mut borders = Vec::with_capacity(parts.len());
+    for group in parts.chunk_by(|p, q| (p.a, p.b) == (q.a, q.b)) {
+        let length: f32 = group.iter().map(|p| p.length).sum();
+        let strength: f32 = group.iter().map(|p| p.length * p.pb).sum();
+        borders.push(Border { length, pb: strength / length, ..group[0] });
+    }
+    borders
+}
+
+/// Length of each side in pixels, and mean Pb along it.
+fn along_edges(sides: &[Side], edges: &[Edge], map: &BoundaryMap) -> Vec<(f32, f32)> {
+    let strongest = strongest_around(&map.pb);
+    sides.iter().map(|side| along(&edges[side.edge], &strongest)).collect()
+}
+
+/// Samples about one pixel apart, each of the pixel nearest to it.
+fn along(edge: &Edge, plane: &Plane<f32>) -> (f32, f32) {
+    let (dx, dy) = (edge.to.0 - edge.from.0, edge.to.1 - edge.from.1);
+    let length = (dx * dx + dy * dy).sqrt();
+    let samples = (length as usize).max(1);
+    let nearest = |v: f32, end: usize| ((v + 0.5).max(0.0) as usize).min(end - 1);
+    let mut sum = 0.0;
+    for k in 0..samples {
+        let share = (k as f32 + 0.5) / samples as f32;
+        let x = nearest(edge.from.0 + share * dx, plane.width());
+        let y = nearest(edge.from.1 + share * dy, plane.height());
+        sum += plane.row(y)[x];
+    }
+    (length, sum / samples as f32)
+}
+
+/// The largest value in the 3×3 pixels around each: a fitted line lies beside its contour by up to the tolerance.
+fn strongest_around(plane: &Plane<f32>) -> Plane<f32> {
+    let (width, height) = (plane.width(), plane.height());
+    let mut across = plane.clone();
+    for y in 0..height {
+        let (row, out) = (plane.row(y), across.row_mut(y));
+        for x in 1..width {
+            out[x] = row[x].max(row[x - 1]);
+        }
+        for x in 1..width {
+            out[x - 1] = out[x - 1].max(row[x]);
+        }
+    }
+    let mut down = across.clone();
+    for y in 0..height {
+        let out = down.row_mut(y);
+        for other in [y.saturating_sub(1), (y + 1).min(height - 1)] {
+            for (value, &beside) in out.iter_mut().zip(across.row(other)) {
+                *value = value.max(beside);
+            }
+        }
+    }
+    down
+}

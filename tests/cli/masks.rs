@@ -1,0 +1,105 @@
+//! What `segment` writes of the masks.
+
+use super::*;
+use std::collections::BTreeSet;
+use tracecut::image::{Frame, Plane};
+use tracecut::{Params, Session};
+
+/// Labels and palette of a palette PNG, as they stand in the file.
+fn read_mask(path: &Path) -> (Plane<u8>, Vec<u8>) {
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let info = reader.info();
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Indexed, png::BitDepth::Eight));
+    let (width, height) = (info.width as usize, info.height as usize);
+    let palette = info.palette.clone().unwrap().into_owned();
+    let mut data = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut data).unwrap();
+    (Plane::from_vec(width, height, data).unwrap(), palette)
+}
+
+/// The moving clip's first `frames` frames through the library.
+fn session(frames: i32) -> Session {
+    let mut session = Session::new(Params::default()).unwrap();
+    for t in 0..frames {
+        let frame = rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t));
+        session.push_frame(Frame::from_rgb(frame, SIZE.0 as usize, SIZE.1 as usize).unwrap()).unwrap();
+    }
+    session.run().unwrap();
+    session
+}
+
+#[test]
+fn masks_are_palette_images_of_the_sessions_labels() {
+    let (input, out) = (folder("masks-in"), folder("masks-out"));
+    clip(&input, FRAMES, SIZE, &moving);
+    assert_done(&segment(&input, &out, &[]));
+    let session = session(FRAMES);
+    let mut pixels = vec![0_u64; session.objects().unwrap().count + 1];
+    for t in 0..FRAMES as usize {
+        let (mask, palette) = read_mask(&out.join(format!("masks/{t:05}.png")));
+        assert_eq!(mask, session.labels(t).unwrap(), "frame {t}");
+        // Colours that label tools know by heart: black, red, green, olive, blue at half strength.
+        assert_eq!(palette[..15], [0, 0, 0, 128, 0, 0, 0, 128, 0, 128, 128, 0, 0, 0, 128]);
+        mask.data().iter().for_each(|&label| pixels[usize::from(label)] += 1);
+    }
+    let report = json(&out.join("result.json"));
+    assert_eq!(report["background"]["pixels"], pixels[0]);
+    let mut clusters: Vec<u64> = numbers(&report["background"]["clusters"]);
+    for (object, label) in report["objects"].as_array().unwrap().iter().zip(1..) {
+        assert_eq!((&object["label"], &object["pixels"]), (&label.into(), &pixels[label].into()));
+        let seen = |t: &usize| session.labels(*t).unwrap().data().contains(&(label as u8));
+        let frames: Vec<usize> = (0..FRAMES as usize).filter(seen).collect();
+        assert_eq!(object["firstFrame"].as_u64(), frames.first().map(|&t| t as u64));
+        assert_eq!(object["lastFrame"].as_u64(), frames.last().map(|&t| t as u64));
+        clusters.extend(numbers(&object["clusters"]));
+    }
+    assert_eq!(report["objects"].as_array().unwrap().len() + 1, pixels.len());
+    assert_eq!(clusters.iter().collect::<BTreeSet<_>>().len() as u64, report["clusters"].as_u64().unwrap());
+    let superpixels: Vec<u64> = (0..FRAMES as usize).map(|t| session.superpixels(t).unwrap().count as u64).collect();
+    assert_eq!(numbers(&report["superpixels"]), superpixels);
+}
+
+fn numbers(list: &serde_json::Value) -> Vec<u64> {
+    list.as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect()
+}
+
+#[test]
+fn mask_overlays_tint_objects_and_leave_the_background_as_it_is() {
+    let (input, out) = (folder("tint-in"), folder("tint-out"));
+    clip(&input, 4, SIZE, &moving);
+    assert_done(&segment(&input, &out, &[]));
+    let picture = image::open(out.join("overlay-masks/00001.png")).unwrap().into_rgb8();
+    let (mask, _) = read_mask(&out.join("masks/00001.png"));
+    let frame = rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, 1));
+    let mut tinted = 0;
+    for ((&label, new), old) in mask.data().iter().zip(picture.as_raw().chunks(3)).zip(frame.chunks(3)) {
+        assert!(label > 0 || new == old, "a background pixel went from {old:?} to {new:?}");
+        tinted += usize::from(new != old);
+    }
+    let objects = mask.data().iter().filter(|&&label| label > 0).count();
+    assert!(objects > 500 && tinted == objects, "{tinted} pixels tinted, {objects} on objects");
+}
+
+#[test]
+fn a_shorter_second_run_leaves_no_pictures_of_the_first() {
+    let (input, out) = (folder("stale-in"), folder("stale-out"));
+    clip(&input, 6, SIZE, &moving);
+    assert_done(&segment(&input, &out, &[]));
+    fs::write(out.join("masks/notes.txt"), "kept").unwrap();
+    assert_done(&segment(&input, &out, &["--frames", "4"]));
+    let four = ["00000.png", "00001.png", "00002.png", "00003.png"];
+    for pictures in ["overlay", "overlay-masks"] {
+        assert_eq!(names_in(&out.join(pictures)), four);
+    }
+    assert_eq!(names_in(&out.join("masks")), [&four[..], &["notes.txt"]].concat());
+
+    // Without masks those of the run before would not belong to the report; files that are not ours stay.
+    assert_done(&segment(&input, &out, &["--no-dense"]));
+    assert_eq!(names_in(&out), ["masks", "overlay", "result.json", "tracks.dat"]);
+    assert_eq!(names_in(&out.join("masks")), ["notes.txt"]);
+    assert_eq!(names_in(&out.join("overlay")).len(), 6);
+    let report = json(&out.join("result.json"));
+    assert!(report["objects"].is_null() && report["superpixels"].is_null(), "{report}");
+    assert_eq!(report["params"]["clip"]["dense"], false);
+}

@@ -1,0 +1,172 @@
+// Masks, superpixels and boundary maps: of a run, and of single images.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { boundaries, EdgeKind, superpixels, synthClip } from 'tracecut';
+import { JPEG } from './pictures.mjs';
+import { SMALL, framesOf, open, plain, png, ready, rejects, segment } from './support.mjs';
+
+/** Checks the law of superpixels: numbers in order of first occurrence, borders sorted, edges inside the image. */
+function isPartition({ width, height, count, label, borders, edges }) {
+  assert.equal(label.length, width * height);
+  let next = 0;
+  for (const l of label) {
+    assert.ok(l <= next, `superpixel ${l} before ${next}`);
+    if (l === next) next += 1;
+  }
+  assert.equal(next, count);
+  for (let k = 0; k < borders.a.length; k += 1) {
+    const [a, b] = [borders.a[k], borders.b[k]];
+    assert.ok(a < b && b < count, `border of ${a} and ${b} of ${count}`);
+    assert.ok(k === 0 || borders.a[k - 1] < a || (borders.a[k - 1] === a && borders.b[k - 1] < b), 'borders are sorted');
+    assert.ok(borders.length[k] > 0 && borders.pb[k] >= 0 && borders.pb[k] <= 1);
+  }
+  const kinds = Object.values(EdgeKind);
+  assert.ok(edges.kind.every((kind) => kinds.includes(kind)));
+  for (const [list, side] of [[edges.x0, width], [edges.x1, width], [edges.y0, height], [edges.y1, height]]) {
+    assert.equal(list.length, edges.kind.length);
+    assert.ok(list.every((v) => v >= -0.5 && v <= side - 0.5), 'an edge leaves the image');
+  }
+}
+
+function isBoundaryMap({ width, height, pb, thin }) {
+  assert.deepEqual([pb.length, thin.length], [width * height, width * height]);
+  assert.ok(pb.every((v, p) => thin[p] >= 0 && thin[p] <= v && v <= 1));
+}
+
+test('masks have a byte for each input pixel and hold each object, also after the session is closed', async () => {
+  const result = await segment(await framesOf());
+  const { width, height, numFrames, objects, clusters } = result;
+  assert.equal(objects.ofCluster.length, clusters.count);
+  const seen = new Set();
+  for (let t = 0; t < numFrames; t += 1) {
+    const mask = result.labels(t);
+    assert.equal(mask.length, width * height);
+    mask.forEach((label) => seen.add(label));
+  }
+  assert.ok(Math.max(...seen) <= objects.count);
+  assert.deepEqual(new Set(objects.ofCluster), new Set(Array.from({ length: objects.count + 1 }, (_, k) => k)));
+  result.labels(0).fill(77);
+  assert.ok(!result.labels(0).includes(77), 'a caller may write into a mask');
+});
+
+test('masks of reduced frames are at input size, superpixels and boundaries at working size with their scale', async (t) => {
+  const frames = await framesOf({ width: 250, height: 140, frames: 4, seed: 3 });
+  const result = await (await ready(t, { clip: { maxSide: 100 } }, frames)).run();
+  assert.equal(result.labels(3).length, 250 * 140);
+  for (const map of [await result.superpixels(3), await result.boundaries(3)]) {
+    assert.deepEqual([map.width, map.height, map.scaleX, map.scaleY], [100, 56, 2.5, 2.5]);
+  }
+});
+
+test('superpixels and boundaries of a frame keep their laws', async (t) => {
+  const session = await ready(t);
+  isBoundaryMap(await session.boundaries(SMALL.frames - 1));
+  await rejects(session.superpixels(0), 'state', /superpixels of frame 0/);
+  const result = await session.run();
+  const regions = await result.superpixels(2);
+  isPartition(regions);
+  for (const [name, kind] of Object.entries(EdgeKind)) assert.ok(regions.edges.kind.includes(kind), `no edge is a ${name}`);
+  assert.deepEqual(await result.superpixels(2), await session.superpixels(2));
+  assert.deepEqual(await result.boundaries(2), await session.boundaries(2));
+});
+
+test('a result asks its session, and says so when that is closed, cleared or busy', async (t) => {
+  const session = await ready(t);
+  const result = await session.run();
+  const again = session.run();
+  await rejects(result.superpixels(0), 'busy');
+  await again;
+  await session.clear();
+  for (const frame of await framesOf()) await session.push(frame);
+  await session.run();
+  await rejects(result.boundaries(0), 'state', /cleared/);
+  await rejects(result.superpixels(0), 'state', /cleared/);
+  session.close();
+  await rejects(result.superpixels(0), 'closed', /ask before closing/);
+  await rejects(session.superpixels(0), 'closed', /superpixels was called on a closed session/);
+  assert.equal(result.labels(0).length, SMALL.width * SMALL.height);
+});
+
+test('without clip.dense a run ends with the clusters', async (t) => {
+  const session = await ready(t, { clip: { dense: false } });
+  const result = await session.run();
+  assert.ok(!('cut' in result.seconds), Object.keys(result.seconds).join());
+  assert.equal(result.objects, null);
+  assert.throws(() => result.labels(0), { code: 'state', message: /no masks .*clip\.dense/ });
+  await rejects(result.superpixels(0), 'state', /no superpixels .*clip\.dense/);
+  isBoundaryMap(await result.boundaries(0));
+  const { clusters } = await segment(await framesOf());
+  assert.deepEqual(result.clusters, clusters);
+});
+
+test('trajectories from outside have no pixels to label', async (t) => {
+  const session = await open(t);
+  const given = { startFrame: [0], offset: [0, 3], x: [1, 2, 3], y: [1, 1, 1] };
+  await session.setTrajectories({ numFrames: 3, width: 64, height: 48, ...given });
+  const result = await session.run();
+  assert.equal(result.objects, null);
+  assert.throws(() => result.labels(0), { code: 'state', message: /trajectories from outside/ });
+  await rejects(result.superpixels(0), 'state');
+  await rejects(result.boundaries(0), 'state');
+});
+
+test('a single image has the boundaries and superpixels of a frame', async (t) => {
+  const frames = await framesOf();
+  const session = await ready(t, {}, frames);
+  const result = await session.run();
+  assert.deepEqual(await boundaries(frames[1]), await result.boundaries(1));
+  assert.deepEqual(await superpixels(frames[1]), await result.superpixels(1));
+});
+
+test('a single image may be a file, and is never reduced', async () => {
+  const clip = await synthClip({ width: 700, height: 20, frames: 1 });
+  const frame = clip.frame(0);
+  const map = await boundaries(png(frame));
+  assert.deepEqual([map.width, map.height, map.scaleX, map.scaleY], [700, 20, 1, 1]);
+  assert.deepEqual(map, await boundaries(frame));
+  const regions = await superpixels(new Blob([JPEG]));
+  assert.deepEqual([regions.width, regions.height], [24, 16]);
+  isPartition(regions);
+});
+
+test('the number of superpixels can be set, and parameters change them', async () => {
+  const clip = await synthClip({ width: 160, height: 90, frames: 1, seed: 2 });
+  const image = clip.frame(0);
+  const { count } = await superpixels(image);
+  assert.ok(count > 20, `${count} superpixels`);
+  const ten = await superpixels(image, { count: 10 });
+  isPartition(ten);
+  assert.equal(ten.count, 10);
+  const coarse = await superpixels(image, { superpixel: { minPixels: 500 } });
+  isPartition(coarse);
+  assert.ok(coarse.count < count, `${coarse.count} of ${count}`);
+});
+
+for (const [width, height] of [[1, 1], [1, 40], [40, 1], [17, 3]]) {
+  test(`an image of ${width}x${height} pixels is a valid partition`, async () => {
+    const image = plain(width, height, (x, y) => ((x >> 2) + y) % 2 * 255);
+    isPartition(await superpixels(image));
+    isBoundaryMap(await boundaries(image));
+  });
+}
+
+test('a flat image has no boundaries', async () => {
+  const map = await boundaries(plain(40, 30, 128));
+  isBoundaryMap(map);
+  assert.ok(map.pb.every((v) => v < 0.01), `largest ${Math.max(...map.pb)}`);
+  isPartition(await superpixels(plain(40, 30, 128)));
+});
+
+test('an image that is none, and options that do nothing, are refused', async () => {
+  const image = plain(8, 8);
+  await rejects(boundaries('image.png'), 'data', /frame = "image\.png"/);
+  await rejects(superpixels(new Uint8Array(7)), 'decode');
+  await rejects(superpixels({ data: new Uint8Array(8), width: 1, height: 1 }), 'frame-bytes');
+  await rejects(boundaries(image, { flow: {} }), 'param', /flow = an Object \(expected contour, superpixel/);
+  await rejects(boundaries(image, { contour: { lwo: 0.1 } }), 'param', /contour\.lwo = 0\.1/);
+  await rejects(boundaries(image, { count: 9 }), 'param', /count = 9 /);
+  await rejects(superpixels(image, { count: 0 }), 'param', /count = 0 \(expected a whole number/);
+  await rejects(superpixels(image, 3), 'param', /options = 3/);
+  await rejects(superpixels(image, { worker: true }), 'unsupported');
+});

@@ -1,0 +1,48 @@
+// PNG files made on the spot, for the tests of the package and of the page.
+
+import { deflateSync } from 'node:zlib';
+
+/** Colour types of PNG by the number of bytes a pixel. */
+const COLOR_TYPE = { 3: 2, 4: 6 };
+
+/**
+ * The bytes of a PNG file of eight bits a channel, of an RGBA frame: RGB, or with `channels` 4 its alpha too. Its header may claim
+ * another size.
+ *
+ * @param {{data: Uint8ClampedArray, width: number, height: number}} frame
+ */
+export function pngBytes({ data, width, height }, { channels = 3, claim = [width, height] } = {}) {
+  const stride = 1 + channels * width;
+  const rows = Buffer.alloc(height * stride);
+  for (let y = 0; y < height; y += 1) {
+    for (let x = 0; x < width; x += 1) {
+      const pixel = 4 * (y * width + x);
+      rows.set(data.subarray(pixel, pixel + channels), y * stride + 1 + channels * x);
+    }
+  }
+  const header = Buffer.alloc(13);
+  header.writeUInt32BE(claim[0], 0);
+  header.writeUInt32BE(claim[1], 4);
+  header.set([8, COLOR_TYPE[channels], 0, 0, 0], 8);
+  const magic = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
+  return Buffer.concat([magic, chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]);
+}
+
+function chunk(type, data) {
+  const body = Buffer.concat([Buffer.from(type, 'latin1'), data]);
+  const whole = Buffer.alloc(body.length + 8);
+  whole.writeUInt32BE(data.length, 0);
+  body.copy(whole, 4);
+  whole.writeUInt32BE(crc32(body), body.length + 4);
+  return whole;
+}
+
+/** The checksum of PNG; Node's own came after version 20. */
+function crc32(bytes) {
+  let crc = ~0;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let bit = 0; bit < 8; bit += 1) crc = crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1;
+  }
+  return ~crc >>> 0;
+}

@@ -1,0 +1,125 @@
+// Boundary maps and superpixels: their types, and the two functions that make them of a single image.
+
+import { illegal } from './errors.js';
+import { toRawFrame } from './frames.js';
+import { isPlainObject, splitOptions, wholeNumber } from './options.js';
+import { openEngine } from './platform.js';
+
+/**
+ * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its pixels covers
+ * `scaleX` × `scaleY` input pixels, so that its place `x` is `(x + 0.5) * scaleX - 0.5` in the input.
+ * @typedef {{width: number, height: number, scaleX: number, scaleY: number}} Grid
+ */
+
+/**
+ * How likely each pixel lies on a boundary between two things, 0 to 1, row by row: `pb`, and `thin`, the same on ridges one pixel
+ * wide and 0 elsewhere.
+ * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, thin: Float32Array<ArrayBuffer>}} BoundaryMap
+ */
+
+/**
+ * Which superpixels touch: `a < b`, the length of their common border in pixels of the grid, and the mean of `pb` along it.
+ * @typedef {{a: Uint32Array<ArrayBuffer>, b: Uint32Array<ArrayBuffer>, length: Float32Array<ArrayBuffer>,
+ *   pb: Float32Array<ArrayBuffer>}} SuperpixelBorders
+ */
+
+/**
+ * The edges of the triangulation that the superpixels come from, in pixels of the grid, with their {@link EdgeKind}.
+ * @typedef {{x0: Float32Array<ArrayBuffer>, y0: Float32Array<ArrayBuffer>, x1: Float32Array<ArrayBuffer>,
+ *   y1: Float32Array<ArrayBuffer>, kind: Uint8Array<ArrayBuffer>}} SuperpixelEdges
+ */
+
+/**
+ * A partition of an image: `label` holds the superpixel of each pixel, `0` to `count - 1`, row by row.
+ * @typedef {Grid & {count: number, label: Uint32Array<ArrayBuffer>, borders: SuperpixelBorders, edges: SuperpixelEdges}} Superpixels
+ */
+
+/** What an edge of the triangulation became; the values of `edges.kind`. */
+export const EdgeKind = Object.freeze({
+  /** A piece of a contour. */
+  Constraint: 0,
+  /** A piece of the image's frame. */
+  Frame: 1,
+  /** A Delaunay edge that closes a gap between contours. */
+  Gabriel: 2,
+  /** A Delaunay edge that separates nothing. */
+  Deleted: 3,
+});
+
+/**
+ * Options of a single image: two groups of the parameter tree, and `wasm` and `worker` as for a session.
+ * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'worker'>} ImageOptions
+ */
+
+/**
+ * Options of the superpixels of a single image. With `count` they are joined across their weakest borders until so many are left;
+ * an image with few contours has fewer.
+ * @typedef {ImageOptions & {count?: number}} SuperpixelOptions
+ */
+
+const LEGAL = ['contour', 'superpixel', 'wasm', 'worker'];
+const MAX_COUNT = 2 ** 26;
+
+/**
+ * @param {import('./frames.js').FrameSource} image
+ * @param {ImageOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @returns {Promise<BoundaryMap>}
+ */
+export function boundariesOf(image, options, platform) {
+  return ask(image, options, platform, async (engine, raw) => unscaled(await engine.boundariesOf(raw)));
+}
+
+/**
+ * @param {import('./frames.js').FrameSource} image
+ * @param {SuperpixelOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @returns {Promise<Superpixels>}
+ */
+export async function superpixelsOf(image, options, platform) {
+  const { count, ...others } = isPlainObject(options) ? /** @type {SuperpixelOptions} */ (options) : { count: undefined };
+  if (count !== undefined) wholeNumber('param', 'count', count, 1, MAX_COUNT);
+  return ask(image, isPlainObject(options) ? others : options, platform, async (engine, raw) => unscaled(await engine.superpixelsOf(raw, count)));
+}
+
+/**
+ * @template T
+ * @param {import('./frames.js').FrameSource} image
+ * @param {ImageOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @param {(engine: import('./engine.js').Engine, raw: import('./frames.js').RawFrame) => Promise<T>} question
+ */
+async function ask(image, options, platform, question) {
+  const raw = await toRawFrame(image);
+  const engine = await openEngine(splitOptions(checked(options)), platform);
+  try {
+    return await question(engine, raw);
+  } finally {
+    engine.close();
+  }
+}
+
+/** @param {ImageOptions | undefined} options */
+function checked(options) {
+  const stray = isPlainObject(options) && Object.keys(options).find((key) => !LEGAL.includes(key));
+  if (stray) throw illegal('param', stray, /** @type {Record<string, unknown>} */ (options)[stray], LEGAL.join(', '));
+  return options;
+}
+
+/**
+ * @template {{width: number, height: number}} T
+ * @param {T} map
+ */
+const unscaled = (map) => onGrid(map, map.width, map.height);
+
+/**
+ * The map with its grid's scale against an input of `width` × `height` pixels.
+ * @template {{width: number, height: number}} T
+ * @param {T} map
+ * @param {number} width
+ * @param {number} height
+ * @returns {T & Grid}
+ */
+export function onGrid(map, width, height) {
+  return { ...map, scaleX: width / map.width, scaleY: height / map.height };
+}

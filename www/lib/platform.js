@@ -1,0 +1,27 @@
+// What differs between browsers and Node, and engines opened there.
+
+import { createLocalEngine } from './engine.js';
+import { TraceCutError } from './errors.js';
+import { createRemoteEngine } from './remote.js';
+
+/**
+ * @typedef {object} Platform
+ * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
+ * @property {(() => Worker) | undefined} startWorker
+ */
+
+/**
+ * An engine in a worker where there are workers and the options do not say otherwise, else in this thread.
+ * @param {import('./options.js').SplitOptions} options
+ * @param {Platform} platform
+ * @returns {Promise<import('./engine.js').Engine>}
+ */
+export async function openEngine({ wasm, worker, parameters }, platform) {
+  if (worker && !platform.startWorker) {
+    throw new TraceCutError('unsupported', 'worker = true (expected false or nothing: this engine has no module workers; the session runs in-process)');
+  }
+  const module = await platform.loadModule(wasm);
+  return platform.startWorker && worker !== false
+    ? createRemoteEngine(platform.startWorker(), module, parameters)
+    : createLocalEngine(module, parameters);
+}
