@@ -33,6 +33,8 @@ mod gradient;
 mod histogram;
 mod lab;
 mod link;
+#[cfg(test)]
+mod tests;
 mod texton;
 mod thin;
 
@@ -114,9 +116,9 @@ fn logistic(strength: f32) -> f32 {
 }
 
 /// Slope of the logistic that turns strengths into probabilities.
-const SLOPE: f32 = 7.07;
+const SLOPE: f32 = 7.05;
 /// Strength at which it is one half.
-const CENTRE: f32 = 0.74;
+const CENTRE: f32 = 0.77;
 
 /// The contours of `map` as line segments.
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {
