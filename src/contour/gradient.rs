@@ -35,7 +35,7 @@ pub(super) fn oriented_strength(
     let mut small = Vec::new();
     for color in [a, b] {
         halve(&color, w, &mut small);
-        pyramid.add_channel(&small, params.color_weight, 1);
+        pyramid.add_channel(&small, params.colour_weight, 1);
     }
     halve(&brightness, w, &mut small);
     for shares in textons(&small, half(w)) {

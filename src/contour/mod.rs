@@ -55,12 +55,12 @@ crate::params! {
         /// How far a line may be from the contour that it stands for, in pixels. Higher gives fewer lines.
         pub deviation: f32 = 1.5, in 0.1..=20.0;
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them whole.
-        pub max_line: f32 = 25.0, in 0.0..=10000.0;
+        pub max_line: f32 = 50.0, in 0.0..=10000.0;
         /// Standard deviation of the finest windows, in pixels; the others are two and four times as wide. Lower finds finer detail and more
         /// noise.
         pub sigma: f32 = 1.5, in 0.5..=8.0;
         /// Weight of changes of colour (a and b of Lab), that of changes of brightness being 1.
-        pub color_weight: f32 = 0.6, in 0.0..=10.0;
+        pub colour_weight: f32 = 0.6, in 0.0..=10.0;
         /// Weight of changes of texture.
         pub texture_weight: f32 = 1.0, in 0.0..=10.0;
         /// Weight of changes of motion; 0 leaves them out.

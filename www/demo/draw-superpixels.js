@@ -43,8 +43,8 @@ export function superpixelLayer() {
  * @param {Superpixels} superpixels
  * @param {Uint32Array} colors
  */
-function paint({ label, width, height, count }, colors) {
-  return paintRegions(label, width, height, colors, new Uint32Array(count).fill(LINE));
+function paint({ label, width, height }, colors) {
+  return paintRegions(label, width, height, colors, LINE);
 }
 
 /**

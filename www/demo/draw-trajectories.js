@@ -36,7 +36,7 @@ export function trajectoryLayer() {
     name: 'Trajectories',
     about: 'Points followed from frame to frame, coloured by object. Pixels are tinted like the nearest point.',
     z: 60,
-    on: true,
+    on: false,
     settings: { opacity: opacity(), trail, tint },
     legend: () => [key('dot', objectColor(0), 'background'), key('dot', objectColor(1), 'objects, colours as listed')],
     reset() {
