@@ -172,7 +172,7 @@ impl Band {
                 for p in inside().filter(|&p| self.node[p] != BEYOND) {
                     let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
                     let own = self.place[usize::from(mask.data()[p])] as usize;
-                    let depth = (depth.data()[p] - 1) as f32 / params.band as f32;
+                    let depth = depth.data()[p] as f32 / params.band as f32;
                     models.costs(Colour::of(&frame.rgb()[3 * p..]), own, params.colour_weight, costs);
                     let keep = rounded(params.keep_weight * depth * depth);
                     for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != own).map(|(_, cost)| cost) {
@@ -383,13 +383,12 @@ mod tests {
     }
 
     #[test]
-    fn where_all_colours_are_the_same_a_straight_border_moves_by_a_pixel_at_most() {
+    fn where_colours_tell_nothing_a_straight_border_hardly_moves() {
         let mask = Plane::from_fn(W, H, |x, _| u8::from(x >= 30));
-        for (noise, reach) in [(0, 0), (20, 1)] {
+        for (noise, limit) in [(0, 0), (20, 2 * H)] {
             let frame = painted(&Plane::filled(W, H, 0), &[[128; 3]], noise);
-            let refined = refine(&mask, &frame, &RefineParams::default());
-            let moved = |x: usize, y: usize| refined[(x, y)] != mask[(x, y)];
-            assert!((0..H).all(|y| (0..W).all(|x| !moved(x, y) || (30 - reach..30 + reach).contains(&x))));
+            let moved = wrong(&refine(&mask, &frame, &RefineParams::default()), &mask);
+            assert!(moved <= limit, "{moved} moved");
         }
     }
 
