@@ -1,12 +1,12 @@
 //! CIE Lab planes of a frame, each scaled to about `0..=1`.
 
-use crate::image::{Frame, Plane};
+use crate::image::Frame;
 
 /// Entries of the table of the cube root.
 const STEPS: usize = 4096;
 
 /// `L/100`, `(a + 40)/80` and `(b + 40)/80` of sRGB pixels under D65; strong colours leave `0..=1`.
-pub(super) fn lab(frame: &Frame) -> [Plane<f32>; 3] {
+pub(super) fn lab(frame: &Frame) -> [Vec<f32>; 3] {
     let linear: Vec<f32> = (0..256)
         .map(|v| {
             let v = v as f32 / 255.0;
@@ -30,5 +30,5 @@ pub(super) fn lab(frame: &Frame) -> [Plane<f32>; 3] {
         planes[1].push((500.0 * (x - y) + 40.0) / 80.0);
         planes[2].push((200.0 * (y - z) + 40.0) / 80.0);
     }
-    planes.map(|data| Plane::from_vec(frame.width(), frame.height(), data).unwrap_or_default())
+    planes
 }

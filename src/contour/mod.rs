@@ -6,8 +6,10 @@
 mod blur;
 mod fit;
 mod gradient;
+mod histogram;
 mod lab;
 mod link;
+mod texton;
 mod thin;
 
 pub(crate) use thin::{ORIENTATIONS, normals, thin};
@@ -27,7 +29,13 @@ crate::params! {
         /// How far a line may be from the contour that it stands for, in pixels. Higher gives fewer lines.
         pub deviation: f32 = 1.5, in 0.1..=20.0;
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them whole.
-        pub max_line: f32 = 25.0, in 0.0..=10000.0;
+        pub max_line: f32 = 50.0, in 0.0..=10000.0;
+        /// Weight of changes of colour (a and b of Lab), that of changes of brightness being 1.
+        pub colour_weight: f32 = 0.6, in 0.0..=10.0;
+        /// Weight of changes of texture.
+        pub texture_weight: f32 = 0.7, in 0.0..=10.0;
+        /// Weight of changes of motion; 0 leaves them out.
+        pub motion_weight: f32 = 0.0, in 0.0..=10.0;
     }
 }
 
@@ -55,17 +63,15 @@ pub struct Segments {
 }
 
 /// Pb of `frame`. The flow to the next frame, where it is known, will add motion boundaries.
-pub fn boundary_map(frame: &Frame, _flow: Option<&FlowField>, _params: &ContourParams) -> BoundaryMap {
-    let oriented = gradient::oriented_strength(frame);
+pub fn boundary_map(frame: &Frame, flow: Option<&FlowField>, params: &ContourParams) -> BoundaryMap {
+    let oriented = gradient::oriented_strength(frame, flow, params);
     let (w, h) = (frame.width(), frame.height());
     let mut pb = Plane::filled(w, h, 0.0_f32);
     let mut orientation = Plane::filled(w, h, 0_u8);
     for (k, plane) in oriented.iter().enumerate() {
-        for ((best, o), &v) in pb.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane.data()) {
-            if v > *best {
-                *best = v;
-                *o = k as u8;
-            }
+        for ((best, o), &v) in pb.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane) {
+            *o = if v > *best { k as u8 } else { *o };
+            *best = v.max(*best);
         }
     }
     let logistic = |s: f32| 1.0 / (1.0 + libm::expf(-SLOPE * (s - CENTRE)));
@@ -75,9 +81,9 @@ pub fn boundary_map(frame: &Frame, _flow: Option<&FlowField>, _params: &ContourP
 }
 
 /// Slope of the logistic that turns strengths into probabilities.
-const SLOPE: f32 = 5.8;
+const SLOPE: f32 = 7.07;
 /// Strength at which it is one half.
-const CENTRE: f32 = 0.915;
+const CENTRE: f32 = 0.74;
 
 /// The contours of `map` as line segments.
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {

@@ -34,9 +34,25 @@ impl Dense {
         (!self.cut.labels.is_empty()).then_some(&self.objects)
     }
 
-    /// The cluster of each pixel of frame `t`, once cut.
+    /// The cluster of each pixel of frame `t`, in agreement with its mask.
+    ///
+    /// Refining moves borders between mask labels: a pixel moved to another label takes the largest cluster there in this frame.
     pub(super) fn clusters(&self, t: usize) -> Option<Plane<u32>> {
-        Some(paint(self.superpixels.get(t)?, self.cut.labels.get(t)?))
+        let mask = self.masks.get(t)?;
+        let mut clusters = paint(self.superpixels.get(t)?, self.cut.labels.get(t)?);
+        let label_of = &self.objects.of_cluster;
+        let mut area = vec![0_u64; label_of.len()];
+        for &c in clusters.data() {
+            area.get_mut(c as usize).into_iter().for_each(|a| *a += 1);
+        }
+        let members = |label: u8| (0..label_of.len()).filter(move |&c| label_of[c] == label);
+        let largest: Vec<_> = (0..=255).map(|label| members(label).max_by_key(|&c| area[c])).collect();
+        for (cluster, &label) in clusters.data_mut().iter_mut().zip(mask.data()) {
+            if label_of.get(*cluster as usize).is_some_and(|&own| own != label) {
+                *cluster = largest[usize::from(label)].map_or(*cluster, |c| c as u32);
+            }
+        }
+        Some(clusters)
     }
 
     /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.

@@ -9,17 +9,17 @@ use crate::image::Plane;
 use crate::order::{pair, signed, sort_by_key};
 
 /// Units in a pixel.
-const UNIT: i64 = 256;
+pub(super) const UNIT: i64 = 256;
 
 /// A point in 1/256 pixel.
-type Point = (i64, i64);
+pub(super) type Point = (i64, i64);
 
 /// The constrained Gabriel graph of an image rectangle.
 pub(super) struct Graph {
-    points: Vec<Point>,
-    triangulation: Triangulation,
+    pub(super) points: Vec<Point>,
+    pub(super) triangulation: Triangulation,
     /// What became of each edge of the triangulation.
-    kinds: Vec<EdgeKind>,
+    pub(super) kinds: Vec<EdgeKind>,
     /// The face of each triangle.
     face: Vec<u32>,
     /// Number of faces, at least 1.

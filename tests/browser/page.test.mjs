@@ -25,23 +25,23 @@ describe('the page', () => {
     await page.waitForFunction(() => globalThis.tracecutDemo.app.timeline.frame > 2);
     await page.keyboard.press(' ');
     assert.equal(await page.getAttribute('#play', 'aria-label'), 'Play');
-    await page.keyboard.press('2');
+    await page.keyboard.press('6');
     assert.equal(await page.locator('[data-layer="discontinuities"]').isChecked(), true);
-    await page.keyboard.press('2');
+    await page.keyboard.press('6');
     assert.equal(await page.locator('[data-layer="discontinuities"]').isChecked(), false);
   });
 
   test('leaves the space bar to a button that was reached by keyboard, and to no other', async () => {
     const { page } = sample;
     const playing = () => page.evaluate(() => globalThis.tracecutDemo.app.timeline.playing);
-    await page.click('[data-cluster="1"] .eye');
+    await page.click('[data-object="1"] .eye');
     await page.keyboard.press('3');
     await page.keyboard.press('3');
     await page.keyboard.press(' ');
     assert.equal(await playing(), true, 'after a click the space bar plays');
-    assert.equal(await page.locator('#show-all').isVisible(), true, 'and the cluster stays hidden');
+    assert.equal(await page.locator('#show-all').isVisible(), true, 'and the object stays hidden');
     await page.keyboard.press(' ');
-    await page.focus('[data-cluster="1"] .object-main');
+    await page.focus('[data-object="1"] .object-main');
     await page.keyboard.press('Tab');
     await page.keyboard.press(' ');
     assert.equal(await playing(), false);
@@ -103,7 +103,7 @@ describe('the page', () => {
     assert.match(heard, /Reading frames/);
     assert.match(heard, /Optical flow/);
     const rows = await page.locator('.stage-row').allInnerTexts();
-    assert.ok(rows.length >= 7 && rows.every((row) => /\d+\.\d\ss/.test(row)), rows.join(' | '));
+    assert.ok(rows.length >= 10 && rows.every((row) => /\d+\.\d\ss/.test(row)), rows.join(' | '));
   });
 
   test('runs no foreign script and talks to no other place', async () => {

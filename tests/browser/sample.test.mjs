@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
 import { SAMPLE } from '../../www/demo/source.js';
-import { screenshot, text, useSample, useSite } from './support.mjs';
+import { paintedShare, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
 
 const FRAME = 12;
 
@@ -16,8 +16,8 @@ describe('the sample', () => {
     const { page, faults } = sample;
     assert.match(await text(page, '#headline'), /^[2-9] moving objects and the background$/);
     assert.match(await text(page, '#subline'), /trajectories · 24 frames of 384 × 216 · computed in \d/);
-    const clusters = await page.evaluate(() => globalThis.tracecutDemo.result.clusters.count);
-    assert.ok(clusters >= 3, `${clusters} clusters`);
+    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.count);
+    assert.ok(objects >= 2, `${objects} objects`);
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     await screenshot(page, 'sample');
     assert.deepEqual(faults, []);
@@ -30,23 +30,23 @@ describe('the sample', () => {
     const owners = counts.map((row) => row.indexOf(Math.max(...row)));
     const pure = counts.reduce((sum, row, k) => sum + row[owners[k]], 0);
     assert.ok(total > 1000, `only ${total} painted pixels`);
-    assert.equal(owners[0], 0, 'the largest cluster is the background');
-    assert.ok(pure / total > 0.93, `${((100 * pure) / total).toFixed(1)} % of painted pixels lie in their cluster's object`);
+    assert.equal(owners[0], 0, 'grey is the background');
+    assert.ok(pure / total > 0.93, `${((100 * pure) / total).toFixed(1)} % of painted pixels lie in their object`);
     const found = new Set(owners.filter((owner) => owner > 0));
-    assert.ok(found.size >= 2, `${found.size} of ${masks - 1} objects have a cluster of their own`);
+    assert.ok(found.size >= 2, `${found.size} of ${masks - 1} objects have a colour of their own`);
   });
 
   test('shows something different in each layer', async () => {
     const { page } = sample;
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     const ids = await page.evaluate(() => globalThis.tracecutDemo.app.layers.map((layer) => layer.id));
-    assert.deepEqual(ids, ['trajectories', 'discontinuities', 'embedding', 'flow', 'image']);
+    assert.deepEqual(ids, [
+      'masks', 'trajectories', 'superpixels', 'contours', 'boundaries', 'discontinuities', 'embedding', 'flow', 'image',
+    ]);
     const pictures = new Map();
     for (const id of ids) {
-      for (const box of await page.locator('[data-layer]').all()) {
-        await box.setChecked((await box.getAttribute('data-layer')) === id);
-      }
-      // Flow is computed when it is first shown.
+      await showOnly(page, id);
+      // Some layers are fetched or computed when they are first shown.
       await page.waitForFunction(paintedShare);
       const share = await page.evaluate(paintedShare);
       assert.ok(share > 0.002, `${id} paints ${share} of the canvas`);
@@ -56,23 +56,74 @@ describe('the sample', () => {
     assert.equal(pictures.size, ids.length, `only ${[...pictures.values()]} differ`);
   });
 
-  test('hides a cluster, and shows one alone', async () => {
+  test('fades a layer, and shows its outlines without its fill', async () => {
+    const { page } = sample;
+    await showOnly(page, 'masks');
+    const alpha = () => page.evaluate(meanAlpha);
+    const setting = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(String(value));
+    const whole = await alpha();
+    await setting('opacity', 0.5);
+    const faded = await alpha();
+    assert.ok(Math.abs(faded / whole - 0.5) < 0.02, `half of ${whole} is ${faded}`);
+    await setting('opacity', 0);
+    assert.equal(await alpha(), 0);
+    await setting('opacity', 1);
+    await setting('fill', 0);
+    const lines = await alpha();
+    assert.ok(lines > 0 && lines < 0.5 * whole, `outlines ${lines} of ${whole}`);
+    await setting('fill', 0.5);
+    assert.equal(await alpha(), whole);
+  });
+
+  test('shows deleted edges and colours of superpixels when asked', async () => {
+    const { page } = sample;
+    for (const [id, setting] of [['contours', 'deleted'], ['superpixels', 'mean'], ['boundaries', 'thin']]) {
+      await showOnly(page, id);
+      await page.waitForFunction(paintedShare);
+      const picture = () => page.evaluate(() => {
+        globalThis.tracecutDemo.app.viewer.draw();
+        return document.querySelector('#canvas').toDataURL();
+      });
+      const before = await picture();
+      await page.click(`[data-setting="${id}.${setting}"]`);
+      assert.notEqual(await picture(), before, `${id}.${setting}`);
+      await page.click(`[data-setting="${id}.${setting}"]`);
+      assert.equal(await picture(), before, `${id}.${setting} back`);
+    }
+  });
+
+  test('names the object under the pointer, and shows it alone after a click', async () => {
+    const { page } = sample;
+    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    const place = await page.evaluate(middleOfObject, 1);
+    await page.hover('#canvas', { position: place });
+    assert.match(await text(page, '#readout'), /^Object 1\b/);
+    await page.click('#canvas', { position: place });
+    assert.equal(await page.getAttribute('[data-object="1"] .object-main', 'aria-pressed'), 'true');
+    await page.hover('#canvas', { position: { x: 3, y: 3 } });
+    assert.match(await text(page, '#readout'), /^Background\b/);
+    await page.click('#canvas', { position: { x: 3, y: 3 } });
+    assert.equal(await page.locator('#show-all').isVisible(), false, 'a click on the background brings all back');
+  });
+
+  test('hides an object, and shows one alone', async () => {
     const { page } = sample;
     const colors = () => page.evaluate(paintedPixels, FRAME).then(({ counts }) => counts.map((row) => row.some((n) => n > 0)));
     const all = await colors();
     assert.ok(all.every(Boolean));
-    await page.click('[data-cluster="1"] .object-main');
+    await page.click('[data-object="1"] .object-main');
     assert.deepEqual(await colors(), all.map((_, k) => k === 1));
     await page.click('#show-all');
-    await page.click('[data-cluster="0"] .eye');
+    await page.click('[data-object="0"] .eye');
     assert.deepEqual(await colors(), all.map((_, k) => k > 0));
   });
 
-  test('has the same labels as in Node, to the byte', async () => {
+  test('has the same labels and masks as in Node, to the byte', async () => {
     const { page } = sample;
     const inPage = await page.evaluate(() => {
-      const { clusters, trajectories } = globalThis.tracecutDemo.result;
-      return { label: [...clusters.label], x: [...trajectories.x] };
+      const { result } = globalThis.tracecutDemo;
+      const masks = Array.from({ length: result.numFrames }, (_, t) => [...result.labels(t)].join(''));
+      return { label: [...result.clusters.label], x: [...result.trajectories.x], masks };
     });
     const clip = await synthClip(SAMPLE);
     const session = await createSession();
@@ -81,42 +132,57 @@ describe('the sample', () => {
     session.close();
     assert.deepEqual([...result.clusters.label], inPage.label);
     assert.deepEqual([...result.trajectories.x], inPage.x);
+    inPage.masks.forEach((mask, t) => assert.ok(mask === [...result.labels(t)].join(''), `masks of frame ${t} differ`));
   });
 });
 
 /**
- * Runs in the page. Draws nothing but the points of a frame and counts, for each cluster's colour, in which object of the
+ * Runs in the page. Draws nothing but the points of a frame and counts, for each object's colour, in which object of the
  * scene the painted pixels lie.
  */
 function paintedPixels(frame) {
-  const { app, source, result, clusterColor } = globalThis.tracecutDemo;
+  const { app, source, result, objectColor } = globalThis.tracecutDemo;
+  const were = app.layers.map((layer) => layer.on);
   for (const layer of app.layers) layer.on = layer.id === 'trajectories';
-  app.layers[0].settings.trail.value = 0;
+  app.layers.find((layer) => layer.id === 'trajectories').settings.trail.value = 0;
   app.timeline.seek(frame);
   app.viewer.draw();
   const { canvas } = app.viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  app.layers.forEach((layer, k) => (layer.on = were[k]));
   const mask = source.clip.mask(frame);
   const masks = 1 + mask.reduce((most, value) => Math.max(most, value), 0);
-  const colors = Array.from({ length: result.clusters.count }, (_, k) => Number.parseInt(clusterColor(k).slice(1), 16));
+  const colors = Array.from({ length: app.points.count }, (_, k) => Number.parseInt(objectColor(k).slice(1), 16));
   const counts = colors.map(() => new Array(masks).fill(0));
   const scale = result.width / canvas.width;
   for (let y = 0; y < canvas.height; y += 1) {
     for (let x = 0; x < canvas.width; x += 1) {
       const at = 4 * (y * canvas.width + x);
-      const cluster = colors.indexOf((data[at] << 16) | (data[at + 1] << 8) | data[at + 2]);
-      if (data[at + 3] < 255 || cluster < 0) continue;
-      counts[cluster][mask[Math.floor(y * scale) * result.width + Math.floor(x * scale)]] += 1;
+      const object = colors.indexOf((data[at] << 16) | (data[at + 1] << 8) | data[at + 2]);
+      if (data[at + 3] < 255 || object < 0) continue;
+      counts[object][mask[Math.floor(y * scale) * result.width + Math.floor(x * scale)]] += 1;
     }
   }
   return { counts, masks };
 }
 
-/** Runs in the page: the share of the canvas that is painted at all. */
-function paintedShare() {
-  const { canvas } = globalThis.tracecutDemo.app.viewer;
-  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-  let painted = 0;
-  for (let at = 3; at < data.length; at += 4) if (data[at] > 0) painted += 1;
-  return painted / (data.length / 4);
+/** Runs in the page: the mean opacity of the canvas, 0 to 1. */
+function meanAlpha() {
+  const { viewer } = globalThis.tracecutDemo.app;
+  viewer.draw();
+  const { data } = viewer.canvas.getContext('2d').getImageData(0, 0, viewer.canvas.width, viewer.canvas.height);
+  let sum = 0;
+  for (let at = 3; at < data.length; at += 4) sum += data[at];
+  return sum / 255 / (data.length / 4);
+}
+
+/** Runs in the page: the pixel of an object that is nearest to its centre of gravity, in CSS pixels of the canvas. */
+function middleOfObject(object) {
+  const { points, viewer, timeline } = globalThis.tracecutDemo.app;
+  const own = [];
+  points.mask(timeline.frame).forEach((label, p) => label === object && own.push([p % viewer.view.width, Math.floor(p / viewer.view.width)]));
+  const mean = [0, 1].map((axis) => own.reduce((sum, place) => sum + place[axis], 0) / own.length);
+  const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
+  const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
+  return { x: (x + 0.5) / viewer.view.unit, y: (y + 0.5) / viewer.view.unit };
 }

@@ -97,6 +97,22 @@ export async function text(page, selector) {
   return (await page.locator(selector).innerText()).trim();
 }
 
+/** Switches all layers off but one. */
+export async function showOnly(page, id) {
+  for (const box of await page.locator('[data-layer]').all()) {
+    await box.setChecked((await box.getAttribute('data-layer')) === id);
+  }
+}
+
+/** Runs in the page: the share of the canvas that is painted at all. */
+export function paintedShare() {
+  const { canvas } = globalThis.tracecutDemo.app.viewer;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  let painted = 0;
+  for (let at = 3; at < data.length; at += 4) if (data[at] > 0) painted += 1;
+  return painted / (data.length / 4);
+}
+
 /** Writes a picture of the page to out/screens/, for people to look at. */
 export async function screenshot(page, name) {
   const folder = join(root, 'out', 'screens');

@@ -24,7 +24,7 @@ import { Selection } from './selection.js';
 import { openFiles, sampleSource } from './source.js';
 import { phase, say, showError, showNotice, showPhase, showProgress, showSubline } from './status.js';
 import { Timeline } from './timeline.js';
-import { Viewer } from './viewer.js';
+import { NOWHERE, Viewer } from './viewer.js';
 import { count, headline, plural, remark, seconds } from './words.js';
 
 /** How long a freshly opened clip waits for a change of settings before it starts by itself. */
@@ -53,14 +53,14 @@ export class App {
     this.previewing = 0;
     this.noisy = readsAreNoisy();
     this.selection = new Selection();
-    this.layers = createLayers();
+    this.layers = createLayers(library.EdgeKind);
     this.viewer = new Viewer({
       canvas: /** @type {HTMLCanvasElement} */ (byId('canvas')),
       box: byId('screen'),
       layers: this.layers,
-      visible: (cluster) => this.selection.has(cluster),
-      onHover: (trajectory) => showReadout(this.points, trajectory),
-      onPick: (trajectory) => this.pick(trajectory),
+      visible: (object) => this.selection.has(object),
+      onHover: (spot) => showReadout(this.points, spot),
+      onPick: (spot) => this.pick(spot.object),
     });
     this.timeline = new Timeline((frame) => this.viewer.show(frame));
     this.panel = layersPanel(this.layers, () => this.viewer.redraw());
@@ -130,7 +130,7 @@ export class App {
     this.viewer.setClip(16, 9, []);
     this.timeline.setClip(0, 25);
     fillObjects(null, this.selection);
-    showReadout(null, -1);
+    showReadout(null, NOWHERE);
     showNotice('');
     byId('canvas').setAttribute('aria-label', 'No result yet');
     return this.visit;
@@ -257,7 +257,11 @@ export class App {
     const { width, height } = images[0];
     this.points = new Points(result);
     this.viewer.setClip(width, height, images);
-    this.viewer.setResult(this.points, (t) => session.flow(t));
+    this.viewer.setResult(this.points, {
+      flow: (t) => session.flow(t),
+      boundaries: (t) => result.boundaries(t),
+      superpixels: remembered((/** @type {number} */ t) => result.superpixels(t)),
+    });
     fillObjects(this.points, this.selection);
     this.timeline.setClip(result.numFrames, job.source.fps / job.take.step);
     this.timeline.setPresence(this.points);
@@ -286,8 +290,26 @@ export class App {
     showError(error);
   }
 
-  /** @param {number} trajectory shows its cluster alone */
-  pick(trajectory) {
-    if (this.points && trajectory >= 0) this.selection.isolate(this.points.result.clusters.label[trajectory]);
+  /** @param {number} object is shown alone; the background brings all back */
+  pick(object) {
+    if (object > 0) this.selection.isolate(object);
+    else if (object === 0) this.selection.reset(this.selection.count);
   }
+}
+
+/**
+ * Superpixels serve two layers; each frame's are fetched once.
+ *
+ * @template T
+ * @param {(frame: number) => Promise<T>} ask
+ * @returns {(frame: number) => Promise<T>}
+ */
+function remembered(ask) {
+  /** @type {Map<number, Promise<T>>} */
+  const known = new Map();
+  return (frame) => {
+    const answer = known.get(frame) ?? ask(frame);
+    known.set(frame, answer);
+    return answer;
+  };
 }

@@ -28,7 +28,7 @@ export class CellPainter {
    */
   draw(ctx, view) {
     const points = /** @type {import('./points.js').Points} */ (view.points);
-    const shown = Array.from({ length: points.result.clusters.count }, (_, k) => view.visible(k));
+    const shown = Array.from({ length: points.count }, (_, k) => view.visible(k));
     const key = `${view.frame} ${shown}`;
     const reach = Math.max(2, this.steps * points.spacing(view.frame));
     if (key !== this.key || !this.canvas) this.canvas = paint(view, points, reach, this.colorsOf(view), shown);
@@ -42,18 +42,17 @@ export class CellPainter {
  * @param {import('./points.js').Points} points
  * @param {number} reach in pixels of the clip
  * @param {Uint32Array} colors
- * @param {boolean[]} shown for each cluster
+ * @param {boolean[]} shown for each object
  * @returns {OffscreenCanvas} at clip size
  */
 function paint({ width, height, frame }, points, reach, colors, shown) {
   const { id, x, y } = points.at(frame);
-  const { label } = points.result.clusters;
   const nearest = new Float32Array(width * height).fill(reach * reach);
   const image = new ImageData(width, height);
   const pixels = new Uint32Array(image.data.buffer);
   for (let k = 0; k < id.length; k++) {
-    // Hidden clusters keep their cells: neighbours must not grow into them.
-    const color = shown[label[id[k]]] ? colors[id[k]] : 0;
+    // Hidden objects keep their cells: neighbours must not grow into them.
+    const color = shown[points.object[id[k]]] ? colors[id[k]] : 0;
     const lastY = Math.min(height - 1, Math.floor(y[k] + reach));
     const lastX = Math.min(width - 1, Math.floor(x[k] + reach));
     for (let py = Math.max(0, Math.ceil(y[k] - reach)); py <= lastY; py++) {

@@ -56,14 +56,13 @@ export function discontinuityLayer() {
 function sortEdges(view, threshold) {
   const points = /** @type {import('./points.js').Points} */ (view.points);
   const { i, j, d } = points.result.edges(view.frame);
-  const { label } = points.result.clusters;
   const longest = MAX_STEPS * points.spacing(view.frame);
   /** @type {number[]} */
   const calm = [];
   /** @type {number[][]} */
   const cuts = Array.from({ length: GRADES }, () => []);
   for (let e = 0; e < d.length; e++) {
-    if (!view.visible(label[i[e]]) && !view.visible(label[j[e]])) continue;
+    if (!view.visible(points.object[i[e]]) && !view.visible(points.object[j[e]])) continue;
     const a = points.index(i[e], view.frame);
     const b = points.index(j[e], view.frame);
     if (a < 0 || b < 0 || points.distance(a, b) > longest) continue;

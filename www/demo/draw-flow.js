@@ -1,6 +1,7 @@
 /** Optical flow in the colours of a wheel; fields are fetched when they are first looked at. @module */
 
 import { h } from './dom.js';
+import { Fetched } from './fetched.js';
 import { opacity } from './layer.js';
 import { flowColor } from './palette.js';
 import { quantile } from './points.js';
@@ -9,11 +10,8 @@ const WHEEL_PX = 56;
 
 /** @returns {import('./layer.js').Layer} */
 export function flowLayer() {
-  /** @type {Map<number, OffscreenCanvas>} */
-  const cache = new Map();
   let scale = 0;
-  let busy = false;
-  let run = 0;
+  const pictures = new Fetched('flow', async (view, frame) => paintFlow(await view.flow(frame), scale));
   /** @type {import('./layer.js').Layer} */
   const layer = {
     id: 'flow',
@@ -33,10 +31,8 @@ export function flowLayer() {
       ),
     ],
     reset() {
-      cache.clear();
+      pictures.reset();
       scale = 0;
-      busy = false;
-      run += 1;
     },
     draw(ctx, view) {
       if (!view.points || view.points.result.numFrames < 2) return;
@@ -46,34 +42,10 @@ export function flowLayer() {
       }
       // The last frame has no next one; it shows the motion that led to it.
       const t = Math.min(view.frame, view.points.result.numFrames - 2);
-      const known = cache.get(t);
+      const known = pictures.get(view, t);
       if (known) ctx.drawImage(known, -0.5, -0.5, view.width, view.height);
-      else if (!busy) fetchFlow(view, t);
     },
   };
-
-  /**
-   * One field at a time: while the clip plays, frames in between are passed over.
-   *
-   * @param {import('./layer.js').View} view
-   * @param {number} t
-   */
-  async function fetchFlow(view, t) {
-    const asked = run;
-    busy = true;
-    try {
-      const flow = await view.flow(t);
-      if (asked === run) cache.set(t, paintFlow(flow, scale));
-    } catch (error) {
-      // A session that was closed meanwhile answers nobody.
-      if (asked === run) console.warn('no flow of frame', t, error);
-    } finally {
-      if (asked === run) {
-        busy = false;
-        if (cache.has(t)) view.redraw();
-      }
-    }
-  }
   return layer;
 }
 

@@ -1,9 +1,9 @@
-/** Trajectory points by cluster, each with the last part of its way. @module */
+/** Trajectory points by object, each with the last part of its way. @module */
 
 import { CellPainter, packColors } from './cells.js';
 import { key } from './dom.js';
 import { opacity } from './layer.js';
-import { clusterColor, clusterShape, rgbOf } from './palette.js';
+import { objectColor, objectShape, rgbOf } from './palette.js';
 
 /** Radius of a point against the distance between points, and its bounds in CSS pixels. */
 const RADIUS = { share: 0.17, least: 1.1, most: 4 };
@@ -28,17 +28,17 @@ export function trajectoryLayer() {
   /** @type {Uint32Array | null} */
   let colors = null;
   const cells = new CellPainter((view) => {
-    colors ??= tintColors(/** @type {import('./points.js').Points} */ (view.points).result);
+    colors ??= tintColors(/** @type {import('./points.js').Points} */ (view.points));
     return colors;
   }, TINT_STEPS);
   return {
     id: 'trajectories',
     name: 'Trajectories',
-    about: 'Points followed from frame to frame, coloured by cluster. Pixels are tinted like the nearest point.',
+    about: 'Points followed from frame to frame, coloured by object. Pixels are tinted like the nearest point.',
     z: 60,
-    on: true,
+    on: false,
     settings: { opacity: opacity(), trail, tint },
-    legend: () => [key('dot', clusterColor(0), 'background'), key('dot', clusterColor(1), 'objects, colours as listed')],
+    legend: () => [key('dot', objectColor(0), 'background'), key('dot', objectColor(1), 'objects, colours as listed')],
     reset() {
       colors = null;
       cells.reset();
@@ -48,37 +48,37 @@ export function trajectoryLayer() {
       ctx.globalAlpha = tint.value;
       cells.draw(ctx, view);
       ctx.globalAlpha = 1;
-      const groups = groupByCluster(view);
+      const groups = groupByObject(view);
       ctx.lineCap = 'round';
-      groups.forEach((ids, cluster) => drawTrails(ctx, view, ids, cluster, trail.value));
-      groups.forEach((ids, cluster) => drawPoints(ctx, view, ids, cluster));
+      groups.forEach((ids, object) => drawTrails(ctx, view, ids, object, trail.value));
+      groups.forEach((ids, object) => drawPoints(ctx, view, ids, object));
     },
   };
 }
 
 /**
- * @param {import('./points.js').Result} result
- * @returns {Uint32Array} per trajectory the colour of its cluster; clear for the background
+ * @param {import('./points.js').Points} points
+ * @returns {Uint32Array} per trajectory the colour of its object; clear for the background
  */
-function tintColors({ clusters, trajectories }) {
-  const palette = Array.from({ length: clusters.count }, (_, k) => rgbOf(clusterColor(k)));
-  return packColors(trajectories.count, (i, out, at) => {
-    const cluster = clusters.label[i];
-    const { r, g, b } = palette[cluster];
-    out.set([r, g, b, cluster === 0 ? 0 : 255], at);
+function tintColors({ count, object }) {
+  const palette = Array.from({ length: count }, (_, k) => rgbOf(objectColor(k)));
+  return packColors(object.length, (i, out, at) => {
+    const { r, g, b } = palette[object[i]];
+    out.set([r, g, b, object[i] === 0 ? 0 : 255], at);
   });
 }
 
 /**
  * @param {import('./layer.js').View} view
- * @returns {number[][]} for each cluster the visible trajectories alive in the frame
+ * @returns {number[][]} for each object the visible trajectories alive in the frame
  */
-function groupByCluster(view) {
+function groupByObject(view) {
   const points = /** @type {import('./points.js').Points} */ (view.points);
-  const { label, count } = points.result.clusters;
   /** @type {number[][]} */
-  const groups = Array.from({ length: count }, () => []);
-  for (const id of points.at(view.frame).id) if (view.visible(label[id])) groups[label[id]].push(id);
+  const groups = Array.from({ length: points.count }, () => []);
+  for (const id of points.at(view.frame).id) {
+    if (view.visible(points.object[id])) groups[points.object[id]].push(id);
+  }
   return groups;
 }
 
@@ -86,15 +86,15 @@ function groupByCluster(view) {
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('./layer.js').View} view
  * @param {number[]} ids
- * @param {number} cluster
+ * @param {number} object
  * @param {number} length frames back
  */
-function drawTrails(ctx, view, ids, cluster, length) {
+function drawTrails(ctx, view, ids, object, length) {
   const points = /** @type {import('./points.js').Points} */ (view.points);
   const { x, y } = points.result.trajectories;
-  const strength = cluster === 0 ? 0.45 : 0.9;
-  ctx.strokeStyle = clusterColor(cluster);
-  ctx.lineWidth = (cluster === 0 ? 0.8 : 1.5) * view.unit;
+  const strength = object === 0 ? 0.45 : 0.9;
+  ctx.strokeStyle = objectColor(object);
+  ctx.lineWidth = (object === 0 ? 0.8 : 1.5) * view.unit;
   // One path per age: each step back in time is a little fainter.
   for (let back = length; back >= 1; back--) {
     ctx.globalAlpha = strength * (1 - back / (length + 1));
@@ -114,31 +114,31 @@ function drawTrails(ctx, view, ids, cluster, length) {
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('./layer.js').View} view
  * @param {number[]} ids
- * @param {number} cluster
+ * @param {number} object
  */
-function drawPoints(ctx, view, ids, cluster) {
+function drawPoints(ctx, view, ids, object) {
   const points = /** @type {import('./points.js').Points} */ (view.points);
   const wanted = (RADIUS.share * points.spacing(view.frame)) / view.unit;
   const size = Math.min(RADIUS.most, Math.max(RADIUS.least, wanted)) * view.unit;
-  const radius = cluster === 0 ? BACKGROUND_SIZE * size : size;
+  const radius = object === 0 ? BACKGROUND_SIZE * size : size;
   // A dark rim keeps the colours legible on bright footage.
   ctx.fillStyle = 'rgb(0 0 0 / 0.5)';
-  fillMarkers(ctx, view, ids, cluster, radius + 0.6 * view.unit);
-  ctx.fillStyle = clusterColor(cluster);
-  fillMarkers(ctx, view, ids, cluster, radius);
+  fillMarkers(ctx, view, ids, object, radius + 0.6 * view.unit);
+  ctx.fillStyle = objectColor(object);
+  fillMarkers(ctx, view, ids, object, radius);
 }
 
 /**
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('./layer.js').View} view
  * @param {number[]} ids
- * @param {number} cluster
+ * @param {number} object
  * @param {number} radius clip pixels
  */
-function fillMarkers(ctx, view, ids, cluster, radius) {
+function fillMarkers(ctx, view, ids, object, radius) {
   const points = /** @type {import('./points.js').Points} */ (view.points);
   const { x, y } = points.result.trajectories;
-  const shape = clusterShape(cluster);
+  const shape = objectShape(object);
   ctx.beginPath();
   for (const id of ids) {
     const at = points.index(id, view.frame);

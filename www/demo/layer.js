@@ -16,15 +16,35 @@
  * @property {number} width of the clip in pixels
  * @property {number} height
  * @property {number} unit clip pixels in one CSS pixel: line widths times this look the same at every zoom
- * @property {(cluster: number) => boolean} visible
+ * @property {(object: number) => boolean} visible
  * @property {(frame: number) => Promise<Flow>} flow asks the session for a flow field
+ * @property {(frame: number) => Promise<Boundaries>} boundaries
+ * @property {(frame: number) => Promise<Superpixels>} superpixels
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
+ */
+
+/**
+ * @typedef {{width: number, height: number, pb: Float32Array, thin: Float32Array}} Boundaries Boundary probability of each pixel, and
+ *   the same on ridges alone; pixels may be larger than those of the clip.
+ */
+
+/**
+ * Superpixels, and the edges that they come from. Pixels may be larger than those of the clip: `x` is `(x + 0.5) * scaleX - 0.5` there.
+ *
+ * @typedef {object} Superpixels
+ * @property {number} width
+ * @property {number} height
+ * @property {number} scaleX
+ * @property {number} scaleY
+ * @property {number} count
+ * @property {Uint32Array} label
+ * @property {{x0: Float32Array, y0: Float32Array, x1: Float32Array, y1: Float32Array, kind: Uint8Array}} edges
  */
 
 /** @typedef {{width: number, height: number, u: Float32Array, v: Float32Array}} Flow Motion in clip pixels per frame. */
 
 /**
- * A number that the user may change, shown as a slider.
+ * A number that the user may change, shown as a slider, or as a switch.
  *
  * @typedef {object} Setting
  * @property {string} name
@@ -33,6 +53,7 @@
  * @property {number} max
  * @property {number} step
  * @property {(value: number) => string} text
+ * @property {boolean} [toggle] it is 0 or 1
  */
 
 /**
@@ -55,4 +76,13 @@
  */
 export function opacity(value = 1) {
   return { name: 'Opacity', value, min: 0, max: 1, step: 0.05, text: (v) => `${Math.round(v * 100)} %` };
+}
+
+/**
+ * @param {string} name
+ * @param {boolean} on
+ * @returns {Setting}
+ */
+export function toggle(name, on) {
+  return { name, value: on ? 1 : 0, min: 0, max: 1, step: 1, text: (v) => (v > 0 ? 'on' : 'off'), toggle: true };
 }

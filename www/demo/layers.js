@@ -4,18 +4,35 @@
  * @module
  */
 
+import { boundaryLayer } from './draw-boundaries.js';
+import { contourLayer } from './draw-contours.js';
 import { discontinuityLayer } from './draw-discontinuities.js';
 import { embeddingLayer } from './draw-embedding.js';
 import { flowLayer } from './draw-flow.js';
 import { imageLayer } from './draw-image.js';
+import { maskLayer } from './draw-masks.js';
+import { superpixelLayer } from './draw-superpixels.js';
 import { trajectoryLayer } from './draw-trajectories.js';
 
 /** @typedef {import('./layer.js').Layer} Layer */
 /** @typedef {import('./layer.js').View} View */
 
-/** @returns {Layer[]} in the order of the panel and of the keys 1 to 9 */
-export function createLayers() {
-  return [trajectoryLayer(), discontinuityLayer(), embeddingLayer(), flowLayer(), imageLayer()];
+/**
+ * @param {import('./draw-contours.js').EdgeKind} kinds
+ * @returns {Layer[]} in the order of the panel and of the keys 1 to 9
+ */
+export function createLayers(kinds) {
+  return [
+    maskLayer(),
+    trajectoryLayer(),
+    superpixelLayer(),
+    contourLayer(kinds),
+    boundaryLayer(),
+    discontinuityLayer(),
+    embeddingLayer(),
+    flowLayer(),
+    imageLayer(),
+  ];
 }
 
 /**

@@ -3,7 +3,7 @@
 import { App } from './app.js';
 import { byId } from './dom.js';
 import { connectKeys } from './keyboard.js';
-import { clusterColor } from './palette.js';
+import { objectColor } from './palette.js';
 import { showError } from './status.js';
 import { PageError } from './words.js';
 
@@ -81,7 +81,7 @@ function expose(app) {
   Object.defineProperty(globalThis, 'tracecutDemo', {
     value: {
       app,
-      clusterColor,
+      objectColor,
       get result() {
         return app.job?.result ?? null;
       },

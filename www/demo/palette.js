@@ -1,7 +1,7 @@
 /**
- * Colours and marker shapes of clusters.
+ * Colours and marker shapes of objects.
  *
- * Cluster 0, the largest, is taken as the background and is muted. The others take the seven hues of Okabe and Ito,
+ * Object 0 is the background and is muted. The others take the seven hues of Okabe and Ito,
  * which stay apart for people with the common colour-vision deficiencies; from the eighth object on the marker's
  * shape changes, so that colour is never the only difference.
  * @module
@@ -18,32 +18,32 @@ const BACKGROUND = '#a3a7ad';
 /** @type {Shape[]} */
 const SHAPES = ['disc', 'square', 'diamond'];
 
-/** Red of the discontinuities; no cluster has it. */
+/** Red of the discontinuities; no object has it. */
 export const CUT_RED = '#ff2b3d';
 
 /**
- * @param {number} cluster index, 0 is the background
+ * @param {number} object index, 0 is the background
  * @returns {string} CSS colour `#rrggbb`
  */
-export function clusterColor(cluster) {
-  return cluster === 0 ? BACKGROUND : OBJECT_HUES[(cluster - 1) % OBJECT_HUES.length];
+export function objectColor(object) {
+  return object === 0 ? BACKGROUND : OBJECT_HUES[(object - 1) % OBJECT_HUES.length];
 }
 
 /**
- * @param {number} cluster
+ * @param {number} object
  * @returns {Shape} the marker; changes each time the hues start over
  */
-export function clusterShape(cluster) {
-  if (cluster === 0) return 'disc';
-  return SHAPES[Math.floor((cluster - 1) / OBJECT_HUES.length) % SHAPES.length];
+export function objectShape(object) {
+  if (object === 0) return 'disc';
+  return SHAPES[Math.floor((object - 1) / OBJECT_HUES.length) % SHAPES.length];
 }
 
 /**
- * @param {number} cluster
+ * @param {number} object
  * @returns {string}
  */
-export function clusterName(cluster) {
-  return cluster === 0 ? 'Background' : `Object ${cluster}`;
+export function objectName(object) {
+  return object === 0 ? 'Background' : `Object ${object}`;
 }
 
 /**

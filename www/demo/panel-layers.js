@@ -42,7 +42,7 @@ function layerRow(layer, index, onChange) {
     { class: 'layer-details' },
     h('p', { class: 'about' }, layer.about),
     legend,
-    ...Object.entries(layer.settings).map(([name, setting]) => slider(layer.id, name, setting, onChange)),
+    ...Object.entries(layer.settings).map(([name, setting]) => (setting.toggle ? miniSwitch : slider)(layer.id, name, setting, onChange)),
   );
   const refresh = () => {
     layer.on = box.checked;
@@ -85,4 +85,21 @@ function slider(layerId, name, setting, onChange) {
   });
   show();
   return h('label', { class: 'slider' }, h('span', {}, setting.name), input, output);
+}
+
+/**
+ * @param {string} layerId
+ * @param {string} name
+ * @param {import('./layer.js').Setting} setting
+ * @param {() => void} onChange
+ * @returns {HTMLElement}
+ */
+function miniSwitch(layerId, name, setting, onChange) {
+  const box = h('input', { type: 'checkbox', role: 'switch', class: 'switch', 'data-setting': `${layerId}.${name}` });
+  box.checked = setting.value > 0;
+  box.addEventListener('change', () => {
+    setting.value = box.checked ? 1 : 0;
+    onChange();
+  });
+  return h('label', { class: 'toggle' }, h('span', {}, setting.name), box);
 }

@@ -1,5 +1,6 @@
 /**
- * A result seen frame by frame: which trajectories are alive in a frame and where, shares of clusters, spacing.
+ * A result seen frame by frame and object by object: which trajectories are alive in a frame and where, masks, shares of objects,
+ * spacing. Objects are numbered as in the masks, 0 for the background; without masks each cluster is taken for an object.
  * @module
  */
 
@@ -13,6 +14,8 @@
  * @property {number} numFrames
  * @property {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array}} trajectories
  * @property {{count: number, label: Uint32Array}} clusters
+ * @property {{count: number, ofCluster: Uint8Array} | null} objects null without masks
+ * @property {(t: number) => Uint8Array} labels
  * @property {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array}} embedding
  * @property {(t: number) => {i: Uint32Array, j: Uint32Array, d: Float32Array}} edges
  */
@@ -28,7 +31,69 @@ export class Points {
     this.cache = new Map();
     /** @type {Map<number, number>} */
     this.spacings = new Map();
-    this.presence = presenceOf(result);
+    /** @type {Map<number, Uint8Array>} */
+    this.masks = new Map();
+    const { clusters, objects } = result;
+    this.hasMasks = objects !== null;
+    /** Number of objects, the background among them. */
+    this.count = objects ? objects.count + 1 : clusters.count;
+    /** The object that each trajectory belongs to. */
+    this.object = objects ? Uint32Array.from(clusters.label, (cluster) => objects.ofCluster[cluster]) : clusters.label;
+    this.presence = objects ? this.countPixels() : this.countPoints();
+  }
+
+  /**
+   * @param {number} frame
+   * @returns {Uint8Array | null} the object of each pixel
+   */
+  mask(frame) {
+    if (!this.hasMasks) return null;
+    const mask = this.masks.get(frame) ?? this.result.labels(frame);
+    this.masks.set(frame, mask);
+    return mask;
+  }
+
+  /**
+   * @param {number} frame
+   * @param {number} px input pixels
+   * @param {number} py
+   * @returns {number} the object there; -1 outside of the frame, and without masks
+   */
+  objectAt(frame, px, py) {
+    const { width, height } = this.result;
+    const [x, y] = [Math.round(px), Math.round(py)];
+    const inside = x >= 0 && y >= 0 && x < width && y < height;
+    return inside ? (this.mask(frame)?.[y * width + x] ?? -1) : -1;
+  }
+
+  /**
+   * @param {number} object
+   * @returns {number} how many clusters make it up
+   */
+  clustersOf(object) {
+    const { clusters, objects } = this.result;
+    return objects ? objects.ofCluster.reduce((n, label) => n + Number(label === object), 0) : Number(object < clusters.count);
+  }
+
+  /** @returns {Uint32Array} pixels of object `k` in frame `t` at `t * count + k` */
+  countPixels() {
+    const presence = new Uint32Array(this.result.numFrames * this.count);
+    for (let t = 0; t < this.result.numFrames; t++) {
+      const own = presence.subarray(t * this.count, (t + 1) * this.count);
+      for (const object of /** @type {Uint8Array} */ (this.mask(t))) own[object] += 1;
+    }
+    return presence;
+  }
+
+  /** @returns {Uint32Array} as `countPixels`, of trajectory points */
+  countPoints() {
+    const { count, startFrame, offset } = this.result.trajectories;
+    const presence = new Uint32Array(this.result.numFrames * this.count);
+    for (let i = 0; i < count; i++) {
+      const length = offset[i + 1] - offset[i];
+      for (let age = 0; age < length; age++) presence[(startFrame[i] + age) * this.count + this.object[i]] += 1;
+    }
+    return presence;
   }
 
   /**
@@ -63,16 +128,15 @@ export class Points {
   }
 
   /**
-   * @param {number} cluster
-   * @returns {number} its share of all trajectory points, in 0..1
+   * @param {number} object
+   * @returns {number} its share of all pixels, without masks of all trajectory points, in 0..1
    */
-  share(cluster) {
-    const { count } = this.result.clusters;
+  share(object) {
     let own = 0;
     let all = 0;
     this.presence.forEach((n, k) => {
       all += n;
-      if (k % count === cluster) own += n;
+      if (k % this.count === object) own += n;
     });
     return all > 0 ? own / all : 0;
   }
@@ -84,7 +148,7 @@ export class Points {
    * @param {number} px input pixels
    * @param {number} py
    * @param {number} reach input pixels
-   * @param {(cluster: number) => boolean} visible
+   * @param {(object: number) => boolean} visible
    * @returns {number} trajectory, or -1
    */
   nearest(frame, px, py, reach, visible) {
@@ -93,7 +157,7 @@ export class Points {
     let bestSq = reach * reach;
     for (let k = 0; k < id.length; k++) {
       const sq = (x[k] - px) ** 2 + (y[k] - py) ** 2;
-      if (sq < bestSq && visible(this.result.clusters.label[id[k]])) {
+      if (sq < bestSq && visible(this.object[id[k]])) {
         best = id[k];
         bestSq = sq;
       }
@@ -134,21 +198,6 @@ export class Points {
     const { x, y } = this.result.trajectories;
     return Math.hypot(x[a] - x[b], y[a] - y[b]);
   }
-}
-
-/**
- * @param {Result} result
- * @returns {Uint32Array} points of cluster `k` in frame `t` at `t * clusters.count + k`
- */
-function presenceOf(result) {
-  const { count, startFrame, offset } = result.trajectories;
-  const clusters = result.clusters.count;
-  const presence = new Uint32Array(result.numFrames * clusters);
-  for (let i = 0; i < count; i++) {
-    const length = offset[i + 1] - offset[i];
-    for (let age = 0; age < length; age++) presence[(startFrame[i] + age) * clusters + result.clusters.label[i]] += 1;
-  }
-  return presence;
 }
 
 /**

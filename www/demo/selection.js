@@ -1,4 +1,4 @@
-/** Which clusters are shown. @module */
+/** Which objects are shown. @module */
 
 export class Selection extends EventTarget {
   constructor() {
@@ -8,39 +8,39 @@ export class Selection extends EventTarget {
     this.hidden = new Set();
   }
 
-  /** @param {number} count number of clusters; all are shown again */
+  /** @param {number} count number of objects; all are shown again */
   reset(count) {
     this.count = count;
     this.hidden.clear();
     this.tell();
   }
 
-  /** @param {number} cluster */
-  has(cluster) {
-    return !this.hidden.has(cluster);
+  /** @param {number} object */
+  has(object) {
+    return !this.hidden.has(object);
   }
 
-  /** @param {number} cluster */
-  toggle(cluster) {
-    if (!this.hidden.delete(cluster)) this.hidden.add(cluster);
+  /** @param {number} object */
+  toggle(object) {
+    if (!this.hidden.delete(object)) this.hidden.add(object);
     this.tell();
   }
 
   /**
-   * Shows this cluster alone, or all again when it already is alone.
+   * Shows this object alone, or all again when it already is alone.
    *
-   * @param {number} cluster
+   * @param {number} object
    */
-  isolate(cluster) {
-    const wasAlone = this.isAlone(cluster);
+  isolate(object) {
+    const wasAlone = this.isAlone(object);
     this.hidden.clear();
-    if (!wasAlone) for (let k = 0; k < this.count; k++) if (k !== cluster) this.hidden.add(k);
+    if (!wasAlone) for (let k = 0; k < this.count; k++) if (k !== object) this.hidden.add(k);
     this.tell();
   }
 
-  /** @param {number} cluster */
-  isAlone(cluster) {
-    return this.count > 1 && this.has(cluster) && this.hidden.size === this.count - 1;
+  /** @param {number} object */
+  isAlone(object) {
+    return this.count > 1 && this.has(object) && this.hidden.size === this.count - 1;
   }
 
   tell() {

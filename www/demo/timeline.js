@@ -1,9 +1,9 @@
-/** Playing, stepping and scrubbing, and one lane per cluster that shows in which frames it is there. @module */
+/** Playing, stepping and scrubbing, and one lane per object that shows in which frames it is there. @module */
 
 import { byId } from './dom.js';
-import { clusterColor } from './palette.js';
+import { objectColor } from './palette.js';
 
-/** Most lanes shown; further clusters are small. */
+/** Most lanes shown; further objects are small. */
 const MAX_LANES = 9;
 
 const LANE_PX = 4;
@@ -72,7 +72,7 @@ export class Timeline {
   /** @param {import('./points.js').Points} points */
   setPresence(points) {
     this.points = points;
-    const lanes = Math.min(MAX_LANES, points.result.clusters.count);
+    const lanes = Math.min(MAX_LANES, points.count);
     this.lanes.style.height = `${lanes * (LANE_PX + GAP_PX) + GAP_PX}px`;
     this.lanes.hidden = false;
     this.drawLanes();
@@ -135,7 +135,7 @@ export class Timeline {
     this.playButton.setAttribute('aria-label', playing ? 'Pause' : 'Play');
   }
 
-  /** Strength of a lane is the cluster's number of points in the frame against its largest number. */
+  /** Strength of a lane is the object's size in the frame against its largest size. */
   drawLanes() {
     const { points, lanes } = this;
     if (!points || lanes.hidden) return;
@@ -145,11 +145,11 @@ export class Timeline {
     lanes.height = Math.round(lanes.clientHeight * density);
     const ctx = /** @type {CanvasRenderingContext2D} */ (lanes.getContext('2d'));
     ctx.scale(density, density);
-    const { numFrames, clusters } = points.result;
-    for (let k = 0; k < Math.min(MAX_LANES, clusters.count); k++) {
-      const counts = Array.from({ length: numFrames }, (_, t) => points.presence[t * clusters.count + k]);
+    const { numFrames } = points.result;
+    for (let k = 0; k < Math.min(MAX_LANES, points.count); k++) {
+      const counts = Array.from({ length: numFrames }, (_, t) => points.presence[t * points.count + k]);
       const most = Math.max(1, ...counts);
-      ctx.fillStyle = clusterColor(k);
+      ctx.fillStyle = objectColor(k);
       const y = GAP_PX + k * (LANE_PX + GAP_PX);
       counts.forEach((n, t) => {
         ctx.globalAlpha = n === 0 ? 0.08 : 0.3 + 0.7 * (n / most);

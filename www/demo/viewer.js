@@ -10,15 +10,20 @@ const MAX_DENSITY = 2;
 /** How near the pointer must be to a point, in CSS pixels. */
 const REACH_PX = 14;
 
+/** @typedef {{object: number, trajectory: number}} Spot The object and the nearest trajectory at a place; -1 for none. */
+
+/** @type {Spot} */
+export const NOWHERE = { object: -1, trajectory: -1 };
+
 export class Viewer {
   /**
    * @param {object} parts
    * @param {HTMLCanvasElement} parts.canvas
    * @param {HTMLElement} parts.box the element that the canvas is fitted into
    * @param {import('./layer.js').Layer[]} parts.layers
-   * @param {(cluster: number) => boolean} parts.visible
-   * @param {(trajectory: number) => void} parts.onHover -1 when there is none
-   * @param {(trajectory: number) => void} parts.onPick
+   * @param {(object: number) => boolean} parts.visible
+   * @param {(spot: Spot) => void} parts.onHover
+   * @param {(spot: Spot) => void} parts.onPick
    */
   constructor({ canvas, box, layers, visible, onHover, onPick }) {
     this.canvas = canvas;
@@ -40,12 +45,14 @@ export class Viewer {
       unit: 1,
       visible,
       flow: () => Promise.reject(new Error('no result yet')),
+      boundaries: () => Promise.reject(new Error('no result yet')),
+      superpixels: () => Promise.reject(new Error('no result yet')),
       redraw: () => this.redraw(),
     };
     new ResizeObserver(() => this.fit()).observe(box);
-    canvas.addEventListener('pointermove', (event) => this.onHover(this.trajectoryAt(event)));
-    canvas.addEventListener('pointerleave', () => this.onHover(-1));
-    canvas.addEventListener('click', (event) => this.onPick(this.trajectoryAt(event)));
+    canvas.addEventListener('pointermove', (event) => this.onHover(this.spotAt(event)));
+    canvas.addEventListener('pointerleave', () => this.onHover(NOWHERE));
+    canvas.addEventListener('click', (event) => this.onPick(this.spotAt(event)));
   }
 
   /**
@@ -65,10 +72,10 @@ export class Viewer {
 
   /**
    * @param {import('./points.js').Points} points
-   * @param {View['flow']} flow
+   * @param {Pick<View, 'flow' | 'boundaries' | 'superpixels'>} answers what the session answers
    */
-  setResult(points, flow) {
-    Object.assign(this.view, { points, flow });
+  setResult(points, answers) {
+    Object.assign(this.view, { points, ...answers });
     for (const layer of this.layers) layer.reset?.();
     this.redraw();
   }
@@ -115,13 +122,16 @@ export class Viewer {
 
   /**
    * @param {PointerEvent | MouseEvent} event
-   * @returns {number} the trajectory under the pointer, or -1
+   * @returns {Spot} what is under the pointer
    */
-  trajectoryAt(event) {
-    const { view } = this;
-    if (!view.points) return -1;
-    const x = event.offsetX * view.unit - 0.5;
-    const y = event.offsetY * view.unit - 0.5;
-    return view.points.nearest(view.frame, x, y, REACH_PX * view.unit, view.visible);
+  spotAt(event) {
+    const { points, frame, unit, visible } = this.view;
+    if (!points) return NOWHERE;
+    const x = event.offsetX * unit - 0.5;
+    const y = event.offsetY * unit - 0.5;
+    const trajectory = points.nearest(frame, x, y, REACH_PX * unit, visible);
+    const object = points.objectAt(frame, x, y);
+    // Without masks the nearest point tells.
+    return { trajectory, object: object < 0 && trajectory >= 0 ? points.object[trajectory] : object };
   }
 }

@@ -126,12 +126,12 @@ export function percent(share) {
 /**
  * What the page sees, in one sentence.
  *
- * @param {{clusters: {count: number}, trajectories: {count: number}}} result
+ * @param {{objects: {count: number} | null, clusters: {count: number}, trajectories: {count: number}}} result
  * @returns {string}
  */
 export function headline(result) {
   if (result.trajectories.count === 0) return 'Nothing to follow';
-  const objects = result.clusters.count - 1;
+  const objects = result.objects?.count ?? result.clusters.count - 1;
   if (objects < 1) return 'No motion that differs from the background';
   return `${plural(objects, 'moving object')} and the background`;
 }
@@ -139,7 +139,7 @@ export function headline(result) {
 /**
  * What to do when the result holds no moving object; empty when it does.
  *
- * @param {{clusters: {count: number}, trajectories: {count: number}}} result
+ * @param {{objects: {count: number} | null, clusters: {count: number}, trajectories: {count: number}}} result
  * @returns {string}
  */
 export function remark(result) {
@@ -148,6 +148,9 @@ export function remark(result) {
   }
   if (result.clusters.count < 2) {
     return 'Everything moves alike, or nothing moves. Choose another start, more frames, or every second frame for slow motion.';
+  }
+  if (result.objects?.count === 0) {
+    return 'There are several motions, but each reaches around the picture as a background does. Choose another start, or more frames.';
   }
   return '';
 }

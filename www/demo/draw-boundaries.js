@@ -1,0 +1,48 @@
+/** The boundary probability Pb, dark on white; maps are computed when they are first looked at. @module */
+
+import { Fetched } from './fetched.js';
+import { opacity, toggle } from './layer.js';
+
+/** Pb that gets full black: stronger boundaries are rare, and weak ones are what matters. */
+const BLACK = 0.6;
+
+/** @returns {import('./layer.js').Layer} */
+export function boundaryLayer() {
+  const thin = toggle('Ridges only', false);
+  const maps = new Fetched('boundaries', async (view, frame) => {
+    const map = await view.boundaries(frame);
+    return { pb: paint(map.pb, map), thin: paint(map.thin, map) };
+  });
+  return {
+    id: 'boundaries',
+    name: 'Boundaries (Pb)',
+    about: 'How likely each pixel lies on a boundary, from brightness, colour and texture; computed when first shown.',
+    z: 14,
+    on: false,
+    settings: { opacity: opacity(), thin },
+    legend: () => [],
+    reset: () => maps.reset(),
+    draw(ctx, view) {
+      if (!view.points) return;
+      const known = maps.get(view, view.frame);
+      if (known) ctx.drawImage(thin.value > 0 ? known.thin : known.pb, -0.5, -0.5, view.width, view.height);
+    },
+  };
+}
+
+/**
+ * @param {Float32Array} values in 0..1
+ * @param {{width: number, height: number}} size
+ * @returns {OffscreenCanvas}
+ */
+function paint(values, { width, height }) {
+  const image = new ImageData(width, height);
+  values.forEach((value, p) => {
+    // The root lifts weak boundaries into sight.
+    const shade = 255 * (1 - Math.sqrt(Math.min(1, value / BLACK)));
+    image.data.set([shade, shade, shade, 255], 4 * p);
+  });
+  const canvas = new OffscreenCanvas(width, height);
+  canvas.getContext('2d')?.putImageData(image, 0, 0);
+  return canvas;
+}
