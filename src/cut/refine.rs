@@ -13,7 +13,7 @@
 //! After Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009) in that colours are local and are believed as far as they
 //! separate, and Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004) in the energy. Not in the paper.
 
-use super::colour::{Colour, Histogram};
+use super::colour::{Colour, Histogram, UNSEEN};
 use super::terms::rounded;
 use super::{Expansion, Potts};
 use crate::image::{Frame, Plane};
@@ -22,9 +22,9 @@ crate::params! {
     /// Borders to the pixel.
     pub struct RefineParams {
         /// Furthest that a border may move to either side, in pixels of the processed frames; 0 leaves masks as they are. Higher is slower.
-        pub band: u32 = 6, in 0..=64;
+        pub band: u32 = 8, in 0..=64;
         /// Weight of local colours.
-        pub colour_weight: f32 = 1.0, in 0.0..=1000.0;
+        pub colour_weight: f32 = 2.0, in 0.0..=1000.0;
         /// Cost of moving the border by the whole band; it grows with the square of the distance.
         pub keep_weight: f32 = 2.0, in 0.0..=1000.0;
         /// Cost of a border between two pixels of the same colour.
@@ -44,8 +44,6 @@ const LEAST_SAMPLE_DEPTH: u32 = 3;
 const TEST_STRIDE: usize = 4;
 /// Fewer samples than this make no model.
 const LEAST_SAMPLES: f32 = 8.0;
-/// Share of a colour that was never seen.
-const UNSEEN: f32 = 2e-4;
 /// Cost of a label that is not there.
 const FORBIDDEN: f32 = 1000.0;
 
