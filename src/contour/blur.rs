@@ -1,29 +1,37 @@
-//! Separable Gaussian blur with mirrored borders, the same bits on every machine.
+//! Gaussian blur with mirrored borders, and images of half the size; the same bits on every machine.
 
-/// Weights at `0..=r`, `r = ceil(3 sigma)`, such that those at `-r..=r` sum to one; `[1]` for `sigma <= 0`.
-pub(super) fn half_kernel(sigma: f32) -> Vec<f32> {
+/// Weights at `0..=r`, `r = ceil(2.5 sigma)`, such that those at `-r..=r` sum to one; `[1]` for `sigma <= 0`.
+fn half_kernel(sigma: f32) -> Vec<f32> {
     if sigma <= 0.0 {
         return vec![1.0];
     }
-    let radius = libm::ceilf(3.0 * sigma) as usize;
-    let weights: Vec<f32> = (0..=radius)
-        .map(|k| {
-            let z = k as f32 / sigma;
-            libm::expf(-0.5 * z * z)
-        })
-        .collect();
+    let radius = libm::ceilf(2.5 * sigma) as usize;
+    let weight = |k: usize| libm::expf(-0.5 * (k * k) as f32 / (sigma * sigma));
+    let weights: Vec<f32> = (0..=radius).map(weight).collect();
     let total = weights[0] + 2.0 * weights[1..].iter().sum::<f32>();
     weights.iter().map(|w| w / total).collect()
 }
 
-/// The index in `0..n` that mirrored borders put at `i`: `-1` is `0`, `n` is `n - 1`.
+/// The index in `0..n` that stands at `i` behind a mirrored border: `-1` shows `0`, `n` shows `n - 1`.
 pub(super) fn mirror(i: isize, n: usize) -> usize {
+    if (0..n as isize).contains(&i) {
+        return i as usize;
+    }
     let period = 2 * n as isize;
     let wrapped = i.rem_euclid(period);
     wrapped.min(period - 1 - wrapped) as usize
 }
 
-/// Blurs images of one size in place.
+/// `row` with `radius` mirrored values before and behind it.
+pub(super) fn pad(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
+    padded.clear();
+    let n = row.len();
+    padded.extend((0..radius).map(|k| row[mirror(k as isize - radius as isize, n)]));
+    padded.extend_from_slice(row);
+    padded.extend((0..radius).map(|k| row[mirror((n + k) as isize, n)]));
+}
+
+/// Blurs images in place; keeps its memory from one to the next.
 #[derive(Debug)]
 pub(super) struct Blur {
     kernel: Vec<f32>,
@@ -40,47 +48,129 @@ impl Blur {
     pub(super) fn apply(&mut self, image: &mut [f32], width: usize) {
         let radius = self.kernel.len() - 1;
         let height = image.len() / width;
-        if radius == 0 {
-            return;
-        }
         self.across.resize(image.len(), 0.0);
         for (row, out) in image.chunks_exact(width).zip(self.across.chunks_exact_mut(width)) {
             pad(row, radius, &mut self.padded);
-            weigh(out, &self.padded[radius..], self.kernel[0]);
-            for (k, &w) in self.kernel.iter().enumerate().skip(1) {
-                add_pair(out, &self.padded[radius - k..], &self.padded[radius + k..], w);
-            }
+            weigh(out, &self.kernel, |k| &self.padded[(radius as isize + k) as usize..][..width]);
         }
         for (y, out) in image.chunks_exact_mut(width).enumerate() {
-            let row = |y: isize| {
-                let y = mirror(y, height);
-                &self.across[y * width..(y + 1) * width]
-            };
-            let y = y as isize;
-            weigh(out, row(y), self.kernel[0]);
-            for (k, &w) in self.kernel.iter().enumerate().skip(1) {
-                add_pair(out, row(y - k as isize), row(y + k as isize), w);
+            weigh(out, &self.kernel, |k| &self.across[mirror(y as isize + k, height) * width..][..width]);
+        }
+    }
+}
+
+/// Sum over `k` of the slice that stands `k` steps away, weighted by `kernel[|k|]`. Two pairs of slices at a time, as `out` would
+/// otherwise be loaded and stored for each.
+fn weigh<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -> &'a [f32]) {
+    for (o, s) in out.iter_mut().zip(slice(0)) {
+        *o = kernel[0] * s;
+    }
+    let mut pairs = kernel[1..].chunks_exact(2);
+    let mut k = 1;
+    for weights in &mut pairs {
+        let &[v, w] = weights else { break };
+        let inner = slice(-k).iter().zip(slice(k));
+        let outer = slice(-k - 1).iter().zip(slice(k + 1));
+        for ((o, (a, b)), (c, d)) in out.iter_mut().zip(inner).zip(outer) {
+            *o += v * (a + b) + w * (c + d);
+        }
+        k += 2;
+    }
+    for &w in pairs.remainder() {
+        for ((o, a), b) in out.iter_mut().zip(slice(-k)).zip(slice(k)) {
+            *o += w * (a + b);
+        }
+    }
+}
+
+/// Half of a side, rounded up.
+pub(super) fn half(side: usize) -> usize {
+    side.div_ceil(2)
+}
+
+/// Means of 2x2 pixels; the last row or column of an odd side counts twice.
+pub(super) fn halve(image: &[f32], width: usize, out: &mut Vec<f32>) {
+    let height = image.len() / width;
+    out.clear();
+    for y in 0..half(height) {
+        let top = &image[2 * y * width..][..width];
+        let bottom = &image[(2 * y + 1).min(height - 1) * width..][..width];
+        let sums = top.chunks(2).zip(bottom.chunks(2));
+        out.extend(sums.map(|(a, b)| 0.25 * ((a[0] + a[a.len() - 1]) + (b[0] + b[b.len() - 1]))));
+    }
+}
+
+/// Adds `image`, twice as large by bilinear interpolation, to `out`, whose rows have `width` pixels.
+pub(super) fn add_doubled(image: &[f32], out: &mut [f32], width: usize) {
+    let small = half(width);
+    let height = image.len() / small;
+    let mut line = vec![0.0; small + 2];
+    for (y, out) in out.chunks_exact_mut(width).enumerate() {
+        // A pixel lies a quarter of a coarse pixel from the centre of the coarse pixel over it.
+        let near = &image[y / 2 * small..][..small];
+        let far = if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(height - 1) };
+        let far = &image[far * small..][..small];
+        for ((l, a), b) in line[1..].iter_mut().zip(near).zip(far) {
+            *l = 0.75 * a + 0.25 * b;
+        }
+        line[0] = line[1];
+        line[small + 1] = line[small];
+        for (pair, around) in out.chunks_mut(2).zip(line.windows(3)) {
+            pair[0] += 0.75 * around[1] + 0.25 * around[0];
+            if let Some(right) = pair.get_mut(1) {
+                *right += 0.75 * around[1] + 0.25 * around[2];
             }
         }
     }
 }
 
-fn pad(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
-    padded.clear();
-    let n = row.len();
-    padded.extend((0..radius).map(|k| row[mirror(k as isize - radius as isize, n)]));
-    padded.extend_from_slice(row);
-    padded.extend((0..radius).map(|k| row[mirror((n + k) as isize, n)]));
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
 
-fn weigh(out: &mut [f32], source: &[f32], w: f32) {
-    for (o, s) in out.iter_mut().zip(source) {
-        *o = w * s;
+    fn noise(width: usize, height: usize) -> Vec<f32> {
+        let mut rng = Rng::for_stage(3, "blur");
+        (0..width * height).map(|_| rng.uniform() as f32).collect()
     }
-}
 
-fn add_pair(out: &mut [f32], a: &[f32], b: &[f32], w: f32) {
-    for ((o, a), b) in out.iter_mut().zip(a).zip(b) {
-        *o += w * (a + b);
+    #[test]
+    fn the_blur_equals_the_sum_over_its_window_at_any_size() {
+        for (w, h, sigma) in [(9, 7, 1.5), (1, 1, 2.0), (1, 6, 1.0), (5, 2, 3.0), (4, 4, 0.0), (6, 3, 0.7)] {
+            let image = noise(w, h);
+            let mut fast = image.clone();
+            Blur::new(sigma).apply(&mut fast, w);
+            let kernel = half_kernel(sigma);
+            let r = kernel.len() as isize - 1;
+            for (i, value) in fast.iter().enumerate() {
+                let (x, y) = ((i % w) as isize, (i / w) as isize);
+                let mut sum = 0.0;
+                for (dy, dx) in (-r..=r).flat_map(|dy| (-r..=r).map(move |dx| (dy, dx))) {
+                    let weight = kernel[dx.unsigned_abs()] * kernel[dy.unsigned_abs()];
+                    sum += weight * image[mirror(y + dy, h) * w + mirror(x + dx, w)];
+                }
+                assert!((sum - value).abs() < 1e-5, "{w}x{h}, sigma {sigma}: {value} for {sum} at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn halving_and_doubling_keep_constants_and_doubling_keeps_slopes() {
+        for (w, h) in [(7, 5), (8, 4), (1, 1), (2, 1), (1, 3)] {
+            let mut small = Vec::new();
+            halve(&vec![2.5; w * h], w, &mut small);
+            assert_eq!(small, vec![2.5; half(w) * half(h)]);
+            let mut large = vec![1.0; w * h];
+            add_doubled(&small, &mut large, w);
+            assert_eq!(large, vec![3.5; w * h]);
+        }
+        let ramp: Vec<f32> = (0..6).flat_map(|y| (0..10).map(move |x| (x + 3 * y) as f32)).collect();
+        let mut small = Vec::new();
+        halve(&ramp, 10, &mut small);
+        let mut large = vec![0.0; 60];
+        add_doubled(&small, &mut large, 10);
+        for (y, x) in (1..5).flat_map(|y| (1..9).map(move |x| (y, x))) {
+            assert!((large[y * 10 + x] - ramp[y * 10 + x]).abs() < 1e-5);
+        }
     }
 }

@@ -171,3 +171,100 @@ fn gather(points: &[Point], pieces: &[Piece]) -> Segments {
     lines.dedup();
     Segments { points: places.iter().map(|&(x, y)| (0.5 * x as f32, 0.5 * y as f32)).collect(), lines }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::contour::{BoundaryMap, ContourParams, Segments, contour_segments};
+    use crate::image::Plane;
+    use crate::rng::Rng;
+
+    fn segments(thin: Plane<f32>) -> Segments {
+        let (width, height) = (thin.width() as f32, thin.height() as f32);
+        let found = contour_segments(&BoundaryMap { pb: thin.clone(), thin }, &ContourParams::default());
+        check(&found, width, height);
+        found
+    }
+
+    /// The law of [`Segments`], pair by pair.
+    fn check(found: &Segments, width: f32, height: f32) {
+        let p = |i: u32| found.points[i as usize];
+        for (i, &(x, y)) in found.points.iter().enumerate() {
+            assert!((-0.5..=width - 0.5).contains(&x) && (-0.5..=height - 0.5).contains(&y), "({x}, {y})");
+            assert!(!found.points[..i].contains(&(x, y)), "({x}, {y}) twice");
+        }
+        // Coordinates are halves below 2^14, so that these products are exact.
+        let cross = |a: (f32, f32), b: (f32, f32), c: (f32, f32)| {
+            f64::from(b.0 - a.0) * f64::from(c.1 - a.1) - f64::from(b.1 - a.1) * f64::from(c.0 - a.0)
+        };
+        let on = |q: (f32, f32), (a, b): (u32, u32)| {
+            let (a, b) = (p(a), p(b));
+            let within = |v: f32, s: f32, t: f32| s.min(t) <= v && v <= s.max(t);
+            cross(a, b, q) == 0.0 && within(q.0, a.0, b.0) && within(q.1, a.1, b.1)
+        };
+        let side = |a, b, c| cross(a, b, c).partial_cmp(&0.0).map_or(0, |o| o as i32);
+        for (i, &(a, b)) in found.lines.iter().enumerate() {
+            assert!(a != b && a.max(b) < found.points.len() as u32);
+            for &(c, d) in &found.lines[..i] {
+                assert!((c, d) != (a, b) && (d, c) != (a, b), "a line twice");
+                let [e, f, g, h] = [a, b, c, d].map(p);
+                let through = side(e, f, g) * side(e, f, h) < 0 && side(g, h, e) * side(g, h, f) < 0;
+                assert!(!through, "{e:?}-{f:?} crosses {g:?}-{h:?}");
+                for (end, line) in [(a, (c, d)), (b, (c, d)), (c, (a, b)), (d, (a, b))] {
+                    assert!(end == line.0 || end == line.1 || !on(p(end), line), "{:?} on {line:?}", p(end));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lines_of_noise_meet_in_their_ends_only() {
+        let mut rng = Rng::for_stage(1, "fit");
+        for _ in 0..60 {
+            let (width, height) = (1 + rng.below(60), 1 + rng.below(60));
+            let share = rng.uniform();
+            let noise = |rng: &mut Rng| if rng.uniform() < share { rng.uniform() as f32 } else { 0.0 };
+            segments(Plane::from_fn(width, height, |_, _| noise(&mut rng)));
+        }
+    }
+
+    #[test]
+    fn a_straight_ridge_becomes_one_line_from_border_to_border() {
+        // It ends three pixels before the border on one side and has a gap of one pixel.
+        let found = segments(Plane::from_fn(40, 30, |x, y| if x == 11 && y > 2 && y != 14 { 0.5 } else { 0.0 }));
+        assert_eq!(found.points, [(11.0, -0.5), (11.0, 29.5)]);
+        assert_eq!(found.lines, [(0, 1)]);
+    }
+
+    #[test]
+    fn faint_and_short_ridges_are_left_out() {
+        let ridge = |length: usize, strength: f32| {
+            let on = |x: usize, y: usize| y == 20 && (20..20 + length).contains(&x);
+            segments(Plane::from_fn(60, 40, |x, y| if on(x, y) { strength } else { 0.0 }))
+        };
+        let ContourParams { high, min_chain, .. } = ContourParams::default();
+        assert!(ridge(20, 0.9 * high).lines.is_empty());
+        assert!(ridge(min_chain as usize - 1, 1.0).lines.is_empty());
+        assert_eq!(ridge(min_chain as usize, 1.0).lines.len(), 1);
+    }
+
+    #[test]
+    fn a_ring_becomes_a_closed_polygon_of_few_lines() {
+        let on_ring = |x: usize, y: usize| {
+            let (dx, dy) = (x as f32 - 40.0, y as f32 - 40.0);
+            ((dx * dx + dy * dy).sqrt() - 25.0).abs() < 0.6
+        };
+        let found = segments(Plane::from_fn(80, 80, |x, y| if on_ring(x, y) { 0.5 } else { 0.0 }));
+        assert_eq!(found.lines.len(), found.points.len());
+        assert!((6..=16).contains(&found.lines.len()), "{} lines", found.lines.len());
+        for i in 0..found.points.len() as u32 {
+            assert_eq!(found.lines.iter().filter(|&&(a, b)| a == i || b == i).count(), 2);
+        }
+    }
+
+    #[test]
+    fn an_open_ended_crossing_keeps_its_four_arms() {
+        let found = segments(Plane::from_fn(61, 61, |x, y| if x == 30 || y == 30 { 0.5 } else { 0.0 }));
+        assert_eq!(found.points.len(), 5, "{found:?}");
+        assert_eq!(found.lines.len(), 4);
+    }
+}

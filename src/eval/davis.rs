@@ -36,7 +36,7 @@ pub fn scored_frames(num_frames: usize) -> Range<usize> {
 /// # Errors
 /// [`Error::Data`] when the sizes differ.
 pub fn region_similarity(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64, Error> {
-    check_sizes(mask, truth)?;
+    check_sizes((mask.width(), mask.height()), truth)?;
     let (mut both, mut either) = (0_u64, 0_u64);
     for (&m, &t) in mask.data().iter().zip(truth.data()) {
         both += u64::from(m & t);
@@ -53,7 +53,7 @@ pub fn region_similarity(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64,
 /// # Errors
 /// [`Error::Data`] when the sizes differ.
 pub fn boundary_measure(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64, Error> {
-    check_sizes(mask, truth)?;
+    check_sizes((mask.width(), mask.height()), truth)?;
     let radius = tolerance_px(mask.width(), mask.height());
     let (found, sought) = (boundary(mask), boundary(truth));
     let precision = matched_share(&found, &sought, radius);
@@ -106,12 +106,11 @@ fn dilated(plane: &Plane<bool>, radius: usize) -> Plane<bool> {
     wide
 }
 
-fn check_sizes(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<(), Error> {
-    let size = |p: &Plane<bool>| (p.width(), p.height());
-    if size(mask) == size(truth) {
+fn check_sizes((w, h): (usize, usize), truth: &Plane<bool>) -> Result<(), Error> {
+    let (tw, th) = (truth.width(), truth.height());
+    if (w, h) == (tw, th) {
         return Ok(());
     }
-    let ((w, h), (tw, th)) = (size(mask), size(truth));
     Err(Error::Data { reason: format!("mask is {w}x{h} and the true mask {tw}x{th} (expected one size)") })
 }
 
@@ -155,34 +154,36 @@ fn average(values: &[f64]) -> f64 {
 /// How many pixels of each label lie on the true foreground and on the background, over the frames of a clip.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LabelTally {
-    foreground: [u64; 256],
-    background: [u64; 256],
-}
-
-impl Default for LabelTally {
-    fn default() -> Self {
-        Self { foreground: [0; 256], background: [0; 256] }
-    }
+    /// Label by label: pixels on the background, on the foreground.
+    counts: Vec<[u64; 2]>,
 }
 
 impl LabelTally {
+    /// Nothing counted yet; labels are `0..num_labels`.
+    pub fn new(num_labels: usize) -> Self {
+        Self { counts: vec![[0; 2]; num_labels] }
+    }
+
     /// Counts one frame.
     ///
     /// # Errors
-    /// [`Error::Data`] when the sizes differ.
-    pub fn add(&mut self, labels: &Plane<u8>, truth: &Plane<bool>) -> Result<(), Error> {
-        check_sizes(&labels.map(|_| false), truth)?;
+    /// [`Error::Data`] when the sizes differ or a label is too large; the frame may then be counted in part.
+    pub fn add(&mut self, labels: &Plane<u32>, truth: &Plane<bool>) -> Result<(), Error> {
+        check_sizes((labels.width(), labels.height()), truth)?;
+        let num_labels = self.counts.len();
         for (&label, &truth) in labels.data().iter().zip(truth.data()) {
-            let side = if truth { &mut self.foreground } else { &mut self.background };
-            side[usize::from(label)] += 1;
+            let Some(counts) = self.counts.get_mut(label as usize) else {
+                return Err(Error::Data { reason: format!("label {label} (expected 0..{num_labels})") });
+            };
+            counts[usize::from(truth)] += 1;
         }
         Ok(())
     }
 
-    /// The labels more than half of whose pixels are truly foreground: the choice of one who knows the truth. Of all choices it has
-    /// the fewest wrong pixels, which need not be the one with the best region similarity.
-    pub fn oracle_foreground(&self) -> [bool; 256] {
-        std::array::from_fn(|label| self.foreground[label] > self.background[label])
+    /// For each label whether more than half of its pixels are truly foreground: the choice of one who knows the truth. Of all
+    /// choices it has the fewest wrong pixels, which need not be the one with the best region similarity.
+    pub fn oracle_foreground(&self) -> Vec<bool> {
+        self.counts.iter().map(|[background, foreground]| foreground > background).collect()
     }
 }
 
@@ -311,20 +312,22 @@ mod tests {
 
     #[test]
     fn the_oracle_takes_labels_that_lie_mostly_on_the_truth() {
-        let labels = Plane::from_vec(5, 1, vec![0, 7, 7, 7, 200]).unwrap();
-        let mut tally = LabelTally::default();
+        let labels = Plane::from_vec(5, 1, vec![0, 7, 7, 7, 9]).unwrap();
+        let mut tally = LabelTally::new(10);
         tally.add(&labels, &mask(&[".##.#"])).unwrap();
         let chosen = |tally: &LabelTally| {
             let oracle = tally.oracle_foreground();
-            (0..256).filter(|&l| oracle[l]).collect::<Vec<_>>()
+            (0..oracle.len()).filter(|&l| oracle[l]).collect::<Vec<_>>()
         };
-        assert_eq!(chosen(&tally), [7, 200]);
+        assert_eq!(chosen(&tally), [7, 9]);
         // Another frame takes label 7 to three of six pixels, which is not more than half, and label 0 to two of two.
         tally.add(&labels, &mask(&["##..#"])).unwrap();
-        assert_eq!(chosen(&tally), [200]);
+        assert_eq!(chosen(&tally), [9]);
         tally.add(&labels.map(|_| 0), &mask(&["###.."])).unwrap();
-        assert_eq!(chosen(&tally), [0, 200]);
+        assert_eq!(chosen(&tally), [0, 9]);
         assert!(tally.add(&labels, &mask(&["..."])).is_err());
+        let message = LabelTally::new(9).add(&labels, &mask(&["....."])).unwrap_err().to_string();
+        assert_eq!(message, "label 9 (expected 0..9)");
     }
 
     #[test]

@@ -34,9 +34,25 @@ impl Dense {
         (!self.cut.labels.is_empty()).then_some(&self.objects)
     }
 
-    /// The cluster of each pixel of frame `t`, once cut.
+    /// The cluster of each pixel of frame `t`, in agreement with its mask.
+    ///
+    /// Refining moves borders between mask labels: a pixel moved to another label takes the largest cluster there in this frame.
     pub(super) fn clusters(&self, t: usize) -> Option<Plane<u32>> {
-        Some(paint(self.superpixels.get(t)?, self.cut.labels.get(t)?))
+        let mask = self.masks.get(t)?;
+        let mut clusters = paint(self.superpixels.get(t)?, self.cut.labels.get(t)?);
+        let label_of = &self.objects.of_cluster;
+        let mut area = vec![0_u64; label_of.len()];
+        for &c in clusters.data() {
+            area.get_mut(c as usize).into_iter().for_each(|a| *a += 1);
+        }
+        let members = |label: u8| (0..label_of.len()).filter(move |&c| label_of[c] == label);
+        let largest: Vec<_> = (0..=255).map(|label| members(label).max_by_key(|&c| area[c])).collect();
+        for (cluster, &label) in clusters.data_mut().iter_mut().zip(mask.data()) {
+            if label_of.get(*cluster as usize).is_some_and(|&own| own != label) {
+                *cluster = largest[usize::from(label)].map_or(*cluster, |c| c as u32);
+            }
+        }
+        Some(clusters)
     }
 
     /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.
@@ -54,7 +70,7 @@ impl Dense {
             return Progress { stage: Stage::Superpixels, done: self.superpixels.len() as u32, total };
         }
         if self.cut.labels.is_empty() {
-            return self.step_cut(tracks, clusters, flows, params);
+            return self.step_cut(frames, tracks, clusters, flows, params);
         }
         let t = self.masks.len();
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
@@ -66,13 +82,14 @@ impl Dense {
 
     fn step_cut(
         &mut self,
+        frames: &[Frame],
         tracks: &Trajectories,
         clusters: &Clusters,
         flows: &[CompactFlow],
         params: &Params,
     ) -> Progress {
         let mut moves =
-            self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(tracks, clusters, flows, &params.cut)));
+            self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(frames, tracks, clusters, flows, &params.cut)));
         let more = moves.step();
         let (done, total) = moves.progress();
         if more {
@@ -89,6 +106,7 @@ impl Dense {
     /// The energy, from the denser trajectories labelled by those that were clustered.
     fn begin_cut(
         &self,
+        frames: &[Frame],
         tracks: &Trajectories,
         clusters: &Clusters,
         flows: &[CompactFlow],
@@ -99,11 +117,15 @@ impl Dense {
         match &self.tracks {
             Some(dense) => {
                 let label = labels_for(dense, tracks, &clusters.label, num_labels, params);
-                GabrielCut::new(&CutInput { superpixels, tracks: dense, label: &label, num_labels, flows }, params)
+                GabrielCut::new(
+                    &CutInput { superpixels, tracks: dense, label: &label, num_labels, flows, frames },
+                    params,
+                )
             }
-            None => {
-                GabrielCut::new(&CutInput { superpixels, tracks, label: &clusters.label, num_labels, flows }, params)
-            }
+            None => GabrielCut::new(
+                &CutInput { superpixels, tracks, label: &clusters.label, num_labels, flows, frames },
+                params,
+            ),
         }
     }
 }

@@ -428,8 +428,9 @@ impl Session {
         }
     }
 
-    /// The cluster of each pixel of frame `t` at input size, an index into [`Objects::of_cluster`]: the cut before objects are told
-    /// from background.
+    /// The cluster of each pixel of frame `t` at input size: the masks before objects are told from background.
+    ///
+    /// Law: with any cluster at all, [`Objects::of_cluster`] of a pixel's cluster is its label in [`Session::labels`]; otherwise 0.
     ///
     /// # Errors
     /// As [`Session::labels`].

@@ -1,7 +1,7 @@
-//! Joining faces across weak borders: very small ones, and as many more as a wanted number of superpixels asks for.
+//! Joining regions across weak borders: very small ones, those hardly parted, and as many more as a wanted number asks for.
 
 use super::gabriel::{Sets, Side};
-use crate::order::sort_by_key;
+use crate::order;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -30,10 +30,9 @@ impl Regions {
         for (side, &(length, pb)) in sides.iter().zip(measure) {
             let [a, b] = side.faces;
             for (from, to) in [(a, b), (b, a)] {
-                links[from as usize].push(Link { to, length, strength: length * pb });
+                add(&mut links[from as usize], Link { to, length, strength: length * pb });
             }
         }
-        links.iter_mut().for_each(gather);
         Self { sets: Sets::new(area.len()), count: area.len(), area, links }
     }
 
@@ -44,9 +43,9 @@ impl Regions {
 
     /// Joins every region of fewer than `min_pixels` pixels, the smallest first, with the one behind its weakest border.
     pub(super) fn join_small(&mut self, min_pixels: u32) {
-        let mut order: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] < min_pixels).collect();
-        sort_by_key(&mut order, |&r| self.area[r as usize].into());
-        for r in order {
+        let mut small: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] < min_pixels).collect();
+        order::sort_by_key(&mut small, |&r| u64::from(self.area[r as usize]));
+        for r in small {
             let mut region = self.sets.find(r);
             while self.area[region as usize] < min_pixels {
                 let weakest = self.links[region as usize]
@@ -58,55 +57,54 @@ impl Regions {
         }
     }
 
-    /// Joins the two regions with the least cost again and again until `count` are left.
-    pub(super) fn reduce_to(&mut self, count: usize) {
+    /// Joins the two regions with the least cost again and again, until `count` are left and no cost is below `enough`.
+    pub(super) fn join_weak(&mut self, count: usize, enough: f32) {
         let mut heap = BinaryHeap::new();
         for region in 0..self.links.len() as u32 {
-            self.offer(region, &mut heap);
+            for link in self.links[region as usize].iter().filter(|l| region < l.to) {
+                heap.push(Reverse((self.cost(region, link), region, link.to)));
+            }
         }
-        while self.count > count.max(1) {
-            let Some(Reverse((cost, a, b))) = heap.pop() else { return };
+        while let Some(Reverse((cost, a, b))) = heap.pop() {
+            if self.count <= count.max(1) && f32::from_bits(cost) >= enough {
+                return;
+            }
             // A cost that is no longer true belongs to a border that has changed since.
-            if self.cost(a, b) == Some(cost) {
+            let links = &self.links[a as usize];
+            let still = links.binary_search_by_key(&b, |l| l.to).is_ok_and(|at| self.cost(a, &links[at]) == cost);
+            if still {
                 let joined = self.join(a, b);
-                self.offer(joined, &mut heap);
+                for link in &self.links[joined as usize] {
+                    heap.push(Reverse((self.cost(joined, link), joined.min(link.to), joined.max(link.to))));
+                }
             }
         }
     }
 
-    fn offer(&self, region: u32, heap: &mut BinaryHeap<Reverse<(u32, u32, u32)>>) {
-        for link in &self.links[region as usize] {
-            let (a, b) = (region.min(link.to), region.max(link.to));
-            if let Some(cost) = self.cost(a, b) {
-                heap.push(Reverse((cost, a, b)));
-            }
-        }
-    }
-
-    /// What joining `a` and `b` costs, as a number with the order of the costs; `None` if they are not beside each other.
-    fn cost(&self, a: u32, b: u32) -> Option<u32> {
-        let links = &self.links[a as usize];
-        let link = links[links.binary_search_by_key(&b, |l| l.to).ok()?];
-        let smaller = self.area[a as usize].min(self.area[b as usize]) as f32;
-        // Bits of positive floats are ordered as the floats are.
-        Some((link.strength / link.length * smaller.sqrt()).to_bits())
+    /// What joining a region with that of a link costs, as a number with the order of the costs. As in Ward's clustering
+    /// ("Hierarchical Grouping to Optimize an Objective Function", 1963) the areas count, so that none is left very small; the mean
+    /// Pb between them stands for the squared difference of their means.
+    fn cost(&self, region: u32, link: &Link) -> u32 {
+        let [p, q] = [region, link.to].map(|r| self.area[r as usize] as f32);
+        // Bits of positive floats are ordered as the floats are. The strength is summed in the same order in both regions' links, so
+        // that both give the same cost.
+        (link.strength / link.length * (p * q / (p + q))).to_bits()
     }
 
     /// Makes one region of two; returns its number.
     fn join(&mut self, a: u32, b: u32) -> u32 {
         let (gone, kept) = if self.links[a as usize].len() < self.links[b as usize].len() { (a, b) } else { (b, a) };
         let moved = std::mem::take(&mut self.links[gone as usize]);
-        for link in &moved {
+        for link in moved {
             let beside = &mut self.links[link.to as usize];
-            beside.retain(|l| l.to != gone);
+            if let Ok(at) = beside.binary_search_by_key(&gone, |l| l.to) {
+                beside.remove(at);
+            }
             if link.to != kept {
-                beside.push(Link { to: kept, ..*link });
-                gather(beside);
+                add(beside, Link { to: kept, ..link });
+                add(&mut self.links[kept as usize], link);
             }
         }
-        let own = &mut self.links[kept as usize];
-        own.extend(moved.into_iter().filter(|l| l.to != kept));
-        gather(own);
         self.area[kept as usize] += self.area[gone as usize];
         self.sets.join(gone, kept);
         self.count -= 1;
@@ -114,15 +112,13 @@ impl Regions {
     }
 }
 
-/// Sorts links and makes one of those to the same region.
-fn gather(links: &mut Vec<Link>) {
-    sort_by_key(links, |l| l.to.into());
-    links.dedup_by(|next, first| {
-        let same = next.to == first.to;
-        if same {
-            first.length += next.length;
-            first.strength += next.strength;
+/// Adds a link to sorted ones, as part of one to the same region if there is one.
+fn add(links: &mut Vec<Link>, link: Link) {
+    match links.binary_search_by_key(&link.to, |l| l.to) {
+        Ok(at) => {
+            links[at].length += link.length;
+            links[at].strength += link.strength;
         }
-        same
-    });
+        Err(at) => links.insert(at, link),
+    }
 }

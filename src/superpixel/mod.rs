@@ -20,6 +20,9 @@ crate::params! {
         pub min_pixels: u32 = 4, in 1..=100000;
         /// Largest gap between two points on the image border, in pixels, so that regions along it are not all one; 0 adds none.
         pub frame_step: f32 = 25.0, in 0.0..=10000.0;
+        /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is below this.
+        /// 0 leaves the faces of the Gabriel graph as they are.
+        pub join_below: f32 = 0.0, in 0.0..=1000000.0;
     }
 }
 
@@ -127,8 +130,9 @@ fn partition(segments: &Segments, map: &BoundaryMap, count: Option<usize>, param
     let measure = along_edges(&sides, &edges, map);
     let mut regions = Regions::new(area, &sides, &measure);
     regions.join_small(params.min_pixels);
-    if let Some(count) = count {
-        regions.reduce_to(count);
+    match count {
+        Some(count) => regions.join_weak(count, 0.0),
+        None => regions.join_weak(usize::MAX, params.join_below),
     }
     let numbers = number(&mut regions, &mut label, graph.num_faces);
     let mut parts = Vec::new();
@@ -175,7 +179,7 @@ fn borders(mut parts: Vec<Border>) -> Vec<Border> {
 
 /// Length of each side in pixels, and mean Pb along it.
 fn along_edges(sides: &[Side], edges: &[Edge], map: &BoundaryMap) -> Vec<(f32, f32)> {
-    let strongest = strongest_around(&map.pb);
+    let strongest = strongest_around(&map.thin);
     sides.iter().map(|side| along(&edges[side.edge], &strongest)).collect()
 }
 

@@ -117,6 +117,10 @@ fn folders_that_cannot_be_scored_are_refused_with_the_reason() {
     assert_refused(&davis(&root, &[]), 1, &["f3.png", "cannot be decoded"]);
     // The fourth frame is not used.
     assert_done(&davis(&root, &["--frames", "3"]));
+    clip(&images, 3, SIZE, &|_, _, _| 0);
+    let still = davis(&root, &["--frames", "3"]);
+    assert_done(&still);
+    assert_eq!(row(&text(&still.stdout), "toy")[1..4], ["3", "0", "0.000"]);
     assert_refused(&davis(&root, &["--sequences", "toy,boat"]), 1, &["holds no sequence named boat"]);
     assert_refused(&davis(&root, &["--frames", "2"]), 2, &["--frames"]);
     assert_refused(&davis(&root, &["--set", "clip.dense=false"]), 1, &["clip.dense"]);

@@ -39,6 +39,9 @@ fn masks_are_palette_images_of_the_sessions_labels() {
     for t in 0..FRAMES as usize {
         let (mask, palette) = read_mask(&out.join(format!("masks/{t:05}.png")));
         assert_eq!(mask, session.labels(t).unwrap(), "frame {t}");
+        let of_cluster = &session.objects().unwrap().of_cluster;
+        let clusters = session.cluster_labels(t).unwrap();
+        assert_eq!(clusters.map(|cluster| of_cluster[cluster as usize]), mask, "frame {t}");
         // Colours that label tools know by heart: black, red, green, olive, blue at half strength.
         assert_eq!(palette[..15], [0, 0, 0, 128, 0, 0, 0, 128, 0, 128, 128, 0, 0, 0, 128]);
         mask.data().iter().for_each(|&label| pixels[usize::from(label)] += 1);

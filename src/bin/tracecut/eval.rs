@@ -10,6 +10,7 @@ mod superpixels;
 use crate::failure::{Failure, Result, print, read, read_text};
 use clap::Subcommand;
 use std::path::{Path, PathBuf};
+use tracecut::Session;
 use tracecut::discretize::Clusters;
 use tracecut::eval::definition::{Definition, parse_pgm};
 use tracecut::eval::moseg::{Scores, score};
@@ -97,4 +98,9 @@ impl Shot {
 fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
     let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
     score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
+}
+
+/// How many labels [`Session::cluster_labels`] may have: a clip without clusters has one.
+fn num_clusters(session: &Session) -> usize {
+    session.clusters().map_or(0, |c| c.count).max(1)
 }

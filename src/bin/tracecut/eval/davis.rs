@@ -3,6 +3,7 @@
 mod folder;
 mod published;
 
+use super::num_clusters;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
@@ -27,8 +28,8 @@ const HELP: &str = "\
 J is region similarity (intersection over union), F boundary measure, both 0 to 1, over all frames but the first and the last.
 Recall is the share of frames above 0.5, decay the mean of the first quarter of frames less that of the last.
 
-Foreground are all labels other than 0: nothing of the truth is used. Only the column \"oracle J\" uses it, to tell wrong labels from
-a wrong choice among them: there a label is foreground if more than half of its pixels in the clip truly are.
+Foreground are all labels other than 0: nothing of the truth is used. Only the column \"oracle J\" uses it, to tell wrong clusters from
+a wrong choice of objects among them: there a cluster is foreground if more than half of its pixels in the clip truly are.
 
 Beside these stand the figures of DIR/published.json where there is one, {\"method\": {\"sequence\": [J, F]}}: those of trc, the
 paper's own program, and of the method without learning that has the best J on the sequence.";
@@ -150,18 +151,18 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Resul
 }
 
 fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
-    let mut tally = LabelTally::default();
+    let mut tally = LabelTally::new(num_clusters(session));
     for (t, truth) in truth.iter().enumerate() {
-        tally.add(&session.labels(t)?, truth)?;
+        tally.add(&session.cluster_labels(t)?, truth)?;
     }
     let chosen = tally.oracle_foreground();
     let (mut j, mut f, mut oracle) = (Vec::new(), Vec::new(), Vec::new());
     for t in scored_frames(truth.len()) {
-        let labels = session.labels(t)?;
-        let mask = labels.map(|label| label != 0);
+        let mask = session.labels(t)?.map(|label| label != 0);
+        let oracle_mask = session.cluster_labels(t)?.map(|cluster| chosen[cluster as usize]);
         j.push(region_similarity(&mask, &truth[t])?);
         f.push(boundary_measure(&mask, &truth[t])?);
-        oracle.push(region_similarity(&labels.map(|label| chosen[usize::from(label)]), &truth[t])?);
+        oracle.push(region_similarity(&oracle_mask, &truth[t])?);
     }
     Ok(Outcome {
         name: String::new(),

@@ -1,6 +1,6 @@
 //! `tracecut eval moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
-use super::Shot;
+use super::{Shot, num_clusters};
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
@@ -17,8 +17,8 @@ use tracecut::{Params, Session};
 #[derive(Args, Debug)]
 #[command(after_help = "\
 With --dense each sequence has three rows. The first scores the trajectories, as without it. \"pixels by cluster\" scores all pixels of the
-labelled frames by the cluster that the cut gives them, which compares with the first row, and with the pixel row of the paper's
-Table 2. \"pixels by mask label\" scores them by the labels of the masks, where all clusters of the background are one.
+labelled frames by their cluster, before objects are told from background: it compares with the first row, and with the pixel row
+of the paper's Table 2. \"pixels by mask label\" scores them by the labels of the masks, where all clusters of the background are one.
 The background is a region and a label as any other. Density is the share of pixels with a label: every pixel has one, so that it is
 100 % in the dense rows.")]
 pub(crate) struct MosegArgs {
@@ -196,10 +196,9 @@ fn score_pixels(shot: &Shot, session: &Session) -> Result<Dense<Scores>> {
     let frames = || shot.definition.labelled_within(num_frames).map(|frame| frame.index);
     let clusters = frames().map(|t| session.cluster_labels(t)).collect::<std::result::Result<Vec<_>, _>>()?;
     let masks = frames().map(|t| Ok(session.labels(t)?.map(u32::from))).collect::<Result<Vec<_>>>()?;
-    let num_clusters = session.objects().map_or(0, |o| o.of_cluster.len());
     let num_labels = session.objects().map_or(0, |o| o.count + 1);
     let score = |labels: &[_], count| score_dense(&shot.definition, &shot.maps, labels, count, num_frames);
-    Ok(Dense { pixels: score(&clusters, num_clusters)?, masks: score(&masks, num_labels)? })
+    Ok(Dense { pixels: score(&clusters, num_clusters(session))?, masks: score(&masks, num_labels)? })
 }
 
 const HEADING: &str =

@@ -96,7 +96,10 @@ pub(super) fn eval(args: &SuperpixelArgs) -> Result<()> {
             add_own(&mut rows[1], &map, Some(count), &params, &truth)?;
         }
     }
-    print(format_args!("{:28} {:>8} {:>8} {:>8} {:>8} {:>8}", "superpixels", "count", "recall", "under", "leak", "asa"))?;
+    print(format_args!(
+        "{:28} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "superpixels", "count", "recall", "under", "leak", "asa"
+    ))?;
     own.iter().chain(compared.iter().flatten()).try_for_each(Row::print)?;
     print(format_args!("mean of {} images, annotators of an image averaged first", paths.len()))
 }
