@@ -8,9 +8,10 @@ import { illegal, typeTag } from './errors.js';
  */
 
 /**
- * Options of a session: the parameter tree, and two settings of this layer. `wasm` says where the wasm file is; `worker: false`
+ * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does), and two
+ * settings of this layer. `wasm` says where the wasm file is; `worker: false`
  * runs a browser's session on the calling thread (Node always does).
- * @typedef {ParameterOptions & {wasm?: WasmSource, worker?: boolean}} SessionOptions
+ * @typedef {ParameterOptions & {preset?: 'default' | 'paper', wasm?: WasmSource, worker?: boolean}} SessionOptions
  */
 
 /** @typedef {{wasm?: WasmSource, worker?: boolean, parameters: Record<string, unknown>}} SplitOptions */
