@@ -2,6 +2,30 @@
 //!
 //! In: a [`Frame`]. Out: [`BoundaryMap`], a boundary probability Pb for each pixel, and [`Segments`], straight pieces fitted to what is
 //! left of it after thinning and thresholding.
+//!
+//! Pb asks, for each pixel and direction, how much the histograms of the image on one side differ from those on the other (Martin, Fowlkes
+//! and Malik, PAMI 2004; at several scales: Arbelaez et al., PAMI 2011). Nothing is trained.
+//!
+//! 1. Each channel of Lab becomes 8 soft bins (`lab`, `histogram`); small patterns of brightness become 9 fixed textons (`texton`).
+//! 2. The bins are blurred at three scales, standard deviation 1.5, 3 and 6 pixels: `h_b` is then the local histogram. What
+//!    is coarse is computed at half or quarter size (`gradient`).
+//! 3. Half-discs a small way apart have the chi-square distance `n^T J n` along their common normal `n`, up to a factor, with the tensor
+//!    `J = sum_b grad h_b grad h_b^T / h_b`. Tensors of all channels are added by weight and blurred (`histogram`).
+//! 4. The strength along each of 8 directions is the mean over the scales of `sqrt(n^T J n)`, and then a mean along the boundary.
+//! 5. The strongest direction counts. A logistic function makes it a probability, minus what it gives where nothing changes.
+//! 6. Pixels that are not the largest across the boundary are left out of the thin map (`thin`).
+//!
+//! Borders are mirrored, so the frame of the image is no boundary. There is no normalisation by image: a value means the same in every
+//! frame of every clip.
+//!
+//! **Deviations.** The works cited measure half-discs of finite size for each direction, with bins of their own sizes, and textons that
+//! are clusters of filter responses of the image. The tensor needs one pass for all directions, and fixed textons do not jump
+//! between frames.
+//!
+//! **Calibration.** The logistic's two numbers are fitted to 40 images of BSDS500 such that Pb is the probability that a person drew
+//! an outline within two pixels (a square of five by five). The best single threshold there is about 0.13.
+//!
+//! **Cost**: linear in pixels.
 
 mod blur;
 mod fit;
@@ -21,9 +45,9 @@ crate::params! {
     /// Boundary probability and contours.
     pub struct ContourParams {
         /// Contours are followed where Pb is above this value.
-        pub low: f32 = 0.03, in 0.0..=1.0;
+        pub low: f32 = 0.01, in 0.0..=1.0;
         /// A contour is kept if its Pb is above this value somewhere.
-        pub high: f32 = 0.08, in 0.0..=1.0;
+        pub high: f32 = 0.02, in 0.0..=1.0;
         /// Contours of fewer pixels that end in nothing are left out.
         pub min_chain: u32 = 8, in 1..=10000;
         /// How far a line may be from the contour that it stands for, in pixels. Higher gives fewer lines.
@@ -33,7 +57,7 @@ crate::params! {
         /// Weight of changes of colour (a and b of Lab), that of changes of brightness being 1.
         pub colour_weight: f32 = 0.6, in 0.0..=10.0;
         /// Weight of changes of texture.
-        pub texture_weight: f32 = 0.7, in 0.0..=10.0;
+        pub texture_weight: f32 = 1.0, in 0.0..=10.0;
         /// Weight of changes of motion; 0 leaves them out.
         pub motion_weight: f32 = 0.0, in 0.0..=10.0;
     }
@@ -62,22 +86,31 @@ pub struct Segments {
     pub lines: Vec<(u32, u32)>,
 }
 
-/// Pb of `frame`. The flow to the next frame, where it is known, will add motion boundaries.
+/// Pb of `frame`.
+///
+/// `flow` leads from this frame to the next or the previous one; with [`ContourParams::motion_weight`] above 0 its jumps count too. A flow
+/// of another size than the frame is left out.
 pub fn boundary_map(frame: &Frame, flow: Option<&FlowField>, params: &ContourParams) -> BoundaryMap {
-    let oriented = gradient::oriented_strength(frame, flow, params);
     let (w, h) = (frame.width(), frame.height());
-    let mut pb = Plane::filled(w, h, 0.0_f32);
+    let mut strength = Plane::filled(w, h, 0.0_f32);
     let mut orientation = Plane::filled(w, h, 0_u8);
-    for (k, plane) in oriented.iter().enumerate() {
-        for ((best, o), &v) in pb.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane) {
+    for (k, plane) in gradient::oriented_strength(frame, flow, params).iter().enumerate() {
+        for ((best, o), &v) in strength.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane) {
             *o = if v > *best { k as u8 } else { *o };
             *best = v.max(*best);
         }
     }
-    let logistic = |s: f32| 1.0 / (1.0 + libm::expf(-SLOPE * (s - CENTRE)));
     let none = logistic(0.0);
-    let pb = pb.map(|s| (logistic(s) - none).clamp(0.0, 1.0));
-    BoundaryMap { thin: thin(&pb, &orientation), pb }
+    let pb = strength.map(|s| (logistic(s) - none).clamp(0.0, 1.0));
+    let mut thin = thin(&strength, &orientation);
+    for (thin, &pb) in thin.data_mut().iter_mut().zip(pb.data()) {
+        *thin = if *thin > 0.0 { pb } else { 0.0 };
+    }
+    BoundaryMap { pb, thin }
+}
+
+fn logistic(strength: f32) -> f32 {
+    1.0 / (1.0 + libm::expf(-SLOPE * (strength - CENTRE)))
 }
 
 /// Slope of the logistic that turns strengths into probabilities.
