@@ -33,6 +33,8 @@ mod gradient;
 mod histogram;
 mod lab;
 mod link;
+#[cfg(test)]
+mod tests;
 mod texton;
 mod thin;
 
@@ -54,6 +56,9 @@ crate::params! {
         pub deviation: f32 = 1.5, in 0.1..=20.0;
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them whole.
         pub max_line: f32 = 50.0, in 0.0..=10000.0;
+        /// Standard deviation of the finest windows, in pixels; the others are two and four times as wide. Lower finds finer detail and more
+        /// noise.
+        pub sigma: f32 = 1.5, in 0.5..=8.0;
         /// Weight of changes of colour (a and b of Lab), that of changes of brightness being 1.
         pub colour_weight: f32 = 0.6, in 0.0..=10.0;
         /// Weight of changes of texture.
@@ -114,9 +119,9 @@ fn logistic(strength: f32) -> f32 {
 }
 
 /// Slope of the logistic that turns strengths into probabilities.
-const SLOPE: f32 = 7.07;
+const SLOPE: f32 = 7.05;
 /// Strength at which it is one half.
-const CENTRE: f32 = 0.74;
+const CENTRE: f32 = 0.77;
 
 /// The contours of `map` as line segments.
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {

@@ -14,7 +14,8 @@
 //! **Misprints resolved.** The paper prints the mean Pb itself as the cost of parting two neighbours, which makes strong contours dear to
 //! cut; its Figure 6 says the contrary, so the cost falls with Pb here. Its temporal neighbourhood bears the spatial one's name.
 //!
-//! **Beyond the paper**, each with its own parameter: borders count by their length; flow links superpixels that no trajectory joins.
+//! **Beyond the paper**, each with its own parameter: borders count by their length; flow links superpixels that no trajectory joins;
+//! colours speak where there are no trajectories.
 //! [`CutParams::paper`] has none of this. All numbers are whole once the terms are made, and the terms use no function of the standard
 //! library that differs between machines: labels are the same everywhere.
 
@@ -38,7 +39,7 @@ pub use terms::energy;
 pub use votes::labels_for;
 
 use crate::flow::CompactFlow;
-use crate::image::Plane;
+use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -60,6 +61,8 @@ crate::params! {
         pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
         /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper.
         pub flow_weight: f32 = 0.0, in 0.0..=1000.0;
+        /// Weight of the colours of a label over the clip, where a superpixel has no trajectories of its own that count. Not in the paper.
+        pub colour_weight: f32 = 0.0, in 0.0..=1000.0;
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of different
         /// labels (section 4.2: 0.3). 1 turns the rule off.
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0;
@@ -77,11 +80,12 @@ crate::params! {
 impl CutParams {
     /// The paper's energy, with its misprints resolved: no weighting by length, no flow, the 30 % rule for ambiguous superpixels.
     ///
-    /// From outside: `byLength` false, `flowWeight` 0, `fullTracks` 0, `ambiguousSoft` false, `ambiguousShare` 0.3.
+    /// From outside: `byLength` false, `flowWeight` 0, `colourWeight` 0, `fullTracks` 0, `ambiguousSoft` false, `ambiguousShare` 0.3.
     pub fn paper() -> Self {
         Self {
             by_length: false,
             flow_weight: 0.0,
+            colour_weight: 0.0,
             full_tracks: 0.0,
             ambiguous_soft: false,
             ambiguous_share: 0.3,
@@ -107,6 +111,8 @@ pub struct CutInput<'a> {
     pub num_labels: usize,
     /// Flow from each frame to the next, for `flow_weight`; may be empty.
     pub flows: &'a [CompactFlow],
+    /// The frames at the size of the superpixels, for `colour_weight`; may be empty.
+    pub frames: &'a [Frame],
 }
 
 /// A label for each superpixel of each frame.

@@ -13,7 +13,7 @@
 //! After Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009) in that colours are local and are believed as far as they
 //! separate, and Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004) in the energy. Not in the paper.
 
-use super::colour::{Colour, Histogram};
+use super::colour::{Colour, Histogram, UNSEEN};
 use super::terms::rounded;
 use super::{Expansion, Potts};
 use crate::image::{Frame, Plane};
@@ -22,9 +22,9 @@ crate::params! {
     /// Borders to the pixel.
     pub struct RefineParams {
         /// Furthest that a border may move to either side, in pixels of the processed frames; 0 leaves masks as they are. Higher is slower.
-        pub band: u32 = 6, in 0..=64;
+        pub band: u32 = 8, in 0..=64;
         /// Weight of local colours.
-        pub colour_weight: f32 = 1.0, in 0.0..=1000.0;
+        pub colour_weight: f32 = 2.0, in 0.0..=1000.0;
         /// Cost of moving the border by the whole band; it grows with the square of the distance.
         pub keep_weight: f32 = 2.0, in 0.0..=1000.0;
         /// Cost of a border between two pixels of the same colour.
@@ -33,17 +33,17 @@ crate::params! {
 }
 
 /// Side of a tile: pixels that share their colour models.
-const TILE: usize = 16;
+const TILE: usize = 24;
 /// How far colours are gathered beyond a tile.
-const MARGIN: usize = 16;
+const MARGIN: usize = 12;
 /// Of the pixels around, one of this many is looked at, in each direction.
 const STRIDE: usize = 2;
 /// Pixels nearer to a border than this may be on its wrong side, and are no samples.
 const LEAST_SAMPLE_DEPTH: u32 = 3;
+/// Of the samples, one of this many is asked how well colours tell the labels apart.
+const TEST_STRIDE: usize = 4;
 /// Fewer samples than this make no model.
 const LEAST_SAMPLES: f32 = 8.0;
-/// Share of a colour that was never seen.
-const UNSEEN: f32 = 2e-4;
 /// Cost of a label that is not there.
 const FORBIDDEN: f32 = 1000.0;
 
@@ -75,16 +75,13 @@ fn depths(mask: &Plane<u8>, limit: u32) -> Plane<u32> {
     let far = limit + 1;
     let mut depth = Plane::filled(w, h, far);
     for y in 0..h {
+        let rows = [y.saturating_sub(1), y, (y + 1).min(h - 1)].map(|y| mask.row(y));
+        let out = depth.row_mut(y);
         for x in 0..w {
-            let own = mask[(x, y)];
-            let other = |x: usize, y: usize| mask[(x, y)] != own;
-            let (left, up, right, down) = (x > 0, y > 0, x + 1 < w, y + 1 < h);
-            let touches = left && other(x - 1, y)
-                || right && other(x + 1, y)
-                || up && (other(x, y - 1) || left && other(x - 1, y - 1) || right && other(x + 1, y - 1))
-                || down && (other(x, y + 1) || left && other(x - 1, y + 1) || right && other(x + 1, y + 1));
-            if touches {
-                depth[(x, y)] = 1;
+            let (left, right) = (x.saturating_sub(1), (x + 1).min(w - 1));
+            let own = rows[1][x];
+            if rows.iter().any(|row| (row[left] ^ own) | (row[x] ^ own) | (row[right] ^ own) != 0) {
+                out[x] = 1;
             }
         }
     }
@@ -273,25 +270,26 @@ impl Models {
         self.confidence = self.separation();
     }
 
-    /// What is left of the probability of each sample's own label, on average, if chance is taken out: 0 if colours tell nothing, 1
-    /// if they tell everything. Each label counts the same.
+    /// What is left of the probability of a sample's own label, on average, if chance is taken out: 0 if colours tell nothing, 1 if they
+    /// tell everything. Each label counts the same.
     fn separation(&self) -> f32 {
-        let known = self.histograms.iter().filter(|h| h.total() >= LEAST_SAMPLES).count();
-        if known < 2 {
+        let mut right = vec![(0.0, 0_u32); self.histograms.len()];
+        for &(label, colour) in self.samples.iter().step_by(TEST_STRIDE) {
+            // A sample is no witness for itself.
+            let own = self.histograms[label as usize].share_of_others(colour) + UNSEEN;
+            let others = self.sum(colour) - self.share(label as usize, colour);
+            let (sum, count) = &mut right[label as usize];
+            *sum += own / (own + others);
+            *count += 1;
+        }
+        let known = |l: &usize| self.histograms[*l].total() >= LEAST_SAMPLES && right[*l].1 > 0;
+        let known: Vec<usize> = (0..right.len()).filter(known).collect();
+        if known.len() < 2 {
             return 0.0;
         }
-        let mut right = 0.0;
-        for &(label, colour) in &self.samples {
-            let own = &self.histograms[label as usize];
-            if own.total() >= LEAST_SAMPLES {
-                // A sample is no witness for itself.
-                let share = own.share_of_others(colour) + UNSEEN;
-                let sum = self.sum(colour) - self.share(label as usize, colour) + share;
-                right += share / (sum * own.total());
-            }
-        }
-        let chance = 1.0 / known as f32;
-        ((right / known as f32 - chance) / (1.0 - chance)).clamp(0.0, 1.0)
+        let mean = known.iter().map(|&l| right[l].0 / right[l].1 as f32).sum::<f32>() / known.len() as f32;
+        let chance = 1.0 / known.len() as f32;
+        ((mean - chance) / (1.0 - chance)).clamp(0.0, 1.0)
     }
 
     fn share(&self, label: usize, colour: Colour) -> f32 {

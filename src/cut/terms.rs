@@ -3,7 +3,8 @@
 //! Superpixels of all frames are numbered through, frame by frame.
 //!
 //! 1. Each point of a trajectory lies in one superpixel; points outside the image belong to the nearest pixel.
-//! 2. Unary: `λ_r (1 − h_r(label))`.
+//! 2. Unary: `λ_r (1 − h_r(label))`. Where λ_r is zero, colour may stand in for the histogram, beyond the paper: the probability of the
+//!    label by the colours of all superpixels that have witnesses.
 //! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its length.
 //! 4. Temporal: common trajectories by the larger number of trajectories; and, beyond the paper, pixels that flow carries over by the
 //!    larger number of pixels.
@@ -11,6 +12,7 @@
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536.
 
 use super::ambiguous::ambiguous_shares;
+use super::colour::ClipColours;
 use super::{CutInput, CutParams, MAX_WEIGHT, Potts};
 use crate::image::Plane;
 use crate::superpixel::Superpixels;
@@ -105,12 +107,30 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
     }
     let trust = trust(input, params);
     let mut costs = Vec::with_capacity(votes.len());
+    let mut silent = Vec::new();
+    let wanted = params.colour_weight > 0.0;
+    let mut colours = if wanted { ClipColours::new(input.superpixels, input.frames, num_labels) } else { None };
     for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
         let total = votes.iter().sum::<u32>() as f32;
         let full = (total / params.full_tracks.max(1.0)).min(1.0);
         let lambda = params.unary_weight * full * trust.get(node).copied().unwrap_or(1.0);
         let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
         costs.extend(votes.iter().map(|&v| rounded(lambda * (1.0 - share(v)))));
+        match &mut colours {
+            Some(colours) if lambda > 0.0 => {
+                for (label, &v) in votes.iter().enumerate().filter(|(_, v)| **v > 0) {
+                    colours.add(node, label, share(v));
+                }
+            }
+            _ => silent.push(node),
+        }
+    }
+    if let Some(colours) = colours {
+        for node in silent {
+            for (label, cost) in costs[node * num_labels..][..num_labels].iter_mut().enumerate() {
+                *cost = rounded(params.colour_weight * (1.0 - colours.probability(node, label)));
+            }
+        }
     }
     costs
 }

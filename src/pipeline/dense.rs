@@ -70,7 +70,7 @@ impl Dense {
             return Progress { stage: Stage::Superpixels, done: self.superpixels.len() as u32, total };
         }
         if self.cut.labels.is_empty() {
-            return self.step_cut(tracks, clusters, flows, params);
+            return self.step_cut(frames, tracks, clusters, flows, params);
         }
         let t = self.masks.len();
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
@@ -82,13 +82,14 @@ impl Dense {
 
     fn step_cut(
         &mut self,
+        frames: &[Frame],
         tracks: &Trajectories,
         clusters: &Clusters,
         flows: &[CompactFlow],
         params: &Params,
     ) -> Progress {
         let mut moves =
-            self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(tracks, clusters, flows, &params.cut)));
+            self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(frames, tracks, clusters, flows, &params.cut)));
         let more = moves.step();
         let (done, total) = moves.progress();
         if more {
@@ -105,6 +106,7 @@ impl Dense {
     /// The energy, from the denser trajectories labelled by those that were clustered.
     fn begin_cut(
         &self,
+        frames: &[Frame],
         tracks: &Trajectories,
         clusters: &Clusters,
         flows: &[CompactFlow],
@@ -115,11 +117,15 @@ impl Dense {
         match &self.tracks {
             Some(dense) => {
                 let label = labels_for(dense, tracks, &clusters.label, num_labels, params);
-                GabrielCut::new(&CutInput { superpixels, tracks: dense, label: &label, num_labels, flows }, params)
+                GabrielCut::new(
+                    &CutInput { superpixels, tracks: dense, label: &label, num_labels, flows, frames },
+                    params,
+                )
             }
-            None => {
-                GabrielCut::new(&CutInput { superpixels, tracks, label: &clusters.label, num_labels, flows }, params)
-            }
+            None => GabrielCut::new(
+                &CutInput { superpixels, tracks, label: &clusters.label, num_labels, flows, frames },
+                params,
+            ),
         }
     }
 }

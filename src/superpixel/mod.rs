@@ -98,6 +98,9 @@ pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &Supe
     partition(segments, map, None, params)
 }
 
+/// Longest line and widest gap between points of the frame where a wanted number of superpixels needs more than contours give.
+const SHORT: f32 = 6.0;
+
 /// The superpixels of one image, on their own: `count` of them, or without it as many as the contours above the thresholds give.
 ///
 /// To come to a given count, faces of all contours however weak are joined across the weakest borders; an image with few contours has
@@ -118,13 +121,18 @@ pub fn superpixels_in(
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
-    match count {
-        None => gabriel_superpixels(&contour_segments(map, contour), map, superpixel),
-        Some(_) => {
-            let fine = ContourParams { low: 0.0, high: 0.01, ..contour.clone() };
-            partition(&contour_segments(map, &fine), map, count, superpixel)
-        }
+    let Some(wanted) = count else {
+        return gabriel_superpixels(&contour_segments(map, contour), map, superpixel);
+    };
+    let fine = ContourParams { low: 0.0, high: 0.01, ..contour.clone() };
+    let found = partition(&contour_segments(map, &fine), map, count, superpixel);
+    if found.count >= wanted {
+        return found;
     }
+    // Too few: shorter lines give more points that edges can join.
+    let finer = ContourParams { high: 0.0, min_chain: 3, max_line: SHORT, ..fine };
+    let dense = SuperpixelParams { frame_step: SHORT, ..superpixel.clone() };
+    partition(&contour_segments(map, &finer), map, count, &dense)
 }
 
 /// Faces, joined where they are very small or more than `count`.
