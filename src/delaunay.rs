@@ -189,6 +189,31 @@ mod tests {
     }
 
     #[test]
+    fn given_lines_are_kept_and_crossing_ones_are_not() {
+        let points = [(0.0, 0.0), (10.0, 0.0), (10.0, 1.0), (0.0, 1.0), (5.0, 0.5), (0.0, 0.0)];
+        let constraints = |lines: &[(u32, u32)]| -> Vec<[u32; 2]> {
+            let edges = constrained_delaunay(&points, lines).edges;
+            edges.iter().filter(|e| e.constraint).map(|e| e.ends).collect()
+        };
+        // A line through a point is kept in two pieces, one from a second point at the same place begins in the first.
+        assert_eq!(constraints(&[(5, 2)]), [[0, 4], [2, 4]]);
+        assert_eq!(constraints(&[(5, 0), (3, 3)]), [[0; 2]; 0]);
+        // They meet in the point in the middle; without it the second crosses the first.
+        assert_eq!(constraints(&[(0, 2), (1, 3)]), [[0, 4], [1, 4], [2, 4], [3, 4]]);
+        let edges = constrained_delaunay(&points[..4], &[(0, 2), (1, 3)]).edges;
+        assert!(edges.iter().any(|e| e.ends == [0, 2] && e.constraint) && edges.iter().all(|e| e.ends != [1, 3]));
+    }
+
+    #[test]
+    fn no_triangle_comes_of_points_on_one_line() {
+        for n in 0..5 {
+            let points: Vec<_> = (0..n).map(|i| (i as f32, 2.0 * i as f32)).collect();
+            let lines: Vec<_> = (1..n).map(|i| (0, i)).collect();
+            assert_eq!(constrained_delaunay(&points, &lines), Triangulation::default(), "{n} points");
+        }
+    }
+
+    #[test]
     fn a_regular_grid_is_triangulated() {
         let points: Vec<_> = (0..100).map(|k| ((k % 10) as f32 * 8.0, (k / 10) as f32 * 8.0)).collect();
         assert_eq!(delaunay_edges(&points).len(), 2 * 90 + 81);

@@ -58,7 +58,7 @@ crate::params! {
         /// Whether borders count by their length, relative to the mean and within 0.05 to 4. The paper does not.
         pub by_length: bool = true, in 0..=1;
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
-        pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
+        pub temporal_weight: f32 = 2.0, in 0.0..=1000.0;
         /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper.
         pub flow_weight: f32 = 0.0, in 0.0..=1000.0;
         /// Weight of the colours of a label over the clip, where a superpixel has no trajectories of its own that count. Not in the paper.
@@ -69,7 +69,7 @@ crate::params! {
         /// Whether a superpixel's own trajectories count less, by `(1 − share)²`, the larger that share is. Not in the paper.
         pub ambiguous_soft: bool = false, in 0..=1;
         /// Radius within which labelled trajectories vote on others, in pixels of the processed frames. Higher is slower.
-        pub vote_radius: f32 = 16.0, in 1.0..=1000.0;
+        pub vote_radius: f32 = 24.0, in 1.0..=1000.0;
         /// How differently a trajectory may move from those that vote on it, in pixels per frame.
         pub vote_motion: f32 = 0.5, in 0.001..=100.0;
         /// Share of the votes that a label needs; below, a trajectory's label stays unknown.
@@ -78,11 +78,13 @@ crate::params! {
 }
 
 impl CutParams {
-    /// The paper's energy, with its misprints resolved: no weighting by length, no flow, the 30 % rule for ambiguous superpixels.
+    /// The paper's energy, with its misprints resolved: nothing by length or flow, all weights 1, the 30 % rule for ambiguous
+    /// superpixels.
     ///
-    /// From outside: `byLength` false, `flowWeight` 0, `colourWeight` 0, `fullTracks` 0, `ambiguousSoft` false, `ambiguousShare` 0.3.
+    /// From outside: `preset` = `paper`.
     pub fn paper() -> Self {
         Self {
+            temporal_weight: 1.0,
             by_length: false,
             flow_weight: 0.0,
             colour_weight: 0.0,

@@ -10,7 +10,7 @@
 use crate::contour::{ORIENTATIONS, normals, thin};
 use crate::image::{Frame, Plane, gaussian_blur};
 
-/// Standard deviation of the blur, in pixels: the best for both on the Berkeley images, among whole numbers.
+/// Standard deviation of the blur, in pixels, usual for images of this benchmark.
 pub const BLUR: f32 = 2.0;
 /// Canny's lower threshold by his upper one.
 pub const LOW_SHARE: f32 = 0.4;

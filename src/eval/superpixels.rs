@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn a_sliver_of_a_superpixel_does_not_count_as_leak() {
-        let label = Plane::from_fn(100, 1, |x, _| u32::from(x >= 4 && x < 50) + 2 * u32::from(x >= 50));
+        let label = Plane::from_fn(100, 1, |x, _| u32::from((4..50).contains(&x)) + 2 * u32::from(x >= 50));
         let regions = Plane::from_fn(100, 1, |x, _| u16::from(x >= 52));
         let s = score_superpixels(&label, &regions).unwrap();
         assert_eq!((s.under, s.leak, s.accuracy), (0.04, 0.0, 0.98));

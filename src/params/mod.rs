@@ -188,12 +188,29 @@ impl ParamGroup for Params {
     }
 }
 
+/// The name under which a preset is chosen from outside.
+const PRESET: &str = "preset";
+
 impl Params {
-    /// Sets the parameter `name` (e.g. `flow.patchStride`).
+    /// The dense half as the paper has it: the energy of [`CutParams::paper`], masks from the clustered trajectories alone, borders
+    /// where the superpixels have them. Everything before is as by default.
+    pub fn paper() -> Self {
+        let mut params = Self { cut: CutParams::paper(), ..Self::default() };
+        params.trajectory.mask_step = params.trajectory.grid_step;
+        params.trajectory.mask_min_length = params.trajectory.min_length;
+        params.refine.band = 0;
+        params
+    }
+
+    /// Sets the parameter `name` (e.g. `flow.patchStride`). The name `preset` sets all parameters, to `default` or to `paper`
+    /// ([`Params::paper`]).
     ///
     /// # Errors
     /// [`Error::Param`] when no parameter has this name (the message lists near ones) or the value is not legal.
     pub fn set(&mut self, name: &str, value: &ParamValue) -> Result<(), Error> {
+        if name == PRESET {
+            return self.choose(value);
+        }
         let mut outcome = None;
         let mut names = Vec::new();
         self.visit("", &mut |mut field| {
@@ -211,14 +228,32 @@ impl Params {
         })
     }
 
-    /// Sets every parameter named in `tree`, e.g. from `{"flow": {"patchStride": 5}}`. On an error nothing is changed.
+    fn choose(&mut self, preset: &ParamValue) -> Result<(), Error> {
+        *self = match preset {
+            ParamValue::Text(name) if name == "default" => Self::default(),
+            ParamValue::Text(name) if name == "paper" => Self::paper(),
+            other => {
+                let expected = "default or paper".to_owned();
+                return Err(Error::Param { name: PRESET.to_owned(), value: other.to_string(), expected });
+            }
+        };
+        Ok(())
+    }
+
+    /// Sets every parameter named in `tree`, e.g. from `{"flow": {"patchStride": 5}}`; a `preset` goes first, whatever its place.
+    /// On an error nothing is changed.
     ///
     /// # Errors
     /// As [`Params::set`].
     pub fn apply(&mut self, tree: &ParamTree) -> Result<(), Error> {
         let mut changed = self.clone();
+        if let Some(preset) = tree.0.get(PRESET) {
+            changed.choose(preset)?;
+        }
         for (name, value) in tree.flatten() {
-            changed.set(&name, value)?;
+            if name != PRESET {
+                changed.set(&name, value)?;
+            }
         }
         *self = changed;
         Ok(())
@@ -298,6 +333,18 @@ mod tests {
         let mut again = Params::default();
         again.apply(&serde_json::from_str(&text).unwrap()).unwrap();
         assert_eq!(again, params);
+    }
+
+    #[test]
+    fn a_preset_comes_before_what_is_set_beside_it() {
+        let tree: ParamTree = serde_json::from_str(r#"{"cut": {"byLength": true}, "preset": "paper"}"#).unwrap();
+        let mut params = Params::default();
+        params.apply(&tree).unwrap();
+        assert!(params.cut.by_length && params.cut.ambiguous_share == 0.3 && params.refine.band == 0);
+        params.set("preset", &ParamValue::Text("default".into())).unwrap();
+        assert_eq!(params, Params::default());
+        let message = params.set("preset", &ParamValue::Number(1.0)).unwrap_err().to_string();
+        assert_eq!(message, "preset = 1 (expected default or paper)");
     }
 
     #[test]

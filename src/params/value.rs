@@ -12,7 +12,7 @@ pub enum ParamValue {
     Bool(bool),
     /// Any number.
     Number(f64),
-    /// Any text; never legal as a value today, kept so that the error can name it.
+    /// Any text; the name of a preset, and no legal value of anything else.
     Text(String),
     /// A nested section.
     Section(ParamTree),

@@ -31,9 +31,11 @@ describe('video files', () => {
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(19));
     await screenshot(page, 'dashcam');
     const pictures = new Set();
+    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.count);
     for (const id of await page.evaluate(() => globalThis.tracecutDemo.app.layers.map((layer) => layer.id))) {
       await showOnly(page, id);
-      await page.waitForFunction(paintedShare);
+      // Masks of a clip in which nothing but background is found are clear.
+      if (id !== 'masks' || objects > 0) await page.waitForFunction(paintedShare);
       await screenshot(page, `dashcam-${id}`);
       pictures.add(await page.evaluate(() => document.querySelector('#canvas').toDataURL()));
     }

@@ -106,7 +106,9 @@ export async function showOnly(page, id) {
 
 /** Runs in the page: the share of the canvas that is painted at all. */
 export function paintedShare() {
-  const { canvas } = globalThis.tracecutDemo.app.viewer;
+  const { viewer } = globalThis.tracecutDemo.app;
+  viewer.draw();
+  const { canvas } = viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
   let painted = 0;
   for (let at = 3; at < data.length; at += 4) if (data[at] > 0) painted += 1;

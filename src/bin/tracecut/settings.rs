@@ -11,7 +11,7 @@ pub(crate) struct Settings {
     /// JSON file of parameters, e.g. {"flow": {"patchStride": 5}}; `tracecut params` lists them
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
-    /// Set one parameter, after those of the file; may be repeated
+    /// Set one parameter, after those of the file; may be repeated. preset=paper sets all to the paper's dense half
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
     settings: Vec<(String, ParamValue)>,
 }
@@ -32,7 +32,7 @@ impl Settings {
     }
 }
 
-/// `key=value`: true and false, then numbers, then text (which no parameter takes, but the error shall name it).
+/// `key=value`: true and false, then numbers, then text (the name of a preset; no parameter takes it, but the error shall name it).
 fn parse_setting(text: &str) -> std::result::Result<(String, ParamValue), String> {
     let (name, value) =
         text.split_once('=').ok_or_else(|| "expected KEY=VALUE, such as flow.patchStride=5".to_owned())?;
