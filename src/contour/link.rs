@@ -31,10 +31,10 @@ pub(super) struct Chains {
 /// are left out.
 pub(super) fn link(thin: &Plane<f32>, low: f32, high: f32, min_chain: usize) -> Chains {
     let mut lines = Lines::above(thin, low, high);
-    lines.thin(thin);
+    lines.thin();
     lines.weld();
     lines.reach_border();
-    lines.thin(thin);
+    lines.thin();
     for short in lines.trace(min_chain).1 {
         lines.on[short] = false;
     }
@@ -44,6 +44,8 @@ pub(super) fn link(thin: &Plane<f32>, low: f32, high: f32, min_chain: usize) -> 
 /// Which pixels lie on a line, with a margin of one pixel around the image.
 struct Lines {
     on: Vec<bool>,
+    /// Pb where it is above `low`, as numbers of the same order; 0 elsewhere.
+    strength: Vec<u32>,
     width: usize,
     height: usize,
     stride: usize,
@@ -54,22 +56,24 @@ impl Lines {
     fn above(thin: &Plane<f32>, low: f32, high: f32) -> Self {
         let (width, height) = (thin.width(), thin.height());
         let stride = width + 2;
-        let mut weak = vec![false; stride * (height + 2)];
+        let mut strength = vec![0; stride * (height + 2)];
         let mut stack = Vec::new();
         for y in 0..height {
             let begin = (y + 1) * stride + 1;
             for (x, &value) in thin.row(y).iter().enumerate() {
-                weak[begin + x] = value > low;
-                if value > low && value > high {
-                    stack.push(begin + x);
+                if value > low {
+                    strength[begin + x] = order::single(value);
+                    if value > high {
+                        stack.push(begin + x);
+                    }
                 }
             }
         }
-        let mut lines = Self { on: vec![false; weak.len()], width, height, stride };
+        let mut lines = Self { on: vec![false; strength.len()], strength, width, height, stride };
         while let Some(p) = stack.pop() {
             if !lines.on[p] {
                 lines.on[p] = true;
-                stack.extend((0..8).map(|k| lines.neighbour(p, k)).filter(|&q| weak[q]));
+                stack.extend((0..8).map(|k| lines.neighbour(p, k)).filter(|&q| lines.strength[q] > 0 && !lines.on[q]));
             }
         }
         lines
@@ -102,10 +106,10 @@ impl Lines {
     }
 
     /// 2. Thinning. A pass looks at the pixels beside those that the pass before removed.
-    fn thin(&mut self, strength: &Plane<f32>) {
+    fn thin(&mut self) {
         let mut pass = self.all();
         while !pass.is_empty() {
-            order::sort_by_key(&mut pass, |&p| order::pair(order::single(strength[self.place(p)]), p as u32));
+            order::sort_by_key(&mut pass, |&p| order::pair(self.strength[p], p as u32));
             pass.dedup();
             let mut next = Vec::new();
             for p in pass {
@@ -177,12 +181,13 @@ impl Lines {
     /// 4. The chains, and the pixels that only short ones with a free end have.
     fn trace(&self, min_chain: usize) -> (Chains, Vec<usize>) {
         let pixels = self.all();
-        // Links not yet walked over.
-        let mut open = vec![0_u8; self.on.len()];
+        let mut links = vec![0_u8; self.on.len()];
         for &p in &pixels {
-            open[p] = self.links(p);
+            links[p] = self.links(p);
         }
-        let is_node = |p: usize| self.links(p).count_ones() != 2;
+        // Links not yet walked over.
+        let mut open = links.clone();
+        let is_node = |p: usize| links[p].count_ones() != 2;
         let mut chains = Chains { points: Vec::new(), offset: vec![0] };
         let mut short = Vec::new();
         let (nodes, others): (Vec<usize>, Vec<usize>) = pixels.iter().partition(|&&p| is_node(p));
@@ -190,15 +195,15 @@ impl Lines {
             while open[start] != 0 {
                 let walk = self.walk(start, &mut open, &is_node);
                 let (first, last) = (walk[0], walk[walk.len() - 1]);
-                let free = |p: usize| self.links(p).count_ones() == 1 && self.to_border(p).0 > 0;
+                let free = |p: usize| links[p].count_ones() == 1 && self.to_border(p).0 > 0;
                 let closed = first == last && !is_node(first);
                 if walk.len() < min_chain && (free(first) || free(last) || closed) {
-                    short.extend(walk.iter().filter(|&&p| self.links(p).count_ones() <= 2));
+                    short.extend(walk.iter().filter(|&&p| links[p].count_ones() <= 2));
                 } else {
                     self.push(&walk, &mut chains);
                 }
             }
-            if self.links(start) == 0 {
+            if links[start] == 0 {
                 short.push(start);
             }
         }

@@ -2,6 +2,30 @@
 //!
 //! In: a [`Frame`]. Out: [`BoundaryMap`], a boundary probability Pb for each pixel, and [`Segments`], straight pieces fitted to what is
 //! left of it after thinning and thresholding.
+//!
+//! Pb asks, for each pixel and direction, how much the histograms of the image on one side differ from those on the other (Martin, Fowlkes
+//! and Malik, PAMI 2004; at several scales: Arbelaez et al., PAMI 2011). Nothing is trained.
+//!
+//! 1. Each channel of Lab becomes 8 soft bins (`lab`, `histogram`); small patterns of brightness become 9 fixed textons (`texton`).
+//! 2. The bins are blurred at three scales, standard deviation 1.5, 3 and 6 pixels: `h_b` is then the local histogram. What
+//!    is coarse is computed at half or quarter size (`gradient`).
+//! 3. Half-discs a small way apart have the chi-square distance `n^T J n` along their common normal `n`, up to a factor, with the tensor
+//!    `J = sum_b grad h_b grad h_b^T / h_b`. Tensors of all channels are added by weight and blurred (`histogram`).
+//! 4. The strength along each of 8 directions is the mean over the scales of `sqrt(n^T J n)`, and then a mean along the boundary.
+//! 5. The strongest direction counts. A logistic function makes it a probability, minus what it gives where nothing changes.
+//! 6. Pixels that are not the largest across the boundary are left out of the thin map (`thin`).
+//!
+//! Borders are mirrored, so the frame of the image is no boundary. There is no normalisation by image: a value means the same in every
+//! frame of every clip.
+//!
+//! **Deviations.** The works cited measure half-discs of finite size for each direction, with bins of their own sizes, and textons that
+//! are clusters of filter responses of the image. The tensor needs one pass for all directions, and fixed textons do not jump
+//! between frames.
+//!
+//! **Calibration.** The logistic's two numbers are fitted to 40 images of BSDS500 such that Pb is the probability that a person drew
+//! an outline within two pixels (a square of five by five). The best single threshold there is about 0.13.
+//!
+//! **Cost**: linear in pixels.
 
 mod blur;
 mod fit;
@@ -9,6 +33,8 @@ mod gradient;
 mod histogram;
 mod lab;
 mod link;
+#[cfg(test)]
+mod tests;
 mod texton;
 mod thin;
 
@@ -30,10 +56,13 @@ crate::params! {
         pub deviation: f32 = 1.5, in 0.1..=20.0;
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them whole.
         pub max_line: f32 = 50.0, in 0.0..=10000.0;
+        /// Standard deviation of the finest windows, in pixels; the others are two and four times as wide. Lower finds finer detail and more
+        /// noise.
+        pub sigma: f32 = 1.5, in 0.5..=8.0;
         /// Weight of changes of colour (a and b of Lab), that of changes of brightness being 1.
         pub colour_weight: f32 = 0.6, in 0.0..=10.0;
         /// Weight of changes of texture.
-        pub texture_weight: f32 = 0.7, in 0.0..=10.0;
+        pub texture_weight: f32 = 1.0, in 0.0..=10.0;
         /// Weight of changes of motion; 0 leaves them out.
         pub motion_weight: f32 = 0.0, in 0.0..=10.0;
     }
@@ -62,28 +91,37 @@ pub struct Segments {
     pub lines: Vec<(u32, u32)>,
 }
 
-/// Pb of `frame`. The flow to the next frame, where it is known, will add motion boundaries.
+/// Pb of `frame`.
+///
+/// `flow` leads from this frame to the next or the previous one; with [`ContourParams::motion_weight`] above 0 its jumps count too. A flow
+/// of another size than the frame is left out.
 pub fn boundary_map(frame: &Frame, flow: Option<&FlowField>, params: &ContourParams) -> BoundaryMap {
-    let oriented = gradient::oriented_strength(frame, flow, params);
     let (w, h) = (frame.width(), frame.height());
-    let mut pb = Plane::filled(w, h, 0.0_f32);
+    let mut strength = Plane::filled(w, h, 0.0_f32);
     let mut orientation = Plane::filled(w, h, 0_u8);
-    for (k, plane) in oriented.iter().enumerate() {
-        for ((best, o), &v) in pb.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane) {
+    for (k, plane) in gradient::oriented_strength(frame, flow, params).iter().enumerate() {
+        for ((best, o), &v) in strength.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane) {
             *o = if v > *best { k as u8 } else { *o };
             *best = v.max(*best);
         }
     }
-    let logistic = |s: f32| 1.0 / (1.0 + libm::expf(-SLOPE * (s - CENTRE)));
     let none = logistic(0.0);
-    let pb = pb.map(|s| (logistic(s) - none).clamp(0.0, 1.0));
-    BoundaryMap { thin: thin(&pb, &orientation), pb }
+    let pb = strength.map(|s| (logistic(s) - none).clamp(0.0, 1.0));
+    let mut thin = thin(&strength, &orientation);
+    for (thin, &pb) in thin.data_mut().iter_mut().zip(pb.data()) {
+        *thin = if *thin > 0.0 { pb } else { 0.0 };
+    }
+    BoundaryMap { pb, thin }
+}
+
+fn logistic(strength: f32) -> f32 {
+    1.0 / (1.0 + libm::expf(-SLOPE * (strength - CENTRE)))
 }
 
 /// Slope of the logistic that turns strengths into probabilities.
-const SLOPE: f32 = 7.07;
+const SLOPE: f32 = 7.05;
 /// Strength at which it is one half.
-const CENTRE: f32 = 0.74;
+const CENTRE: f32 = 0.77;
 
 /// The contours of `map` as line segments.
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {

@@ -1,40 +1,68 @@
 //! Thinning: what is left of a strength map on its ridges.
 
-use crate::image::Plane;
+use crate::image::{Plane, sample_bilinear};
 
 /// Directions that an orientation map tells apart.
 pub(crate) const ORIENTATIONS: usize = 8;
 
-/// `strength` where it is largest across the boundary, 0 elsewhere. `orientation[i]` is the direction of the boundary's normal, in steps
+/// `strength` where it is largest across the boundary, 0 elsewhere. `orientation` holds the direction of the boundary's normal, in steps
 /// of a half turn by [`ORIENTATIONS`] from the x axis towards the y axis.
 ///
-/// A pixel stays when it is larger than the interpolated values one pixel before it and not smaller than those behind it.
+/// A pixel stays when it is larger than the interpolated value one pixel before it along the normal and not smaller than that behind it,
+/// so of two equal neighbours one stays. What rises up to the border of the image has no ridge there.
 pub(crate) fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
     let (w, h) = (strength.width(), strength.height());
-    let mut out = Plane::filled(w, h, 0.0);
     let normals = normals();
-    for y in 0..h {
-        for x in 0..w {
-            let value = strength[(x, y)];
-            if value <= 0.0 {
-                continue;
-            }
-            let (nx, ny) = normals[usize::from(orientation[(x, y)]) % ORIENTATIONS];
-            let (x, y) = (x as f32, y as f32);
-            let before = crate::image::sample_bilinear(strength, x - nx, y - ny);
-            let behind = crate::image::sample_bilinear(strength, x + nx, y + ny);
-            if value > before && value >= behind {
-                out[(x as usize, y as usize)] = value;
-            }
-        }
-    }
-    out
+    Plane::from_fn(w, h, |x, y| {
+        let value = strength[(x, y)];
+        let (nx, ny) = normals[usize::from(orientation[(x, y)]) % ORIENTATIONS];
+        let step = |sign: f32| {
+            let at = (x as f32 + sign * nx, y as f32 + sign * ny);
+            (at.0.clamp(0.0, (w - 1) as f32), at.1.clamp(0.0, (h - 1) as f32))
+        };
+        let (before, behind) = (step(-1.0), step(1.0));
+        let largest = value > 0.0
+            && value > sample_bilinear(strength, before.0, before.1)
+            && value >= sample_bilinear(strength, behind.0, behind.1)
+            && behind != (x as f32, y as f32);
+        if largest { value } else { 0.0 }
+    })
 }
 
 /// Unit normals of the orientations.
 pub(crate) fn normals() -> [(f32, f32); ORIENTATIONS] {
     std::array::from_fn(|k| {
+        // Exact where a normal is parallel to a side of the image.
+        if 2 * k == ORIENTATIONS {
+            return (0.0, 1.0);
+        }
         let angle = std::f32::consts::PI * k as f32 / ORIENTATIONS as f32;
         (libm::cosf(angle), libm::sinf(angle))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ridge_is_thinned_to_its_crest() {
+        let strength = Plane::from_fn(5, 3, |x, _| [0.1, 0.4, 0.9, 0.4, 0.1][x]);
+        let out = thin(&strength, &Plane::filled(5, 3, 0));
+        for y in 0..3 {
+            assert_eq!(out.row(y), [0.0, 0.0, 0.9, 0.0, 0.0]);
+        }
+        // Along the ridge nothing is larger, so with a normal in this direction no pixel is left.
+        assert!(thin(&strength, &Plane::filled(5, 3, 4)).data().iter().all(|&v| v == 0.0));
+    }
+
+    #[test]
+    fn of_two_equal_pixels_one_stays_and_of_a_rise_to_the_border_none() {
+        let pair = Plane::from_fn(4, 1, |x, _| [0.1, 0.5, 0.5, 0.1][x]);
+        assert_eq!(thin(&pair, &Plane::filled(4, 1, 0)).data(), [0.0, 0.5, 0.0, 0.0]);
+        for rise in [[0.1, 0.2, 0.3, 0.4], [0.4, 0.3, 0.2, 0.1], [0.3, 0.3, 0.3, 0.3]] {
+            let out = thin(&Plane::from_fn(4, 1, |x, _| rise[x]), &Plane::filled(4, 1, 0));
+            assert!(out.data().iter().all(|&v| v == 0.0), "{rise:?}: {:?}", out.data());
+        }
+    }
 }

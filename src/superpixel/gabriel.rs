@@ -10,6 +10,8 @@ use crate::order::{pair, signed, sort_by_key};
 
 /// Units in a pixel.
 pub(super) const UNIT: i64 = 256;
+/// Where the image begins, at -0.5 pixels.
+const LOW: i64 = -UNIT / 2;
 
 /// A point in 1/256 pixel.
 pub(super) type Point = (i64, i64);
@@ -122,7 +124,7 @@ fn span(row: &mut [u32], one: i64, other: i64, face: u32) {
 /// A coordinate in units, inside the image.
 fn settle(coordinate: f32, corner: i64) -> i64 {
     let units = (f64::from(coordinate) * UNIT as f64 + 0.5).floor() as i64;
-    units.clamp(-UNIT / 2, corner)
+    units.clamp(LOW, corner)
 }
 
 fn to_pixels(units: i64) -> f32 {
@@ -131,24 +133,27 @@ fn to_pixels(units: i64) -> f32 {
 
 /// Adds the corners of the image, and points on its border where the next one is farther than `step` pixels.
 fn add_frame(points: &mut Vec<Point>, corner: Point, step: f64) {
-    let low = -UNIT / 2;
     let step = if step > 0.0 { (step * UNIT as f64) as i64 } else { i64::MAX };
-    for (fixed, at) in [(0, low), (0, corner.0), (1, low), (1, corner.1)] {
-        let (along, across): (fn(&Point) -> i64, fn(&Point) -> i64) =
-            if fixed == 0 { (|p| p.1, |p| p.0) } else { (|p| p.0, |p| p.1) };
-        let end = if fixed == 0 { corner.1 } else { corner.0 };
-        let mut stops: Vec<i64> = points.iter().filter(|p| across(p) == at).map(along).collect();
-        stops.extend([low, end]);
-        sort_by_key(&mut stops, |&v| signed(v as i32).into());
-        let mut place = |v: i64| points.push(if fixed == 0 { (at, v) } else { (v, at) });
-        for pair in stops.windows(2) {
-            let gap = pair[1] - pair[0];
-            let pieces = ceil_div(gap, step).max(1);
-            (1..pieces).for_each(|i| place(pair[0] + gap * i / pieces));
-        }
-        place(low);
-        place(end);
+    for x in [LOW, corner.0] {
+        let on_side = points.iter().filter(|p| p.0 == x).map(|p| p.1).collect();
+        points.extend(stops(on_side, corner.1, step).map(|y| (x, y)));
     }
+    for y in [LOW, corner.1] {
+        let on_side = points.iter().filter(|p| p.1 == y).map(|p| p.0).collect();
+        points.extend(stops(on_side, corner.0, step).map(|x| (x, y)));
+    }
+}
+
+/// Both ends of a side, and what must be added to those already on it so that no gap is wider than `step`.
+fn stops(mut on_side: Vec<i64>, end: i64, step: i64) -> impl Iterator<Item = i64> {
+    on_side.extend([LOW, end]);
+    sort_by_key(&mut on_side, |&v| signed(v as i32).into());
+    let gaps: Vec<(i64, i64)> = on_side.windows(2).map(|pair| (pair[0], pair[1] - pair[0])).collect();
+    let between = gaps.into_iter().flat_map(move |(begin, gap)| {
+        let pieces = ceil_div(gap, step);
+        (1..pieces).map(move |i| begin + gap * i / pieces)
+    });
+    between.chain([LOW, end])
 }
 
 /// Deletes what is neither given nor has the Gabriel property. An edge loses it to the third corner of a triangle beside it inside

@@ -1,6 +1,7 @@
 //! Joining regions across weak borders: very small ones, those hardly parted, and as many more as a wanted number asks for.
 
 use super::gabriel::{Sets, Side};
+use crate::order;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -42,9 +43,9 @@ impl Regions {
 
     /// Joins every region of fewer than `min_pixels` pixels, the smallest first, with the one behind its weakest border.
     pub(super) fn join_small(&mut self, min_pixels: u32) {
-        let mut order: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] < min_pixels).collect();
-        order.sort_by_key(|&r| (self.area[r as usize], r));
-        for r in order {
+        let mut small: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] < min_pixels).collect();
+        order::sort_by_key(&mut small, |&r| u64::from(self.area[r as usize]));
+        for r in small {
             let mut region = self.sets.find(r);
             while self.area[region as usize] < min_pixels {
                 let weakest = self.links[region as usize]

@@ -1,5 +1,6 @@
 //! `tracecut`: the command line.
 
+mod boundaries;
 mod clock;
 mod dump;
 mod eval;
@@ -34,6 +35,8 @@ enum Command {
     /// Score against ground truth
     #[command(subcommand)]
     Eval(eval::EvalCommand),
+    /// Boundary probability of an image, as grey pictures
+    Boundaries(boundaries::BoundariesArgs),
     /// Superpixels of an image: a label map, and a picture of the edges between them
     Superpixels(superpixels::SuperpixelArgs),
     /// List all parameters with range, default and meaning
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Segment(args) => segment::segment(&args),
         Command::Eval(command) => eval::eval(&command),
+        Command::Boundaries(args) => boundaries::boundaries(&args),
         Command::Superpixels(args) => superpixels::superpixels(&args),
         Command::Params => settings::list(),
     };

@@ -116,3 +116,37 @@ pub(super) fn find_pairs(folder: &Path) -> Result<Vec<(PathBuf, PathBuf)>> {
     }
     Ok(pairs)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tracecut::contour::ContourParams;
+
+    /// Runs where the benchmark lies beside the checkout; it cannot be part of the repository.
+    #[test]
+    fn our_boundaries_agree_with_people_better_than_cannys() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/bsds");
+        let Ok(pairs) = find_pairs(&folder) else {
+            println!("skipped: no Berkeley images in {}", folder.display());
+            return;
+        };
+        let mut scores = [Vec::new(), Vec::new()];
+        for (image, truth) in pairs.iter().step_by(10) {
+            let (_, frame) = decode(image).unwrap();
+            let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
+            let maps = [boundary_map(&frame, None, &ContourParams::default()).thin, canny(&frame)];
+            for (map, list) in maps.iter().zip(&mut scores) {
+                let radius = tolerance(frame.width(), frame.height());
+                list.push(score(map, &people, radius, Matching::OneToOne).unwrap());
+            }
+        }
+        let [ours, canny] = scores.map(|list| summarize(&list).ods.f());
+        assert!(ours > canny + 0.05, "ours {ours}, Canny {canny}");
+    }
+
+    #[test]
+    fn other_folders_are_an_error() {
+        let failure = find_pairs(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_err();
+        assert!(failure.0.contains("BSDS500"), "{}", failure.0);
+    }
+}
