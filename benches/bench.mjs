@@ -1,4 +1,5 @@
-// `npm run bench`: seconds per stage in Node, one thread, wasm with SIMD; peak wasm memory; size of the wasm file.
+// `npm run bench`: seconds per stage in Node, one thread, wasm with SIMD; peak wasm memory; size of the wasm files. "Dense" is the half
+// from superpixels to masks.
 // Options: `-- --quick` takes the smallest size only, `-- --json FILE` also writes the figures.
 
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -6,7 +7,9 @@ import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
 
-const STAGES = ['flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'clusters'];
+const SPARSE = ['flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'clusters'];
+const DENSE = ['superpixels', 'cut', 'masks'];
+const STAGES = [...SPARSE, ...DENSE];
 const SIZES = [[320, 180, 30], [480, 270, 30], [640, 360, 30]];
 const LARGEST = [640, 480, 50];
 
@@ -17,9 +20,13 @@ const glue = await import('../dist/tracecut.js');
 const rows = [];
 
 console.log(`\nNode ${process.versions.node}, ${process.platform} ${process.arch}, one thread; seconds of the process's own time`);
-console.log(['size', 'frames', ...STAGES, 'sum', 'after flow', 'ms a field', 'tracks', 'labels', 'MiB'].join('\t'));
+console.log(['size', 'frames', ...STAGES, 'sum', 'after flow', 'dense', 'ms a field', 'tracks', 'clusters', 'objects', 'MiB'].join('\t'));
 for (const size of options.quick ? SIZES.slice(0, 1) : [...SIZES, LARGEST]) report(measure(...size));
-console.log(`\ntracecut_bg.wasm: ${wasm.length} bytes, ${gzipSync(wasm, { level: 9 }).length} gzipped`);
+console.log('');
+for (const name of ['tracecut_bg.wasm', 'decoder_bg.wasm']) {
+  const bytes = readFileSync(new URL(`../dist/${name}`, import.meta.url));
+  console.log(`${name}: ${bytes.length} bytes, ${gzipSync(bytes, { level: 9 }).length} gzipped`);
+}
 if (options.json) writeFileSync(options.json, `${JSON.stringify(rows, null, 2)}\n`);
 
 /** Runs one clip in an instance of its own, so that its memory is its own. */
@@ -38,7 +45,8 @@ function measure(width, height, frames) {
   }
   const row = {
     width, height, frames, seconds,
-    trajectories: session.trajectories().count, clusters: session.clusters().count, memoryBytes: memory.buffer.byteLength,
+    trajectories: session.trajectories().count, clusters: session.clusters().count, objects: session.objects().count,
+    memoryBytes: memory.buffer.byteLength,
   };
   session.free();
   rows.push(row);
@@ -52,9 +60,11 @@ function render(width, height, frames) {
   return Array.from({ length: frames }, (_, t) => scene.frame(t));
 }
 
-function report({ width, height, frames, seconds, trajectories, clusters, memoryBytes }) {
-  const sum = STAGES.reduce((total, stage) => total + seconds[stage], 0);
+function report({ width, height, frames, seconds, trajectories, clusters, objects, memoryBytes }) {
+  const total = (stages) => stages.reduce((sum, stage) => sum + seconds[stage], 0);
+  const [sum, dense] = [total(STAGES), total(DENSE)];
   const perField = (1000 * seconds.flow) / (2 * (frames - 1));
-  const numbers = [...STAGES.map((stage) => seconds[stage]), sum, sum - seconds.flow].map((s) => s.toFixed(3));
-  console.log([`${width}x${height}`, frames, ...numbers, perField.toFixed(1), trajectories, clusters, (memoryBytes / 2 ** 20).toFixed(1)].join('\t'));
+  const numbers = [...STAGES.map((stage) => seconds[stage]), sum, total(SPARSE) - seconds.flow, dense].map((s) => s.toFixed(3));
+  const counts = [trajectories, clusters, objects, (memoryBytes / 2 ** 20).toFixed(1)];
+  console.log([`${width}x${height}`, frames, ...numbers, perField.toFixed(1), ...counts].join('\t'));
 }

@@ -32,12 +32,6 @@ impl JsSession {
         self.0.push_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))
     }
 
-    /// Adds a frame from the bytes of a PNG or JPEG file.
-    #[wasm_bindgen(js_name = pushEncoded)]
-    pub fn push_encoded(&mut self, bytes: &[u8]) -> Result<(), JsValue> {
-        self.0.push_encoded(bytes).map_err(|e| convert::to_js_error(&e))
-    }
-
     /// Uses these trajectories, in input pixels, in place of frames.
     #[wasm_bindgen(js_name = setTrajectories)]
     #[allow(clippy::too_many_arguments, reason = "flat arrays are what crosses the boundary cheaply")]

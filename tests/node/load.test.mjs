@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { createSession } from 'tracecut';
+import { boundaries, createSession } from 'tracecut';
 import { serve } from '../../scripts/serve.mjs';
-import { rejects } from './support.mjs';
+import { plain, png, rejects } from './support.mjs';
 
 const wasmFile = new URL('../../dist/tracecut_bg.wasm', import.meta.url);
 
@@ -26,6 +26,20 @@ test('wasm can be given as bytes, as a module, as a file URL, as a web URL and a
   for (const wasm of [bytes, bytes.buffer, await WebAssembly.compile(bytes), wasmFile, url, new URL(url), await fetch(url)]) {
     (await createSession({ wasm })).close();
   }
+});
+
+test('the decoder is only loaded for files, from wherever it is said to be', async (t) => {
+  const [broken, image] = [new Uint8Array([0, 97, 115, 109, 9]), plain(8, 8)];
+  const session = await createSession({ decoder: broken });
+  t.after(() => session.close());
+  await session.push(image);
+  await rejects(session.push(png(image)), 'wasm-load', /could not be compiled/);
+  assert.equal(session.numFrames, 1);
+  const other = await createSession({ decoder: new URL('../../dist/decoder_bg.wasm', import.meta.url) });
+  t.after(() => other.close());
+  await other.push(png(image));
+  assert.equal(other.numFrames, 1);
+  await rejects(boundaries(png(image), { decoder: 7 }), 'param', /wasm = 7/);
 });
 
 test('a page of HTML in place of wasm is called what it is', async () => {

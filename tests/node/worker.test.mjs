@@ -10,7 +10,8 @@ import { Session } from '../../dist/session.js';
 import * as glue from '../../dist/tracecut.js';
 import { SMALL, STAGES, fingerprint, framesOf, ready, rejects, segment } from './support.mjs';
 
-const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
+const compiled = async (name) => WebAssembly.compile(await readFile(new URL(`../../dist/${name}_bg.wasm`, import.meta.url)));
+const module = await compiled('tracecut');
 
 /** A stand-in for a `Worker`: its far side answers as worker.js does. */
 function startWorker(answer = serve) {
@@ -35,7 +36,7 @@ function startWorker(answer = serve) {
 
 async function open(t, parameters = {}) {
   const worker = startWorker();
-  const session = new Session(await createRemoteEngine(worker, module, parameters));
+  const session = new Session(await createRemoteEngine(worker, module, parameters), () => compiled('decoder'));
   t.after(() => session.close());
   return { session, worker };
 }

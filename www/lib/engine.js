@@ -1,5 +1,6 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
+import { toPixels } from './decode.js';
 import { alive, guarded, instance } from './instance.js';
 
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
@@ -76,9 +77,8 @@ export class LocalEngine {
 
   /** @param {import('./frames.js').RawFrame} frame */
   push(frame) {
-    return this.#queued((session) => {
-      if (frame.kind === 'pixels') session.pushRgba(frame.data, frame.width, frame.height);
-      else session.pushEncoded(frame.data);
+    return this.#withPixels(frame, (session, data, width, height) => {
+      session.pushRgba(data, width, height);
       return session.info();
     });
   }
@@ -108,7 +108,7 @@ export class LocalEngine {
 
   /** @param {import('./frames.js').RawFrame} image */
   boundariesOf(image) {
-    return this.#queued((session) => session.boundariesOf(...imageArguments(image)));
+    return this.#withPixels(image, (session, data, width, height) => session.boundariesOf(data, width, height));
   }
 
   /**
@@ -116,7 +116,7 @@ export class LocalEngine {
    * @param {number} [count]
    */
   superpixelsOf(image, count) {
-    return this.#queued((session) => session.superpixelsOf(...imageArguments(image), count));
+    return this.#withPixels(image, (session, data, width, height) => session.superpixelsOf(data, width, height, count));
   }
 
   clear() {
@@ -201,6 +201,17 @@ export class LocalEngine {
     return guarded(this.#born, () => call(this.#session));
   }
 
+  /**
+   * @param {import('./frames.js').RawFrame} frame
+   * @param {(session: import('./tracecut.js').Session, data: Uint8Array, width: number, height: number) => any} call
+   */
+  #withPixels(frame, call) {
+    return this.#inOrder(async () => {
+      const { data, width, height } = await toPixels(frame);
+      return this.#call((session) => call(session, data, width, height));
+    });
+  }
+
   /** @param {(session: import('./tracecut.js').Session) => any} call */
   #queued(call) {
     return this.#inOrder(async () => this.#call(call));
@@ -227,14 +238,6 @@ function allLabels(session, { numFrames, width, height }) {
   const labels = new Uint8Array(numFrames * width * height);
   for (let t = 0; t < numFrames; t += 1) labels.set(session.labels(t), t * width * height);
   return labels;
-}
-
-/**
- * @param {import('./frames.js').RawFrame} image
- * @returns {[data: Uint8Array, width: number, height: number]} a size of 0 says that the data are those of a file
- */
-function imageArguments(image) {
-  return image.kind === 'pixels' ? [image.data, image.width, image.height] : [image.data, 0, 0];
 }
 
 /** @type {(() => Promise<void>) | undefined} */

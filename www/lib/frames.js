@@ -14,9 +14,9 @@ import { wholeNumber } from './options.js';
  */
 
 /**
- * A frame on its way to the engine, in memory that nobody else holds.
+ * A frame on its way to the engine, in memory that nobody else holds. Files go with the module that decodes them.
  * @typedef {{kind: 'pixels', data: Uint8Array<ArrayBuffer>, width: number, height: number}
- *   | {kind: 'file', data: Uint8Array<ArrayBuffer>}} RawFrame
+ *   | {kind: 'file', data: Uint8Array<ArrayBuffer>, decoder?: WebAssembly.Module}} RawFrame
  */
 
 const MAX_SIDE = 16384;
@@ -25,9 +25,19 @@ const LEGAL = 'ImageData, {data, width, height}, a canvas, VideoFrame, ImageBitm
 /**
  * Copies a frame out of whatever holds it. Pixels and bytes are copied before this returns, so the caller may reuse them at once.
  * @param {FrameSource} frame
+ * @param {() => Promise<WebAssembly.Module>} loadDecoder asked for files only
  * @returns {Promise<RawFrame>}
  */
-export async function toRawFrame(frame) {
+export async function toRawFrame(frame, loadDecoder) {
+  const raw = await copied(frame);
+  return raw.kind === 'file' ? { ...raw, decoder: await loadDecoder() } : raw;
+}
+
+/**
+ * @param {FrameSource} frame
+ * @returns {Promise<RawFrame>}
+ */
+async function copied(frame) {
   switch (typeTag(frame)) {
     case 'Uint8Array':
     case 'ArrayBuffer':

@@ -47,8 +47,8 @@ export const EdgeKind = Object.freeze({
 });
 
 /**
- * Options of a single image: two groups of the parameter tree, and `wasm` and `worker` as for a session.
- * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'worker'>} ImageOptions
+ * Options of a single image: two groups of the parameter tree, and `wasm`, `decoder` and `worker` as for a session.
+ * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'decoder' | 'worker'>} ImageOptions
  */
 
 /**
@@ -57,7 +57,7 @@ export const EdgeKind = Object.freeze({
  * @typedef {ImageOptions & {count?: number}} SuperpixelOptions
  */
 
-const LEGAL = ['contour', 'superpixel', 'wasm', 'worker'];
+const LEGAL = ['contour', 'superpixel', 'wasm', 'decoder', 'worker'];
 const MAX_COUNT = 2 ** 26;
 
 /**
@@ -90,7 +90,7 @@ export async function superpixelsOf(image, options, platform) {
  * @param {(engine: import('./engine.js').Engine, raw: import('./frames.js').RawFrame) => Promise<T>} question
  */
 async function ask(image, options, platform, question) {
-  const raw = await toRawFrame(image);
+  const raw = await toRawFrame(image, () => platform.loadDecoder(options?.decoder));
   const engine = await openEngine(splitOptions(checked(options)), platform);
   try {
     return await question(engine, raw);

@@ -13,22 +13,19 @@
 import { makeClip } from './clip.js';
 import { boundariesOf, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
+import { once } from './platform.js';
 import { openSession } from './session.js';
 
 export * from './common.js';
 
-/** @type {Promise<WebAssembly.Module> | undefined} */
-let packaged;
+// Bundlers look for these very expressions.
+const packaged = once(() => loadModule(new URL('./tracecut_bg.wasm', import.meta.url)));
+const packagedDecoder = once(() => loadModule(new URL('./decoder_bg.wasm', import.meta.url)));
 
 /** @type {import('./platform.js').Platform} */
 const platform = {
-  loadModule(source) {
-    if (source !== undefined) return loadModule(source);
-    // Bundlers look for this very expression.
-    packaged ??= loadModule(new URL('./tracecut_bg.wasm', import.meta.url));
-    packaged.catch(() => (packaged = undefined));
-    return packaged;
-  },
+  loadModule: (source) => (source === undefined ? packaged() : loadModule(source)),
+  loadDecoder: (source) => (source === undefined ? packagedDecoder() : loadModule(source)),
   get startWorker() {
     if (typeof Worker === 'undefined') return undefined;
     return () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });

@@ -8,24 +8,25 @@ import { makeClip } from './clip.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
+import { once } from './platform.js';
 import { openSession } from './session.js';
 
 export * from './common.js';
 
-/** @type {Promise<WebAssembly.Module> | undefined} */
-let packaged;
+const packaged = once(() => readModule(new URL('./tracecut_bg.wasm', import.meta.url)));
+const packagedDecoder = once(() => readModule(new URL('./decoder_bg.wasm', import.meta.url)));
 
 /** @type {import('./platform.js').Platform} */
 const platform = {
-  loadModule(source) {
-    if (source instanceof URL && source.protocol === 'file:') return readModule(source);
-    if (source !== undefined) return loadModule(source);
-    packaged ??= readModule(new URL('./tracecut_bg.wasm', import.meta.url));
-    packaged.catch(() => (packaged = undefined));
-    return packaged;
-  },
+  loadModule: (source) => (source === undefined ? packaged() : load(source)),
+  loadDecoder: (source) => (source === undefined ? packagedDecoder() : load(source)),
   startWorker: undefined,
 };
+
+/** @param {import('./options.js').WasmSource} source */
+function load(source) {
+  return source instanceof URL && source.protocol === 'file:' ? readModule(source) : loadModule(source);
+}
 
 /** @param {URL} url */
 async function readModule(url) {

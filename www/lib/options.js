@@ -8,13 +8,13 @@ import { illegal, typeTag } from './errors.js';
  */
 
 /**
- * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does), and two
- * settings of this layer. `wasm` says where the wasm file is; `worker: false`
- * runs a browser's session on the calling thread (Node always does).
- * @typedef {ParameterOptions & {preset?: 'default' | 'paper', wasm?: WasmSource, worker?: boolean}} SessionOptions
+ * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does), and settings
+ * of this layer. `wasm` says where the wasm file is, `decoder` where the one is that reads PNG and JPEG files (it is fetched when the
+ * first file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does).
+ * @typedef {ParameterOptions & {preset?: 'default' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?: boolean}} SessionOptions
  */
 
-/** @typedef {{wasm?: WasmSource, worker?: boolean, parameters: Record<string, unknown>}} SplitOptions */
+/** @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean, parameters: Record<string, unknown>}} SplitOptions */
 
 /** Parameters are two levels deep; anything much deeper is a mistake, or an object that contains itself. */
 const MAX_DEPTH = 4;
@@ -27,9 +27,9 @@ const MAX_DEPTH = 4;
  */
 export function splitOptions(options = {}) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');
-  const { wasm, worker, ...parameters } = /** @type {SessionOptions} */ (options);
+  const { wasm, decoder, worker, ...parameters } = /** @type {SessionOptions} */ (options);
   if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
-  return { wasm, worker, parameters: copyTree(parameters, '', 0) };
+  return { wasm, decoder, worker, parameters: copyTree(parameters, '', 0) };
 }
 
 /**

@@ -7,8 +7,25 @@ import { createRemoteEngine } from './remote.js';
 /**
  * @typedef {object} Platform
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
+ * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadDecoder
  * @property {(() => Worker) | undefined} startWorker
  */
+
+/**
+ * Loads once, however often it is called; after a failure the next call tries again.
+ * @template T
+ * @param {() => Promise<T>} load
+ * @returns {() => Promise<T>}
+ */
+export function once(load) {
+  /** @type {Promise<T> | undefined} */
+  let loading;
+  return () => {
+    loading ??= load();
+    loading.catch(() => (loading = undefined));
+    return loading;
+  };
+}
 
 /**
  * An engine in a worker where there are workers and the options do not say otherwise, else in this thread.

@@ -2,7 +2,7 @@ import { TraceCutError, illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
-import { openEngine } from './platform.js';
+import { once, openEngine } from './platform.js';
 import { Result } from './result.js';
 import { toRawTrajectories } from './trajectories.js';
 
@@ -11,7 +11,11 @@ import { toRawTrajectories } from './trajectories.js';
  * @param {import('./platform.js').Platform} platform
  */
 export async function openSession(options, platform) {
-  return new Session(await openEngine(splitOptions(options), platform));
+  const split = splitOptions(options);
+  return new Session(
+    await openEngine(split, platform),
+    once(() => platform.loadDecoder(split.decoder)),
+  );
 }
 
 /** @type {import('./engine.js').Info} */
@@ -30,9 +34,15 @@ export class Session {
   /** @type {((reason: unknown) => void) | undefined} Ends the present run early. */
   #stopRun;
 
-  /** @param {import('./engine.js').Engine} engine */
-  constructor(engine) {
+  #loadDecoder;
+
+  /**
+   * @param {import('./engine.js').Engine} engine
+   * @param {() => Promise<WebAssembly.Module>} loadDecoder
+   */
+  constructor(engine, loadDecoder) {
     this.#engine = engine;
+    this.#loadDecoder = loadDecoder;
   }
 
   /** Frames pushed so far, or of the outside trajectories' clip. */
@@ -57,7 +67,7 @@ export class Session {
    */
   async push(frame) {
     this.#check('push');
-    const raw = await toRawFrame(frame);
+    const raw = await toRawFrame(frame, this.#loadDecoder);
     this.#check('push');
     this.#info = await this.#engine.push(raw);
   }
