@@ -108,7 +108,7 @@ fn flow_links_superpixels_without_trajectories_by_the_pixels_it_carries() {
     assert_eq!(weight(&problem, 0, 4), Some(units(2.0 * 4.0 / 16.0)));
     assert_eq!(weight(&problem, 2, 5), Some(units(2.0 * 12.0 / 16.0)));
     assert_eq!(problem.edges.len(), 4 + 5);
-    assert_eq!(energy(&all, &CutParams::default()).edges.len(), 4);
+    assert_eq!(energy(&all, &CutParams::paper()).edges.len(), 4);
 }
 
 #[test]

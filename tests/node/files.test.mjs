@@ -15,6 +15,14 @@ test('a clip of PNG files gives the same result as its pixels, however the bytes
   assert.equal(fingerprint(await segment(held)), pixels);
 });
 
+test('frames are taken in the order of the calls, files and pixels mixed', async (t) => {
+  const frames = (await framesOf()).slice(0, 4);
+  const session = await createSession();
+  t.after(() => session.close());
+  await Promise.all(frames.map((frame, k) => session.push(k % 2 === 0 ? new Blob([png(frame)]) : frame)));
+  assert.equal(fingerprint(await session.run()), fingerprint(await segment(frames)));
+});
+
 test('the caller may reuse a buffer as soon as push has returned', async (t) => {
   const frames = (await framesOf()).slice(0, 3);
   const session = await createSession();

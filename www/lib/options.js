@@ -8,9 +8,9 @@ import { illegal, typeTag } from './errors.js';
  */
 
 /**
- * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does), and settings of
- * this layer. `wasm` says where the wasm file is, `decoder` where the one is that reads PNG and JPEG files (it is fetched when the first
- * file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does).
+ * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does), and settings
+ * of this layer. `wasm` says where the wasm file is, `decoder` where the one is that reads PNG and JPEG files (it is fetched when the
+ * first file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does).
  * @typedef {ParameterOptions & {preset?: 'default' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?: boolean}} SessionOptions
  */
 
