@@ -35,6 +35,8 @@ export class Session {
   #stopRun;
 
   #loadDecoder;
+  /** @type {Promise<unknown>} Frames reach the engine in the order of the calls, however long each takes to copy. */
+  #copied = Promise.resolve();
 
   /**
    * @param {import('./engine.js').Engine} engine
@@ -67,7 +69,11 @@ export class Session {
    */
   async push(frame) {
     this.#check('push');
-    const raw = await toRawFrame(frame, this.#loadDecoder);
+    const before = this.#copied;
+    const copying = toRawFrame(frame, this.#loadDecoder);
+    this.#copied = Promise.allSettled([before, copying]);
+    await before;
+    const raw = await copying;
     this.#check('push');
     this.#info = await this.#engine.push(raw);
   }
