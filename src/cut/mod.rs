@@ -52,7 +52,7 @@ crate::params! {
         /// full, as in the paper.
         pub full_tracks: f32 = 0.0, in 0.0..=1000.0;
         /// Weight of the border between two superpixels of a frame. Higher makes labels smoother.
-        pub spatial_weight: f32 = 1.0, in 0.0..=1000.0;
+        pub spatial_weight: f32 = 2.0, in 0.0..=1000.0;
         /// A border costs `exp(−mean Pb / this)` to cut. The paper prints the mean Pb itself, a misprint.
         pub pb_scale: f32 = 0.03, in 0.001..=100.0;
         /// Whether borders count by their length, relative to the mean and within 0.05 to 4. The paper does not.
@@ -86,6 +86,7 @@ impl CutParams {
     /// From outside: `preset` = `paper`.
     pub fn paper() -> Self {
         Self {
+            spatial_weight: 1.0,
             temporal_weight: 1.0,
             by_length: false,
             flow_weight: 0.0,

@@ -66,7 +66,8 @@ impl Dense {
     ) -> Progress {
         let total = frames.len() as u32;
         if let Some(frame) = frames.get(self.superpixels.len()) {
-            self.superpixels.push(superpixels_of(frame, params));
+            let map = boundaries_of(frame, flow_at(flows, self.superpixels.len()), params);
+            self.superpixels.push(superpixels_of(&map, params));
             return Progress { stage: Stage::Superpixels, done: self.superpixels.len() as u32, total };
         }
         if self.cut.labels.is_empty() {
@@ -130,15 +131,20 @@ impl Dense {
     }
 }
 
-/// Superpixels of one frame, from its contours.
-fn superpixels_of(frame: &Frame, params: &Params) -> Superpixels {
-    let map = boundary_map(frame, None, &params.contour);
-    gabriel_superpixels(&contour_segments(&map, &params.contour), &map, &params.superpixel)
+/// Superpixels of one frame, from its boundary map.
+fn superpixels_of(map: &BoundaryMap, params: &Params) -> Superpixels {
+    gabriel_superpixels(&contour_segments(map, &params.contour), map, &params.superpixel)
 }
 
-/// Pb of one frame.
-pub(super) fn boundaries_of(frame: &Frame, params: &Params) -> BoundaryMap {
-    boundary_map(frame, None, &params.contour)
+/// Pb of one frame. `flow` leads from it to another; it is looked at only where motion has a weight.
+pub(super) fn boundaries_of(frame: &Frame, flow: Option<&CompactFlow>, params: &Params) -> BoundaryMap {
+    let flow = flow.filter(|_| params.contour.motion_weight > 0.0).map(|f| f.unpack(1.0, 1.0));
+    boundary_map(frame, flow.as_ref(), &params.contour)
+}
+
+/// The flow from frame `t` to the next; for the last frame, that which leads to it.
+pub(super) fn flow_at(flows: &[CompactFlow], t: usize) -> Option<&CompactFlow> {
+    flows.get(t).or(flows.last())
 }
 
 /// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.

@@ -455,7 +455,7 @@ impl Session {
     /// [`Error::State`] when there is no such frame.
     pub fn boundaries(&self, t: usize) -> Result<BoundaryMap, Error> {
         let frame = self.frames.get(t).ok_or_else(|| missing_frame("boundary map", t, self.frames.len()))?;
-        Ok(dense::boundaries_of(frame, &self.params))
+        Ok(dense::boundaries_of(frame, dense::flow_at(&self.flows, t), &self.params))
     }
 
     /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no objects.
