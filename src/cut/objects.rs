@@ -1,27 +1,30 @@
 //! Which clusters are objects, and which are the scene behind them.
 //!
-//! The scene runs on beyond the frame, objects mostly end inside of it. So clusters are told apart by how much of the frame's rim they
-//! hold over the whole clip. A cluster is background if
+//! The scene runs on beyond the frame, objects mostly end inside of it. So clusters are told apart by how many of their trajectory points
+//! lie on the frame's rim, a band of 6 % of its shorter side. A cluster is background if
 //!
-//! - its share of the rim's pixels is at least 0.8 of its share of all pixels: it is 1 on average, and near 0 for what seldom touches the
-//!   rim; and
+//! - its share of the points on the rim is at least 0.8 of its share of all points: it is 1 on average, and near 0 for what seldom
+//!   touches the rim; and
 //! - it holds more of the rim than a square of its area would that stands on one side of the frame: small things that enter or leave the
 //!   picture hold much of the rim for their size, but never more than that.
 //!
-//! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. Not in the paper, which
-//! leaves open what the background is (ALGORITHMS 6.4).
+//! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. Trajectories are counted
+//! and not the pixels of masks, since the cut gives what has no trajectories, such as a plain sky, to whatever lies beside it. Not in
+//! the paper, which leaves open what the background is (ALGORITHMS 6.4).
 
-use super::CutLabels;
+use crate::discretize::Clusters;
 use crate::order;
-use crate::superpixel::Superpixels;
+use crate::trajectory::Trajectories;
 
-/// Least share of the rim over share of the area of a background cluster.
-const RIM_TO_AREA: f64 = 0.8;
+/// Least share of the rim over share of all points of a background cluster.
+const RIM_TO_ALL: f64 = 0.8;
+/// Width of the rim over the shorter side of the frame.
+const RIM_WIDTH: f32 = 0.06;
 
 /// The mask label of each cluster.
 ///
-/// Law: 0 is the background; objects are numbered 1, 2, ... by falling number of pixels in the clip. Clusters without a pixel count as
-/// background, as do all objects but the 255 largest.
+/// Law: 0 is the background; objects are numbered 1, 2, ... by falling number of trajectory points. All objects but the 255 largest count
+/// as background.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Objects {
     /// Number of objects.
@@ -30,19 +33,18 @@ pub struct Objects {
     pub of_cluster: Vec<u8>,
 }
 
-/// Tells objects from background; the cluster with most pixels on the rim is background in any case.
-pub fn find_objects(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: usize) -> Objects {
-    let census = Census::take(superpixels, cut, num_clusters);
+/// Tells objects from background; the cluster with most points on the rim is background in any case.
+pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
+    let census = Census::take(tracks, clusters);
     let total = |counts: &[f64]| counts.iter().sum::<f64>();
-    let ratio_bound = RIM_TO_AREA * total(&census.rim) / total(&census.area).max(1.0);
-    let is_scene = |c: usize| {
-        census.area[c] == 0.0 || (census.rim[c] >= ratio_bound * census.area[c] && census.rim[c] > census.side[c])
-    };
-    let surrounding = (0..num_clusters).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
-    let mut found: Vec<usize> = (0..num_clusters).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect();
-    order::sort_by_key(&mut found, |&c| !order::double(census.area[c]));
+    let ratio_bound = RIM_TO_ALL * total(&census.on_rim) / total(&census.points).max(1.0);
+    let is_scene =
+        |c: usize| census.on_rim[c] >= ratio_bound * census.points[c] && census.rim_length[c] > census.side_length[c];
+    let surrounding = (0..clusters.count).rev().max_by(|&a, &b| census.on_rim[a].total_cmp(&census.on_rim[b]));
+    let mut found: Vec<usize> = (0..clusters.count).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect();
+    order::sort_by_key(&mut found, |&c| !order::double(census.points[c]));
     found.truncate(255);
-    let mut of_cluster = vec![0; num_clusters];
+    let mut of_cluster = vec![0; clusters.count];
     for (label, &c) in (1..=255).zip(&found) {
         of_cluster[c] = label;
     }
@@ -51,75 +53,87 @@ pub fn find_objects(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: 
 
 /// What each cluster covers, summed over the frames.
 struct Census {
-    /// Pixels.
-    area: Vec<f64>,
-    /// Pixels in the outermost rows and columns.
-    rim: Vec<f64>,
-    /// Sides of squares of the area in each frame.
-    side: Vec<f64>,
+    /// Trajectory points.
+    points: Vec<f64>,
+    /// Those of them on the rim.
+    on_rim: Vec<f64>,
+    /// Length of the frame's outline that these stand for, in pixels.
+    rim_length: Vec<f64>,
+    /// Side of a square of the area that the cluster's points stand for, in pixels.
+    side_length: Vec<f64>,
 }
 
 impl Census {
-    fn take(superpixels: &[Superpixels], cut: &CutLabels, num_clusters: usize) -> Self {
-        let [mut area, mut rim, mut side] = [(); 3].map(|()| vec![0.0; num_clusters]);
-        for (regions, labels) in superpixels.iter().zip(&cut.labels) {
-            let (w, h) = (regions.label.width(), regions.label.height());
-            let mut covered = vec![0_u32; num_clusters];
-            for y in 0..h {
-                for (x, &p) in regions.label.row(y).iter().enumerate() {
-                    let c = labels[p as usize] as usize;
-                    covered[c] += 1;
-                    if x == 0 || y == 0 || x + 1 == w || y + 1 == h {
-                        rim[c] += 1.0;
-                    }
+    fn take(tracks: &Trajectories, clusters: &Clusters) -> Self {
+        let [mut points, mut on_rim, mut rim_length, mut side_length] = [(); 4].map(|()| vec![0.0; clusters.count]);
+        let (w, h) = (tracks.size.0 as f32, tracks.size.1 as f32);
+        let band = RIM_WIDTH * w.min(h);
+        let (area, outline) = (f64::from(w * h), f64::from(2.0 * (w + h)));
+        for t in 0..tracks.num_frames {
+            let (mut here, mut here_on_rim) = (vec![0.0; clusters.count], vec![0.0; clusters.count]);
+            for (i, x, y) in tracks.alive(t) {
+                let c = clusters.label[i] as usize;
+                here[c] += 1.0;
+                if x.min(y).min(w - 1.0 - x).min(h - 1.0 - y) < band {
+                    here_on_rim[c] += 1.0;
                 }
             }
-            for (c, &pixels) in covered.iter().enumerate() {
-                area[c] += f64::from(pixels);
-                side[c] += f64::from(pixels).sqrt();
+            let (all, all_on_rim) = (here.iter().sum::<f64>(), here_on_rim.iter().sum::<f64>());
+            for c in 0..clusters.count {
+                points[c] += here[c];
+                on_rim[c] += here_on_rim[c];
+                rim_length[c] += outline * here_on_rim[c] / all_on_rim.max(1.0);
+                side_length[c] += (area * here[c] / all.max(1.0)).sqrt();
             }
         }
-        Self { area, rim, side }
+        Self { points, on_rim, rim_length, side_length }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::Plane;
 
-    /// A clip of one frame in which each pixel is a superpixel of its own; `picture` holds the clusters as digits.
-    fn frame(picture: &[&str]) -> (Vec<Superpixels>, CutLabels) {
+    /// A clip of one frame with a trajectory in each of the picture's characters, ten pixels apart; the digit is its cluster.
+    fn frame(picture: &[&str], count: usize) -> (Trajectories, Clusters) {
         let (w, h) = (picture[0].len(), picture.len());
-        let labels = picture.iter().flat_map(|row| row.bytes().map(|b| u32::from(b - b'0'))).collect();
-        let label = Plane::from_fn(w, h, |x, y| (y * w + x) as u32);
-        let regions = Superpixels { label, count: w * h, ..Superpixels::default() };
-        (vec![regions], CutLabels { labels: vec![labels] })
+        let mut tracks = Trajectories::empty(1, (10 * w, 10 * h));
+        let mut label = Vec::new();
+        for (y, row) in picture.iter().enumerate() {
+            for (x, digit) in row.bytes().enumerate() {
+                // The outermost points lie a pixel inside of the frame.
+                let spread = |k: usize, n: usize| 1.0 + k as f32 * (10 * n - 3) as f32 / (n - 1) as f32;
+                tracks.push(0, [(spread(x, w), spread(y, h), 0.0)]);
+                label.push(u32::from(digit - b'0'));
+            }
+        }
+        (tracks, Clusters { count, label })
     }
 
     #[test]
     fn what_the_rim_encloses_is_an_object_and_the_largest_comes_first() {
-        let (regions, cut) = frame(&["1111111", "1011221", "1111221", "1111111"]);
-        let objects = find_objects(&regions, &cut, 4);
-        assert_eq!((objects.count, objects.of_cluster), (2, vec![2, 0, 1, 0]));
+        let (tracks, clusters) = frame(&["1111111", "1011221", "1111221", "1111111"], 3);
+        let objects = find_objects(&tracks, &clusters);
+        assert_eq!((objects.count, objects.of_cluster), (2, vec![2, 0, 1]));
     }
 
     #[test]
     fn what_enters_through_one_side_is_an_object() {
-        let (regions, cut) = frame(&["0000000", "0000000", "0000011", "0000011", "0000000", "0000000"]);
-        assert_eq!(find_objects(&regions, &cut, 2).of_cluster, [0, 1]);
+        let (tracks, clusters) = frame(&["00000000", "00000000", "00001111", "00001111", "00000000", "00000000"], 2);
+        assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 1]);
     }
 
     #[test]
     fn two_parts_of_the_scene_are_both_background() {
-        let (regions, cut) = frame(&["0000000", "0002200", "0002200", "1112211", "1111111"]);
-        assert_eq!(find_objects(&regions, &cut, 3).of_cluster, [0, 0, 1]);
+        let (tracks, clusters) = frame(&["0000000", "0000000", "0002200", "1112211", "1111111", "1111111"], 3);
+        assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0, 1]);
     }
 
     #[test]
     fn one_cluster_or_none_is_background() {
-        let (regions, cut) = frame(&["00", "00"]);
-        assert_eq!(find_objects(&regions, &cut, 1), Objects { count: 0, of_cluster: vec![0] });
-        assert_eq!(find_objects(&[], &CutLabels::default(), 0), Objects::default());
+        let (tracks, clusters) = frame(&["00", "00"], 1);
+        assert_eq!(find_objects(&tracks, &clusters), Objects { count: 0, of_cluster: vec![0] });
+        let nothing = (Trajectories::empty(3, (8, 8)), Clusters::default());
+        assert_eq!(find_objects(&nothing.0, &nothing.1), Objects::default());
     }
 }

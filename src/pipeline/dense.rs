@@ -97,8 +97,7 @@ impl Dense {
             self.moves = Some(moves);
         } else {
             self.cut = moves.finish();
-            self.objects = find_objects(&self.superpixels, &self.cut, clusters.count.max(1));
-            self.objects.of_cluster.truncate(clusters.count);
+            self.objects = find_objects(tracks, clusters);
         }
         // Making the energy counts as a step, so that a cut without any move is seen to end.
         Progress { stage: Stage::Cut, done: done + 1, total: total + 1 }
