@@ -71,6 +71,11 @@ fn borders_cost_less_where_contours_are_strong_and_more_where_they_are_long() {
     assert_eq!(problem.weights, [units(4.5), units(1.5 * f64::exp(-2.0))]);
 }
 
+/// The defaults with every term at weight 1, whatever they measure best with.
+fn equal_weights() -> CutParams {
+    CutParams { unary_weight: 1.0, spatial_weight: 1.0, temporal_weight: 1.0, ..CutParams::default() }
+}
+
 #[test]
 fn temporal_weights_are_common_trajectories_by_the_larger_number() {
     let superpixels = [thirds(), thirds()];
@@ -80,7 +85,7 @@ fn temporal_weights_are_common_trajectories_by_the_larger_number() {
     tracks.push(0, [(3.4, 1.0, 0.0), (3.6, 1.0, 0.0)]);
     tracks.push(1, [(5.0, 1.0, 0.0)]);
     tracks.push(1, [(6.0, 1.0, 0.0)]);
-    let problem = energy(&input(&superpixels, &tracks, &[UNKNOWN; 4], 2), &CutParams::default());
+    let problem = energy(&input(&superpixels, &tracks, &[UNKNOWN; 4], 2), &equal_weights());
     assert_eq!(weight(&problem, 0, 3), Some(units(0.5)));
     assert_eq!(weight(&problem, 0, 4), Some(units(1.0 / 3.0)));
     assert_eq!(problem.edges.len(), 6);
@@ -163,8 +168,7 @@ fn renaming_labels_renames_the_result() {
     s.borders[1].pb = 0.1;
     let superpixels = [s.clone(), s];
     let tracks = standing(2, &[(0, 1.0, 1.0), (0, 1.0, 2.0), (0, 6.0, 1.0), (0, 9.0, 1.0), (1, 10.0, 1.0)]);
-    let run =
-        |label: &[u32]| gabriel_cut(&input(&superpixels, &tracks, label, 3), &CutParams::default()).labels.concat();
+    let run = |label: &[u32]| gabriel_cut(&input(&superpixels, &tracks, label, 3), &equal_weights()).labels.concat();
     let plain = run(&[0, 0, 1, 2, 2]);
     assert!((0..3).all(|l| plain.contains(&l)));
     let renamed = run(&[2, 2, 0, 1, 1]);
