@@ -3,13 +3,24 @@
 use super::geometry::Scale;
 use super::session::{Progress, Stage};
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
-use crate::cut::{CutInput, CutLabels, CutParams, GabrielCut, Objects, find_objects, labels_for, paint, refine};
+use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, find_objects, labels_for, paint, refine};
 use crate::discretize::Clusters;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::params::Params;
 use crate::superpixel::{Superpixels, gabriel_superpixels};
 use crate::trajectory::Trajectories;
+
+/// What the dense stages are made from: the frames, and what the stages before have found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clip<'a> {
+    pub(super) frames: &'a [Frame],
+    pub(super) flows: &'a [CompactFlow],
+    /// The trajectories that were clustered, in working pixels.
+    pub(super) tracks: &'a Trajectories,
+    pub(super) clusters: &'a Clusters,
+    pub(super) params: &'a Params,
+}
 
 /// What the dense stages have found so far, at working size.
 #[derive(Debug, Default)]
@@ -56,77 +67,54 @@ impl Dense {
     }
 
     /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.
-    pub(super) fn step(
-        &mut self,
-        frames: &[Frame],
-        tracks: &Trajectories,
-        clusters: &Clusters,
-        flows: &[CompactFlow],
-        params: &Params,
-    ) -> Progress {
-        let total = frames.len() as u32;
-        if let Some(frame) = frames.get(self.superpixels.len()) {
-            let map = boundaries_of(frame, flow_at(flows, self.superpixels.len()), params);
-            self.superpixels.push(superpixels_of(&map, params));
-            return Progress { stage: Stage::Superpixels, done: self.superpixels.len() as u32, total };
+    pub(super) fn step(&mut self, clip: &Clip<'_>) -> Progress {
+        let total = clip.frames.len() as u32;
+        let t = self.superpixels.len();
+        if let Some(frame) = clip.frames.get(t) {
+            let map = boundaries_of(frame, flow_at(clip.flows, t), clip.params);
+            self.superpixels.push(superpixels_of(&map, clip.params));
+            return Progress { stage: Stage::Superpixels, done: t as u32 + 1, total };
         }
         if self.cut.labels.is_empty() {
-            return self.step_cut(frames, tracks, clusters, flows, params);
+            return self.step_cut(clip);
         }
         let t = self.masks.len();
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
         // A clip without clusters is all background.
         let mask = mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0));
-        self.masks.push(refine(&mask, &frames[t], &params.refine));
-        Progress { stage: Stage::Masks, done: self.masks.len() as u32, total }
+        self.masks.push(refine(&mask, &clip.frames[t], &clip.params.refine));
+        Progress { stage: Stage::Masks, done: t as u32 + 1, total }
     }
 
-    fn step_cut(
-        &mut self,
-        frames: &[Frame],
-        tracks: &Trajectories,
-        clusters: &Clusters,
-        flows: &[CompactFlow],
-        params: &Params,
-    ) -> Progress {
-        let mut moves =
-            self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(frames, tracks, clusters, flows, &params.cut)));
+    fn step_cut(&mut self, clip: &Clip<'_>) -> Progress {
+        let mut moves = self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(clip)));
         let more = moves.step();
         let (done, total) = moves.progress();
         if more {
             self.moves = Some(moves);
         } else {
             self.cut = moves.finish();
-            self.objects = find_objects(tracks, clusters);
+            self.objects = find_objects(clip.tracks, clip.clusters);
         }
         // Making the energy counts as a step, so that a cut without any move is seen to end.
         Progress { stage: Stage::Cut, done: done + 1, total: total + 1 }
     }
 
     /// The energy, from the denser trajectories labelled by those that were clustered.
-    fn begin_cut(
-        &self,
-        frames: &[Frame],
-        tracks: &Trajectories,
-        clusters: &Clusters,
-        flows: &[CompactFlow],
-        params: &CutParams,
-    ) -> GabrielCut {
-        let num_labels = clusters.count.max(1);
-        let superpixels = self.superpixels.as_slice();
-        match &self.tracks {
-            Some(dense) => {
-                let label = labels_for(dense, tracks, &clusters.label, num_labels, params);
-                GabrielCut::new(
-                    &CutInput { superpixels, tracks: dense, label: &label, num_labels, flows, frames },
-                    params,
-                )
-            }
-            None => GabrielCut::new(
-                &CutInput { superpixels, tracks, label: &clusters.label, num_labels, flows, frames },
-                params,
-            ),
-        }
+    fn begin_cut(&self, clip: &Clip<'_>) -> GabrielCut {
+        let params = &clip.params.cut;
+        let num_labels = clip.clusters.count.max(1);
+        let clustered = &clip.clusters.label;
+        let voted = self.tracks.as_ref().map(|dense| labels_for(dense, clip.tracks, clustered, num_labels, params));
+        let input = CutInput {
+            superpixels: &self.superpixels,
+            tracks: self.tracks.as_ref().unwrap_or(clip.tracks),
+            label: voted.as_ref().unwrap_or(clustered),
+            num_labels,
+            flows: clip.flows,
+            frames: clip.frames,
+        };
+        GabrielCut::new(&input, params)
     }
 }
 

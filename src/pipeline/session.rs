@@ -1,6 +1,6 @@
 //! `Session`: frames in, one bounded step at a time, results stage by stage.
 
-use super::dense::{self, Dense};
+use super::dense::{self, Clip, Dense};
 use super::geometry::Scale;
 use super::motion::Motion;
 use crate::Error;
@@ -337,7 +337,8 @@ impl Session {
 
     fn densify(&mut self) -> Result<Progress, Error> {
         let (Some(tracks), Some(clusters)) = (&self.working, &self.clusters) else { return Err(lost()) };
-        let progress = self.dense.step(&self.frames, tracks, clusters, &self.flows, &self.params);
+        let clip = Clip { frames: &self.frames, flows: &self.flows, tracks, clusters, params: &self.params };
+        let progress = self.dense.step(&clip);
         if self.dense.is_finished(&self.frames) {
             self.state = State::Done;
         }
