@@ -2,6 +2,8 @@
 
 #[path = "cli/davis.rs"]
 mod davis;
+#[path = "cli/images.rs"]
+mod images;
 #[path = "cli/masks.rs"]
 mod masks;
 
