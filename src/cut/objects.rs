@@ -4,9 +4,9 @@
 //! hold. The frame is laid out in square cells, eight along its shorter side; the outermost are its rim. In each frame a cell counts for
 //! the clusters of the trajectories in it, in proportion, and as one whatever their number. A cluster is background if
 //!
-//! - its share of the rim is at least 0.8 of its share of all cells: it is 1 on average, and near 0 for what seldom touches the rim; and
-//! - it holds more of the rim than a square of its area would that stands on one side of the frame: small things that enter or leave the
-//!   picture hold much of the rim for their size, but never more than that.
+//! - its share of the rim is at least 0.85 of its share of all cells: it is 1 on average, and near 0 for what seldom touches the rim; and
+//! - it holds half as much again of the rim as a square of its area would that stands on one side of the frame: small things that enter or
+//!   leave the picture hold much of the rim for their size, but seldom more than that.
 //!
 //! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. It looks at trajectories
 //! and not at the pixels of masks, since the cut gives what has no trajectories, such as a plain sky, to whatever lies beside it; and at
@@ -18,7 +18,9 @@ use crate::order;
 use crate::trajectory::Trajectories;
 
 /// Least share of the rim over share of all cells of a background cluster.
-const RIM_TO_ALL: f64 = 0.8;
+const RIM_TO_ALL: f64 = 0.85;
+/// Least length of rim of a background cluster, over the side of a square of its area.
+const RIM_TO_SIDE: f64 = 1.5;
 /// Cells along the shorter side of the frame.
 const CELLS: usize = 8;
 
@@ -39,8 +41,9 @@ pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
     let census = Census::take(tracks, clusters);
     let total = |counts: &[f64]| counts.iter().sum::<f64>();
     let ratio_bound = RIM_TO_ALL * total(&census.rim) / total(&census.cells).max(1.0);
-    let is_scene =
-        |c: usize| census.rim[c] >= ratio_bound * census.cells[c] && census.rim_length[c] > census.side_length[c];
+    let is_scene = |c: usize| {
+        census.rim[c] >= ratio_bound * census.cells[c] && census.rim_length[c] > RIM_TO_SIDE * census.side_length[c]
+    };
     let surrounding = (0..clusters.count).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
     let mut found: Vec<usize> = (0..clusters.count).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect();
     order::sort_by_key(&mut found, |&c| !order::double(census.cells[c]));
