@@ -4,8 +4,10 @@
 //! blob that it lies in, a fifth of them a wrong one, and a third have no opinion. In the hard problem more are wrong and edges are
 //! dearer. Times are the least of five runs, in processor time where the system tells it.
 
-use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+#[path = "support/clock.rs"]
+mod clock;
+
+use clock::seconds;
 use tracecut::cut::{Expansion, Potts};
 use tracecut::rng::Rng;
 
@@ -52,16 +54,6 @@ fn problem(columns: usize, rows: usize, num_labels: usize, hard: bool) -> Potts 
         }
     }
     problem
-}
-
-/// Processor time of this process where the system tells it (Linux), else elapsed time.
-fn seconds() -> f64 {
-    static START: OnceLock<Instant> = OnceLock::new();
-    // The system brings its account up to date when a process gives way.
-    std::thread::sleep(Duration::from_millis(1));
-    let elapsed = START.get_or_init(Instant::now).elapsed().as_secs_f64();
-    let schedule = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    schedule.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).map_or(elapsed, |ns| 1e-9 * ns)
 }
 
 fn main() {

@@ -4,9 +4,11 @@
 //! MatrixMarket files, such as `dump/affinity.mtx` of `tracecut segment --dump`, those are solved instead. Times are the
 //! least of six runs, in processor time where the system tells it.
 
+#[path = "support/clock.rs"]
+mod clock;
+
+use clock::seconds;
 use std::fmt::Write as _;
-use std::sync::OnceLock;
-use std::time::{Duration, Instant};
 use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, largest_eigenpairs};
 use tracecut::rng::{Rng, mix};
 use tracecut::sparse::SymCsr;
@@ -88,16 +90,6 @@ fn matrix_market(a: &SymCsr) -> String {
         }
     }
     text
-}
-
-/// Processor time of this process where the system tells it (Linux), else elapsed time.
-fn seconds() -> f64 {
-    static START: OnceLock<Instant> = OnceLock::new();
-    // The system brings its account up to date when a process gives way.
-    std::thread::sleep(Duration::from_millis(1));
-    let elapsed = START.get_or_init(Instant::now).elapsed().as_secs_f64();
-    let schedule = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    schedule.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).map_or(elapsed, |ns| 1e-9 * ns)
 }
 
 /// A symmetric MatrixMarket file with a zero diagonal: one triangle, counted from 1.

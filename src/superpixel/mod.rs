@@ -9,7 +9,7 @@
 //! 4. Very small faces are joined with a neighbour, and neighbours with hardly any Pb between them with each other.
 //!
 //! **Deviations.** The paper takes thresholded contours and leaves all faces as they are. Faint contours and step 4 are better: on 40
-//! images of BSDS500 the under-segmentation error of some 850 superpixels falls from 0.10 to 0.07. `join_below` 0 and higher
+//! images of BSDS500 the under-segmentation error of some 740 superpixels falls from 0.086 to 0.062. `join_below` 0 and higher
 //! thresholds of the contours give the paper's. Points on the image border keep the regions along it apart.
 //!
 //! **Cost**: O(n log n) in the number of segments, and linear in pixels.

@@ -1,11 +1,14 @@
 //! Time and memory as the operating system counts them.
 
+use serde::Serialize;
 use std::time::Instant;
 
 /// Seconds on the wall and, on Linux, of this thread on a processor (which other programs do not lengthen).
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize)]
 pub(crate) struct Seconds {
+    #[serde(rename = "seconds")]
     pub(crate) wall: f64,
+    #[serde(rename = "cpuSeconds")]
     pub(crate) cpu: Option<f64>,
 }
 

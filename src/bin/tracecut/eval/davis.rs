@@ -4,6 +4,7 @@ mod folder;
 mod published;
 
 use super::num_clusters;
+use crate::clock::Seconds;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
@@ -75,15 +76,9 @@ struct Outcome {
     /// Frame by frame, from the second to the last but one.
     j_of_frames: Vec<f64>,
     f_of_frames: Vec<f64>,
-    seconds: f64,
-    cpu_seconds: Option<f64>,
-}
-
-impl Outcome {
-    /// Processor seconds where known: sequences run side by side.
-    fn shown_seconds(&self) -> f64 {
-        self.cpu_seconds.unwrap_or(self.seconds)
-    }
+    /// Shown is processor time where known: sequences run side by side.
+    #[serde(flatten)]
+    time: Seconds,
 }
 
 /// What goes into the file of `--json`.
@@ -116,7 +111,7 @@ pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), report)?;
     let mean = means(&outcomes);
     let names: Vec<&str> = outcomes.iter().map(|o| o.name.as_str()).collect();
-    let seconds: f64 = outcomes.iter().map(Outcome::shown_seconds).sum();
+    let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     let title = format!("mean of {}", outcomes.len());
     let columns = score_columns(&mean.j, &mean.f, &mean.oracle_j);
     print(format_args!("{title:31}{columns} {seconds:8.1}{}", published.mean_columns(&names)))?;
@@ -144,7 +139,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Resul
         }
         let mut outcome = score(&session, &truth)?;
         outcome.name.clone_from(&sequence.name);
-        (outcome.seconds, outcome.cpu_seconds) = (timing.total.wall, timing.total.cpu);
+        outcome.time = timing.total;
         Ok(outcome)
     };
     run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
@@ -173,8 +168,7 @@ fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
         oracle_j: Summary::of(&oracle),
         j_of_frames: j,
         f_of_frames: f,
-        seconds: 0.0,
-        cpu_seconds: None,
+        time: Seconds::default(),
     })
 }
 
@@ -194,7 +188,7 @@ const HEADING: &str =
 
 fn row(o: &Outcome) -> String {
     let head = format!("{:16} {:6} {:7}", o.name, o.frames, o.objects);
-    format!("{head:31}{} {:8.1}", score_columns(&o.j, &o.f, &o.oracle_j), o.shown_seconds())
+    format!("{head:31}{} {:8.1}", score_columns(&o.j, &o.f, &o.oracle_j), o.time.best())
 }
 
 fn score_columns(j: &Summary, f: &Summary, oracle_j: &Summary) -> String {

@@ -1,6 +1,7 @@
 //! `tracecut eval moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
 use super::{Shot, num_clusters};
+use crate::clock::Seconds;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
@@ -65,15 +66,9 @@ struct Outcome {
     scores: Scores,
     #[serde(flatten)]
     dense: Option<Dense<Scores>>,
-    seconds: f64,
-    cpu_seconds: Option<f64>,
-}
-
-impl Outcome {
-    /// Processor seconds where known: sequences run side by side.
-    fn shown_seconds(&self) -> f64 {
-        self.cpu_seconds.unwrap_or(self.seconds)
-    }
+    /// Shown is processor time where known: sequences run side by side.
+    #[serde(flatten)]
+    time: Seconds,
 }
 
 /// Figures of the two ways to score pixels.
@@ -127,7 +122,7 @@ pub(super) fn eval(args: &MosegArgs) -> Result<()> {
         pixels: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.pixels)),
         masks: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.masks)),
     });
-    let seconds: f64 = outcomes.iter().map(Outcome::shown_seconds).sum();
+    let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     print_means(&sparse, dense.as_ref(), seconds)?;
     if let Some(path) = &args.json {
         let report = Report { frames: args.frames, sequences: &outcomes, sparse, dense, params: &params };
@@ -183,8 +178,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
             clusters: clusters.count,
             scores: scores.map_err(|e| Failure::about(sequence.definition.display(), e))?,
             dense: if args.dense { Some(score_pixels(&shot, &session)?) } else { None },
-            seconds: timing.total.wall,
-            cpu_seconds: timing.total.cpu,
+            time: timing.total,
         })
     };
     run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
@@ -206,7 +200,7 @@ const HEADING: &str =
 
 fn print_rows(o: &Outcome) -> Result<()> {
     let head = format!("{:12} {:6} {:7} {:8}", o.name, o.frames, o.trajectories, o.clusters);
-    print(format_args!("{head:35}{} {:8.1}", score_columns(&o.scores), o.shown_seconds()))?;
+    print(format_args!("{head:35}{} {:8.1}", score_columns(&o.scores), o.time.best()))?;
     let Some(dense) = &o.dense else { return Ok(()) };
     print(format_args!("{:35}{}", "    pixels by cluster", score_columns(&dense.pixels)))?;
     print(format_args!("{:35}{}", "    pixels by mask label", score_columns(&dense.masks)))
