@@ -60,7 +60,7 @@ crate::params! {
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
         pub temporal_weight: f32 = 2.0, in 0.0..=1000.0;
         /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper. Over 8 DAVIS clips
-        /// raises J by some 0.01 on five and lowers it on three, most where an object is lost from sight: with 0 the mean J is 0.733
+        /// it raises J by some 0.01 on five and lowers it on three, most where an object is lost from sight: with 0 the mean J is 0.733
         /// instead of 0.726.
         pub flow_weight: f32 = 1.0, in 0.0..=1000.0;
         /// Weight of the colours of a label over the clip, where a superpixel has no trajectories of its own that count. Not in the
