@@ -11,7 +11,7 @@ const types = { number: 'number', integer: 'number', boolean: 'boolean' };
 export async function writeParameters(dist) {
   const glue = await import(`${pathToFileURL(join(dist, 'tracecut.js')).href}?${Date.now()}`);
   glue.initSync({ module: readFileSync(join(dist, 'tracecut_bg.wasm')) });
-  const list = glue.parameters().map((p) => (p.kind === 'boolean' ? { ...p, min: 0, max: 1, default: p.default !== 0 } : p));
+  const list = glue.parameters().map(plain);
   writeFileSync(join(dist, 'parameters.js'), [
     '// Written by the build from the Rust declarations of the parameters.',
     `export const VERSION = ${JSON.stringify(glue.version())};`,
@@ -19,6 +19,13 @@ export async function writeParameters(dist) {
     '',
   ].join('\n'));
   writeFileSync(join(dist, 'parameters.d.ts'), declarations(list));
+}
+
+/** A parameter with its default as options have it: true or false, or the name of a choice. */
+function plain({ choices, ...parameter }) {
+  if (parameter.kind === 'boolean') return { ...parameter, min: 0, max: 1, default: parameter.default !== 0 };
+  if (parameter.kind === 'choice') return { ...parameter, default: choices[parameter.default], choices };
+  return parameter;
 }
 
 function declarations(list) {
@@ -32,10 +39,12 @@ function declarations(list) {
 export interface Parameter {
   name: string;
   doc: string;
-  kind: 'number' | 'integer' | 'boolean';
+  kind: 'number' | 'integer' | 'boolean' | 'choice';
   min: number;
   max: number;
-  default: number | boolean;
+  default: number | boolean | string;
+  /** The names of all values, for a choice. */
+  choices?: readonly string[];
 }
 /** The parameter tree; every value is optional. */
 export interface ParameterOptions {
@@ -45,8 +54,9 @@ export declare const PARAMETERS: readonly Readonly<Parameter>[];
 `;
 }
 
-function member({ field, doc, kind, min, max, default: initial }) {
-  const range = kind === 'boolean' ? '' : ` Range: ${min} to ${max}.`;
+function member({ field, doc, kind, min, max, choices, default: initial }) {
+  const range = kind === 'boolean' || kind === 'choice' ? '' : ` Range: ${min} to ${max}.`;
+  const type = kind === 'choice' ? choices.map((name) => `'${name}'`).join(' | ') : types[kind];
   const text = `${doc}\n${range} Default: ${initial}.`.split('\n').map((line) => `     * ${line.trim()}\n`).join('');
-  return `    /**\n${text}     */\n    ${field}?: ${types[kind]};\n`;
+  return `    /**\n${text}     */\n    ${field}?: ${type};\n`;
 }

@@ -1,6 +1,7 @@
 //! TraceCut finds the moving objects in a video, without a trained model and without a click.
 
 pub mod affinity;
+pub mod connectedness;
 pub mod contour;
 pub mod cut;
 pub mod delaunay;
@@ -15,6 +16,7 @@ pub mod order;
 pub mod params;
 pub mod pipeline;
 pub mod rng;
+pub mod saliency;
 pub mod sparse;
 pub mod superpixel;
 pub mod synth;

@@ -52,16 +52,15 @@ pub struct Clusters {
 /// No label yet.
 const UNLABELLED: u32 = u32::MAX;
 
-/// The discontinuity-aware discretization; `min_cluster` counts trajectories.
+/// The discontinuity-aware discretization; `params.min_cluster` counts trajectories as they are.
 pub fn discretize(
     tracks: &Trajectories,
     embedding: &Embedding,
     discontinuities: &Discontinuities,
-    merge_threshold: f64,
-    min_cluster: usize,
+    params: &DiscretizeParams,
 ) -> Clusters {
     let mut label = rotate(embedding);
-    merge_clusters(&mut label, discontinuities, merge_threshold, min_cluster);
+    merge_clusters(&mut label, discontinuities, params.merge_threshold, params.min_cluster as usize);
     spread_labels(&mut label, discontinuities);
     canonical(tracks, label)
 }
@@ -185,7 +184,7 @@ mod tests {
 
     #[test]
     fn no_trajectories_give_no_clusters() {
-        let clusters = discretize(&still(0, 3), &Embedding::default(), &chain(&[]), 0.7, 20);
+        let clusters = discretize(&still(0, 3), &Embedding::default(), &chain(&[]), &DiscretizeParams::default());
         assert_eq!(clusters, Clusters::default());
     }
 }

@@ -6,16 +6,20 @@
 
 mod value;
 
+#[doc(hidden)]
+pub use value::Choice;
 pub use value::{ParamTree, ParamValue};
 
 use crate::Error;
 use crate::affinity::AffinityParams;
+use crate::connectedness::ConnectednessParams;
 use crate::contour::ContourParams;
 use crate::cut::{CutParams, RefineParams};
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::DiscretizeParams;
 use crate::embedding::EmbeddingParams;
 use crate::flow::FlowParams;
+use crate::saliency::SaliencyParams;
 use crate::superpixel::SuperpixelParams;
 use crate::trajectory::TrajectoryParams;
 use serde::Serialize;
@@ -39,12 +43,17 @@ impl std::fmt::Debug for ParamField<'_> {
 }
 
 impl ParamField<'_> {
-    /// The present value; truth values read as 0 or 1.
+    /// The present value; truth values read as 0 or 1, choices as their place among [`ParamField::choices`].
     pub fn get(&self) -> f64 {
         self.value.get()
     }
 
-    /// `number`, `integer` or `boolean`.
+    /// The names of all values of a choice; empty for numbers and truth values.
+    pub fn choices(&self) -> &'static [&'static str] {
+        self.value.choices()
+    }
+
+    /// `number`, `integer`, `boolean` or `choice`.
     pub fn kind(&self) -> &'static str {
         self.value.kind()
     }
@@ -68,6 +77,7 @@ impl ParamField<'_> {
         let (low, high) = self.range;
         let expected = match self.value.kind() {
             "boolean" => "true or false".to_owned(),
+            "choice" => format!("one of {}", self.choices().join(", ")),
             "integer" => format!("a whole number, {low}..={high}"),
             _ => format!("a number, {low}..={high}"),
         };
@@ -160,6 +170,10 @@ pub struct Params {
     pub embedding: EmbeddingParams,
     /// Embedding discontinuities.
     pub discontinuity: DiscontinuityParams,
+    /// Saliency and foreground.
+    pub saliency: SaliencyParams,
+    /// Object connectedness.
+    pub connectedness: ConnectednessParams,
     /// Discontinuity-aware discretization.
     pub discretize: DiscretizeParams,
     /// Boundary probability and contours.
@@ -180,6 +194,8 @@ impl ParamGroup for Params {
         self.affinity.visit("affinity", visit);
         self.embedding.visit("embedding", visit);
         self.discontinuity.visit("discontinuity", visit);
+        self.saliency.visit("saliency", visit);
+        self.connectedness.visit("connectedness", visit);
         self.discretize.visit("discretize", visit);
         self.contour.visit("contour", visit);
         self.superpixel.visit("superpixel", visit);

@@ -12,7 +12,7 @@ pub enum ParamValue {
     Bool(bool),
     /// Any number.
     Number(f64),
-    /// Any text; the name of a preset, and no legal value of anything else.
+    /// Any text; the name of a preset or of a choice, and no legal value of anything else.
     Text(String),
     /// A nested section.
     Section(ParamTree),
@@ -64,6 +64,10 @@ pub(super) trait Number {
             ParamValue::Number(n) if n.is_finite() => Some(*n),
             _ => None,
         }
+    }
+    /// The names of all values, where they have names.
+    fn choices(&self) -> &'static [&'static str] {
+        &[]
     }
 }
 
@@ -125,5 +129,67 @@ impl Number for bool {
             ParamValue::Bool(b) => Some(f64::from(u8::from(*b))),
             _ => None,
         }
+    }
+}
+
+/// One of a few named ways, declared by [`choices!`](crate::choices).
+#[doc(hidden)]
+pub trait Choice: Copy {
+    /// Their names, in the order of declaration.
+    const NAMES: &'static [&'static str];
+    /// Its place in that order.
+    fn index(self) -> usize;
+    /// The one at `index`, the last if there are fewer.
+    fn at(index: usize) -> Self;
+}
+
+/// Declares an enum that can be a parameter: `/// meaning` `Variant = "name",`, from 0 on.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! choices {
+    ($(#[$meta:meta])* pub enum $choice:ident { $($(#[$doc:meta])* $variant:ident = $name:literal,)* }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum $choice {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl $crate::params::Choice for $choice {
+            const NAMES: &'static [&'static str] = &[$($name),*];
+            fn index(self) -> usize {
+                self as usize
+            }
+            fn at(index: usize) -> Self {
+                let all = [$(Self::$variant),*];
+                all[index.min(all.len() - 1)]
+            }
+        }
+
+        impl serde::Serialize for $choice {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(<Self as $crate::params::Choice>::NAMES[*self as usize])
+            }
+        }
+    };
+}
+
+impl<C: Choice> Number for C {
+    fn kind(&self) -> &'static str {
+        "choice"
+    }
+    fn get(&self) -> f64 {
+        self.index() as f64
+    }
+    fn put(&mut self, number: f64) {
+        *self = C::at(number as usize);
+    }
+    fn accept(&self, value: &ParamValue) -> Option<f64> {
+        match value {
+            ParamValue::Text(name) => C::NAMES.iter().position(|n| n == name).map(|k| k as f64),
+            _ => None,
+        }
+    }
+    fn choices(&self) -> &'static [&'static str] {
+        C::NAMES
     }
 }

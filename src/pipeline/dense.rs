@@ -1,7 +1,7 @@
 //! The last stages: superpixels frame by frame, the cut over the whole clip, masks frame by frame.
 
 use super::geometry::Scale;
-use super::session::{Progress, Stage};
+use super::stage::{Progress, Stage};
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
 use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, find_objects, labels_for, paint, refine};
 use crate::discretize::Clusters;

@@ -1,6 +1,6 @@
 //! The first two stages side by side: flow of one frame pair, then tracking through it.
 
-use super::session::{Progress, Stage};
+use super::stage::{Progress, Stage};
 use crate::flow::{CompactFlow, FlowField, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
 use crate::image::{Frame, Plane};
 use crate::params::Params;

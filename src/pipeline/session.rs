@@ -1,96 +1,21 @@
 //! `Session`: frames in, one bounded step at a time, results stage by stage.
 
-use super::dense::{self, Clip, Dense};
+use super::dense::{Clip, Dense};
+use super::foreground::{Connected, Foreground, Motions};
 use super::geometry::Scale;
 use super::motion::Motion;
+use super::stage::{Progress, Stage, Step};
 use crate::Error;
 use crate::affinity::AffinityRows;
-use crate::contour::BoundaryMap;
-use crate::cut::Objects;
+use crate::connectedness::{ConnectednessMode, with_background};
 use crate::discontinuity::{Discontinuities, discontinuities, neighborhoods};
-use crate::discretize::{Clusters, discretize, threshold_segmentation};
+use crate::discretize::{Clusters, discretize};
 use crate::embedding::{Embedding, embed};
-use crate::flow::{CompactFlow, FlowField};
-use crate::image::{Frame, Plane};
+use crate::flow::CompactFlow;
+use crate::image::Frame;
 use crate::params::Params;
 use crate::sparse::SymCsr;
-use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
-use serde::Serialize;
-
-/// The stages, in the order in which they run; flow and trajectories take turns, pair by pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub enum Stage {
-    /// Dense optical flow, forward and backward; a step is one field.
-    Flow,
-    /// Point trajectories; a step is one frame pair.
-    Trajectories,
-    /// Motion affinities; a step is a block of trajectories.
-    Affinities,
-    /// Spectral embedding; one step, up to a few seconds for 10 000 trajectories.
-    Embedding,
-    /// Delaunay neighbourhoods and embedding discontinuities; one step.
-    Discontinuities,
-    /// Cluster labels; one step.
-    Clusters,
-    /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
-    Superpixels,
-    /// The Gabriel cut; a step is one move of the expansion, of the first also making the energy.
-    Cut,
-    /// A label for every pixel; a step is one frame.
-    Masks,
-}
-
-impl Stage {
-    /// All stages in order.
-    pub const ALL: [Self; 9] = [
-        Self::Flow,
-        Self::Trajectories,
-        Self::Affinities,
-        Self::Embedding,
-        Self::Discontinuities,
-        Self::Clusters,
-        Self::Superpixels,
-        Self::Cut,
-        Self::Masks,
-    ];
-
-    /// The name used in JSON and JavaScript.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flow => "flow",
-            Self::Trajectories => "trajectories",
-            Self::Affinities => "affinities",
-            Self::Embedding => "embedding",
-            Self::Discontinuities => "discontinuities",
-            Self::Clusters => "clusters",
-            Self::Superpixels => "superpixels",
-            Self::Cut => "cut",
-            Self::Masks => "masks",
-        }
-    }
-}
-
-/// How far the session is: `done` of `total` steps of `stage`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Progress {
-    /// The stage that the step just taken belongs to.
-    pub stage: Stage,
-    /// Steps of that stage taken so far.
-    pub done: u32,
-    /// Steps of that stage in all.
-    pub total: u32,
-}
-
-/// What a call of [`Session::step`] did.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
-    /// One step was taken; more may remain.
-    Working(Progress),
-    /// Nothing was left to do: all results can be read.
-    Done,
-}
 
 /// Trajectories compared with all others in one step.
 const AFFINITY_BLOCK: usize = 512;
@@ -107,6 +32,8 @@ enum State {
     Affinities(Box<AffinityRows>),
     Embedding,
     Discontinuities,
+    Saliency,
+    Connectedness,
     Clusters,
     Dense,
     Done,
@@ -118,20 +45,21 @@ enum State {
 /// can be read while later ones still run. To cancel, stop stepping: stepping again later goes on and ends in the same result.
 #[derive(Debug)]
 pub struct Session {
-    params: Params,
-    frames: Vec<Frame>,
-    scale: Option<Scale>,
+    pub(super) params: Params,
+    pub(super) frames: Vec<Frame>,
+    pub(super) scale: Option<Scale>,
     /// Distance of neighbouring trajectories, in working pixels.
-    spacing: f32,
+    pub(super) spacing: f32,
     state: State,
-    flows: Vec<CompactFlow>,
-    working: Option<Trajectories>,
-    trajectories: Option<Trajectories>,
-    affinities: Option<SymCsr>,
-    embedding: Option<Embedding>,
-    discontinuities: Option<Discontinuities>,
-    clusters: Option<Clusters>,
-    dense: Dense,
+    pub(super) flows: Vec<CompactFlow>,
+    pub(super) working: Option<Trajectories>,
+    pub(super) trajectories: Option<Trajectories>,
+    pub(super) affinities: Option<SymCsr>,
+    pub(super) embedding: Option<Embedding>,
+    pub(super) discontinuities: Option<Discontinuities>,
+    pub(super) clusters: Option<Clusters>,
+    pub(super) foreground: Foreground,
+    pub(super) dense: Dense,
 }
 
 impl Session {
@@ -154,6 +82,7 @@ impl Session {
             embedding: None,
             discontinuities: None,
             clusters: None,
+            foreground: Foreground::default(),
             dense: Dense::default(),
         })
     }
@@ -259,6 +188,8 @@ impl Session {
             }
             State::Embedding => self.embed()?,
             State::Discontinuities => self.discontinue()?,
+            State::Saliency => self.find_salient()?,
+            State::Connectedness => self.connect()?,
             State::Clusters => self.cluster()?,
             State::Dense => self.densify()?,
         };
@@ -308,19 +239,62 @@ impl Session {
     }
 
     fn embed(&mut self) -> Result<Progress, Error> {
-        let mut params = self.params.embedding.clone();
-        params.min_component = self.scaled_count(params.min_component) as u32;
-        self.embedding = Some(embed(self.affinities.as_ref().ok_or_else(lost)?, &params, self.params.clip.seed));
+        let affinities = self.affinities.as_ref().ok_or_else(lost)?;
+        self.embedding = Some(embed(affinities, &self.scaled_params().embedding, self.params.clip.seed));
         self.state = State::Discontinuities;
-        Ok(whole(Stage::Embedding))
+        Ok(Progress::whole(Stage::Embedding))
     }
 
     fn discontinue(&mut self) -> Result<Progress, Error> {
         let tracks = self.working.as_ref().ok_or_else(lost)?;
         let embedding = self.embedding.as_ref().ok_or_else(lost)?;
         self.discontinuities = Some(discontinuities(neighborhoods(tracks), embedding, &self.params.discontinuity));
+        self.state = State::Saliency;
+        Ok(Progress::whole(Stage::Discontinuities))
+    }
+
+    fn find_salient(&mut self) -> Result<Progress, Error> {
+        let params = self.scaled_params();
+        let mut foreground = std::mem::take(&mut self.foreground);
+        let progress = self.motions(&params).map(|motions| foreground.step_saliency(&motions));
+        self.foreground = foreground;
+        if progress.as_ref().is_ok_and(|p| p.done == p.total) {
+            self.state = State::Connectedness;
+        }
+        progress
+    }
+
+    fn connect(&mut self) -> Result<Progress, Error> {
+        let params = self.scaled_params();
+        let mut foreground = std::mem::take(&mut self.foreground);
+        let outcome = self.motions(&params).map(|motions| foreground.step_connectedness(&motions));
+        self.foreground = foreground;
+        let (progress, found) = outcome?;
+        match found {
+            Connected::More => return Ok(progress),
+            Connected::Unchanged => {}
+            Connected::Changed(found) => {
+                let (affinities, embedding, discontinuities) = *found;
+                self.affinities = Some(affinities);
+                self.embedding = Some(embedding);
+                self.discontinuities = Some(discontinuities);
+            }
+        }
         self.state = State::Clusters;
-        Ok(whole(Stage::Discontinuities))
+        Ok(progress)
+    }
+
+    /// What motion alone has found so far.
+    fn motions<'a>(&'a self, params: &'a Params) -> Result<Motions<'a>, Error> {
+        Ok(Motions {
+            flows: &self.flows,
+            tracks: self.working.as_ref().ok_or_else(lost)?,
+            affinities: self.affinities.as_ref().ok_or_else(lost)?,
+            embedding: self.embedding.as_ref().ok_or_else(lost)?,
+            discontinuities: self.discontinuities.as_ref().ok_or_else(lost)?,
+            params,
+            spacing: self.spacing,
+        })
     }
 
     fn cluster(&mut self) -> Result<Progress, Error> {
@@ -328,11 +302,14 @@ impl Session {
         else {
             return Err(lost());
         };
-        let params = &self.params.discretize;
-        let min_cluster = self.scaled_count(params.min_cluster);
-        self.clusters = Some(discretize(tracks, embedding, found, params.merge_threshold, min_cluster));
+        let clusters = discretize(tracks, embedding, found, &self.scaled_params().discretize);
+        let alone = self.params.connectedness.mode == ConnectednessMode::ForegroundOnly;
+        self.clusters = Some(match &self.foreground.saliency {
+            Some(saliency) if alone => with_background(tracks, clusters, &saliency.foreground),
+            _ => clusters,
+        });
         self.state = if self.params.clip.dense && !self.frames.is_empty() { State::Dense } else { State::Done };
-        Ok(whole(Stage::Clusters))
+        Ok(Progress::whole(Stage::Clusters))
     }
 
     fn densify(&mut self) -> Result<Progress, Error> {
@@ -345,9 +322,18 @@ impl Session {
         Ok(progress)
     }
 
-    /// A count of trajectories stated at the reference grid step, at the present spacing.
-    fn scaled_count(&self, count: u32) -> usize {
-        (count as f32 * (REFERENCE_STEP / self.spacing).powi(2)).round() as usize
+    /// The parameters with counts of trajectories, which are stated at the reference grid step, at the present spacing.
+    fn scaled_params(&self) -> Params {
+        let mut params = self.params.clone();
+        let dense = (REFERENCE_STEP / self.spacing).powi(2);
+        for count in [
+            &mut params.embedding.min_component,
+            &mut params.discretize.min_cluster,
+            &mut params.connectedness.min_component,
+        ] {
+            *count = (*count as f32 * dense).round() as u32;
+        }
+        params
     }
 
     /// Drops frames and results; parameters stay.
@@ -356,132 +342,10 @@ impl Session {
             *self = fresh;
         }
     }
-
-    /// Number of frames pushed, or of the outside trajectories' clip.
-    pub fn num_frames(&self) -> usize {
-        if self.frames.is_empty() { self.trajectories.as_ref().map_or(0, |t| t.num_frames) } else { self.frames.len() }
-    }
-
-    /// Width and height of the input frames in pixels; `None` before the first.
-    pub fn input_size(&self) -> Option<(usize, usize)> {
-        self.scale.map(|s| s.input)
-    }
-
-    /// Width and height at which frames are processed.
-    pub fn working_size(&self) -> Option<(usize, usize)> {
-        self.scale.map(|s| s.working)
-    }
-
-    /// Forward flow from frame `t` to `t + 1`: displacements in input pixels, rounded to 1/64 working pixel, on the grid of the
-    /// working size.
-    ///
-    /// # Errors
-    /// [`Error::State`] while that flow is not yet known or when trajectories came from outside.
-    pub fn flow(&self, t: usize) -> Result<FlowField, Error> {
-        match (self.flows.get(t), self.scale) {
-            (Some(flow), Some(scale)) => Ok(flow.unpack(scale.x() as f32, scale.y() as f32)),
-            _ => Err(state_error(&format!(
-                "flow of pair {t} is not available (expected a pair in 0..{})",
-                self.flows.len()
-            ))),
-        }
-    }
-
-    /// Trajectories in input pixels, once tracked.
-    pub fn trajectories(&self) -> Option<&Trajectories> {
-        self.trajectories.as_ref()
-    }
-
-    /// The denser trajectories that the masks are made from, in working pixels; `None` before they are tracked and with `clip.dense`
-    /// off.
-    pub fn mask_trajectories(&self) -> Option<&Trajectories> {
-        self.dense.tracks.as_ref()
-    }
-
-    /// The affinity matrix A.
-    pub fn affinities(&self) -> Option<&SymCsr> {
-        self.affinities.as_ref()
-    }
-
-    /// The spectral embedding.
-    pub fn embedding(&self) -> Option<&Embedding> {
-        self.embedding.as_ref()
-    }
-
-    /// Neighbour pairs and discontinuities.
-    pub fn discontinuities(&self) -> Option<&Discontinuities> {
-        self.discontinuities.as_ref()
-    }
-
-    /// Cluster labels.
-    pub fn clusters(&self) -> Option<&Clusters> {
-        self.clusters.as_ref()
-    }
-
-    /// The mask of frame `t` at input size: 0 is the background, `1..=`[`Objects::count`] are the objects.
-    ///
-    /// # Errors
-    /// [`Error::State`] while it is not yet known, when there were no frames, or with `clip.dense` off.
-    pub fn labels(&self, t: usize) -> Result<Plane<u8>, Error> {
-        match (self.dense.masks.get(t), self.scale) {
-            (Some(mask), Some(scale)) => Ok(dense::to_input(mask, scale)),
-            _ => Err(missing_frame("mask", t, self.dense.masks.len())),
-        }
-    }
-
-    /// The cluster of each pixel of frame `t` at input size: the masks before objects are told from background.
-    ///
-    /// Law: with any cluster at all, [`Objects::of_cluster`] of a pixel's cluster is its label in [`Session::labels`]; otherwise 0.
-    ///
-    /// # Errors
-    /// As [`Session::labels`].
-    pub fn cluster_labels(&self, t: usize) -> Result<Plane<u32>, Error> {
-        match (self.dense.clusters(t), self.scale) {
-            (Some(clusters), Some(scale)) => Ok(dense::to_input(&clusters, scale)),
-            _ => Err(missing_frame("cluster map", t, self.dense.masks.len())),
-        }
-    }
-
-    /// The Gabriel superpixels of frame `t`, at working size.
-    ///
-    /// # Errors
-    /// As [`Session::labels`].
-    pub fn superpixels(&self, t: usize) -> Result<&Superpixels, Error> {
-        self.dense.superpixels.get(t).ok_or_else(|| missing_frame("superpixels", t, self.dense.superpixels.len()))
-    }
-
-    /// The boundary probability of frame `t`, at working size; computed anew at each call.
-    ///
-    /// # Errors
-    /// [`Error::State`] when there is no such frame.
-    pub fn boundaries(&self, t: usize) -> Result<BoundaryMap, Error> {
-        let frame = self.frames.get(t).ok_or_else(|| missing_frame("boundary map", t, self.frames.len()))?;
-        Ok(dense::boundaries_of(frame, dense::flow_at(&self.flows, t), &self.params))
-    }
-
-    /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no objects.
-    pub fn objects(&self) -> Option<&Objects> {
-        self.dense.objects()
-    }
-
-    /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above
-    /// `discontinuity.threshold` are cut. Computed anew at each call; single stray trajectories are clusters of their own.
-    pub fn threshold_clusters(&self) -> Option<Clusters> {
-        let (tracks, found) = (self.working.as_ref()?, self.discontinuities.as_ref()?);
-        Some(threshold_segmentation(tracks, found, self.params.discontinuity.threshold))
-    }
 }
 
-fn whole(stage: Stage) -> Progress {
-    Progress { stage, done: 1, total: 1 }
-}
-
-fn state_error(reason: &str) -> Error {
+pub(super) fn state_error(reason: &str) -> Error {
     Error::State { reason: reason.to_owned() }
-}
-
-fn missing_frame(what: &str, t: usize, known: usize) -> Error {
-    state_error(&format!("the {what} of frame {t} is not available (expected a frame in 0..{known})"))
 }
 
 /// Each stage stores its result before the next begins; this error would be a bug, and is still no panic.
@@ -494,84 +358,4 @@ fn typical_spacing(tracks: &Trajectories) -> f32 {
     let alive = tracks.x.len() as f32 / tracks.num_frames.max(1) as f32;
     let area = (tracks.size.0 * tracks.size.1) as f32;
     if alive > 0.0 { (area / alive).sqrt().clamp(2.0, 64.0) } else { REFERENCE_STEP }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn session() -> Session {
-        Session::new(Params::default()).unwrap()
-    }
-
-    fn shades(width: usize, height: usize, value: u8) -> Vec<u8> {
-        vec![value; 4 * width * height]
-    }
-
-    #[test]
-    fn too_few_frames_are_an_error_and_more_can_be_pushed() {
-        let mut s = session();
-        assert_eq!(s.step(), Err(Error::TooFewFrames { got: 0, needed: 2 }));
-        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
-        assert_eq!(s.step(), Err(Error::TooFewFrames { got: 1, needed: 2 }));
-        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
-        s.run().unwrap();
-        assert_eq!(s.clusters().unwrap().count, 0);
-    }
-
-    #[test]
-    fn a_frame_of_another_size_is_refused_and_the_session_goes_on() {
-        let mut s = session();
-        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
-        let error = s.push_rgba(&shades(24, 32, 9), 24, 32).unwrap_err();
-        assert_eq!(error, Error::FrameSizeChanged { index: 1, expected: (32, 24), actual: (24, 32) });
-        s.push_rgba(&shades(32, 24, 9), 32, 24).unwrap();
-        s.run().unwrap();
-    }
-
-    #[test]
-    fn tiny_and_black_clips_run_to_their_end() {
-        for (w, h, frames) in [(1, 1, 2), (17, 3, 3), (64, 48, 8)] {
-            let mut s = session();
-            for _ in 0..frames {
-                s.push_rgba(&shades(w, h, 0), w, h).unwrap();
-            }
-            s.run().unwrap();
-            assert!(s.trajectories().unwrap().is_empty());
-            assert_eq!(s.flow(0).unwrap().u.width(), w);
-            assert_eq!(s.flow(frames - 1).unwrap_err().code(), "state");
-        }
-    }
-
-    #[test]
-    fn outside_trajectories_are_checked() {
-        let mut tracks = Trajectories::empty(3, (64, 48));
-        tracks.push(0, [(1.0, 1.0, 0.0), (f32::NAN, 1.0, 0.0), (1.0, 1.0, 0.0)]);
-        let message = session().set_trajectories(tracks).unwrap_err().to_string();
-        assert_eq!(message, "x[1] = NaN (expected a finite number of pixels)");
-        assert!(session().set_trajectories(Trajectories::empty(1, (64, 48))).is_err());
-        assert!(session().set_trajectories(Trajectories::empty(3, (0, 48))).is_err());
-        let mut s = session();
-        s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap();
-        assert_eq!(s.push_rgba(&shades(64, 48, 0), 64, 48).unwrap_err().code(), "state");
-        s.run().unwrap();
-        assert_eq!(s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap_err().code(), "state");
-        s.clear();
-        s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap();
-    }
-
-    #[test]
-    fn progress_counts_up_to_its_total_in_every_stage() {
-        let mut s = session();
-        for _ in 0..4 {
-            s.push_rgba(&shades(40, 30, 50), 40, 30).unwrap();
-        }
-        let mut last = std::collections::BTreeMap::new();
-        while let Step::Working(p) = s.step().unwrap() {
-            let before = last.insert(p.stage, p);
-            assert!(p.done <= p.total && before.is_none_or(|b| b.done < p.done));
-        }
-        assert_eq!(last.len(), Stage::ALL.len());
-        assert!(last.values().all(|p| p.done == p.total));
-    }
 }

@@ -46,16 +46,18 @@ struct Parameter {
     min: f64,
     max: f64,
     default: f64,
+    choices: &'static [&'static str],
 }
 
-/// All parameters in their order of declaration: `{name, doc, kind, min, max, default}`; truth values read as 0 or 1.
+/// All parameters in their order of declaration: `{name, doc, kind, min, max, default, choices}`; truth values read as 0 or 1, choices
+/// as their place among `choices`.
 #[wasm_bindgen]
 pub fn parameters() -> Result<JsValue, JsValue> {
     let mut list = Vec::new();
     Params::default().visit("", &mut |field| {
         let (min, max) = field.range;
-        let (doc, kind, default) = (field.doc.trim(), field.kind(), field.get());
-        list.push(Parameter { name: field.name, doc, kind, min, max, default });
+        let (doc, kind, default, choices) = (field.doc.trim(), field.kind(), field.get(), field.choices());
+        list.push(Parameter { name: field.name, doc, kind, min, max, default, choices });
     });
     convert::to_js(&list)
 }

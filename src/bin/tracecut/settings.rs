@@ -32,7 +32,7 @@ impl Settings {
     }
 }
 
-/// `key=value`: true and false, then numbers, then text (the name of a preset; no parameter takes it, but the error shall name it).
+/// `key=value`: true and false, then numbers, then text (the name of a preset or of a choice).
 fn parse_setting(text: &str) -> std::result::Result<(String, ParamValue), String> {
     let (name, value) =
         text.split_once('=').ok_or_else(|| "expected KEY=VALUE, such as flow.patchStride=5".to_owned())?;
@@ -50,6 +50,10 @@ pub(crate) fn list() -> Result<()> {
     Params::default().visit("", &mut |field| {
         let (low, high) = field.range;
         let form = match field.kind() {
+            "choice" => {
+                let names = field.choices();
+                format!("{}, default {}", names.join(" or "), names[field.get() as usize])
+            }
             "boolean" => format!("true or false, default {}", field.get() != 0.0),
             "integer" => format!("whole number, {low}..={high}, default {}", field.get()),
             _ => format!("number, {low}..={high}, default {}", field.get()),

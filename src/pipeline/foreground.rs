@@ -1,0 +1,113 @@
+//! Saliency frame by frame, then the components of the foreground and what they change.
+
+use super::stage::{Progress, Stage};
+use crate::connectedness::{Components, ConnectednessMode, components, constrain};
+use crate::discontinuity::{Discontinuities, discontinuities};
+use crate::embedding::{Embedding, embed};
+use crate::flow::CompactFlow;
+use crate::params::Params;
+use crate::saliency::{Saliency, SaliencyMaps, context_saliency};
+use crate::sparse::SymCsr;
+use crate::trajectory::Trajectories;
+
+/// What motion alone has found, in working pixels.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Motions<'a> {
+    pub(super) flows: &'a [CompactFlow],
+    pub(super) tracks: &'a Trajectories,
+    pub(super) affinities: &'a SymCsr,
+    pub(super) embedding: &'a Embedding,
+    pub(super) discontinuities: &'a Discontinuities,
+    /// The parameters, counts of trajectories already at the present spacing.
+    pub(super) params: &'a Params,
+    /// Distance of neighbouring trajectories, in pixels.
+    pub(super) spacing: f32,
+}
+
+/// What the foreground stages have found so far.
+#[derive(Debug, Default)]
+pub(super) struct Foreground {
+    maps: Option<SaliencyMaps>,
+    /// Flow fields looked at, and maps made.
+    looked: usize,
+    mapped: usize,
+    of_points: Vec<f32>,
+    pub(super) saliency: Option<Saliency>,
+    pub(super) components: Option<Components>,
+    /// Affinities with those of separated trajectories left out, and their embedding.
+    constrained: Option<SymCsr>,
+    embedding: Option<Embedding>,
+}
+
+/// What a step of the connectedness has come to.
+pub(super) enum Connected {
+    More,
+    /// Motion alone decides.
+    Unchanged,
+    /// The affinities that the foreground allows, and what follows from them.
+    Changed(Box<(SymCsr, Embedding, Discontinuities)>),
+}
+
+impl Foreground {
+    /// One flow field looked at, one map sampled, or, last, the average over the embedding. Without flow there is nothing to do.
+    pub(super) fn step_saliency(&mut self, from: &Motions<'_>) -> Progress {
+        let pairs = from.flows.len();
+        let maps = self.maps.get_or_insert_with(|| SaliencyMaps::new(&from.params.saliency));
+        if self.looked < pairs {
+            maps.look_at(&from.flows[self.looked].unpack(1.0, 1.0));
+            self.looked += 1;
+        } else if self.mapped < pairs {
+            self.of_points.resize(from.tracks.len(), 0.0);
+            let t = self.mapped;
+            let map = maps.map(t, &from.flows[t].unpack(1.0, 1.0));
+            for (i, x, y) in from.tracks.alive(t) {
+                let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
+                let here = map[(place(x, map.width()), place(y, map.height()))];
+                self.of_points[i] = self.of_points[i].max(here);
+            }
+            self.mapped += 1;
+        } else if pairs > 0 {
+            let of_points = std::mem::take(&mut self.of_points);
+            let found = context_saliency(of_points, from.embedding, from.discontinuities, &from.params.saliency);
+            self.saliency = Some(found);
+        }
+        let (done, total) = (self.looked + self.mapped + 1, 2 * pairs + 1);
+        let done = if self.saliency.is_some() || pairs == 0 { total } else { done - 1 };
+        Progress { stage: Stage::Saliency, done: done as u32, total: total as u32 }
+    }
+
+    /// How salient each pixel of a frame is, once all maps have been made.
+    pub(super) fn maps(&self) -> Option<&SaliencyMaps> {
+        self.maps.as_ref().filter(|_| self.saliency.is_some())
+    }
+
+    /// Components and constraints, then the second embedding, then its discontinuities.
+    pub(super) fn step_connectedness(&mut self, from: &Motions<'_>) -> (Progress, Connected) {
+        let settings = &from.params.connectedness;
+        let progress = |done, total| Progress { stage: Stage::Connectedness, done, total };
+        let Some(saliency) = &self.saliency else { return (progress(1, 1), Connected::Unchanged) };
+        if self.components.is_none() {
+            let near = &from.discontinuities.neighborhoods;
+            let longest = settings.max_edge * from.spacing;
+            let found = components(from.tracks, near, &saliency.foreground, longest, settings.min_component as usize);
+            if settings.mode != ConnectednessMode::Off {
+                let constrained = constrain(from.affinities, from.tracks, &found, &saliency.foreground, settings);
+                self.constrained = constrained.map(|(affinities, _)| affinities);
+            }
+            self.components = Some(found);
+            return match self.constrained {
+                Some(_) => (progress(1, 3), Connected::More),
+                None => (progress(1, 1), Connected::Unchanged),
+            };
+        }
+        let Some(constrained) = &self.constrained else { return (progress(1, 1), Connected::Unchanged) };
+        let Some(embedding) = self.embedding.take() else {
+            self.embedding = Some(embed(constrained, &from.params.embedding, from.params.clip.seed));
+            return (progress(2, 3), Connected::More);
+        };
+        let near = from.discontinuities.neighborhoods.clone();
+        let found = discontinuities(near, &embedding, &from.params.discontinuity);
+        let affinities = self.constrained.take().unwrap_or_default();
+        (progress(3, 3), Connected::Changed(Box::new((affinities, embedding, found))))
+    }
+}
