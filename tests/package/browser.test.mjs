@@ -98,7 +98,7 @@ test('the worker and the calling thread give the same result, under a strict con
   assert.equal(inWorker, inPage);
 });
 
-test('masks, superpixels and boundaries are those of Node, of a run and of single images', async (t) => {
+test('masks, saliency, superpixels and boundaries are those of Node, of a run and of single images', async (t) => {
   const page = await open(t);
   const clip = await inNode.synthClip(SCENE);
   const frames = async () => Array.from({ length: SCENE.frames }, (_, k) => clip.frame(k));
@@ -117,6 +117,8 @@ async function denseHashes() {
   for (const frame of list) await session.push(frame);
   const result = await session.run();
   const ofFrame = parts(await result.superpixels(2), await result.boundaries(2));
+  // The last frame has no flow of its own.
+  for (const t of [1, list.length - 1]) ofFrame.push(hash(new Uint8Array((await result.saliencyMap(t)).saliency.buffer)));
   session.close();
   const ofImage = parts(await superpixels(list[2]), await boundaries(list[2], { worker: false }));
   return { run: whole(result), ofFrame, ofImage };

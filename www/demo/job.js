@@ -21,6 +21,8 @@ export const STAGES = [
   { id: 'affinities', name: 'Motion affinities', share: 0.1 },
   { id: 'embedding', name: 'Embedding', share: 0.08 },
   { id: 'discontinuities', name: 'Discontinuities', share: 0.03 },
+  { id: 'saliency', name: 'Saliency', share: 0.05 },
+  { id: 'connectedness', name: 'Connectedness', share: 0.05 },
   { id: 'clusters', name: 'Clusters', share: 0.07 },
   { id: 'superpixels', name: 'Superpixels', share: 0.3 },
   { id: 'cut', name: 'Gabriel cut', share: 0.1 },
