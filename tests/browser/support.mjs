@@ -97,9 +97,14 @@ export async function text(page, selector) {
   return (await page.locator(selector).innerText()).trim();
 }
 
+/** The switches of the layers that the panel offers, those with nothing to show left out. */
+export async function layerSwitches(page) {
+  return page.locator('.layer:not([hidden]) [data-layer]:enabled').all();
+}
+
 /** Switches all layers off but one. */
 export async function showOnly(page, id) {
-  for (const box of await page.locator('[data-layer]').all()) {
+  for (const box of await layerSwitches(page)) {
     await box.setChecked((await box.getAttribute('data-layer')) === id);
   }
 }

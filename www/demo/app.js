@@ -59,7 +59,7 @@ export class App {
       box: byId('screen'),
       layers: this.layers,
       visible: (object) => this.selection.has(object),
-      onHover: (spot) => showReadout(this.points, spot),
+      onHover: (spot) => this.tell(spot),
       onPick: (spot) => this.pick(spot.object),
     });
     this.timeline = new Timeline((frame) => this.viewer.show(frame));
@@ -112,6 +112,7 @@ export class App {
     } else {
       delete document.body.dataset.source;
     }
+    this.updatePanel();
   }
 
   /**
@@ -130,6 +131,7 @@ export class App {
     this.viewer.setClip(16, 9, []);
     this.timeline.setClip(0, 25);
     fillObjects(null, this.selection);
+    this.updatePanel();
     showReadout(null, NOWHERE);
     showNotice('');
     byId('canvas').setAttribute('aria-label', 'No result yet');
@@ -260,8 +262,10 @@ export class App {
     this.viewer.setResult(this.points, {
       flow: (t) => session.flow(t),
       boundaries: (t) => result.boundaries(t),
-      superpixels: remembered((/** @type {number} */ t) => result.superpixels(t)),
+      superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
+      saliencyMap: (t) => result.saliencyMap(t),
     });
+    this.updatePanel();
     fillObjects(this.points, this.selection);
     this.timeline.setClip(result.numFrames, job.source.fps / job.take.step);
     this.timeline.setPresence(this.points);
@@ -288,6 +292,18 @@ export class App {
     if (visit !== this.visit) return;
     this.leave();
     showError(error);
+  }
+
+  /** Shows in the panel which layers there are to show. */
+  updatePanel() {
+    this.panel.update(this.viewer.view, this.source?.kind);
+  }
+
+  /** @param {import('./layer.js').Spot} spot */
+  tell(spot) {
+    const { view } = this.viewer;
+    const more = this.layers.filter((layer) => layer.on && !layer.missing?.(view)).map((layer) => layer.readout?.(view, spot) ?? '');
+    showReadout(this.points, spot, spot === NOWHERE ? [] : more);
   }
 
   /** @param {number} object is shown alone; the background brings all back */

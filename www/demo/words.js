@@ -66,6 +66,13 @@ const ADVICE = {
   memory: ['The computation ran out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
 };
 
+/** Why a layer has nothing to show. */
+export const NOTHING = {
+  motion: 'Needs the motion of frames, which this clip came without.',
+  foreground: 'Nothing stands out in this clip: no trajectory is foreground.',
+  pieces: 'The foreground of this clip lies in pieces too small to count.',
+};
+
 /**
  * @param {unknown} error
  * @returns {{code: string, title: string, advice: string, detail: string}}
