@@ -102,6 +102,19 @@ export async function layerSwitches(page) {
   return page.locator('.layer:not([hidden]) [data-layer]:enabled').all();
 }
 
+/** The names of these layers in the order of the panel. */
+export async function layerNames(page) {
+  return Promise.all((await layerSwitches(page)).map((box) => box.getAttribute('data-layer')));
+}
+
+/** The picture on the canvas, drawn as things stand, as a data URL. */
+export async function picture(page) {
+  return page.evaluate(() => {
+    globalThis.tracecutDemo.app.viewer.draw();
+    return document.querySelector('#canvas').toDataURL();
+  });
+}
+
 /** Switches all layers off but one. */
 export async function showOnly(page, id) {
   for (const box of await layerSwitches(page)) {

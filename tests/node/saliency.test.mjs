@@ -2,8 +2,11 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { parameters } from 'tracecut';
+import { parameters, synthClip } from 'tracecut';
 import { SMALL, framesOf, open, ready, rejects, segment } from './support.mjs';
+
+/** Large enough for components: the walker, the van and the balloon. */
+const SCENE = { width: 384, height: 216, frames: 16, seed: 2 };
 
 test('saliency has an entry for each trajectory, and the foreground is what is above the threshold', async () => {
   const { trajectories, saliency } = await segment(await framesOf());
@@ -14,10 +17,46 @@ test('saliency has an entry for each trajectory, and the foreground is what is a
   foreground.forEach((f, i) => assert.equal(f, Number(inContext[i] > threshold), `trajectory ${i} of ${inContext[i]}`));
 });
 
+test('what moves in the scene is salient and foreground, what the camera pans over is not', async (t) => {
+  const clip = await synthClip(SCENE);
+  const session = await ready(t, {}, await framesOf(SCENE));
+  const result = await session.run();
+  const { trajectories, saliency } = result;
+  const { count, startFrame, offset, x, y } = trajectories;
+  // Where a trajectory is in the middle of its life tells whose it is.
+  const objects = Array.from({ length: count }, (_, i) => {
+    const p = Math.floor((offset[i] + offset[i + 1]) / 2);
+    return clip.mask(startFrame[i] + p - offset[i])[Math.round(y[p]) * SCENE.width + Math.round(x[p])];
+  });
+  for (let object = 0; object <= clip.numObjects; object += 1) {
+    const own = [...objects.keys()].filter((i) => objects[i] === object);
+    const mean = (table) => own.reduce((sum, i) => sum + table[i], 0) / own.length;
+    const facts = `object ${object}: ${own.length}, s ${mean(saliency.ofPoints)}, in context ${mean(saliency.inContext)}`;
+    assert.ok(own.length >= 10, facts);
+    if (object === 0) assert.ok(mean(saliency.foreground) < 0.05 && mean(saliency.inContext) < 0.45, facts);
+    else assert.ok(mean(saliency.foreground) > 0.9 && mean(saliency.inContext) > 0.7, facts);
+  }
+  const { saliency: map, width } = await result.saliencyMap(8);
+  const sums = [0, 0, 0, 0];
+  clip.mask(8).forEach((object, p) => {
+    sums[object > 0 ? 0 : 1] += map[Math.floor(p / SCENE.width) * width + (p % SCENE.width)];
+    sums[object > 0 ? 2 : 3] += 1;
+  });
+  assert.ok(sums[0] / sums[2] > 0.8 && sums[1] / sums[3] < 0.5, `objects ${sums[0] / sums[2]}, background ${sums[1] / sums[3]}`);
+});
+
+test('a clip in which nothing moves has no foreground and no components', async () => {
+  const [frame] = await framesOf();
+  const { saliency, components } = await segment(new Array(SMALL.frames).fill(frame));
+  assert.ok(saliency.foreground.every((f) => f === 0));
+  assert.ok(components.count.every((n) => n === 0) && components.ofPoint.every((c) => c === -1));
+});
+
 test('components lie in the foreground, numbered in each frame', async () => {
-  const { trajectories, saliency, components } = await segment(await framesOf());
+  const { trajectories, saliency, components } = await segment(await framesOf(SCENE));
   const { count, startFrame, offset, x } = trajectories;
-  assert.deepEqual([components.count.length, components.ofPoint.length], [SMALL.frames, x.length]);
+  assert.deepEqual([components.count.length, components.ofPoint.length], [SCENE.frames, x.length]);
+  assert.ok(components.count.every((n) => n >= 2), `components: ${components.count}`);
   const seen = Array.from(components.count, () => new Set());
   for (let i = 0; i < count; i += 1) {
     for (let p = offset[i]; p < offset[i + 1]; p += 1) {

@@ -3,7 +3,7 @@
 import { h, key } from './dom.js';
 import { opacity, toggle } from './layer.js';
 import { drawMarkers, markerRadius } from './markers.js';
-import { FAINT, objectColor, objectShape } from './palette.js';
+import { CUT_RED, FAINT, objectColor, objectShape } from './palette.js';
 import { NOTHING } from './words.js';
 
 /** @typedef {import('./layer.js').View} View */
@@ -11,9 +11,6 @@ import { NOTHING } from './words.js';
 
 /** Links longer than this many distances between points cross gaps, and are not drawn. */
 const MAX_STEPS = 4;
-
-/** Foreground that is no component. */
-const STRAY = '#ffffff';
 
 /** Size of the points that belong to no component. */
 const FAINT_SIZE = 0.55;
@@ -28,13 +25,13 @@ export function componentLayer() {
     name: 'Components',
     key: 'c',
     only: 'clip',
-    about: 'Connected pieces of the foreground. What is ever in two pieces is not one thing.',
+    about: 'Connected pieces of the foreground. Trajectories that are in two of them are not one thing.',
     z: 64,
     on: false,
     settings: { opacity: opacity(), links },
     legend: () => [
       h('span', { class: 'key' }, ...[1, 2, 3].map((n) => key('dot', objectColor(n), '')), 'a colour for each component'),
-      key('dot', STRAY, 'foreground, too small a piece'),
+      key('dot', CUT_RED, 'foreground, too small a piece'),
       key('dot', FAINT, 'background'),
     ],
     missing: ({ points }) => (points ? reason(points) : ''),
@@ -48,7 +45,7 @@ export function componentLayer() {
       const groups = grouped(view, points, colors[view.frame]);
       const radius = markerRadius(view);
       drawMarkers(ctx, view, groups.background, { color: FAINT, radius: FAINT_SIZE * radius, rim: false });
-      drawMarkers(ctx, view, groups.stray, { color: STRAY, radius: FAINT_SIZE * radius });
+      drawMarkers(ctx, view, groups.stray, { color: CUT_RED, radius: FAINT_SIZE * radius });
       if (links.value > 0) drawLinks(ctx, view, points, colors[view.frame]);
       for (const [number, ids] of groups.pieces) {
         drawMarkers(ctx, view, ids, { color: objectColor(number + 1), shape: objectShape(number + 1), radius });

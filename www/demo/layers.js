@@ -14,6 +14,7 @@ import { foregroundLayer } from './draw-foreground.js';
 import { imageLayer } from './draw-image.js';
 import { maskLayer } from './draw-masks.js';
 import { saliencyLayer } from './draw-saliency.js';
+import { stillLayer } from './draw-still.js';
 import { superpixelLayer } from './draw-superpixels.js';
 import { trajectoryLayer } from './draw-trajectories.js';
 
@@ -32,6 +33,7 @@ export function createLayers(kinds) {
     contourLayer(kinds),
     boundaryLayer(),
     discontinuityLayer(),
+    stillLayer(),
     embeddingLayer(),
     saliencyLayer(),
     foregroundLayer(),
