@@ -2,11 +2,10 @@
 
 import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before } from 'node:test';
-import { launchBrowser } from '../../scripts/browser.mjs';
-import { serve } from '../../scripts/serve.mjs';
+import { before } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
 import { pngBytes } from '../png.mjs';
+import { useServerAndBrowser } from '../site.mjs';
 
 /** A run of the sample takes seconds; on a busy machine far more. */
 const PATIENCE_MS = 180_000;
@@ -21,22 +20,13 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
  *   fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere else
  */
 export function useSite() {
-  let server;
-  let browser;
-  before(async () => {
-    server = await serve();
-    browser = await launchBrowser();
-  });
-  after(async () => {
-    await browser?.close();
-    await server?.close();
-  });
+  const site = useServerAndBrowser();
   const open = async (options = {}) => {
-    const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', ...options });
+    const context = await site.browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', ...options });
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
-    const faults = watch(page, server.url);
-    await page.goto(server.url);
+    const faults = watch(page, site.url);
+    await page.goto(site.url);
     return { page, faults };
   };
   return { open };

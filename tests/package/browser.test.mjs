@@ -2,39 +2,27 @@
 // is said when the wasm file is not there. The demo page has tests of its own in tests/browser.
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { launchBrowser } from '../../scripts/browser.mjs';
-import { serve } from '../../scripts/serve.mjs';
 import * as inNode from '../../dist/node.js';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
+import { useServerAndBrowser } from '../site.mjs';
 
 const FINGERPRINT = fileURLToPath(new URL('../fingerprint.mjs', import.meta.url));
 const SCENE = { width: 128, height: 72, frames: 5, seed: 3 };
 
-let server;
-let browser;
-
-before(async () => {
-  server = await serve();
-  browser = await launchBrowser();
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.close();
-});
+const site = useServerAndBrowser();
 
 /** An empty page of the server, with the package and a few helpers in `globalThis.kit`. */
 async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'") {
-  const context = await browser.newContext();
+  const context = await site.browser.newContext();
   t.after(() => context.close());
   const page = await context.newPage();
-  await page.route(`${server.url}empty`, (route) =>
+  await page.route(`${site.url}empty`, (route) =>
     route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body: '<!doctype html><title>empty</title>' }),
   );
-  await page.route(`${server.url}fingerprint.mjs`, (route) => route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }));
-  await page.goto(`${server.url}empty`);
+  await page.route(`${site.url}fingerprint.mjs`, (route) => route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }));
+  await page.goto(`${site.url}empty`);
   await page.evaluate(async (scene) => {
     const tracecut = await import('/dist/index.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');

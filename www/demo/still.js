@@ -17,7 +17,7 @@ const STAGES = [
   { id: 'frames', name: 'Reading the image', share: 0.02 },
   { id: 'boundaries', name: 'Boundaries', share: 0.1 },
   { id: 'superpixels', name: 'Superpixels', share: 0.13 },
-  { id: 'imageEdges', name: 'Embedding', share: 0.75 },
+  { id: 'imageEdges', name: 'Pixel embedding', share: 0.75 },
 ];
 
 export class StillJob extends StageClock {
