@@ -18,6 +18,7 @@ pub mod pipeline;
 pub mod rng;
 pub mod saliency;
 pub mod sparse;
+pub mod still;
 pub mod superpixel;
 pub mod synth;
 pub mod trajectory;

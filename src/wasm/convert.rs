@@ -5,6 +5,7 @@ use crate::cut::Objects;
 use crate::discretize::Clusters;
 use crate::flow::FlowField;
 use crate::params::ParamTree;
+use crate::still::ImageDiscontinuities;
 use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
 use crate::trajectory::Trajectories;
 use crate::{Error, Params};
@@ -113,6 +114,21 @@ pub(super) fn boundaries(map: &BoundaryMap) -> JsValue {
         ("height", map.pb.height().into()),
         ("pb", floats(map.pb.data())),
         ("thin", floats(map.thin.data())),
+    ])
+}
+
+/// `{width, height, scaleX, scaleY, pb, discontinuity, spectral, combined}` of an image of `input` pixels.
+pub(super) fn image_discontinuities(found: &ImageDiscontinuities, input: (usize, usize)) -> JsValue {
+    let (width, height) = (found.pb.pb.width(), found.pb.pb.height());
+    object([
+        ("width", width.into()),
+        ("height", height.into()),
+        ("scaleX", (input.0 as f64 / width as f64).into()),
+        ("scaleY", (input.1 as f64 / height as f64).into()),
+        ("pb", floats(found.pb.pb.data())),
+        ("discontinuity", floats(found.d.strength.data())),
+        ("spectral", floats(found.spectral.strength.data())),
+        ("combined", floats(found.combined.pb.data())),
     ])
 }
 

@@ -1,8 +1,8 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
-import { boundaries, createSession, EdgeKind, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
+import { boundaries, createSession, EdgeKind, imageDiscontinuities, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
 import type {
-  BoundaryMap, ErrorCode, FlowField, ImageOptions, ObjectList, Progress, Result, Session, SessionOptions, Superpixels,
+  BoundaryMap, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, ObjectList, Progress, Result, Session, SessionOptions, Superpixels,
 } from 'tracecut';
 
 const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, worker: false };
@@ -32,6 +32,9 @@ const map: BoundaryMap = await session.boundaries(0);
 const still: ImageOptions = { contour: { low: 0.05 }, superpixel: {}, worker: false };
 const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter((kind) => kind === EdgeKind.Gabriel).length;
 const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
+const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' }, contour: { sigma: 2 } };
+const found: ImageDiscontinuities = await imageDiscontinuities(clip.frame(0), embedded);
+console.log(found.pb, found.discontinuity, found.spectral, found.combined, found.scaleX);
 console.log(masks, objects?.ofCluster, regions.borders.pb, map.scaleX, gabriel, thin);
 const names: string[] = parameters().map((parameter) => parameter.name);
 console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
@@ -51,6 +54,8 @@ await createSession({ clip: { maxSize: 320 } });
 await createSession({ clip: { maxSide: '320' } });
 // @ts-expect-error: a single image has no flow
 await boundaries(clip.frame(0), { flow: {} });
+// @ts-expect-error: nor superpixels, where none are made
+await imageDiscontinuities(clip.frame(0), { superpixel: {} });
 // @ts-expect-error: a frame is not a file name
 await session.push('frame.png');
 
