@@ -8,6 +8,7 @@ use crate::flow::FlowField;
 use crate::image::Plane;
 use crate::params::ParamTree;
 use crate::saliency::Saliency;
+use crate::still::ImageDiscontinuities;
 use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
 use crate::trajectory::Trajectories;
 use crate::{Error, Params};
@@ -139,6 +140,21 @@ pub(super) fn components(c: &Components) -> JsValue {
     let number = |&of: &u32| if of == NO_COMPONENT { -1 } else { of as i32 };
     let of_point: Vec<i32> = c.of_point.iter().map(number).collect();
     object([("count", words(&c.count)), ("ofPoint", Int32Array::from(of_point.as_slice()).into())])
+}
+
+/// `{width, height, scaleX, scaleY, pb, discontinuity, spectral, combined}` of an image of `input` pixels.
+pub(super) fn image_discontinuities(found: &ImageDiscontinuities, input: (usize, usize)) -> JsValue {
+    let (width, height) = (found.pb.pb.width(), found.pb.pb.height());
+    object([
+        ("width", width.into()),
+        ("height", height.into()),
+        ("scaleX", (input.0 as f64 / width as f64).into()),
+        ("scaleY", (input.1 as f64 / height as f64).into()),
+        ("pb", floats(found.pb.pb.data())),
+        ("discontinuity", floats(found.d.strength.data())),
+        ("spectral", floats(found.spectral.strength.data())),
+        ("combined", floats(found.combined.pb.data())),
+    ])
 }
 
 /// `{width, height, count, label, borders: {a, b, length, pb}, edges: {x0, y0, x1, y1, kind}}`.

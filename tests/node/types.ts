@@ -1,9 +1,9 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
-import { boundaries, createSession, EdgeKind, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
+import { boundaries, createSession, EdgeKind, imageDiscontinuities, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
 import type {
-  BoundaryMap, ComponentTable, ErrorCode, FlowField, ImageOptions, ObjectList, Progress, Result, SaliencyMap, SaliencyTable, Session,
-  SessionOptions, Stage, Superpixels,
+  BoundaryMap, ComponentTable, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, ObjectList, Progress, Result,
+  SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Superpixels,
 } from 'tracecut';
 
 const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, connectedness: { mode: 'paper' }, worker: false };
@@ -39,6 +39,9 @@ console.log(salient?.foreground, salient?.inContext, pieceOfPoint, heat.saliency
 const still: ImageOptions = { contour: { low: 0.05 }, superpixel: {}, worker: false };
 const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter((kind) => kind === EdgeKind.Gabriel).length;
 const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
+const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' }, contour: { sigma: 2 } };
+const found: ImageDiscontinuities = await imageDiscontinuities(clip.frame(0), embedded);
+console.log(found.pb, found.discontinuity, found.spectral, found.combined, found.scaleX);
 console.log(masks, objects?.ofCluster, regions.borders.pb, map.scaleX, gabriel, thin);
 const names: string[] = parameters().map((parameter) => parameter.name);
 console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
@@ -60,6 +63,8 @@ await createSession({ clip: { maxSide: '320' } });
 await createSession({ connectedness: { mode: 'sometimes' } });
 // @ts-expect-error: a single image has no flow
 await boundaries(clip.frame(0), { flow: {} });
+// @ts-expect-error: nor superpixels, where none are made
+await imageDiscontinuities(clip.frame(0), { superpixel: {} });
 // @ts-expect-error: a frame is not a file name
 await session.push('frame.png');
 

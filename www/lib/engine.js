@@ -46,6 +46,7 @@ const SLICE_MS = 30;
  * @property {(t: number) => Promise<RawSaliencyMap>} saliencyMap
  * @property {(image: import('./frames.js').RawFrame) => Promise<RawBoundaryMap>} boundariesOf of an image of its own
  * @property {(image: import('./frames.js').RawFrame, count?: number) => Promise<RawSuperpixels>} superpixelsOf
+ * @property {(image: import('./frames.js').RawFrame) => Promise<import('./image.js').ImageDiscontinuities>} discontinuitiesOf
  * @property {() => Promise<Info>} clear
  * @property {() => void} close
  */
@@ -126,6 +127,11 @@ export class LocalEngine {
    */
   superpixelsOf(image, count) {
     return this.#withPixels(image, (session, data, width, height) => session.superpixelsOf(data, width, height, count));
+  }
+
+  /** @param {import('./frames.js').RawFrame} image */
+  discontinuitiesOf(image) {
+    return this.#withPixels(image, (session, data, width, height) => session.discontinuitiesOf(data, width, height));
   }
 
   clear() {

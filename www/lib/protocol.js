@@ -12,7 +12,7 @@
 
 /**
  * @typedef {'create' | 'push' | 'setTrajectories' | 'run' | 'abort' | 'flow' | 'boundaries' | 'superpixels' | 'saliencyMap'
- *   | 'boundariesOf' | 'superpixelsOf' | 'clear'} RequestType
+ *   | 'boundariesOf' | 'superpixelsOf' | 'discontinuitiesOf' | 'clear'} RequestType
  */
 /** @typedef {{id: number, type: RequestType, data?: any}} Request */
 /** @typedef {{id: number, type: 'done' | 'progress' | 'failed', data: any}} Reply */

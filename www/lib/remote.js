@@ -101,6 +101,11 @@ export class RemoteEngine {
     return this.#request('superpixelsOf', { image, count });
   }
 
+  /** @param {import('./frames.js').RawFrame} image */
+  discontinuitiesOf(image) {
+    return this.#request('discontinuitiesOf', image);
+  }
+
   clear() {
     return this.#request('clear');
   }

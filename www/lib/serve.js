@@ -44,6 +44,8 @@ export function serve(port) {
         return (await engine).boundariesOf(data);
       case 'superpixelsOf':
         return (await engine).superpixelsOf(data.image, data.count);
+      case 'discontinuitiesOf':
+        return (await engine).discontinuitiesOf(data);
       case 'clear':
         return (await engine).clear();
       case 'run': {
