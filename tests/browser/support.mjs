@@ -77,7 +77,8 @@ export function useSample(site) {
 /** Hands files to the page and starts without waiting for the countdown; gives the state that the run ended in. */
 export async function run(page, files) {
   await page.setInputFiles('#file', files);
-  await page.waitForFunction(() => ['setup', 'error'].includes(document.body.dataset.phase));
+  // A still image starts at once.
+  await page.waitForFunction(() => ['setup', 'error'].includes(document.body.dataset.phase) || globalThis.tracecutDemo.source?.kind === 'still');
   if ((await page.evaluate(() => document.body.dataset.phase)) === 'setup') await page.click('#start');
   return ended(page);
 }
