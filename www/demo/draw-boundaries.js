@@ -36,13 +36,16 @@ export function boundaryLayer() {
 /**
  * @param {Float32Array} values in 0..1
  * @param {{width: number, height: number}} size
+ * @param {number} [white] strength up to which pixels stay white
+ * @param {number} [black] strength from which they are black
  * @returns {OffscreenCanvas} strong boundaries dark on white
  */
-export function paintStrength(values, { width, height }) {
+export function paintStrength(values, { width, height }, white = 0, black = BLACK) {
   const image = new ImageData(width, height);
+  const span = Math.max(black - white, 1e-6);
   values.forEach((value, p) => {
     // The root lifts weak boundaries into sight.
-    const shade = 255 * (1 - Math.sqrt(Math.min(1, value / BLACK)));
+    const shade = 255 * (1 - Math.sqrt(Math.min(1, Math.max(0, value - white) / span)));
     image.data.set([shade, shade, shade, 255], 4 * p);
   });
   const canvas = new OffscreenCanvas(width, height);

@@ -3,9 +3,13 @@
 import { Fetched } from './fetched.js';
 import { choice, opacity } from './layer.js';
 import { paintStrength } from './draw-boundaries.js';
+import { quantile } from './points.js';
 import { valueAt } from './regions.js';
 
 /** @typedef {'combined' | 'discontinuity' | 'spectral' | 'pb'} Kind */
+
+/** Strengths of the embedding have no scale of their own: shares of pixels that stay white, and that are not quite black. */
+const STRETCH = { white: 0.4, black: 0.98 };
 
 /** What can be chosen, and its word in the readout. @type {[Kind, string, string][]} */
 const KINDS = [
@@ -20,7 +24,7 @@ export function stillLayer() {
   const kind = choice('Show', KINDS.map(([, name]) => name));
   const maps = new Fetched('imageEdges', (map) => ({
     map,
-    pictures: KINDS.map(([of]) => paintStrength(map[of], map)),
+    pictures: KINDS.map(([of]) => (of === 'pb' || of === 'combined' ? paintStrength(map[of], map) : paintStretched(map[of], map))),
   }));
   return {
     id: 'still',
@@ -44,4 +48,12 @@ export function stillLayer() {
       return words.map(([word, value]) => (typeof value === 'number' ? `${word} ${value.toFixed(2)}` : '')).filter(Boolean).join(', ');
     },
   };
+}
+
+/**
+ * @param {Float32Array} values
+ * @param {{width: number, height: number}} size
+ */
+function paintStretched(values, size) {
+  return paintStrength(values, size, quantile(values, STRETCH.white), quantile(values, STRETCH.black));
 }

@@ -37,11 +37,13 @@ export class StillJob extends StageClock {
     this.pixels = null;
     /** @type {{boundaries?: Boundaries, superpixels?: Superpixels, imageEdges?: ImageEdges}} What has been found. */
     this.found = {};
+    /** @type {Map<string, Promise<any>>} What is being looked for, a cancelled run's too. */
+    this.asked = new Map();
     this.result = null;
   }
 
   /**
-   * Runs to the end. Rejects with the signal's reason as soon as it is aborted; the worker under way is told and ends.
+   * Runs to the end. Rejects with the signal's reason as soon as it is aborted; the worker of that moment ends its work alone.
    *
    * @param {AbortSignal} signal
    * @param {() => void} report called after each step
@@ -59,10 +61,17 @@ export class StillJob extends StageClock {
     this.pixels ??= await this.read();
     signal.throwIfAborted();
     report();
-    const { library, found, pixels } = this;
-    await this.step('boundaries', signal, report, async () => (found.boundaries ??= await library.boundaries(pixels)));
-    await this.step('superpixels', signal, report, async () => (found.superpixels ??= await library.superpixels(pixels)));
-    await this.step('imageEdges', signal, report, async () => (found.imageEdges ??= await library.imageDiscontinuities(pixels)));
+    const { library, pixels } = this;
+    for (const [id, make] of /** @type {const} */ ([
+      ['boundaries', library.boundaries],
+      ['superpixels', library.superpixels],
+      ['imageEdges', library.imageDiscontinuities],
+    ])) {
+      this.found[id] = await this.once(id, () => make(pixels));
+      signal.throwIfAborted();
+      this.mark(id, 1, 1);
+      report();
+    }
   }
 
   async read() {
@@ -74,15 +83,18 @@ export class StillJob extends StageClock {
 
   /**
    * @param {string} id
-   * @param {AbortSignal} signal
-   * @param {() => void} report
-   * @param {() => Promise<unknown>} make
+   * @param {() => Promise<any>} make
+   * @returns {Promise<any>} of the first call, unless that failed
    */
-  async step(id, signal, report, make) {
-    await make();
-    signal.throwIfAborted();
-    this.mark(id, 1, 1);
-    report();
+  async once(id, make) {
+    const answer = this.asked.get(id) ?? make();
+    this.asked.set(id, answer);
+    try {
+      return await answer;
+    } catch (error) {
+      this.asked.delete(id);
+      throw error;
+    }
   }
 
   close() {
