@@ -1,9 +1,9 @@
 // A single image: no motion, but boundaries, superpixels and the discontinuities of its pixels' embedding.
 
 import assert from 'node:assert/strict';
-import { describe, test } from 'node:test';
+import { beforeEach, describe, test } from 'node:test';
 import {
-  ended, gifFile, inPhase, layerNames, openSample, paintedShare, picture, plainFrame, pngFile, run, screenshot, showOnly, text, useSite,
+  ended, gifFile, inPhase, layerNames, paintedShare, picture, plainFrame, pngFile, run, screenshot, showOnly, text, useSample, useSite,
 } from './support.mjs';
 
 const WIDTH = 120;
@@ -19,10 +19,11 @@ const disc = plainFrame(WIDTH, HEIGHT, (x, y) => {
 const KINDS = ['combined', 'discontinuity', 'spectral', 'pb'];
 
 describe('a still image', () => {
-  const site = useSite();
+  const sample = useSample(useSite());
+  beforeEach(() => (sample.faults.length = 0));
 
   test('shows its boundaries, superpixels and embedding discontinuities', async () => {
-    const { page, faults } = await openSample(site);
+    const { page, faults } = sample;
     assert.equal(await run(page, [pngFile('disc.png', disc)]), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
     assert.match(await text(page, '#headline'), /still image/);
     assert.match(await text(page, '#subline'), /^\d+ superpixels? · 120 × 80 · computed in \d/);
@@ -43,7 +44,7 @@ describe('a still image', () => {
   });
 
   test('has its choice of boundaries strong along the disc, faint elsewhere, and named under the pointer', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     await run(page, [pngFile('disc.png', disc)]);
     await showOnly(page, 'still');
     const pictures = new Set();
@@ -63,7 +64,7 @@ describe('a still image', () => {
   });
 
   test('is cancelled, goes on, and gives way to what is opened meanwhile', async () => {
-    const { page, faults } = await openSample(site);
+    const { page, faults } = sample;
     const large = plainFrame(400, 300, (x, y) => [(x * y) % 251, (3 * x) % 200, y % 256]);
     await page.setInputFiles('#file', [pngFile('large.png', large)]);
     await page.waitForFunction(() => document.querySelector('#headline').textContent === 'Pixel embedding');
@@ -81,14 +82,14 @@ describe('a still image', () => {
 
   for (const [what, frame] of Object.entries({ 'of one pixel': plainFrame(1, 1), 'of one colour': plainFrame(60, 40), 'of 2 × 90': plainFrame(2, 90) })) {
     test(`${what} is answered too`, async () => {
-      const { page, faults } = await openSample(site);
+      const { page, faults } = sample;
       assert.equal(await run(page, [pngFile('plain.png', frame)]), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
       assert.deepEqual(faults, []);
     });
   }
 
   test('may be a GIF of one frame; a damaged file is refused in words', async () => {
-    const { page } = await openSample(site);
+    const { page } = sample;
     assert.equal(await run(page, [gifFile('disc.gif', [disc])]), 'done');
     assert.match(await text(page, '#clip-facts'), /^120 × 80$/);
     const damaged = { ...pngFile('disc.png', disc), buffer: pngFile('disc.png', disc).buffer.subarray(0, 60) };
