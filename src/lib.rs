@@ -17,6 +17,7 @@ pub mod params;
 pub mod pipeline;
 pub mod rng;
 pub mod saliency;
+mod sets;
 pub mod sparse;
 pub mod still;
 pub mod superpixel;

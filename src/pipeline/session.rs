@@ -302,7 +302,7 @@ impl Session {
         else {
             return Err(lost());
         };
-        let clusters = discretize(tracks, embedding, found, &self.scaled_params().discretize);
+        let clusters = discretize(tracks, embedding, found, &self.scaled_params().discretize, self.params.clip.seed);
         let alone = self.params.connectedness.mode == ConnectednessMode::ForegroundOnly;
         self.clusters = Some(match &self.foreground.saliency {
             Some(saliency) if alone => with_background(tracks, clusters, &saliency.foreground),

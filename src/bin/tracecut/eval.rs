@@ -3,6 +3,7 @@
 mod contours;
 mod davis;
 mod flow;
+mod foreground;
 mod mat;
 mod moseg;
 mod superpixels;
@@ -22,6 +23,8 @@ use tracecut::trajectory::Trajectories;
 pub(crate) enum EvalCommand {
     /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
     Moseg(moseg::MosegArgs),
+    /// Run every sequence of such a folder and score which trajectories are foreground
+    Foreground(foreground::ForegroundArgs),
     /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary measure F
     Davis(davis::DavisArgs),
     /// Score a track file
@@ -45,6 +48,7 @@ pub(crate) enum EvalCommand {
 pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
     match command {
         EvalCommand::Moseg(args) => moseg::eval(args),
+        EvalCommand::Foreground(args) => foreground::eval(args),
         EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
