@@ -98,7 +98,7 @@ pub struct Segments {
 /// of another size than the frame is left out.
 pub fn boundary_map(frame: &Frame, flow: Option<&FlowField>, params: &ContourParams) -> BoundaryMap {
     let strengths = gradient::oriented_strength(frame, flow, params);
-    from_strengths(&strengths, (frame.width(), frame.height()))
+    from_strengths(&strengths, (frame.width(), frame.height()), OF_PB)
 }
 
 /// How much the histograms of `frame` change along each direction: what [`from_strengths`] makes Pb of.
@@ -106,11 +106,15 @@ pub(crate) fn strengths_of(frame: &Frame, params: &ContourParams) -> [Vec<f32>; 
     gradient::oriented_strength(frame, None, params)
 }
 
-/// Pb from the strength along each direction, planes of `w × h` pixels.
-pub(crate) fn from_strengths(strengths: &[Vec<f32>; ORIENTATIONS], size: (usize, usize)) -> BoundaryMap {
+/// Probabilities from the strength along each direction, planes of `w × h` pixels.
+pub(crate) fn from_strengths(
+    strengths: &[Vec<f32>; ORIENTATIONS],
+    size: (usize, usize),
+    logistic: Logistic,
+) -> BoundaryMap {
     let (strength, thin) = strongest(strengths, size);
-    let none = logistic(0.0);
-    let probability = |s: f32| (logistic(s) - none).clamp(0.0, 1.0);
+    let none = logistic.at(0.0);
+    let probability = |s: f32| (logistic.at(s) - none).clamp(0.0, 1.0);
     let pb = strength.map(probability);
     let thin = thin.map(|s| if s > 0.0 { probability(s) } else { 0.0 });
     BoundaryMap { pb, thin }
@@ -130,14 +134,22 @@ pub(crate) fn strongest(strengths: &[Vec<f32>; ORIENTATIONS], (w, h): (usize, us
     (strength, ridges)
 }
 
-fn logistic(strength: f32) -> f32 {
-    1.0 / (1.0 + libm::expf(-SLOPE * (strength - CENTRE)))
+/// A logistic function, which turns strengths into probabilities.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Logistic {
+    pub(crate) slope: f32,
+    /// Strength at which it is one half.
+    pub(crate) centre: f32,
 }
 
-/// Slope of the logistic that turns strengths into probabilities.
-const SLOPE: f32 = 7.05;
-/// Strength at which it is one half.
-const CENTRE: f32 = 0.77;
+impl Logistic {
+    fn at(self, strength: f32) -> f32 {
+        1.0 / (1.0 + libm::expf(-self.slope * (strength - self.centre)))
+    }
+}
+
+/// The logistic of Pb.
+pub(crate) const OF_PB: Logistic = Logistic { slope: 7.05, centre: 0.77 };
 
 /// The contours of `map` as line segments.
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {

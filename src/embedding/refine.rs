@@ -19,39 +19,48 @@ use super::panel::{WIDTH, to_columns, to_rows};
 /// Directions whose part in the space of the vectors is smaller than this are rounding.
 const DEPENDENT: f64 = 1e-10;
 
-/// Eigenpairs near the vectors `start` (`n × k`, row by row), of an operator whose spectrum lies in `[-1, 1]`.
+/// Eigenpairs near the given vectors, columns of length `n` one after the other, of an operator whose spectrum lies in `[-1, 1]`.
 ///
 /// Fewer come back where the start vectors are dependent, and `None` where something is not finite. `info.converged` says whether
 /// the residuals are within `tolerance`.
 pub fn refine_eigenpairs(
     operator: &dyn SymmetricOperator,
-    start: &[f64],
-    k: usize,
+    mut vectors: Vec<f64>,
     degree: u32,
     tolerance: f64,
 ) -> Option<Eigenpairs> {
     let n = operator.dimension();
-    let mut vectors = to_columns(start, k);
-    let mut images = image_of(operator, &vectors, n);
+    if n == 0 || vectors.is_empty() {
+        return Some(Eigenpairs {
+            info: EigenInfo { converged: true, ..EigenInfo::default() },
+            ..Eigenpairs::default()
+        });
+    }
+    let k = vectors.len() / n;
     // 1. The cut.
-    let quotient = |c: usize| {
-        let (v, w) = (&vectors[c * n..][..n], &images[c * n..][..n]);
-        let (along, length) = (dot(v, w), dot(v, v));
-        if length > 0.0 { along / length } else { 1.0 }
-    };
-    let cut = (0..k).map(quotient).fold(1.0, f64::min).clamp(-0.5, 1.0 - 1e-9);
+    let cut = least_quotient(operator, &vectors, n).clamp(-0.5, 1.0 - 1e-9);
     // 2. The filter, a panel at a time.
     for columns in vectors.chunks_mut(n * WIDTH) {
         filter(operator, columns, n, cut, degree);
     }
-    images = image_of(operator, &vectors, n);
-    let products = k as u32 * (degree + 2);
     // 3. Rayleigh-Ritz.
-    rayleigh_ritz(&vectors, &images, n, k, tolerance, products)
+    let mut pairs = rayleigh_ritz(operator, vectors, n, k)?;
+    pairs.info.products = k as u32 * (degree + 2);
+    pairs.info.converged = pairs.info.residual <= tolerance;
+    Some(pairs)
 }
 
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    project(x, y, x.len())[0]
+/// The smallest Rayleigh quotient of columns of length `n`.
+fn least_quotient(operator: &dyn SymmetricOperator, columns: &[f64], n: usize) -> f64 {
+    let mut least = 1.0_f64;
+    for panel in columns.chunks(n * WIDTH) {
+        let images = image_of(operator, panel, n);
+        for (v, w) in panel.chunks_exact(n).zip(images.chunks_exact(n)) {
+            let (along, length) = (project(v, w, n)[0], project(v, v, n)[0]);
+            least = if length > 0.0 { least.min(along / length) } else { least };
+        }
+    }
+    least
 }
 
 /// The operator's images of columns of length `n`.
@@ -85,15 +94,12 @@ fn filter(operator: &dyn SymmetricOperator, columns: &mut [f64], n: usize, cut: 
     columns.copy_from_slice(&to_columns(&now, count));
 }
 
-fn rayleigh_ritz(
-    vectors: &[f64],
-    images: &[f64],
-    n: usize,
-    k: usize,
-    tolerance: f64,
-    products: u32,
-) -> Option<Eigenpairs> {
-    let gram = symmetric_eigen(&project(vectors, vectors, n), k)?;
+/// The best eigenpairs in the space of the `k` columns `vectors`, and how good the worst of them is.
+fn rayleigh_ritz(operator: &dyn SymmetricOperator, vectors: Vec<f64>, n: usize, k: usize) -> Option<Eigenpairs> {
+    let images = image_of(operator, &vectors, n);
+    let (along, lengths) = (project(&vectors, &images, n), project(&images, &images, n));
+    drop(images);
+    let gram = symmetric_eigen(&project(&vectors, &vectors, n), k)?;
     let largest = gram.values[0];
     let rank = gram.values.iter().take_while(|&&v| v > DEPENDENT * largest).count();
     // Columns of `root`: an orthonormal basis of the space, in the coordinates of `vectors`.
@@ -101,17 +107,18 @@ fn rayleigh_ritz(
     for (column, v) in root.chunks_exact_mut(k).zip(&gram.values) {
         column.iter_mut().for_each(|x| *x /= v.sqrt());
     }
-    let matrix = congruent(&project(vectors, images, n), &root, k, rank);
+    let matrix = congruent(&along, &root, k, rank);
     let eigen = symmetric_eigen(&matrix, rank)?;
     let mut coordinates = vec![0.0; k * rank];
     add_combination(&mut coordinates, &root, &eigen.vectors, 1.0, k);
     let mut found = vec![0.0; n * rank];
-    add_combination(&mut found, vectors, &coordinates, 1.0, n);
+    add_combination(&mut found, &vectors, &coordinates, 1.0, n);
+    drop(vectors);
     // ‖A u - λ u‖² = (A u)ᵀ(A u) - λ².
-    let lengths = congruent(&project(images, images, n), &coordinates, k, rank);
+    let lengths = congruent(&lengths, &coordinates, k, rank);
     let square = |c: usize| (lengths[c * rank + c] - eigen.values[c] * eigen.values[c]).max(0.0);
     let residual = (0..rank).map(square).fold(0.0, f64::max).sqrt();
-    let info = EigenInfo { converged: residual <= tolerance, residual, products, restarts: 0 };
+    let info = EigenInfo { residual, ..EigenInfo::default() };
     Some(Eigenpairs { values: eigen.values, vectors: to_rows(&found, n), info })
 }
 
@@ -141,10 +148,10 @@ mod tests {
         let settings = EigenParams { tolerance: 1e-8, max_products: 20_000, multiplicity: 0, seed: 0 };
         let exact = largest_eigenpairs(&matrix, k, &settings);
         let mut rng = Rng::for_stage(2, "refine");
-        let disturbed: Vec<f64> = exact.vectors.iter().map(|v| v + rng.range(-0.05, 0.05)).collect();
+        let disturbed: Vec<f64> = to_columns(&exact.vectors, k).iter().map(|v| v + rng.range(-0.05, 0.05)).collect();
         let mut last = f64::MAX;
         for degree in [0, 8, 60] {
-            let pairs = refine_eigenpairs(&matrix, &disturbed, k, degree, 1e-3).unwrap();
+            let pairs = refine_eigenpairs(&matrix, disturbed.clone(), degree, 1e-3).unwrap();
             assert!(pairs.info.residual < last, "{} after {last} by degree {degree}", pairs.info.residual);
             last = pairs.info.residual;
             let columns = to_columns(&pairs.vectors, k);
@@ -152,7 +159,7 @@ mod tests {
                 assert!((product - f64::from(u8::from(e / k == e % k))).abs() < 1e-10, "VᵀV has {product} at {e}");
             }
         }
-        let pairs = refine_eigenpairs(&matrix, &disturbed, k, 400, 1e-3).unwrap();
+        let pairs = refine_eigenpairs(&matrix, disturbed.clone(), 400, 1e-3).unwrap();
         assert!(pairs.info.converged, "{:?}", pairs.info);
         for (c, value) in pairs.values.iter().enumerate() {
             let expected = (std::f64::consts::PI * (c + 1) as f64 / (n + 1) as f64).cos();
@@ -163,9 +170,9 @@ mod tests {
     #[test]
     fn dependent_vectors_are_dropped_and_illegal_numbers_refused() {
         let matrix = path(20);
-        let twice: Vec<f64> = (0..20).flat_map(|i| [f64::from(i), 2.0 * f64::from(i)]).collect();
-        assert_eq!(refine_eigenpairs(&matrix, &twice, 2, 3, 0.1).unwrap().values.len(), 1);
-        assert!(refine_eigenpairs(&matrix, &[f64::NAN; 20], 1, 3, 0.1).is_none());
-        assert_eq!(refine_eigenpairs(&matrix, &[0.0; 20], 1, 3, 0.1).unwrap().values.len(), 0);
+        let twice: Vec<f64> = (0..40).map(|e| f64::from(e % 20 * (1 + e / 20))).collect();
+        assert_eq!(refine_eigenpairs(&matrix, twice, 3, 0.1).unwrap().values.len(), 1);
+        assert!(refine_eigenpairs(&matrix, vec![f64::NAN; 20], 3, 0.1).is_none());
+        assert_eq!(refine_eigenpairs(&matrix, vec![0.0; 20], 3, 0.1).unwrap().values.len(), 0);
     }
 }

@@ -45,16 +45,13 @@ fn solve(pb: &Plane<f32>, params: &StillParams, seed: u32) -> PixelEmbedding {
 
 fn refine(pb: &Plane<f32>, coarse: &PixelEmbedding, params: &StillParams) -> PixelEmbedding {
     let graph = PixelGraph::new(pb, params.radius, params.sigma);
-    let k = coarse.vectors.len();
-    let mut start = vec![0.0; pb.data().len() * k];
-    for (c, vector) in coarse.vectors.iter().enumerate() {
-        let large = doubled(vector, (coarse.width, coarse.height), (pb.width(), pb.height()));
-        for ((out, &v), &s) in start.iter_mut().skip(c).step_by(k).zip(&large).zip(&graph.scale) {
-            // U = D^1/2 V.
-            *out = if s > 0.0 { f64::from(v / s) } else { 0.0 };
-        }
+    let mut start = Vec::with_capacity(pb.data().len() * coarse.vectors.len());
+    for vector in &coarse.vectors {
+        let large = doubled(vector, coarse.width, (pb.width(), pb.height()));
+        // U = D^1/2 V.
+        start.extend(large.iter().zip(&graph.scale).map(|(v, &s)| if s > 0.0 { f64::from(v / s) } else { 0.0 }));
     }
-    match refine_eigenpairs(&graph, &start, k, params.degree, params.tolerance) {
+    match refine_eigenpairs(&graph, start, params.degree, params.tolerance) {
         Some(pairs) => {
             let k = pairs.values.len();
             unscaled(&graph, pb, pairs.values, &pairs.vectors, k, pairs.info)
@@ -89,6 +86,6 @@ fn halved(pb: &Plane<f32>) -> Plane<f32> {
 }
 
 /// Twice as large: each pixel is copied.
-fn doubled(small: &[f32], (sw, _): (usize, usize), (w, h): (usize, usize)) -> Vec<f32> {
-    (0..h).flat_map(|y| (0..w).map(move |x| small[y / 2 * sw + x / 2])).collect()
+fn doubled(small: &[f32], small_width: usize, (w, h): (usize, usize)) -> Vec<f32> {
+    (0..h).flat_map(|y| (0..w).map(move |x| small[y / 2 * small_width + x / 2])).collect()
 }

@@ -20,7 +20,8 @@ mod levels;
 mod tests;
 
 use crate::contour::{
-    BoundaryMap, ContourParams, ORIENTATIONS, from_strengths, mean_along, normals, strengths_of, strongest,
+    BoundaryMap, ContourParams, Logistic, OF_PB, ORIENTATIONS, from_strengths, mean_along, normals, strengths_of,
+    strongest,
 };
 use crate::embedding::EigenInfo;
 use crate::image::{Frame, Plane, gaussian_blur};
@@ -47,7 +48,7 @@ crate::params! {
         /// Pb that leaves 1/e of the affinity of two pixels when it lies between them.
         pub sigma: f32 = 0.1, in 0.001..=10.0;
         /// Number of eigenvectors, the constant one included. Higher is slower.
-        pub dimensions: u32 = 16, in 2..=64;
+        pub dimensions: u32 = 24, in 2..=64;
         /// Products with each eigenvector on the finer levels of the image. Higher is slower and nearer to the exact eigenvectors.
         pub degree: u32 = 10, in 1..=200;
         /// Residual at which an eigenpair of the coarsest level is good enough. Lower is slower.
@@ -103,7 +104,7 @@ pub fn image_discontinuities(
 ) -> ImageDiscontinuities {
     let (w, h) = reduced((frame.width(), frame.height()), params.max_side as usize);
     let strengths = strengths_of(&frame.resized(w, h), contour);
-    let pb = from_strengths(&strengths, (w, h));
+    let pb = from_strengths(&strengths, (w, h), OF_PB);
     if pb.thin.data().iter().all(|&v| v <= FAINTEST) {
         let none = StrengthMap { strength: Plane::filled(w, h, 0.0), thin: Plane::filled(w, h, 0.0) };
         let combined = pb.clone();
@@ -121,7 +122,7 @@ pub fn image_discontinuities(
     let PixelEmbedding { eigenvalues, vectors, info, .. } = embedding;
     let eigenvectors = vectors.into_iter().filter_map(|v| Plane::from_vec(w, h, v)).collect();
     let d = strength_map(&d, (w, h), |s| s.clamp(0.0, 1.0));
-    let spectral = strength_map(&spectral, (w, h), |s| s / (s + HALF_GRADIENT));
+    let spectral = strength_map(&spectral, (w, h), |s| s * s / (s * s + HALF_GRADIENT * HALF_GRADIENT));
     ImageDiscontinuities { pb, d, spectral, combined, eigenvalues, eigenvectors, info }
 }
 
@@ -137,13 +138,15 @@ const FAINTEST: f32 = 1e-4;
 /// Standard deviation of the blur before gradients are taken, in pixels (Arbelaez et al.: 1).
 const GRADIENT_SIGMA: f32 = 1.0;
 /// Sum of weighted gradients that counts as one half.
-const HALF_GRADIENT: f32 = 10.0;
+const HALF_GRADIENT: f32 = 15.0;
 /// Weights of eigenvectors stop growing where an eigenvalue is this near to 1.
 const NEAREST_TO_ONE: f64 = 1e-6;
 /// By what a discontinuity is multiplied to stand beside a strength of Pb.
 const BESIDE_PB: f32 = 2.5;
-/// Part of it that is common to all images, so that the sum stays a probability.
-const COMMON: f32 = 0.4;
+/// How the logistic of Pb changes with the weight of the discontinuities: its slope is divided by one plus `FLATTER` times the weight, its
+/// centre moves by `HIGHER` times the weight. Fitted as those of Pb are, at weight 1.
+const FLATTER: f32 = 1.333;
+const HIGHER: f32 = 0.5;
 
 /// Changes of an embedding along each direction.
 struct Changes {
@@ -224,7 +227,8 @@ fn combine(
     size: (usize, usize),
     weight: f32,
 ) -> BoundaryMap {
-    let (beside, whole) = (weight * BESIDE_PB, 1.0 / (1.0 + weight * COMMON));
-    let sums = std::array::from_fn(|k| pb[k].iter().zip(&d[k]).map(|(s, d)| whole * (s + beside * d)).collect());
-    from_strengths(&sums, size)
+    let beside = weight * BESIDE_PB;
+    let sums = std::array::from_fn(|k| pb[k].iter().zip(&d[k]).map(|(s, d)| s + beside * d).collect());
+    let logistic = Logistic { slope: OF_PB.slope / (1.0 + weight * FLATTER), centre: OF_PB.centre + weight * HIGHER };
+    from_strengths(&sums, size, logistic)
 }

@@ -47,7 +47,7 @@ fn check(found: &ImageDiscontinuities, size: (usize, usize)) {
 fn two_flat_halves_have_their_discontinuity_between_them() {
     for (w, h) in [(64, 48), (160, 100)] {
         let halves = frame(w, h, |x, _| if x < w / 2 { 40 } else { 210 });
-        for (grouping, least, most) in [(Grouping::Joint, 0.95, 0.4), (Grouping::Single, 0.7, 0.25)] {
+        for (grouping, least, most) in [(Grouping::Joint, 0.95, 0.5), (Grouping::Single, 0.6, 0.3)] {
             let found = found(&halves, &StillParams { grouping, ..StillParams::default() });
             check(&found, (w, h));
             for y in 0..h {
