@@ -1,5 +1,7 @@
 //! The `tracecut` program from outside: what it writes, and what it answers to input that it cannot use.
 
+#[path = "cli/clusters.rs"]
+mod clusters;
 #[path = "cli/davis.rs"]
 mod davis;
 #[path = "cli/images.rs"]

@@ -7,7 +7,7 @@ use crate::connectedness::Components;
 use crate::contour::BoundaryMap;
 use crate::cut::Objects;
 use crate::discontinuity::Discontinuities;
-use crate::discretize::{Clusters, threshold_segmentation};
+use crate::discretize::{Clusters, DiscretizeMethod, DiscretizeParams, discretize_into, threshold_segmentation};
 use crate::embedding::Embedding;
 use crate::flow::FlowField;
 use crate::image::Plane;
@@ -148,6 +148,16 @@ impl Session {
     /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no objects.
     pub fn objects(&self) -> Option<&Objects> {
         self.dense.objects()
+    }
+
+    /// What `method` makes of the embedding with `count` clusters (before any merging) by as many eigenvectors, computed anew at each
+    /// call: to compare discretizations. At most as many clusters as the embedding has eigenvectors. `None` until the discontinuities
+    /// are known.
+    pub fn clusters_by(&self, method: DiscretizeMethod, count: usize) -> Option<Clusters> {
+        let (tracks, embedding, found) =
+            (self.working.as_ref()?, self.embedding.as_ref()?, self.discontinuities.as_ref()?);
+        let params = DiscretizeParams { method, ..self.scaled_params().discretize };
+        Some(discretize_into(tracks, embedding, found, count, &params, self.params.clip.seed))
     }
 
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above

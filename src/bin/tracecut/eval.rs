@@ -2,6 +2,7 @@
 
 mod contours;
 mod davis;
+mod discretization;
 mod flow;
 mod mat;
 mod moseg;
@@ -24,6 +25,8 @@ pub(crate) enum EvalCommand {
     Moseg(moseg::MosegArgs),
     /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary measure F
     Davis(davis::DavisArgs),
+    /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's Figure 10)
+    Discretization(discretization::DiscretizationArgs),
     /// Score a track file
     Tracks {
         /// Definition file of the shot (...Def.dat); the masks lie beside it
@@ -46,6 +49,7 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
     match command {
         EvalCommand::Moseg(args) => moseg::eval(args),
         EvalCommand::Davis(args) => davis::eval(args),
+        EvalCommand::Discretization(args) => discretization::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
         EvalCommand::Superpixels(args) => superpixels::eval(args),

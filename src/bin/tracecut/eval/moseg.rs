@@ -49,10 +49,10 @@ pub(crate) struct MosegArgs {
 
 /// A sequence's files.
 #[derive(Debug)]
-struct Sequence {
-    name: String,
-    list: PathBuf,
-    definition: PathBuf,
+pub(super) struct Sequence {
+    pub(super) name: String,
+    pub(super) list: PathBuf,
+    pub(super) definition: PathBuf,
 }
 
 #[derive(Debug, Serialize)]
@@ -133,7 +133,7 @@ pub(super) fn eval(args: &MosegArgs) -> Result<()> {
 }
 
 /// All sub-folders with a `.bmf` list, by name.
-fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
+pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
     let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
     let mut sequences = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {
