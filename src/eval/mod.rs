@@ -5,6 +5,7 @@
 //! - [`tracks`]: labelled trajectories to and from `tracks.dat`;
 //! - [`definition`]: which frames of a shot are labelled, and with which regions (`Def.dat`, PGM masks);
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
+//! - [`foreground`]: which trajectories are foreground, against labelled frames;
 //! - [`davis`]: region similarity and boundary measure of masks, as the DAVIS benchmark has them;
 //! - [`contours`]: boundary maps against the outlines that people drew (ODS, OIS);
 //! - [`edges`]: Canny's and Sobel's edges, to compare boundary maps with;
@@ -18,6 +19,7 @@ pub mod definition;
 pub mod discretization;
 pub mod edges;
 pub mod flow;
+pub mod foreground;
 pub mod moseg;
 pub mod superpixels;
 pub mod tracks;

@@ -208,11 +208,11 @@ impl ParamGroup for Params {
 const PRESET: &str = "preset";
 
 impl Params {
-    /// The dense half as the paper has it: contours above a threshold that is not low, superpixels as the Gabriel graph leaves them, the
+    /// Saliency as the paper has it ([`SaliencyParams::paper`]), and the dense half: contours above a threshold that is not low, superpixels as the Gabriel graph leaves them, the
     /// energy of [`CutParams::paper`], masks from the clustered trajectories alone, borders where the superpixels have them. Everything
-    /// before is as by default.
+    /// else is as by default.
     pub fn paper() -> Self {
-        let mut params = Self { cut: CutParams::paper(), ..Self::default() };
+        let mut params = Self { cut: CutParams::paper(), saliency: SaliencyParams::paper(), ..Self::default() };
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
         (params.contour.low, params.contour.high) = (0.03, 0.08);

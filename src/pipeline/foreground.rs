@@ -6,7 +6,7 @@ use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::embedding::{Embedding, embed};
 use crate::flow::CompactFlow;
 use crate::params::Params;
-use crate::saliency::{Saliency, SaliencyMaps, context_saliency};
+use crate::saliency::{Saliency, SaliencyMaps, context_saliency, trajectory_saliency};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 
@@ -31,6 +31,7 @@ pub(super) struct Foreground {
     /// Flow fields looked at, and maps made.
     looked: usize,
     mapped: usize,
+    /// The saliency of each point of the trajectories; below 0 where not known.
     of_points: Vec<f32>,
     pub(super) saliency: Option<Saliency>,
     pub(super) components: Option<Components>,
@@ -57,18 +58,20 @@ impl Foreground {
             maps.look_at(&from.flows[self.looked].unpack(1.0, 1.0));
             self.looked += 1;
         } else if self.mapped < pairs {
-            self.of_points.resize(from.tracks.len(), 0.0);
+            self.of_points.resize(from.tracks.x.len(), -1.0);
             let t = self.mapped;
             let map = maps.map(t, &from.flows[t].unpack(1.0, 1.0));
             for (i, x, y) in from.tracks.alive(t) {
                 let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
-                let here = map[(place(x, map.width()), place(y, map.height()))];
-                self.of_points[i] = self.of_points[i].max(here);
+                let point = from.tracks.points(i).start + t - from.tracks.start_frame[i] as usize;
+                self.of_points[point] = map[(place(x, map.width()), place(y, map.height()))];
             }
             self.mapped += 1;
         } else if pairs > 0 {
             let of_points = std::mem::take(&mut self.of_points);
-            let found = context_saliency(of_points, from.embedding, from.discontinuities, &from.params.saliency);
+            let settings = &from.params.saliency;
+            let alone = trajectory_saliency(from.tracks, &of_points, settings.quantile);
+            let found = context_saliency(alone, from.embedding, from.discontinuities, settings);
             self.saliency = Some(found);
         }
         let (done, total) = (self.looked + self.mapped + 1, 2 * pairs + 1);

@@ -4,6 +4,7 @@ mod contours;
 mod davis;
 mod discretization;
 mod flow;
+mod foreground;
 mod mat;
 mod moseg;
 mod superpixels;
@@ -23,6 +24,8 @@ use tracecut::trajectory::Trajectories;
 pub(crate) enum EvalCommand {
     /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
     Moseg(moseg::MosegArgs),
+    /// Run every sequence of such a folder and score which trajectories are foreground
+    Foreground(foreground::ForegroundArgs),
     /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary measure F
     Davis(davis::DavisArgs),
     /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's Figure 10)
@@ -48,6 +51,7 @@ pub(crate) enum EvalCommand {
 pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
     match command {
         EvalCommand::Moseg(args) => moseg::eval(args),
+        EvalCommand::Foreground(args) => foreground::eval(args),
         EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Discretization(args) => discretization::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),

@@ -1,0 +1,288 @@
+//! Laws of the saliency.
+
+use super::*;
+use crate::affinity::{AffinityParams, AffinityRows};
+use crate::discontinuity::{Discontinuities, DiscontinuityParams, Neighborhoods, discontinuities, neighborhoods};
+use crate::embedding::{Embedding, EmbeddingParams, embed};
+use crate::image::Plane;
+use crate::rng::Rng;
+use crate::trajectory::Trajectories;
+
+const SIZE: (usize, usize) = (96, 72);
+const FRAMES: usize = 12;
+
+fn flow_of(size: (usize, usize), motion: impl Fn(f64, f64) -> (f64, f64)) -> FlowField {
+    let at = |x: usize, y: usize| motion(x as f64, y as f64);
+    FlowField {
+        u: Plane::from_fn(size.0, size.1, |x, y| at(x, y).0 as f32),
+        v: Plane::from_fn(size.0, size.1, |x, y| at(x, y).1 as f32),
+    }
+}
+
+/// A clip of ground and one square: their motion at frame `t`, in pixels.
+struct Clip {
+    ground: fn(usize) -> (f64, f64),
+    square: fn(usize) -> (f64, f64),
+    noise: f64,
+}
+
+/// What comes out for each trajectory, and whether it is on the square.
+struct Outcome {
+    saliency: Saliency,
+    on_square: Vec<bool>,
+}
+
+impl Clip {
+    /// Corner of the square at frame `t`.
+    fn corner(&self, t: usize) -> (f64, f64) {
+        (0..t).map(self.square).fold((24.0, 24.0), |(x, y), (u, v)| (x + u, y + v))
+    }
+
+    fn covers(&self, t: usize, x: f64, y: f64) -> bool {
+        let (left, top) = self.corner(t);
+        (left..left + 26.0).contains(&x) && (top..top + 26.0).contains(&y)
+    }
+
+    fn flow(&self, t: usize) -> FlowField {
+        let rng = std::cell::RefCell::new(Rng::for_stage(t as u64, "test"));
+        flow_of(SIZE, |x, y| {
+            let (u, v) = if self.covers(t, x, y) { (self.square)(t) } else { (self.ground)(t) };
+            let noise = || rng.borrow_mut().range(-self.noise, self.noise);
+            (u + noise(), v + noise())
+        })
+    }
+
+    /// Trajectories from a grid in the first frame, moved by the true motion until they leave the frame or are covered.
+    fn tracks(&self) -> (Trajectories, Vec<bool>) {
+        let mut tracks = Trajectories::empty(FRAMES, SIZE);
+        let mut on_square = Vec::new();
+        for k in 0..(SIZE.0 / 4) * (SIZE.1 / 4) {
+            let (mut x, mut y) = ((4 * (k % (SIZE.0 / 4)) + 2) as f64, (4 * (k / (SIZE.0 / 4)) + 2) as f64);
+            let on = self.covers(0, x, y);
+            let mut points = Vec::new();
+            for t in 0..FRAMES {
+                let inside = x >= 0.0 && y >= 0.0 && x < SIZE.0 as f64 && y < SIZE.1 as f64;
+                if !inside || (!on && self.covers(t, x, y)) {
+                    break;
+                }
+                points.push((x as f32, y as f32, 0.0));
+                let (u, v) = if on { (self.square)(t) } else { (self.ground)(t) };
+                (x, y) = (x + u, y + v);
+            }
+            if points.len() > 3 {
+                tracks.push(0, points);
+                on_square.push(on);
+            }
+        }
+        (tracks, on_square)
+    }
+
+    fn run(&self, params: &SaliencyParams) -> Outcome {
+        let (tracks, on_square) = self.tracks();
+        let mut rows = AffinityRows::new(&tracks, 4.0, &AffinityParams::default(), 0);
+        while rows.advance(&tracks, 512) {}
+        let embedding = embed(&rows.finish().unwrap(), &EmbeddingParams::default(), 0);
+        let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+        let mut maps = SaliencyMaps::new(params);
+        (0..FRAMES - 1).for_each(|t| maps.look_at(&self.flow(t)));
+        let mut of_points = vec![-1.0; tracks.x.len()];
+        for t in 0..FRAMES - 1 {
+            let map = maps.map(t, &self.flow(t));
+            assert!(map.data().iter().all(|s| (0.0..=1.0).contains(s)));
+            for (i, x, y) in tracks.alive(t) {
+                of_points[tracks.points(i).start + t] = map[((x + 0.5) as usize % SIZE.0, (y + 0.5) as usize % SIZE.1)];
+            }
+        }
+        let alone = trajectory_saliency(&tracks, &of_points, params.quantile);
+        Outcome { saliency: context_saliency(alone, &embedding, &found, params), on_square }
+    }
+}
+
+impl Outcome {
+    /// The share of the square's trajectories, and of the ground's, that are foreground.
+    fn shares(&self) -> (f64, f64) {
+        let share = |on: bool| {
+            let of: Vec<bool> =
+                self.saliency.foreground.iter().zip(&self.on_square).filter(|p| *p.1 == on).map(|p| *p.0).collect();
+            of.iter().filter(|&&f| f).count() as f64 / of.len() as f64
+        };
+        (share(true), share(false))
+    }
+}
+
+fn both() -> [SaliencyParams; 2] {
+    [SaliencyParams::default(), SaliencyParams::paper()]
+}
+
+#[test]
+fn nothing_is_salient_where_nothing_moves_or_only_noise() {
+    for noise in [0.0, 0.09] {
+        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (0.0, 0.0), noise };
+        for params in both() {
+            let found = clip.run(&params).saliency;
+            assert!(!found.foreground.contains(&true), "noise {noise}: {:?}", found.in_context);
+        }
+    }
+}
+
+#[test]
+fn a_moving_square_is_foreground_and_still_ground_is_not() {
+    for params in both() {
+        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (2.5, 0.5), noise: 0.02 };
+        assert_eq!(clip.run(&params).shares(), (1.0, 0.0), "{params:?}");
+    }
+}
+
+#[test]
+fn what_stops_half_way_stays_foreground() {
+    let clip =
+        Clip { ground: |_| (0.0, 0.0), square: |t| if t < FRAMES / 2 { (3.0, 0.0) } else { (0.0, 0.0) }, noise: 0.02 };
+    assert_eq!(clip.run(&SaliencyParams::default()).shares(), (1.0, 0.0));
+}
+
+#[test]
+fn a_pan_of_the_camera_changes_nothing() {
+    let still = Clip { ground: |_| (0.0, 0.0), square: |_| (2.0, 1.0), noise: 0.02 };
+    let panned = Clip { ground: |_| (-3.0, 1.0), square: |_| (-1.0, 2.0), noise: 0.02 };
+    for compensation in [Compensation::Affine, Compensation::Homography] {
+        let params = SaliencyParams { compensation, ..SaliencyParams::default() };
+        assert_eq!(still.run(&params).shares(), (1.0, 0.0));
+        assert_eq!(panned.run(&params).shares(), (1.0, 0.0));
+    }
+}
+
+#[test]
+fn maps_are_the_same_under_a_pan_where_flow_is_exact() {
+    let map = |pan: f64| {
+        let flow =
+            flow_of((64, 48), |x, y| if x < 20.0 && y > 10.0 && y < 30.0 { (4.0 + pan, 1.0) } else { (pan, 0.0) });
+        let mut maps = SaliencyMaps::new(&SaliencyParams::default());
+        maps.look_at(&flow);
+        maps.map(0, &flow)
+    };
+    let (still, panned) = (map(0.0), map(7.0));
+    let furthest = still.data().iter().zip(panned.data()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(furthest < 1e-3, "{furthest}");
+}
+
+#[test]
+fn every_size_has_a_map_of_its_size_within_0_and_1() {
+    for size in [(1, 1), (1, 9), (9, 1), (2, 3), (17, 5), (200, 3)] {
+        for value in [0.0, 3.0, f64::NAN, f64::INFINITY] {
+            for compensation in [Compensation::Off, Compensation::Affine, Compensation::Homography] {
+                let params = SaliencyParams { compensation, ..SaliencyParams::default() };
+                let flow = flow_of(size, |x, _| if x > 0.0 { (value, 0.0) } else { (0.0, 1.0) });
+                let mut maps = SaliencyMaps::new(&params);
+                maps.look_at(&flow);
+                let map = maps.map(0, &flow);
+                assert_eq!((map.width(), map.height()), size);
+                assert!(map.data().iter().all(|s| (0.0..=1.0).contains(s)), "{size:?} {value} {:?}", map.data());
+            }
+        }
+    }
+}
+
+#[test]
+fn maps_of_flows_that_were_not_looked_at_take_them_as_they_are() {
+    let flow = flow_of((40, 30), |x, _| if x < 12.0 { (3.0, 0.0) } else { (0.0, 0.0) });
+    let maps = SaliencyMaps::new(&SaliencyParams::default());
+    assert!(maps.map(5, &flow).data().iter().all(|s| (0.0..=1.0).contains(s)));
+}
+
+#[test]
+fn the_range_holds_the_wanted_part_of_all_magnitudes_and_is_never_below_its_floor() {
+    let flow = flow_of((100, 100), |_, y| (0.1 * y, 0.0));
+    let off = SaliencyParams { compensation: Compensation::Off, range_quantile: 0.9, ..SaliencyParams::default() };
+    let range = |params: &SaliencyParams| {
+        let mut maps = SaliencyMaps::new(params);
+        maps.look_at(&flow);
+        maps.range()
+    };
+    assert!((range(&off) - 9.0).abs() < 0.15, "{}", range(&off));
+    assert_eq!(range(&SaliencyParams { range_floor: 20.0, ..off.clone() }), 20.0);
+    assert_eq!(range(&SaliencyParams { range: 15.0, ..off }), 15.0);
+}
+
+/// Two blocks of three rows each, apart in the embedding, and one row that is not embedded.
+fn two_blocks() -> (Embedding, Discontinuities) {
+    let block = |i: usize| if i < 3 { [1.0, 0.0] } else { [0.0, 1.0] };
+    let mut vectors: Vec<f64> = (0..6).flat_map(block).collect();
+    vectors.extend([0.0, 0.0]);
+    let mut embedded = vec![true; 7];
+    embedded[6] = false;
+    let embedding = Embedding {
+        num_rows: 7,
+        dimensions: 2,
+        eigenvalues: vec![1.0, 1.0],
+        vectors,
+        embedded,
+        ..Embedding::default()
+    };
+    let mut density = vec![1.0; 7];
+    density[6] = 0.0;
+    let found = Discontinuities {
+        neighborhoods: Neighborhoods::default(),
+        dimensions: 2,
+        density,
+        ..Discontinuities::default()
+    };
+    (embedding, found)
+}
+
+#[test]
+fn context_is_the_mean_over_a_block_and_what_is_not_embedded_keeps_its_own() {
+    let (embedding, found) = two_blocks();
+    let alone = vec![0.9, 0.6, 0.3, 0.0, 0.1, 0.8, 0.7];
+    for form in [Neighborhood::Max, Neighborhood::Min] {
+        let params = SaliencyParams { form, ..SaliencyParams::default() };
+        let s = context_saliency(alone.clone(), &embedding, &found, &params);
+        for (i, &mean) in s.in_context.iter().enumerate() {
+            let expected = [0.6, 0.3, 0.7][i / 3];
+            assert!((mean - expected).abs() < 1e-6, "{i}: {mean}");
+        }
+        assert_eq!(s.foreground, [true, true, true, false, false, false, true]);
+        assert_eq!(s.of_points, alone);
+    }
+}
+
+#[test]
+fn the_fast_context_is_the_mean_over_all_pairs() {
+    let mut rng = Rng::for_stage(3, "test");
+    let (n, dimensions) = (1500, 5);
+    let vectors: Vec<f64> = (0..n * dimensions).map(|_| rng.range(-0.5, 1.0)).collect();
+    let eigenvalues: Vec<f64> = (0..dimensions).map(|k| 1.0 - 0.05 * k as f64).collect();
+    let embedding =
+        Embedding { num_rows: n, dimensions, eigenvalues, vectors, embedded: vec![true; n], ..Embedding::default() };
+    let density: Vec<f64> = (0..n).map(|_| rng.range(0.2, 4.0)).collect();
+    let alone: Vec<f32> = (0..n).map(|_| rng.uniform() as f32).collect();
+    let found = Discontinuities { dimensions, density: density.clone(), ..Discontinuities::default() };
+    for form in [Neighborhood::Max, Neighborhood::Min] {
+        let params = SaliencyParams { form, ..SaliencyParams::default() };
+        let fast = context_saliency(alone.clone(), &embedding, &found, &params).in_context;
+        for i in (0..n).step_by(97) {
+            let near = |j: &usize| {
+                let (a, b) = (embedding.row(i), embedding.row(*j));
+                let w: f64 = (0..dimensions).map(|k| embedding.eigenvalues[k] * a[k] * b[k]).sum();
+                let (d, e) = (density[i], density[*j]);
+                w > params.neighborhood * if form == Neighborhood::Max { d.max(e) } else { d.min(e) }
+            };
+            let hood: Vec<usize> = (0..n).filter(near).collect();
+            let mean = hood.iter().map(|&j| f64::from(alone[j])).sum::<f64>() / hood.len() as f64;
+            let expected = if hood.is_empty() { f64::from(alone[i]) } else { mean };
+            // A pair at the very bound may fall to either side of it.
+            assert!((f64::from(fast[i]) - expected).abs() < 0.01, "{i}: {} not {expected}", fast[i]);
+        }
+    }
+}
+
+#[test]
+fn a_trajectory_has_the_wanted_quantile_of_its_known_points() {
+    let mut tracks = Trajectories::empty(5, (8, 8));
+    tracks.push(0, [(1.0, 1.0, 0.0); 5]);
+    tracks.push(4, [(1.0, 1.0, 0.0)]);
+    let of_points = [0.5, 0.1, 0.9, 0.3, -1.0, -1.0];
+    assert_eq!(trajectory_saliency(&tracks, &of_points, 1.0), [0.9, 0.0]);
+    assert_eq!(trajectory_saliency(&tracks, &of_points, 0.0), [0.1, 0.0]);
+    assert_eq!(trajectory_saliency(&tracks, &of_points, 0.67), [0.5, 0.0]);
+    assert!(trajectory_saliency(&Trajectories::empty(5, (8, 8)), &[], 1.0).is_empty());
+}
