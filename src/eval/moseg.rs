@@ -222,7 +222,7 @@ fn conclude(definition: &Definition, votes: &Votes, maps: &[Plane<u8>]) -> Score
 
 /// Index of the pixel nearest to `(x, y)`, if it is inside. As in the published program the rounding is towards zero after adding one
 /// half, so that points up to 1.5 pixels left of or above the image still vote in its first column or row.
-fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Option<usize> {
+pub(super) fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Option<usize> {
     let (x, y) = ((f64::from(x) + 0.5).trunc(), (f64::from(y) + 0.5).trunc());
     let inside = x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64;
     inside.then(|| y as usize * width + x as usize)

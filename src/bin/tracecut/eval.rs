@@ -3,6 +3,7 @@
 mod contours;
 mod davis;
 mod discretization;
+mod figment;
 mod flow;
 mod foreground;
 mod mat;
@@ -30,6 +31,8 @@ pub(crate) enum EvalCommand {
     Davis(davis::DavisArgs),
     /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's Figure 10)
     Discretization(discretization::DiscretizationArgs),
+    /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table 1)
+    Figment(figment::FigmentArgs),
     /// Score a track file
     Tracks {
         /// Definition file of the shot (...Def.dat); the masks lie beside it
@@ -54,6 +57,7 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Foreground(args) => foreground::eval(args),
         EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Discretization(args) => discretization::eval(args),
+        EvalCommand::Figment(args) => figment::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
         EvalCommand::Superpixels(args) => superpixels::eval(args),
