@@ -17,7 +17,7 @@
 //! 4. Over-segmentation: clusters assigned to the object beyond the first.
 //! 5. Recall: pixels of the object that lie within a given distance of a point of a cluster assigned to it, in percent. (The
 //!    paper's recall is above its density, so points must cover more than their own pixels.)
-//! 6. Leakage: of the cluster that holds most of the object's points, more than half of the points lie elsewhere; in percent of the objects. An
+//! 6. Leakage: objects of which the cluster that holds most of their points has more than half of its own elsewhere, in percent. An
 //!    object without points leaks.
 //! 7. Tracking time: labelled frames in which more than half of the object's points are in its main cluster, in percent of those that show
 //!    it. The main cluster is the one with most of its points among those assigned to it; without any there is no such frame.

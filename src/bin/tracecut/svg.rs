@@ -46,15 +46,26 @@ impl Axis {
     }
 }
 
+/// Both axes, and where values lie in the picture.
+struct Axes {
+    x: Axis,
+    y: Axis,
+}
+
+impl Axes {
+    fn place(&self, x: f64, y: f64) -> (f64, f64) {
+        let (width, height) = (SIZE.0 - LEFT - RIGHT, SIZE.1 - TOP - BOTTOM);
+        (LEFT + x / self.x.end * width, SIZE.1 - BOTTOM - y / self.y.end * height)
+    }
+}
+
 impl Chart<'_> {
     /// The picture as text.
     pub(crate) fn svg(&self) -> String {
         let points = || self.curves.iter().flat_map(|c| &c.1).filter(|p| is_drawn(p));
-        let x = Axis::new(points().fold(0.0, |most, p| p.0.max(most)));
-        let y = Axis::new(points().fold(0.0, |most, p| p.1.max(most)));
-        let place = |&(a, b): &(f64, f64)| {
-            let (width, height) = (SIZE.0 - LEFT - RIGHT, SIZE.1 - TOP - BOTTOM);
-            (LEFT + a / x.end * width, SIZE.1 - BOTTOM - b / y.end * height)
+        let axes = Axes {
+            x: Axis::new(points().fold(0.0, |most, p| p.0.max(most))),
+            y: Axis::new(points().fold(0.0, |most, p| p.1.max(most))),
         };
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
@@ -62,10 +73,10 @@ impl Chart<'_> {
             w = SIZE.0,
             h = SIZE.1
         );
-        self.write_axes(&mut out, &x, &y, &place);
+        self.write_axes(&mut out, &axes);
         let mut all = Vec::new();
         for (k, (_, points)) in self.curves.iter().enumerate() {
-            let placed: Vec<(f64, f64)> = points.iter().filter(|p| is_drawn(p)).map(place).collect();
+            let placed: Vec<(f64, f64)> = points.iter().filter(|p| is_drawn(p)).map(|p| axes.place(p.0, p.1)).collect();
             write_curve(&mut out, k, &placed, &placed);
             all.extend(placed);
         }
@@ -73,15 +84,15 @@ impl Chart<'_> {
         out + "</svg>\n"
     }
 
-    fn write_axes(&self, out: &mut String, x: &Axis, y: &Axis, place: &dyn Fn(&(f64, f64)) -> (f64, f64)) {
-        let ((left, bottom), (right, top)) = (place(&(0.0, 0.0)), place(&(x.end, y.end)));
-        for (value, text) in x.ticks() {
-            let at = place(&(value, 0.0)).0;
+    fn write_axes(&self, out: &mut String, axes: &Axes) {
+        let ((left, bottom), (right, top)) = (axes.place(0.0, 0.0), axes.place(axes.x.end, axes.y.end));
+        for (value, text) in axes.x.ticks() {
+            let at = axes.place(value, 0.0).0;
             line(out, (at, top), (at, bottom), "#e4e4e4");
             label(out, (at, bottom + 19.0), "middle", &text);
         }
-        for (value, text) in y.ticks() {
-            let at = place(&(0.0, value)).1;
+        for (value, text) in axes.y.ticks() {
+            let at = axes.place(0.0, value).1;
             line(out, (left, at), (right, at), "#e4e4e4");
             label(out, (left - 8.0, at + 4.5), "end", &text);
         }

@@ -210,7 +210,8 @@ fn read_mask(path: &Path) -> Result<Plane<u8>> {
     Ok(Plane::from_fn(width, height, value))
 }
 
-const HEADING: &str = "sequence     frames  tracks clusters  density %   error %  per region %  over-seg.  recall %  leakage %  tracking %  seconds";
+const HEADING: &str = "sequence     frames  tracks clusters  density %   error %  per region %  over-seg.  recall %  \
+                       leakage %  tracking %  seconds";
 
 fn print_rows(o: &Outcome) -> Result<()> {
     let head = format!("{:12} {:6} {:7} {:8}", o.name, o.frames, o.trajectories, o.clusters);
