@@ -9,12 +9,16 @@
 //! 2. Two trajectories violate connectedness in a frame where both belong to a component and not to the same. Whoever does so in enough of
 //!    their common frames has no affinity.
 //!
+//! 3. Parts of one agent stay together: discontinuities between two foreground trajectories that are not kept apart count for somewhat less
+//!    when clusters are merged, so that it takes more to split an agent than to part it from the background. Not in the paper, which
+//!    speaks of keeping articulated parts together but has no means of its own for it.
+//!
 //! The paper gives neither the graph nor what becomes of affinities between foreground and background; here the latter stay as motion has
 //! them, and [`ConnectednessMode::ForegroundOnly`] is the other reading (Figure 7(b) has one without the background). It takes one frame of
 //! violation for enough. Here it is a few, so that a hole of a single frame in the foreground does not cut an agent in two for good.
 //! Cost: O(Delaunay edges of all frames + stored affinities · common frames).
 
-use crate::discontinuity::Neighborhoods;
+use crate::discontinuity::{Discontinuities, Neighborhoods};
 use crate::discretize::{Clusters, canonical};
 use crate::sets::DisjointSets;
 use crate::sparse::SymCsr;
@@ -42,6 +46,9 @@ crate::params! {
         pub min_violations: u32 = 2, in 1..=1000;
         /// Longest Delaunay edge along which the foreground is connected, in steps of the seed grid.
         pub max_edge: f32 = 4.0, in 1.0..=1000.0;
+        /// Factor of the discontinuities between foreground trajectories that nothing keeps apart, when clusters are merged (the paper: 1).
+        /// Lower keeps the parts of an agent together more, and agents that touch.
+        pub articulation: f64 = 0.88, in 0.0..=1.0;
         /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the inverse square of the
         /// step.
         pub min_component: u32 = 10, in 1..=100000;
@@ -158,6 +165,24 @@ pub fn constrain(
     (lost > 0).then(|| (SymCsr::from_upper(affinities.len(), &kept), lost))
 }
 
+/// The discontinuities with those between foreground trajectories that are not kept apart times `params.articulation`.
+pub fn articulated(
+    found: &Discontinuities,
+    tracks: &Trajectories,
+    components: &Components,
+    foreground: &[bool],
+    params: &ConnectednessParams,
+) -> Discontinuities {
+    let mut softer = found.clone();
+    for (&(i, j), d) in found.neighborhoods.pairs.iter().zip(&mut softer.d) {
+        let (i, j) = (i as usize, j as usize);
+        if foreground[i] && foreground[j] && !kept_apart(tracks, components, i, j, params.min_violations) {
+            *d *= params.articulation;
+        }
+    }
+    softer
+}
+
 /// The clusters with all background trajectories in one of their own.
 pub fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
     let background = clusters.count as u32;
@@ -269,6 +294,22 @@ mod tests {
         assert_eq!(constrained.num_entries(), 12);
         let clusters = Clusters { count: 1, label: vec![0; 8] };
         assert_eq!(with_background(&tracks, clusters, &foreground).label, [0, 0, 0, 0, 1, 1, 1, 1]);
+    }
+
+    #[test]
+    fn discontinuities_weaken_within_an_agent_only() {
+        let tracks = row(12, 6, |t| if t > 2 { 60.0 } else { 0.0 });
+        let foreground: Vec<bool> = (0..12).map(|i| i < 8).collect();
+        let near = neighborhoods(&tracks);
+        let parts = components(&tracks, &near, &foreground, 30.0, 1);
+        let d = vec![0.8; near.pairs.len()];
+        let found = Discontinuities { neighborhoods: near, d, ..Discontinuities::default() };
+        let softer = articulated(&found, &tracks, &parts, &foreground, &settings(ConnectednessMode::Paper, 2));
+        let factor = ConnectednessParams::default().articulation;
+        for (&(i, j), &d) in softer.neighborhoods.pairs.iter().zip(&softer.d) {
+            let same = i < 8 && j < 8 && (i < 4) == (j < 4);
+            assert_eq!(d, if same { 0.8 * factor } else { 0.8 }, "{i} {j}");
+        }
     }
 
     #[test]

@@ -1,14 +1,16 @@
 //! Saliency frame by frame, then the components of the foreground and what they change.
 
 use super::stage::{Progress, Stage};
-use crate::connectedness::{Components, ConnectednessMode, components, constrain};
+use crate::connectedness::{Components, ConnectednessMode, articulated, components, constrain, with_background};
 use crate::discontinuity::{Discontinuities, discontinuities};
+use crate::discretize::Clusters;
 use crate::embedding::{Embedding, embed};
 use crate::flow::CompactFlow;
 use crate::params::Params;
 use crate::saliency::{Saliency, SaliencyMaps, context_saliency, trajectory_saliency};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
+use std::borrow::Cow;
 
 /// What motion alone has found, in working pixels.
 #[derive(Debug, Clone, Copy)]
@@ -112,5 +114,30 @@ impl Foreground {
         let found = discontinuities(near, &embedding, &from.params.discontinuity);
         let affinities = self.constrained.take().unwrap_or_default();
         (progress(3, 3), Connected::Changed(Box::new((affinities, embedding, found))))
+    }
+
+    /// The discontinuities that clusters are merged by.
+    pub(super) fn articulated<'a>(
+        &self,
+        tracks: &Trajectories,
+        found: &'a Discontinuities,
+        params: &Params,
+    ) -> Cow<'a, Discontinuities> {
+        match (&self.saliency, &self.components) {
+            (Some(saliency), Some(parts)) if params.connectedness.mode != ConnectednessMode::Off => {
+                Cow::Owned(articulated(found, tracks, parts, &saliency.foreground, &params.connectedness))
+            }
+            _ => Cow::Borrowed(found),
+        }
+    }
+
+    /// The clusters, the background in one of its own where the foreground stands alone.
+    pub(super) fn with_background(&self, tracks: &Trajectories, clusters: Clusters, params: &Params) -> Clusters {
+        match &self.saliency {
+            Some(saliency) if params.connectedness.mode == ConnectednessMode::ForegroundOnly => {
+                with_background(tracks, clusters, &saliency.foreground)
+            }
+            _ => clusters,
+        }
     }
 }
