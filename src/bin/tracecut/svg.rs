@@ -31,7 +31,8 @@ struct Axis {
 
 impl Axis {
     fn new(largest: f64) -> Self {
-        let rough = if largest > 0.0 && largest.is_finite() { largest / TICKS } else { 1.0 / TICKS };
+        let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
+        let rough = largest / TICKS;
         let decade = 10.0_f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|&s| s >= rough * (1.0 - 1e-9));
         let step = step.unwrap_or(10.0 * decade);
@@ -118,7 +119,7 @@ impl Chart<'_> {
         let (width, height) = (7.2 * widest + 52.0, 20.0 * self.curves.len() as f64 + 10.0);
         let top = TOP + 8.0;
         let hidden = |left: f64| {
-            let inside = |p: &&(f64, f64)| p.0 > left - 8.0 && p.0 < left + width + 8.0 && p.1 < top + height + 8.0;
+            let inside = |p: &&(f64, f64)| p.0 > left - 12.0 && p.0 < left + width + 12.0 && p.1 < top + height + 8.0;
             points.iter().filter(inside).count()
         };
         let (near, far) = (LEFT + 8.0, SIZE.0 - RIGHT - width - 8.0);
