@@ -320,7 +320,7 @@ impl Session {
     }
 
     /// The parameters with counts of trajectories, which are stated at the reference grid step, at the present spacing.
-    fn scaled_params(&self) -> Params {
+    pub(super) fn scaled_params(&self) -> Params {
         let mut params = self.params.clone();
         let dense = (REFERENCE_STEP / self.spacing).powi(2);
         for count in [
