@@ -10,9 +10,9 @@
 //! 3. Two trajectories violate connectedness in a frame where both belong to an agent (with [`ConnectednessMode::Paper`]: a component) and
 //!    not to the same. Whoever does so in enough of their common frames has no affinity.
 //!
-//! 4. Parts of one agent stay together: discontinuities between two foreground trajectories that are not kept apart count for somewhat less
-//!    when clusters are merged, so that it takes more to split an agent than to part it from the background. Not in the paper, which
-//!    speaks of keeping articulated parts together but has no means of its own for it.
+//! 4. Parts of one agent stay together: where two clusters of the foreground meet it takes a stronger discontinuity to leave them two than
+//!    between foreground and background. Not in the paper, which speaks of keeping articulated parts together but has no means of its own
+//!    for it.
 //!
 //! The paper gives neither the graph nor what becomes of affinities between foreground and background; here the latter stay as motion has
 //! them, and [`ConnectednessMode::ForegroundOnly`] is the other reading (Figure 7(b) has one without the background). It takes one frame of
@@ -24,7 +24,7 @@ mod components;
 
 use crate::discontinuity::Discontinuities;
 
-use crate::discretize::{Clusters, canonical};
+use crate::discretize::{Clusters, canonical, merge_clusters};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 use agents::follow;
@@ -51,17 +51,20 @@ crate::params! {
         pub mode: ConnectednessMode = ConnectednessMode::Agents, in 0..=3;
         /// Frames in which two trajectories must be in different components to lose their affinity (section 3: 1). Higher forgives more
         /// holes in the foreground.
-        pub min_violations: u32 = 2, in 1..=1000;
+        pub min_violations: u32 = 4, in 1..=1000;
         /// Longest Delaunay edge along which the foreground is connected, in steps of the seed grid.
         pub max_edge: f32 = 4.0, in 1.0..=1000.0;
-        /// Factor of the discontinuities between foreground trajectories that nothing keeps apart, when clusters are merged (the paper: 1).
-        /// Lower keeps the parts of an agent together more, and agents that touch.
-        pub articulation: f64 = 0.88, in 0.0..=1.0;
+        /// Clusters of the foreground that nothing keeps apart are joined while the mean discontinuity between them is below this (the
+        /// paper: 0). Higher keeps the parts of an agent together more, and agents that touch.
+        pub part_threshold: f64 = 0.85, in 0.0..=1.0;
         /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the inverse square of the
         /// step.
         pub min_component: u32 = 10, in 1..=100000;
     }
 }
+
+/// Share of foreground trajectories above which a cluster may be a part of an agent.
+const FOREGROUND_SHARE: f64 = 2.0 / 3.0;
 
 /// Which trajectories connectedness keeps apart.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,22 +129,30 @@ pub fn constrain(
     (lost > 0).then(|| (SymCsr::from_upper(affinities.len(), &kept), lost))
 }
 
-/// The discontinuities with those between foreground trajectories that are not kept apart times `params.articulation`.
-pub fn articulated(
-    found: &Discontinuities,
+/// Clusters that are parts of one agent, joined: of those that are foreground for the most part, neighbours whose mean discontinuity is below
+/// `params.part_threshold`, least first, as [`merge_clusters`] does it. Neighbour pairs that are kept apart have a discontinuity of 1 here.
+pub fn join_parts(
     tracks: &Trajectories,
+    clusters: Clusters,
+    found: &Discontinuities,
     separation: &Separation,
     foreground: &[bool],
     params: &ConnectednessParams,
-) -> Discontinuities {
-    let mut softer = found.clone();
-    for (&(i, j), d) in found.neighborhoods.pairs.iter().zip(&mut softer.d) {
-        let (i, j) = (i as usize, j as usize);
-        if foreground[i] && foreground[j] && !separation.apart(tracks, i, j) {
-            *d *= params.articulation;
+) -> Clusters {
+    let mut balance = vec![0.0; clusters.count];
+    for (&l, &f) in clusters.label.iter().zip(foreground) {
+        balance[l as usize] += if f { 1.0 - FOREGROUND_SHARE } else { -FOREGROUND_SHARE };
+    }
+    let is_part = |i: u32| balance[clusters.label[i as usize] as usize] > 0.0;
+    let mut within = found.clone();
+    for (&(i, j), d) in found.neighborhoods.pairs.iter().zip(&mut within.d) {
+        if !is_part(i) || !is_part(j) || separation.apart(tracks, i as usize, j as usize) {
+            *d = 1.0;
         }
     }
-    softer
+    let mut label = clusters.label;
+    merge_clusters(&mut label, &within, params.part_threshold, 0);
+    canonical(tracks, label)
 }
 
 /// The clusters with all background trajectories in one of their own.

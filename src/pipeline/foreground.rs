@@ -2,7 +2,7 @@
 
 use super::stage::{Progress, Stage};
 use crate::connectedness::{
-    Components, ConnectednessMode, Separation, articulated, components, constrain, with_background,
+    Components, ConnectednessMode, Separation, components, constrain, join_parts, with_background,
 };
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::Clusters;
@@ -12,7 +12,6 @@ use crate::params::Params;
 use crate::saliency::{Saliency, SaliencyMaps, context_saliency, trajectory_saliency};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
-use std::borrow::Cow;
 
 /// What motion alone has found, in working pixels.
 #[derive(Debug, Clone, Copy)]
@@ -122,27 +121,19 @@ impl Foreground {
         (progress(3, 3), Connected::Changed(Box::new((affinities, embedding, found))))
     }
 
-    /// The discontinuities that clusters are merged by.
-    pub(super) fn articulated<'a>(
+    /// The clusters with the parts of agents joined, and the background in one of its own where the foreground stands alone.
+    pub(super) fn settle(
         &self,
         tracks: &Trajectories,
-        found: &'a Discontinuities,
+        clusters: Clusters,
+        found: &Discontinuities,
         params: &Params,
-    ) -> Cow<'a, Discontinuities> {
-        match (&self.saliency, &self.separation) {
-            (Some(saliency), Some(separation)) => {
-                Cow::Owned(articulated(found, tracks, separation, &saliency.foreground, &params.connectedness))
-            }
-            _ => Cow::Borrowed(found),
-        }
-    }
-
-    /// The clusters, the background in one of its own where the foreground stands alone.
-    pub(super) fn with_background(&self, tracks: &Trajectories, clusters: Clusters, params: &Params) -> Clusters {
-        match &self.saliency {
-            Some(saliency) if params.connectedness.mode == ConnectednessMode::ForegroundOnly => {
-                with_background(tracks, clusters, &saliency.foreground)
-            }
+    ) -> Clusters {
+        let (Some(saliency), Some(separation)) = (&self.saliency, &self.separation) else { return clusters };
+        let (foreground, settings) = (&saliency.foreground, &params.connectedness);
+        let clusters = join_parts(tracks, clusters, found, separation, foreground, settings);
+        match settings.mode {
+            ConnectednessMode::ForegroundOnly => with_background(tracks, clusters, foreground),
             _ => clusters,
         }
     }

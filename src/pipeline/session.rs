@@ -302,9 +302,8 @@ impl Session {
             return Err(lost());
         };
         let params = self.scaled_params();
-        let found = self.foreground.articulated(tracks, found, &params);
-        let clusters = discretize(tracks, embedding, &found, &params.discretize, params.clip.seed);
-        self.clusters = Some(self.foreground.with_background(tracks, clusters, &params));
+        let clusters = discretize(tracks, embedding, found, &params.discretize, params.clip.seed);
+        self.clusters = Some(self.foreground.settle(tracks, clusters, found, &params));
         self.state = if self.params.clip.dense && !self.frames.is_empty() { State::Dense } else { State::Done };
         Ok(Progress::whole(Stage::Clusters))
     }
