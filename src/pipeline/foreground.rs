@@ -1,7 +1,9 @@
 //! Saliency frame by frame, then the components of the foreground and what they change.
 
 use super::stage::{Progress, Stage};
-use crate::connectedness::{Components, ConnectednessMode, articulated, components, constrain, with_background};
+use crate::connectedness::{
+    Components, ConnectednessMode, Separation, articulated, components, constrain, with_background,
+};
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::Clusters;
 use crate::embedding::{Embedding, embed};
@@ -37,6 +39,8 @@ pub(super) struct Foreground {
     of_points: Vec<f32>,
     pub(super) saliency: Option<Saliency>,
     pub(super) components: Option<Components>,
+    /// Who is kept apart by them.
+    separation: Option<Separation>,
     /// Affinities with those of separated trajectories left out, and their embedding.
     constrained: Option<SymCsr>,
     embedding: Option<Embedding>,
@@ -96,8 +100,10 @@ impl Foreground {
             let longest = settings.max_edge * from.spacing;
             let found = components(from.tracks, near, &saliency.foreground, longest, settings.min_component as usize);
             if settings.mode != ConnectednessMode::Off {
-                let constrained = constrain(from.affinities, from.tracks, &found, &saliency.foreground, settings);
+                let separation = Separation::new(from.tracks, &found, settings);
+                let constrained = constrain(from.affinities, from.tracks, &separation, &saliency.foreground, settings);
                 self.constrained = constrained.map(|(affinities, _)| affinities);
+                self.separation = Some(separation);
             }
             self.components = Some(found);
             return match self.constrained {
@@ -123,9 +129,9 @@ impl Foreground {
         found: &'a Discontinuities,
         params: &Params,
     ) -> Cow<'a, Discontinuities> {
-        match (&self.saliency, &self.components) {
-            (Some(saliency), Some(parts)) if params.connectedness.mode != ConnectednessMode::Off => {
-                Cow::Owned(articulated(found, tracks, parts, &saliency.foreground, &params.connectedness))
+        match (&self.saliency, &self.separation) {
+            (Some(saliency), Some(separation)) => {
+                Cow::Owned(articulated(found, tracks, separation, &saliency.foreground, &params.connectedness))
             }
             _ => Cow::Borrowed(found),
         }
