@@ -116,7 +116,7 @@ impl Chart<'_> {
     /// In the upper corner that hides fewer of the `points`.
     fn write_legend(&self, out: &mut String, points: &[(f64, f64)]) {
         let widest = self.curves.iter().map(|c| c.0.chars().count()).max().unwrap_or(0) as f64;
-        let (width, height) = (7.2 * widest + 52.0, 20.0 * self.curves.len() as f64 + 10.0);
+        let (width, height) = (7.6 * widest + 52.0, 20.0 * self.curves.len() as f64 + 10.0);
         let top = TOP + 8.0;
         let hidden = |left: f64| {
             let inside = |p: &&(f64, f64)| p.0 > left - 12.0 && p.0 < left + width + 12.0 && p.1 < top + height + 8.0;

@@ -30,7 +30,7 @@ Two errors are counted on the trajectory points in the labelled frames and avera
 among them, that no cluster matches with an intersection over union above 70 %. Over-segmentation: clusters with at least the share
 --fragment-share of the points of the object in which most of their points lie, beyond the first of each object.
 K never exceeds --eigenvectors. Curves are compared by their lower envelopes: at a rate of misses the least over-segmentation that any
-threshold reaches without missing more.")]
+threshold reaches without missing more. rot-disc is below another where it has less of it, or none at all.")]
 pub(crate) struct DiscretizationArgs {
     /// Folder with one sub-folder for each sequence, in the layout of the Moseg benchmark
     folder: PathBuf,
