@@ -145,10 +145,10 @@ fn players_move_alike_and_are_apart_before_and_after_they_touch() {
         let of = |label| mask.data().iter().enumerate().filter(move |&(_, &l)| l == label).map(|(i, _)| i % 320);
         of(2).min().unwrap() as i64 - of(1).max().unwrap() as i64
     };
-    for t in [0, 3, 6, 9, 30, 33, 36, 39] {
+    for t in [0, 3, 6, 9, 12, 30, 33, 36, 39] {
         assert!(gap(t) > 15, "gap {} in frame {t}", gap(t));
     }
-    for t in [15, 18, 21, 24] {
+    for t in [18, 20, 22] {
         assert!(gap(t) < 0, "gap {} in frame {t}", gap(t));
     }
     for t in 0..39 {

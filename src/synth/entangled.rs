@@ -20,7 +20,7 @@ const APART: f64 = 84.0;
 
 impl Scene {
     /// Two players who face each other and move sideways at one speed, as one guards the other. In the middle of the clip, from about
-    /// 0.3 to 0.65 of it, they stretch out their arms, which overlap; before and after that a gap lies between them. Legs step in
+    /// 0.42 to 0.65 of it, they stretch out their arms, which overlap; before and after that a gap lies between them. Legs step in
     /// turn; hips, trunks and heads move alike to less than 0.1 units a frame at all times. Objects: 1 the left one, 2 the right one.
     ///
     /// This is the case of the paper's Figure 7: what moves alike is two things, and one thing does not move alike.
@@ -91,7 +91,7 @@ impl Hall {
     /// How far the arms are stretched out at frame `t`.
     fn reach(&self, t: f64) -> f64 {
         let f = (t / self.last) as f32;
-        f64::from(ramp(0.18, 0.38, f) * ramp(0.80, 0.60, f))
+        f64::from(ramp(0.30, 0.45, f) * ramp(0.72, 0.57, f))
     }
 
     fn pose(&self, x: f64, y: f64) -> Affine {

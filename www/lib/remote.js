@@ -83,6 +83,11 @@ export class RemoteEngine {
     return this.#request('superpixels', t);
   }
 
+  /** @param {number} t */
+  saliencyMap(t) {
+    return this.#request('saliencyMap', t);
+  }
+
   /** @param {import('./frames.js').RawFrame} image */
   boundariesOf(image) {
     return this.#request('boundariesOf', image);

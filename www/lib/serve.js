@@ -38,6 +38,8 @@ export function serve(port) {
         return (await engine).boundaries(data);
       case 'superpixels':
         return (await engine).superpixels(data);
+      case 'saliencyMap':
+        return (await engine).saliencyMap(data);
       case 'boundariesOf':
         return (await engine).boundariesOf(data);
       case 'superpixelsOf':
