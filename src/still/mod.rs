@@ -10,8 +10,25 @@
 //!    (PAMI 2011).
 //! 5. Pb with the discontinuities added, calibrated as Pb is.
 //!
-//! Each of the four maps is made by one procedure from its strength along eight directions: a mean along the boundary, the strongest
-//! direction, and thinning across it. There is no normalisation by image.
+//! The maps are made by one procedure from their strengths along eight directions: a mean along the boundary, the strongest direction,
+//! thinning across it. There is no normalisation by image: a value means the same in all.
+//!
+//! **Deviations.** The paper's figure has one `Ŵ` of all eigenvectors (`grouping` "joint"). With two eigenvectors at a time, the constant
+//! one and another, and a mean of the roots of `d` by the weights of step 4 ("single"), boundaries agree better with those that people drew.
+//! F on 40 images of BSDS500, one-to-one at the benchmark's tolerance, as `eval contours --embedding` prints it:
+//!
+//! | Pb | d, single | d, joint | gradients | Pb with d, single |
+//! |---|---|---|---|---|
+//! | 0.686 | 0.693 | 0.668 | 0.699 | 0.696 |
+//!
+//! As a mean, the strength of "single" is one only where all eigenvectors change; between two flat halves of an image it is about
+//! 0.7, where that of "joint" is 1.
+//!
+//! **Cost**: linear in pixels, `r²` and the number of eigenvectors; 1.5 to 2 seconds of processor time for 481x321 in Node. Memory: some
+//! 800 bytes a pixel. One piece of work, without steps between.
+//!
+//! **Limits**: on the finer levels the eigenvectors are not iterated to convergence (`info` says how far they are); twice the `degree`
+//! changed F by at most 0.002 on half of these images.
 
 mod discontinuity;
 mod graph;

@@ -106,6 +106,20 @@ fn the_finest_level_is_embedded_with_orthonormal_vectors_every_time_the_same() {
 }
 
 #[test]
+fn parameters_at_the_ends_of_their_ranges_give_legal_maps() {
+    let ends = [
+        StillParams { sigma: 0.001, ..StillParams::default() },
+        StillParams { sigma: 10.0, radius: 10, ..StillParams::default() },
+        StillParams { radius: 1, dimensions: 2, degree: 1, ..StillParams::default() },
+        StillParams { dimensions: 64, weight: 100.0, tolerance: 0.1, ..StillParams::default() },
+    ];
+    for params in ends {
+        check(&found(&clutter(40, 31, 6), &params), (40, 31));
+        check(&found(&clutter(125, 97, 6), &params), (125, 97));
+    }
+}
+
+#[test]
 fn without_weight_the_combined_map_is_pb() {
     let image = clutter(60, 45, 2);
     let plain = found(&image, &StillParams { weight: 0.0, ..StillParams::default() });

@@ -1,8 +1,12 @@
 // Discontinuities of the pixel embedding of single images.
 
 import assert from 'node:assert/strict';
-import test from 'node:test';
+import { readFile } from 'node:fs/promises';
+import { test } from 'node:test';
+import { MessageChannel } from 'node:worker_threads';
 import { boundaries, imageDiscontinuities, synthClip } from 'tracecut';
+import { createRemoteEngine } from '../../dist/remote.js';
+import { serve } from '../../dist/serve.js';
 import { plain, png, rejects } from './support.mjs';
 
 const MAPS = ['pb', 'discontinuity', 'spectral', 'combined'];
@@ -55,6 +59,25 @@ for (const [width, height] of [[1, 1], [1, 40], [40, 1], [2, 2], [17, 3]]) {
     assert.ok(MAPS.slice(1, 3).every((name) => flat[name].every((v) => v === 0)));
   });
 }
+
+test('a worker finds what this thread finds', async (t) => {
+  const { port1, port2 } = new MessageChannel();
+  serve({
+    postMessage: (message, transfer) => port2.postMessage(message, transfer),
+    addEventListener: (type, listener) => port2.on(type, (data) => listener({ data })),
+  });
+  t.after(() => port1.close());
+  const worker = {
+    postMessage: (message, transfer) => port1.postMessage(message, transfer),
+    addEventListener: (type, listener) => type === 'message' && port1.on(type, (data) => listener({ data })),
+    terminate() {},
+  };
+  const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
+  const engine = await createRemoteEngine(worker, module, { still: { dimensions: 6 } });
+  const image = () => plain(50, 40, (x, y) => (x + y < 40 ? 40 : 200));
+  const found = await engine.discontinuitiesOf({ ...image(), kind: 'pixels' });
+  assert.deepEqual(found, await imageDiscontinuities(image(), { still: { dimensions: 6 } }));
+});
 
 test('what cannot be used is refused', async () => {
   const image = plain(8, 8);

@@ -135,6 +135,7 @@ pub(super) fn find_pairs(folder: &Path) -> Result<Vec<(PathBuf, PathBuf)>> {
 mod tests {
     use super::*;
     use tracecut::contour::ContourParams;
+    use tracecut::still::StillParams;
 
     /// Runs where the benchmark lies beside the checkout; it cannot be part of the repository.
     #[test]
@@ -156,6 +157,30 @@ mod tests {
         }
         let [ours, canny] = scores.map(|list| summarize(&list).ods.f());
         assert!(ours > canny + 0.05, "ours {ours}, Canny {canny}");
+    }
+
+    /// As above.
+    #[test]
+    fn discontinuities_help_pb_and_come_near_the_gradients_of_their_eigenvectors() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/bsds");
+        let Ok(pairs) = find_pairs(&folder) else {
+            println!("skipped: no Berkeley images in {}", folder.display());
+            return;
+        };
+        let mut scores = [const { Vec::new() }; 4];
+        for (image, truth) in pairs.iter().step_by(4) {
+            let (_, frame) = decode(image).unwrap();
+            let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
+            let found = image_discontinuities(&frame, &ContourParams::default(), &StillParams::default(), 0);
+            let maps = [found.pb.thin, found.combined.thin, found.d.thin, found.spectral.thin];
+            for (map, list) in maps.iter().zip(&mut scores) {
+                let radius = tolerance(frame.width(), frame.height());
+                list.push(score(map, &people, radius, Matching::OneToOne).unwrap());
+            }
+        }
+        let [pb, combined, d, spectral] = scores.map(|list| summarize(&list).ods.f());
+        assert!(combined > pb, "combined {combined}, Pb {pb}, discontinuities {d}, gradients {spectral}");
+        assert!(d > spectral - 0.02, "discontinuities {d}, gradients {spectral}");
     }
 
     #[test]
