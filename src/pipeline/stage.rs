@@ -83,7 +83,7 @@ impl Progress {
     }
 }
 
-/// What a call of [`Session::step`] did.
+/// What a call of [`crate::Session::step`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// One step was taken; more may remain.
