@@ -4,6 +4,7 @@ use super::*;
 use crate::affinity::{AffinityParams, AffinityRows};
 use crate::discontinuity::{Discontinuities, DiscontinuityParams, Neighborhoods, discontinuities, neighborhoods};
 use crate::embedding::{Embedding, EmbeddingParams, embed};
+use crate::flow::FlowField;
 use crate::image::Plane;
 use crate::rng::Rng;
 use crate::trajectory::Trajectories;
