@@ -7,7 +7,7 @@ import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
 
-const SPARSE = ['flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'clusters'];
+const SPARSE = ['flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'saliency', 'connectedness', 'clusters'];
 const DENSE = ['superpixels', 'cut', 'masks'];
 const STAGES = [...SPARSE, ...DENSE];
 const SIZES = [[320, 180, 30], [480, 270, 30], [640, 360, 30]];

@@ -119,12 +119,29 @@ pub fn discontinuities(
         .pairs
         .iter()
         .zip(&affinity)
-        .map(|(&(i, j), &w)| {
-            let densest = density[i as usize].max(density[j as usize]);
-            if densest > 0.0 { (1.0 - w / densest).clamp(0.0, 1.0) } else { 1.0 }
-        })
+        .map(|(&(i, j), &w)| drop_below(w, density[i as usize].max(density[j as usize])))
         .collect();
     Discontinuities { neighborhoods, dimensions, affinity, d, density }
+}
+
+/// `d` of two neighbours with the embedding affinity `w`, where the denser of them has the density `densest`; 1 where there is none.
+pub(crate) fn drop_below<T>(w: T, densest: T) -> T
+where
+    T: Copy + PartialOrd + From<u8> + std::ops::Sub<Output = T> + std::ops::Div<Output = T>,
+{
+    let (none, all) = (T::from(0), T::from(1));
+    if densest > none {
+        let d = all - w / densest;
+        if d > all {
+            all
+        } else if d < none {
+            none
+        } else {
+            d
+        }
+    } else {
+        all
+    }
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ pub mod rng;
 pub mod saliency;
 mod sets;
 pub mod sparse;
+pub mod still;
 pub mod superpixel;
 pub mod synth;
 pub mod trajectory;

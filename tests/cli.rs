@@ -1,5 +1,7 @@
 //! The `tracecut` program from outside: what it writes, and what it answers to input that it cannot use.
 
+#[path = "cli/clusters.rs"]
+mod clusters;
 #[path = "cli/davis.rs"]
 mod davis;
 #[path = "cli/images.rs"]
@@ -397,6 +399,14 @@ fn a_folder_of_shots_is_run_and_scored() {
     assert_eq!((&scores["name"], &scores["frames"], &scores["labeled"]), (&"toy".into(), &10.into(), &2.0.into()));
     assert_eq!(scores["overall"], report["mean"]["overall"]);
     assert!(scores["overall"].as_f64().unwrap() < 5.0, "{scores}");
+    // One rigid object in one piece: connectedness changes nothing, and can be left out.
+    let without = &scores["withoutConnectedness"];
+    assert_eq!((&without["overall"], without), (&scores["overall"], &report["withoutConnectedness"]["mean"]));
+    assert!(table.contains("\ntrimmed mean, without ") && !table.contains("    without"), "{table}");
+    let off = ["--set", "connectedness.mode=off", "--json", file.to_str().unwrap()];
+    let output = tracecut(["eval", "moseg", root.to_str().unwrap()].into_iter().chain(off));
+    assert_done(&output);
+    assert!(json(&file)["withoutConnectedness"].is_null() && !text(&output.stdout).contains("without"));
 
     let output = tracecut(["eval", "moseg", root.to_str().unwrap(), "--dense", "--json", file.to_str().unwrap()]);
     assert_done(&output);

@@ -2,10 +2,10 @@
 
 /** Everything of a result that must not differ between two runs, as one text. */
 export function fingerprint(result) {
-  const { trajectories, clusters, embedding, objects } = result;
+  const { trajectories, clusters, embedding, objects, saliency, components } = result;
   const edges = Array.from({ length: result.numFrames }, (_, t) => Object.values(result.edges(t)).map((a) => [...a]));
   const lists = [trajectories.startFrame, trajectories.offset, trajectories.x, trajectories.y, clusters.label, embedding.eigenvalues,
-    embedding.vectors];
+    embedding.vectors, ...Object.values(saliency ?? {}), ...Object.values(components ?? {})];
   const masks = objects && Array.from({ length: result.numFrames }, (_, t) => fnv1a(result.labels(t)));
   return JSON.stringify([clusters.count, lists.map((list) => [...list]), edges, objects?.count, [...(objects?.ofCluster ?? [])], masks]);
 }

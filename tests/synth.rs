@@ -65,6 +65,7 @@ fn true_flow_brings_the_next_frame_back() {
     for scene in [
         Scene::sample(384, 216, 3, 1),
         Scene::two_walkers(480, 270, 3, 2),
+        Scene::entangled(320, 240, 3, 4),
         Scene::two_planes(160, 120, 3, (-0.6, 0.3), (1.7, -0.4), 3),
     ] {
         let (error, share) = warping_error(&scene, 1, &scene.flow(1));
@@ -123,6 +124,42 @@ fn walkers_touch_at_first_and_part_later() {
     assert!(gap(39) > gap(5) + 10, "gap {} in frame 39", gap(39));
 }
 
+/// Median flow of an object above row `rows`: of its trunk, as arms and legs are fewer pixels.
+fn trunk_motion(scene: &Scene, t: usize, label: u8, rows: usize) -> [f32; 2] {
+    let (mask, flow) = (scene.mask(t), scene.flow(t));
+    let pixels = 0..rows * scene.size().0;
+    [&flow.u, &flow.v].map(|part| {
+        let mut values: Vec<f32> =
+            pixels.clone().filter(|&i| mask.data()[i] == label).map(|i| part.data()[i]).collect();
+        values.sort_by(f32::total_cmp);
+        values[values.len() / 2]
+    })
+}
+
+#[test]
+fn players_move_alike_and_are_apart_before_and_after_they_touch() {
+    let scene = Scene::entangled(320, 240, 40, 1);
+    assert_eq!(scene.num_objects(), 2);
+    let gap = |t| {
+        let mask = scene.mask(t);
+        let of = |label| mask.data().iter().enumerate().filter(move |&(_, &l)| l == label).map(|(i, _)| i % 320);
+        of(2).min().unwrap() as i64 - of(1).max().unwrap() as i64
+    };
+    for t in [0, 3, 6, 9, 12, 30, 33, 36, 39] {
+        assert!(gap(t) > 15, "gap {} in frame {t}", gap(t));
+    }
+    for t in [18, 20, 22] {
+        assert!(gap(t) < 0, "gap {} in frame {t}", gap(t));
+    }
+    for t in 0..39 {
+        let [a, b] = [1, 2].map(|label| trunk_motion(&scene, t, label, 150));
+        assert!((a[0] - b[0]).abs() < 0.1 && (a[1] - b[1]).abs() < 0.1, "frame {t}: {a:?} {b:?}");
+        assert!((0.4..0.6).contains(&a[0]), "frame {t}: {a:?}");
+    }
+    let shares = shares(&scene.mask(10));
+    assert!(shares[1] > 0.05 && shares[2] > 0.05, "{shares:?}");
+}
+
 /// Of frames 0 and 5 of `Scene::sample(96, 54, 6, 1)`. It changes when the scene is redrawn, and never otherwise.
 const HASH: u64 = 0x34a4_44e1_bc38_7552;
 
@@ -143,6 +180,7 @@ fn odd_sizes_and_lengths_are_scenes_too() {
         for scene in [
             Scene::sample(width, height, frames, 1),
             Scene::two_walkers(width, height, frames, 1),
+            Scene::entangled(width, height, frames, 1),
             Scene::two_planes(width, height, frames, (2.0, 0.0), (-2.0, 0.0), 1),
             Scene::still(width, height, frames, 1),
         ] {

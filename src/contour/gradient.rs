@@ -157,7 +157,7 @@ fn add_motion(flow: &FlowField, params: &ContourParams, strength: &mut [Vec<f32>
 }
 
 /// Weighted mean of each pixel and those along the line across `normal`; borders are mirrored.
-fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32)) -> Vec<f32> {
+pub(crate) fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32)) -> Vec<f32> {
     let height = plane.len() / width;
     let weights = ALONG_STEPS.map(|s| libm::expf(-0.5 * s * s / (ALONG_SIGMA * ALONG_SIGMA)));
     let total: f32 = weights.iter().sum();

@@ -38,6 +38,7 @@ mod tests;
 mod texton;
 mod thin;
 
+pub(crate) use gradient::mean_along;
 pub(crate) use thin::{ORIENTATIONS, normals, thin};
 
 use crate::flow::FlowField;
@@ -96,32 +97,59 @@ pub struct Segments {
 /// `flow` leads from this frame to the next or the previous one; with [`ContourParams::motion_weight`] above 0 its jumps count too. A flow
 /// of another size than the frame is left out.
 pub fn boundary_map(frame: &Frame, flow: Option<&FlowField>, params: &ContourParams) -> BoundaryMap {
-    let (w, h) = (frame.width(), frame.height());
+    let strengths = gradient::oriented_strength(frame, flow, params);
+    from_strengths(&strengths, (frame.width(), frame.height()), OF_PB)
+}
+
+/// How much the histograms of `frame` change along each direction: what [`from_strengths`] makes Pb of.
+pub(crate) fn strengths_of(frame: &Frame, params: &ContourParams) -> [Vec<f32>; ORIENTATIONS] {
+    gradient::oriented_strength(frame, None, params)
+}
+
+/// Probabilities from the strength along each direction, planes of `w × h` pixels.
+pub(crate) fn from_strengths(
+    strengths: &[Vec<f32>; ORIENTATIONS],
+    size: (usize, usize),
+    logistic: Logistic,
+) -> BoundaryMap {
+    let (strength, thin) = strongest(strengths, size);
+    let none = logistic.at(0.0);
+    let probability = |s: f32| (logistic.at(s) - none).clamp(0.0, 1.0);
+    let pb = strength.map(probability);
+    let thin = thin.map(|s| if s > 0.0 { probability(s) } else { 0.0 });
+    BoundaryMap { pb, thin }
+}
+
+/// The largest strength over all directions, and the same on its ridges across the direction that has it.
+pub(crate) fn strongest(strengths: &[Vec<f32>; ORIENTATIONS], (w, h): (usize, usize)) -> (Plane<f32>, Plane<f32>) {
     let mut strength = Plane::filled(w, h, 0.0_f32);
     let mut orientation = Plane::filled(w, h, 0_u8);
-    for (k, plane) in gradient::oriented_strength(frame, flow, params).iter().enumerate() {
+    for (k, plane) in strengths.iter().enumerate() {
         for ((best, o), &v) in strength.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane) {
             *o = if v > *best { k as u8 } else { *o };
             *best = v.max(*best);
         }
     }
-    let none = logistic(0.0);
-    let pb = strength.map(|s| (logistic(s) - none).clamp(0.0, 1.0));
-    let mut thin = thin(&strength, &orientation);
-    for (thin, &pb) in thin.data_mut().iter_mut().zip(pb.data()) {
-        *thin = if *thin > 0.0 { pb } else { 0.0 };
+    let ridges = thin(&strength, &orientation);
+    (strength, ridges)
+}
+
+/// A logistic function, which turns strengths into probabilities.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Logistic {
+    pub(crate) slope: f32,
+    /// Strength at which it is one half.
+    pub(crate) centre: f32,
+}
+
+impl Logistic {
+    fn at(self, strength: f32) -> f32 {
+        1.0 / (1.0 + libm::expf(-self.slope * (strength - self.centre)))
     }
-    BoundaryMap { pb, thin }
 }
 
-fn logistic(strength: f32) -> f32 {
-    1.0 / (1.0 + libm::expf(-SLOPE * (strength - CENTRE)))
-}
-
-/// Slope of the logistic that turns strengths into probabilities.
-const SLOPE: f32 = 7.05;
-/// Strength at which it is one half.
-const CENTRE: f32 = 0.77;
+/// The logistic of Pb.
+pub(crate) const OF_PB: Logistic = Logistic { slope: 7.05, centre: 0.77 };
 
 /// The contours of `map` as line segments.
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {

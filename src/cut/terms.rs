@@ -3,7 +3,7 @@
 //! Superpixels of all frames are numbered through, frame by frame.
 //!
 //! 1. Each point of a trajectory lies in one superpixel; points outside the image belong to the nearest pixel.
-//! 2. Unary: `λ_r (1 − h_r(label))`. Where λ_r is zero, colour may stand in for the histogram, beyond the paper: the probability of the
+//! 2. Unary: `λ_r (1 − h_r(label))`; strangers, beyond the paper, are in the histogram of every object. Where λ_r is zero, colour may stand in for the histogram, beyond the paper: the probability of the
 //!    label by the colours of all superpixels that have witnesses.
 //! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its length.
 //! 4. Temporal: common trajectories by the larger number of trajectories; and, beyond the paper, pixels that flow carries over by the
@@ -13,7 +13,7 @@
 
 use super::ambiguous::ambiguous_shares;
 use super::colour::ClipColours;
-use super::{CutInput, CutParams, MAX_WEIGHT, Potts};
+use super::{CutInput, CutParams, MAX_WEIGHT, Potts, STRANGER};
 use crate::image::Plane;
 use crate::superpixel::Superpixels;
 
@@ -97,25 +97,22 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
     if num_labels == 0 {
         return Vec::new();
     }
-    let mut votes = vec![0_u32; nodes.num_nodes() * num_labels];
-    for (i, &label) in input.label.iter().enumerate().take(input.tracks.len()) {
-        if (label as usize) < num_labels {
-            for &node in nodes.of_point[input.tracks.points(i)].iter().filter(|&&node| node != NOWHERE) {
-                votes[node as usize * num_labels + label as usize] += 1;
-            }
-        }
-    }
+    let (votes, strangers) = votes(input, nodes);
+    let is_object = |label: usize| input.objects.get(label) == Some(&true);
+    let stranger_weight = if (0..num_labels).any(is_object) { params.stranger_weight } else { 0.0 };
     let trust = trust(input, params);
     let mut costs = Vec::with_capacity(votes.len());
     let mut silent = Vec::new();
     let wanted = params.colour_weight > 0.0;
     let mut colours = if wanted { ClipColours::new(input.superpixels, input.frames, num_labels) } else { None };
     for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
-        let total = votes.iter().sum::<u32>() as f32;
+        let strange = stranger_weight * strangers[node] as f32;
+        let total = votes.iter().sum::<u32>() as f32 + strange;
         let full = (total / params.full_tracks.max(1.0)).min(1.0);
         let lambda = params.unary_weight * full * trust.get(node).copied().unwrap_or(1.0);
         let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
-        costs.extend(votes.iter().map(|&v| rounded(lambda * (1.0 - share(v)))));
+        let of_strangers = |label| if is_object(label) && total > 0.0 { strange / total } else { 0.0 };
+        costs.extend(votes.iter().enumerate().map(|(l, &v)| rounded(lambda * (1.0 - share(v) - of_strangers(l)))));
         match &mut colours {
             Some(colours) if lambda > 0.0 => {
                 for (label, &v) in votes.iter().enumerate().filter(|(_, v)| **v > 0) {
@@ -133,6 +130,23 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
         }
     }
     costs
+}
+
+/// How many points of trajectories of each label lie in each superpixel, node by node, and how many of strangers.
+fn votes(input: &CutInput, nodes: &Nodes) -> (Vec<u32>, Vec<u32>) {
+    let num_labels = input.num_labels;
+    let mut votes = vec![0; nodes.num_nodes() * num_labels];
+    let mut strangers = vec![0; nodes.num_nodes()];
+    for (i, &label) in input.label.iter().enumerate().take(input.tracks.len()) {
+        for &node in nodes.of_point[input.tracks.points(i)].iter().filter(|&&node| node != NOWHERE) {
+            if (label as usize) < num_labels {
+                votes[node as usize * num_labels + label as usize] += 1;
+            } else if label == STRANGER {
+                strangers[node as usize] += 1;
+            }
+        }
+    }
+    (votes, strangers)
 }
 
 /// What is left of λ in each superpixel by the rules for ambiguous ones; nothing if they are all off.

@@ -28,7 +28,7 @@ fn standing(num_frames: usize, places: &[(usize, f32, f32)]) -> Trajectories {
 }
 
 fn input<'a>(superpixels: &'a [Superpixels], tracks: &'a Trajectories, label: &'a [u32], n: usize) -> CutInput<'a> {
-    CutInput { superpixels, tracks, label, num_labels: n, flows: &[], frames: &[] }
+    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], flows: &[], frames: &[] }
 }
 
 fn units(cost: f64) -> i32 {
@@ -217,6 +217,22 @@ fn steps_count_up_to_the_result_of_the_whole() {
         }
     }
     assert_eq!(cut.finish(), gabriel_cut(&all, &CutParams::default()));
+}
+
+#[test]
+fn strangers_count_for_every_object_and_not_for_the_background() {
+    let superpixels = [thirds()];
+    let tracks = standing(1, &[(0, 1.0, 1.0), (0, 2.0, 1.0), (0, 2.0, 2.0), (0, 5.0, 1.0)]);
+    let label = [0, STRANGER, STRANGER, STRANGER];
+    let all = CutInput { objects: &[false, true, true], ..input(&superpixels, &tracks, &label, 3) };
+    let params = CutParams { stranger_weight: 0.5, ..CutParams::default() };
+    let half = units(0.5);
+    assert_eq!(energy(&all, &params).unary, [half, half, half, half, 0, 0, 0, 0, 0]);
+    let one = units(1.0);
+    let without = CutParams { stranger_weight: 0.0, ..CutParams::default() };
+    for (objects, params) in [(all.objects, &without), (&[], &params), (&[false; 3], &params)] {
+        assert_eq!(energy(&CutInput { objects, ..all }, params).unary, [0, one, one, 0, 0, 0, 0, 0, 0]);
+    }
 }
 
 #[test]

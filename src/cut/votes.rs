@@ -4,10 +4,12 @@
 //! 2. Asked are the labelled trajectories near in that frame. Over up to five common frames to either side, what both moved differs by
 //!    `m` pixels per frame; at a distance of `d` pixels the vote is `exp(−(m / motion)² − (2 d / radius)²)`.
 //! 3. The label with most votes wins if it has at least a given share of them, and if there are votes worth mentioning.
+//! 4. Who has many neighbours and votes of none of them moves like nothing around: it is a stranger. Objects that turn, bend or are seen for
+//!    a few frames only have such trajectories, and too few longer ones to be clustered.
 //!
 //! Not in the paper, which has one set of trajectories. Cost: O(points of the labelled) + O(trajectories · neighbours).
 
-use super::{CutParams, UNKNOWN};
+use super::{CutParams, STRANGER, UNKNOWN};
 use crate::trajectory::Trajectories;
 
 /// Frames to either side over which motion is compared.
@@ -16,7 +18,12 @@ const HORIZON: usize = 5;
 /// Votes that add up to less than this say nothing: the vote of one neighbour at one and a half times the scale of motion.
 const LEAST_VOTES: f32 = 0.1;
 
-/// A label below `num_labels` for each trajectory of `asking`, or [`UNKNOWN`]. `label` has one for each of `labelled`; those that are not
+/// Strangers have neighbours whose nearness adds up to at least this, and votes of less than that part of it: those of equal motion would
+/// all vote in full.
+const STRANGER_NEARNESS: f32 = 2.0;
+const STRANGER_VOTES: f32 = 0.05;
+
+/// A label below `num_labels` for each trajectory of `asking`, [`STRANGER`] or [`UNKNOWN`]. `label` has one for each of `labelled`; those that are not
 /// below `num_labels` do not vote. Both sets are in pixels of the same frames.
 pub fn labels_for(
     asking: &Trajectories,
@@ -26,6 +33,7 @@ pub fn labels_for(
     params: &CutParams,
 ) -> Vec<u32> {
     let mut votes = vec![0.0_f32; asking.len() * num_labels];
+    let mut nearness = vec![0.0_f32; asking.len()];
     let mut grid = Grid::new(labelled.size, params.vote_radius);
     for t in 0..asking.num_frames.min(labelled.num_frames) {
         let voters = |i: usize| label.get(i).is_some_and(|&l| (l as usize) < num_labels);
@@ -34,9 +42,10 @@ pub fn labels_for(
             let votes = &mut votes[i * num_labels..(i + 1) * num_labels];
             grid.near(x, y, |j, distance_sq| {
                 if let Some(m_sq) = motion_difference_sq(asking, i, labelled, j, t) {
-                    let radius = params.vote_radius;
+                    let near = libm::expf(-4.0 * distance_sq / (params.vote_radius * params.vote_radius));
                     let motion = m_sq / (params.vote_motion * params.vote_motion);
-                    votes[label[j] as usize] += libm::expf(-motion - 4.0 * distance_sq / (radius * radius));
+                    nearness[i] += near;
+                    votes[label[j] as usize] += near * libm::expf(-motion);
                 }
             });
         }
@@ -44,7 +53,7 @@ pub fn labels_for(
     if num_labels == 0 {
         return vec![UNKNOWN; asking.len()];
     }
-    votes.chunks_exact(num_labels).map(|v| winner(v, params.vote_share)).collect()
+    votes.chunks_exact(num_labels).zip(nearness).map(|(v, near)| winner(v, near, params.vote_share)).collect()
 }
 
 /// Whether `t` is the first, the middle or the last frame of trajectory `i`.
@@ -64,8 +73,11 @@ fn motion_difference_sq(a: &Trajectories, i: usize, b: &Trajectories, j: usize, 
     Some((dx * dx + dy * dy) / (frames * frames))
 }
 
-fn winner(votes: &[f32], share: f32) -> u32 {
+fn winner(votes: &[f32], nearness: f32, share: f32) -> u32 {
     let total: f32 = votes.iter().sum();
+    if nearness >= STRANGER_NEARNESS && total < STRANGER_VOTES * nearness {
+        return STRANGER;
+    }
     let best = (0..votes.len()).rev().max_by(|&a, &b| votes[a].total_cmp(&votes[b])).unwrap_or(0);
     if total >= LEAST_VOTES && votes[best] >= share * total { best as u32 } else { UNKNOWN }
 }
@@ -158,7 +170,7 @@ mod tests {
     fn of_two_motions_at_one_place_the_own_one_decides() {
         let labelled = moving(0, 10, &[(20.0, 20.0, 1.0, 0.0), (24.0, 20.0, -2.0, 0.0), (22.0, 23.0, -2.0, 0.1)]);
         let asking = moving(0, 3, &[(22.0, 20.0, 1.1, 0.0), (22.0, 20.0, -2.1, 0.0), (22.0, 20.0, 9.0, 9.0)]);
-        assert_eq!(ask(&asking, &labelled, &[2, 1, 1]), [2, 1, UNKNOWN]);
+        assert_eq!(ask(&asking, &labelled, &[2, 1, 1]), [2, 1, STRANGER]);
     }
 
     #[test]
@@ -182,6 +194,15 @@ mod tests {
         assert_eq!(ask(&labelled, &labelled, &[UNKNOWN]), [UNKNOWN]);
         assert_eq!(ask(&labelled, &Trajectories::empty(10, SIZE), &[]), [UNKNOWN]);
         assert_eq!(labels_for(&labelled, &labelled, &[0], 0, &CutParams::default()), [UNKNOWN]);
+    }
+
+    #[test]
+    fn who_moves_like_none_of_many_neighbours_is_a_stranger() {
+        let around: Vec<_> =
+            (0..9).map(|k| (20.0 + 8.0 * (k % 3) as f32, 20.0 + 8.0 * (k / 3) as f32, 1.0, 0.0)).collect();
+        let labelled = moving(0, 10, &around);
+        let asking = moving(0, 3, &[(29.0, 28.0, 4.0, 0.0), (29.0, 28.0, 1.0, 0.1), (90.0, 70.0, 4.0, 0.0)]);
+        assert_eq!(ask(&asking, &labelled, &[0; 9]), [STRANGER, 0, UNKNOWN]);
     }
 
     #[test]

@@ -14,9 +14,13 @@
 //! here, since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9), and it has no step 3
 //! and no least length of a border.
 //!
+//! To compare with, steps 2 and 3 can be left out, K-means can take the place of the rotation (`kmeans`), and the number of clusters
+//! can follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five ways of Figure 10.
+//!
 //! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all edges with
 //! `d` below 0.6.
 
+mod kmeans;
 mod merge;
 mod rotation;
 
@@ -24,12 +28,44 @@ use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
 use crate::order;
 use crate::trajectory::Trajectories;
+pub use kmeans::k_means;
 pub use merge::merge_clusters;
 pub use rotation::rotate;
 
+crate::choices! {
+    /// From embedding to labels.
+    pub enum DiscretizeMethod {
+        /// Rotation, then merging across weak borders: the discontinuity-aware discretization.
+        RotationMerge = "rotation-merge",
+        /// Rotation alone.
+        Rotation = "rotation",
+        /// K-means alone.
+        KMeans = "k-means",
+    }
+}
+
+crate::choices! {
+    /// How many clusters there are, before any merging.
+    pub enum CountRule {
+        /// As many as the embedding has eigenvectors: those whose eigenvalues reach a threshold.
+        Eigenvalues = "eigenvalues",
+        /// As many as there are eigenvalues before the first large gap.
+        Gap = "gap",
+    }
+}
+
 crate::params! {
-    /// Discontinuity-aware discretization.
+    /// Discretization.
     pub struct DiscretizeParams {
+        /// How clusters are made. rotation-merge is the discontinuity-aware discretization of section 2.3; rotation and k-means are those
+        /// that the paper compares it with (Figure 10), without merging and without `minCluster`.
+        pub method: DiscretizeMethod = DiscretizeMethod::RotationMerge, in 0..=2;
+        /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding, gap one for each
+        /// eigenvalue before the first gap of at least `minGap`.
+        pub count: CountRule = CountRule::Eigenvalues, in 0..=1;
+        /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, among the eigenvalues of the embedding; all of
+        /// them where there is no such gap. Higher gives more clusters.
+        pub min_gap: f64 = 0.02, in 0.0..=1.0;
         /// ρ: clusters whose mean discontinuity along their common border is below it are merged (section 2.3: 0.4). Higher merges more.
         pub merge_threshold: f64 = 0.75, in 0.0..=1.0;
         /// Clusters of fewer trajectories join their least discontinuous neighbour; counted at a grid step of 8 pixels and scaled with
@@ -52,17 +88,47 @@ pub struct Clusters {
 /// No label yet.
 const UNLABELLED: u32 = u32::MAX;
 
-/// The discontinuity-aware discretization; `params.min_cluster` counts trajectories as they are.
+/// Labels by the method and the count that `params` name; `params.min_cluster` counts trajectories as they are. `seed` is for K-means.
 pub fn discretize(
     tracks: &Trajectories,
     embedding: &Embedding,
     discontinuities: &Discontinuities,
     params: &DiscretizeParams,
+    seed: u32,
 ) -> Clusters {
-    let mut label = rotate(embedding);
-    merge_clusters(&mut label, discontinuities, params.merge_threshold, params.min_cluster as usize);
+    let count = cluster_count(embedding, params);
+    discretize_into(tracks, embedding, discontinuities, count, params, seed)
+}
+
+/// The same, into `count` clusters before merging, by the leading `count` eigenvectors; `params.count` says nothing here.
+pub fn discretize_into(
+    tracks: &Trajectories,
+    embedding: &Embedding,
+    discontinuities: &Discontinuities,
+    count: usize,
+    params: &DiscretizeParams,
+    seed: u32,
+) -> Clusters {
+    let mut label = match params.method {
+        DiscretizeMethod::KMeans => k_means(embedding, count, seed),
+        DiscretizeMethod::Rotation | DiscretizeMethod::RotationMerge => rotate(embedding, count),
+    };
+    if params.method == DiscretizeMethod::RotationMerge {
+        merge_clusters(&mut label, discontinuities, params.merge_threshold, params.min_cluster as usize);
+    }
     spread_labels(&mut label, discontinuities);
     canonical(tracks, label)
+}
+
+/// The number of clusters by the rule that `params` name: at most as many as the embedding has eigenvectors.
+pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize {
+    match params.count {
+        CountRule::Eigenvalues => embedding.dimensions,
+        CountRule::Gap => {
+            let gap = embedding.eigenvalues.windows(2).position(|pair| pair[0] - pair[1] >= params.min_gap);
+            gap.map_or(embedding.dimensions, |before| before + 1)
+        }
+    }
 }
 
 /// The segmentation of Figure 1(c): connected components of the edges with `d` at most `threshold`.
@@ -184,7 +250,52 @@ mod tests {
 
     #[test]
     fn no_trajectories_give_no_clusters() {
-        let clusters = discretize(&still(0, 3), &Embedding::default(), &chain(&[]), &DiscretizeParams::default());
-        assert_eq!(clusters, Clusters::default());
+        for method in [DiscretizeMethod::RotationMerge, DiscretizeMethod::Rotation, DiscretizeMethod::KMeans] {
+            for count in [CountRule::Eigenvalues, CountRule::Gap] {
+                let params = DiscretizeParams { method, count, ..DiscretizeParams::default() };
+                let clusters = discretize(&still(0, 3), &Embedding::default(), &chain(&[]), &params, 0);
+                assert_eq!(clusters, Clusters::default());
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_gap_that_is_large_enough_ends_the_count() {
+        let embedding =
+            Embedding { dimensions: 5, eigenvalues: vec![1.0, 0.99, 0.9, 0.65, 0.64], ..Embedding::default() };
+        let count = |min_gap| {
+            cluster_count(
+                &embedding,
+                &DiscretizeParams { count: CountRule::Gap, min_gap, ..DiscretizeParams::default() },
+            )
+        };
+        assert_eq!([0.0, 0.005, 0.05, 0.2, 0.3].map(count), [1, 1, 2, 3, 5]);
+        assert_eq!(cluster_count(&embedding, &DiscretizeParams::default()), 5);
+    }
+
+    #[test]
+    fn only_the_first_method_merges() {
+        // Two groups of rows in a plane, and weak discontinuities all along: the rotation parts them, the merging joins them.
+        let rows = [[1.0, 0.1], [1.0, 0.0], [0.9, 0.1], [0.0, 1.0], [0.1, 0.9], [0.1, 1.0]];
+        let embedding = Embedding {
+            num_rows: 6,
+            dimensions: 2,
+            eigenvalues: vec![1.0, 0.9],
+            vectors: rows.concat(),
+            embedded: vec![true; 6],
+            ..Embedding::default()
+        };
+        let mut links = chain(&[0.0; 5]);
+        links.neighborhoods.pairs.extend([(0, 3), (1, 4), (2, 5)]);
+        links.d.extend([0.0; 3]);
+        let labels = |method, count| {
+            let params = DiscretizeParams { method, ..DiscretizeParams::default() };
+            discretize_into(&still(6, 3), &embedding, &links, count, &params, 0).label
+        };
+        for method in [DiscretizeMethod::Rotation, DiscretizeMethod::KMeans] {
+            assert_eq!(labels(method, 2), [0, 0, 0, 1, 1, 1], "{method:?}");
+            assert_eq!(labels(method, 1), [0; 6], "{method:?}");
+        }
+        assert_eq!(labels(DiscretizeMethod::RotationMerge, 2), [0; 6]);
     }
 }

@@ -17,11 +17,12 @@ const STARTS: [f64; 3] = [0.5, 0.25, 0.75];
 /// Most iterations per start (the published code's value).
 const MAX_ITERATIONS: usize = 20;
 
-/// One label in `0..K` for every embedded trajectory; the others stay unlabelled. Labels may be missing.
-pub fn rotate(embedding: &Embedding) -> Vec<u32> {
-    let k = embedding.dimensions;
+/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay unlabelled. Labels may
+/// be missing.
+pub fn rotate(embedding: &Embedding, count: usize) -> Vec<u32> {
+    let k = count.min(embedding.dimensions);
     let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
-    let rows = normalised_rows(embedding, &embedded);
+    let rows = normalised_rows(embedding, &embedded, k);
     let mut best: Option<(f64, Vec<u32>)> = None;
     for start in STARTS {
         if embedded.is_empty() || k == 0 {
@@ -42,11 +43,11 @@ pub fn rotate(embedding: &Embedding) -> Vec<u32> {
     label
 }
 
-/// Rows of `V` scaled to length one; a zero row stays zero.
-fn normalised_rows(embedding: &Embedding, embedded: &[usize]) -> Vec<f64> {
-    let mut rows = Vec::with_capacity(embedded.len() * embedding.dimensions);
+/// The first `k` numbers of the rows of `V`, scaled to length one; a zero row stays zero.
+fn normalised_rows(embedding: &Embedding, embedded: &[usize], k: usize) -> Vec<f64> {
+    let mut rows = Vec::with_capacity(embedded.len() * k);
     for &i in embedded {
-        let row = embedding.row(i);
+        let row = &embedding.row(i)[..k];
         let length = row.iter().map(|v| v * v).sum::<f64>().sqrt();
         let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
         rows.extend(row.iter().map(|v| v * scale));
@@ -212,7 +213,7 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..60)
             .map(|i| turn[group(i)].iter().map(|v| (1.0 + i as f64) * (v + rng.range(-0.05, 0.05))).collect())
             .collect();
-        let labels = rotate(&embedding(3, &rows));
+        let labels = rotate(&embedding(3, &rows), 3);
         for i in 0..60 {
             for j in 0..60 {
                 assert_eq!(labels[i] == labels[j], group(i) == group(j), "{i} {j}");
@@ -242,10 +243,20 @@ mod tests {
     }
 
     #[test]
+    fn only_the_leading_eigenvectors_asked_for_count() {
+        let mut rng = Rng::for_stage(5, "leading");
+        let rows: Vec<Vec<f64>> = (0..50).map(|_| (0..4).map(|_| rng.range(-1.0, 1.0)).collect()).collect();
+        let leading: Vec<Vec<f64>> = rows.iter().map(|r| r[..2].to_vec()).collect();
+        assert_eq!(rotate(&embedding(4, &rows), 2), rotate(&embedding(2, &leading), 2));
+        assert_eq!(rotate(&embedding(4, &rows), 9), rotate(&embedding(4, &rows), 4));
+        assert_eq!(rotate(&embedding(4, &rows), 0), [UNLABELLED; 50]);
+    }
+
+    #[test]
     fn trajectories_outside_the_embedding_stay_unlabelled() {
         let mut e = embedding(2, &[vec![1.0, 0.0], vec![0.0, 0.0], vec![0.0, 1.0]]);
         e.embedded[1] = false;
-        let labels = rotate(&e);
+        let labels = rotate(&e, 2);
         assert_eq!(labels[1], UNLABELLED);
         assert_ne!(labels[0], labels[2]);
     }

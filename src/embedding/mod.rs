@@ -21,12 +21,14 @@ mod normalize;
 mod panel;
 #[cfg(any(test, target_arch = "wasm32"))]
 mod portable;
+mod refine;
 #[cfg(not(target_arch = "wasm32"))]
 mod with_faer;
 
 use crate::sparse::SymCsr;
 pub use eigen::{EigenInfo, EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};
 use normalize::NormalizedGraph;
+pub use refine::refine_eigenpairs;
 
 crate::params! {
     /// Spectral embedding.

@@ -10,12 +10,16 @@
 //! - [`contours`]: boundary maps against the outlines that people drew (ODS, OIS);
 //! - [`edges`]: Canny's and Sobel's edges, to compare boundary maps with;
 //! - [`superpixels`]: boundary recall, under-segmentation error and achievable accuracy of superpixels;
+//! - [`discretization`]: missed objects and over-segmentation of clusters, and curves of both (the paper's Figure 10);
+//! - [`figment`]: the measures of the paper's Table 1, for entangled people;
 //! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010) for points or pixels, their mean and trimmed mean.
 
 pub mod contours;
 pub mod davis;
 pub mod definition;
+pub mod discretization;
 pub mod edges;
+pub mod figment;
 pub mod flow;
 pub mod foreground;
 pub mod moseg;

@@ -198,24 +198,40 @@ impl Votes {
     }
 }
 
+/// `overlap[region][cluster]`: the number of trajectory points that both have, over labelled frames, each a frame number and its region
+/// map, of regions in `0..num_regions`.
+pub(super) fn overlap(
+    labelled: &[(usize, &Plane<u8>)],
+    num_regions: usize,
+    tracks: &Trajectories,
+    clusters: &Clusters,
+) -> Vec<Vec<u64>> {
+    let mut votes = Votes::new(num_regions, clusters.count);
+    for &(frame, map) in labelled {
+        votes.add_tracks(map, frame, tracks, clusters);
+    }
+    votes.overlap
+}
+
 /// Steps 2 to 4.
 fn conclude(definition: &Definition, votes: &Votes, maps: &[Plane<u8>]) -> Scores {
-    let visible = visible_regions(definition.num_regions(), maps);
+    let visible = visible_regions(definition.num_regions(), maps.iter());
     let assignment = assign(&votes.overlap, votes.num_clusters);
     summarize(definition, votes, &visible, &assignment, maps)
 }
 
 /// Index of the pixel nearest to `(x, y)`, if it is inside. As in the published program the rounding is towards zero after adding one
 /// half, so that points up to 1.5 pixels left of or above the image still vote in its first column or row.
-fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Option<usize> {
+pub(super) fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Option<usize> {
     let (x, y) = ((f64::from(x) + 0.5).trunc(), (f64::from(y) + 0.5).trunc());
     let inside = x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64;
     inside.then(|| y as usize * width + x as usize)
 }
 
-fn visible_regions(num_regions: usize, maps: &[Plane<u8>]) -> Vec<bool> {
+/// Which regions any of the maps shows.
+pub(super) fn visible_regions<'a>(num_regions: usize, maps: impl Iterator<Item = &'a Plane<u8>>) -> Vec<bool> {
     let mut visible = vec![false; num_regions];
-    for &region in maps.iter().flat_map(|m| m.data()) {
+    for &region in maps.flat_map(|m| m.data()) {
         visible[region as usize] = true;
     }
     visible

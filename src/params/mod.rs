@@ -20,6 +20,7 @@ use crate::discretize::DiscretizeParams;
 use crate::embedding::EmbeddingParams;
 use crate::flow::FlowParams;
 use crate::saliency::SaliencyParams;
+use crate::still::StillParams;
 use crate::superpixel::SuperpixelParams;
 use crate::trajectory::TrajectoryParams;
 use serde::Serialize;
@@ -184,6 +185,8 @@ pub struct Params {
     pub cut: CutParams,
     /// Borders to the pixel.
     pub refine: RefineParams,
+    /// Pixel embedding of single images.
+    pub still: StillParams,
 }
 
 impl ParamGroup for Params {
@@ -201,6 +204,7 @@ impl ParamGroup for Params {
         self.superpixel.visit("superpixel", visit);
         self.cut.visit("cut", visit);
         self.refine.visit("refine", visit);
+        self.still.visit("still", visit);
     }
 }
 

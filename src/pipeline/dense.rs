@@ -106,11 +106,14 @@ impl Dense {
         let num_labels = clip.clusters.count.max(1);
         let clustered = &clip.clusters.label;
         let voted = self.tracks.as_ref().map(|dense| labels_for(dense, clip.tracks, clustered, num_labels, params));
+        let objects = find_objects(clip.tracks, clip.clusters);
+        let objects: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
         let input = CutInput {
             superpixels: &self.superpixels,
             tracks: self.tracks.as_ref().unwrap_or(clip.tracks),
             label: voted.as_ref().unwrap_or(clustered),
             num_labels,
+            objects: &objects,
             flows: clip.flows,
             frames: clip.frames,
         };

@@ -1,14 +1,18 @@
 //! Saliency frame by frame, then the components of the foreground and what they change.
 
 use super::stage::{Progress, Stage};
-use crate::connectedness::{Components, ConnectednessMode, components, constrain};
+use crate::connectedness::{
+    Components, ConnectednessMode, Separation, articulated, components, constrain, with_background,
+};
 use crate::discontinuity::{Discontinuities, discontinuities};
+use crate::discretize::Clusters;
 use crate::embedding::{Embedding, embed};
 use crate::flow::CompactFlow;
 use crate::params::Params;
 use crate::saliency::{Saliency, SaliencyMaps, context_saliency, trajectory_saliency};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
+use std::borrow::Cow;
 
 /// What motion alone has found, in working pixels.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +39,8 @@ pub(super) struct Foreground {
     of_points: Vec<f32>,
     pub(super) saliency: Option<Saliency>,
     pub(super) components: Option<Components>,
+    /// Who is kept apart by them.
+    separation: Option<Separation>,
     /// Affinities with those of separated trajectories left out, and their embedding.
     constrained: Option<SymCsr>,
     embedding: Option<Embedding>,
@@ -94,8 +100,10 @@ impl Foreground {
             let longest = settings.max_edge * from.spacing;
             let found = components(from.tracks, near, &saliency.foreground, longest, settings.min_component as usize);
             if settings.mode != ConnectednessMode::Off {
-                let constrained = constrain(from.affinities, from.tracks, &found, &saliency.foreground, settings);
+                let separation = Separation::new(from.tracks, &found, settings);
+                let constrained = constrain(from.affinities, from.tracks, &separation, &saliency.foreground, settings);
                 self.constrained = constrained.map(|(affinities, _)| affinities);
+                self.separation = Some(separation);
             }
             self.components = Some(found);
             return match self.constrained {
@@ -112,5 +120,30 @@ impl Foreground {
         let found = discontinuities(near, &embedding, &from.params.discontinuity);
         let affinities = self.constrained.take().unwrap_or_default();
         (progress(3, 3), Connected::Changed(Box::new((affinities, embedding, found))))
+    }
+
+    /// The discontinuities that clusters are merged by.
+    pub(super) fn articulated<'a>(
+        &self,
+        tracks: &Trajectories,
+        found: &'a Discontinuities,
+        params: &Params,
+    ) -> Cow<'a, Discontinuities> {
+        match (&self.saliency, &self.separation) {
+            (Some(saliency), Some(separation)) => {
+                Cow::Owned(articulated(found, tracks, separation, &saliency.foreground, &params.connectedness))
+            }
+            _ => Cow::Borrowed(found),
+        }
+    }
+
+    /// The clusters, the background in one of its own where the foreground stands alone.
+    pub(super) fn with_background(&self, tracks: &Trajectories, clusters: Clusters, params: &Params) -> Clusters {
+        match &self.saliency {
+            Some(saliency) if params.connectedness.mode == ConnectednessMode::ForegroundOnly => {
+                with_background(tracks, clusters, &saliency.foreground)
+            }
+            _ => clusters,
+        }
     }
 }

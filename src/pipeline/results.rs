@@ -3,12 +3,15 @@
 use super::dense;
 use super::session::{Session, state_error};
 use crate::Error;
+use crate::affinity::affinities;
 use crate::connectedness::Components;
 use crate::contour::BoundaryMap;
 use crate::cut::Objects;
-use crate::discontinuity::Discontinuities;
-use crate::discretize::{Clusters, threshold_segmentation};
-use crate::embedding::Embedding;
+use crate::discontinuity::{Discontinuities, discontinuities};
+use crate::discretize::{
+    Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, threshold_segmentation,
+};
+use crate::embedding::{Embedding, embed};
 use crate::flow::FlowField;
 use crate::image::Plane;
 use crate::saliency::Saliency;
@@ -148,6 +151,31 @@ impl Session {
     /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no objects.
     pub fn objects(&self) -> Option<&Objects> {
         self.dense.objects()
+    }
+
+    /// What the clusters would be with connectedness off, computed anew at each call from the affinities on: to see what it changes.
+    /// `None` until the clusters are known.
+    ///
+    /// # Errors
+    /// As [`affinities`].
+    pub fn motion_clusters(&self) -> Result<Option<Clusters>, Error> {
+        let (Some(tracks), Some(found), Some(_)) = (&self.working, &self.discontinuities, &self.clusters) else {
+            return Ok(None);
+        };
+        let (params, seed) = (self.scaled_params(), self.params.clip.seed);
+        let embedding = embed(&affinities(tracks, self.spacing, &params.affinity, seed)?, &params.embedding, seed);
+        let found = discontinuities(found.neighborhoods.clone(), &embedding, &params.discontinuity);
+        Ok(Some(discretize(tracks, &embedding, &found, &params.discretize, seed)))
+    }
+
+    /// What `method` makes of the embedding with `count` clusters (before any merging) by as many eigenvectors, computed anew at each
+    /// call: to compare discretizations. At most as many clusters as the embedding has eigenvectors. `None` until the discontinuities
+    /// are known.
+    pub fn clusters_by(&self, method: DiscretizeMethod, count: usize) -> Option<Clusters> {
+        let (tracks, embedding, found) =
+            (self.working.as_ref()?, self.embedding.as_ref()?, self.discontinuities.as_ref()?);
+        let params = DiscretizeParams { method, ..self.scaled_params().discretize };
+        Some(discretize_into(tracks, embedding, found, count, &params, self.params.clip.seed))
     }
 
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d` above

@@ -7,7 +7,6 @@ use super::motion::Motion;
 use super::stage::{Progress, Stage, Step};
 use crate::Error;
 use crate::affinity::AffinityRows;
-use crate::connectedness::{ConnectednessMode, with_background};
 use crate::discontinuity::{Discontinuities, discontinuities, neighborhoods};
 use crate::discretize::{Clusters, discretize};
 use crate::embedding::{Embedding, embed};
@@ -302,12 +301,10 @@ impl Session {
         else {
             return Err(lost());
         };
-        let clusters = discretize(tracks, embedding, found, &self.scaled_params().discretize);
-        let alone = self.params.connectedness.mode == ConnectednessMode::ForegroundOnly;
-        self.clusters = Some(match &self.foreground.saliency {
-            Some(saliency) if alone => with_background(tracks, clusters, &saliency.foreground),
-            _ => clusters,
-        });
+        let params = self.scaled_params();
+        let found = self.foreground.articulated(tracks, found, &params);
+        let clusters = discretize(tracks, embedding, &found, &params.discretize, params.clip.seed);
+        self.clusters = Some(self.foreground.with_background(tracks, clusters, &params));
         self.state = if self.params.clip.dense && !self.frames.is_empty() { State::Dense } else { State::Done };
         Ok(Progress::whole(Stage::Clusters))
     }
@@ -323,7 +320,7 @@ impl Session {
     }
 
     /// The parameters with counts of trajectories, which are stated at the reference grid step, at the present spacing.
-    fn scaled_params(&self) -> Params {
+    pub(super) fn scaled_params(&self) -> Params {
         let mut params = self.params.clone();
         let dense = (REFERENCE_STEP / self.spacing).powi(2);
         for count in [

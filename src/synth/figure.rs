@@ -46,6 +46,19 @@ pub struct Gait {
 impl Figure {
     /// Adds the figure to a scene as object `label`: `hip(t)` is the pose of its hip at frame `t`.
     pub fn add_to(&self, scene: &mut Scene, label: u8, gait: Gait, hip: impl Fn(f64) -> Affine) {
+        self.add_reaching(scene, label, gait, hip, |_| 0.0);
+    }
+
+    /// The same, and `reach(t)` is how far both arms are stretched out: 0 swinging with the gait, 1 forward at shoulder height.
+    pub fn add_reaching(
+        &self,
+        scene: &mut Scene,
+        label: u8,
+        gait: Gait,
+        hip: impl Fn(f64) -> Affine,
+        reach: impl Fn(f64) -> f64,
+    ) {
+        let stretched = |t: f64, swinging: f64, out: f64| swinging + (out - swinging) * reach(t);
         let cycle = |t: f64| t / gait.period + gait.phase;
         // The body is highest when one leg is straight below it, twice a cycle.
         let body = |t: f64| Affine::translation(0.0, 1.6 * sin_turns(2.0 * cycle(t) + 0.25)).then(&hip(t));
@@ -56,12 +69,15 @@ impl Figure {
             joint(-0.012 - 0.12 * bend * bend, THIGH).then(&leg(t, side))
         };
         let arm = |t: f64, side: f64| {
-            forward(-0.02 - 0.9 * gait.swing * sin_turns(cycle(t) + side))
+            let swinging = -0.02 - 0.9 * gait.swing * sin_turns(cycle(t) + side);
+            forward(stretched(t, swinging, 0.24 - 0.03 * side))
                 .then(&Affine::translation(0.5, f64::from(-SHOULDER)))
                 .then(&body(t))
         };
-        let elbow =
-            |t: f64, side: f64| joint(0.085 - 0.035 * sin_turns(cycle(t) + side), UPPER_ARM).then(&arm(t, side));
+        let elbow = |t: f64, side: f64| {
+            let swinging = 0.085 - 0.035 * sin_turns(cycle(t) + side);
+            joint(stretched(t, swinging, 0.01), UPPER_ARM).then(&arm(t, side))
+        };
         let [thigh, shin] = [self.thigh(), self.shin()].map(|s| scene.add_sprite(s));
         let [upper, lower] = [self.upper_arm(), self.forearm()].map(|s| scene.add_sprite(s));
         let [backpack, torso, head] = [self.backpack(), self.torso(), self.head()].map(|s| scene.add_sprite(s));

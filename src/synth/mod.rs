@@ -23,6 +23,7 @@
 
 mod affine;
 mod brush;
+mod entangled;
 mod figure;
 mod landscape;
 mod layer;

@@ -1,14 +1,18 @@
 //! Between JavaScript values and the core's types.
 
+use crate::connectedness::{Components, NO_COMPONENT};
 use crate::contour::BoundaryMap;
 use crate::cut::Objects;
 use crate::discretize::Clusters;
 use crate::flow::FlowField;
+use crate::image::Plane;
 use crate::params::ParamTree;
+use crate::saliency::Saliency;
+use crate::still::ImageDiscontinuities;
 use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
 use crate::trajectory::Trajectories;
 use crate::{Error, Params};
-use js_sys::{Float32Array, Float64Array, Object, Reflect, Uint8Array, Uint8ClampedArray, Uint32Array};
+use js_sys::{Float32Array, Float64Array, Int32Array, Object, Reflect, Uint8Array, Uint8ClampedArray, Uint32Array};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
@@ -113,6 +117,43 @@ pub(super) fn boundaries(map: &BoundaryMap) -> JsValue {
         ("height", map.pb.height().into()),
         ("pb", floats(map.pb.data())),
         ("thin", floats(map.thin.data())),
+    ])
+}
+
+/// `{width, height, saliency}`.
+pub(super) fn saliency_map(map: &Plane<f32>) -> JsValue {
+    object([("width", map.width().into()), ("height", map.height().into()), ("saliency", floats(map.data()))])
+}
+
+/// `{ofPoints, inContext, foreground}`; truth values as 0 and 1.
+pub(super) fn saliency(s: &Saliency) -> JsValue {
+    let foreground: Vec<u8> = s.foreground.iter().map(|&f| u8::from(f)).collect();
+    object([
+        ("ofPoints", floats(&s.of_points)),
+        ("inContext", floats(&s.in_context)),
+        ("foreground", bytes(&foreground)),
+    ])
+}
+
+/// `{count, ofPoint}`; -1 stands for [`NO_COMPONENT`].
+pub(super) fn components(c: &Components) -> JsValue {
+    let number = |&of: &u32| if of == NO_COMPONENT { -1 } else { of as i32 };
+    let of_point: Vec<i32> = c.of_point.iter().map(number).collect();
+    object([("count", words(&c.count)), ("ofPoint", Int32Array::from(of_point.as_slice()).into())])
+}
+
+/// `{width, height, scaleX, scaleY, pb, discontinuity, spectral, combined}` of an image of `input` pixels.
+pub(super) fn image_discontinuities(found: &ImageDiscontinuities, input: (usize, usize)) -> JsValue {
+    let (width, height) = (found.pb.pb.width(), found.pb.pb.height());
+    object([
+        ("width", width.into()),
+        ("height", height.into()),
+        ("scaleX", (input.0 as f64 / width as f64).into()),
+        ("scaleY", (input.1 as f64 / height as f64).into()),
+        ("pb", floats(found.pb.pb.data())),
+        ("discontinuity", floats(found.d.strength.data())),
+        ("spectral", floats(found.spectral.strength.data())),
+        ("combined", floats(found.combined.pb.data())),
     ])
 }
 

@@ -1,8 +1,9 @@
-//! Single images for JavaScript: boundary map and superpixels with the parameters of a session, at the image's own size.
+//! Single images for JavaScript: boundary map, superpixels and embedding discontinuities with the parameters of a session.
 
 use super::{JsSession, convert};
 use crate::contour::boundary_map;
 use crate::image::Frame;
+use crate::still::image_discontinuities;
 use crate::superpixel;
 use wasm_bindgen::prelude::*;
 
@@ -13,6 +14,15 @@ impl JsSession {
     pub fn boundaries_of(&self, rgba: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let frame = Frame::from_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))?;
         Ok(convert::boundaries(&boundary_map(&frame, None, &self.params_in_force().contour)))
+    }
+
+    /// The discontinuities of the pixel embedding of an image given as for `boundariesOf`.
+    #[wasm_bindgen(js_name = discontinuitiesOf)]
+    pub fn discontinuities_of(&self, rgba: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
+        let frame = Frame::from_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))?;
+        let params = self.params_in_force();
+        let found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
+        Ok(convert::image_discontinuities(&found, (frame.width(), frame.height())))
     }
 
     /// The superpixels of an image given as for `boundariesOf`; at most `count` of them if there is one.

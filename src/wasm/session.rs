@@ -117,6 +117,23 @@ impl JsSession {
         self.0.boundaries(t).map(|map| convert::boundaries(&map)).map_err(|e| convert::to_js_error(&e))
     }
 
+    /// `{ofPoints, inContext, foreground}`, an entry for each trajectory; `undefined` until known, and without frames.
+    pub fn saliency(&self) -> JsValue {
+        self.0.saliency().map_or(JsValue::UNDEFINED, convert::saliency)
+    }
+
+    /// How salient each pixel of frame `t` is, at working size: `{width, height, saliency}`.
+    #[wasm_bindgen(js_name = saliencyMap)]
+    pub fn saliency_map(&self, t: usize) -> Result<JsValue, JsValue> {
+        self.0.saliency_map(t).map(|map| convert::saliency_map(&map)).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// `{count, ofPoint}`: the components of the foreground in each frame, and which of them each trajectory point is in, -1 for none;
+    /// `undefined` as `saliency`.
+    pub fn components(&self) -> JsValue {
+        self.0.components().map_or(JsValue::UNDEFINED, convert::components)
+    }
+
     /// `{count, ofCluster}`; `undefined` until the cut is made, or without masks.
     pub fn objects(&self) -> JsValue {
         self.0.objects().map_or(JsValue::UNDEFINED, convert::objects)

@@ -78,7 +78,6 @@ describe('files', () => {
     'a text file': [[{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('not a video') }], 'unknown-file'],
     'a damaged video': [[{ name: 'broken.mp4', mimeType: 'video/mp4', buffer: noise }], 'unreadable-video'],
     'an empty video': [[{ name: 'empty.webm', mimeType: 'video/webm', buffer: Buffer.alloc(0) }], 'unreadable-video'],
-    'one image': [files([plainFrame(32, 32)]), 'one-frame'],
     'a truncated image': [
       [pngFile('a.png', plainFrame(32, 32)), { name: 'b.png', mimeType: 'image/png', buffer: noise.subarray(0, 40) }],
       'unreadable-image',

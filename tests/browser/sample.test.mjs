@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
 import { SAMPLE } from '../../www/demo/source.js';
-import { paintedShare, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
+import { layerNames, layerSwitches, paintedShare, picture, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
 
 const FRAME = 12;
 
@@ -39,9 +39,10 @@ describe('the sample', () => {
   test('shows something different in each layer', async () => {
     const { page } = sample;
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
-    const ids = await page.evaluate(() => globalThis.tracecutDemo.app.layers.map((layer) => layer.id));
+    const ids = await layerNames(page);
     assert.deepEqual(ids, [
-      'masks', 'trajectories', 'superpixels', 'contours', 'boundaries', 'discontinuities', 'embedding', 'flow', 'image',
+      'masks', 'trajectories', 'superpixels', 'contours', 'boundaries', 'discontinuities', 'embedding', 'saliency', 'foreground',
+      'components', 'flow', 'image',
     ]);
     const pictures = new Map();
     for (const id of ids) {
@@ -50,7 +51,7 @@ describe('the sample', () => {
       await page.waitForFunction(paintedShare);
       const share = await page.evaluate(paintedShare);
       assert.ok(share > 0.002, `${id} paints ${share} of the canvas`);
-      pictures.set(await page.evaluate(() => document.querySelector('#canvas').toDataURL()), id);
+      pictures.set(await picture(page), id);
       await screenshot(page, `sample-${id}`);
     }
     assert.equal(pictures.size, ids.length, `only ${[...pictures.values()]} differ`);
@@ -75,21 +76,62 @@ describe('the sample', () => {
     assert.equal(await alpha(), whole);
   });
 
-  test('shows deleted edges and colours of superpixels when asked', async () => {
+  test('changes each layer with its switches, and back', async () => {
     const { page } = sample;
-    for (const [id, setting] of [['contours', 'deleted'], ['superpixels', 'mean'], ['boundaries', 'thin']]) {
+    const switches = [
+      ['contours', 'deleted'], ['superpixels', 'mean'], ['boundaries', 'thin'], ['saliency', 'shown'], ['saliency', 'context'],
+      ['components', 'links'],
+    ];
+    for (const [id, setting] of switches) {
       await showOnly(page, id);
       await page.waitForFunction(paintedShare);
-      const picture = () => page.evaluate(() => {
-        globalThis.tracecutDemo.app.viewer.draw();
-        return document.querySelector('#canvas').toDataURL();
-      });
-      const before = await picture();
+      const before = await picture(page);
       await page.click(`[data-setting="${id}.${setting}"]`);
-      assert.notEqual(await picture(), before, `${id}.${setting}`);
+      assert.notEqual(await picture(page), before, `${id}.${setting}`);
       await page.click(`[data-setting="${id}.${setting}"]`);
-      assert.equal(await picture(), before, `${id}.${setting} back`);
+      assert.equal(await picture(page), before, `${id}.${setting} back`);
     }
+  });
+
+  test('says in the readout what saliency, foreground and components are under the pointer', async () => {
+    const { page } = sample;
+    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    for (const box of await layerSwitches(page)) {
+      await box.setChecked(['saliency', 'foreground', 'components'].includes(await box.getAttribute('data-layer')));
+    }
+    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 1) });
+    const words = /^Object 1 · trajectory .* · saliency (0\.[5-9]\d|1\.00), trajectory’s \S+, in context \S+ · foreground · component \d of \d$/;
+    await page.waitForFunction(() => /saliency/.test(document.querySelector('#readout').textContent));
+    assert.match(await text(page, '#readout'), words);
+    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 0) });
+    assert.match(await text(page, '#readout'), /^Background · .*saliency 0\.[0-4]/);
+    await page.hover('#canvas', { position: { x: 40, y: 200 } });
+    assert.match(await text(page, '#readout'), /not foreground · no component$/);
+  });
+
+  test('has the foreground red where the scene has its objects', async () => {
+    const { page } = sample;
+    await showOnly(page, 'foreground');
+    const [inside, outside] = await page.evaluate(redPixels, FRAME);
+    assert.ok(inside > 300, `${inside} red pixels in objects`);
+    assert.ok(outside < 0.1 * inside, `${outside} outside`);
+  });
+
+  test('gives a component the same colour from frame to frame', async () => {
+    const { page } = sample;
+    const { changes, steps } = await page.evaluate(colorChanges);
+    assert.ok(steps > 1000, `${steps} steps of trajectories in components`);
+    assert.ok(changes <= 0.02 * steps, `${changes} of ${steps} change their colour`);
+  });
+
+  test('switches the foreground with its key', async () => {
+    const { page } = sample;
+    const on = () => page.locator('[data-layer="foreground"]').isChecked();
+    await showOnly(page, 'masks');
+    await page.keyboard.press('f');
+    assert.equal(await on(), true);
+    await page.keyboard.press('F');
+    assert.equal(await on(), false);
   });
 
   test('names the object under the pointer, and shows it alone after a click', async () => {
@@ -118,12 +160,14 @@ describe('the sample', () => {
     assert.deepEqual(await colors(), all.map((_, k) => k > 0));
   });
 
-  test('has the same labels and masks as in Node, to the byte', async () => {
+  test('has the same labels, masks, saliency and components as in Node, to the byte', async () => {
     const { page } = sample;
     const inPage = await page.evaluate(() => {
       const { result } = globalThis.tracecutDemo;
       const masks = Array.from({ length: result.numFrames }, (_, t) => [...result.labels(t)].join(''));
-      return { label: [...result.clusters.label], x: [...result.trajectories.x], masks };
+      const { saliency, components } = result;
+      const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [...list]);
+      return { label: [...result.clusters.label], x: [...result.trajectories.x], masks, salient };
     });
     const clip = await synthClip(SAMPLE);
     const session = await createSession();
@@ -132,6 +176,9 @@ describe('the sample', () => {
     session.close();
     assert.deepEqual([...result.clusters.label], inPage.label);
     assert.deepEqual([...result.trajectories.x], inPage.x);
+    const { saliency, components } = result;
+    const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [...list]);
+    assert.deepEqual(salient, inPage.salient);
     inPage.masks.forEach((mask, t) => assert.ok(mask === [...result.labels(t)].join(''), `masks of frame ${t} differ`));
   });
 });
@@ -185,4 +232,42 @@ function middleOfObject(object) {
   const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
   const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
   return { x: (x + 0.5) / viewer.view.unit, y: (y + 0.5) / viewer.view.unit };
+}
+
+/** Runs in the page: how many pixels of the red of the foreground lie in objects of the scene, and how many do not. */
+function redPixels(frame) {
+  const { app, source, result } = globalThis.tracecutDemo;
+  app.layers.find((layer) => layer.id === 'foreground').settings.trail.value = 0;
+  app.timeline.seek(frame);
+  app.viewer.draw();
+  const { canvas } = app.viewer;
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const mask = source.clip.mask(frame);
+  const scale = result.width / canvas.width;
+  const counts = [0, 0];
+  for (let p = 0; 4 * p < data.length; p += 1) {
+    if (data[4 * p] < 250 || data[4 * p + 1] !== 0x2b || data[4 * p + 2] !== 0x3d) continue;
+    const [x, y] = [p % canvas.width, Math.floor(p / canvas.width)];
+    counts[mask[Math.floor(y * scale) * result.width + Math.floor(x * scale)] > 0 ? 0 : 1] += 1;
+  }
+  return counts;
+}
+
+/** Runs in the page: how many steps trajectories take in components, and in how many of them the colour changes. */
+async function colorChanges() {
+  const { steadyColors } = await import('/demo/draw-components.js');
+  const { points } = globalThis.tracecutDemo.app;
+  const { count, startFrame, offset } = points.result.trajectories;
+  const { ofPoint } = points.result.components;
+  const colors = steadyColors(points);
+  let [changes, steps] = [0, 0];
+  for (let i = 0; i < count; i += 1) {
+    for (let p = offset[i]; p + 1 < offset[i + 1]; p += 1) {
+      if (ofPoint[p] < 0 || ofPoint[p + 1] < 0) continue;
+      const t = startFrame[i] + p - offset[i];
+      steps += 1;
+      if (colors[t][ofPoint[p]] !== colors[t + 1][ofPoint[p + 1]]) changes += 1;
+    }
+  }
+  return { changes, steps };
 }

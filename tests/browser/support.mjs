@@ -2,11 +2,10 @@
 
 import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before } from 'node:test';
-import { launchBrowser } from '../../scripts/browser.mjs';
-import { serve } from '../../scripts/serve.mjs';
+import { before } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
 import { pngBytes } from '../png.mjs';
+import { useServerAndBrowser } from '../site.mjs';
 
 /** A run of the sample takes seconds; on a busy machine far more. */
 const PATIENCE_MS = 180_000;
@@ -21,22 +20,13 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
  *   fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere else
  */
 export function useSite() {
-  let server;
-  let browser;
-  before(async () => {
-    server = await serve();
-    browser = await launchBrowser();
-  });
-  after(async () => {
-    await browser?.close();
-    await server?.close();
-  });
+  const site = useServerAndBrowser();
   const open = async (options = {}) => {
-    const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', ...options });
+    const context = await site.browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', ...options });
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
-    const faults = watch(page, server.url);
-    await page.goto(server.url);
+    const faults = watch(page, site.url);
+    await page.goto(site.url);
     return { page, faults };
   };
   return { open };
@@ -87,7 +77,8 @@ export function useSample(site) {
 /** Hands files to the page and starts without waiting for the countdown; gives the state that the run ended in. */
 export async function run(page, files) {
   await page.setInputFiles('#file', files);
-  await page.waitForFunction(() => ['setup', 'error'].includes(document.body.dataset.phase));
+  // A still image starts at once.
+  await page.waitForFunction(() => ['setup', 'error'].includes(document.body.dataset.phase) || globalThis.tracecutDemo.source?.kind === 'still');
   if ((await page.evaluate(() => document.body.dataset.phase)) === 'setup') await page.click('#start');
   return ended(page);
 }
@@ -97,9 +88,27 @@ export async function text(page, selector) {
   return (await page.locator(selector).innerText()).trim();
 }
 
+/** The switches of the layers that the panel offers, those with nothing to show left out. */
+export async function layerSwitches(page) {
+  return page.locator('.layer:not([hidden]) [data-layer]:enabled').all();
+}
+
+/** The names of these layers in the order of the panel. */
+export async function layerNames(page) {
+  return Promise.all((await layerSwitches(page)).map((box) => box.getAttribute('data-layer')));
+}
+
+/** The picture on the canvas, drawn as things stand, as a data URL. */
+export async function picture(page) {
+  return page.evaluate(() => {
+    globalThis.tracecutDemo.app.viewer.draw();
+    return document.querySelector('#canvas').toDataURL();
+  });
+}
+
 /** Switches all layers off but one. */
 export async function showOnly(page, id) {
-  for (const box of await page.locator('[data-layer]').all()) {
+  for (const box of await layerSwitches(page)) {
     await box.setChecked((await box.getAttribute('data-layer')) === id);
   }
 }

@@ -48,6 +48,29 @@ fn boundaries_lie_on_the_outline_and_nowhere_else() {
 }
 
 #[test]
+fn with_embedding_the_maps_of_the_pixel_embedding_are_beside_pb() {
+    let root = folder("image-embedding");
+    let (image, out) = (picture(&root), root.join("out"));
+    assert_done(&tracecut(["boundaries", &image, "--embedding", "--out", out.to_str().unwrap()]));
+    let names = ["combined.png", "combined_thin.png", "discontinuity.png", "pb.png", "spectral.png", "thin.png"];
+    assert_eq!(names_in(&out), names);
+    for name in ["discontinuity.png", "combined.png"] {
+        let map = image::open(out.join(name)).unwrap().into_luma8();
+        assert_eq!(map.dimensions(), (48, 40));
+        let (outline, inside) =
+            (map.get_pixel(34, 19).0[0].max(map.get_pixel(33, 19).0[0]), map.get_pixel(22, 19).0[0]);
+        assert!(outline > 100 && inside < 50, "{name}: {outline} on the outline, {inside} inside");
+    }
+    let file = root.join("one.png");
+    assert_done(&tracecut(["boundaries", &image, "--embedding", "--out", file.to_str().unwrap()]));
+    let combined = image::open(out.join("combined_thin.png")).unwrap().into_luma8();
+    assert_eq!(image::open(file).unwrap().into_luma8(), combined);
+    let message = ["still.radius = 0", "1..=10"];
+    let set = ["boundaries", &image, "--embedding", "--out", out.to_str().unwrap(), "--set", "still.radius=0"];
+    assert_refused(&tracecut(set), 1, &message);
+}
+
+#[test]
 fn what_cannot_be_used_is_named() {
     let root = folder("image-refused");
     let (image, out) = (picture(&root), root.join("out"));

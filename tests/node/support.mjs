@@ -11,7 +11,8 @@ export const SMALL = { width: 128, height: 72, frames: 8, seed: 3 };
 
 /** The stages of a run with masks, in order. */
 export const STAGES = [
-  'flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'clusters', 'superpixels', 'cut', 'masks',
+  'flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'saliency', 'connectedness', 'clusters',
+  'superpixels', 'cut', 'masks',
 ];
 
 /** The frames of a synthetic clip. */

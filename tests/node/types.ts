@@ -1,11 +1,12 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
-import { boundaries, createSession, EdgeKind, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
+import { boundaries, createSession, EdgeKind, imageDiscontinuities, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
 import type {
-  BoundaryMap, ErrorCode, FlowField, ImageOptions, ObjectList, Progress, Result, Session, SessionOptions, Superpixels,
+  BoundaryMap, ComponentTable, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, ObjectList, Progress, Result,
+  SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Superpixels,
 } from 'tracecut';
 
-const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, worker: false };
+const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, connectedness: { mode: 'paper' }, worker: false };
 const session: Session = await createSession(options);
 const clip = await synthClip({ width: 320, height: 180, frames: 10, seed: 2 });
 await session.push(clip.frame(0));
@@ -29,9 +30,18 @@ const masks: Uint8Array = result.labels(0);
 const objects: ObjectList | null = result.objects;
 const regions: Superpixels = await result.superpixels(0);
 const map: BoundaryMap = await session.boundaries(0);
+const salient: SaliencyTable | null = result.saliency;
+const pieces: ComponentTable | null = result.components;
+const pieceOfPoint: Int32Array | undefined = pieces?.ofPoint;
+const heat: SaliencyMap = await result.saliencyMap(0);
+const stages: Stage[] = ['saliency', 'connectedness'];
+console.log(salient?.foreground, salient?.inContext, pieceOfPoint, heat.saliency, heat.scaleX, await session.saliencyMap(0), stages);
 const still: ImageOptions = { contour: { low: 0.05 }, superpixel: {}, worker: false };
 const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter((kind) => kind === EdgeKind.Gabriel).length;
 const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
+const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' }, contour: { sigma: 2 } };
+const found: ImageDiscontinuities = await imageDiscontinuities(clip.frame(0), embedded);
+console.log(found.pb, found.discontinuity, found.spectral, found.combined, found.scaleX);
 console.log(masks, objects?.ofCluster, regions.borders.pb, map.scaleX, gabriel, thin);
 const names: string[] = parameters().map((parameter) => parameter.name);
 console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
@@ -49,8 +59,12 @@ try {
 await createSession({ clip: { maxSize: 320 } });
 // @ts-expect-error: and by type
 await createSession({ clip: { maxSide: '320' } });
+// @ts-expect-error: choices by the names that they have
+await createSession({ connectedness: { mode: 'sometimes' } });
 // @ts-expect-error: a single image has no flow
 await boundaries(clip.frame(0), { flow: {} });
+// @ts-expect-error: nor superpixels, where none are made
+await imageDiscontinuities(clip.frame(0), { superpixel: {} });
 // @ts-expect-error: a frame is not a file name
 await session.push('frame.png');
 

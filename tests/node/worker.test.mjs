@@ -56,6 +56,7 @@ test('a session in a worker gives the same result as one in this thread', async 
   await local.run();
   assert.deepEqual(await result.superpixels(3), await local.superpixels(3));
   assert.deepEqual(await result.boundaries(3), await local.boundaries(3));
+  assert.deepEqual(await result.saliencyMap(3), await local.saliencyMap(3));
   session.close();
   assert.ok(worker.terminated);
 });

@@ -2,39 +2,27 @@
 // is said when the wasm file is not there. The demo page has tests of its own in tests/browser.
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { launchBrowser } from '../../scripts/browser.mjs';
-import { serve } from '../../scripts/serve.mjs';
 import * as inNode from '../../dist/node.js';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
+import { useServerAndBrowser } from '../site.mjs';
 
 const FINGERPRINT = fileURLToPath(new URL('../fingerprint.mjs', import.meta.url));
 const SCENE = { width: 128, height: 72, frames: 5, seed: 3 };
 
-let server;
-let browser;
-
-before(async () => {
-  server = await serve();
-  browser = await launchBrowser();
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.close();
-});
+const site = useServerAndBrowser();
 
 /** An empty page of the server, with the package and a few helpers in `globalThis.kit`. */
 async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'") {
-  const context = await browser.newContext();
+  const context = await site.browser.newContext();
   t.after(() => context.close());
   const page = await context.newPage();
-  await page.route(`${server.url}empty`, (route) =>
+  await page.route(`${site.url}empty`, (route) =>
     route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body: '<!doctype html><title>empty</title>' }),
   );
-  await page.route(`${server.url}fingerprint.mjs`, (route) => route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }));
-  await page.goto(`${server.url}empty`);
+  await page.route(`${site.url}fingerprint.mjs`, (route) => route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }));
+  await page.goto(`${site.url}empty`);
   await page.evaluate(async (scene) => {
     const tracecut = await import('/dist/index.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
@@ -98,7 +86,7 @@ test('the worker and the calling thread give the same result, under a strict con
   assert.equal(inWorker, inPage);
 });
 
-test('masks, superpixels and boundaries are those of Node, of a run and of single images', async (t) => {
+test('masks, saliency, superpixels and boundaries are those of Node, of a run and of single images', async (t) => {
   const page = await open(t);
   const clip = await inNode.synthClip(SCENE);
   const frames = async () => Array.from({ length: SCENE.frames }, (_, k) => clip.frame(k));
@@ -117,6 +105,8 @@ async function denseHashes() {
   for (const frame of list) await session.push(frame);
   const result = await session.run();
   const ofFrame = parts(await result.superpixels(2), await result.boundaries(2));
+  // The last frame has no flow of its own.
+  for (const t of [1, list.length - 1]) ofFrame.push(hash(new Uint8Array((await result.saliencyMap(t)).saliency.buffer)));
   session.close();
   const ofImage = parts(await superpixels(list[2]), await boundaries(list[2], { worker: false }));
   return { run: whole(result), ofFrame, ofImage };

@@ -44,6 +44,18 @@ fn options_reach_the_parameters() {
 }
 
 #[wasm_bindgen_test]
+fn a_choice_is_an_option_by_its_name() {
+    let session = JsSession::new(option("connectedness", "mode", "foreground-only")).unwrap();
+    let mode = get(&get(&session.params().unwrap(), "connectedness"), "mode");
+    assert_eq!(mode.as_string().unwrap(), "foreground-only");
+    let (code, message) = code_and_message(&JsSession::new(option("connectedness", "mode", 1)).unwrap_err());
+    assert_eq!(
+        (code.as_str(), message.as_str()),
+        ("param", "connectedness.mode = 1 (expected one of off, paper, foreground-only)")
+    );
+}
+
+#[wasm_bindgen_test]
 fn wrong_options_are_errors_that_say_what_is_legal() {
     let (code, message) = code_and_message(&JsSession::new(option("clip", "maxSize", 320)).unwrap_err());
     assert_eq!(code, "param");
@@ -90,6 +102,8 @@ fn a_small_clip_runs_to_its_end_and_gives_arrays_that_fit_together() {
             "affinities",
             "embedding",
             "discontinuities",
+            "saliency",
+            "connectedness",
             "clusters",
             "superpixels",
             "cut",
@@ -108,6 +122,14 @@ fn a_small_clip_runs_to_its_end_and_gives_arrays_that_fit_together() {
     assert_eq!(code_and_message(&session.labels(3).unwrap_err()).0, "state");
     let clusters = number(&session.clusters(), "count") as u32;
     assert_eq!(Array::from(&get(&session.objects(), "ofCluster")).length(), clusters);
+    let length = |table: &JsValue, name: &str| Array::from(&get(table, name)).length();
+    for name in ["ofPoints", "inContext", "foreground"] {
+        assert_eq!(length(&session.saliency(), name), count, "{name}");
+    }
+    assert_eq!(length(&session.components(), "count"), 3);
+    assert_eq!(length(&session.components(), "ofPoint"), length(&session.trajectories(), "x"));
+    assert_eq!(length(&session.saliency_map(2).unwrap(), "saliency"), 48 * 32);
+    assert_eq!(code_and_message(&session.saliency_map(3).unwrap_err()).0, "state");
     partition_fits(&session.superpixels(0).unwrap(), 48, 32);
     boundaries_fit(&session.boundaries(0).unwrap(), 48, 32);
 }

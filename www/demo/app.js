@@ -22,10 +22,11 @@ import { Points } from './points.js';
 import { showReadout } from './readout.js';
 import { Selection } from './selection.js';
 import { openFiles, sampleSource } from './source.js';
+import { StillJob } from './still.js';
 import { phase, say, showError, showNotice, showPhase, showProgress, showSubline } from './status.js';
 import { Timeline } from './timeline.js';
 import { NOWHERE, Viewer } from './viewer.js';
-import { count, headline, plural, remark, seconds } from './words.js';
+import { STILL, count, headline, plural, remark, seconds } from './words.js';
 
 /** How long a freshly opened clip waits for a change of settings before it starts by itself. */
 const HOLD_SECONDS = 4;
@@ -42,7 +43,7 @@ export class App {
     this.visit = 0;
     /** @type {import('./source.js').Source | null} */
     this.source = null;
-    /** @type {Job | null} */
+    /** @type {Job | StillJob | null} */
     this.job = null;
     /** @type {AbortController | null} */
     this.abort = null;
@@ -59,7 +60,7 @@ export class App {
       box: byId('screen'),
       layers: this.layers,
       visible: (object) => this.selection.has(object),
-      onHover: (spot) => showReadout(this.points, spot),
+      onHover: (spot) => this.tell(spot),
       onPick: (spot) => this.pick(spot.object),
     });
     this.timeline = new Timeline((frame) => this.viewer.show(frame));
@@ -112,6 +113,7 @@ export class App {
     } else {
       delete document.body.dataset.source;
     }
+    this.updatePanel();
   }
 
   /**
@@ -130,6 +132,7 @@ export class App {
     this.viewer.setClip(16, 9, []);
     this.timeline.setClip(0, 25);
     fillObjects(null, this.selection);
+    this.updatePanel();
     showReadout(null, NOWHERE);
     showNotice('');
     byId('canvas').setAttribute('aria-label', 'No result yet');
@@ -179,7 +182,8 @@ export class App {
   async start(source = this.source) {
     if (!source) return;
     const visit = this.leave();
-    this.job = new Job(this.library, source, { ...this.clip.take });
+    const Kind = source.kind === 'still' ? StillJob : Job;
+    this.job = new Kind(this.library, source, { ...this.clip.take });
     this.viewer.setClip(16, 9, this.job.images);
     await this.go(visit, this.job);
   }
@@ -193,7 +197,7 @@ export class App {
 
   /**
    * @param {number} visit
-   * @param {Job} job
+   * @param {Job | StillJob} job
    */
   async go(visit, job) {
     this.abort = new AbortController();
@@ -203,7 +207,9 @@ export class App {
     signal.addEventListener('abort', () => clearInterval(clock));
     try {
       await job.run(signal, () => this.showRunning(job));
-      if (visit === this.visit) this.finish(job);
+      if (visit !== this.visit) return;
+      if (job instanceof StillJob) this.finishStill(job);
+      else this.finish(job);
     } catch (error) {
       if (!signal.aborted) this.fail(visit, error);
     } finally {
@@ -211,7 +217,7 @@ export class App {
     }
   }
 
-  /** @param {Job} job */
+  /** @param {Job | StillJob} job */
   showRunning(job) {
     const stage = job.current;
     if (!stage || job !== this.job || phase() !== 'running') return;
@@ -229,14 +235,15 @@ export class App {
   /**
    * While frames arrive, the newest is shown.
    *
-   * @param {Job} job
+   * @param {Job | StillJob} job
    */
   showArriving(job) {
     const newest = job.images.length - 1;
-    if (newest < 0 || newest === this.viewer.view.frame) return;
+    if (newest < 0) return;
     const { width, height } = job.images[newest];
-    if (this.viewer.view.width !== width) this.viewer.setClip(width, height, job.images);
-    this.viewer.show(newest);
+    const { view } = this.viewer;
+    if (view.width !== width || view.height !== height) this.viewer.setClip(width, height, job.images);
+    if (view.frame !== newest) this.viewer.show(newest);
   }
 
   /** Cancels at once; the worker stops at the end of its step. */
@@ -260,8 +267,10 @@ export class App {
     this.viewer.setResult(this.points, {
       flow: (t) => session.flow(t),
       boundaries: (t) => result.boundaries(t),
-      superpixels: remembered((/** @type {number} */ t) => result.superpixels(t)),
+      superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
+      saliencyMap: (t) => result.saliencyMap(t),
     });
+    this.updatePanel();
     fillObjects(this.points, this.selection);
     this.timeline.setClip(result.numFrames, job.source.fps / job.take.step);
     this.timeline.setPresence(this.points);
@@ -280,6 +289,27 @@ export class App {
     if (!CALM.matches) this.timeline.play();
   }
 
+  /** @param {StillJob} job */
+  finishStill(job) {
+    const { found, images } = job;
+    const { width, height } = images[0];
+    const answer = async (/** @type {keyof typeof found} */ what) => /** @type {any} */ (found[what]);
+    this.viewer.setClip(width, height, images);
+    this.viewer.setResult(null, {
+      boundaries: () => answer('boundaries'),
+      superpixels: () => answer('superpixels'),
+      imageEdges: () => answer('imageEdges'),
+    });
+    this.updatePanel();
+    this.clip.setPace(job.ms / (width * height));
+    showStages(job, 'done');
+    showProgress(1);
+    showNotice(STILL.remark);
+    const facts = [plural(found.superpixels?.count ?? 0, 'superpixel'), `${width} × ${height}`, `computed in ${seconds(job.ms)}`];
+    byId('canvas').setAttribute('aria-label', `${job.source.name}: ${STILL.headline}`);
+    showPhase('done', STILL.headline, facts.join(' · '));
+  }
+
   /**
    * @param {number} visit
    * @param {unknown} error
@@ -288,6 +318,18 @@ export class App {
     if (visit !== this.visit) return;
     this.leave();
     showError(error);
+  }
+
+  /** Shows in the panel which layers there are to show. */
+  updatePanel() {
+    this.panel.update(this.viewer.view, this.source?.kind);
+  }
+
+  /** @param {import('./layer.js').Spot} spot */
+  tell(spot) {
+    const { view } = this.viewer;
+    const more = this.layers.filter((layer) => layer.on && !layer.missing?.(view)).map((layer) => layer.readout?.(view, spot) ?? '');
+    showReadout(this.points, spot, spot === NOWHERE ? [] : more);
   }
 
   /** @param {number} object is shown alone; the background brings all back */

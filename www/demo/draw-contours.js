@@ -18,10 +18,11 @@ export function contourLayer(kinds) {
   const deleted = toggle('Deleted edges', false);
   /** @type {Map<number, Path2D[]>} */
   const paths = new Map();
-  const regions = new Fetched('contours', (view, frame) => view.superpixels(frame));
+  const regions = new Fetched('superpixels', (superpixels) => superpixels);
   return {
     id: 'contours',
     name: 'Contours',
+    key: '4',
     about: 'Lines fitted to the contours, and the Gabriel edges that bridge the gaps between them.',
     z: 50,
     on: false,
@@ -36,7 +37,6 @@ export function contourLayer(kinds) {
       regions.reset();
     },
     draw(ctx, view) {
-      if (!view.points?.hasMasks) return;
       const known = regions.get(view, view.frame);
       if (!known) return;
       const drawn = paths.get(view.frame) ?? pathsOf(known, Object.keys(kinds).length);

@@ -23,6 +23,8 @@ export function discontinuityLayer() {
   return {
     id: 'discontinuities',
     name: 'Discontinuities',
+    key: '6',
+    only: 'clip',
     about: 'Neighbouring points whose motions part: there an object ends.',
     z: 70,
     on: false,

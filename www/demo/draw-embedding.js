@@ -19,6 +19,8 @@ export function embeddingLayer() {
   return {
     id: 'embedding',
     name: 'Embedding colours',
+    key: '7',
+    only: 'clip',
     about: 'Points of like colour have moved alike over their whole life.',
     z: 20,
     on: false,

@@ -11,11 +11,13 @@ const WHEEL_PX = 56;
 /** @returns {import('./layer.js').Layer} */
 export function flowLayer() {
   let scale = 0;
-  const pictures = new Fetched('flow', async (view, frame) => paintFlow(await view.flow(frame), scale));
+  const pictures = new Fetched('flow', (flow) => paintFlow(flow, scale));
   /** @type {import('./layer.js').Layer} */
   const layer = {
     id: 'flow',
     name: 'Optical flow',
+    key: '8',
+    only: 'clip',
     about: 'Where each pixel goes in the next frame; computed when first shown.',
     z: 10,
     on: false,

@@ -8,6 +8,7 @@ export function imageLayer() {
   return {
     id: 'image',
     name: 'Source image',
+    key: '9',
     about: 'The frame itself, a little pale so that the layers stand out.',
     z: 0,
     on: true,

@@ -17,6 +17,8 @@ export function maskLayer() {
   return {
     id: 'masks',
     name: 'Masks',
+    key: '1',
+    only: 'clip',
     about: 'Every pixel that belongs to an object, in its colour.',
     z: 30,
     on: true,

@@ -14,10 +14,11 @@ export function superpixelLayer() {
   const mean = toggle('Mean colour', true);
   /** @type {Map<string, OffscreenCanvas>} */
   const pictures = new Map();
-  const regions = new Fetched('superpixels', (view, frame) => view.superpixels(frame));
+  const regions = new Fetched('superpixels', (superpixels) => superpixels);
   return {
     id: 'superpixels',
     name: 'Superpixels',
+    key: '3',
     about: 'Pieces of the frame that lie between its contours, gaps bridged; each belongs to one object.',
     z: 12,
     on: false,
@@ -28,7 +29,6 @@ export function superpixelLayer() {
       regions.reset();
     },
     draw(ctx, view) {
-      if (!view.points?.hasMasks) return;
       const known = regions.get(view, view.frame);
       if (!known) return;
       const key = `${view.frame} ${mean.value}`;

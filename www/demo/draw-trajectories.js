@@ -3,10 +3,8 @@
 import { CellPainter, packColors } from './cells.js';
 import { key } from './dom.js';
 import { opacity } from './layer.js';
+import { drawMarkers, drawTrails, markerRadius } from './markers.js';
 import { objectColor, objectShape, rgbOf } from './palette.js';
-
-/** Radius of a point against the distance between points, and its bounds in CSS pixels. */
-const RADIUS = { share: 0.17, least: 1.1, most: 4 };
 
 /** The tint reaches this far from a point, in distances between points: neighbours' cells just close up. */
 const TINT_STEPS = 0.75;
@@ -34,6 +32,8 @@ export function trajectoryLayer() {
   return {
     id: 'trajectories',
     name: 'Trajectories',
+    key: '2',
+    only: 'clip',
     about: 'Points followed from frame to frame, coloured by object. Pixels are tinted like the nearest point.',
     z: 60,
     on: false,
@@ -49,9 +49,12 @@ export function trajectoryLayer() {
       cells.draw(ctx, view);
       ctx.globalAlpha = 1;
       const groups = groupByObject(view);
-      ctx.lineCap = 'round';
-      groups.forEach((ids, object) => drawTrails(ctx, view, ids, object, trail.value));
-      groups.forEach((ids, object) => drawPoints(ctx, view, ids, object));
+      groups.forEach((ids, object) => drawTrails(ctx, view, ids, trailStyle(object), trail.value));
+      const radius = markerRadius(view);
+      groups.forEach((ids, object) => {
+        const own = object === 0 ? BACKGROUND_SIZE * radius : radius;
+        drawMarkers(ctx, view, ids, { color: objectColor(object), shape: objectShape(object), radius: own });
+      });
     },
   };
 }
@@ -82,88 +85,7 @@ function groupByObject(view) {
   return groups;
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {import('./layer.js').View} view
- * @param {number[]} ids
- * @param {number} object
- * @param {number} length frames back
- */
-function drawTrails(ctx, view, ids, object, length) {
-  const points = /** @type {import('./points.js').Points} */ (view.points);
-  const { x, y } = points.result.trajectories;
-  const strength = object === 0 ? 0.45 : 0.9;
-  ctx.strokeStyle = objectColor(object);
-  ctx.lineWidth = (object === 0 ? 0.8 : 1.5) * view.unit;
-  // One path per age: each step back in time is a little fainter.
-  for (let back = length; back >= 1; back--) {
-    ctx.globalAlpha = strength * (1 - back / (length + 1));
-    ctx.beginPath();
-    for (const id of ids) {
-      const from = points.index(id, view.frame - back);
-      if (from < 0) continue;
-      ctx.moveTo(x[from], y[from]);
-      ctx.lineTo(x[from + 1], y[from + 1]);
-    }
-    ctx.stroke();
-  }
-  ctx.globalAlpha = 1;
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {import('./layer.js').View} view
- * @param {number[]} ids
- * @param {number} object
- */
-function drawPoints(ctx, view, ids, object) {
-  const points = /** @type {import('./points.js').Points} */ (view.points);
-  const wanted = (RADIUS.share * points.spacing(view.frame)) / view.unit;
-  const size = Math.min(RADIUS.most, Math.max(RADIUS.least, wanted)) * view.unit;
-  const radius = object === 0 ? BACKGROUND_SIZE * size : size;
-  // A dark rim keeps the colours legible on bright footage.
-  ctx.fillStyle = 'rgb(0 0 0 / 0.5)';
-  fillMarkers(ctx, view, ids, object, radius + 0.6 * view.unit);
-  ctx.fillStyle = objectColor(object);
-  fillMarkers(ctx, view, ids, object, radius);
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {import('./layer.js').View} view
- * @param {number[]} ids
- * @param {number} object
- * @param {number} radius clip pixels
- */
-function fillMarkers(ctx, view, ids, object, radius) {
-  const points = /** @type {import('./points.js').Points} */ (view.points);
-  const { x, y } = points.result.trajectories;
-  const shape = objectShape(object);
-  ctx.beginPath();
-  for (const id of ids) {
-    const at = points.index(id, view.frame);
-    if (shape === 'disc') {
-      ctx.moveTo(x[at] + radius, y[at]);
-      ctx.arc(x[at], y[at], radius, 0, 2 * Math.PI);
-    } else if (shape === 'square') {
-      ctx.rect(x[at] - radius, y[at] - radius, 2 * radius, 2 * radius);
-    } else {
-      addDiamond(ctx, x[at], y[at], 1.3 * radius);
-    }
-  }
-  ctx.fill();
-}
-
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {number} x
- * @param {number} y
- * @param {number} radius
- */
-function addDiamond(ctx, x, y, radius) {
-  ctx.moveTo(x, y - radius);
-  ctx.lineTo(x + radius, y);
-  ctx.lineTo(x, y + radius);
-  ctx.lineTo(x - radius, y);
-  ctx.closePath();
+/** @param {number} object */
+function trailStyle(object) {
+  return { color: objectColor(object), strength: object === 0 ? 0.45 : 0.9, width: object === 0 ? 0.8 : 1.5 };
 }

@@ -1,20 +1,22 @@
-/** What the session is asked for when a layer first looks at a frame. @module */
+/** What is asked for when a layer first looks at a frame. @module */
 
 /** @typedef {import('./layer.js').View} View */
+/** @typedef {import('./layer.js').Answers} Answers */
 
 /**
  * Answers by frame, one question at a time: while the clip plays, frames in between are passed over.
  *
+ * @template {keyof Answers} K
  * @template T
  */
 export class Fetched {
   /**
-   * @param {string} what for the console, when it fails
-   * @param {(view: View, frame: number) => Promise<T>} ask
+   * @param {K} what
+   * @param {(answer: Awaited<ReturnType<NonNullable<Answers[K]>>>) => T} made what is kept of an answer
    */
-  constructor(what, ask) {
+  constructor(what, made) {
     this.what = what;
-    this.ask = ask;
+    this.made = made;
     /** @type {Map<number, T>} */
     this.known = new Map();
     this.busy = false;
@@ -31,24 +33,26 @@ export class Fetched {
   /**
    * @param {View} view is drawn again when the answer has come
    * @param {number} frame
-   * @returns {T | undefined} undefined as long as it is on its way
+   * @returns {T | undefined} undefined as long as it is on its way, and where nobody knows
    */
   get(view, frame) {
     const known = this.known.get(frame);
-    if (known === undefined && !this.busy) this.fetch(view, frame);
+    const ask = /** @type {((frame: number) => Promise<any>) | null} */ (view.answers[this.what]);
+    if (known === undefined && !this.busy && ask) this.fetch(view, frame, ask);
     return known;
   }
 
   /**
    * @param {View} view
    * @param {number} frame
+   * @param {(frame: number) => Promise<any>} ask
    */
-  async fetch(view, frame) {
+  async fetch(view, frame, ask) {
     const asked = this.run;
     this.busy = true;
     try {
-      const answer = await this.ask(view, frame);
-      if (asked === this.run) this.known.set(frame, answer);
+      const answer = await ask(frame);
+      if (asked === this.run) this.known.set(frame, this.made(answer));
     } catch (error) {
       // A session that was closed meanwhile answers nobody.
       if (asked === this.run) console.warn(`no ${this.what} of frame`, frame, error);

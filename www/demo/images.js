@@ -1,4 +1,4 @@
-/** Images of a sequence, or one animated image, as a source of frames. @module */
+/** Images of a sequence, or one image, animated or still, as a source of frames. @module */
 
 import { Grabber } from './grabber.js';
 import { PageError } from './words.js';
@@ -11,7 +11,7 @@ const SEQUENCE_FPS = 15;
  * @returns {Promise<import('./source.js').Source>}
  */
 export async function openImages(files) {
-  if (files.length === 1) return openAnimation(files[0]);
+  if (files.length === 1) return openOne(files[0]);
   const inOrder = new Intl.Collator('en', { numeric: true });
   const sorted = [...files].sort((a, b) => inOrder.compare(a.name, b.name));
   const first = await decode(sorted[0]);
@@ -31,22 +31,49 @@ export async function openImages(files) {
 }
 
 /**
- * A GIF, or another image that may hold several frames.
+ * A GIF, or another image that may hold several frames; or a still one.
  *
  * @param {File} file
  * @returns {Promise<import('./source.js').Source>}
  */
-async function openAnimation(file) {
-  (await decode(file)).close();
+async function openOne(file) {
+  const picture = await decode(file);
   const Decoder = /** @type {any} */ (globalThis).ImageDecoder;
-  if (!Decoder || !(await Decoder.isTypeSupported(file.type))) throw new PageError('one-frame', file.name);
+  if (!Decoder || !(await Decoder.isTypeSupported(file.type))) {
+    // Whether a GIF holds more than one frame is not to be known here.
+    if (file.type === 'image/gif') throw new PageError('one-frame', file.name);
+    return stillSource(file.name, picture);
+  }
   const decoder = new Decoder({ data: await file.arrayBuffer(), type: file.type });
   await Promise.all([decoder.tracks.ready, decoder.completed]);
   const { frameCount } = decoder.tracks.selectedTrack;
   if (frameCount < 2) {
     decoder.close();
-    throw new PageError('one-frame', file.name);
+    return stillSource(file.name, picture);
   }
+  picture.close();
+  return animationSource(file.name, decoder, frameCount);
+}
+
+/**
+ * @param {string} name
+ * @param {ImageBitmap} picture
+ * @returns {import('./source.js').Source}
+ */
+function stillSource(name, picture) {
+  const { width, height } = picture;
+  const grabber = new Grabber();
+  const read = async (/** @type {number} */ _, /** @type {number} */ side) => grabber.grab(picture, { width, height }, side);
+  return { ...pictureSource(name, 1, { width, height }, read), kind: 'still', close: () => picture.close() };
+}
+
+/**
+ * @param {string} name
+ * @param {any} decoder an `ImageDecoder`
+ * @param {number} frameCount
+ * @returns {Promise<import('./source.js').Source>}
+ */
+async function animationSource(name, decoder, frameCount) {
   const { image } = await decoder.decode({ frameIndex: 0 });
   const size = { width: image.displayWidth, height: image.displayHeight };
   const fps = image.duration > 0 ? 1e6 / image.duration : SEQUENCE_FPS;
@@ -58,7 +85,7 @@ async function openAnimation(file) {
     frame.close();
     return pixels;
   };
-  return { ...pictureSource(file.name, frameCount, size, read), fps, close: () => decoder.close() };
+  return { ...pictureSource(name, frameCount, size, read), fps, close: () => decoder.close() };
 }
 
 /**

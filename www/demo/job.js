@@ -4,6 +4,7 @@
  * @module
  */
 
+import { StageClock, untilAborted } from './stage-clock.js';
 import { PageError } from './words.js';
 
 /** @typedef {import('./source.js').Source} Source */
@@ -12,43 +13,41 @@ import { PageError } from './words.js';
 /**
  * Stages in order, with the share of the whole time that each usually takes (only for the bar of the whole).
  *
- * @type {{id: string, name: string, share: number}[]}
+ * @type {import('./stage-clock.js').StagePlan[]}
  */
-export const STAGES = [
+const STAGES = [
   { id: 'frames', name: 'Reading frames', share: 0.14 },
   { id: 'flow', name: 'Optical flow', share: 0.52 },
   { id: 'trajectories', name: 'Trajectories', share: 0.06 },
   { id: 'affinities', name: 'Motion affinities', share: 0.1 },
   { id: 'embedding', name: 'Embedding', share: 0.08 },
   { id: 'discontinuities', name: 'Discontinuities', share: 0.03 },
+  { id: 'saliency', name: 'Saliency', share: 0.08 },
+  { id: 'connectedness', name: 'Connectedness', share: 0.03 },
   { id: 'clusters', name: 'Clusters', share: 0.07 },
   { id: 'superpixels', name: 'Superpixels', share: 0.3 },
   { id: 'cut', name: 'Gabriel cut', share: 0.1 },
   { id: 'masks', name: 'Masks', share: 0.02 },
 ];
 
-/** @typedef {{id: string, name: string, share: number, done: number, total: number, ms: number}} StageState */
-
-export class Job {
+export class Job extends StageClock {
   /**
    * @param {any} library the tracecut package
    * @param {Source} source
    * @param {Take} take
    */
   constructor(library, source, take) {
+    super(STAGES);
     this.library = library;
     this.source = source;
     this.take = take;
     /** @type {ImageBitmap[]} */
     this.images = [];
-    /** @type {StageState[]} */
-    this.stages = STAGES.map((stage) => ({ ...stage, done: 0, total: 0, ms: 0 }));
     /** @type {any} */
     this.session = null;
     /** @type {any} */
     this.result = null;
     this.allPushed = false;
-    this.markedAt = 0;
     /** @type {Promise<unknown>} */
     this.settled = Promise.resolve();
   }
@@ -72,7 +71,7 @@ export class Job {
    * @param {(job: Job) => void} report
    */
   async work(signal, report) {
-    this.markedAt = performance.now();
+    this.start();
     if (!this.allPushed) await this.pushFrames(signal, report);
     this.result = await this.session.run({
       signal,
@@ -109,59 +108,8 @@ export class Job {
     this.allPushed = true;
   }
 
-  /**
-   * Books the time since the last step to this stage.
-   *
-   * @param {string} id
-   * @param {number} done
-   * @param {number} total
-   */
-  mark(id, done, total) {
-    const now = performance.now();
-    let stage = this.stages.find((s) => s.id === id);
-    if (!stage) {
-      stage = { id, name: id[0].toUpperCase() + id.slice(1), share: 0.05, done: 0, total: 0, ms: 0 };
-      this.stages.push(stage);
-    }
-    stage.ms += now - this.markedAt;
-    stage.done = done;
-    stage.total = total;
-    this.markedAt = now;
-  }
-
-  /** @returns {StageState | undefined} the stage under way: the first that is not through */
-  get current() {
-    return this.stages.find((stage) => stage.total === 0 || stage.done < stage.total);
-  }
-
-  /** @returns {number} in 0..1 */
-  get share() {
-    const whole = this.stages.reduce((sum, stage) => sum + stage.share, 0);
-    const sum = this.stages.reduce((s, { share, done, total }) => s + (total > 0 ? (share * done) / total : 0), 0);
-    return sum / whole;
-  }
-
-  /** @returns {number} milliseconds of all stages */
-  get ms() {
-    return this.stages.reduce((sum, stage) => sum + stage.ms, 0);
-  }
-
   close() {
     this.session?.close();
     for (const image of this.images) image.close();
   }
-}
-
-/**
- * @template T
- * @param {Promise<T>} promise
- * @param {AbortSignal} signal
- * @returns {Promise<T>} settles with the promise, or rejects with the signal's reason if that comes first
- */
-function untilAborted(promise, signal) {
-  return new Promise((resolve, reject) => {
-    if (signal.aborted) return reject(signal.reason);
-    signal.addEventListener('abort', () => reject(signal.reason), { once: true });
-    promise.then(resolve, reject);
-  });
 }

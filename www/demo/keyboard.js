@@ -17,8 +17,7 @@ export function connectKeys(app) {
   addEventListener('keydown', (event) => {
     if (event.key === 'Tab') tabbed = true;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const layer = /^[1-9]$/.test(event.key) ? Number(event.key) - 1 : -1;
-    const action = layer >= 0 ? () => app.panel.toggle(layer) : actions[event.key];
+    const action = actions[event.key] ?? app.panel.action(event.key);
     if (!action || keepsKey(event, tabbed)) return;
     event.preventDefault();
     // A button that was clicked with the mouse would still answer to the space bar.
@@ -38,6 +37,6 @@ function keepsKey(event, tabbed) {
   if (event.key === 'Escape') return false;
   const target = /** @type {HTMLElement} */ (event.target);
   if (target.matches('select, textarea, input[type="number"]')) return true;
-  if (target.matches('input[type="range"]')) return event.key !== ' ' && !/^[1-9]$/.test(event.key);
+  if (target.matches('input[type="range"]')) return /^(Arrow|Home|End|Page)/.test(event.key);
   return event.key === ' ' && tabbed && target.matches('button, input, a');
 }

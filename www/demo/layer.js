@@ -17,11 +17,25 @@
  * @property {number} height
  * @property {number} unit clip pixels in one CSS pixel: line widths times this look the same at every zoom
  * @property {(object: number) => boolean} visible
- * @property {(frame: number) => Promise<Flow>} flow asks the session for a flow field
- * @property {(frame: number) => Promise<Boundaries>} boundaries
- * @property {(frame: number) => Promise<Superpixels>} superpixels
+ * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */
+
+/**
+ * What the session, or what was made of a still image, answers about a frame; null where it knows no such thing.
+ *
+ * @typedef {object} Answers
+ * @property {((frame: number) => Promise<Flow>) | null} flow
+ * @property {((frame: number) => Promise<Boundaries>) | null} boundaries
+ * @property {((frame: number) => Promise<Superpixels>) | null} superpixels
+ * @property {((frame: number) => Promise<SaliencyMap>) | null} saliencyMap
+ * @property {((frame: number) => Promise<ImageEdges>) | null} imageEdges
+ */
+
+/** @type {Answers} */
+export const NO_ANSWERS = { flow: null, boundaries: null, superpixels: null, saliencyMap: null, imageEdges: null };
+
+/** @typedef {{x: number, y: number, object: number, trajectory: number}} Spot A place in clip pixels, with the object and the nearest trajectory there; -1 for none. */
 
 /**
  * @typedef {{width: number, height: number, pb: Float32Array, thin: Float32Array}} Boundaries Boundary probability of each pixel, and
@@ -41,10 +55,17 @@
  * @property {{x0: Float32Array, y0: Float32Array, x1: Float32Array, y1: Float32Array, kind: Uint8Array}} edges
  */
 
+/** @typedef {{width: number, height: number, saliency: Float32Array}} SaliencyMap Saliency of each pixel, 0 to 1; pixels as for boundaries. */
+
+/**
+ * @typedef {{width: number, height: number, pb: Float32Array, discontinuity: Float32Array, spectral: Float32Array, combined: Float32Array}}
+ *   ImageEdges Four kinds of boundary strength of a still image's pixels, 0 to 1.
+ */
+
 /** @typedef {{width: number, height: number, u: Float32Array, v: Float32Array}} Flow Motion in clip pixels per frame. */
 
 /**
- * A number that the user may change, shown as a slider, or as a switch.
+ * A number that the user may change, shown as a slider, as a switch, or as a list of names.
  *
  * @typedef {object} Setting
  * @property {string} name
@@ -54,18 +75,23 @@
  * @property {number} step
  * @property {(value: number) => string} text
  * @property {boolean} [toggle] it is 0 or 1
+ * @property {string[]} [choices] it is the place of one of these names
  */
 
 /**
  * @typedef {object} Layer
  * @property {string} id
  * @property {string} name
+ * @property {string} key on the keyboard; of layers that share one only one can be there at a time
+ * @property {'clip' | 'still'} [only] for which kind of source it is there; both if not said
  * @property {string} about one sentence on what the layer shows
  * @property {number} z layers with larger z are drawn over those with smaller
  * @property {boolean} on
  * @property {Record<string, Setting>} settings each layer has at least `opacity`
  * @property {() => Node[]} legend
  * @property {(ctx: CanvasRenderingContext2D, view: View) => void} draw
+ * @property {(view: View) => string} [missing] why there is nothing to show of this result; empty where there is
+ * @property {(view: View, spot: Spot) => string} [readout] words about a place; empty for none
  * @property {() => void} [reset] forgets everything about the last result
  * @property {() => void} [changed] set by the panel: the layer calls it when its legend has new figures
  */
@@ -85,4 +111,14 @@ export function opacity(value = 1) {
  */
 export function toggle(name, on) {
   return { name, value: on ? 1 : 0, min: 0, max: 1, step: 1, text: (v) => (v > 0 ? 'on' : 'off'), toggle: true };
+}
+
+/**
+ * @param {string} name
+ * @param {string[]} choices the first is chosen
+ * @param {number} [value] or the one at this place
+ * @returns {Setting}
+ */
+export function choice(name, choices, value = 0) {
+  return { name, value, min: 0, max: choices.length - 1, step: 1, text: (v) => choices[v], choices };
 }

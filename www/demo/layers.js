@@ -5,12 +5,16 @@
  */
 
 import { boundaryLayer } from './draw-boundaries.js';
+import { componentLayer } from './draw-components.js';
 import { contourLayer } from './draw-contours.js';
 import { discontinuityLayer } from './draw-discontinuities.js';
 import { embeddingLayer } from './draw-embedding.js';
 import { flowLayer } from './draw-flow.js';
+import { foregroundLayer } from './draw-foreground.js';
 import { imageLayer } from './draw-image.js';
 import { maskLayer } from './draw-masks.js';
+import { saliencyLayer } from './draw-saliency.js';
+import { stillLayer } from './draw-still.js';
 import { superpixelLayer } from './draw-superpixels.js';
 import { trajectoryLayer } from './draw-trajectories.js';
 
@@ -19,7 +23,7 @@ import { trajectoryLayer } from './draw-trajectories.js';
 
 /**
  * @param {import('./draw-contours.js').EdgeKind} kinds
- * @returns {Layer[]} in the order of the panel and of the keys 1 to 9
+ * @returns {Layer[]} in the order of the panel
  */
 export function createLayers(kinds) {
   return [
@@ -29,7 +33,11 @@ export function createLayers(kinds) {
     contourLayer(kinds),
     boundaryLayer(),
     discontinuityLayer(),
+    stillLayer(),
     embeddingLayer(),
+    saliencyLayer(),
+    foregroundLayer(),
+    componentLayer(),
     flowLayer(),
     imageLayer(),
   ];
@@ -43,7 +51,7 @@ export function createLayers(kinds) {
  * @param {View} view
  */
 export function drawLayers(ctx, layers, view) {
-  const order = layers.filter((layer) => layer.on).sort((a, b) => a.z - b.z);
+  const order = layers.filter((layer) => layer.on && !layer.missing?.(view)).sort((a, b) => a.z - b.z);
   for (const layer of order) {
     const alpha = layer.settings.opacity.value;
     if (alpha >= 1) layer.draw(ctx, view);

@@ -18,8 +18,11 @@ const BACKGROUND = '#a3a7ad';
 /** @type {Shape[]} */
 const SHAPES = ['disc', 'square', 'diamond'];
 
-/** Red of the discontinuities; no object has it. */
+/** Red of discontinuities and of the foreground; no object has it. */
 export const CUT_RED = '#ff2b3d';
+
+/** Points that are there but not meant. */
+export const FAINT = 'rgb(255 255 255 / 0.45)';
 
 /**
  * @param {number} object index, 0 is the background
@@ -53,6 +56,25 @@ export function objectName(object) {
 export function rgbOf(hex) {
   const n = Number.parseInt(hex.slice(1), 16);
   return { r: n >> 16, g: (n >> 8) & 255, b: n & 255 };
+}
+
+/** Colours of saliency from 0 to 1 in equal steps: ever brighter, so that they also tell without their hues. */
+const HEAT = ['#0b0b24', '#35175f', '#7a2178', '#bd3a5e', '#ec6f3c', '#fbb340', '#fdf3a0'].map(rgbOf);
+
+/**
+ * @param {number} value 0 to 1
+ * @param {Uint8ClampedArray} out takes red, green, blue, alpha at `at`
+ * @param {number} at
+ */
+export function heatColor(value, out, at) {
+  const place = Math.min(1, Math.max(0, value)) * (HEAT.length - 1);
+  const below = Math.min(HEAT.length - 2, Math.floor(place));
+  const share = place - below;
+  const [a, b] = [HEAT[below], HEAT[below + 1]];
+  out[at] = a.r + (b.r - a.r) * share;
+  out[at + 1] = a.g + (b.g - a.g) * share;
+  out[at + 2] = a.b + (b.b - a.b) * share;
+  out[at + 3] = 255;
 }
 
 /** Hues of the flow wheel at equal angles, from motion to the right (0 rad) on through motion down. */

@@ -17,7 +17,8 @@ export class ClipPanel {
     this.side = /** @type {HTMLSelectElement} */ (byId('take-side'));
     /** @type {Source | null} */
     this.source = null;
-    this.msPerPixel = 0;
+    /** @type {Record<string, number>} Time that the last run took per pixel and frame, of clips and of still images. */
+    this.pace = { clip: 0, still: 0 };
     /** @type {Take} */
     this.take = { ...DEFAULT_TAKE };
     for (const field of [this.start, this.frames, this.step, this.side]) {
@@ -37,6 +38,7 @@ export class ClipPanel {
     this.take = fitTake(sample ? { start: 0, frames: source.count, step: 1, side: source.width } : { ...DEFAULT_TAKE }, source);
     byId('clip-form').hidden = sample;
     byId('clip-sample').hidden = !sample;
+    byId('clip-title').textContent = source.kind === 'still' ? 'Image' : 'Clip';
     byId('clip-name').textContent = source.name;
     byId('clip-facts').textContent = facts(source);
     this.start.max = String(Math.max(0, source.count - 2));
@@ -48,7 +50,7 @@ export class ClipPanel {
 
   /** @param {number} msPerPixel time that the last run took per pixel and frame, for an estimate of the next */
   setPace(msPerPixel) {
-    this.msPerPixel = msPerPixel;
+    this.pace[paceOf(this.source)] = msPerPixel;
     this.show();
   }
 
@@ -78,10 +80,16 @@ export class ClipPanel {
     this.start.setAttribute('aria-valuetext', at(take.start));
     if (document.activeElement !== this.frames) this.frames.value = String(take.frames);
     const { width, height } = workingSize(source, take.side);
-    const what = `${plural(take.frames, 'frame')} of ${width} × ${height}, ${at(take.start)} to ${at(last)}`;
-    const ms = this.msPerPixel * width * height * take.frames;
+    const size = `${width} × ${height}`;
+    const what = source.kind === 'still' ? `Seen at ${size}` : `${plural(take.frames, 'frame')} of ${size}, ${at(take.start)} to ${at(last)}`;
+    const ms = this.pace[paceOf(source)] * width * height * take.frames;
     byId('take-text').textContent = ms > 0 ? `${what}. About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer.` : `${what}.`;
   }
+}
+
+/** @param {Source | null} source */
+function paceOf(source) {
+  return source?.kind === 'still' ? 'still' : 'clip';
 }
 
 /**
@@ -90,6 +98,7 @@ export class ClipPanel {
  */
 function facts(source) {
   const size = `${source.width} × ${source.height}`;
+  if (source.kind === 'still') return size;
   if (source.kind === 'video') return `${size}, ${(source.count / source.fps).toFixed(1)} s at ${Number(source.fps.toFixed(2))} fps`;
   return `${size}, ${plural(source.count, source.kind === 'images' ? 'image' : 'frame')}`;
 }

@@ -5,29 +5,37 @@ import { byId, h } from './dom.js';
 /** @typedef {import('./layer.js').Layer} Layer */
 
 /**
+ * @typedef {object} LayersPanel
+ * @property {(key: string) => (() => void) | undefined} action what a key does, if anything
+ * @property {(view: import('./layer.js').View, kind: string | undefined) => void} update shows the layers of this kind of source, and
+ *   which of them have nothing to show
+ */
+
+/**
  * @param {Layer[]} layers
  * @param {() => void} onChange
- * @returns {{toggle: (index: number) => void}}
+ * @returns {LayersPanel}
  */
 export function layersPanel(layers, onChange) {
-  const rows = layers.map((layer, index) => layerRow(layer, index, onChange));
+  const rows = layers.map((layer) => layerRow(layer, onChange));
   byId('layer-list').replaceChildren(...rows.map((row) => row.element));
-  byId('last-layer').textContent = String(Math.min(9, layers.length));
   return {
-    toggle(index) {
-      const box = rows[index]?.box;
-      if (box) box.click();
+    action(key) {
+      const row = rows.find(({ layer, element }) => layer.key === key.toLowerCase() && !element.hidden);
+      return row && (() => row.box.click());
+    },
+    update(view, kind) {
+      rows.forEach((row) => row.update(view, kind === 'still' ? 'still' : 'clip'));
     },
   };
 }
 
 /**
  * @param {Layer} layer
- * @param {number} index
  * @param {() => void} onChange
  */
-function layerRow(layer, index, onChange) {
-  const shortcut = String(index + 1);
+function layerRow(layer, onChange) {
+  const shortcut = layer.key.toUpperCase();
   const box = h('input', {
     type: 'checkbox',
     role: 'switch',
@@ -37,16 +45,17 @@ function layerRow(layer, index, onChange) {
   });
   box.checked = layer.on;
   const legend = h('div', { class: 'legend' });
+  const missing = h('p', { class: 'about layer-missing', id: `missing-${layer.id}`, hidden: true });
   const details = h(
     'div',
     { class: 'layer-details' },
     h('p', { class: 'about' }, layer.about),
     legend,
-    ...Object.entries(layer.settings).map(([name, setting]) => (setting.toggle ? miniSwitch : slider)(layer.id, name, setting, onChange)),
+    ...Object.entries(layer.settings).map(([name, setting]) => controlOf(setting)(layer.id, name, setting, onChange)),
   );
   const refresh = () => {
     layer.on = box.checked;
-    details.hidden = !layer.on;
+    details.hidden = !layer.on || box.disabled;
     if (layer.on) legend.replaceChildren(...layer.legend());
     legend.hidden = legend.childElementCount === 0;
   };
@@ -58,7 +67,28 @@ function layerRow(layer, index, onChange) {
   refresh();
   const key = h('kbd', { title: 'Key', 'aria-hidden': 'true' }, shortcut);
   const label = h('label', { class: 'layer-name' }, box, h('span', {}, layer.name), key);
-  return { box, element: h('li', { class: 'layer' }, label, details) };
+  const element = h('li', { class: 'layer' }, label, missing, details);
+  /**
+   * @param {import('./layer.js').View} view
+   * @param {'clip' | 'still'} kind
+   */
+  const update = (view, kind) => {
+    element.hidden = (layer.only ?? kind) !== kind;
+    const reason = layer.missing?.(view) ?? '';
+    box.disabled = reason !== '';
+    if (reason) box.setAttribute('aria-describedby', missing.id);
+    else box.removeAttribute('aria-describedby');
+    missing.textContent = reason;
+    missing.hidden = reason === '';
+    refresh();
+  };
+  return { layer, box, element, update };
+}
+
+/** @param {import('./layer.js').Setting} setting */
+function controlOf(setting) {
+  if (setting.choices) return selectBox;
+  return setting.toggle ? miniSwitch : slider;
 }
 
 /**
@@ -102,4 +132,21 @@ function miniSwitch(layerId, name, setting, onChange) {
     onChange();
   });
   return h('label', { class: 'toggle' }, h('span', {}, setting.name), box);
+}
+
+/**
+ * @param {string} layerId
+ * @param {string} name
+ * @param {import('./layer.js').Setting} setting
+ * @param {() => void} onChange
+ * @returns {HTMLElement}
+ */
+function selectBox(layerId, name, setting, onChange) {
+  const options = (setting.choices ?? []).map((text, value) => h('option', { value, selected: value === setting.value }, text));
+  const select = h('select', { 'data-setting': `${layerId}.${name}` }, ...options);
+  select.addEventListener('change', () => {
+    setting.value = Number(select.value);
+    onChange();
+  });
+  return h('label', { class: 'field' }, setting.name, select);
 }

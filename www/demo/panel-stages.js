@@ -3,10 +3,10 @@
 import { byId, h } from './dom.js';
 import { seconds } from './words.js';
 
-/** @typedef {import('./job.js').Job} Job */
+/** @typedef {import('./stage-clock.js').StageClock} StageClock */
 
 /**
- * @param {Job} job
+ * @param {StageClock} job
  * @param {'running' | 'done' | 'stopped'} state
  */
 export function showStages(job, state) {

@@ -15,6 +15,8 @@
  * @property {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array}} trajectories
  * @property {{count: number, label: Uint32Array}} clusters
  * @property {{count: number, ofCluster: Uint8Array} | null} objects null without masks
+ * @property {{ofPoints: Float32Array, inContext: Float32Array, foreground: Uint8Array} | null} saliency null without frames
+ * @property {{count: Uint32Array, ofPoint: Int32Array} | null} components null without frames; -1 for points that are in none
  * @property {(t: number) => Uint8Array} labels
  * @property {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array}} embedding
  * @property {(t: number) => {i: Uint32Array, j: Uint32Array, d: Float32Array}} edges

@@ -6,15 +6,19 @@ import { count } from './words.js';
 
 /**
  * @param {import('./points.js').Points | null} points
- * @param {import('./viewer.js').Spot} spot
+ * @param {import('./layer.js').Spot} spot
+ * @param {string[]} [more] what the layers say about it
  */
-export function showReadout(points, { object, trajectory }) {
+export function showReadout(points, { object, trajectory }, more = []) {
+  const words = [];
+  if (points && object >= 0) {
+    words.push(objectName(object));
+    if (trajectory >= 0) words.push(`trajectory ${count(trajectory)}, ${lifeOf(points, trajectory)}`);
+  }
+  words.push(...more.filter((text) => text !== ''));
   const readout = byId('readout');
-  readout.hidden = object < 0 || !points;
-  if (object < 0 || !points) return;
-  const words = [objectName(object)];
-  if (trajectory >= 0) words.push(`trajectory ${count(trajectory)}, ${lifeOf(points, trajectory)}`);
-  readout.textContent = words.join(' · ');
+  readout.hidden = words.length === 0;
+  if (words.length > 0) readout.textContent = words.join(' · ');
 }
 
 /**

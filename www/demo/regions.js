@@ -60,8 +60,21 @@ export function paintRegions(label, width, height, fill, line) {
   return toCanvas(image);
 }
 
+/**
+ * @param {{width: number, height: number}} size of the map, whose pixels may be larger than those of the clip
+ * @param {Float32Array} values
+ * @param {{width: number, height: number}} clip
+ * @param {{x: number, y: number}} place in clip pixels
+ * @returns {number | undefined} the map's value there; undefined outside of the frame
+ */
+export function valueAt(size, values, clip, place) {
+  const x = Math.floor(((place.x + 0.5) / clip.width) * size.width);
+  const y = Math.floor(((place.y + 0.5) / clip.height) * size.height);
+  return x >= 0 && y >= 0 && x < size.width && y < size.height ? values[y * size.width + x] : undefined;
+}
+
 /** @param {ImageData} image */
-function toCanvas(image) {
+export function toCanvas(image) {
   const canvas = new OffscreenCanvas(image.width, image.height);
   canvas.getContext('2d')?.putImageData(image, 0, 0);
   return canvas;

@@ -19,7 +19,7 @@ import { PageError } from './words.js';
 
 /**
  * @typedef {object} Source
- * @property {'sample' | 'video' | 'images'} kind
+ * @property {'sample' | 'video' | 'images' | 'still'} kind
  * @property {string} name
  * @property {number} width in pixels
  * @property {number} height

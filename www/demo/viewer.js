@@ -1,5 +1,6 @@
 /** The canvas: fits the clip into its box, draws the layers over each other, finds what lies under the pointer. @module */
 
+import { NO_ANSWERS } from './layer.js';
 import { drawLayers } from './layers.js';
 
 /** @typedef {import('./layer.js').View} View */
@@ -10,10 +11,10 @@ const MAX_DENSITY = 2;
 /** How near the pointer must be to a point, in CSS pixels. */
 const REACH_PX = 14;
 
-/** @typedef {{object: number, trajectory: number}} Spot The object and the nearest trajectory at a place; -1 for none. */
+/** @typedef {import('./layer.js').Spot} Spot */
 
 /** @type {Spot} */
-export const NOWHERE = { object: -1, trajectory: -1 };
+export const NOWHERE = { x: -1, y: -1, object: -1, trajectory: -1 };
 
 export class Viewer {
   /**
@@ -35,6 +36,8 @@ export class Viewer {
     /** @type {CanvasImageSource[]} */
     this.images = [];
     this.queued = 0;
+    /** @type {{offsetX: number, offsetY: number} | null} Where the pointer is, in CSS pixels. */
+    this.pointer = null;
     /** @type {View} */
     this.view = {
       points: null,
@@ -44,14 +47,18 @@ export class Viewer {
       height: 9,
       unit: 1,
       visible,
-      flow: () => Promise.reject(new Error('no result yet')),
-      boundaries: () => Promise.reject(new Error('no result yet')),
-      superpixels: () => Promise.reject(new Error('no result yet')),
+      answers: NO_ANSWERS,
       redraw: () => this.redraw(),
     };
     new ResizeObserver(() => this.fit()).observe(box);
-    canvas.addEventListener('pointermove', (event) => this.onHover(this.spotAt(event)));
-    canvas.addEventListener('pointerleave', () => this.onHover(NOWHERE));
+    canvas.addEventListener('pointermove', ({ offsetX, offsetY }) => {
+      this.pointer = { offsetX, offsetY };
+      this.onHover(this.spotAt(this.pointer));
+    });
+    canvas.addEventListener('pointerleave', () => {
+      this.pointer = null;
+      this.onHover(NOWHERE);
+    });
     canvas.addEventListener('click', (event) => this.onPick(this.spotAt(event)));
   }
 
@@ -64,18 +71,18 @@ export class Viewer {
    */
   setClip(width, height, images) {
     this.images = images;
-    Object.assign(this.view, { points: null, frame: 0, width, height });
+    Object.assign(this.view, { points: null, answers: NO_ANSWERS, frame: 0, width, height });
     this.box.parentElement?.style.setProperty('--aspect', String(width / height));
     for (const layer of this.layers) layer.reset?.();
     this.fit();
   }
 
   /**
-   * @param {import('./points.js').Points} points
-   * @param {Pick<View, 'flow' | 'boundaries' | 'superpixels'>} answers what the session answers
+   * @param {import('./points.js').Points | null} points null for a still image
+   * @param {Partial<import('./layer.js').Answers>} answers
    */
   setResult(points, answers) {
-    Object.assign(this.view, { points, ...answers });
+    Object.assign(this.view, { points, answers: { ...NO_ANSWERS, ...answers } });
     for (const layer of this.layers) layer.reset?.();
     this.redraw();
   }
@@ -103,6 +110,8 @@ export class Viewer {
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
     ctx.setTransform(scale, 0, 0, scale, scale / 2, scale / 2);
     drawLayers(ctx, this.layers, view);
+    // What lies under a pointer that rests changes with the frame.
+    if (this.pointer) this.onHover(this.spotAt(this.pointer));
   }
 
   /** Sizes the canvas to the largest rectangle of the clip's shape inside the box. */
@@ -121,17 +130,17 @@ export class Viewer {
   }
 
   /**
-   * @param {PointerEvent | MouseEvent} event
-   * @returns {Spot} what is under the pointer
+   * @param {{offsetX: number, offsetY: number}} place in CSS pixels of the canvas
+   * @returns {Spot} what is there
    */
-  spotAt(event) {
+  spotAt({ offsetX, offsetY }) {
     const { points, frame, unit, visible } = this.view;
-    if (!points) return NOWHERE;
-    const x = event.offsetX * unit - 0.5;
-    const y = event.offsetY * unit - 0.5;
+    const x = offsetX * unit - 0.5;
+    const y = offsetY * unit - 0.5;
+    if (!points) return { ...NOWHERE, x, y };
     const trajectory = points.nearest(frame, x, y, REACH_PX * unit, visible);
     const object = points.objectAt(frame, x, y);
     // Without masks the nearest point tells.
-    return { trajectory, object: object < 0 && trajectory >= 0 ? points.object[trajectory] : object };
+    return { x, y, trajectory, object: object < 0 && trajectory >= 0 ? points.object[trajectory] : object };
   }
 }

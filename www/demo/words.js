@@ -28,7 +28,7 @@ const ADVICE = {
   ],
   'unknown-file': [
     'This is neither a video nor an image',
-    'Open a video (MP4, WebM, …), an animated GIF, or several images of one sequence.',
+    'Open a video (MP4, WebM, …), an animated GIF, several images of one sequence, or one image.',
   ],
   'mixed-files': ['These files do not go together', 'Open one video, or several images of one sequence, but not both.'],
   'one-frame': [
@@ -64,6 +64,19 @@ const ADVICE = {
     'Run it again; if it happens again, choose fewer frames or a smaller working size. Other clips are not affected.',
   ],
   memory: ['The computation ran out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
+};
+
+/** What the page says about an image that is alone. */
+export const STILL = {
+  headline: 'A still image, and its boundaries',
+  remark: 'One picture shows no motion. To see what moves, open a video, or all images of a sequence.',
+};
+
+/** Why a layer has nothing to show. */
+export const NOTHING = {
+  motion: 'Needs the motion of frames, which this clip came without.',
+  foreground: 'Nothing stands out in this clip: no trajectory is foreground.',
+  pieces: 'The foreground of this clip lies in pieces too small to count.',
 };
 
 /**

@@ -29,7 +29,12 @@ export function parameters() {
 /** @typedef {import('./engine.js').Stage} Stage */
 /** @typedef {import('./engine.js').FlowField} FlowField */
 /** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
+/** @typedef {import('./image.js').DiscontinuityOptions} DiscontinuityOptions */
+/** @typedef {import('./image.js').ImageDiscontinuities} ImageDiscontinuities */
 /** @typedef {import('./image.js').ImageOptions} ImageOptions */
 /** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */
 /** @typedef {import('./image.js').Superpixels} Superpixels */
+/** @typedef {import('./result.js').ComponentTable} ComponentTable */
 /** @typedef {import('./result.js').ObjectList} ObjectList */
+/** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
+/** @typedef {import('./result.js').SaliencyTable} SaliencyTable */

@@ -7,7 +7,7 @@ import { alive, guarded, instance } from './instance.js';
 const SLICE_MS = 30;
 
 /**
- * @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'clusters'
+ * @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'saliency' | 'connectedness' | 'clusters'
  *   | 'superpixels' | 'cut' | 'masks'} Stage
  */
 /** @typedef {{stage: Stage, done: number, total: number}} Progress */
@@ -24,12 +24,15 @@ const SLICE_MS = 30;
  * @property {import('./result.js').ClusterList} thresholdClusters
  * @property {import('./result.js').EmbeddingTable} embedding
  * @property {import('./result.js').EdgeTable} edges
+ * @property {import('./result.js').SaliencyTable | null} saliency null without frames
+ * @property {import('./result.js').ComponentTable | null} components null without frames
  * @property {import('./result.js').ObjectList | null} objects null without masks
  * @property {Uint8Array<ArrayBuffer> | null} labels the masks of all frames, one after the other
  */
 
 /** @typedef {Omit<import('./image.js').BoundaryMap, 'scaleX' | 'scaleY'>} RawBoundaryMap */
 /** @typedef {Omit<import('./image.js').Superpixels, 'scaleX' | 'scaleY'>} RawSuperpixels */
+/** @typedef {Omit<import('./result.js').SaliencyMap, 'scaleX' | 'scaleY'>} RawSaliencyMap */
 
 /**
  * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the abort.
@@ -40,8 +43,10 @@ const SLICE_MS = 30;
  * @property {(t: number) => Promise<FlowField>} flow
  * @property {(t: number) => Promise<RawBoundaryMap>} boundaries
  * @property {(t: number) => Promise<RawSuperpixels>} superpixels
+ * @property {(t: number) => Promise<RawSaliencyMap>} saliencyMap
  * @property {(image: import('./frames.js').RawFrame) => Promise<RawBoundaryMap>} boundariesOf of an image of its own
  * @property {(image: import('./frames.js').RawFrame, count?: number) => Promise<RawSuperpixels>} superpixelsOf
+ * @property {(image: import('./frames.js').RawFrame) => Promise<import('./image.js').ImageDiscontinuities>} discontinuitiesOf
  * @property {() => Promise<Info>} clear
  * @property {() => void} close
  */
@@ -106,6 +111,11 @@ export class LocalEngine {
     return this.#queued((session) => session.superpixels(t));
   }
 
+  /** @param {number} t */
+  saliencyMap(t) {
+    return this.#queued((session) => session.saliencyMap(t));
+  }
+
   /** @param {import('./frames.js').RawFrame} image */
   boundariesOf(image) {
     return this.#withPixels(image, (session, data, width, height) => session.boundariesOf(data, width, height));
@@ -117,6 +127,11 @@ export class LocalEngine {
    */
   superpixelsOf(image, count) {
     return this.#withPixels(image, (session, data, width, height) => session.superpixelsOf(data, width, height, count));
+  }
+
+  /** @param {import('./frames.js').RawFrame} image */
+  discontinuitiesOf(image) {
+    return this.#withPixels(image, (session, data, width, height) => session.discontinuitiesOf(data, width, height));
   }
 
   clear() {
@@ -187,6 +202,8 @@ export class LocalEngine {
       thresholdClusters: session.thresholdClusters(),
       embedding: session.embedding(),
       edges: session.edges(),
+      saliency: session.saliency() ?? null,
+      components: session.components() ?? null,
       objects,
       labels: objects && allLabels(session, info),
     };

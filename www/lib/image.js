@@ -1,4 +1,4 @@
-// Boundary maps and superpixels: their types, and the two functions that make them of a single image.
+// Boundary maps, superpixels and embedding discontinuities: their types, and the functions that make them of a single image.
 
 import { illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
@@ -15,6 +15,14 @@ import { openEngine } from './platform.js';
  * How likely each pixel lies on a boundary between two things, 0 to 1, row by row: `pb`, and `thin`, the same on ridges one pixel
  * wide and 0 elsewhere.
  * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, thin: Float32Array<ArrayBuffer>}} BoundaryMap
+ */
+
+/**
+ * Where the embedding of an image's pixels changes, 0 to 1, row by row: `discontinuity`, the root of the discontinuities `d`; beside it
+ * `pb`, the boundary probability that the embedding comes from, `spectral`, the gradients of its eigenvectors to compare with, and
+ * `combined`, the boundary probability by `pb` and `discontinuity` together.
+ * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, discontinuity: Float32Array<ArrayBuffer>, spectral: Float32Array<ArrayBuffer>,
+ *   combined: Float32Array<ArrayBuffer>}} ImageDiscontinuities
  */
 
 /**
@@ -57,7 +65,13 @@ export const EdgeKind = Object.freeze({
  * @typedef {ImageOptions & {count?: number}} SuperpixelOptions
  */
 
+/**
+ * Options of the discontinuities of a single image: groups of the parameter tree, and `wasm`, `decoder` and `worker` as for a session.
+ * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'still' | 'wasm' | 'decoder' | 'worker'>} DiscontinuityOptions
+ */
+
 const LEGAL = ['contour', 'superpixel', 'wasm', 'decoder', 'worker'];
+const LEGAL_STILL = ['contour', 'still', 'wasm', 'decoder', 'worker'];
 const MAX_COUNT = 2 ** 26;
 
 /**
@@ -83,15 +97,31 @@ export async function superpixelsOf(image, options, platform) {
 }
 
 /**
+ * @param {import('./frames.js').FrameSource} image
+ * @param {DiscontinuityOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @returns {Promise<ImageDiscontinuities>}
+ */
+export function discontinuitiesOf(image, options, platform) {
+  return ask(image, options, platform, (engine, raw) => engine.discontinuitiesOf(raw), LEGAL_STILL);
+}
+
+/**
+ * @template T
+ * @typedef {(engine: import('./engine.js').Engine, raw: import('./frames.js').RawFrame) => Promise<T>} Question
+ */
+
+/**
  * @template T
  * @param {import('./frames.js').FrameSource} image
- * @param {ImageOptions | undefined} options
+ * @param {ImageOptions | DiscontinuityOptions | undefined} options
  * @param {import('./platform.js').Platform} platform
- * @param {(engine: import('./engine.js').Engine, raw: import('./frames.js').RawFrame) => Promise<T>} question
+ * @param {Question<T>} question
+ * @param {string[]} legal
  */
-async function ask(image, options, platform, question) {
+async function ask(image, options, platform, question, legal = LEGAL) {
   const raw = await toRawFrame(image, () => platform.loadDecoder(options?.decoder));
-  const engine = await openEngine(splitOptions(checked(options)), platform);
+  const engine = await openEngine(splitOptions(checked(options, legal)), platform);
   try {
     return await question(engine, raw);
   } finally {
@@ -99,10 +129,13 @@ async function ask(image, options, platform, question) {
   }
 }
 
-/** @param {ImageOptions | undefined} options */
-function checked(options) {
-  const stray = isPlainObject(options) && Object.keys(options).find((key) => !LEGAL.includes(key));
-  if (stray) throw illegal('param', stray, /** @type {Record<string, unknown>} */ (options)[stray], LEGAL.join(', '));
+/**
+ * @param {ImageOptions | DiscontinuityOptions | undefined} options
+ * @param {string[]} legal
+ */
+function checked(options, legal) {
+  const stray = isPlainObject(options) && Object.keys(options).find((key) => !legal.includes(key));
+  if (stray) throw illegal('param', stray, /** @type {Record<string, unknown>} */ (options)[stray], legal.join(', '));
   return options;
 }
 

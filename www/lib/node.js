@@ -6,7 +6,7 @@
 import { readFile } from 'node:fs/promises';
 import { makeClip } from './clip.js';
 import { TraceCutError } from './errors.js';
-import { boundariesOf, superpixelsOf } from './image.js';
+import { boundariesOf, discontinuitiesOf, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
 import { openSession } from './session.js';
@@ -74,4 +74,14 @@ export function boundaries(image, options) {
  */
 export function superpixels(image, options) {
   return superpixelsOf(image, options, platform);
+}
+
+/**
+ * Boundaries of a single image by the discontinuities of its pixel embedding, at its own size or reduced to `still.maxSide`.
+ * @param {import('./frames.js').FrameSource} image
+ * @param {import('./image.js').DiscontinuityOptions} [options]
+ * @returns {Promise<import('./image.js').ImageDiscontinuities>}
+ */
+export function imageDiscontinuities(image, options) {
+  return discontinuitiesOf(image, options, platform);
 }

@@ -49,7 +49,7 @@ function copyTree(tree, prefix, depth) {
     } else if (typeof value === 'number' || typeof value === 'boolean' || typeof value === 'string') {
       copy[key] = value;
     } else {
-      throw illegal('param', name, value, 'a number, true or false');
+      throw illegal('param', name, value, 'a number, true or false, or a name');
     }
   }
   return copy;

@@ -83,6 +83,11 @@ export class RemoteEngine {
     return this.#request('superpixels', t);
   }
 
+  /** @param {number} t */
+  saliencyMap(t) {
+    return this.#request('saliencyMap', t);
+  }
+
   /** @param {import('./frames.js').RawFrame} image */
   boundariesOf(image) {
     return this.#request('boundariesOf', image);
@@ -94,6 +99,11 @@ export class RemoteEngine {
    */
   superpixelsOf(image, count) {
     return this.#request('superpixelsOf', { image, count });
+  }
+
+  /** @param {import('./frames.js').RawFrame} image */
+  discontinuitiesOf(image) {
+    return this.#request('discontinuitiesOf', image);
   }
 
   clear() {

@@ -35,10 +35,29 @@ import { wholeNumber } from './options.js';
  */
 
 /**
+ * How much each trajectory stands out against what surrounds it, 0 to 1: `ofPoints`, the greatest saliency of the pixels that it went
+ * over (the paper's s), and `inContext`, the mean of that over the trajectories that move like it (s̄). `foreground` is 1 where s̄ is
+ * above `saliency.threshold`, else 0.
+ * @typedef {{ofPoints: Float32Array, inContext: Float32Array, foreground: Uint8Array}} SaliencyTable
+ */
+
+/**
+ * The connected pieces of the foreground: their number in each frame, and the piece of each trajectory point in its frame (points as
+ * in `trajectories.x`), `0` to `count[t] - 1`. It is -1 for points that are in none: background, and foreground too small to count.
+ * @typedef {{count: Uint32Array, ofPoint: Int32Array}} ComponentTable
+ */
+
+/**
+ * How much each pixel of a frame stands out against its surroundings, 0 to 1, row by row.
+ * @typedef {import('./image.js').Grid & {saliency: Float32Array<ArrayBuffer>}} SaliencyMap
+ */
+
+/**
  * Questions that only the session can answer.
  * @typedef {object} Lookups
  * @property {(t: number) => Promise<import('./image.js').BoundaryMap>} boundaries
  * @property {(t: number) => Promise<import('./image.js').Superpixels>} superpixels
+ * @property {(t: number) => Promise<SaliencyMap>} saliencyMap
  */
 
 /** What a run found. */
@@ -70,6 +89,10 @@ export class Result {
     this.seconds = raw.seconds;
     /** The objects of the masks; null when there are no masks (`clip.dense` off, or trajectories from outside). */
     this.objects = raw.objects;
+    /** How salient each trajectory is, and which are foreground; null for trajectories from outside, which have no flow. */
+    this.saliency = raw.saliency;
+    /** The connected pieces of the foreground in each frame; null for trajectories from outside. */
+    this.components = raw.components;
     this.#edges = raw.edges;
     this.#labels = raw.labels;
     this.#lookups = lookups;
@@ -109,6 +132,18 @@ export class Result {
   async boundaries(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
     return this.#lookups.boundaries(t);
+  }
+
+  /**
+   * How salient each pixel of frame `t` is, at the size that frames are processed at; the last frame is seen through the flow that leads
+   * to it. The session computes it at each call; it must still be open and hold the same clip.
+   * @param {number} t
+   * @returns {Promise<SaliencyMap>}
+   */
+  async saliencyMap(t) {
+    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    if (!this.saliency) throw new TraceCutError('state', 'this result has no saliency maps (they need frames, not trajectories from outside)');
+    return this.#lookups.saliencyMap(t);
   }
 
   /**

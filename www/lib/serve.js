@@ -38,10 +38,14 @@ export function serve(port) {
         return (await engine).boundaries(data);
       case 'superpixels':
         return (await engine).superpixels(data);
+      case 'saliencyMap':
+        return (await engine).saliencyMap(data);
       case 'boundariesOf':
         return (await engine).boundariesOf(data);
       case 'superpixelsOf':
         return (await engine).superpixelsOf(data.image, data.count);
+      case 'discontinuitiesOf':
+        return (await engine).discontinuitiesOf(data);
       case 'clear':
         return (await engine).clear();
       case 'run': {

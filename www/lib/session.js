@@ -23,7 +23,8 @@ const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHei
 
 /**
  * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work, results are
- * plain arrays that stay when the session is closed; only superpixels and boundaries are made and fetched when they are asked for.
+ * plain arrays that stay when the session is closed; only superpixels, boundaries and
+ * saliency maps are made and fetched when they are asked for.
  */
 export class Session {
   #engine;
@@ -156,6 +157,18 @@ export class Session {
   }
 
   /**
+   * How salient each pixel of frame `t` is, at the size that frames are processed at; known once a run has got that far, and computed at
+   * each call.
+   * @param {number} t
+   * @returns {Promise<import('./result.js').SaliencyMap>}
+   */
+  async saliencyMap(t) {
+    this.#check('saliencyMap');
+    this.#checkFrame(t);
+    return onGrid(await this.#engine.saliencyMap(t), this.#info.width, this.#info.height);
+  }
+
+  /**
    * What a result may ask for later, as long as this session is open and holds the same clip.
    * @returns {import('./result.js').Lookups}
    */
@@ -174,6 +187,10 @@ export class Session {
       superpixels: async (t) => {
         check('superpixels');
         return this.superpixels(t);
+      },
+      saliencyMap: async (t) => {
+        check('saliency maps');
+        return this.saliencyMap(t);
       },
     };
   }

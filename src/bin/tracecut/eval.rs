@@ -2,6 +2,8 @@
 
 mod contours;
 mod davis;
+mod discretization;
+mod figment;
 mod flow;
 mod foreground;
 mod mat;
@@ -27,6 +29,10 @@ pub(crate) enum EvalCommand {
     Foreground(foreground::ForegroundArgs),
     /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary measure F
     Davis(davis::DavisArgs),
+    /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's Figure 10)
+    Discretization(discretization::DiscretizationArgs),
+    /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table 1)
+    Figment(figment::FigmentArgs),
     /// Score a track file
     Tracks {
         /// Definition file of the shot (...Def.dat); the masks lie beside it
@@ -50,6 +56,8 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Moseg(args) => moseg::eval(args),
         EvalCommand::Foreground(args) => foreground::eval(args),
         EvalCommand::Davis(args) => davis::eval(args),
+        EvalCommand::Discretization(args) => discretization::eval(args),
+        EvalCommand::Figment(args) => figment::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
         EvalCommand::Flow(args) => flow::eval(args),
         EvalCommand::Superpixels(args) => superpixels::eval(args),

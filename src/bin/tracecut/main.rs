@@ -15,6 +15,7 @@ mod run;
 mod segment;
 mod settings;
 mod superpixels;
+mod svg;
 mod y4m;
 
 use clap::{Parser, Subcommand};

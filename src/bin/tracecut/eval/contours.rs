@@ -13,11 +13,15 @@ use tracecut::contour::boundary_map;
 use tracecut::eval::contours::{ImageScore, Matching, Quality, Summary, score, summarize, tolerance};
 use tracecut::eval::edges::{canny, sobel};
 use tracecut::image::Plane;
+use tracecut::still::image_discontinuities;
 
 #[derive(Args, Debug)]
 pub(crate) struct ContoursArgs {
     /// Folder in the layout of BSDS500: images/*.jpg and groundTruth/*.mat, or both in train, val and test below these two
     folder: PathBuf,
+    /// Also score the discontinuities of the pixel embedding, the gradients of its eigenvectors, and both beside Pb; slow
+    #[arg(long)]
+    embedding: bool,
     /// Also write the numbers as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -29,6 +33,8 @@ pub(crate) struct ContoursArgs {
 const FINE_PX: f64 = 2.0;
 
 const RECIPES: [&str; 3] = ["ours", "canny", "sobel"];
+/// What `--embedding` adds.
+const EMBEDDED: [&str; 3] = ["discontinuities", "spectral gradients", "Pb + discontinuities"];
 
 /// Ways of counting: name, matching, and whether at the fine tolerance.
 const COUNTS: [(&str, Matching, bool); 4] = [
@@ -41,7 +47,8 @@ const COUNTS: [(&str, Matching, bool); 4] = [
 pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
     let params = args.settings.params()?;
     let pairs = find_pairs(&args.folder)?;
-    let mut scores: [[Vec<ImageScore>; COUNTS.len()]; RECIPES.len()] = Default::default();
+    let recipes: Vec<&str> = RECIPES.into_iter().chain(EMBEDDED.into_iter().filter(|_| args.embedding)).collect();
+    let mut scores: Vec<[Vec<ImageScore>; COUNTS.len()]> = recipes.iter().map(|_| Default::default()).collect();
     let mut spent = Seconds::default();
     for (image, truth) in &pairs {
         let (_, frame) = decode(image)?;
@@ -49,7 +56,12 @@ pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
         let clock = Clock::start();
         let ours = boundary_map(&frame, None, &params.contour).thin;
         spent.add(clock.seconds());
-        for (map, lists) in [ours, canny(&frame), sobel(&frame)].iter().zip(&mut scores) {
+        let mut maps = vec![ours, canny(&frame), sobel(&frame)];
+        if args.embedding {
+            let found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
+            maps.extend([found.d.thin, found.spectral.thin, found.combined.thin]);
+        }
+        for (map, lists) in maps.iter().zip(&mut scores) {
             for (&(_, matching, fine), list) in COUNTS.iter().zip(lists) {
                 let radius = if fine { FINE_PX } else { tolerance(frame.width(), frame.height()) };
                 let score = score(map, &people, radius, matching).map_err(|e| Failure::about(image.display(), e))?;
@@ -58,23 +70,25 @@ pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
         }
     }
     let ms = 1000.0 * spent.best() / pairs.len() as f64;
-    report(&scores, pairs.len(), ms, args.json.as_deref())
+    report(&recipes, &scores, pairs.len(), ms, args.json.as_deref())
 }
 
 fn report(
-    scores: &[[Vec<ImageScore>; COUNTS.len()]; RECIPES.len()],
+    recipes: &[&str],
+    scores: &[[Vec<ImageScore>; COUNTS.len()]],
     images: usize,
     ms: f64,
     json_path: Option<&Path>,
 ) -> Result<()> {
     let mut all = serde_json::Map::new();
-    print("matching          recipe     ODS   precision recall threshold     OIS")?;
+    let width = recipes.iter().map(|r| r.len()).max().unwrap_or(0);
+    print(format_args!("matching          {:width$}    ODS   precision recall threshold     OIS", "recipe"))?;
     for (k, (count, ..)) in COUNTS.iter().enumerate() {
         let mut rows = serde_json::Map::new();
-        for (recipe, lists) in RECIPES.iter().zip(scores) {
+        for (recipe, lists) in recipes.iter().zip(scores) {
             let Summary { ods, ois } = summarize(&lists[k]);
             print(format_args!(
-                "{count:17} {recipe:6} {:.4}      {:.4} {:.4}    {:.4}  {:.4}",
+                "{count:17} {recipe:width$} {:.4}      {:.4} {:.4}    {:.4}  {:.4}",
                 ods.f(),
                 ods.precision,
                 ods.recall,

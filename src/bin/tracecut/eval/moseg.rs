@@ -11,17 +11,21 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use tracecut::connectedness::ConnectednessMode;
+use tracecut::discretize::Clusters;
 use tracecut::eval::moseg::{Scores, mean, score, score_dense, trimmed_mean};
 use tracecut::eval::tracks;
 use tracecut::{Params, Session};
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
-With --dense each sequence has three rows. The first scores the trajectories, as without it. \"pixels by cluster\" scores all pixels of the
-labelled frames by their cluster, before objects are told from background: it compares with the first row, and with the pixel row
-of the paper's Table 2. \"pixels by mask label\" scores them by the labels of the masks, where all clusters of the background are one.
-The background is a region and a label as any other. Density is the share of pixels with a label: every pixel has one, so that it is
-100 % in the dense rows.")]
+Each sequence has a row that scores its trajectories by their clusters. \"without connectedness\" scores what the clusters would be with
+connectedness.mode=off, from the same trajectories; sequences in which it changes no score have no such row, the means have both. With
+that setting itself there is only one way.
+With --dense each sequence has two rows more. \"pixels by cluster\" scores all pixels of the labelled frames by their cluster, before
+objects are told from background: it compares with the first row, and with the pixel row of the paper's Table 2. \"pixels by mask label\"
+scores them by the labels of the masks, where all clusters of the background are one. The background is a region and a label as any
+other. Density is the share of pixels with a label: every pixel has one, so that it is 100 % in the dense rows.")]
 pub(crate) struct MosegArgs {
     /// Folder with one sub-folder for each sequence, holding NAME.bmf, NAMEDef.dat, images and masks
     folder: PathBuf,
@@ -64,6 +68,8 @@ struct Outcome {
     clusters: usize,
     #[serde(flatten)]
     scores: Scores,
+    /// The same trajectories by motion alone; `null` where nothing else counts.
+    without_connectedness: Option<Scores>,
     #[serde(flatten)]
     dense: Option<Dense<Scores>>,
     /// Shown is processor time where known: sequences run side by side.
@@ -102,6 +108,7 @@ struct Report<'a> {
     sequences: &'a [Outcome],
     #[serde(flatten)]
     sparse: Means,
+    without_connectedness: Option<Means>,
     #[serde(flatten)]
     dense: Option<Dense<Means>>,
     params: &'a Params,
@@ -122,10 +129,14 @@ pub(super) fn eval(args: &MosegArgs) -> Result<()> {
         pixels: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.pixels)),
         masks: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.masks)),
     });
+    let connected = params.connectedness.mode != ConnectednessMode::Off;
+    let without = connected.then(|| Means::over(&outcomes, |o| o.without_connectedness.as_ref()));
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
-    print_means(&sparse, dense.as_ref(), seconds)?;
+    print_means(&sparse, without.as_ref(), dense.as_ref(), seconds)?;
     if let Some(path) = &args.json {
-        let report = Report { frames: args.frames, sequences: &outcomes, sparse, dense, params: &params };
+        let frames = args.frames;
+        let report =
+            Report { frames, sequences: &outcomes, sparse, without_connectedness: without, dense, params: &params };
         let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
         write(path, text + "\n")?;
     }
@@ -163,20 +174,27 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
             return Err(Failure("the session ended without a result: please report this".to_owned()));
         };
+        let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
         // Scored as written, so that a score of the file gives the same figures.
-        let text = tracks::write(tracks, clusters)?;
+        let scored = |clusters: &Clusters| -> Result<(String, Scores)> {
+            let text = tracks::write(tracks, clusters)?;
+            let (tracks, clusters) = tracks::parse(&text)?;
+            let scores = score(&shot.definition, &shot.maps, &tracks, &clusters);
+            Ok((text, scores.map_err(|e| Failure::about(sequence.definition.display(), e))?))
+        };
+        let (text, scores) = scored(clusters)?;
         if let Some(folder) = &args.tracks {
             write(&folder.join(format!("{}.dat", sequence.name)), &text)?;
         }
-        let (tracks, clusters) = tracks::parse(&text)?;
-        let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
-        let scores = score(&shot.definition, &shot.maps, &tracks, &clusters);
+        let motion =
+            if params.connectedness.mode == ConnectednessMode::Off { None } else { session.motion_clusters()? };
         Ok(Outcome {
             name: sequence.name.clone(),
             frames: session.num_frames(),
             trajectories: tracks.len(),
             clusters: clusters.count,
-            scores: scores.map_err(|e| Failure::about(sequence.definition.display(), e))?,
+            scores,
+            without_connectedness: motion.map(|m| Ok::<_, Failure>(scored(&m)?.1)).transpose()?,
             dense: if args.dense { Some(score_pixels(&shot, &session)?) } else { None },
             time: timing.total,
         })
@@ -201,14 +219,22 @@ const HEADING: &str =
 fn print_rows(o: &Outcome) -> Result<()> {
     let head = format!("{:12} {:6} {:7} {:8}", o.name, o.frames, o.trajectories, o.clusters);
     print(format_args!("{head:35}{} {:8.1}", score_columns(&o.scores), o.time.best()))?;
+    if let Some(without) = o.without_connectedness.as_ref().filter(|w| **w != o.scores) {
+        print(format_args!("{:35}{}", "    without connectedness", score_columns(without)))?;
+    }
     let Some(dense) = &o.dense else { return Ok(()) };
     print(format_args!("{:35}{}", "    pixels by cluster", score_columns(&dense.pixels)))?;
     print(format_args!("{:35}{}", "    pixels by mask label", score_columns(&dense.masks)))
 }
 
-fn print_means(sparse: &Means, dense: Option<&Dense<Means>>, seconds: f64) -> Result<()> {
-    print(format_args!("{:35}{} {seconds:8.1}", "mean", score_columns(&sparse.mean)))?;
-    print(format_args!("{:35}{}", "trimmed mean", score_columns(&sparse.trimmed_mean)))?;
+fn print_means(sparse: &Means, without: Option<&Means>, dense: Option<&Dense<Means>>, seconds: f64) -> Result<()> {
+    let how = if without.is_some() { ", with connectedness" } else { "" };
+    print(format_args!("{:35}{} {seconds:8.1}", format!("mean{how}"), score_columns(&sparse.mean)))?;
+    print(format_args!("{:35}{}", format!("trimmed mean{how}"), score_columns(&sparse.trimmed_mean)))?;
+    if let Some(without) = without {
+        print(format_args!("{:35}{}", "mean, without", score_columns(&without.mean)))?;
+        print(format_args!("{:35}{}", "trimmed mean, without", score_columns(&without.trimmed_mean)))?;
+    }
     let Some(dense) = dense else { return Ok(()) };
     for (name, means) in [("pixels by cluster", &dense.pixels), ("pixels by mask label", &dense.masks)] {
         print(format_args!("{:35}{}", format!("{name}, mean"), score_columns(&means.mean)))?;

@@ -1,0 +1,72 @@
+//! The connected pieces of the foreground, frame by frame.
+
+use crate::discontinuity::Neighborhoods;
+use crate::sets::DisjointSets;
+use crate::trajectory::Trajectories;
+
+/// No component: background, or too small a piece of foreground.
+pub const NO_COMPONENT: u32 = u32::MAX;
+
+/// The connected pieces of the foreground in each frame.
+///
+/// Law: `of_point` has an entry for each trajectory point, in their order; in frame `t` it is below `count[t]` or [`NO_COMPONENT`].
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Components {
+    /// Number of components of each frame.
+    pub count: Vec<u32>,
+    /// The component of each trajectory point in its frame.
+    pub of_point: Vec<u32>,
+}
+
+/// The components of the foreground: trajectories joined by Delaunay edges of at most `max_edge` pixels between foreground trajectories.
+/// Pieces of fewer than `min_size` trajectories are none. Components are numbered by their first trajectory.
+pub fn components(
+    tracks: &Trajectories,
+    neighborhoods: &Neighborhoods,
+    foreground: &[bool],
+    max_edge: f32,
+    min_size: usize,
+) -> Components {
+    let mut found = Components { count: Vec::new(), of_point: vec![NO_COMPONENT; tracks.x.len()] };
+    let mut set = DisjointSets::new(tracks.len());
+    let mut size = vec![0_u32; tracks.len()];
+    let mut number = vec![NO_COMPONENT; tracks.len()];
+    for t in 0..tracks.num_frames {
+        let members: Vec<usize> = tracks.alive(t).map(|(i, _, _)| i).filter(|&i| foreground[i]).collect();
+        for &i in &members {
+            set.reset(i);
+            (size[i], number[i]) = (0, NO_COMPONENT);
+        }
+        for &pair in neighborhoods.frame(t) {
+            let (i, j) = neighborhoods.pairs[pair as usize];
+            let (i, j) = (i as usize, j as usize);
+            if foreground[i] && foreground[j] && distance_sq(tracks, i, j, t) <= max_edge * max_edge {
+                set.join(i, j);
+            }
+        }
+        for &i in &members {
+            size[set.root(i)] += 1;
+        }
+        let mut count = 0;
+        for &i in &members {
+            let root = set.root(i);
+            if size[root] as usize >= min_size && number[root] == NO_COMPONENT {
+                number[root] = count;
+                count += 1;
+            }
+            found.of_point[point(tracks, i, t)] = number[root];
+        }
+        found.count.push(count);
+    }
+    found
+}
+
+/// Where the point of trajectory `i` in frame `t` lies; it must be alive there.
+fn point(tracks: &Trajectories, i: usize, t: usize) -> usize {
+    tracks.points(i).start + t - tracks.start_frame[i] as usize
+}
+
+fn distance_sq(tracks: &Trajectories, i: usize, j: usize, t: usize) -> f32 {
+    let (p, q) = (point(tracks, i, t), point(tracks, j, t));
+    (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2)
+}

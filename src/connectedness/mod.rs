@@ -1,0 +1,155 @@
+//! Object connectedness (section 3): trajectories that are at some time in different pieces of the foreground are different things.
+//!
+//! In: trajectories, their Delaunay graphs, the foreground. Out: the pieces (components) of the foreground in each frame, and the
+//! affinities without those between trajectories that the pieces keep apart.
+//!
+//! 1. In each frame, foreground trajectories are connected along the edges of the frame's Delaunay graph that join two of them and are
+//!    not too long. Background trajectories between two agents so keep them apart. The connected components are the pieces of the foreground;
+//!    very small ones are left out.
+//! 2. Components are followed through time as agents, so that two that touch for a while stay two (`agents`).
+//! 3. Two trajectories violate connectedness in a frame where both belong to an agent (with [`ConnectednessMode::Paper`]: a component) and
+//!    not to the same. Whoever does so in enough of their common frames has no affinity.
+//!
+//! 4. Parts of one agent stay together: discontinuities between two foreground trajectories that are not kept apart count for somewhat less
+//!    when clusters are merged, so that it takes more to split an agent than to part it from the background. Not in the paper, which
+//!    speaks of keeping articulated parts together but has no means of its own for it.
+//!
+//! The paper gives neither the graph nor what becomes of affinities between foreground and background; here the latter stay as motion has
+//! them, and [`ConnectednessMode::ForegroundOnly`] is the other reading (Figure 7(b) has one without the background). It takes one frame of
+//! violation for enough. Here it is a few, so that a hole of a single frame in the foreground does not cut an agent in two for good.
+//! Cost: O(Delaunay edges of all frames + stored affinities · common frames).
+
+mod agents;
+mod components;
+
+use crate::discontinuity::Discontinuities;
+
+use crate::discretize::{Clusters, canonical};
+use crate::sparse::SymCsr;
+use crate::trajectory::Trajectories;
+use agents::follow;
+pub use components::{Components, NO_COMPONENT, components};
+
+crate::choices! {
+    /// What the foreground says about affinities.
+    pub enum ConnectednessMode {
+        /// Nothing.
+        Off = "off",
+        /// Trajectories in different components of the foreground have no affinity; the background's affinities stay as they are.
+        Paper = "paper",
+        /// Trajectories of different agents have no affinity: components that are followed through the frames in which they touch.
+        Agents = "agents",
+        /// The same, and only the foreground is embedded again and clustered: the background is one cluster.
+        ForegroundOnly = "foreground-only",
+    }
+}
+
+crate::params! {
+    /// Object connectedness.
+    pub struct ConnectednessParams {
+        /// What is done with the components of the foreground.
+        pub mode: ConnectednessMode = ConnectednessMode::Agents, in 0..=3;
+        /// Frames in which two trajectories must be in different components to lose their affinity (section 3: 1). Higher forgives more
+        /// holes in the foreground.
+        pub min_violations: u32 = 2, in 1..=1000;
+        /// Longest Delaunay edge along which the foreground is connected, in steps of the seed grid.
+        pub max_edge: f32 = 4.0, in 1.0..=1000.0;
+        /// Factor of the discontinuities between foreground trajectories that nothing keeps apart, when clusters are merged (the paper: 1).
+        /// Lower keeps the parts of an agent together more, and agents that touch.
+        pub articulation: f64 = 0.88, in 0.0..=1.0;
+        /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the inverse square of the
+        /// step.
+        pub min_component: u32 = 10, in 1..=100000;
+    }
+}
+
+/// Which trajectories connectedness keeps apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Separation {
+    /// For each trajectory point, its component, or its agent forward and backward in time.
+    parts: Vec<Vec<u32>>,
+    min_violations: usize,
+}
+
+impl Separation {
+    /// By components or by agents, as `params.mode` has it; with the mode off nothing is kept apart.
+    pub fn new(tracks: &Trajectories, components: &Components, params: &ConnectednessParams) -> Self {
+        let follow = |backward: bool| {
+            let frames = (0..tracks.num_frames).map(|t| if backward { tracks.num_frames - 1 - t } else { t });
+            follow(tracks, components, frames, params.min_violations, params.min_component as usize)
+        };
+        let parts = match params.mode {
+            ConnectednessMode::Off => Vec::new(),
+            ConnectednessMode::Paper => vec![components.of_point.clone()],
+            ConnectednessMode::Agents | ConnectednessMode::ForegroundOnly => vec![follow(false), follow(true)],
+        };
+        Self { parts, min_violations: params.min_violations as usize }
+    }
+
+    /// Whether both are in some part, and not in the same, in enough of the frames in which both are alive.
+    pub fn apart(&self, tracks: &Trajectories, i: usize, j: usize) -> bool {
+        let (a, b) = (tracks.frames(i), tracks.frames(j));
+        let start = a.start.max(b.start);
+        let common = a.end.min(b.end).saturating_sub(start);
+        let place = |k: usize, from: usize| tracks.points(k).start + start - from;
+        let violates = |(&p, &q): (&u32, &u32)| p != q && p != NO_COMPONENT && q != NO_COMPONENT;
+        common >= self.min_violations
+            && self.parts.iter().any(|part| {
+                let (here, there) = (&part[place(i, a.start)..][..common], &part[place(j, b.start)..][..common]);
+                here.iter().zip(there).filter(|&pair| violates(pair)).count() >= self.min_violations
+            })
+    }
+}
+
+/// The affinities that are left, and the number of pairs that lost theirs; `None` where nothing changes. Where the foreground stands
+/// alone the background loses all.
+pub fn constrain(
+    affinities: &SymCsr,
+    tracks: &Trajectories,
+    separation: &Separation,
+    foreground: &[bool],
+    params: &ConnectednessParams,
+) -> Option<(SymCsr, usize)> {
+    let alone = params.mode == ConnectednessMode::ForegroundOnly;
+    let mut kept = Vec::new();
+    let mut lost = 0;
+    for i in 0..affinities.len() {
+        for (j, w) in affinities.row(i).filter(|&(j, _)| j > i) {
+            let both = foreground[i] && foreground[j];
+            if if both { separation.apart(tracks, i, j) } else { alone } {
+                lost += 1;
+            } else {
+                kept.push((i as u32, j as u32, w as f32));
+            }
+        }
+    }
+    (lost > 0).then(|| (SymCsr::from_upper(affinities.len(), &kept), lost))
+}
+
+/// The discontinuities with those between foreground trajectories that are not kept apart times `params.articulation`.
+pub fn articulated(
+    found: &Discontinuities,
+    tracks: &Trajectories,
+    separation: &Separation,
+    foreground: &[bool],
+    params: &ConnectednessParams,
+) -> Discontinuities {
+    let mut softer = found.clone();
+    for (&(i, j), d) in found.neighborhoods.pairs.iter().zip(&mut softer.d) {
+        let (i, j) = (i as usize, j as usize);
+        if foreground[i] && foreground[j] && !separation.apart(tracks, i, j) {
+            *d *= params.articulation;
+        }
+    }
+    softer
+}
+
+/// The clusters with all background trajectories in one of their own.
+pub fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
+    let background = clusters.count as u32;
+    let label = clusters.label.iter().zip(foreground).map(|(&l, &f)| if f { l } else { background }).collect();
+    canonical(tracks, label)
+}
+
+#[cfg(test)]
+mod tests;

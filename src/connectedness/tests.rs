@@ -1,0 +1,193 @@
+//! Laws of components, agents and constraints.
+
+use super::*;
+use crate::discontinuity::neighborhoods;
+
+/// Trajectories on a line ten pixels apart, alive in all of `frames`; `away` moves those from index 4 on by that much in some frames.
+fn row(n: usize, frames: usize, away: impl Fn(usize) -> f32) -> Trajectories {
+    let mut tracks = Trajectories::empty(frames, (400, 100));
+    for k in 0..n {
+        let shift = |t| if k >= 4 { away(t) } else { 0.0 };
+        // Two rows, so that the Delaunay graph is no chain.
+        tracks.push(0, (0..frames).map(|t| ((k / 2) as f32 * 10.0 + shift(t), (k % 2) as f32 * 10.0, 0.0)));
+    }
+    tracks
+}
+
+fn found(tracks: &Trajectories, foreground: &[bool], min_size: usize) -> Components {
+    components(tracks, &neighborhoods(tracks), foreground, 30.0, min_size)
+}
+
+fn complete(n: u32) -> SymCsr {
+    let pairs: Vec<_> = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j, 1.0))).collect();
+    SymCsr::from_upper(n as usize, &pairs)
+}
+
+fn settings(mode: ConnectednessMode, min_violations: u32) -> ConnectednessParams {
+    ConnectednessParams { mode, min_violations, ..ConnectednessParams::default() }
+}
+
+fn constrained(
+    affinities: &SymCsr,
+    tracks: &Trajectories,
+    parts: &Components,
+    foreground: &[bool],
+    params: &ConnectednessParams,
+) -> Option<(SymCsr, usize)> {
+    constrain(affinities, tracks, &Separation::new(tracks, parts, params), foreground, params)
+}
+
+#[test]
+fn a_gap_longer_than_an_edge_may_be_makes_two_components() {
+    let tracks = row(8, 3, |t| if t == 1 { 60.0 } else { 0.0 });
+    let found = found(&tracks, &[true; 8], 1);
+    assert_eq!(found.count, [1, 2, 1]);
+    let at = |t: usize| (0..8).map(|i| found.of_point[3 * i + t]).collect::<Vec<_>>();
+    assert_eq!((at(0), at(1)), (vec![0; 8], vec![0, 0, 0, 0, 1, 1, 1, 1]));
+}
+
+#[test]
+fn background_between_two_agents_keeps_them_apart() {
+    let tracks = row(12, 2, |_| 0.0);
+    let foreground: Vec<bool> = (0..12).map(|i| !(4..8).contains(&i)).collect();
+    let found = found(&tracks, &foreground, 1);
+    assert_eq!(found.count, [2, 2]);
+    assert_eq!((found.of_point[0], found.of_point[8], found.of_point[16]), (0, NO_COMPONENT, 1));
+}
+
+#[test]
+fn pieces_that_are_too_small_are_none() {
+    let tracks = row(10, 2, |_| 90.0);
+    assert_eq!(found(&tracks, &[true; 10], 5).count, [1, 1]);
+    assert_eq!(found(&tracks, &[true; 10], 7).count, [0, 0]);
+}
+
+#[test]
+fn components_do_not_depend_on_the_frames_before() {
+    let tracks = row(8, 4, |t| 30.0 * t as f32);
+    let whole = found(&tracks, &[true; 8], 1);
+    for t in 0..4 {
+        let mut alone = Trajectories::empty(1, tracks.size);
+        (0..8).for_each(|i| alone.push(0, tracks.at(i, t).map(|(x, y)| (x, y, 0.0))));
+        let alone = found(&alone, &[true; 8], 1);
+        assert_eq!(alone.count[0], whole.count[t]);
+        assert!((0..8).all(|i| alone.of_point[i] == whole.of_point[4 * i + t]));
+    }
+}
+
+#[test]
+fn only_pairs_across_components_lose_their_affinity() {
+    let tracks = row(8, 3, |t| if t > 0 { 60.0 } else { 0.0 });
+    let (foreground, all) = ([true; 8], complete(8));
+    let parts = found(&tracks, &foreground, 1);
+    let (left, lost) = constrained(&all, &tracks, &parts, &foreground, &settings(ConnectednessMode::Paper, 2)).unwrap();
+    left.check().unwrap();
+    assert_eq!(lost, 16);
+    for i in 0..8 {
+        let near: Vec<usize> = left.row(i).map(|(j, _)| j).collect();
+        assert_eq!(near, (0..8).filter(|&j| j != i && (j < 4) == (i < 4)).collect::<Vec<_>>());
+    }
+    assert!(constrained(&all, &tracks, &parts, &foreground, &settings(ConnectednessMode::Off, 1)).is_none());
+}
+
+#[test]
+fn a_hole_of_a_single_frame_is_forgiven_unless_the_paper_is_followed() {
+    let tracks = row(8, 9, |t| if t == 4 { 60.0 } else { 0.0 });
+    let (foreground, all) = ([true; 8], complete(8));
+    let parts = found(&tracks, &foreground, 1);
+    let outcome = |m| constrained(&all, &tracks, &parts, &foreground, &settings(ConnectednessMode::Paper, m));
+    assert_eq!(outcome(2), None);
+    assert_eq!(outcome(1).unwrap().1, 16);
+}
+
+#[test]
+fn the_background_keeps_its_affinities_unless_the_foreground_stands_alone() {
+    let tracks = row(8, 3, |_| 0.0);
+    let foreground: Vec<bool> = (0..8).map(|i| i < 4).collect();
+    let (parts, all) = (found(&tracks, &foreground, 1), complete(8));
+    assert!(constrained(&all, &tracks, &parts, &foreground, &settings(ConnectednessMode::Paper, 1)).is_none());
+    let alone = settings(ConnectednessMode::ForegroundOnly, 1);
+    let (left, _) = constrained(&all, &tracks, &parts, &foreground, &alone).unwrap();
+    assert_eq!(left.num_entries(), 12);
+    let clusters = Clusters { count: 1, label: vec![0; 8] };
+    assert_eq!(with_background(&tracks, clusters, &foreground).label, [0, 0, 0, 0, 1, 1, 1, 1]);
+}
+
+#[test]
+fn discontinuities_weaken_within_an_agent_only() {
+    let tracks = row(12, 6, |t| if t > 2 { 60.0 } else { 0.0 });
+    let foreground: Vec<bool> = (0..12).map(|i| i < 8).collect();
+    let near = neighborhoods(&tracks);
+    let parts = components(&tracks, &near, &foreground, 30.0, 1);
+    let d = vec![0.8; near.pairs.len()];
+    let found = Discontinuities { neighborhoods: near, d, ..Discontinuities::default() };
+    let by = settings(ConnectednessMode::Paper, 2);
+    let softer = articulated(&found, &tracks, &Separation::new(&tracks, &parts, &by), &foreground, &by);
+    let factor = ConnectednessParams::default().articulation;
+    for (&(i, j), &d) in softer.neighborhoods.pairs.iter().zip(&softer.d) {
+        let same = i < 8 && j < 8 && (i < 4) == (j < 4);
+        assert_eq!(d, if same { 0.8 * factor } else { 0.8 }, "{i} {j}");
+    }
+}
+
+#[test]
+fn no_trajectories_have_no_components() {
+    let nothing = Trajectories::empty(3, (8, 8));
+    assert_eq!(found(&nothing, &[], 1), Components { count: vec![0; 3], of_point: vec![] });
+}
+
+/// Two rows of four trajectories that lie apart at first, touch from frame 4 on and part again in frame 8; trajectories 8 and 9 live only
+/// while they touch, beside one row each.
+fn touching() -> Trajectories {
+    let mut tracks = Trajectories::empty(12, (400, 100));
+    let shift = |k: usize, t: usize| if k >= 4 && !(4..8).contains(&t) { 70.0 } else { 0.0 };
+    for k in 0..8 {
+        tracks.push(0, (0..12).map(|t| ((k / 2) as f32 * 10.0 + shift(k, t), (k % 2) as f32 * 10.0, 0.0)));
+    }
+    tracks.push(4, (0..4).map(|_| (-9.0, 5.0, 0.0)));
+    tracks.push(4, (0..4).map(|_| (39.0, 5.0, 0.0)));
+    tracks
+}
+
+#[test]
+fn trajectories_that_live_only_while_agents_touch_belong_to_the_nearer_one() {
+    let tracks = touching();
+    let parts = found(&tracks, &[true; 10], 1);
+    assert_eq!(parts.count, [2, 2, 2, 2, 1, 1, 1, 1, 2, 2, 2, 2]);
+    let apart = |mode, i, j| {
+        let params = ConnectednessParams { min_component: 2, ..settings(mode, 2) };
+        Separation::new(&tracks, &parts, &params).apart(&tracks, i, j)
+    };
+    for (k, own, other) in [(8, 0..4, 4..8), (9, 4..8, 0..4)] {
+        assert!(own.clone().all(|i| !apart(ConnectednessMode::Agents, k, i)));
+        assert!(other.clone().all(|i| apart(ConnectednessMode::Agents, k, i)));
+        assert!(other.clone().all(|i| !apart(ConnectednessMode::Paper, k, i)));
+        assert!(own.zip(other).all(|(i, j)| apart(ConnectednessMode::Paper, i, j)));
+    }
+    assert!(!apart(ConnectednessMode::Off, 0, 7));
+}
+
+#[test]
+fn agents_that_only_part_at_the_end_are_told_apart_from_there_backward() {
+    let mut tracks = Trajectories::empty(10, (400, 100));
+    for k in 0..8 {
+        let away = |t: usize| if k >= 4 && t >= 6 { 70.0 } else { 0.0 };
+        tracks.push(0, (0..10).map(|t| ((k / 2) as f32 * 10.0 + away(t), (k % 2) as f32 * 10.0, 0.0)));
+    }
+    tracks.push(0, (0..5).map(|_| (-9.0, 5.0, 0.0)));
+    let parts = found(&tracks, &[true; 9], 1);
+    let params = ConnectednessParams { min_component: 2, ..settings(ConnectednessMode::Agents, 2) };
+    let separation = Separation::new(&tracks, &parts, &params);
+    assert!(separation.apart(&tracks, 8, 7) && !separation.apart(&tracks, 8, 1));
+}
+
+#[test]
+fn a_foreground_torn_for_a_single_frame_stays_one_agent() {
+    let tracks = row(8, 9, |t| if t == 4 { 60.0 } else { 0.0 });
+    let parts = found(&tracks, &[true; 8], 1);
+    let apart = |m| {
+        let params = ConnectednessParams { min_component: 2, ..settings(ConnectednessMode::Agents, m) };
+        Separation::new(&tracks, &parts, &params).apart(&tracks, 0, 7)
+    };
+    assert!(!apart(2) && apart(1));
+}

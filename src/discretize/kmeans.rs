@@ -1,0 +1,264 @@
+//! K-means on the embedding: one of the discretizations that the discontinuity-aware one is compared with (section 5, Figure 10).
+//!
+//! Trajectory `i` lies at `x_i = (√λ_k V_ik)_k`: as the embedding affinity of two trajectories is `Ŵ_ij = Σ_k λ_k V_ik V_jk`, their
+//! squared distance is `Ŵ_ii + Ŵ_jj − 2 Ŵ_ij`. (Shi and Malik, whom the paper names for its embedding distances, leave out the
+//! `√λ_k`; these lie between 0.8 and 1 for the eigenvectors that are kept by default.)
+//!
+//! 1. Centres are chosen among the rows, each with a probability in proportion to its squared distance to those before it
+//!    (k-means++: Arthur and Vassilvitskii 2007). Where all rows lie on centres there are fewer clusters.
+//! 2. Every row goes to its nearest centre, every centre to the mean of its rows; a centre without rows goes to the row farthest from
+//!    its own. Repeated until no row changes.
+//! 3. Of [`RESTARTS`] starts the one with the least inertia is kept, the first of equal ones.
+//!
+//! Cost: O(restarts · iterations · rows · K²).
+
+use super::UNLABELLED;
+use crate::embedding::Embedding;
+use crate::rng::Rng;
+
+/// Starts tried.
+const RESTARTS: u32 = 10;
+/// Most iterations of a start: k-means may creep for long where rows lie along lines, without a visible change.
+const MAX_ITERATIONS: u32 = 100;
+
+/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay unlabelled.
+pub fn k_means(embedding: &Embedding, count: usize, seed: u32) -> Vec<u32> {
+    let count = count.min(embedding.dimensions);
+    let mut label = vec![UNLABELLED; embedding.num_rows];
+    let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
+    if embedded.is_empty() || count == 0 {
+        return label;
+    }
+    let scale: Vec<f64> = embedding.eigenvalues[..count].iter().map(|l| l.max(0.0).sqrt()).collect();
+    let place = |&i: &usize| embedding.row(i).iter().zip(&scale).map(|(v, s)| v * s);
+    let rows: Vec<f64> = embedded.iter().flat_map(place).collect();
+    let mut rng = Rng::for_stage(seed.into(), "k-means");
+    let mut best = Partition::new(&rows, count, count, &mut rng);
+    best.settle(&rows);
+    for _ in 1..RESTARTS {
+        let mut next = Partition::new(&rows, count, count, &mut rng);
+        next.settle(&rows);
+        if next.inertia < best.inertia {
+            best = next;
+        }
+    }
+    embedded.iter().zip(best.label).for_each(|(&i, l)| label[i] = l);
+    label
+}
+
+/// Rows shared out among centres.
+struct Partition {
+    dimensions: usize,
+    /// Number of centres; may be fewer than were asked for.
+    count: usize,
+    /// `dimensions × count`: a line holds one coordinate of all centres, so that distances are summed side by side.
+    centres: Vec<f64>,
+    label: Vec<u32>,
+    /// Squared distance of each row to its centre, and their sum.
+    distance: Vec<f64>,
+    inertia: f64,
+}
+
+impl Partition {
+    /// Step 1, and every row at its nearest centre. `rows` are at least one, of `dimensions` numbers each.
+    fn new(rows: &[f64], dimensions: usize, count: usize, rng: &mut Rng) -> Self {
+        let num = rows.len() / dimensions;
+        let row = |i: usize| &rows[i * dimensions..(i + 1) * dimensions];
+        let mut chosen = vec![rng.below(num)];
+        let mut distance = vec![f64::INFINITY; num];
+        loop {
+            let newest = row(chosen[chosen.len() - 1]);
+            for (d, row) in distance.iter_mut().zip(rows.chunks_exact(dimensions)) {
+                *d = d.min(row.iter().zip(newest).map(|(a, b)| (a - b) * (a - b)).sum());
+            }
+            let total: f64 = distance.iter().sum();
+            if chosen.len() == count || total <= 0.0 {
+                break;
+            }
+            let mut left = total * rng.uniform();
+            // Rounding may leave a little over at the end: then the farthest row is as good as any.
+            let hit = distance.iter().position(|&d| {
+                left -= d;
+                left < 0.0
+            });
+            chosen.push(hit.unwrap_or_else(|| farthest(&distance)));
+        }
+        let count = chosen.len();
+        let centres = (0..dimensions).flat_map(|c| chosen.iter().map(move |&i| rows[i * dimensions + c])).collect();
+        let mut fresh = Self { dimensions, count, centres, label: vec![0; num], distance, inertia: 0.0 };
+        fresh.assign(rows);
+        fresh
+    }
+
+    /// Step 2.
+    fn settle(&mut self, rows: &[f64]) {
+        for _ in 0..MAX_ITERATIONS {
+            self.recentre(rows);
+            if !self.assign(rows) {
+                break;
+            }
+        }
+    }
+
+    /// Sends every row to its nearest centre, the first of equally near ones; whether any row changed.
+    fn assign(&mut self, rows: &[f64]) -> bool {
+        let mut changed = false;
+        let mut sums = vec![0.0_f64; self.count];
+        self.inertia = 0.0;
+        for (i, row) in rows.chunks_exact(self.dimensions).enumerate() {
+            sums.fill(0.0);
+            for (x, line) in row.iter().zip(self.centres.chunks_exact(self.count)) {
+                for (sum, centre) in sums.iter_mut().zip(line) {
+                    *sum += (x - centre) * (x - centre);
+                }
+            }
+            let nearest = (0..self.count).fold(0, |near, c| if sums[c] < sums[near] { c } else { near });
+            changed |= self.label[i] != nearest as u32;
+            self.label[i] = nearest as u32;
+            self.distance[i] = sums[nearest];
+            self.inertia += sums[nearest];
+        }
+        changed
+    }
+
+    /// Moves every centre to the mean of its rows.
+    fn recentre(&mut self, rows: &[f64]) {
+        let mut size = vec![0.0_f64; self.count];
+        let mut sums = vec![0.0_f64; self.centres.len()];
+        for (row, &l) in rows.chunks_exact(self.dimensions).zip(&self.label) {
+            size[l as usize] += 1.0;
+            for (x, line) in row.iter().zip(sums.chunks_exact_mut(self.count)) {
+                line[l as usize] += x;
+            }
+        }
+        for (line, sums) in self.centres.chunks_exact_mut(self.count).zip(sums.chunks_exact(self.count)) {
+            for ((centre, sum), size) in line.iter_mut().zip(sums).zip(&size).filter(|(_, size)| **size > 0.0) {
+                *centre = sum / size;
+            }
+        }
+        for c in (0..self.count).filter(|&c| size[c] <= 0.0) {
+            let lost = farthest(&self.distance);
+            // The next empty one takes another row.
+            self.distance[lost] = 0.0;
+            let row = &rows[lost * self.dimensions..];
+            self.centres.chunks_exact_mut(self.count).zip(row).for_each(|(line, x)| line[c] = *x);
+        }
+    }
+}
+
+/// The place of the largest number, the first of equal ones.
+fn farthest(distance: &[f64]) -> usize {
+    (0..distance.len()).fold(0, |far, i| if distance[i] > distance[far] { i } else { far })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn embedding(eigenvalues: &[f64], rows: &[Vec<f64>]) -> Embedding {
+        Embedding {
+            num_rows: rows.len(),
+            dimensions: eigenvalues.len(),
+            eigenvalues: eigenvalues.to_vec(),
+            vectors: rows.concat(),
+            embedded: vec![true; rows.len()],
+            ..Embedding::default()
+        }
+    }
+
+    /// Four blobs of `each` rows, corners of a square of side 1, `spread` wide; row `i` belongs to blob `i % 4`.
+    fn blobs(each: usize, spread: f64) -> Vec<Vec<f64>> {
+        let mut rng = Rng::for_stage(11, "blobs");
+        let mut near = |v: f64| v + rng.range(-spread, spread);
+        (0..4 * each).map(|i| vec![near((i % 2) as f64), near((i / 2 % 2) as f64), 0.0, near(0.3)]).collect()
+    }
+
+    #[test]
+    fn four_blobs_are_four_clusters() {
+        let labels = k_means(&embedding(&[1.0; 4], &blobs(30, 0.2)), 4, 5);
+        for (i, a) in labels.iter().enumerate() {
+            for (j, b) in labels.iter().enumerate() {
+                assert_eq!(a == b, i % 4 == j % 4, "rows {i} and {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn eigenvectors_count_by_their_eigenvalues() {
+        // Along the first axis the groups are 1 apart, along the second 1.2.
+        let rows: Vec<Vec<f64>> = (0..40).map(|i| vec![f64::from(i % 2), 1.2 * f64::from(i / 2 % 2)]).collect();
+        let by =
+            |axis: i32| move |labels: &[u32]| (0..4).all(|i| (labels[0] == labels[i as usize]) == (i / axis % 2 == 0));
+        assert!(by(2)(&k_means(&embedding(&[1.0, 1.0], &rows), 2, 0)));
+        assert!(by(1)(&k_means(&embedding(&[1.0, 0.25], &rows), 2, 0)));
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_labels_and_only_leading_eigenvectors_count() {
+        let noisy = embedding(&[1.0; 4], &blobs(25, 0.8));
+        assert_eq!(k_means(&noisy, 4, 5), k_means(&noisy, 4, 5));
+        let mut other = noisy.clone();
+        other.vectors.iter_mut().skip(3).step_by(4).for_each(|v| *v *= 100.0);
+        assert_eq!(k_means(&noisy, 3, 5), k_means(&other, 3, 5));
+    }
+
+    #[test]
+    fn inertia_never_rises_and_ends_at_a_fixed_point() {
+        let mut rng = Rng::for_stage(2, "inertia");
+        let rows: Vec<f64> = (0..600).map(|_| rng.range(0.0, 1.0)).collect();
+        for count in [1, 2, 7, 40, 200] {
+            let mut partition = Partition::new(&rows, 3, count, &mut rng);
+            assert_eq!(partition.count, count);
+            for _ in 0..30 {
+                let before = partition.inertia;
+                partition.recentre(&rows);
+                partition.assign(&rows);
+                assert!(partition.inertia <= before * (1.0 + 1e-12), "{count}: {before} {}", partition.inertia);
+            }
+            partition.settle(&rows);
+            assert!(!partition.assign(&rows), "{count} centres");
+        }
+    }
+
+    #[test]
+    fn centres_without_rows_take_the_farthest_ones() {
+        let rows = [0.0, 0.0, 1.0, 9.0, 4.0];
+        // Both last centres are too far away for any row.
+        let mut partition = Partition {
+            dimensions: 1,
+            count: 3,
+            centres: vec![0.0, 100.0, 200.0],
+            label: vec![0; 5],
+            distance: vec![0.0; 5],
+            inertia: 0.0,
+        };
+        partition.assign(&rows);
+        assert_eq!((partition.inertia, &partition.label), (98.0, &vec![0; 5]));
+        partition.recentre(&rows);
+        assert_eq!(partition.centres, [2.8, 9.0, 4.0]);
+        partition.assign(&rows);
+        assert_eq!(partition.label, [0, 0, 0, 1, 2]);
+    }
+
+    #[test]
+    fn more_clusters_than_different_rows_leave_some_out() {
+        let equal = vec![vec![0.5, 0.25, -1.0]; 6];
+        assert_eq!(k_means(&embedding(&[1.0; 3], &equal), 3, 1), [0; 6]);
+        let two = [vec![0.0, 1.0, 2.0], vec![3.0, 4.0, 5.0]];
+        let labels = k_means(&embedding(&[1.0; 3], &two), 3, 1);
+        assert!(labels[0] != labels[1] && labels.iter().all(|&l| l < 2), "{labels:?}");
+    }
+
+    #[test]
+    fn what_is_not_embedded_stays_unlabelled() {
+        assert!(k_means(&Embedding::default(), 3, 1).is_empty());
+        let mut e = embedding(&[1.0, 0.9], &[vec![1.0, 0.0], vec![0.0, 0.0], vec![0.0, 1.0]]);
+        e.embedded[1] = false;
+        let labels = k_means(&e, 2, 1);
+        assert_eq!(labels[1], UNLABELLED);
+        assert_ne!(labels[0], labels[2]);
+        assert_eq!(k_means(&e, 0, 1), [UNLABELLED; 3]);
+        e.embedded = vec![false; 3];
+        assert_eq!(k_means(&e, 2, 1), [UNLABELLED; 3]);
+    }
+}

@@ -1,0 +1,234 @@
+//! Embedding discontinuities of single images (end of section 2.2, Figure 3b).
+//!
+//! In: a [`Frame`]. Out: [`ImageDiscontinuities`]: where the embedding of its pixels changes, and what that adds to Pb.
+//!
+//! 1. Pixels up to 5 apart have the affinity `exp(-max Pb / σ)`, the maximum along the line between them (`graph`).
+//! 2. The leading eigenvectors of `P = D^-1 W`, from coarse to fine (`levels`).
+//! 3. Embedding affinities `Ŵ = V Λ Vᵀ` of each pixel with the four around it, their greatest `δ`, and `d = 1 − Ŵ / max(δ, δ)`: as between
+//!    trajectories (`discontinuity`).
+//! 4. To compare with, the gradients of the same eigenvectors, by `1 / sqrt(1 - λ)`: the spectral part of the detector of Arbelaez et al.
+//!    (PAMI 2011).
+//! 5. Pb with the discontinuities added, calibrated as Pb is.
+//!
+//! Each of the four maps is made by one procedure from its strength along eight directions: a mean along the boundary, the strongest
+//! direction, and thinning across it. There is no normalisation by image.
+
+mod discontinuity;
+mod graph;
+mod levels;
+#[cfg(test)]
+mod tests;
+
+use crate::contour::{
+    BoundaryMap, ContourParams, Logistic, OF_PB, ORIENTATIONS, from_strengths, mean_along, normals, strengths_of,
+    strongest,
+};
+use crate::embedding::EigenInfo;
+use crate::image::{Frame, Plane, gaussian_blur};
+use discontinuity::{Part, Products, Slopes, add_change, cracks};
+use levels::{PixelEmbedding, embed_pixels};
+
+crate::choices! {
+    /// What a discontinuity of pixels is measured in.
+    pub enum Grouping {
+        /// All eigenvectors at once, as between trajectories: the paper's Ŵ.
+        Joint = "joint",
+        /// Each eigenvector beside the constant one, a mean over all of them.
+        Single = "single",
+    }
+}
+
+crate::params! {
+    /// Pixel embedding of single images, and its discontinuities.
+    pub struct StillParams {
+        /// Longest side at which an image is looked at, in pixels; larger ones are reduced. Higher is slower and takes more memory.
+        pub max_side: u32 = 640, in 16..=4096;
+        /// Pixels at most this far apart are compared, in pixels. Higher is slower.
+        pub radius: u32 = 5, in 1..=10;
+        /// Pb that leaves 1/e of the affinity of two pixels when it lies between them.
+        pub sigma: f32 = 0.1, in 0.001..=10.0;
+        /// Number of eigenvectors, the constant one included. Higher is slower.
+        pub dimensions: u32 = 24, in 2..=64;
+        /// Products with each eigenvector on the finer levels of the image. Higher is slower and nearer to the exact eigenvectors.
+        pub degree: u32 = 10, in 1..=200;
+        /// Residual at which an eigenpair of the coarsest level is good enough. Lower is slower.
+        pub tolerance: f64 = 1e-3, in 1e-10..=0.1;
+        /// What d is measured in: all eigenvectors at once (the paper: joint), or each beside the constant one and then a mean.
+        pub grouping: Grouping = Grouping::Single, in 0..=1;
+        /// How much the discontinuities count beside Pb in the combined map; 0 gives Pb.
+        pub weight: f32 = 1.0, in 0.0..=100.0;
+    }
+}
+
+/// A strength for each pixel.
+///
+/// Law: both planes have the size of the image and values in `0.0..=1.0`; `thin` is `strength` or 0.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StrengthMap {
+    /// The largest over all directions.
+    pub strength: Plane<f32>,
+    /// The same on ridges one pixel wide, 0 elsewhere.
+    pub thin: Plane<f32>,
+}
+
+/// Where the pixel embedding of an image changes.
+///
+/// Law: all planes have the size that the image was looked at.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ImageDiscontinuities {
+    /// Boundary probability, which the embedding comes from.
+    pub pb: BoundaryMap,
+    /// Embedding discontinuities: the root of `d`.
+    pub d: StrengthMap,
+    /// Gradients of the eigenvectors, to compare with.
+    pub spectral: StrengthMap,
+    /// Pb and discontinuities together, as a probability.
+    pub combined: BoundaryMap,
+    /// Eigenvalues of `P = D^-1 W`, largest first.
+    pub eigenvalues: Vec<f64>,
+    /// Its eigenvectors `V`, with `Vᵀ D V = 1`, a plane for each.
+    pub eigenvectors: Vec<Plane<f32>>,
+    /// What the eigensolver reports of the finest level.
+    pub info: EigenInfo,
+}
+
+/// Boundaries of `frame` by the discontinuities of its pixel embedding.
+///
+/// Images with a side longer than [`StillParams::max_side`] are reduced first. An image without any boundary has no discontinuities;
+/// nothing is embedded then.
+pub fn image_discontinuities(
+    frame: &Frame,
+    contour: &ContourParams,
+    params: &StillParams,
+    seed: u32,
+) -> ImageDiscontinuities {
+    let (w, h) = reduced((frame.width(), frame.height()), params.max_side as usize);
+    let strengths = strengths_of(&frame.resized(w, h), contour);
+    let pb = from_strengths(&strengths, (w, h), OF_PB);
+    if pb.thin.data().iter().all(|&v| v <= FAINTEST) {
+        let none = StrengthMap { strength: Plane::filled(w, h, 0.0), thin: Plane::filled(w, h, 0.0) };
+        let combined = pb.clone();
+        return ImageDiscontinuities {
+            pb,
+            d: none.clone(),
+            spectral: none,
+            combined,
+            ..ImageDiscontinuities::default()
+        };
+    }
+    let embedding = embed_pixels(&pb.thin, params, seed);
+    let Changes { d, spectral } = changes(&embedding, params.grouping);
+    let combined = combine(&strengths, &d, (w, h), params.weight);
+    let PixelEmbedding { eigenvalues, vectors, info, .. } = embedding;
+    let eigenvectors = vectors.into_iter().filter_map(|v| Plane::from_vec(w, h, v)).collect();
+    let d = strength_map(&d, (w, h), |s| s.clamp(0.0, 1.0));
+    let spectral = strength_map(&spectral, (w, h), |s| s * s / (s * s + HALF_GRADIENT * HALF_GRADIENT));
+    ImageDiscontinuities { pb, d, spectral, combined, eigenvalues, eigenvectors, info }
+}
+
+/// The size with its longer side at most `max_side`.
+fn reduced((w, h): (usize, usize), max_side: usize) -> (usize, usize) {
+    let long = w.max(h);
+    let side = |side: usize| if long > max_side { ((side * max_side + long / 2) / long).max(1) } else { side };
+    (side(w), side(h))
+}
+
+/// Images whose Pb is nowhere above this have no boundary: what is left is rounding.
+const FAINTEST: f32 = 1e-4;
+/// Standard deviation of the blur before gradients are taken, in pixels (Arbelaez et al.: 1).
+const GRADIENT_SIGMA: f32 = 1.0;
+/// Sum of weighted gradients that counts as one half.
+const HALF_GRADIENT: f32 = 15.0;
+/// Weights of eigenvectors stop growing where an eigenvalue is this near to 1.
+const NEAREST_TO_ONE: f64 = 1e-6;
+/// By what a discontinuity is multiplied to stand beside a strength of Pb.
+const BESIDE_PB: f32 = 2.5;
+/// How the logistic of Pb changes with the weight of the discontinuities: its slope is divided by one plus `FLATTER` times the weight, its
+/// centre moves by `HIGHER` times the weight. Fitted as those of Pb are, at weight 1.
+const FLATTER: f32 = 1.333;
+const HIGHER: f32 = 0.5;
+
+/// Changes of an embedding along each direction.
+struct Changes {
+    /// Roots of `d`, `0.0..=1.0`.
+    d: [Vec<f32>; ORIENTATIONS],
+    spectral: [Vec<f32>; ORIENTATIONS],
+}
+
+fn changes(embedding: &PixelEmbedding, grouping: Grouping) -> Changes {
+    let PixelEmbedding { width, height, eigenvalues, vectors, .. } = embedding;
+    let n = width * height;
+    let none = || std::array::from_fn(|_| vec![0.0_f32; n]);
+    let mut changes = Changes { d: none(), spectral: none() };
+    let weights = weights(eigenvalues);
+    let total: f32 = weights.iter().sum();
+    let mut all = Products::zero(n);
+    for (k, vector) in vectors.iter().enumerate() {
+        let slopes = smooth_slopes(vector, *width);
+        all.add(&slopes, eigenvalues[k] as f32);
+        if k == 0 {
+            continue;
+        }
+        add_gradient(&slopes, weights[k - 1] / root_mean_square(vector), &mut changes.spectral);
+        if grouping == Grouping::Single {
+            let mut own = Products::zero(n);
+            own.add(&slopes, 1.0);
+            let pair = [vectors[0].as_slice(), vector.as_slice()];
+            let part = Part { width: *width, eigenvalues: &[eigenvalues[0], eigenvalues[k]], vectors: &pair };
+            add_change(&cracks(&part), &own, *width, weights[k - 1] / total, &mut changes.d);
+        }
+    }
+    if grouping == Grouping::Joint && vectors.len() > 1 {
+        let vectors: Vec<&[f32]> = vectors.iter().map(Vec::as_slice).collect();
+        let part = Part { width: *width, eigenvalues, vectors: &vectors };
+        add_change(&cracks(&part), &all, *width, 1.0, &mut changes.d);
+    }
+    for planes in [&mut changes.d, &mut changes.spectral] {
+        for (plane, normal) in planes.iter_mut().zip(normals()) {
+            *plane = mean_along(plane, *width, normal);
+        }
+    }
+    changes
+}
+
+/// `1 / sqrt(1 - λ)` of all eigenvalues but the first.
+fn weights(eigenvalues: &[f64]) -> Vec<f32> {
+    eigenvalues.iter().skip(1).map(|l| 1.0 / (1.0 - l).max(NEAREST_TO_ONE).sqrt() as f32).collect()
+}
+
+fn smooth_slopes(vector: &[f32], width: usize) -> Slopes {
+    let plane = Plane::from_vec(width, vector.len() / width, vector.to_vec()).unwrap_or_default();
+    Slopes::of(gaussian_blur(&plane, GRADIENT_SIGMA).data(), width)
+}
+
+fn root_mean_square(vector: &[f32]) -> f32 {
+    let sum: f64 = vector.iter().map(|&v| f64::from(v) * f64::from(v)).sum();
+    ((sum / vector.len().max(1) as f64).sqrt() as f32).max(f32::MIN_POSITIVE)
+}
+
+/// Adds `weight` times the size of the slope along each direction.
+fn add_gradient(slopes: &Slopes, weight: f32, out: &mut [Vec<f32>; ORIENTATIONS]) {
+    for (plane, (nx, ny)) in out.iter_mut().zip(normals()) {
+        for ((o, x), y) in plane.iter_mut().zip(&slopes.x).zip(&slopes.y) {
+            *o += weight * (nx * x + ny * y).abs();
+        }
+    }
+}
+
+fn strength_map(changes: &[Vec<f32>; ORIENTATIONS], size: (usize, usize), scaled: impl Fn(f32) -> f32) -> StrengthMap {
+    let (strength, thin) = strongest(changes, size);
+    StrengthMap { strength: strength.map(&scaled), thin: thin.map(&scaled) }
+}
+
+/// Pb from the strengths that it is made of and `weight` times those of the discontinuities.
+fn combine(
+    pb: &[Vec<f32>; ORIENTATIONS],
+    d: &[Vec<f32>; ORIENTATIONS],
+    size: (usize, usize),
+    weight: f32,
+) -> BoundaryMap {
+    let beside = weight * BESIDE_PB;
+    let sums = std::array::from_fn(|k| pb[k].iter().zip(&d[k]).map(|(s, d)| s + beside * d).collect());
+    let logistic = Logistic { slope: OF_PB.slope / (1.0 + weight * FLATTER), centre: OF_PB.centre + weight * HIGHER };
+    from_strengths(&sums, size, logistic)
+}

@@ -1,0 +1,65 @@
+// Discontinuities of the pixel embedding of single images.
+
+import assert from 'node:assert/strict';
+import test from 'node:test';
+import { boundaries, imageDiscontinuities, synthClip } from 'tracecut';
+import { plain, png, rejects } from './support.mjs';
+
+const MAPS = ['pb', 'discontinuity', 'spectral', 'combined'];
+
+function isComplete(map, width, height) {
+  assert.deepEqual([map.width, map.height], [width, height]);
+  for (const name of MAPS) {
+    assert.equal(map[name].length, width * height, name);
+    assert.ok(map[name].every((v) => v >= 0 && v <= 1), `${name} is outside of 0..1`);
+  }
+}
+
+test('the discontinuities of two halves lie between them', async () => {
+  const map = await imageDiscontinuities(plain(64, 48, (x) => (x < 32 ? 40 : 210)));
+  isComplete(map, 64, 48);
+  const row = map.discontinuity.subarray(24 * 64, 25 * 64);
+  const between = Math.max(...row.subarray(30, 34));
+  assert.ok(between > 0.6, `${between} between the halves`);
+  row.forEach((d, x) => assert.ok(Math.abs(x - 31.5) < 4 || d < 0.3, `${d} at ${x}`));
+});
+
+test('an image has the same discontinuities again, as pixels or as a file, and Pb as boundaries has it', async () => {
+  const clip = await synthClip({ width: 96, height: 64, frames: 1, seed: 4 });
+  const image = clip.frame(0);
+  const map = await imageDiscontinuities(image);
+  isComplete(map, 96, 64);
+  assert.deepEqual(await imageDiscontinuities(png(image)), map);
+  assert.deepEqual(map.pb, (await boundaries(image)).pb);
+  assert.deepEqual([map.scaleX, map.scaleY], [1, 1]);
+});
+
+test('parameters change what is found, and large images are reduced', async () => {
+  const clip = await synthClip({ width: 96, height: 64, frames: 1, seed: 4 });
+  const image = clip.frame(0);
+  const map = await imageDiscontinuities(image);
+  const joint = await imageDiscontinuities(image, { still: { grouping: 'joint', weight: 0 } });
+  assert.notDeepEqual(joint.discontinuity, map.discontinuity);
+  assert.deepEqual(joint.combined, joint.pb);
+  assert.deepEqual(joint.spectral, map.spectral);
+  const small = await imageDiscontinuities(image, { still: { maxSide: 48 } });
+  isComplete(small, 48, 32);
+  assert.deepEqual([small.scaleX, small.scaleY], [2, 2]);
+});
+
+for (const [width, height] of [[1, 1], [1, 40], [40, 1], [2, 2], [17, 3]]) {
+  test(`an image of ${width}x${height} pixels has maps of its size`, async () => {
+    isComplete(await imageDiscontinuities(plain(width, height, (x, y) => ((x >> 2) + y) % 2 * 255)), width, height);
+    const flat = await imageDiscontinuities(plain(width, height, 90));
+    isComplete(flat, width, height);
+    assert.ok(MAPS.slice(1, 3).every((name) => flat[name].every((v) => v === 0)));
+  });
+}
+
+test('what cannot be used is refused', async () => {
+  const image = plain(8, 8);
+  await rejects(imageDiscontinuities('image.png'), 'data');
+  await rejects(imageDiscontinuities(image, { superpixel: {} }), 'param', /superpixel = .* \(expected contour, still/);
+  await rejects(imageDiscontinuities(image, { still: { radius: 0 } }), 'param', /still\.radius = 0/);
+  await rejects(imageDiscontinuities(image, { still: { grouping: 'both' } }), 'param', /one of joint, single/);
+});
