@@ -68,12 +68,15 @@ impl SaliencyMaps {
 
     /// The saliency of each pixel of frame `t`, whose flow this is, in `0.0..=1.0`.
     ///
-    /// Windows are laid over magnitudes of every few pixels, but each pixel is looked up by its own, so that outlines are those of the flow.
+    /// Windows are laid over magnitudes of every few pixels, but each pixel is looked up by its own, so that outlines are those of
+    /// the flow.
     pub fn map(&self, t: usize, flow: &FlowField) -> Plane<f32> {
         let motion = self.motions.get(t).copied().unwrap_or_else(|| DominantMotion::none(flow));
         let reduced = self.reduced(flow, &motion);
-        let table = self.bins();
-        let bin = |magnitude: f32| table[count_of(magnitude).min(table.len() - 1)];
+        let scale = (f64::from(self.params.bins) / self.range()) as f32;
+        let last = (self.params.bins - 1) as u8;
+        // Casts saturate, and take what is no number for 0.
+        let bin = |magnitude: f32| ((magnitude * scale) as u8).min(last);
         let contrast = Contrast {
             num_bins: self.params.bins as usize,
             prior: self.params.prior,
@@ -114,20 +117,6 @@ impl SaliencyMaps {
         magnitudes
     }
 
-    /// The bin of each count, up to the last that begins a bin.
-    fn bins(&self) -> Vec<u8> {
-        let (range, knee, bins) = (self.range(), self.params.knee, f64::from(self.params.bins));
-        let scale = if knee > 0.0 { bins / libm::log1p(range / knee) } else { bins / range };
-        let counts = 0..(range * f64::from(COUNTS_PER_PIXEL)).ceil() as usize;
-        counts
-            .map(|count| {
-                let magnitude = (count as f64 + 0.5) / f64::from(COUNTS_PER_PIXEL);
-                let place = if knee > 0.0 { libm::log1p(magnitude / knee) } else { magnitude };
-                (place * scale).min(bins - 1.0) as u8
-            })
-            .collect()
-    }
-
     /// Magnitude at which a pixel's saliency is halved, in pixels; 0 where it does not matter.
     fn half(&self, reduced: &Plane<f32>) -> f32 {
         if self.params.compensation == Compensation::Off {
@@ -155,8 +144,9 @@ fn weight(magnitude: f32, half_sq: f32) -> f32 {
     if half_sq == 0.0 {
         return 1.0;
     }
-    // Written so that no magnitude overflows; what is no number is 0 first.
-    1.0 - half_sq / (magnitude.max(0.0).min(1e6).powi(2) + half_sq)
+    let share = half_sq / (magnitude * magnitude + half_sq);
+    // What is no number differs from nothing.
+    if share <= 1.0 { 1.0 - share } else { 0.0 }
 }
 
 /// The count that a magnitude falls into; casts saturate, and take what is no number for 0.
