@@ -5,13 +5,13 @@
 //!
 //! 1. The flow is sampled on a grid of at most [`GRID`] points along the longer side. Points near the frame's rim count for more, as
 //!    the world surrounds objects more often than objects surround the world.
-//! 2. Affine motions through three points drawn at random compete with no motion, the mean of the rim's motion, and the motion of the
+//! 2. Affine motions through three points drawn at random compete with no motion, the mean motion, and the motion of the
 //!    frame before. The one of the least robust cost `Σ w r² / (r² + τ²)` wins (Geman and McClure; `r` the residual in pixels): what
 //!    is far off costs the same however far, so the motion that most points share wins, and an object of nearly half of the frame does
 //!    not matter.
 //! 3. Least squares, reweighted by the same cost, refine it, last with the two numbers more of a homography where wanted.
 //!
-//! All in `f64` with sums in a fixed order; only `+ - * /` and comparisons.
+//! All in `f64` with sums in a fixed order; only `+ - * /`, square roots and comparisons.
 
 use crate::flow::FlowField;
 use crate::rng::Rng;
