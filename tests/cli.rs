@@ -426,6 +426,21 @@ fn a_folder_of_shots_is_run_and_scored() {
 }
 
 #[test]
+fn the_foreground_of_shots_is_scored() {
+    let root = folder("foreground");
+    write_shot(&root);
+    let file = root.join("scores.json");
+    let output = tracecut(["eval", "foreground", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
+    assert_done(&output);
+    let report = json(&file);
+    let scores = &report["sequences"][0];
+    assert!(text(&output.stdout).lines().any(|l| l.starts_with("toy ")), "{}", text(&output.stdout));
+    assert_eq!((&scores["name"], &scores["iou"]), (&"toy".into(), &report["mean"]["iou"]));
+    assert!(scores["iou"].as_f64().unwrap() > 0.8 && scores["falseAlarms"].as_f64().unwrap() < 0.05, "{scores}");
+    assert_refused(&tracecut(["eval", "foreground", folder("none").to_str().unwrap()]), 1, &["holds no sequence"]);
+}
+
+#[test]
 fn flow_is_measured_against_a_flo_file() {
     let root = folder("flow");
     let pair = root.join("shift");

@@ -6,8 +6,8 @@
 //! Region 0 is the background, whatever its size: so it is in every definition file that the Moseg benchmark publishes (its grey value
 //! is 0, the one that unnamed grey values count as). All others are foreground, things that stand in front of an object included.
 //!
-//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; those of all labelled frames of a shot are counted together, so that a
-//! frame counts by how many trajectories it has.
+//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; those of all labelled frames of a shot are counted
+//! together, so that a frame counts by how many trajectories it has.
 
 use super::definition::Definition;
 use crate::Error;
@@ -27,8 +27,8 @@ pub struct ForegroundScores {
     pub false_alarms: f64,
 }
 
-/// Scores `foreground`, one value for each of `tracks`, against `maps`, the region map of each labelled frame within `tracks.num_frames` in
-/// the definition's order.
+/// Scores `foreground`, one value for each of `tracks`, against `maps`, the region map of each labelled frame within
+/// `tracks.num_frames` in the definition's order.
 ///
 /// # Errors
 /// [`Error::Data`] when the number of maps or of values does not fit.

@@ -1,15 +1,17 @@
 //! The dominant motion of a frame: that of the camera, where the world seen behind the objects is near to a plane or far away.
 //!
-//! In: a flow field. Out: a [`DominantMotion`], affine or a homography, which predicts the flow of each pixel that stands still in the world.
+//! In: a flow field. Out: a [`DominantMotion`], affine or a homography, which predicts the flow of each pixel that stands still in
+//! the world.
 //!
-//! 1. The flow is sampled on a grid of at most [`GRID`] points along the longer side. Points near the frame's rim count for more, as the
-//!    world surrounds objects more often than objects surround the world.
-//! 2. Affine motions through three points drawn at random compete with no motion, the mean of the rim's motion, and the motion of the
-//!    frame before. The one of the least robust cost `Σ w r² / (r² + τ²)` wins (Geman and McClure; `r` the residual in pixels): what is far off costs
-//!    the same however far, so the motion that most points share wins, and an object of nearly half of the frame does not matter.
+//! 1. The flow is sampled on a grid of at most [`GRID`] points along the longer side. Points near the frame's rim count for more, as
+//!    the world surrounds objects more often than objects surround the world.
+//! 2. Affine motions through three points drawn at random compete with no motion, the mean motion, and the motion of the
+//!    frame before. The one of the least robust cost `Σ w r² / (r² + τ²)` wins (Geman and McClure; `r` the residual in pixels): what
+//!    is far off costs the same however far, so the motion that most points share wins, and an object of nearly half of the frame does
+//!    not matter.
 //! 3. Least squares, reweighted by the same cost, refine it, last with the two numbers more of a homography where wanted.
 //!
-//! All in `f64` with sums in a fixed order; only `+ - * /` and comparisons.
+//! All in `f64` with sums in a fixed order; only `+ - * /`, square roots and comparisons.
 
 use crate::flow::FlowField;
 use crate::rng::Rng;
@@ -264,8 +266,8 @@ fn least_squares(samples: &[Sample], p: &[f64; 8], count: usize, tau_sq: f64) ->
     solve(normal, right, count)
 }
 
-/// Solves the symmetric system of the first `count` unknowns by Cholesky's method; only the lower triangle is read. A slight pull to 0 decides what
-/// the samples leave open.
+/// Solves the symmetric system of the first `count` unknowns by Cholesky's method; only the lower triangle is read. A slight pull to
+/// 0 decides what the samples leave open.
 fn solve(mut a: [[f64; 8]; 8], mut x: [f64; 8], count: usize) -> Option<[f64; 8]> {
     let trace: f64 = (0..count).map(|i| a[i][i]).sum();
     for i in 0..count {

@@ -8,9 +8,9 @@
 //! 3. With the prior `p0`, a pixel of K in bin `b` is salient with `S = p(b|K) p0 / (p(b|K) p0 + p(b|B) (1 − p0))`.
 //! 4. A pixel takes the greatest `S` of all windows whose K covers it.
 //!
-//! Exact, but not by writing windows: `S` depends on the bin alone, so each window is a row of numbers, one a bin, found from integral histograms,
-//! and step 4 is a sliding maximum over the windows' grid, bin by bin. The windows that cover a pixel are contiguous along either axis; the greatest of
-//! a run comes from two overlapping runs of a power of two, which doubling yields.
+//! Exact, but not by writing windows: `S` depends on the bin alone, so each window is a row of numbers, one a bin, found from
+//! integral histograms, and step 4 is a sliding maximum over the windows' grid, bin by bin. The windows that cover a pixel are
+//! contiguous along either axis; the greatest of a run comes from two overlapping runs of a power of two, which doubling yields.
 //!
 //! Windows may exceed the frame, where they are cut, as long as [`LEAST_INNER`] of K and [`LEAST_RING`] of B remain to be compared.
 
@@ -262,8 +262,8 @@ fn spread(grid: &[f32], (across, down): (&Places, &Places), found: &mut [f32], w
     }
 }
 
-/// Each block of `size` values becomes the greatest, place by place, of itself and those after it, `length` blocks in all (a power of two); at the end
-/// of those that there are.
+/// Each block of `size` values becomes the greatest, place by place, of itself and those after it, `length` blocks in all (a power of
+/// two); at the end of those that there are.
 fn doubled(values: &mut [f32], size: usize, length: usize) {
     let mut reach = 1;
     while reach < length {

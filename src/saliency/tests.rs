@@ -4,6 +4,7 @@ use super::*;
 use crate::affinity::{AffinityParams, AffinityRows};
 use crate::discontinuity::{Discontinuities, DiscontinuityParams, Neighborhoods, discontinuities, neighborhoods};
 use crate::embedding::{Embedding, EmbeddingParams, embed};
+use crate::flow::FlowField;
 use crate::image::Plane;
 use crate::rng::Rng;
 use crate::trajectory::Trajectories;
@@ -24,6 +25,7 @@ struct Clip {
     ground: fn(usize) -> (f64, f64),
     square: fn(usize) -> (f64, f64),
     noise: f64,
+    side: f64,
 }
 
 /// What comes out for each trajectory, and whether it is on the square.
@@ -40,7 +42,7 @@ impl Clip {
 
     fn covers(&self, t: usize, x: f64, y: f64) -> bool {
         let (left, top) = self.corner(t);
-        (left..left + 26.0).contains(&x) && (top..top + 26.0).contains(&y)
+        (left..left + self.side).contains(&x) && (top..top + self.side).contains(&y)
     }
 
     fn flow(&self, t: usize) -> FlowField {
@@ -117,7 +119,7 @@ fn both() -> [SaliencyParams; 2] {
 #[test]
 fn nothing_is_salient_where_nothing_moves_or_only_noise() {
     for noise in [0.0, 0.09] {
-        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (0.0, 0.0), noise };
+        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (0.0, 0.0), noise, side: 26.0 };
         for params in both() {
             let found = clip.run(&params).saliency;
             assert!(!found.foreground.contains(&true), "noise {noise}: {:?}", found.in_context);
@@ -128,22 +130,32 @@ fn nothing_is_salient_where_nothing_moves_or_only_noise() {
 #[test]
 fn a_moving_square_is_foreground_and_still_ground_is_not() {
     for params in both() {
-        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (2.5, 0.5), noise: 0.02 };
+        let clip = Clip { ground: |_| (0.0, 0.0), square: |_| (2.5, 0.5), noise: 0.02, side: 26.0 };
         assert_eq!(clip.run(&params).shares(), (1.0, 0.0), "{params:?}");
     }
 }
 
 #[test]
+fn ground_around_a_large_object_is_no_foreground() {
+    let clip = Clip { ground: |_| (1.0, 0.5), square: |_| (-2.0, 0.5), noise: 0.02, side: 52.0 };
+    assert_eq!(clip.run(&SaliencyParams::default()).shares(), (1.0, 0.0));
+}
+
+#[test]
 fn what_stops_half_way_stays_foreground() {
-    let clip =
-        Clip { ground: |_| (0.0, 0.0), square: |t| if t < FRAMES / 2 { (3.0, 0.0) } else { (0.0, 0.0) }, noise: 0.02 };
+    let clip = Clip {
+        ground: |_| (0.0, 0.0),
+        square: |t| if t < FRAMES / 2 { (3.0, 0.0) } else { (0.0, 0.0) },
+        noise: 0.02,
+        side: 26.0,
+    };
     assert_eq!(clip.run(&SaliencyParams::default()).shares(), (1.0, 0.0));
 }
 
 #[test]
 fn a_pan_of_the_camera_changes_nothing() {
-    let still = Clip { ground: |_| (0.0, 0.0), square: |_| (2.0, 1.0), noise: 0.02 };
-    let panned = Clip { ground: |_| (-3.0, 1.0), square: |_| (-1.0, 2.0), noise: 0.02 };
+    let still = Clip { ground: |_| (0.0, 0.0), square: |_| (2.0, 1.0), noise: 0.02, side: 26.0 };
+    let panned = Clip { ground: |_| (-3.0, 1.0), square: |_| (-1.0, 2.0), noise: 0.02, side: 26.0 };
     for compensation in [Compensation::Affine, Compensation::Homography] {
         let params = SaliencyParams { compensation, ..SaliencyParams::default() };
         assert_eq!(still.run(&params).shares(), (1.0, 0.0));

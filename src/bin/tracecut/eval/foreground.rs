@@ -17,10 +17,10 @@ use tracecut::eval::foreground::{ForegroundScores, mean, score};
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
-All regions but the first of each definition file are foreground. IoU is the share of the trajectory points of the labelled frames that are
-foreground in truth and result among those that are in either; recall the share of the true foreground's points that were found; false alarms
-the share of the background's points that were taken for foreground. \"alone\" is the IoU before trajectories are averaged over their neighbourhood
-in the embedding.")]
+All regions but the first of each definition file are foreground. Counted are the trajectory points of the labelled frames. IoU: those that are
+foreground in truth and result by those that are in either. Recall: the share of the true foreground that was found. False alarms: the
+share of the true background that was taken for foreground. Alone: IoU before the mean over each trajectory's neighbourhood in the
+embedding.")]
 pub(crate) struct ForegroundArgs {
     /// Folder with one sub-folder for each sequence, holding NAME.bmf, NAMEDef.dat, images and masks
     folder: PathBuf,

@@ -1,0 +1,155 @@
+//! Saliency maps of the frames of a clip: what is left of the flow, its bins, their contrast.
+
+use super::dominant::{DominantMotion, Search, dominant_motion};
+use super::surround::{Contrast, surround};
+use super::{Compensation, SaliencyParams};
+use crate::flow::FlowField;
+use crate::image::Plane;
+
+/// Counts a pixel of magnitude.
+const COUNTS_PER_PIXEL: f32 = 64.0;
+
+/// Magnitudes at and beyond this many counts are counted as one.
+const MOST_COUNTS: usize = 64 * 256;
+
+/// Saliency maps of the frames of one clip: first all flows are looked at, then maps can be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SaliencyMaps {
+    params: SaliencyParams,
+    /// Of each flow.
+    motions: Vec<DominantMotion>,
+    /// How many samples of all flows have which magnitude, in 64ths of a pixel.
+    counts: Vec<u32>,
+}
+
+impl SaliencyMaps {
+    /// Nothing looked at yet.
+    pub fn new(params: &SaliencyParams) -> Self {
+        Self { params: params.clone(), motions: Vec::new(), counts: vec![0; MOST_COUNTS] }
+    }
+
+    /// Takes note of the next frame's flow: its dominant motion and its magnitudes. Call once for each flow of the clip, in order.
+    pub fn look_at(&mut self, flow: &FlowField) {
+        let search = Search {
+            perspective: self.params.compensation == Compensation::Homography,
+            tolerance: self.params.tolerance,
+            rim_weight: self.params.rim_weight,
+        };
+        let motion = match self.params.compensation {
+            Compensation::Off => DominantMotion::none(flow),
+            _ => dominant_motion(flow, &search, self.motions.last()),
+        };
+        for &magnitude in self.reduced(flow, &motion).data() {
+            self.counts[count_of(magnitude).min(MOST_COUNTS - 1)] += 1;
+        }
+        self.motions.push(motion);
+    }
+
+    /// The motion of the camera in each flow looked at.
+    pub fn motions(&self) -> &[DominantMotion] {
+        &self.motions
+    }
+
+    /// Magnitude at which the last bin ends, in pixels.
+    pub fn range(&self) -> f64 {
+        if self.params.range > 0.0 {
+            return self.params.range;
+        }
+        let total: u64 = self.counts.iter().map(|&c| u64::from(c)).sum();
+        let wanted = self.params.range_quantile * total as f64;
+        let mut within = 0.0;
+        let enough = |&count: &u32| {
+            within += f64::from(count);
+            within >= wanted
+        };
+        let last = self.counts.iter().position(enough).unwrap_or(0);
+        ((last + 1) as f64 / f64::from(COUNTS_PER_PIXEL)).max(self.params.range_floor)
+    }
+
+    /// The saliency of each pixel of frame `t`, whose flow this is, in `0.0..=1.0`.
+    ///
+    /// Windows are laid over magnitudes of every few pixels, but each pixel is looked up by its own, so that outlines are those of
+    /// the flow.
+    pub fn map(&self, t: usize, flow: &FlowField) -> Plane<f32> {
+        let motion = self.motions.get(t).copied().unwrap_or_else(|| DominantMotion::none(flow));
+        let reduced = self.reduced(flow, &motion);
+        let scale = (f64::from(self.params.bins) / self.range()) as f32;
+        let last = (self.params.bins - 1) as u8;
+        // Casts saturate, and take what is no number for 0.
+        let bin = |magnitude: f32| ((magnitude * scale) as u8).min(last);
+        let contrast = Contrast {
+            num_bins: self.params.bins as usize,
+            prior: self.params.prior,
+            smoothing: self.params.smoothing,
+            window_scale: self.params.window_scale,
+        };
+        let found = surround(&reduced.map(bin), &contrast);
+        let half_sq = self.half(&reduced).powi(2);
+        let (step, across, size) = (self.step(flow), reduced.width(), reduced.data().len());
+        let mut map = Plane::filled(flow.u.width(), flow.u.height(), 0.0);
+        let mut magnitudes = vec![0.0; map.width()];
+        for y in 0..map.height() {
+            motion.residuals(flow, y, (0, 1), &mut magnitudes);
+            let line = &found[(y / step) * across..];
+            for (x, (s, &magnitude)) in map.row_mut(y).iter_mut().zip(&magnitudes).enumerate() {
+                *s = line[usize::from(bin(magnitude)) * size + x / step] * weight(magnitude, half_sq);
+            }
+        }
+        map
+    }
+
+    /// Pixels of the flow a pixel of the reduced maps.
+    fn step(&self, flow: &FlowField) -> usize {
+        flow.u.width().max(flow.u.height()).div_ceil(self.params.map_side as usize).max(1)
+    }
+
+    /// What is left of the flow's magnitude at every few pixels.
+    fn reduced(&self, flow: &FlowField, motion: &DominantMotion) -> Plane<f32> {
+        let step = self.step(flow);
+        let (width, height) = (flow.u.width().div_ceil(step), flow.u.height().div_ceil(step));
+        let mut magnitudes = Plane::filled(width, height, 0.0);
+        // In the middle of each step, where the frame reaches as far.
+        let first = (step / 2).min((flow.u.width() - 1) % step);
+        for y in 0..height {
+            let row = (y * step + step / 2).min(flow.u.height() - 1);
+            motion.residuals(flow, row, (first, step), magnitudes.row_mut(y));
+        }
+        magnitudes
+    }
+
+    /// Magnitude at which a pixel's saliency is halved, in pixels; 0 where it does not matter.
+    fn half(&self, reduced: &Plane<f32>) -> f32 {
+        if self.params.compensation == Compensation::Off {
+            return 0.0;
+        }
+        // The mean of what is left, in the sense of squares, each weighted as in the fit.
+        let tau_sq = self.params.tolerance.powi(2);
+        let (mut sum, mut total) = (0.0, 0.0);
+        for &magnitude in reduced.data() {
+            let r_sq = f64::from(magnitude).powi(2);
+            let weight = (tau_sq / (r_sq + tau_sq)).powi(2);
+            // What is no number has no weight.
+            if weight > 0.0 {
+                sum += weight * r_sq;
+                total += weight;
+            }
+        }
+        let noise = if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
+        (self.params.difference + self.params.noise_factor * noise) as f32
+    }
+}
+
+/// The part of its saliency that a pixel keeps.
+fn weight(magnitude: f32, half_sq: f32) -> f32 {
+    if half_sq == 0.0 {
+        return 1.0;
+    }
+    let share = half_sq / (magnitude * magnitude + half_sq);
+    // What is no number differs from nothing.
+    if share <= 1.0 { 1.0 - share } else { 0.0 }
+}
+
+/// The count that a magnitude falls into; casts saturate, and take what is no number for 0.
+fn count_of(magnitude: f32) -> usize {
+    (magnitude * COUNTS_PER_PIXEL) as usize
+}
