@@ -10,7 +10,7 @@
 //! 4. Trajectories outside the embedding take the label of most of their neighbours.
 //! 5. Labels are numbered by how many trajectory points they hold, most first.
 //!
-//! Deviations: the paper does not fix the order of merging (greedy here: chains through small clusters do not form), its ρ is 0.4 (0.75
+//! Deviations: the paper does not fix the order of merging (greedy here: chains through small clusters do not form), its ρ is 0.4 (0.77
 //! here, since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9), and it has no step 3
 //! and no least length of a border.
 //!
@@ -67,7 +67,7 @@ crate::params! {
         /// them where there is no such gap. Higher gives more clusters.
         pub min_gap: f64 = 0.02, in 0.0..=1.0;
         /// ρ: clusters whose mean discontinuity along their common border is below it are merged (section 2.3: 0.4). Higher merges more.
-        pub merge_threshold: f64 = 0.75, in 0.0..=1.0;
+        pub merge_threshold: f64 = 0.77, in 0.0..=1.0;
         /// Clusters of fewer trajectories join their least discontinuous neighbour; counted at a grid step of 8 pixels and scaled with
         /// the inverse square of the step. 0 keeps all.
         pub min_cluster: u32 = 8, in 0..=100000;
