@@ -3,7 +3,9 @@
 use super::geometry::Scale;
 use super::stage::{Progress, Stage};
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
-use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, find_objects, labels_for, paint, refine};
+use crate::cut::{
+    CutInput, CutLabels, GabrielCut, Objects, STRANGER, UNKNOWN, find_objects, labels_for, paint, refine,
+};
 use crate::discretize::Clusters;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
@@ -19,6 +21,8 @@ pub(super) struct Clip<'a> {
     /// The trajectories that were clustered, in working pixels.
     pub(super) tracks: &'a Trajectories,
     pub(super) clusters: &'a Clusters,
+    /// The greatest saliency of each of the denser trajectories that the masks are made from.
+    pub(super) salience: &'a [f32],
     pub(super) params: &'a Params,
 }
 
@@ -105,7 +109,13 @@ impl Dense {
         let params = &clip.params.cut;
         let num_labels = clip.clusters.count.max(1);
         let clustered = &clip.clusters.label;
-        let voted = self.tracks.as_ref().map(|dense| labels_for(dense, clip.tracks, clustered, num_labels, params));
+        let mut voted = self.tracks.as_ref().map(|dense| labels_for(dense, clip.tracks, clustered, num_labels, params));
+        // What moves like nothing around it is a sign of an object only where it stands out; elsewhere it is an error of the flow.
+        for (label, &salience) in voted.iter_mut().flatten().zip(clip.salience) {
+            if *label == STRANGER && f64::from(salience) <= clip.params.saliency.threshold {
+                *label = UNKNOWN;
+            }
+        }
         let objects = find_objects(clip.tracks, clip.clusters);
         let objects: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
         let input = CutInput {

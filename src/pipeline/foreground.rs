@@ -8,6 +8,7 @@ use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::Clusters;
 use crate::embedding::{Embedding, embed};
 use crate::flow::CompactFlow;
+use crate::image::Plane;
 use crate::params::Params;
 use crate::saliency::{Saliency, SaliencyMaps, context_saliency, trajectory_saliency};
 use crate::sparse::SymCsr;
@@ -18,6 +19,8 @@ use crate::trajectory::Trajectories;
 pub(super) struct Motions<'a> {
     pub(super) flows: &'a [CompactFlow],
     pub(super) tracks: &'a Trajectories,
+    /// The denser ones that the masks are made from.
+    pub(super) mask_tracks: Option<&'a Trajectories>,
     pub(super) affinities: &'a SymCsr,
     pub(super) embedding: &'a Embedding,
     pub(super) discontinuities: &'a Discontinuities,
@@ -36,6 +39,8 @@ pub(super) struct Foreground {
     mapped: usize,
     /// The saliency of each point of the trajectories; below 0 where not known.
     of_points: Vec<f32>,
+    /// The greatest saliency of each of the denser trajectories.
+    pub(super) of_mask_tracks: Vec<f32>,
     pub(super) saliency: Option<Saliency>,
     pub(super) components: Option<Components>,
     /// Who is kept apart by them.
@@ -67,9 +72,14 @@ impl Foreground {
             let t = self.mapped;
             let map = maps.map(t, &from.flows[t].unpack(1.0, 1.0));
             for (i, x, y) in from.tracks.alive(t) {
-                let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
                 let point = from.tracks.points(i).start + t - from.tracks.start_frame[i] as usize;
-                self.of_points[point] = map[(place(x, map.width()), place(y, map.height()))];
+                self.of_points[point] = nearest(&map, x, y);
+            }
+            if let Some(denser) = from.mask_tracks {
+                self.of_mask_tracks.resize(denser.len(), 0.0);
+                for (i, x, y) in denser.alive(t) {
+                    self.of_mask_tracks[i] = self.of_mask_tracks[i].max(nearest(&map, x, y));
+                }
             }
             self.mapped += 1;
         } else if pairs > 0 {
@@ -137,4 +147,10 @@ impl Foreground {
             _ => clusters,
         }
     }
+}
+
+/// The value of the pixel nearest to a point.
+fn nearest(map: &Plane<f32>, x: f32, y: f32) -> f32 {
+    let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
+    map[(place(x, map.width()), place(y, map.height()))]
 }

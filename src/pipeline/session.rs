@@ -288,6 +288,7 @@ impl Session {
         Ok(Motions {
             flows: &self.flows,
             tracks: self.working.as_ref().ok_or_else(lost)?,
+            mask_tracks: self.dense.tracks.as_ref(),
             affinities: self.affinities.as_ref().ok_or_else(lost)?,
             embedding: self.embedding.as_ref().ok_or_else(lost)?,
             discontinuities: self.discontinuities.as_ref().ok_or_else(lost)?,
@@ -310,7 +311,14 @@ impl Session {
 
     fn densify(&mut self) -> Result<Progress, Error> {
         let (Some(tracks), Some(clusters)) = (&self.working, &self.clusters) else { return Err(lost()) };
-        let clip = Clip { frames: &self.frames, flows: &self.flows, tracks, clusters, params: &self.params };
+        let clip = Clip {
+            frames: &self.frames,
+            flows: &self.flows,
+            tracks,
+            clusters,
+            salience: &self.foreground.of_mask_tracks,
+            params: &self.params,
+        };
         let progress = self.dense.step(&clip);
         if self.dense.is_finished(&self.frames) {
             self.state = State::Done;
