@@ -1,6 +1,7 @@
 //! End to end on made scenes: frames in, labels out, held against the true masks. Floors only ever go up.
 
 use std::sync::OnceLock;
+use tracecut::connectedness::ConnectednessMode;
 use tracecut::image::{Frame, Plane};
 use tracecut::synth::Scene;
 use tracecut::trajectory::Trajectories;
@@ -146,6 +147,7 @@ fn a_still_video_yields_one_label() {
     let clusters = session.clusters().unwrap();
     assert!(clusters.label.len() > 100, "{} trajectories", clusters.label.len());
     assert_eq!(clusters.count, 1);
+    assert!(!session.saliency().unwrap().foreground.contains(&true));
 }
 
 #[test]
@@ -257,4 +259,55 @@ fn degenerate_clips_end_in_a_result() {
         session.trajectories().unwrap().check().unwrap();
         assert!(session.clusters().unwrap().count <= 1, "{width}x{height}: {:?}", session.clusters());
     }
+}
+
+/// Two players who move alike and touch for a while (the paper's Figure 7): the players that each cluster holds at least a tenth of.
+fn players_by_cluster(mode: ConnectednessMode, seed: u64) -> Vec<Vec<usize>> {
+    let clip = Clip::new(&Scene::entangled(320, 240, 40, seed));
+    let mut params = Params::default();
+    params.connectedness.mode = mode;
+    params.clip.dense = false;
+    let session = clip.run(params);
+    let (tracks, clusters) = (session.trajectories().unwrap(), session.clusters().unwrap());
+    let mut votes = vec![[0_usize; 3]; clusters.count];
+    for i in 0..tracks.len() {
+        votes[clusters.label[i] as usize][usize::from(true_object(tracks, i, &clip.masks))] += 1;
+    }
+    let all = [1, 2].map(|o| votes.iter().map(|v| v[o]).sum::<usize>());
+    assert!(all.iter().all(|&n| n >= 30), "too few trajectories on the players: {all:?}");
+    votes.iter().map(|v| [1, 2].into_iter().filter(|&o| 10 * v[o] >= all[o - 1]).collect()).collect()
+}
+
+#[test]
+fn players_who_move_alike_and_touch_are_told_apart_by_connectedness_and_not_without() {
+    for seed in [1, 4] {
+        let without = players_by_cluster(ConnectednessMode::Off, seed);
+        assert!(without.contains(&vec![1, 2]), "seed {seed}: {without:?}");
+        for mode in [ConnectednessMode::Agents, ConnectednessMode::ForegroundOnly] {
+            let with = players_by_cluster(mode, seed);
+            assert!(with.iter().all(|players| players.len() < 2), "seed {seed}: {with:?}");
+            assert!([1, 2].iter().all(|o| with.iter().flatten().filter(|p| *p == o).count() == 1), "{with:?}");
+        }
+    }
+}
+
+/// The trajectories of the foreground on each object, as shares.
+fn foreground_shares(session: &Session, masks: &[Plane<u8>]) -> Vec<f64> {
+    let (tracks, saliency) = (session.trajectories().unwrap(), session.saliency().unwrap());
+    let objects = masks.iter().flat_map(|m| m.data()).max().map_or(1, |&o| usize::from(o) + 1);
+    let mut counts = vec![(0, 0); objects];
+    for i in 0..tracks.len() {
+        let count = &mut counts[usize::from(true_object(tracks, i, masks))];
+        *count = (count.0 + usize::from(saliency.foreground[i]), count.1 + 1);
+    }
+    counts.iter().map(|&(n, of)| f64::from(n as u32) / f64::from(of.max(1) as u32)).collect()
+}
+
+#[test]
+fn objects_of_the_sample_scene_are_the_foreground_though_the_camera_pans() {
+    let clip = Clip::new(&Scene::sample(480, 270, 20, 1));
+    let mut params = Params::default();
+    params.clip.dense = false;
+    let shares = foreground_shares(&clip.run(params), &clip.masks);
+    assert!(shares[0] < 0.05 && shares[1..].iter().all(|&s| s > 0.85), "{shares:?}");
 }

@@ -9,7 +9,6 @@
 //! 2. Components are followed through time as agents, so that two that touch for a while stay two (`agents`).
 //! 3. Two trajectories violate connectedness in a frame where both belong to an agent (with [`ConnectednessMode::Paper`]: a component) and
 //!    not to the same. Whoever does so in enough of their common frames has no affinity.
-//!
 //! 4. Parts of one agent stay together: where two clusters of the foreground meet it takes a stronger discontinuity to leave them two than
 //!    between foreground and background. Not in the paper, which speaks of keeping articulated parts together but has no means of its own
 //!    for it.
@@ -23,7 +22,6 @@ mod agents;
 mod components;
 
 use crate::discontinuity::Discontinuities;
-
 use crate::discretize::{Clusters, canonical, merge_clusters};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
@@ -60,6 +58,13 @@ crate::params! {
         /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the inverse square of the
         /// step.
         pub min_component: u32 = 10, in 1..=100000;
+    }
+}
+
+impl ConnectednessParams {
+    /// As the paper has it: components frame by frame, one frame of violation is enough, nothing joins parts.
+    pub fn paper() -> Self {
+        Self { mode: ConnectednessMode::Paper, min_violations: 1, part_threshold: 0.0, ..Self::default() }
     }
 }
 

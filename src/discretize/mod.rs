@@ -27,6 +27,7 @@ mod rotation;
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
 use crate::order;
+use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
 pub use kmeans::k_means;
 pub use merge::merge_clusters;
@@ -133,23 +134,14 @@ pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize 
 
 /// The segmentation of Figure 1(c): connected components of the edges with `d` at most `threshold`.
 pub fn threshold_segmentation(tracks: &Trajectories, discontinuities: &Discontinuities, threshold: f64) -> Clusters {
-    let mut parent: Vec<u32> = (0..tracks.len() as u32).collect();
+    let mut sets = DisjointSets::new(tracks.len());
     for (&(i, j), &d) in discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.d) {
         if d <= threshold {
-            let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-            parent[a.max(b) as usize] = a.min(b);
+            sets.join(i as usize, j as usize);
         }
     }
-    let label = (0..tracks.len() as u32).map(|i| root(&mut parent, i)).collect();
+    let label = (0..tracks.len()).map(|i| sets.root(i) as u32).collect();
     canonical(tracks, label)
-}
-
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
 }
 
 /// Gives unlabelled trajectories the label of most of their labelled neighbours, ring by ring; 0 where there are none at all.

@@ -212,11 +212,16 @@ impl ParamGroup for Params {
 const PRESET: &str = "preset";
 
 impl Params {
-    /// Saliency as the paper has it ([`SaliencyParams::paper`]), and the dense half: contours above a threshold that is not low, superpixels as the Gabriel graph leaves them, the
-    /// energy of [`CutParams::paper`], masks from the clustered trajectories alone, borders where the superpixels have them. Everything
-    /// else is as by default.
+    /// Saliency and connectedness as the paper has them ([`SaliencyParams::paper`], [`ConnectednessParams::paper`]), and the dense half:
+    /// contours above a threshold that is not low, superpixels as the Gabriel graph leaves them, the energy of [`CutParams::paper`],
+    /// masks from the clustered trajectories alone, borders where the superpixels have them. Everything else is as by default.
     pub fn paper() -> Self {
-        let mut params = Self { cut: CutParams::paper(), saliency: SaliencyParams::paper(), ..Self::default() };
+        let mut params = Self {
+            saliency: SaliencyParams::paper(),
+            connectedness: ConnectednessParams::paper(),
+            cut: CutParams::paper(),
+            ..Self::default()
+        };
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
         (params.contour.low, params.contour.high) = (0.03, 0.08);
