@@ -15,6 +15,10 @@ pub(super) fn symmetric_eigen(matrix: &[f64], n: usize) -> Option<DenseEigen> {
     if matrix.iter().any(|x| !x.is_finite()) {
         return None;
     }
+    if n == 0 {
+        // faer subtracts 1 from the number of rows.
+        return Some(DenseEigen { values: Vec::new(), vectors: Vec::new() });
+    }
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (matrix[i * n + j] + matrix[j * n + i]));
     let mut vectors = Mat::<f64>::zeros(n, n);
     let mut values = Mat::<f64>::zeros(n, 1);
