@@ -51,7 +51,7 @@ fn a_choice_is_an_option_by_its_name() {
     let (code, message) = code_and_message(&JsSession::new(option("connectedness", "mode", 1)).unwrap_err());
     assert_eq!(
         (code.as_str(), message.as_str()),
-        ("param", "connectedness.mode = 1 (expected one of off, paper, foreground-only)")
+        ("param", "connectedness.mode = 1 (expected one of off, paper, agents, foreground-only)")
     );
 }
 

@@ -1,5 +1,6 @@
 //! `tracecut eval`: scores against ground truth.
 
+mod batch;
 mod contours;
 mod davis;
 mod discretization;

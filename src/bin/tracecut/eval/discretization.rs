@@ -1,13 +1,13 @@
 //! `tracecut eval discretization`: Figure 10, five discretizations of one embedding over a sweep of thresholds.
 
 use super::Shot;
+use super::batch::Batch;
 use super::moseg::{Sequence, find_sequences};
 use crate::clock::Seconds;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
 use crate::run::run;
-use crate::settings::Settings;
 use crate::svg::Chart;
 use clap::Args;
 use indicatif::ProgressBar;
@@ -43,20 +43,11 @@ pub(crate) struct DiscretizationArgs {
     /// Count clusters as fragments from this share of an object's points on, in percent; 0 counts all
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * FRAGMENT_SHARE, value_parser = parse_percent)]
     fragment_share: f64,
-    /// Write all figures and the parameters to this file
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write the plot to this file
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// Only the sequences whose names these are
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
-    only: Vec<String>,
-    /// Number of sequences to work on at once
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
-    jobs: u32,
     #[command(flatten)]
-    settings: Settings,
+    batch: Batch,
 }
 
 const EIGENVALUES: [f64; 16] =
@@ -146,15 +137,15 @@ struct Report<'a> {
 }
 
 pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
-    let mut params = args.settings.params()?;
+    let mut params = args.batch.settings.params()?;
     params.clip.dense = false;
     params.connectedness.mode = ConnectednessMode::Off;
     // Every K up to the last is tried, whatever the eigenvalues.
     params.embedding.max_dimensions = args.eigenvectors;
     params.embedding.min_dimensions = args.eigenvectors;
-    let sequences = find_sequences(&args.folder, &args.only)?;
+    let sequences = find_sequences(&args.folder, &args.batch.only)?;
     print("sequence      tracks  2nd  6th  12th  last eigenvalue   least over-segmentation of rot-disc   seconds")?;
-    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), print_sequence)?;
+    let outcomes = in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args), print_sequence)?;
     let curves = curves(&outcomes);
     print_table("eigenvalues", "K is the number of eigenvalues of at least", &curves[..3])?;
     print_table("gap", "K is the place of the first gap of at least", &curves[3..])?;
@@ -162,7 +153,7 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
     if let Some(path) = &args.svg {
         write(path, chart(&curves, outcomes.len()).svg())?;
     }
-    if let Some(path) = &args.json {
+    if let Some(path) = &args.batch.json {
         let (frames, fragment_share) = (args.frames, args.fragment_share);
         let report = Report { frames, fragment_share, curves: &curves, sequences: &outcomes, params: &params };
         let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;

@@ -1,12 +1,12 @@
 //! `tracecut eval figment`: sequences of entangled people with masks of every few frames, run and scored.
 
+use super::batch::{Batch, sequences};
 use crate::clock::Seconds;
 use crate::failure::{Failure, Result, print, read, write};
 use crate::images;
 use crate::input::Input;
 use crate::jobs::in_order;
 use crate::run::run;
-use crate::settings::Settings;
 use clap::Args;
 use indicatif::ProgressBar;
 use png::{BitDepth, ColorType, Decoder};
@@ -41,17 +41,8 @@ pub(crate) struct FigmentArgs {
     /// Use the first N frames of each sequence, or all where it is shorter
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     frames: Option<u32>,
-    /// Write all figures and the parameters to this file
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Only the sequences whose names these are
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
-    only: Vec<String>,
-    /// Number of sequences to work on at once
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
-    jobs: u32,
     #[command(flatten)]
-    settings: Settings,
+    batch: Batch,
 }
 
 /// A sequence's files: frames, and the number and path of each mask.
@@ -88,11 +79,12 @@ struct Report<'a> {
 }
 
 pub(super) fn eval(args: &FigmentArgs) -> Result<()> {
-    let mut params = args.settings.params()?;
+    let mut params = args.batch.settings.params()?;
     params.clip.dense = false;
-    let sequences = find_sequences(&args.folder, &args.only)?;
+    let sequences = find_sequences(&args.folder, &args.batch.only)?;
     print(HEADING)?;
-    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args.frames), print_rows)?;
+    let outcomes =
+        in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args.frames), print_rows)?;
     let all: Vec<Scores> = outcomes.iter().map(|o| o.scores).collect();
     let without: Option<Vec<Scores>> = outcomes.iter().map(|o| o.without_connectedness).collect();
     let (mean_with, mean_without) = (mean(&all), without.map(|w| mean(&w)));
@@ -102,7 +94,7 @@ pub(super) fn eval(args: &FigmentArgs) -> Result<()> {
     if let Some(without) = &mean_without {
         print(format_args!("{:36}{}", "mean, without", columns(without)))?;
     }
-    if let Some(path) = &args.json {
+    if let Some(path) = &args.batch.json {
         let report =
             Report { sequences: &outcomes, mean: mean_with, without_connectedness: mean_without, params: &params };
         let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
@@ -113,28 +105,16 @@ pub(super) fn eval(args: &FigmentArgs) -> Result<()> {
 
 /// All sub-folders with masks, by name.
 fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
-    let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
-    let mut sequences = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(cannot)? {
-        let path = entry.map_err(cannot)?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    sequences(folder, only, "sub-folders NAME with NAME/frames and NAME/masks", |path, name| {
         let masks = path.join("masks");
-        if masks.is_dir() && (only.is_empty() || only.contains(&name)) {
-            let video = path.join("frames.y4m");
-            let frames = if video.is_file() { video } else { path.join("frames") };
-            let masks = images::in_folder(&masks)?.into_iter().map(numbered).collect::<Result<_>>()?;
-            sequences.push(Sequence { name, frames, masks });
+        if !masks.is_dir() {
+            return Ok(None);
         }
-    }
-    if sequences.is_empty() {
-        let reason = "holds no sequence (expected sub-folders NAME with NAME/frames and NAME/masks)";
-        return Err(Failure::about(folder.display(), reason));
-    }
-    if let Some(missing) = only.iter().find(|name| sequences.iter().all(|s| s.name != **name)) {
-        return Err(Failure::about(folder.display(), format_args!("holds no sequence named {missing}")));
-    }
-    sequences.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(sequences)
+        let video = path.join("frames.y4m");
+        let frames = if video.is_file() { video } else { path.join("frames") };
+        let masks = images::in_folder(&masks)?.into_iter().map(numbered).collect::<Result<_>>()?;
+        Ok(Some(Sequence { name: name.to_owned(), frames, masks }))
+    })
 }
 
 /// A mask's path with the number of its frame.

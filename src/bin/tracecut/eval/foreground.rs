@@ -1,13 +1,13 @@
 //! `tracecut eval foreground`: which trajectories are foreground, against the labelled frames of the Moseg benchmark.
 
 use super::Shot;
+use super::batch::Batch;
 use super::moseg::{Sequence, find_sequences};
 use crate::clock::Seconds;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
 use crate::run::run;
-use crate::settings::Settings;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -27,17 +27,8 @@ pub(crate) struct ForegroundArgs {
     /// Use the first N frames of each sequence, or all where it is shorter
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..))]
     frames: u32,
-    /// Write all figures and the parameters to this file
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Only the sequences whose names these are
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
-    only: Vec<String>,
-    /// Number of sequences to work on at once
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
-    jobs: u32,
     #[command(flatten)]
-    settings: Settings,
+    batch: Batch,
 }
 
 #[derive(Debug, Serialize)]
@@ -65,16 +56,17 @@ struct Report<'a> {
 }
 
 pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
-    let mut params = args.settings.params()?;
+    let mut params = args.batch.settings.params()?;
     params.clip.dense = false;
-    let sequences = find_sequences(&args.folder, &args.only)?;
+    let sequences = find_sequences(&args.folder, &args.batch.only)?;
     print("sequence     frames  tracks     IoU  recall  false alarms   alone  seconds")?;
-    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args.frames), print_row)?;
+    let outcomes =
+        in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args.frames), print_row)?;
     let means = |scores: fn(&Outcome) -> ForegroundScores| mean(&outcomes.iter().map(scores).collect::<Vec<_>>());
     let (in_context, alone) = (means(|o| o.scores), means(|o| o.alone));
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     print(format_args!("{:27}{} {seconds:8.1}", "mean", columns(&in_context, &alone)))?;
-    let Some(path) = &args.json else { return Ok(()) };
+    let Some(path) = &args.batch.json else { return Ok(()) };
     let report =
         Report { frames: args.frames, sequences: &outcomes, mean: in_context, mean_alone: alone, params: &params };
     let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;

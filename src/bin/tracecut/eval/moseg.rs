@@ -1,12 +1,12 @@
 //! `tracecut eval moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
+use super::batch::{Batch, sequences};
 use super::{Shot, num_clusters};
 use crate::clock::Seconds;
 use crate::failure::{Failure, Result, print, write};
 use crate::input::Input;
 use crate::jobs::in_order;
 use crate::run::run;
-use crate::settings::Settings;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -35,20 +35,11 @@ pub(crate) struct MosegArgs {
     /// Make masks as well, and score all pixels of the labelled frames
     #[arg(long)]
     dense: bool,
-    /// Write all figures and the parameters to this file
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write the labelled trajectories of each sequence into this folder as NAME.dat
     #[arg(long, value_name = "DIR")]
     tracks: Option<PathBuf>,
-    /// Only the sequences whose names these are
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
-    only: Vec<String>,
-    /// Number of sequences to work on at once
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
-    jobs: u32,
     #[command(flatten)]
-    settings: Settings,
+    batch: Batch,
 }
 
 /// A sequence's files.
@@ -115,15 +106,15 @@ struct Report<'a> {
 }
 
 pub(super) fn eval(args: &MosegArgs) -> Result<()> {
-    let mut params = args.settings.params()?;
+    let mut params = args.batch.settings.params()?;
     // Without masks to score the run ends with the trajectories' labels.
     params.clip.dense = args.dense;
-    let sequences = find_sequences(&args.folder, &args.only)?;
+    let sequences = find_sequences(&args.folder, &args.batch.only)?;
     if let Some(folder) = &args.tracks {
         crate::failure::create_folder(folder)?;
     }
     print(HEADING)?;
-    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), print_rows)?;
+    let outcomes = in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args), print_rows)?;
     let sparse = Means::over(&outcomes, |o| Some(&o.scores));
     let dense = args.dense.then(|| Dense {
         pixels: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.pixels)),
@@ -133,7 +124,7 @@ pub(super) fn eval(args: &MosegArgs) -> Result<()> {
     let without = connected.then(|| Means::over(&outcomes, |o| o.without_connectedness.as_ref()));
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     print_means(&sparse, without.as_ref(), dense.as_ref(), seconds)?;
-    if let Some(path) = &args.json {
+    if let Some(path) = &args.batch.json {
         let frames = args.frames;
         let report =
             Report { frames, sequences: &outcomes, sparse, without_connectedness: without, dense, params: &params };
@@ -145,26 +136,11 @@ pub(super) fn eval(args: &MosegArgs) -> Result<()> {
 
 /// All sub-folders with a `.bmf` list, by name.
 pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
-    let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
-    let mut sequences = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(cannot)? {
-        let path = entry.map_err(cannot)?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let list = path.join(&name).with_extension("bmf");
-        if list.is_file() && (only.is_empty() || only.contains(&name)) {
-            let definition = path.join(format!("{name}Def.dat"));
-            sequences.push(Sequence { name, list, definition });
-        }
-    }
-    if sequences.is_empty() {
-        let reason = "holds no sequence (expected sub-folders NAME with NAME.bmf and NAMEDef.dat)";
-        return Err(Failure::about(folder.display(), reason));
-    }
-    if let Some(missing) = only.iter().find(|name| sequences.iter().all(|s| s.name != **name)) {
-        return Err(Failure::about(folder.display(), format_args!("holds no sequence named {missing}")));
-    }
-    sequences.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(sequences)
+    sequences(folder, only, "sub-folders NAME with NAME.bmf and NAMEDef.dat", |path, name| {
+        let list = path.join(name).with_extension("bmf");
+        let definition = path.join(format!("{name}Def.dat"));
+        Ok(list.is_file().then(|| Sequence { name: name.to_owned(), list, definition }))
+    })
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Result<Outcome> {
