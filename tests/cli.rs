@@ -332,6 +332,11 @@ fn dumped_numbers_describe_the_written_tracks() {
     for pair in lines("neighbours.txt") {
         assert!(pair[0] < pair[1] && pair[1] < n as f64 && (0.0..=1.0).contains(&pair[3]), "{pair:?}");
     }
+    let saliency = lines("saliency.txt");
+    assert_eq!(saliency.len(), n);
+    assert!(saliency.iter().all(|s| s.iter().all(|v| (0.0..=1.0).contains(v)) && (s[1] > 0.5) == (s[2] == 1.0)));
+    let foreground = saliency.iter().filter(|s| s[2] == 1.0).count();
+    assert!((1..n).contains(&foreground), "{foreground} of {n}");
 }
 
 /// A shot in the layout of the Moseg benchmark: the moving clip with frames 0 and 9 labelled.

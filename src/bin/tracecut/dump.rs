@@ -7,11 +7,12 @@ use std::path::Path;
 use tracecut::Session;
 use tracecut::discontinuity::Discontinuities;
 use tracecut::embedding::Embedding;
+use tracecut::saliency::Saliency;
 use tracecut::sparse::SymCsr;
 
 type Lines<'a> = &'a mut dyn Write;
 
-/// Writes what the session has of: `affinity.mtx`, `eigenvalues.txt`, `eigenvectors.txt`, `neighbours.txt`.
+/// Writes what the session has of: `affinity.mtx`, `eigenvalues.txt`, `eigenvectors.txt`, `neighbours.txt`, `saliency.txt`.
 pub(crate) fn write_all(folder: &Path, session: &Session) -> Result<()> {
     create_folder(folder)?;
     if let Some(affinities) = session.affinities() {
@@ -23,6 +24,9 @@ pub(crate) fn write_all(folder: &Path, session: &Session) -> Result<()> {
     }
     if let Some(discontinuities) = session.discontinuities() {
         write_lines(&folder.join("neighbours.txt"), |out| write_neighbours(out, discontinuities))?;
+    }
+    if let Some(saliency) = session.saliency() {
+        write_lines(&folder.join("saliency.txt"), |out| write_saliency(out, saliency))?;
     }
     Ok(())
 }
@@ -72,6 +76,16 @@ fn write_neighbours(out: Lines<'_>, discontinuities: &Discontinuities) -> std::i
         discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.affinity).zip(&discontinuities.d)
     {
         writeln!(out, "{i} {j} {w:.16e} {d:.16e}")?;
+    }
+    Ok(())
+}
+
+/// One line for each trajectory: its own saliency, that in the context of the embedding, and 1 where it is foreground.
+fn write_saliency(out: Lines<'_>, saliency: &Saliency) -> std::io::Result<()> {
+    for ((own, in_context), &foreground) in
+        saliency.of_points.iter().zip(&saliency.in_context).zip(&saliency.foreground)
+    {
+        writeln!(out, "{own} {in_context} {}", u8::from(foreground))?;
     }
     Ok(())
 }

@@ -36,7 +36,7 @@ pub(crate) struct SegmentArgs {
     /// End with the labels of the trajectories, without masks; short for --set clip.dense=false
     #[arg(long)]
     no_dense: bool,
-    /// Also write the affinities, the eigenpairs and the neighbour pairs as text
+    /// Also write the affinities, the eigenpairs, the neighbour pairs and the saliency as text
     #[arg(long)]
     dump: bool,
     #[command(flatten)]
