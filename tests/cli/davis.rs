@@ -121,7 +121,7 @@ fn folders_that_cannot_be_scored_are_refused_with_the_reason() {
     let still = davis(&root, &["--frames", "3"]);
     assert_done(&still);
     assert_eq!(row(&text(&still.stdout), "toy")[1..4], ["3", "0", "0.000"]);
-    assert_refused(&davis(&root, &["--sequences", "toy,boat"]), 1, &["holds no sequence named boat"]);
+    assert_refused(&davis(&root, &["--only", "toy,boat"]), 1, &["holds no sequence named boat"]);
     assert_refused(&davis(&root, &["--frames", "2"]), 2, &["--frames"]);
     assert_refused(&davis(&root, &["--set", "clip.dense=false"]), 1, &["clip.dense"]);
 }

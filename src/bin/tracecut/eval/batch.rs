@@ -11,7 +11,7 @@ pub(super) struct Batch {
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,
     /// Only the sequences whose names these are
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    #[arg(long, alias = "sequences", value_name = "NAME,...", value_delimiter = ',')]
     pub(super) only: Vec<String>,
     /// Number of sequences to work on at once
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]

@@ -3,6 +3,7 @@
 mod folder;
 mod published;
 
+use super::batch::Batch;
 use super::num_clusters;
 use crate::clock::Seconds;
 use crate::failure::{Failure, Result, print, write};
@@ -11,7 +12,6 @@ use crate::jobs::in_order;
 use crate::masks::{paint_lines, tinted};
 use crate::pictures::{Pixels, Series};
 use crate::run::run;
-use crate::settings::Settings;
 use clap::Args;
 use folder::{Sequence, find_sequences};
 use indicatif::ProgressBar;
@@ -44,15 +44,6 @@ pub(crate) struct DavisArgs {
     /// Use the first N frames of each sequence, or all where it is shorter
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..))]
     frames: Option<u32>,
-    /// Only the sequences whose names these are
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
-    sequences: Vec<String>,
-    /// Number of sequences to work on at once
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
-    jobs: u32,
-    /// Write all figures, those of each frame and the parameters to this file
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write frames into this folder as NAME/%05d.png, masks in colour, the true mask outlined in white
     #[arg(long, value_name = "DIR")]
     overlay: Option<PathBuf>,
@@ -60,7 +51,7 @@ pub(crate) struct DavisArgs {
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     overlay_step: u32,
     #[command(flatten)]
-    settings: Settings,
+    batch: Batch,
 }
 
 /// What came of one sequence.
@@ -100,15 +91,15 @@ struct Means {
 }
 
 pub(super) fn eval(args: &DavisArgs) -> Result<()> {
-    let params = args.settings.params()?;
+    let params = args.batch.settings.params()?;
     if !params.clip.dense {
         return Err(Failure("clip.dense is false, so that there would be no masks to score: leave it on".to_owned()));
     }
-    let sequences = find_sequences(&args.folder, &args.sequences)?;
+    let sequences = find_sequences(&args.folder, &args.batch.only)?;
     let published = Published::beside(&args.folder)?;
     print(format_args!("{HEADING}{}", published.heading()))?;
     let report = |o: &Outcome| print(format_args!("{}{}", row(o), published.columns(&o.name)));
-    let outcomes = in_order(&sequences, args.jobs as usize, |s| run_sequence(s, &params, args), report)?;
+    let outcomes = in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args), report)?;
     let mean = means(&outcomes);
     let names: Vec<&str> = outcomes.iter().map(|o| o.name.as_str()).collect();
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
@@ -116,7 +107,7 @@ pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     let columns = score_columns(&mean.j, &mean.f, &mean.oracle_j);
     print(format_args!("{title:31}{columns} {seconds:8.1}{}", published.mean_columns(&names)))?;
     published.table(&names).iter().try_for_each(print)?;
-    if let Some(path) = &args.json {
+    if let Some(path) = &args.batch.json {
         let report = Report { frames: args.frames, sequences: &outcomes, mean, params: &params };
         let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
         write(path, text + "\n")?;
