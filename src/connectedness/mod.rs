@@ -124,7 +124,8 @@ pub fn constrain(
     for i in 0..affinities.len() {
         for (j, w) in affinities.row(i).filter(|&(j, _)| j > i) {
             let both = foreground[i] && foreground[j];
-            if if both { separation.apart(tracks, i, j) } else { alone } {
+            let dropped = if both { separation.apart(tracks, i, j) } else { alone };
+            if dropped {
                 lost += 1;
             } else {
                 kept.push((i as u32, j as u32, w as f32));
