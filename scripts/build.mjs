@@ -3,7 +3,7 @@
 
 import { createHash } from 'node:crypto';
 import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { writeParameters } from './parameters.mjs';
@@ -33,6 +33,7 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   const stamps = readStamps(force);
 
   const scripts = [join(root, 'scripts', 'build.mjs'), join(root, 'scripts', 'parameters.mjs')];
+  const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');
   // A target folder of its own: the decoder wants the library with fewer features, and in one folder each would undo the other's build.
   const decoder = cargoBuild('tracecut_decoder', ['--package', 'tracecut-decoder'], join('target', 'decoder'));
@@ -42,7 +43,8 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
     buildWasm(engine, 'tracecut');
     await writeParameters(dist);
   });
-  const sources = readdirSync(lib).sort().map((name) => join(lib, name));
+  await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
+  const sources = libraryFiles().map((name) => join(lib, name));
   await step(stamps, 'modules', [...sources, join(dist, 'parameters.d.ts'), lock, ...scripts], () => buildModules());
   writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
   checkSize(overBudget === 'warn' ? console.warn : fail);
@@ -83,9 +85,26 @@ function buildWasm(cargoWasm, name) {
   run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', ...wasmFeatures, wasm, '-o', wasm]);
 }
 
+/**
+ * Bundles what the package takes of a library into one module of its own, so that a page without a bundler can use it as it is. The
+ * library's own notice stays at the end of the file. Its types stay out: nothing public mentions them.
+ */
+async function buildVendored(entry) {
+  const { build: bundle } = await import('esbuild');
+  const outfile = join(dist, 'vendor', basename(entry));
+  await bundle({ entryPoints: [entry], outfile, bundle: true, format: 'esm', target: 'es2022', minify: true, legalComments: 'eof', logLevel: 'warning' });
+  copyFileSync(entry, outfile.replace('.js', '.d.ts'));
+}
+
+/** The hand-written modules, by their places below `www/lib`. */
+function libraryFiles() {
+  return readdirSync(lib, { recursive: true }).filter((name) => /\.(js|json)$/.test(name)).sort();
+}
+
 function buildModules() {
-  for (const name of readdirSync(lib)) {
-    if (name.endsWith('.js')) copyFileSync(join(lib, name), join(dist, name));
+  for (const name of libraryFiles().filter((file) => file.endsWith('.js'))) {
+    mkdirSync(dirname(join(dist, name)), { recursive: true });
+    copyFileSync(join(lib, name), join(dist, name));
   }
   run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
     hint: 'The types of www/lib do not agree.',
