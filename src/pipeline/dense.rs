@@ -2,6 +2,7 @@
 
 use super::geometry::Scale;
 use super::stage::{Progress, Stage};
+use super::windows::Windows;
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
 use crate::cut::{
     CutInput, CutLabels, GabrielCut, Objects, STRANGER, UNKNOWN, find_objects, labels_for, paint, refine,
@@ -23,7 +24,22 @@ pub(super) struct Clip<'a> {
     pub(super) clusters: &'a Clusters,
     /// The greatest saliency of each of the denser trajectories that the masks are made from.
     pub(super) salience: &'a [f32],
+    /// The clip-wide number of each clustered trajectory.
+    pub(super) numbers: &'a [u32],
+    /// Where the clip is taken window by window.
+    pub(super) windows: Option<&'a Windows>,
     pub(super) params: &'a Params,
+}
+
+impl Clip<'_> {
+    /// Which clusters are objects, under the labels that they had in the window before.
+    fn objects(&self) -> Objects {
+        let found = find_objects(self.tracks, self.clusters);
+        match self.windows {
+            Some(w) => w.identities.rename(&found, self.tracks, &self.clusters.label, self.numbers, w.overlap),
+            None => found,
+        }
+    }
 }
 
 /// What the dense stages have found so far, at working size.
@@ -98,7 +114,7 @@ impl Dense {
             self.moves = Some(moves);
         } else {
             self.cut = moves.finish();
-            self.objects = find_objects(clip.tracks, clip.clusters);
+            self.objects = clip.objects();
         }
         // Making the energy counts as a step, so that a cut without any move is seen to end.
         Progress { stage: Stage::Cut, done: done + 1, total: total + 1 }

@@ -9,6 +9,9 @@ mod session;
 mod stage;
 #[cfg(test)]
 mod tests;
+mod windows;
+#[cfg(test)]
+mod windows_tests;
 
 pub use session::Session;
 pub use stage::{Progress, Stage, Step};

@@ -11,7 +11,10 @@ const SLICE_MS = 30;
  *   | 'superpixels' | 'cut' | 'masks'} Stage
  */
 /** @typedef {{stage: Stage, done: number, total: number}} Progress */
-/** @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number}} Info */
+/**
+ * What a session holds. `memoryBytes` is the linear memory of its wasm instance, which never shrinks.
+ * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number, memoryBytes: number}} Info
+ */
 /** @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField */
 
 /**
@@ -38,6 +41,8 @@ const SLICE_MS = 30;
  * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the abort.
  * @typedef {object} Engine
  * @property {(frame: import('./frames.js').RawFrame) => Promise<Info>} push
+ * @property {(frame: import('./frames.js').RawFrame) => Promise<Info & {held: boolean}>} pushInShot for clips taken window by window
+ * @property {(overlap: number) => Promise<Info>} advance goes on to the next window
  * @property {(trajectories: import('./trajectories.js').RawTrajectories) => Promise<Info>} setTrajectories
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
  * @property {(t: number) => Promise<FlowField>} flow
@@ -84,6 +89,23 @@ export class LocalEngine {
   push(frame) {
     return this.#withPixels(frame, (session, data, width, height) => {
       session.pushRgba(data, width, height);
+      return session.info();
+    });
+  }
+
+  /** @param {import('./frames.js').RawFrame} frame */
+  pushInShot(frame) {
+    return this.#withPixels(frame, (session, data, width, height) => {
+      const held = session.pushInShot(data, width, height);
+      return { ...session.info(), held };
+    });
+  }
+
+  /** @param {number} overlap */
+  advance(overlap) {
+    return this.#queued((session) => {
+      this.#seconds = {};
+      session.advance(overlap);
       return session.info();
     });
   }

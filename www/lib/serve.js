@@ -30,6 +30,10 @@ export function serve(port) {
         return undefined;
       case 'push':
         return (await engine).push(data);
+      case 'pushInShot':
+        return (await engine).pushInShot(data);
+      case 'advance':
+        return (await engine).advance(data);
       case 'setTrajectories':
         return (await engine).setTrajectories(data);
       case 'flow':

@@ -19,7 +19,7 @@ export async function openSession(options, platform) {
 }
 
 /** @type {import('./engine.js').Info} */
-const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHeight: 0 };
+const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHeight: 0, memoryBytes: 0 };
 
 /**
  * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work, results are
