@@ -1,5 +1,6 @@
 //! `Session`: frames in, one bounded step at a time, results stage by stage.
 
+use super::correct::Corrections;
 use super::dense::{Clip, Dense};
 use super::foreground::{Connected, Foreground, Motions};
 use super::geometry::Scale;
@@ -24,7 +25,7 @@ const REFERENCE_STEP: f32 = 8.0;
 
 /// What is in progress: each variant owns the unfinished work of its stage.
 #[derive(Debug)]
-enum State {
+pub(super) enum State {
     /// Taking frames.
     Open,
     Motion(Box<Motion>),
@@ -49,7 +50,7 @@ pub struct Session {
     pub(super) scale: Option<Scale>,
     /// Distance of neighbouring trajectories, in working pixels.
     pub(super) spacing: f32,
-    state: State,
+    pub(super) state: State,
     pub(super) flows: Vec<CompactFlow>,
     pub(super) working: Option<Trajectories>,
     pub(super) trajectories: Option<Trajectories>,
@@ -59,6 +60,7 @@ pub struct Session {
     pub(super) clusters: Option<Clusters>,
     pub(super) foreground: Foreground,
     pub(super) dense: Dense,
+    pub(super) corrections: Corrections,
 }
 
 impl Session {
@@ -83,6 +85,7 @@ impl Session {
             clusters: None,
             foreground: Foreground::default(),
             dense: Dense::default(),
+            corrections: Corrections::default(),
         })
     }
 

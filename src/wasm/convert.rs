@@ -105,9 +105,9 @@ pub(super) fn trajectories(t: &Trajectories) -> JsValue {
     ])
 }
 
-/// `{count, ofCluster}`.
+/// `{count, ofCluster, labels}`.
 pub(super) fn objects(o: &Objects) -> JsValue {
-    object([("count", o.count.into()), ("ofCluster", bytes(&o.of_cluster))])
+    object([("count", o.count.into()), ("ofCluster", bytes(&o.of_cluster)), ("labels", bytes(&o.labels()))])
 }
 
 /// `{width, height, pb, thin}`.

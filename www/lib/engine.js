@@ -1,5 +1,6 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
+import { applyCorrection } from './correction.js';
 import { toPixels } from './decode.js';
 import { alive, guarded, instance } from './instance.js';
 
@@ -11,7 +12,10 @@ const SLICE_MS = 30;
  *   | 'superpixels' | 'cut' | 'masks'} Stage
  */
 /** @typedef {{stage: Stage, done: number, total: number}} Progress */
-/** @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number}} Info */
+/**
+ * `corrections` is the number in force.
+ * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number, corrections: number}} Info
+ */
 /** @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField */
 
 /**
@@ -39,6 +43,7 @@ const SLICE_MS = 30;
  * @typedef {object} Engine
  * @property {(frame: import('./frames.js').RawFrame) => Promise<Info>} push
  * @property {(trajectories: import('./trajectories.js').RawTrajectories) => Promise<Info>} setTrajectories
+ * @property {(correction: import('./correction.js').RawCorrection) => Promise<Info>} correct decides; `run` then does what follows
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
  * @property {(t: number) => Promise<FlowField>} flow
  * @property {(t: number) => Promise<RawBoundaryMap>} boundaries
@@ -92,6 +97,14 @@ export class LocalEngine {
   setTrajectories(t) {
     return this.#queued((session) => {
       session.setTrajectories(t.numFrames, t.width, t.height, t.startFrame, t.offset, t.x, t.y);
+      return session.info();
+    });
+  }
+
+  /** @param {import('./correction.js').RawCorrection} correction */
+  correct(correction) {
+    return this.#queued((session) => {
+      applyCorrection(session, correction);
       return session.info();
     });
   }

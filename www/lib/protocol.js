@@ -11,7 +11,7 @@
 //                                     <-     {id, type: 'failed', data: {code, message}}
 
 /**
- * @typedef {'create' | 'push' | 'setTrajectories' | 'run' | 'abort' | 'flow' | 'boundaries' | 'superpixels' | 'saliencyMap'
+ * @typedef {'create' | 'push' | 'setTrajectories' | 'correct' | 'run' | 'abort' | 'flow' | 'boundaries' | 'superpixels' | 'saliencyMap'
  *   | 'boundariesOf' | 'superpixelsOf' | 'discontinuitiesOf' | 'clear'} RequestType
  */
 /** @typedef {{id: number, type: RequestType, data?: any}} Request */
