@@ -3,6 +3,7 @@
 pub mod affinity;
 pub mod connectedness;
 pub mod contour;
+pub mod correction;
 pub mod cut;
 pub mod delaunay;
 pub mod discontinuity;

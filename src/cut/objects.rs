@@ -27,7 +27,8 @@ const CELLS: usize = 8;
 /// The mask label of each cluster.
 ///
 /// Law: 0 is the background; [`find_objects`] numbers objects 1, 2, ... by falling area, and all but the 255 largest count as background.
-/// In later windows of a long clip objects keep the labels that they had before, so that there may be gaps.
+/// In later windows of a long clip objects keep the labels that they had before, and so they do when the user corrects some, so that there
+/// may be gaps.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Objects {
     /// The highest label.

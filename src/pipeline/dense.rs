@@ -1,6 +1,7 @@
 //! The last stages: superpixels frame by frame, the cut over the whole clip, masks frame by frame.
 
 use super::geometry::Scale;
+use super::recut::{Before, Recut};
 use super::stage::{Progress, Stage};
 use super::windows::Windows;
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
@@ -50,9 +51,11 @@ pub(super) struct Dense {
     pub(super) superpixels: Vec<Superpixels>,
     /// The cut while it is being made.
     moves: Option<Box<GabrielCut>>,
-    cut: CutLabels,
-    objects: Objects,
+    pub(super) cut: CutLabels,
+    pub(super) objects: Objects,
     pub(super) masks: Vec<Plane<u8>>,
+    /// What a correction asks for, until it is done.
+    recut: Option<Box<Recut>>,
 }
 
 impl Dense {
@@ -86,6 +89,22 @@ impl Dense {
         Some(clusters)
     }
 
+    /// Begins the cut anew, with the objects of corrected clusters.
+    pub(super) fn begin_again(&mut self, objects: Objects, recut: impl FnOnce(Before) -> Recut) {
+        let before = Before {
+            cut: std::mem::take(&mut self.cut),
+            objects: std::mem::replace(&mut self.objects, objects),
+            masks: std::mem::take(&mut self.masks),
+        };
+        self.recut = Some(Box::new(recut(before)));
+    }
+
+    /// Puts back what was found before, whatever is under way.
+    pub(super) fn restore(&mut self, cut: CutLabels, objects: Objects, masks: Vec<Plane<u8>>) {
+        (self.cut, self.objects, self.masks) = (cut, objects, masks);
+        (self.moves, self.recut) = (None, None);
+    }
+
     /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.
     pub(super) fn step(&mut self, clip: &Clip<'_>) -> Progress {
         let total = clip.frames.len() as u32;
@@ -99,6 +118,13 @@ impl Dense {
             return self.step_cut(clip);
         }
         let t = self.masks.len();
+        if let Some(recut) = &self.recut {
+            self.masks.push(recut.mask(t, &self.superpixels[t], &self.cut.labels[t], &self.objects, clip));
+            if self.is_finished(clip.frames) {
+                self.recut = None;
+            }
+            return Progress { stage: Stage::Masks, done: t as u32 + 1, total };
+        }
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
         // A clip without clusters is all background.
         let mask = mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0));
@@ -114,7 +140,9 @@ impl Dense {
             self.moves = Some(moves);
         } else {
             self.cut = moves.finish();
-            self.objects = clip.objects();
+            if self.recut.is_none() {
+                self.objects = clip.objects();
+            }
         }
         // Making the energy counts as a step, so that a cut without any move is seen to end.
         Progress { stage: Stage::Cut, done: done + 1, total: total + 1 }
@@ -132,8 +160,8 @@ impl Dense {
                 *label = UNKNOWN;
             }
         }
-        let objects = find_objects(clip.tracks, clip.clusters);
-        let objects: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
+        let found = if self.recut.is_some() { self.objects.clone() } else { find_objects(clip.tracks, clip.clusters) };
+        let objects: Vec<bool> = found.of_cluster.iter().map(|&label| label > 0).collect();
         let input = CutInput {
             superpixels: &self.superpixels,
             tracks: self.tracks.as_ref().unwrap_or(clip.tracks),
@@ -143,7 +171,10 @@ impl Dense {
             flows: clip.flows,
             frames: clip.frames,
         };
-        GabrielCut::new(&input, params)
+        match &self.recut {
+            Some(recut) => recut.cut(&input, &self.objects, clip),
+            None => GabrielCut::new(&input, params),
+        }
     }
 }
 

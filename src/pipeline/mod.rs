@@ -1,9 +1,11 @@
 //! The stages in their order.
 
+mod correct;
 mod dense;
 mod foreground;
 mod geometry;
 mod motion;
+mod recut;
 mod results;
 mod session;
 mod stage;

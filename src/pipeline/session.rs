@@ -1,5 +1,6 @@
 //! `Session`: frames in, one bounded step at a time, results stage by stage.
 
+use super::correct::Corrections;
 use super::dense::{Clip, Dense};
 use super::foreground::{Connected, Foreground, Motions};
 use super::geometry::Scale;
@@ -64,6 +65,7 @@ pub struct Session {
     pub(super) dense: Dense,
     /// Where the clip is taken window by window.
     pub(super) windows: Option<Box<Windows>>,
+    pub(super) corrections: Corrections,
 }
 
 impl Session {
@@ -90,6 +92,7 @@ impl Session {
             foreground: Foreground::default(),
             dense: Dense::default(),
             windows: None,
+            corrections: Corrections::default(),
         })
     }
 

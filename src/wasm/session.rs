@@ -1,6 +1,7 @@
 //! The session as JavaScript sees it.
 
 use super::convert::{self, doubles, narrowed, object, words};
+use crate::correction::Correction;
 use crate::image::Frame;
 use crate::pipeline::Step;
 use crate::trajectory::Trajectories;
@@ -15,6 +16,10 @@ pub struct JsSession(Session);
 impl JsSession {
     pub(super) fn params_in_force(&self) -> &Params {
         self.0.params()
+    }
+
+    fn correct(&mut self, correction: &Correction) -> Result<(), JsValue> {
+        self.0.correct(correction).map_err(|e| convert::to_js_error(&e))
     }
 }
 
@@ -71,12 +76,28 @@ impl JsSession {
         }
     }
 
+    /// What is `from` becomes `into`.
+    pub fn merge(&mut self, into: u8, from: u8) -> Result<(), JsValue> {
+        self.correct(&Correction::Merge { into, from })
+    }
+
+    /// An object becomes two; with `at`, the part at this place of frame `t` is the new one.
+    pub fn split(&mut self, label: u8, at: bool, t: usize, x: f32, y: f32) -> Result<(), JsValue> {
+        self.correct(&Correction::Split { label, at: at.then_some((t, x, y)) })
+    }
+
+    /// Takes the last correction back.
+    #[wasm_bindgen(js_name = undoCorrection)]
+    pub fn undo_correction(&mut self) -> Result<(), JsValue> {
+        self.0.undo_correction().map_err(|e| convert::to_js_error(&e))
+    }
+
     /// Drops frames and results; parameters stay.
     pub fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// `{numFrames, width, height, workingWidth, workingHeight, memoryBytes}`; sizes are 0 before the first frame. The memory is that of
+    /// `{numFrames, width, height, workingWidth, workingHeight, corrections, memoryBytes}`; sizes are 0 before the first frame. The memory is that of
     /// the whole instance, which never shrinks.
     pub fn info(&self) -> JsValue {
         let (width, height) = self.0.input_size().unwrap_or_default();
@@ -87,6 +108,7 @@ impl JsSession {
             ("height", height.into()),
             ("workingWidth", working_width.into()),
             ("workingHeight", working_height.into()),
+            ("corrections", self.0.num_corrections().into()),
             ("memoryBytes", convert::memory_bytes().into()),
         ])
     }

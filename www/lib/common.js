@@ -25,6 +25,7 @@ export function parameters() {
 /** @typedef {import('./frames.js').FrameSource} FrameSource */
 /** @typedef {import('./clip.js').ClipOptions} ClipOptions */
 /** @typedef {import('./trajectories.js').TrajectoryInput} TrajectoryInput */
+/** @typedef {import('./correction.js').Place} Place */
 /** @typedef {import('./engine.js').Progress} Progress */
 /** @typedef {import('./engine.js').Stage} Stage */
 /** @typedef {import('./engine.js').FlowField} FlowField */
@@ -38,3 +39,4 @@ export function parameters() {
 /** @typedef {import('./result.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
+/** @typedef {import('./session.js').RunOptions} RunOptions */

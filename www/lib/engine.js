@@ -1,5 +1,6 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
+import { applyCorrection } from './correction.js';
 import { toPixels } from './decode.js';
 import { alive, guarded, instance } from './instance.js';
 
@@ -12,8 +13,9 @@ const SLICE_MS = 30;
  */
 /** @typedef {{stage: Stage, done: number, total: number}} Progress */
 /**
- * What a session holds. `memoryBytes` is the linear memory of its wasm instance, which never shrinks.
- * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number, memoryBytes: number}} Info
+ * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance, which never shrinks.
+ * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number, corrections: number,
+ *   memoryBytes: number}} Info
  */
 /** @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField */
 
@@ -44,6 +46,7 @@ const SLICE_MS = 30;
  * @property {(frame: import('./frames.js').RawFrame) => Promise<Info & {held: boolean}>} pushInShot for clips taken window by window
  * @property {(overlap: number) => Promise<Info>} advance goes on to the next window
  * @property {(trajectories: import('./trajectories.js').RawTrajectories) => Promise<Info>} setTrajectories
+ * @property {(correction: import('./correction.js').RawCorrection) => Promise<Info>} correct decides; `run` then does what follows
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
  * @property {(t: number) => Promise<FlowField>} flow
  * @property {(t: number) => Promise<RawBoundaryMap>} boundaries
@@ -114,6 +117,14 @@ export class LocalEngine {
   setTrajectories(t) {
     return this.#queued((session) => {
       session.setTrajectories(t.numFrames, t.width, t.height, t.startFrame, t.offset, t.x, t.y);
+      return session.info();
+    });
+  }
+
+  /** @param {import('./correction.js').RawCorrection} correction */
+  correct(correction) {
+    return this.#queued((session) => {
+      applyCorrection(session, correction);
       return session.info();
     });
   }

@@ -78,6 +78,11 @@ export class RemoteEngine {
     return this.#request('setTrajectories', trajectories);
   }
 
+  /** @param {import('./correction.js').RawCorrection} correction */
+  correct(correction) {
+    return this.#request('correct', correction);
+  }
+
   /** @param {number} t */
   flow(t) {
     return this.#request('flow', t);

@@ -36,6 +36,8 @@ export function serve(port) {
         return (await engine).advance(data);
       case 'setTrajectories':
         return (await engine).setTrajectories(data);
+      case 'correct':
+        return (await engine).correct(data);
       case 'flow':
         return (await engine).flow(data);
       case 'boundaries':
