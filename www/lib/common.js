@@ -3,7 +3,14 @@
 import { PARAMETERS, VERSION } from './parameters.js';
 
 export { Clip } from './clip.js';
+export { fitFrame } from './draw/canvas.js';
+export { drawLabels } from './draw/labels.js';
+export { flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
 export { TraceCutError } from './errors.js';
+export { cocoRle } from './export/coco.js';
+export { labelMaps, labelsNpy } from './export/label-maps.js';
+export { maskPng, masksZip } from './export/masks.js';
+export { fromCocoRle } from './export/rle.js';
 export { EdgeKind } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
@@ -55,3 +62,18 @@ export function parameters() {
 /** @typedef {import('./video/source.js').VideoSource} VideoSource */
 /** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
+/** @typedef {import('./draw/canvas.js').Context2D} Context2D */
+/** @typedef {import('./draw/labels.js').DrawLabelsOptions} DrawLabelsOptions */
+/** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
+/** @typedef {import('./draw/palette.js').Shape} Shape */
+/** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
+/** @typedef {import('./export/coco.js').CocoImage} CocoImage */
+/** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */
+/** @typedef {import('./export/coco.js').CocoOptions} CocoOptions */
+/** @typedef {import('./export/label-maps.js').LabelMaps} LabelMaps */
+/** @typedef {import('./export/mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('./export/mask-source.js').ObjectChoice} ObjectChoice */
+/** @typedef {import('./export/masks.js').ExportProgress} ExportProgress */
+/** @typedef {import('./export/masks.js').MaskPngOptions} MaskPngOptions */
+/** @typedef {import('./export/masks.js').MasksZipOptions} MasksZipOptions */
+/** @typedef {import('./export/rle.js').CocoRle} CocoRle */
