@@ -43,7 +43,7 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
     buildWasm(engine, 'tracecut');
     await writeParameters(dist);
   });
-  await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
+  await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => buildAllVendored(vendored));
   const sources = libraryFiles().map((name) => join(lib, name));
   await step(stamps, 'modules', [...sources, join(dist, 'parameters.d.ts'), lock, ...scripts], () => buildModules());
   writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
@@ -83,6 +83,18 @@ function buildWasm(cargoWasm, name) {
   run('wasm-bindgen', ['--target', 'web', '--out-dir', dist, '--out-name', name, '--experimental-reset-state-function', cargoWasm]);
   const wasm = join(dist, `${name}_bg.wasm`);
   run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', ...wasmFeatures, wasm, '-o', wasm]);
+}
+
+/** The libraries that the package carries within, each with its licence in a file beside them, as these licences ask for. */
+const VENDORED = ['mediabunny', 'fflate'];
+
+async function buildAllVendored(entries) {
+  await Promise.all(entries.map(buildVendored));
+  const texts = VENDORED.map((name) => {
+    const { version } = JSON.parse(readFileSync(bin(`${name}/package.json`), 'utf8'));
+    return `${name} ${version}, unchanged; its source is the npm package ${name}@${version}\n\n${readFileSync(bin(`${name}/LICENSE`), 'utf8').trim()}\n`;
+  });
+  writeFileSync(join(dist, 'vendor', 'LICENSES.txt'), texts.join(`\n${'-'.repeat(80)}\n\n`));
 }
 
 /**
