@@ -42,7 +42,7 @@ test('browser and Node entries export the same names, and none is a thenable', a
 test('the tarball holds the built package and nothing else', () => {
   const sources = modules().flatMap((name) => [`dist/${name}`, `dist/${name.replace(/\.js$/, '.d.ts')}`]);
   const built = [
-    'tracecut.js', 'tracecut.d.ts', 'tracecut_bg.wasm', 'tracecut_bg.wasm.d.ts', 'decoder.js', 'decoder.d.ts', 'decoder_bg.wasm',
+    'glue.js', 'glue.d.ts', 'tracecut.d.ts', 'tracecut_bg.wasm', 'tracecut_bg.wasm.d.ts', 'decoder.js', 'decoder.d.ts', 'decoder_bg.wasm',
     'decoder_bg.wasm.d.ts', 'parameters.js', 'parameters.d.ts', 'vendor/media.js', 'vendor/zip.js', 'vendor/LICENSES.txt',
   ].map((name) => `dist/${name}`);
   const words = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
@@ -56,7 +56,7 @@ test('every module of the source is in the build, unchanged', () => {
 });
 
 test('no module of the package imports anything by a bare name, so that a page needs no bundler', () => {
-  const names = modules().concat('vendor/media.js', 'vendor/zip.js', 'tracecut.js', 'decoder.js');
+  const names = modules().concat('vendor/media.js', 'vendor/zip.js', 'glue.js', 'decoder.js');
   const bare = names.flatMap((name) =>
     importsOf(read(join('dist', name))).filter((specifier) => !/^\.{1,2}\//.test(specifier)).map((specifier) => `${name}: ${specifier}`),
   );

@@ -1,7 +1,7 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
 import { toPixels } from './decode.js';
-import { alive, guarded, instance } from './instance.js';
+import { end, guarded, instance } from './instance.js';
 
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
 const SLICE_MS = 30;
@@ -57,13 +57,14 @@ const SLICE_MS = 30;
  * @returns {Promise<LocalEngine>}
  */
 export async function createLocalEngine(module, parameters) {
-  const born = await instance(module);
-  return new LocalEngine(born, guarded(born, (glue) => new glue.Session(parameters)));
+  const owner = await instance(module);
+  return new LocalEngine(owner, guarded(owner, (glue) => new glue.Session(parameters)));
 }
 
 /** @implements {Engine} */
 export class LocalEngine {
-  #born;
+  #owner;
+  /** @type {import('./tracecut.js').Session | undefined} None once it is closed: it would keep the instance's memory. */
   #session;
   /** @type {Promise<unknown>} */
   #last = Promise.resolve();
@@ -72,11 +73,11 @@ export class LocalEngine {
   #closed = false;
 
   /**
-   * @param {number} born
+   * @param {import('./instance.js').Instance} owner
    * @param {import('./tracecut.js').Session} session
    */
-  constructor(born, session) {
-    this.#born = born;
+  constructor(owner, session) {
+    this.#owner = owner;
     this.#session = session;
   }
 
@@ -160,7 +161,8 @@ export class LocalEngine {
   close() {
     this.#closed = true;
     this.#inOrder(async () => {
-      if (alive(this.#born)) this.#session.free();
+      this.#session = undefined;
+      end(this.#owner, 'session');
     });
   }
 
@@ -215,7 +217,7 @@ export class LocalEngine {
    * @returns {T}
    */
   #call(call) {
-    return guarded(this.#born, () => call(this.#session));
+    return guarded(this.#owner, () => call(/** @type {import('./tracecut.js').Session} */ (this.#session)));
   }
 
   /**
