@@ -2,7 +2,7 @@
 
 import { applyCorrection } from './correction.js';
 import { toPixels } from './decode.js';
-import { alive, guarded, instance } from './instance.js';
+import { end, guarded, instance } from './instance.js';
 
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
 const SLICE_MS = 30;
@@ -65,13 +65,14 @@ const SLICE_MS = 30;
  * @returns {Promise<LocalEngine>}
  */
 export async function createLocalEngine(module, parameters) {
-  const born = await instance(module);
-  return new LocalEngine(born, guarded(born, (glue) => new glue.Session(parameters)));
+  const owner = await instance(module);
+  return new LocalEngine(owner, guarded(owner, (glue) => new glue.Session(parameters)));
 }
 
 /** @implements {Engine} */
 export class LocalEngine {
-  #born;
+  #owner;
+  /** @type {import('./tracecut.js').Session | undefined} None once it is closed: it would keep the instance's memory. */
   #session;
   /** @type {Promise<unknown>} */
   #last = Promise.resolve();
@@ -80,11 +81,11 @@ export class LocalEngine {
   #closed = false;
 
   /**
-   * @param {number} born
+   * @param {import('./instance.js').Instance} owner
    * @param {import('./tracecut.js').Session} session
    */
-  constructor(born, session) {
-    this.#born = born;
+  constructor(owner, session) {
+    this.#owner = owner;
     this.#session = session;
   }
 
@@ -193,7 +194,8 @@ export class LocalEngine {
   close() {
     this.#closed = true;
     this.#inOrder(async () => {
-      if (alive(this.#born)) this.#session.free();
+      this.#session = undefined;
+      end(this.#owner, 'session');
     });
   }
 
@@ -248,7 +250,7 @@ export class LocalEngine {
    * @returns {T}
    */
   #call(call) {
-    return guarded(this.#born, () => call(this.#session));
+    return guarded(this.#owner, () => call(/** @type {import('./tracecut.js').Session} */ (this.#session)));
   }
 
   /**

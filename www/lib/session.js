@@ -28,6 +28,13 @@ const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHei
  */
 
 /**
+ * Closes the engines of sessions that were dropped without `close`: nothing else would end their workers. A run or a push under way, and
+ * a result that may still ask, keep their session.
+ * @type {FinalizationRegistry<import('./engine.js').Engine>}
+ */
+const forgotten = /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
+
+/**
  * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work, results are
  * plain arrays that stay when the session is closed; only superpixels, boundaries and
  * saliency maps are made and fetched when they are asked for.
@@ -52,6 +59,7 @@ export class Session {
   constructor(engine, loadDecoder) {
     this.#engine = engine;
     this.#loadDecoder = loadDecoder;
+    forgotten.register(this, engine, this);
   }
 
   /** Frames pushed so far, or of the outside trajectories' clip. */
@@ -275,8 +283,14 @@ export class Session {
   close() {
     if (this.#closed) return;
     this.#closed = true;
+    forgotten.unregister(this);
     this.#stopRun?.(new TraceCutError('closed', 'the session was closed'));
     this.#engine.close();
+  }
+
+  /** As `close`. */
+  free() {
+    this.close();
   }
 
   /** `using session = await createSession()` closes it (an engine without `Symbol.dispose` has no `using` either). */
