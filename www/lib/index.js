@@ -20,8 +20,9 @@ import { segment } from './video/segment.js';
 
 export * from './common.js';
 
-// Bundlers look for these very expressions.
-const packaged = once(() => loadModule(new URL('./tracecut_bg.wasm', import.meta.url)));
+// Bundlers look for these very expressions, and for that of the worker.
+const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
+const packaged = once(() => loadModule(packagedFile()));
 const packagedDecoder = once(() => loadModule(new URL('./decoder_bg.wasm', import.meta.url)));
 
 /** @type {import('./platform.js').Platform} */
@@ -30,9 +31,24 @@ const platform = {
   loadDecoder: (source) => (source === undefined ? packagedDecoder() : loadModule(source)),
   get startWorker() {
     if (typeof Worker === 'undefined') return undefined;
-    return () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+    return startWorker;
   },
 };
+
+function startWorker() {
+  try {
+    return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  } catch {
+    // Browsers start no worker from another origin, such as a CDN's, but let one of the page's own import it from there.
+    foreignWorker ??= URL.createObjectURL(
+      new Blob([`import ${JSON.stringify(new URL('worker.js', packagedFile()).href)};`], { type: 'text/javascript' }),
+    );
+    return new Worker(foreignWorker, { type: 'module' });
+  }
+}
+
+/** @type {string | undefined} */
+let foreignWorker;
 
 /**
  * Opens a session.
