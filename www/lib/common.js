@@ -11,6 +11,7 @@ export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
 export { fromCocoRle } from './export/rle.js';
+export { encodeVideo } from './export/video.js';
 export { EdgeKind } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
@@ -60,3 +61,6 @@ export function parameters() {
 /** @typedef {import('./export/masks.js').MaskPngOptions} MaskPngOptions */
 /** @typedef {import('./export/masks.js').MasksZipOptions} MasksZipOptions */
 /** @typedef {import('./export/rle.js').CocoRle} CocoRle */
+/** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
+/** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
+/** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */
