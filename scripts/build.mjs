@@ -41,9 +41,10 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   const engine = cargoBuild('tracecut', ['--lib', '--features', 'wasm'], 'target');
   await step(stamps, 'wasm', [engine, lock, ...scripts], async () => {
     buildWasm(engine, 'tracecut');
+    await buildGlue();
     await writeParameters(dist);
   });
-  await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
+  await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => buildAllVendored(vendored));
   const sources = libraryFiles().map((name) => join(lib, name));
   await step(stamps, 'modules', [...sources, join(dist, 'parameters.d.ts'), lock, ...scripts], () => buildModules());
   writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
@@ -83,6 +84,34 @@ function buildWasm(cargoWasm, name) {
   run('wasm-bindgen', ['--target', 'web', '--out-dir', dist, '--out-name', name, '--experimental-reset-state-function', cargoWasm]);
   const wasm = join(dist, `${name}_bg.wasm`);
   run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', ...wasmFeatures, wasm, '-o', wasm]);
+}
+
+/**
+ * Writes `glue.js`: wasm-bindgen's module, which is bound to one instance, as a function that makes as many as are wanted.
+ */
+async function buildGlue() {
+  const { build: bundle } = await import('esbuild');
+  await bundle({
+    entryPoints: [join(dist, 'tracecut.js')], outfile: join(dist, 'glue.js'), bundle: true, format: 'iife', globalName: 'glue', target: 'es2022',
+    banner: { js: '// Written by the build from the module that wasm-bindgen made.\nexport function makeGlue() {' },
+    footer: { js: '  return glue;\n}' },
+    // It would find the wasm file by itself; here it is always given.
+    define: { 'import.meta.url': 'undefined' },
+    logLevel: 'warning',
+  });
+  writeFileSync(join(dist, 'glue.d.ts'), "export declare function makeGlue(): typeof import('./tracecut.js');\n");
+}
+
+/** The libraries that the package carries within, each with its licence in a file beside them, as these licences ask for. */
+const VENDORED = ['mediabunny', 'fflate'];
+
+async function buildAllVendored(entries) {
+  await Promise.all(entries.map(buildVendored));
+  const texts = VENDORED.map((name) => {
+    const { version } = JSON.parse(readFileSync(bin(`${name}/package.json`), 'utf8'));
+    return `${name} ${version}, unchanged; its source is the npm package ${name}@${version}\n\n${readFileSync(bin(`${name}/LICENSE`), 'utf8').trim()}\n`;
+  });
+  writeFileSync(join(dist, 'vendor', 'LICENSES.txt'), texts.join(`\n${'-'.repeat(80)}\n\n`));
 }
 
 /**

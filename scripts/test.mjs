@@ -16,7 +16,6 @@ const parts = {
   },
   node: async () => {
     await build();
-    run(process.execPath, ['node_modules/publint/src/cli.js', 'run', '.', '--strict', '--pack', 'npm']);
     run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/node')]);
   },
   browser: async () => {

@@ -1,6 +1,6 @@
 // PNG files made on the spot, for the tests of the package and of the page.
 
-import { deflateSync } from 'node:zlib';
+import { deflateSync, inflateSync } from 'node:zlib';
 
 /** Colour types of PNG by the number of bytes a pixel. */
 const COLOR_TYPE = { 3: 2, 4: 6 };
@@ -26,6 +26,37 @@ export function pngBytes({ data, width, height }, { channels = 3, claim = [width
   header.set([8, COLOR_TYPE[channels], 0, 0, 0], 8);
   const magic = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
   return Buffer.concat([magic, chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]);
+}
+
+/**
+ * A PNG file of one byte a pixel without filters, read strictly: checksums, lengths and the order of its parts.
+ *
+ * @param {Uint8Array} bytes
+ */
+export function readPng(bytes) {
+  const file = Buffer.from(bytes);
+  if (file.toString('latin1', 0, 8) !== '\x89PNG\r\n\x1a\n') throw new Error('no PNG file');
+  const parts = {};
+  for (let at = 8; at < file.length; ) {
+    const length = file.readUInt32BE(at);
+    const type = file.toString('latin1', at + 4, at + 8);
+    const body = file.subarray(at + 4, at + 8 + length);
+    if (file.readUInt32BE(at + 8 + length) !== crc32(body)) throw new Error(`checksum of ${type}`);
+    if (parts[type] || parts.IEND) throw new Error(`${type} is one too many`);
+    parts[type] = body.subarray(4);
+    at += length + 12;
+  }
+  const { IHDR, PLTE = null, tRNS = null, IDAT, IEND } = parts;
+  if (!IEND || IEND.length > 0) throw new Error('no end');
+  const [width, height] = [IHDR.readUInt32BE(0), IHDR.readUInt32BE(4)];
+  const rows = inflateSync(IDAT);
+  if (rows.length !== height * (width + 1)) throw new Error(`${rows.length} bytes of rows`);
+  const pixels = new Uint8Array(width * height);
+  for (let y = 0; y < height; y += 1) {
+    if (rows[y * (width + 1)] !== 0) throw new Error('a filter');
+    pixels.set(rows.subarray(y * (width + 1) + 1, (y + 1) * (width + 1)), y * width);
+  }
+  return { width, height, depth: IHDR[8], colorType: IHDR[9], order: Object.keys(parts).join(' '), palette: PLTE, alpha: tRNS, pixels };
 }
 
 function chunk(type, data) {

@@ -25,6 +25,7 @@ mod expansion;
 mod maxflow;
 mod objects;
 mod refine;
+mod region;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -35,6 +36,7 @@ pub use expansion::{Expansion, MAX_WEIGHT, Potts};
 pub use maxflow::Network;
 pub use objects::{Objects, find_objects};
 pub use refine::{RefineParams, refine};
+pub use region::Region;
 pub use terms::energy;
 pub use votes::labels_for;
 
@@ -42,6 +44,7 @@ use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
+use region::Part;
 
 crate::params! {
     /// The Gabriel cut.
@@ -144,6 +147,8 @@ pub struct CutLabels {
 pub struct GabrielCut {
     expansion: Expansion,
     counts: Vec<usize>,
+    /// What the expansion is a part of: the labels of all superpixels, and which superpixels and labels take part.
+    rest: Option<(Vec<u32>, Vec<u32>, Vec<u32>)>,
 }
 
 impl GabrielCut {
@@ -151,7 +156,15 @@ impl GabrielCut {
     pub fn new(input: &CutInput, params: &CutParams) -> Self {
         let problem = energy(input, params);
         let start = terms::first_labels(&problem);
-        Self { expansion: Expansion::new(problem, start), counts: input.superpixels.iter().map(|s| s.count).collect() }
+        Self { expansion: Expansion::new(problem, start), counts: counts(input), rest: None }
+    }
+
+    /// The same in a part of the clip, from the labels there on.
+    pub fn within(input: &CutInput, params: &CutParams, region: &Region) -> Self {
+        let part = Part::new(input, params, region);
+        let start = part.present();
+        let Part { problem, all, nodes, labels } = part;
+        Self { expansion: Expansion::new(problem, start), counts: counts(input), rest: Some((all, nodes, labels)) }
     }
 
     /// One move; whether any is left.
@@ -167,7 +180,10 @@ impl GabrielCut {
 
     /// Makes the moves that are left; the labels.
     pub fn finish(self) -> CutLabels {
-        let label = self.expansion.finish();
+        let mut label = self.expansion.finish();
+        if let Some((all, nodes, labels)) = self.rest {
+            label = Part::merged(all, &nodes, &labels, &label);
+        }
         let mut rest = label.as_slice();
         let mut take = |count: usize| {
             let (frame, after) = rest.split_at(count);
@@ -176,6 +192,11 @@ impl GabrielCut {
         };
         CutLabels { labels: self.counts.iter().map(|&count| take(count)).collect() }
     }
+}
+
+/// Number of superpixels in each frame.
+fn counts(input: &CutInput) -> Vec<usize> {
+    input.superpixels.iter().map(|s| s.count).collect()
 }
 
 /// The labelling of least energy that alpha-expansion finds.

@@ -26,14 +26,22 @@ const CELLS: usize = 8;
 
 /// The mask label of each cluster.
 ///
-/// Law: 0 is the background; objects are numbered 1, 2, ... by falling area. All objects but the 255 largest count
-/// as background.
+/// Law: 0 is the background; [`find_objects`] numbers objects 1, 2, ... by falling area, and all but the 255 largest count as background.
+/// In later windows of a long clip objects keep the labels that they had before, and so they do when the user corrects some, so that there
+/// may be gaps.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Objects {
-    /// Number of objects.
+    /// The highest label.
     pub count: usize,
     /// Mask label of each cluster, 0 for the background.
     pub of_cluster: Vec<u8>,
+}
+
+impl Objects {
+    /// The labels of all objects, lowest first.
+    pub fn labels(&self) -> Vec<u8> {
+        (1..=255).filter(|label| self.of_cluster.contains(label)).collect()
+    }
 }
 
 /// Tells objects from background; the cluster with most of the rim is background in any case.

@@ -20,6 +20,7 @@ use crate::discretize::DiscretizeParams;
 use crate::embedding::EmbeddingParams;
 use crate::flow::FlowParams;
 use crate::saliency::SaliencyParams;
+use crate::shot::ShotParams;
 use crate::still::StillParams;
 use crate::superpixel::SuperpixelParams;
 use crate::trajectory::TrajectoryParams;
@@ -161,6 +162,8 @@ crate::params! {
 pub struct Params {
     /// The clip as a whole.
     pub clip: ClipParams,
+    /// Cuts between shots.
+    pub shot: ShotParams,
     /// Dense optical flow.
     pub flow: FlowParams,
     /// Point trajectories.
@@ -192,6 +195,7 @@ pub struct Params {
 impl ParamGroup for Params {
     fn visit(&mut self, _: &str, visit: &mut dyn FnMut(ParamField<'_>)) {
         self.clip.visit("clip", visit);
+        self.shot.visit("shot", visit);
         self.flow.visit("flow", visit);
         self.trajectory.visit("trajectory", visit);
         self.affinity.visit("affinity", visit);

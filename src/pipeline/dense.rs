@@ -1,7 +1,9 @@
 //! The last stages: superpixels frame by frame, the cut over the whole clip, masks frame by frame.
 
 use super::geometry::Scale;
+use super::recut::{Before, Recut};
 use super::stage::{Progress, Stage};
+use super::windows::Windows;
 use crate::contour::{BoundaryMap, boundary_map, contour_segments};
 use crate::cut::{
     CutInput, CutLabels, GabrielCut, Objects, STRANGER, UNKNOWN, find_objects, labels_for, paint, refine,
@@ -23,7 +25,22 @@ pub(super) struct Clip<'a> {
     pub(super) clusters: &'a Clusters,
     /// The greatest saliency of each of the denser trajectories that the masks are made from.
     pub(super) salience: &'a [f32],
+    /// The clip-wide number of each clustered trajectory.
+    pub(super) numbers: &'a [u32],
+    /// Where the clip is taken window by window.
+    pub(super) windows: Option<&'a Windows>,
     pub(super) params: &'a Params,
+}
+
+impl Clip<'_> {
+    /// Which clusters are objects, under the labels that they had in the window before.
+    fn objects(&self) -> Objects {
+        let found = find_objects(self.tracks, self.clusters);
+        match self.windows {
+            Some(w) => w.identities.rename(&found, self.tracks, &self.clusters.label, self.numbers, w.overlap),
+            None => found,
+        }
+    }
 }
 
 /// What the dense stages have found so far, at working size.
@@ -34,9 +51,11 @@ pub(super) struct Dense {
     pub(super) superpixels: Vec<Superpixels>,
     /// The cut while it is being made.
     moves: Option<Box<GabrielCut>>,
-    cut: CutLabels,
-    objects: Objects,
+    pub(super) cut: CutLabels,
+    pub(super) objects: Objects,
     pub(super) masks: Vec<Plane<u8>>,
+    /// What a correction asks for, until it is done.
+    recut: Option<Box<Recut>>,
 }
 
 impl Dense {
@@ -70,6 +89,22 @@ impl Dense {
         Some(clusters)
     }
 
+    /// Begins the cut anew, with the objects of corrected clusters.
+    pub(super) fn begin_again(&mut self, objects: Objects, recut: impl FnOnce(Before) -> Recut) {
+        let before = Before {
+            cut: std::mem::take(&mut self.cut),
+            objects: std::mem::replace(&mut self.objects, objects),
+            masks: std::mem::take(&mut self.masks),
+        };
+        self.recut = Some(Box::new(recut(before)));
+    }
+
+    /// Puts back what was found before, whatever is under way.
+    pub(super) fn restore(&mut self, cut: CutLabels, objects: Objects, masks: Vec<Plane<u8>>) {
+        (self.cut, self.objects, self.masks) = (cut, objects, masks);
+        (self.moves, self.recut) = (None, None);
+    }
+
     /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.
     pub(super) fn step(&mut self, clip: &Clip<'_>) -> Progress {
         let total = clip.frames.len() as u32;
@@ -83,6 +118,13 @@ impl Dense {
             return self.step_cut(clip);
         }
         let t = self.masks.len();
+        if let Some(recut) = &self.recut {
+            self.masks.push(recut.mask(t, &self.superpixels[t], &self.cut.labels[t], &self.objects, clip));
+            if self.is_finished(clip.frames) {
+                self.recut = None;
+            }
+            return Progress { stage: Stage::Masks, done: t as u32 + 1, total };
+        }
         let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
         // A clip without clusters is all background.
         let mask = mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0));
@@ -98,7 +140,9 @@ impl Dense {
             self.moves = Some(moves);
         } else {
             self.cut = moves.finish();
-            self.objects = find_objects(clip.tracks, clip.clusters);
+            if self.recut.is_none() {
+                self.objects = clip.objects();
+            }
         }
         // Making the energy counts as a step, so that a cut without any move is seen to end.
         Progress { stage: Stage::Cut, done: done + 1, total: total + 1 }
@@ -116,8 +160,8 @@ impl Dense {
                 *label = UNKNOWN;
             }
         }
-        let objects = find_objects(clip.tracks, clip.clusters);
-        let objects: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
+        let found = if self.recut.is_some() { self.objects.clone() } else { find_objects(clip.tracks, clip.clusters) };
+        let objects: Vec<bool> = found.of_cluster.iter().map(|&label| label > 0).collect();
         let input = CutInput {
             superpixels: &self.superpixels,
             tracks: self.tracks.as_ref().unwrap_or(clip.tracks),
@@ -127,7 +171,10 @@ impl Dense {
             flows: clip.flows,
             frames: clip.frames,
         };
-        GabrielCut::new(&input, params)
+        match &self.recut {
+            Some(recut) => recut.cut(&input, &self.objects, clip),
+            None => GabrielCut::new(&input, params),
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use super::stage::{Progress, Stage};
 use crate::flow::{CompactFlow, FlowField, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
 use crate::image::{Frame, Plane};
 use crate::params::Params;
-use crate::trajectory::{Tracker, Trajectories, structure};
+use crate::trajectory::{Tracker, structure};
 
 /// What is known of the present pair of frames.
 #[derive(Debug)]
@@ -12,6 +12,31 @@ enum Pair {
     Nothing,
     Forward(FlowField),
     Both(FlowField, FlowField),
+}
+
+/// The trackers of a clip, both through the same frames.
+#[derive(Debug, Clone)]
+pub(super) struct Trackers {
+    pub(super) tracks: Tracker,
+    /// Follows the denser trajectories that the masks are made from.
+    pub(super) masks: Option<Tracker>,
+}
+
+impl Trackers {
+    /// For frames of `size` pixels; trajectories are numbered from `first` on.
+    pub(super) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
+        let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
+        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks }
+    }
+
+    fn each(&mut self) -> impl Iterator<Item = &mut Tracker> {
+        std::iter::once(&mut self.tracks).chain(&mut self.masks)
+    }
+
+    /// Forgets the first frames.
+    pub(super) fn advance(&mut self, dropped: usize) {
+        self.each().for_each(|tracker| tracker.advance(dropped));
+    }
 }
 
 /// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking. Holds the pyramids of two frames.
@@ -26,29 +51,29 @@ pub(super) struct Motion {
     scratch: FlowScratch,
     luma: Plane<f32>,
     pair: Pair,
-    tracker: Tracker,
-    /// Follows the denser trajectories that the masks are made from.
-    mask_tracker: Option<Tracker>,
+    trackers: Trackers,
 }
 
 impl Motion {
-    /// For at least two frames of one size.
-    pub(super) fn new(frames: &[Frame], params: &Params) -> Self {
-        let size = (frames[0].width(), frames[0].height());
-        let (first, luma) = (frames[0].luma(), frames[1].luma());
+    /// For at least two frames of one size. With trackers that have seen the first `known` frames, at least one and not all of them,
+    /// flow and tracking go on from there.
+    pub(super) fn new(frames: &[Frame], trackers: Trackers, known: usize, params: &Params) -> Self {
+        let t = known.saturating_sub(1);
+        let (first, luma) = (frames[t].luma(), frames[t + 1].luma());
         let mut motion = Self {
             num_pairs: frames.len() - 1,
-            t: 0,
+            t,
             from: FlowPyramid::new(&first, &params.flow),
             to: FlowPyramid::new(&luma, &params.flow),
             scratch: FlowScratch::default(),
             luma,
             pair: Pair::Nothing,
-            tracker: Tracker::new(size, &params.trajectory),
-            mask_tracker: params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks())),
+            trackers,
             params: params.clone(),
         };
-        motion.seed(&structure(&first));
+        if known == 0 {
+            motion.seed(&structure(&first));
+        }
         motion
     }
 
@@ -72,9 +97,7 @@ impl Motion {
             }
             Pair::Both(forward, backward) => {
                 let variation = local_flow_variation(&forward);
-                for tracker in std::iter::once(&mut self.tracker).chain(&mut self.mask_tracker) {
-                    tracker.follow(&forward, &backward, &variation);
-                }
+                self.trackers.each().for_each(|tracker| tracker.follow(&forward, &backward, &variation));
                 let structure = structure(&self.luma);
                 self.seed(&structure);
                 flows.push(CompactFlow::new(&forward));
@@ -85,10 +108,7 @@ impl Motion {
     }
 
     fn seed(&mut self, structure: &Plane<f32>) {
-        self.tracker.seed(structure);
-        if let Some(tracker) = &mut self.mask_tracker {
-            tracker.seed(structure);
-        }
+        self.trackers.each().for_each(|tracker| tracker.seed(structure));
     }
 
     fn next_pair(&mut self, frames: &[Frame]) {
@@ -100,8 +120,8 @@ impl Motion {
         }
     }
 
-    /// The trajectories to cluster, and the denser ones that the masks are made from.
-    pub(super) fn into_trajectories(self) -> (Trajectories, Option<Trajectories>) {
-        (self.tracker.finish(), self.mask_tracker.map(Tracker::finish))
+    /// The trackers, at the last frame.
+    pub(super) fn into_trackers(self) -> Trackers {
+        self.trackers
     }
 }

@@ -1,10 +1,12 @@
 //! `Session`: frames in, one bounded step at a time, results stage by stage.
 
+use super::correct::Corrections;
 use super::dense::{Clip, Dense};
 use super::foreground::{Connected, Foreground, Motions};
 use super::geometry::Scale;
 use super::motion::Motion;
 use super::stage::{Progress, Stage, Step};
+use super::windows::Windows;
 use crate::Error;
 use crate::affinity::AffinityRows;
 use crate::discontinuity::{Discontinuities, discontinuities, neighborhoods};
@@ -24,7 +26,7 @@ const REFERENCE_STEP: f32 = 8.0;
 
 /// What is in progress: each variant owns the unfinished work of its stage.
 #[derive(Debug)]
-enum State {
+pub(super) enum State {
     /// Taking frames.
     Open,
     Motion(Box<Motion>),
@@ -49,16 +51,21 @@ pub struct Session {
     pub(super) scale: Option<Scale>,
     /// Distance of neighbouring trajectories, in working pixels.
     pub(super) spacing: f32,
-    state: State,
+    pub(super) state: State,
     pub(super) flows: Vec<CompactFlow>,
     pub(super) working: Option<Trajectories>,
     pub(super) trajectories: Option<Trajectories>,
+    /// The clip-wide number of each trajectory.
+    pub(super) numbers: Vec<u32>,
     pub(super) affinities: Option<SymCsr>,
     pub(super) embedding: Option<Embedding>,
     pub(super) discontinuities: Option<Discontinuities>,
     pub(super) clusters: Option<Clusters>,
     pub(super) foreground: Foreground,
     pub(super) dense: Dense,
+    /// Where the clip is taken window by window.
+    pub(super) windows: Option<Box<Windows>>,
+    pub(super) corrections: Corrections,
 }
 
 impl Session {
@@ -77,12 +84,15 @@ impl Session {
             flows: Vec::new(),
             working: None,
             trajectories: None,
+            numbers: Vec::new(),
             affinities: None,
             embedding: None,
             discontinuities: None,
             clusters: None,
             foreground: Foreground::default(),
             dense: Dense::default(),
+            windows: None,
+            corrections: Corrections::default(),
         })
     }
 
@@ -113,6 +123,13 @@ impl Session {
     /// [`Error::FrameSizeChanged`] unless it has the size of the first; [`Error::State`] once stepping has begun or when
     /// trajectories were set.
     pub fn push_frame(&mut self, frame: Frame) -> Result<(), Error> {
+        let frame = self.accepted(frame)?;
+        self.frames.push(frame);
+        Ok(())
+    }
+
+    /// The frame at working size, if it can be added.
+    pub(super) fn accepted(&mut self, frame: Frame) -> Result<Frame, Error> {
         self.require_open("a frame was pushed")?;
         if self.working.is_some() {
             return Err(state_error("a frame was pushed after trajectories were set: clear the session first"));
@@ -123,8 +140,7 @@ impl Session {
             return Err(Error::FrameSizeChanged { index: self.frames.len(), expected: scale.input, actual });
         }
         self.scale = Some(scale);
-        self.frames.push(frame.resized(scale.working.0, scale.working.1));
-        Ok(())
+        Ok(frame.resized(scale.working.0, scale.working.1))
     }
 
     /// Uses the trajectories of any tracker, in input pixels, in place of frames, flow and tracking.
@@ -143,6 +159,7 @@ impl Session {
         }
         trajectories.check()?;
         let working = scale.to_working(&trajectories);
+        self.numbers = (0..working.len() as u32).collect();
         self.spacing = typical_spacing(&working);
         self.scale = Some(scale);
         self.working = Some(working);
@@ -209,10 +226,16 @@ impl Session {
             self.state = self.affinity_state(tracks);
             return Ok(());
         }
-        if self.frames.len() < 2 {
-            return Err(Error::TooFewFrames { got: self.frames.len(), needed: 2 });
+        if self.is_lone_frame() {
+            self.take_tracks(self.lone_frame_tracks(), Vec::new());
+            return Ok(());
         }
-        self.state = State::Motion(Box::new(Motion::new(&self.frames, &self.params)));
+        let needed = (self.windows.as_ref().map_or(0, |w| w.overlap) + 1).max(2);
+        if self.frames.len() < needed {
+            return Err(Error::TooFewFrames { got: self.frames.len(), needed });
+        }
+        let (trackers, known) = self.trackers();
+        self.state = State::Motion(Box::new(Motion::new(&self.frames, trackers, known, &self.params)));
         Ok(())
     }
 
@@ -223,11 +246,20 @@ impl Session {
 
     fn end_motion(&mut self) {
         let State::Motion(motion) = std::mem::replace(&mut self.state, State::Open) else { return };
-        let (working, mask_tracks) = motion.into_trajectories();
-        self.dense.tracks = mask_tracks;
+        let trackers = motion.into_trackers();
+        let (working, numbers) = trackers.tracks.numbered();
+        self.dense.tracks = trackers.masks.as_ref().map(|masks| masks.numbered().0);
+        if let Some(windows) = &mut self.windows {
+            windows.trackers = Some(trackers);
+        }
+        self.take_tracks(working, numbers);
+    }
+
+    fn take_tracks(&mut self, working: Trajectories, numbers: Vec<u32>) {
         self.state = self.affinity_state(&working);
         self.trajectories = self.scale.map(|scale| scale.to_input(&working));
         self.working = Some(working);
+        self.numbers = numbers;
     }
 
     fn end_affinities(&mut self) -> Result<(), Error> {
@@ -317,6 +349,8 @@ impl Session {
             tracks,
             clusters,
             salience: &self.foreground.of_mask_tracks,
+            numbers: &self.numbers,
+            windows: self.windows.as_deref(),
             params: &self.params,
         };
         let progress = self.dense.step(&clip);

@@ -8,9 +8,10 @@ use crate::order;
 /// Seeds keep this distance from the frame, in pixels (the published tracker's value).
 const MARGIN: f32 = 4.0;
 
-/// A track still alive: where it began and the points `(x, y, variation)` so far.
+/// A track: its number, where it began and the points `(x, y, variation)` so far.
 #[derive(Debug, Clone)]
 struct Live {
+    number: u32,
     start: usize,
     points: Vec<(f32, f32, f32)>,
 }
@@ -18,20 +19,32 @@ struct Live {
 /// Follows points through a clip, flow field by flow field.
 ///
 /// Call [`Tracker::seed`] for frame 0; then for every pair [`Tracker::follow`] and `seed` for the next frame; at last
-/// [`Tracker::finish`].
+/// [`Tracker::finish`]. A clip may be followed in windows: [`Tracker::advance`] forgets its first frames.
 #[derive(Debug, Clone)]
 pub struct Tracker {
     params: TrajectoryParams,
     size: (usize, usize),
     frame: usize,
+    /// Number of the next new track.
+    next: u32,
     live: Vec<Live>,
     ended: Vec<Live>,
 }
 
 impl Tracker {
-    /// A tracker for frames of `size` pixels.
+    /// A tracker for frames of `size` pixels that numbers its tracks from 0 on.
     pub fn new(size: (usize, usize), params: &TrajectoryParams) -> Self {
-        Self { params: params.clone(), size, frame: 0, live: Vec::new(), ended: Vec::new() }
+        Self::numbering_from(0, size, params)
+    }
+
+    /// A tracker for frames of `size` pixels that numbers its tracks from `first` on.
+    pub fn numbering_from(first: u32, size: (usize, usize), params: &TrajectoryParams) -> Self {
+        Self { params: params.clone(), size, frame: 0, next: first, live: Vec::new(), ended: Vec::new() }
+    }
+
+    /// The number that the next new track will have.
+    pub fn next_number(&self) -> u32 {
+        self.next
     }
 
     /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track within one
@@ -61,7 +74,8 @@ impl Tracker {
                 let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
                 if structured && !occupied.within(x, y, step) {
-                    self.live.push(Live { start: self.frame, points: vec![(x, y, 0.0)] });
+                    self.live.push(Live { number: self.next, start: self.frame, points: vec![(x, y, 0.0)] });
+                    self.next = self.next.wrapping_add(1);
                 }
             }
         }
@@ -89,19 +103,37 @@ impl Tracker {
         self.frame += 1;
     }
 
+    /// Forgets the first `dropped` frames: what follows is numbered from there on. Tracks keep their numbers and what is left of them.
+    pub fn advance(&mut self, dropped: usize) {
+        self.frame = self.frame.saturating_sub(dropped);
+        for track in self.live.iter_mut().chain(&mut self.ended) {
+            let gone = dropped.saturating_sub(track.start).min(track.points.len());
+            track.points.drain(..gone);
+            track.points.shrink_to_fit();
+            track.start = (track.start + gone).saturating_sub(dropped);
+        }
+        self.live.retain(|track| !track.points.is_empty());
+        self.ended.retain(|track| !track.points.is_empty());
+    }
+
     /// All tracks of at least the minimum length, ordered by first frame and, within it, by position.
-    pub fn finish(mut self) -> Trajectories {
+    pub fn finish(self) -> Trajectories {
+        self.numbered().0
+    }
+
+    /// The same, with the number of each track; following may go on.
+    pub fn numbered(&self) -> (Trajectories, Vec<u32>) {
         let num_frames = self.frame + 1;
         let min_length = self.params.min_length_for(num_frames);
-        self.ended.append(&mut self.live);
-        self.ended.retain(|t| t.points.len() >= min_length);
-        order::sort_by_key(&mut self.ended, |t| u64::from(order::single(t.points[0].0)));
-        order::sort_by_key(&mut self.ended, |t| order::pair(t.start as u32, order::single(t.points[0].1)));
+        let mut kept: Vec<&Live> =
+            self.ended.iter().chain(&self.live).filter(|t| t.points.len() >= min_length).collect();
+        order::sort_by_key(&mut kept, |t| u64::from(order::single(t.points[0].0)));
+        order::sort_by_key(&mut kept, |t| order::pair(t.start as u32, order::single(t.points[0].1)));
         let mut tracks = Trajectories::empty(num_frames, self.size);
-        for track in self.ended {
-            tracks.push(track.start, track.points);
+        for track in &kept {
+            tracks.push(track.start, track.points.iter().copied());
         }
-        tracks
+        (tracks, kept.iter().map(|track| track.number).collect())
     }
 }
 

@@ -94,20 +94,27 @@ pub(super) fn flow(field: &FlowField) -> JsValue {
     ])
 }
 
-/// `{count, startFrame, offset, x, y}`.
-pub(super) fn trajectories(t: &Trajectories) -> JsValue {
+/// `{count, startFrame, offset, x, y, id}`.
+pub(super) fn trajectories(t: &Trajectories, numbers: &[u32]) -> JsValue {
     object([
         ("count", t.len().into()),
         ("startFrame", words(&t.start_frame)),
         ("offset", words(&t.offset)),
         ("x", floats(&t.x)),
         ("y", floats(&t.y)),
+        ("id", words(numbers)),
     ])
 }
 
-/// `{count, ofCluster}`.
+/// `{count, ofCluster, labels}`.
 pub(super) fn objects(o: &Objects) -> JsValue {
-    object([("count", o.count.into()), ("ofCluster", bytes(&o.of_cluster))])
+    object([("count", o.count.into()), ("ofCluster", bytes(&o.of_cluster)), ("labels", bytes(&o.labels()))])
+}
+
+/// Bytes of the instance's linear memory.
+pub(super) fn memory_bytes() -> u32 {
+    let memory: js_sys::WebAssembly::Memory = wasm_bindgen::memory().unchecked_into();
+    js_sys::ArrayBuffer::from(memory.buffer()).byte_length()
 }
 
 /// `{width, height, pb, thin}`.

@@ -1,6 +1,8 @@
 //! The session as JavaScript sees it.
 
 use super::convert::{self, doubles, narrowed, object, words};
+use crate::correction::Correction;
+use crate::image::Frame;
 use crate::pipeline::Step;
 use crate::trajectory::Trajectories;
 use crate::{Params, Session};
@@ -14,6 +16,10 @@ pub struct JsSession(Session);
 impl JsSession {
     pub(super) fn params_in_force(&self) -> &Params {
         self.0.params()
+    }
+
+    fn correct(&mut self, correction: &Correction) -> Result<(), JsValue> {
+        self.0.correct(correction).map_err(|e| convert::to_js_error(&e))
     }
 }
 
@@ -30,6 +36,18 @@ impl JsSession {
     #[wasm_bindgen(js_name = pushRgba)]
     pub fn push_rgba(&mut self, rgba: &[u8], width: usize, height: usize) -> Result<(), JsValue> {
         self.0.push_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// The same in a clip that is taken window by window: a frame that begins a new shot is held back. Gives whether it was.
+    #[wasm_bindgen(js_name = pushInShot)]
+    pub fn push_in_shot(&mut self, rgba: &[u8], width: usize, height: usize) -> Result<bool, JsValue> {
+        let frame = Frame::from_rgba(rgba, width, height);
+        frame.and_then(|frame| self.0.push_in_shot(frame)).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// Goes on to the next window, which begins with the last `overlap` frames of this one, or with the frame held back.
+    pub fn advance(&mut self, overlap: usize) -> Result<(), JsValue> {
+        self.0.advance(overlap).map_err(|e| convert::to_js_error(&e))
     }
 
     /// Uses these trajectories, in input pixels, in place of frames.
@@ -58,12 +76,29 @@ impl JsSession {
         }
     }
 
+    /// What is `from` becomes `into`.
+    pub fn merge(&mut self, into: u8, from: u8) -> Result<(), JsValue> {
+        self.correct(&Correction::Merge { into, from })
+    }
+
+    /// An object becomes two; with `at`, the part at this place of frame `t` is the new one.
+    pub fn split(&mut self, label: u8, at: bool, t: usize, x: f32, y: f32) -> Result<(), JsValue> {
+        self.correct(&Correction::Split { label, at: at.then_some((t, x, y)) })
+    }
+
+    /// Takes the last correction back.
+    #[wasm_bindgen(js_name = undoCorrection)]
+    pub fn undo_correction(&mut self) -> Result<(), JsValue> {
+        self.0.undo_correction().map_err(|e| convert::to_js_error(&e))
+    }
+
     /// Drops frames and results; parameters stay.
     pub fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// `{numFrames, width, height, workingWidth, workingHeight}`; sizes are 0 before the first frame.
+    /// `{numFrames, width, height, workingWidth, workingHeight, corrections, memoryBytes}`; sizes are 0 before the first frame. The memory is that of
+    /// the whole instance, which never shrinks.
     pub fn info(&self) -> JsValue {
         let (width, height) = self.0.input_size().unwrap_or_default();
         let (working_width, working_height) = self.0.working_size().unwrap_or_default();
@@ -73,6 +108,8 @@ impl JsSession {
             ("height", height.into()),
             ("workingWidth", working_width.into()),
             ("workingHeight", working_height.into()),
+            ("corrections", self.0.num_corrections().into()),
+            ("memoryBytes", convert::memory_bytes().into()),
         ])
     }
 
@@ -86,9 +123,10 @@ impl JsSession {
         self.0.flow(t).map(|field| convert::flow(&field)).map_err(|e| convert::to_js_error(&e))
     }
 
-    /// `{count, startFrame, offset, x, y}` in input pixels; `undefined` until there are any.
+    /// `{count, startFrame, offset, x, y, id}` in input pixels; `undefined` until there are any.
     pub fn trajectories(&self) -> JsValue {
-        self.0.trajectories().map_or(JsValue::UNDEFINED, convert::trajectories)
+        let numbers = self.0.trajectory_numbers();
+        self.0.trajectories().map_or(JsValue::UNDEFINED, |t| convert::trajectories(t, numbers))
     }
 
     /// `{count, label}`; `undefined` until there are any.
@@ -134,7 +172,7 @@ impl JsSession {
         self.0.components().map_or(JsValue::UNDEFINED, convert::components)
     }
 
-    /// `{count, ofCluster}`; `undefined` until the cut is made, or without masks.
+    /// `{count, ofCluster, labels}`; `undefined` until the cut is made, or without masks.
     pub fn objects(&self) -> JsValue {
         self.0.objects().map_or(JsValue::UNDEFINED, convert::objects)
     }

@@ -1,15 +1,23 @@
 // The package as npm would publish it.
 
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawnSync } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
-import { join } from 'node:path';
+import { basename, join, relative } from 'node:path';
 import { test } from 'node:test';
+import { gzipSync } from 'node:zlib';
+import { build as bundle } from 'esbuild';
 import * as tracecut from 'tracecut';
 import { root } from '../../scripts/tools.mjs';
 
 const read = (name) => readFileSync(join(root, name), 'utf8');
 const manifest = JSON.parse(read('package.json'));
+
+/** Most bytes of the package when it is installed. */
+const MOST_UNPACKED = 2.5 * 1024 * 1024;
+
+/** Most bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads when that is first needed. */
+const MOST_ZIPPED = { 'index.js': 40 * 1024, 'worker.js': 9 * 1024, 'vendor/media.js': 150 * 1024, 'vendor/zip.js': 8 * 1024 };
 
 test('the versions of crate, package and built module are one', () => {
   assert.equal(/^version = "(.+)"$/m.exec(read('Cargo.toml'))[1], manifest.version);
@@ -32,25 +40,109 @@ test('browser and Node entries export the same names, and none is a thenable', a
 });
 
 test('the tarball holds the built package and nothing else', () => {
-  const { files } = packed();
-  const names = files.map(({ path }) => path);
-  for (const needed of ['dist/index.js', 'dist/index.d.ts', 'dist/node.js', 'dist/worker.js', 'dist/tracecut.js', 'dist/tracecut_bg.wasm']) {
-    assert.ok(names.includes(needed), `${needed} is missing of ${names}`);
-  }
-  const stray = names.filter((name) => !/^(dist\/[\w-]+\.(js|d\.ts)|dist\/(tracecut|decoder)_bg\.wasm(\.d\.ts)?|package\.json|[A-Z][\w.-]*)$/.test(name));
-  assert.deepEqual(stray, []);
-  assert.deepEqual(names.filter((name) => name.endsWith('.wasm')).sort(), ['dist/decoder_bg.wasm', 'dist/tracecut_bg.wasm']);
+  const sources = modules().flatMap((name) => [`dist/${name}`, `dist/${name.replace(/\.js$/, '.d.ts')}`]);
+  const built = [
+    'glue.js', 'glue.d.ts', 'tracecut.d.ts', 'tracecut_bg.wasm', 'tracecut_bg.wasm.d.ts', 'decoder.js', 'decoder.d.ts', 'decoder_bg.wasm',
+    'decoder_bg.wasm.d.ts', 'parameters.js', 'parameters.d.ts', 'vendor/media.js', 'vendor/zip.js', 'vendor/LICENSES.txt',
+  ].map((name) => `dist/${name}`);
+  const words = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
+  const { files, unpackedSize } = packed();
+  assert.deepEqual(files.map(({ path }) => path).sort(), [...sources, ...built, ...words].sort());
+  assert.ok(unpackedSize < MOST_UNPACKED, `${unpackedSize} bytes`);
 });
 
 test('every module of the source is in the build, unchanged', () => {
-  for (const name of readdirSync(join(root, 'www', 'lib')).filter((file) => file.endsWith('.js'))) {
-    assert.equal(read(join('dist', name)), read(join('www', 'lib', name)), name);
-  }
+  for (const name of modules()) assert.equal(read(join('dist', name)), read(join('www', 'lib', name)), name);
+});
+
+test('no module of the package imports anything by a bare name, so that a page needs no bundler', () => {
+  const names = modules().concat('vendor/media.js', 'vendor/zip.js', 'glue.js', 'decoder.js');
+  const bare = names.flatMap((name) =>
+    importsOf(read(join('dist', name))).filter((specifier) => !/^\.{1,2}\//.test(specifier)).map((specifier) => `${name}: ${specifier}`),
+  );
+  // The entry for Node, which no page loads, reads its files itself.
+  assert.deepEqual(bare.filter((line) => !line.includes('node:')), []);
+  assert.deepEqual(new Set(bare.map((line) => line.split(':')[0])), new Set(['node.js']));
+});
+
+test('what a page loads first is small, and what is loaded when it is needed lies in files of its own', async () => {
+  const zipped = Object.fromEntries(await Promise.all(Object.keys(MOST_ZIPPED).map(async (name) => [name, await zippedSize(name)])));
+  for (const [name, most] of Object.entries(MOST_ZIPPED)) assert.ok(zipped[name] <= most, `${name}: ${zipped[name]} bytes zipped, ${most} allowed`);
+});
+
+test('importing the package touches nothing', () => {
+  const script = `
+    for (const name of ['fetch', 'Worker', 'document', 'navigator', 'addEventListener', 'WebAssembly']) {
+      Object.defineProperty(globalThis, name, { get() { throw new Error(name + ' was read'); } });
+    }
+    const before = Reflect.ownKeys(globalThis).length;
+    await import('./dist/index.js');
+    if (Reflect.ownKeys(globalThis).length !== before) throw new Error('a global was added');
+    console.log('quiet');`;
+  const { stdout, stderr } = spawnSync(process.execPath, ['--input-type=module', '--eval', script], { cwd: root, encoding: 'utf8' });
+  assert.equal(stdout, 'quiet\n', stderr);
+});
+
+test('bundlers may drop what is not used, but for the worker', async () => {
+  assert.equal((await bundled("import { createSession } from 'tracecut';")).trim(), '');
+  assert.match(await bundled("import 'tracecut/worker';"), /addEventListener/);
+});
+
+test('publint has nothing to say', () => {
+  const { status, stdout } = tool('publint/src/cli.js', 'run', '.', '--strict', '--pack', 'npm');
+  assert.equal(status, 0, stdout);
+  assert.match(stdout, /All good!/);
+});
+
+// .attw.json has the flags. `esm-only`: there is no CommonJS build, and none is missing, since Node from 20.19 on can require() this one; the
+// wasm files are no modules, so they have no types that every bundler would agree with.
+test('attw has nothing to say', () => {
+  const { status, stdout } = tool('@arethetypeswrong/cli/dist/index.js', '--pack', '.', '--format', 'json');
+  assert.equal(status, 0, stdout);
+  const { analysis } = JSON.parse(stdout);
+  assert.deepEqual(Object.keys(analysis.entrypoints), ['.', './worker', './package.json']);
 });
 
 test('the lock file names no registry', () => {
   assert.doesNotMatch(read('package-lock.json'), /"resolved"/);
 });
+
+/** The modules below www/lib, which lie alike below dist. */
+function modules() {
+  return readdirSync(join(root, 'www', 'lib'), { recursive: true }).map((name) => name.replaceAll('\\', '/')).filter((name) => name.endsWith('.js'));
+}
+
+/** What a module imports, statically or not, as written. */
+function importsOf(text) {
+  const code = text.replace(/\/\*[^]*?\*\/|^\s*\/\/.*$/gm, '');
+  return [...code.matchAll(/(?:\bfrom|\bimport)\s*\(?\s*['"]([^'"]+)['"]/g)].map(([, specifier]) => specifier);
+}
+
+/** Bytes of a file of dist/ with all that it imports statically, minified and zipped. */
+async function zippedSize(name) {
+  const { metafile, outputFiles } = await bundle({
+    entryPoints: [`dist/${name}`], absWorkingDir: root, outdir: 'out', bundle: true, minify: true, splitting: true, format: 'esm', write: false,
+    metafile: true, logLevel: 'warning',
+  });
+  const chunks = new Set([`out/${basename(name)}`]);
+  for (const chunk of chunks) {
+    for (const { path, kind } of metafile.outputs[chunk].imports) if (kind === 'import-statement') chunks.add(path);
+  }
+  const loaded = outputFiles.filter(({ path }) => chunks.has(relative(root, path).replaceAll('\\', '/')));
+  assert.equal(loaded.length, chunks.size);
+  return loaded.reduce((sum, { contents }) => sum + gzipSync(contents, { level: 9 }).length, 0);
+}
+
+/** A module of these contents, bundled by a project that has installed the package. */
+async function bundled(contents) {
+  const { outputFiles } = await bundle({ stdin: { contents, resolveDir: root }, bundle: true, write: false, format: 'esm', logLevel: 'warning' });
+  return outputFiles[0].text;
+}
+
+/** Runs a command line tool of the project's own, found by the place of its script. */
+function tool(script, ...args) {
+  return spawnSync(process.execPath, [join(root, 'node_modules', script), ...args], { cwd: root, encoding: 'utf8' });
+}
 
 function packed() {
   const windows = process.platform === 'win32';

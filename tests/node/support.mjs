@@ -1,8 +1,10 @@
 // What the tests of the package share: clips, sessions, PNG files, and checks of errors.
 
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
 import { pngBytes } from '../png.mjs';
+import { withTrap } from '../trap.mjs';
 
 export { fingerprint, fnv1a } from '../fingerprint.mjs';
 
@@ -69,4 +71,22 @@ export async function rejects(promise, code, message = /./) {
 /** A PNG file of a frame: RGB, eight bits. Its header may claim another size. */
 export function png(frame, claim) {
   return new Uint8Array(pngBytes(frame, { claim }));
+}
+
+/** The wasm file with a fault: a run stops at its first step. */
+export async function trappingWasm() {
+  return withTrap(new Uint8Array(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url))), 'session_step');
+}
+
+/** The memories of the instances that start from now on until the test ends, in their order, for as long as anything else keeps them. */
+export function watchMemories(t) {
+  const memories = [];
+  const { instantiate } = WebAssembly;
+  WebAssembly.instantiate = async (...args) => {
+    const instance = await instantiate(...args);
+    memories.push(new WeakRef(instance.exports.memory));
+    return instance;
+  };
+  t.after(() => (WebAssembly.instantiate = instantiate));
+  return memories;
 }

@@ -70,5 +70,6 @@ await session.push('frame.png');
 
 {
   using scoped = await createSession();
-  console.log(scoped.numFrames);
+  using scene = await synthClip();
+  console.log(scoped.numFrames, scene.numObjects);
 }

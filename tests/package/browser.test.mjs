@@ -140,7 +140,7 @@ test('a wasm file that is missing, or that the policy forbids, is a wasm-load er
   const missing = await page.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/dist/none.wasm' })));
   assert.match(missing, /^TraceCutError wasm-load: .*none\.wasm could not be fetched: the server answered 404/);
   const html = await page.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/empty' })));
-  assert.match(html, /^TraceCutError wasm-load: .*HTML/);
+  assert.match(html, /^TraceCutError wasm-load: .*HTML.*optimizeDeps.exclude/);
   const strict = await open(t, "script-src 'self'");
   const forbidden = await strict.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession()));
   assert.match(forbidden, /^TraceCutError wasm-load: .*Content Security Policy/i);

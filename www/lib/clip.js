@@ -1,4 +1,4 @@
-import { guarded, instance } from './instance.js';
+import { end, guarded, instance } from './instance.js';
 import { illegal } from './errors.js';
 import { isPlainObject, wholeNumber } from './options.js';
 
@@ -25,22 +25,23 @@ export async function makeClip(options, platform) {
   wholeNumber('param', 'height', height, 1, 4096);
   wholeNumber('param', 'frames', frames, 1, 10000);
   wholeNumber('param', 'seed', seed, 0, 4294967295);
-  const born = await instance(await platform.loadModule(wasm));
-  return new Clip(born, { width, height, frames, seed });
+  const owner = await instance(await platform.loadModule(wasm));
+  return new Clip(owner, { width, height, frames, seed });
 }
 
 /** A clip made by rule, with known masks and known flow; made by `synthClip`. The same bytes everywhere. */
 export class Clip {
-  #born;
+  #owner;
+  /** @type {import('./tracecut.js').Scene | undefined} */
   #scene;
 
   /**
-   * @param {number} born
+   * @param {import('./instance.js').Instance} owner
    * @param {{width: number, height: number, frames: number, seed: number}} options
    */
-  constructor(born, { width, height, frames, seed }) {
-    this.#born = born;
-    this.#scene = guarded(born, (glue) => new glue.Scene(width, height, frames, seed));
+  constructor(owner, { width, height, frames, seed }) {
+    this.#owner = owner;
+    this.#scene = guarded(owner, (glue) => new glue.Scene(width, height, frames, seed));
     /** Width in pixels. */
     this.width = width;
     /** Height in pixels. */
@@ -48,7 +49,7 @@ export class Clip {
     /** Number of frames. */
     this.numFrames = frames;
     /** Number of objects, the background not counted. */
-    this.numObjects = this.#call(() => this.#scene.numObjects);
+    this.numObjects = this.#call((scene) => scene.numObjects);
   }
 
   /**
@@ -58,7 +59,7 @@ export class Clip {
    */
   frame(t) {
     this.#checkFrame(t);
-    return this.#call(() => this.#scene.frame(t));
+    return this.#call((scene) => scene.frame(t));
   }
 
   /**
@@ -68,7 +69,7 @@ export class Clip {
    */
   mask(t) {
     this.#checkFrame(t);
-    return this.#call(() => this.#scene.mask(t));
+    return this.#call((scene) => scene.mask(t));
   }
 
   /**
@@ -78,7 +79,23 @@ export class Clip {
    */
   flow(t) {
     this.#checkFrame(t);
-    return this.#call(() => this.#scene.flow(t));
+    return this.#call((scene) => scene.flow(t));
+  }
+
+  /** Frees the clip's memory; closing twice is fine. A clip that is forgotten is freed with the other garbage. */
+  close() {
+    this.#scene = undefined;
+    end(this.#owner, 'clip');
+  }
+
+  /** As `close`. */
+  free() {
+    this.close();
+  }
+
+  /** `using clip = await synthClip()` closes it (an engine without `Symbol.dispose` has no `using` either). */
+  [Symbol.dispose]() {
+    this.close();
   }
 
   /** @param {number} t */
@@ -88,9 +105,9 @@ export class Clip {
 
   /**
    * @template T
-   * @param {() => T} call
+   * @param {(scene: import('./tracecut.js').Scene) => T} call
    */
   #call(call) {
-    return guarded(this.#born, call);
+    return guarded(this.#owner, () => call(/** @type {import('./tracecut.js').Scene} */ (this.#scene)));
   }
 }

@@ -3,10 +3,20 @@
 import { PARAMETERS, VERSION } from './parameters.js';
 
 export { Clip } from './clip.js';
+export { fitFrame } from './draw/canvas.js';
+export { drawLabels } from './draw/labels.js';
+export { flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
 export { TraceCutError } from './errors.js';
+export { cocoRle } from './export/coco.js';
+export { labelMaps, labelsNpy } from './export/label-maps.js';
+export { maskPng, masksZip } from './export/masks.js';
+export { fromCocoRle } from './export/rle.js';
 export { EdgeKind } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
+export { VideoResult } from './video/result.js';
+export { VideoSegmentation } from './video/segment.js';
+export { WindowResult } from './video/window.js';
 
 /** The package's version. */
 export const version = VERSION;
@@ -25,6 +35,7 @@ export function parameters() {
 /** @typedef {import('./frames.js').FrameSource} FrameSource */
 /** @typedef {import('./clip.js').ClipOptions} ClipOptions */
 /** @typedef {import('./trajectories.js').TrajectoryInput} TrajectoryInput */
+/** @typedef {import('./correction.js').Place} Place */
 /** @typedef {import('./engine.js').Progress} Progress */
 /** @typedef {import('./engine.js').Stage} Stage */
 /** @typedef {import('./engine.js').FlowField} FlowField */
@@ -38,3 +49,31 @@ export function parameters() {
 /** @typedef {import('./result.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
+/** @typedef {import('./session.js').RunOptions} RunOptions */
+/** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
+/** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
+/** @typedef {import('./video/listed.js').ListedFrame} ListedFrame */
+/** @typedef {import('./video/options.js').TakeOptions} TakeOptions */
+/** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
+/** @typedef {import('./video/result.js').Shot} Shot */
+/** @typedef {import('./video/result.js').VideoObject} VideoObject */
+/** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
+/** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
+/** @typedef {import('./video/source.js').VideoSource} VideoSource */
+/** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
+/** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
+/** @typedef {import('./draw/canvas.js').Context2D} Context2D */
+/** @typedef {import('./draw/labels.js').DrawLabelsOptions} DrawLabelsOptions */
+/** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
+/** @typedef {import('./draw/palette.js').Shape} Shape */
+/** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
+/** @typedef {import('./export/coco.js').CocoImage} CocoImage */
+/** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */
+/** @typedef {import('./export/coco.js').CocoOptions} CocoOptions */
+/** @typedef {import('./export/label-maps.js').LabelMaps} LabelMaps */
+/** @typedef {import('./export/mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('./export/mask-source.js').ObjectChoice} ObjectChoice */
+/** @typedef {import('./export/masks.js').ExportProgress} ExportProgress */
+/** @typedef {import('./export/masks.js').MaskPngOptions} MaskPngOptions */
+/** @typedef {import('./export/masks.js').MasksZipOptions} MasksZipOptions */
+/** @typedef {import('./export/rle.js').CocoRle} CocoRle */

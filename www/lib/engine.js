@@ -1,7 +1,8 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
+import { applyCorrection } from './correction.js';
 import { toPixels } from './decode.js';
-import { alive, guarded, instance } from './instance.js';
+import { end, guarded, instance } from './instance.js';
 
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
 const SLICE_MS = 30;
@@ -11,7 +12,11 @@ const SLICE_MS = 30;
  *   | 'superpixels' | 'cut' | 'masks'} Stage
  */
 /** @typedef {{stage: Stage, done: number, total: number}} Progress */
-/** @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number}} Info */
+/**
+ * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance, which never shrinks.
+ * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number, corrections: number,
+ *   memoryBytes: number}} Info
+ */
 /** @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField */
 
 /**
@@ -38,7 +43,10 @@ const SLICE_MS = 30;
  * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the abort.
  * @typedef {object} Engine
  * @property {(frame: import('./frames.js').RawFrame) => Promise<Info>} push
+ * @property {(frame: import('./frames.js').RawFrame) => Promise<Info & {held: boolean}>} pushInShot for clips taken window by window
+ * @property {(overlap: number) => Promise<Info>} advance goes on to the next window
  * @property {(trajectories: import('./trajectories.js').RawTrajectories) => Promise<Info>} setTrajectories
+ * @property {(correction: import('./correction.js').RawCorrection) => Promise<Info>} correct decides; `run` then does what follows
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
  * @property {(t: number) => Promise<FlowField>} flow
  * @property {(t: number) => Promise<RawBoundaryMap>} boundaries
@@ -57,13 +65,14 @@ const SLICE_MS = 30;
  * @returns {Promise<LocalEngine>}
  */
 export async function createLocalEngine(module, parameters) {
-  const born = await instance(module);
-  return new LocalEngine(born, guarded(born, (glue) => new glue.Session(parameters)));
+  const owner = await instance(module);
+  return new LocalEngine(owner, guarded(owner, (glue) => new glue.Session(parameters)));
 }
 
 /** @implements {Engine} */
 export class LocalEngine {
-  #born;
+  #owner;
+  /** @type {import('./tracecut.js').Session | undefined} None once it is closed: it would keep the instance's memory. */
   #session;
   /** @type {Promise<unknown>} */
   #last = Promise.resolve();
@@ -72,11 +81,11 @@ export class LocalEngine {
   #closed = false;
 
   /**
-   * @param {number} born
+   * @param {import('./instance.js').Instance} owner
    * @param {import('./tracecut.js').Session} session
    */
-  constructor(born, session) {
-    this.#born = born;
+  constructor(owner, session) {
+    this.#owner = owner;
     this.#session = session;
   }
 
@@ -88,10 +97,35 @@ export class LocalEngine {
     });
   }
 
+  /** @param {import('./frames.js').RawFrame} frame */
+  pushInShot(frame) {
+    return this.#withPixels(frame, (session, data, width, height) => {
+      const held = session.pushInShot(data, width, height);
+      return { ...session.info(), held };
+    });
+  }
+
+  /** @param {number} overlap */
+  advance(overlap) {
+    return this.#queued((session) => {
+      this.#seconds = {};
+      session.advance(overlap);
+      return session.info();
+    });
+  }
+
   /** @param {import('./trajectories.js').RawTrajectories} t */
   setTrajectories(t) {
     return this.#queued((session) => {
       session.setTrajectories(t.numFrames, t.width, t.height, t.startFrame, t.offset, t.x, t.y);
+      return session.info();
+    });
+  }
+
+  /** @param {import('./correction.js').RawCorrection} correction */
+  correct(correction) {
+    return this.#queued((session) => {
+      applyCorrection(session, correction);
       return session.info();
     });
   }
@@ -160,7 +194,8 @@ export class LocalEngine {
   close() {
     this.#closed = true;
     this.#inOrder(async () => {
-      if (alive(this.#born)) this.#session.free();
+      this.#session = undefined;
+      end(this.#owner, 'session');
     });
   }
 
@@ -215,7 +250,7 @@ export class LocalEngine {
    * @returns {T}
    */
   #call(call) {
-    return guarded(this.#born, () => call(this.#session));
+    return guarded(this.#owner, () => call(/** @type {import('./tracecut.js').Session} */ (this.#session)));
   }
 
   /**

@@ -15,11 +15,14 @@ import { boundariesOf, discontinuitiesOf, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
 import { openSession } from './session.js';
+import { framesOf, infoOf } from './video/frames.js';
+import { segment } from './video/segment.js';
 
 export * from './common.js';
 
-// Bundlers look for these very expressions.
-const packaged = once(() => loadModule(new URL('./tracecut_bg.wasm', import.meta.url)));
+// Bundlers look for these very expressions, and for that of the worker.
+const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
+const packaged = once(() => loadModule(packagedFile()));
 const packagedDecoder = once(() => loadModule(new URL('./decoder_bg.wasm', import.meta.url)));
 
 /** @type {import('./platform.js').Platform} */
@@ -28,9 +31,24 @@ const platform = {
   loadDecoder: (source) => (source === undefined ? packagedDecoder() : loadModule(source)),
   get startWorker() {
     if (typeof Worker === 'undefined') return undefined;
-    return () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+    return startWorker;
   },
 };
+
+function startWorker() {
+  try {
+    return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  } catch {
+    // Browsers start no worker from another origin, such as a CDN's, but let one of the page's own import it from there.
+    foreignWorker ??= URL.createObjectURL(
+      new Blob([`import ${JSON.stringify(new URL('worker.js', packagedFile()).href)};`], { type: 'text/javascript' }),
+    );
+    return new Worker(foreignWorker, { type: 'module' });
+  }
+}
+
+/** @type {string | undefined} */
+let foreignWorker;
 
 /**
  * Opens a session.
@@ -78,4 +96,43 @@ export function superpixels(image, options) {
  */
 export function imageDiscontinuities(image, options) {
   return discontinuitiesOf(image, options, platform);
+}
+
+/**
+ * Segments a video: a file, an address, a video element, a stream, or frames one by one (Node takes the last only). Long clips are run window by
+ * window, in bounded memory; labels keep their meaning from window to window, and a cut begins a new shot with new ones.
+ *
+ * ```js
+ * const video = segmentVideo(file, { size: 480, end: 10 });
+ * for await (const window of video) {
+ *   for (const { time, labels } of window.frames()) console.log(time, labels);
+ * }
+ * ```
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {import('./video/segment.js').VideoOptions} [options]
+ * @returns {import('./video/segment.js').VideoSegmentation}
+ */
+export function segmentVideo(source, options) {
+  return segment(source, options, platform);
+}
+
+/**
+ * The frames of a video, in order, each with its time in seconds; none is lost or doubled. Nothing is read before the first is asked for, and
+ * leaving the loop closes the source.
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {import('./video/options.js').TakeOptions} [options]
+ * @returns {AsyncGenerator<import('./video/frames.js').DecodedFrame, void, undefined>}
+ */
+export function videoFrames(source, options) {
+  return framesOf(source, options, platform);
+}
+
+/**
+ * Size, duration, frame rate and codec of a video, read from its container where there is one.
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {Pick<import('./video/options.js').TakeOptions, 'decoding'>} [options]
+ * @returns {Promise<import('./video/reader.js').VideoInfo>}
+ */
+export function videoInfo(source, options) {
+  return infoOf(source, options, platform);
 }

@@ -50,7 +50,8 @@ async function fromResponse(response, name) {
 async function compile(bytes, name) {
   const view = ArrayBuffer.isView(bytes) ? new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength) : new Uint8Array(bytes);
   if (view[0] === 0x3c) {
-    throw new TraceCutError('wasm-load', `${name} is a page of HTML, not WebAssembly: check that the .wasm file is where the URL says`);
+    const hint = "check that the .wasm file is where the URL says (with Vite before 8, set optimizeDeps.exclude to ['tracecut'])";
+    throw new TraceCutError('wasm-load', `${name} is a page of HTML, not WebAssembly: ${hint}`);
   }
   if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE))) {
     throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 20)');

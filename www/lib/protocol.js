@@ -11,8 +11,8 @@
 //                                     <-     {id, type: 'failed', data: {code, message}}
 
 /**
- * @typedef {'create' | 'push' | 'setTrajectories' | 'run' | 'abort' | 'flow' | 'boundaries' | 'superpixels' | 'saliencyMap'
- *   | 'boundariesOf' | 'superpixelsOf' | 'discontinuitiesOf' | 'clear'} RequestType
+ * @typedef {'create' | 'push' | 'pushInShot' | 'advance' | 'setTrajectories' | 'correct' | 'run' | 'abort' | 'flow' | 'boundaries'
+ *   | 'superpixels' | 'saliencyMap' | 'boundariesOf' | 'superpixelsOf' | 'discontinuitiesOf' | 'clear'} RequestType
  */
 /** @typedef {{id: number, type: RequestType, data?: any}} Request */
 /** @typedef {{id: number, type: 'done' | 'progress' | 'failed', data: any}} Reply */

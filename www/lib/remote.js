@@ -63,9 +63,24 @@ export class RemoteEngine {
     return this.#request('push', frame);
   }
 
+  /** @param {import('./frames.js').RawFrame} frame */
+  pushInShot(frame) {
+    return this.#request('pushInShot', frame);
+  }
+
+  /** @param {number} overlap */
+  advance(overlap) {
+    return this.#request('advance', overlap);
+  }
+
   /** @param {import('./trajectories.js').RawTrajectories} trajectories */
   setTrajectories(trajectories) {
     return this.#request('setTrajectories', trajectories);
+  }
+
+  /** @param {import('./correction.js').RawCorrection} correction */
+  correct(correction) {
+    return this.#request('correct', correction);
   }
 
   /** @param {number} t */

@@ -3,8 +3,8 @@ import { wholeNumber } from './options.js';
 
 /**
  * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels, one for
- * each of the consecutive frames from `startFrame[i]` on.
- * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array}} TrajectoryList
+ * each of the consecutive frames from `startFrame[i]` on. `id[i]` is its number in the clip, which it keeps from window to window.
+ * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, id: Uint32Array}} TrajectoryList
  */
 
 /**
@@ -29,9 +29,10 @@ import { wholeNumber } from './options.js';
  */
 
 /**
- * The objects of the masks: their number, and for each cluster the label that it has in the masks, 0 for the background. Several
- * clusters may be one object, or the background.
- * @typedef {{count: number, ofCluster: Uint8Array}} ObjectList
+ * The objects of the masks: the highest label, for each cluster the label that it has in the masks (0 for the background), and the labels
+ * of all objects, lowest first. Several clusters may be one object, or the background. Labels run from 1 on without gaps, but not in
+ * later windows of a long clip and after corrections.
+ * @typedef {{count: number, ofCluster: Uint8Array, labels: Uint8Array}} ObjectList
  */
 
 /**

@@ -30,8 +30,14 @@ export function serve(port) {
         return undefined;
       case 'push':
         return (await engine).push(data);
+      case 'pushInShot':
+        return (await engine).pushInShot(data);
+      case 'advance':
+        return (await engine).advance(data);
       case 'setTrajectories':
         return (await engine).setTrajectories(data);
+      case 'correct':
+        return (await engine).correct(data);
       case 'flow':
         return (await engine).flow(data);
       case 'boundaries':

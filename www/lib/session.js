@@ -1,3 +1,4 @@
+import { mergeOf, splitOf } from './correction.js';
 import { TraceCutError, illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
@@ -19,7 +20,19 @@ export async function openSession(options, platform) {
 }
 
 /** @type {import('./engine.js').Info} */
-const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHeight: 0 };
+const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHeight: 0, corrections: 0, memoryBytes: 0 };
+
+/**
+ * How a run or a correction reports and is stopped.
+ * @typedef {{onProgress?: (progress: import('./engine.js').Progress) => void, signal?: AbortSignal}} RunOptions
+ */
+
+/**
+ * Closes the engines of sessions that were dropped without `close`: nothing else would end their workers. A run or a push under way, and
+ * a result that may still ask, keep their session.
+ * @type {FinalizationRegistry<import('./engine.js').Engine>}
+ */
+const forgotten = /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
 
 /**
  * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work, results are
@@ -46,6 +59,7 @@ export class Session {
   constructor(engine, loadDecoder) {
     this.#engine = engine;
     this.#loadDecoder = loadDecoder;
+    forgotten.register(this, engine, this);
   }
 
   /** Frames pushed so far, or of the outside trajectories' clip. */
@@ -92,11 +106,65 @@ export class Session {
   /**
    * Does everything that is left to do. `onProgress` hears of each stage. When `signal` aborts, the promise rejects with its
    * reason and the session keeps what it has: the next `run` goes on from there, to the same result.
-   * @param {{onProgress?: (progress: import('./engine.js').Progress) => void, signal?: AbortSignal}} [options]
+   * @param {RunOptions} [options]
    * @returns {Promise<Result>}
    */
-  async run({ onProgress, signal } = {}) {
+  async run(options) {
     this.#check('run');
+    return this.#work(options);
+  }
+
+  /** Number of corrections in force: those made and not undone. */
+  get corrections() {
+    return this.#info.corrections;
+  }
+
+  /**
+   * Makes object `b` a part of object `a`; with `a` = 0 it becomes background. Like every correction it needs the masks of a finished run,
+   * and gives a new result; earlier results stay as they are. Labels that it does not speak of keep their meaning and their pixels.
+   * @param {number} a the label that stays, 0 to 255
+   * @param {number} b the label that goes, 1 to 255
+   * @param {RunOptions} [options]
+   * @returns {Promise<Result>}
+   */
+  async merge(a, b, options) {
+    this.#check('merge');
+    return this.#work(options, mergeOf(a, b));
+  }
+
+  /**
+   * Parts an object in two: into the clusters that it consists of, or else where its motion and its extent are weakest. With `at`, the part
+   * there gets a new label, the lowest that is free; otherwise the smaller part does. `split(0, at)` makes an object of what is at a place of
+   * the background. Rejects with code `data` where there is nothing to part.
+   *
+   * If `signal` aborts, the correction stays in force: `run` finishes it, `undo` takes it back.
+   * @param {number} label 0 to 255
+   * @param {import('./correction.js').Place} [at]
+   * @param {RunOptions} [options]
+   * @returns {Promise<Result>}
+   */
+  async split(label, at, options) {
+    this.#check('split');
+    return this.#work(options, splitOf(label, at, this.#info));
+  }
+
+  /**
+   * Takes the last correction back: masks, objects and clusters are again what they were before it.
+   * @param {RunOptions} [options]
+   * @returns {Promise<Result>}
+   */
+  async undo(options) {
+    this.#check('undo');
+    return this.#work(options, { kind: 'undo' });
+  }
+
+  /**
+   * Does everything that is left to do, after a correction if there is one.
+   * @param {RunOptions} [options]
+   * @param {import('./correction.js').RawCorrection} [correction]
+   * @returns {Promise<Result>}
+   */
+  async #work({ onProgress, signal } = {}, correction) {
     if (onProgress !== undefined && typeof onProgress !== 'function') throw illegal('param', 'onProgress', onProgress, 'a function');
     if (signal !== undefined && typeof signal?.addEventListener !== 'function') throw illegal('param', 'signal', signal, 'an AbortSignal');
     signal?.throwIfAborted();
@@ -114,6 +182,7 @@ export class Session {
     signal?.addEventListener('abort', onAbort);
     try {
       const report = guardedReport(onProgress, (error) => stop?.(error));
+      if (correction) await Promise.race([this.#apply(correction), stopped]);
       const raw = await Promise.race([this.#engine.run(report, inner.signal), stopped]);
       if (raw === null) throw new TraceCutError('closed', 'the session was closed');
       return new Result(raw, this.#lookups());
@@ -121,6 +190,11 @@ export class Session {
       signal?.removeEventListener('abort', onAbort);
       this.#stopRun = undefined;
     }
+  }
+
+  /** @param {import('./correction.js').RawCorrection} correction */
+  async #apply(correction) {
+    this.#info = await this.#engine.correct(correction);
   }
 
   /**
@@ -209,8 +283,14 @@ export class Session {
   close() {
     if (this.#closed) return;
     this.#closed = true;
+    forgotten.unregister(this);
     this.#stopRun?.(new TraceCutError('closed', 'the session was closed'));
     this.#engine.close();
+  }
+
+  /** As `close`. */
+  free() {
+    this.close();
   }
 
   /** `using session = await createSession()` closes it (an engine without `Symbol.dispose` has no `using` either). */

@@ -1,0 +1,59 @@
+//! Corrections by the user: what to change in a finished segmentation, and what follows for its trajectories.
+//!
+//! In: the trajectories with the mask label of each, their affinities, and a [`Correction`]. Out: another mask label for some of the
+//! trajectories. The pipeline then makes clusters of them and cuts again what is concerned; nothing before the clusters is made anew.
+//!
+//! 1. [`Correction::Merge`] renames. [`Correction::Split`] parts an object into the clusters that it has, or else along the weakest
+//!    place of its own affinities (`split`).
+//! 2. Strokes say of the trajectories and pixels under them that they are one thing, or several (`stroke`). They hold for these as they
+//!    stand; the others follow by random walks over the affinities (`walk`).
+//! 3. Trajectories of labels that a correction does not touch keep theirs, and labels keep their meaning: a new object takes the lowest
+//!    number that is free.
+//!
+//! Both the weakest place and the walks are found in one graph: the affinities as far as the trajectories also stay near each other
+//! (`graph`). Motion alone did not part what the user wants parted, so that space has to say where.
+//!
+//! **Why not embed again.** Constraints on affinities could go through the whole chain of embedding, discontinuities and clusters. A
+//! stroke has some dozen trajectories; the affinities between them weigh nothing among a million others, and the leading eigenvectors
+//! stay as they are. What did change could be anything anywhere. The walk is that whose eigenvectors the embedding consists of
+//! (`P = D⁻¹ A`), with the strokes as places where it ends: it takes a tenth of a second, and changes what the strokes speak of.
+
+mod graph;
+mod regroup;
+mod runs;
+mod split;
+
+pub use graph::near_affinities;
+pub use regroup::{Regrouped, regroup};
+pub use runs::Runs;
+pub use split::{halves, part_at};
+
+/// What the user wants changed. Labels are those of the masks.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Correction {
+    /// What is `from` becomes `into`; 0 makes it background.
+    Merge {
+        /// The label that stays.
+        into: u8,
+        /// The label that goes.
+        from: u8,
+    },
+    /// An object becomes two. The part at the point gets a new label, without a point the smaller part.
+    Split {
+        /// The object; 0, which needs a point, makes an object of what is there in the background.
+        label: u8,
+        /// Frame, and place in input pixels.
+        at: Option<(usize, f32, f32)>,
+    },
+}
+
+/// Pixels of a frame that a stroke holds to a label.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Held {
+    /// The frame.
+    pub t: usize,
+    /// The pixels, increasing, row by row at working size.
+    pub pixels: Vec<u32>,
+    /// Their label.
+    pub label: u8,
+}

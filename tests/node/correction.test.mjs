@@ -1,0 +1,153 @@
+// Corrections by the user: merging, splitting, undoing.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { createSession, synthClip } from 'tracecut';
+import { SMALL, fingerprint, framesOf, ready, rejects } from './support.mjs';
+
+/** Two walkers and more: enough objects to merge. */
+const SCENE = { width: 320, height: 180, frames: 12, seed: 2 };
+
+/** All masks, one after the other. */
+function masksOf(result) {
+  return Buffer.concat(Array.from({ length: result.numFrames }, (_, t) => result.labels(t)));
+}
+
+/** Checks that clusters, objects and masks say the same. */
+function isConsistent(result) {
+  const { clusters, objects } = result;
+  assert.equal(objects.ofCluster.length, clusters.count);
+  assert.deepEqual([...objects.labels], [...new Set(objects.ofCluster)].filter((l) => l > 0).sort((a, b) => a - b));
+  assert.equal(objects.count, Math.max(0, ...objects.labels));
+  assert.deepEqual(new Set(clusters.label).size, clusters.count);
+  const known = new Set([0, ...objects.labels]);
+  assert.ok(masksOf(result).every((label) => known.has(label)), 'a mask has a label that no object has');
+}
+
+async function segmented(t, options) {
+  const session = await ready(t, options, await framesOf(SCENE));
+  return { session, result: await session.run() };
+}
+
+test('merging renames one object, splitting it again brings both back, undoing restores every byte', async (t) => {
+  const { session, result } = await segmented(t);
+  const before = masksOf(result);
+  assert.ok(result.objects.count >= 2, `${result.objects.count} objects`);
+  assert.equal(session.corrections, 0);
+
+  const merged = await session.merge(1, 2);
+  isConsistent(merged);
+  assert.deepEqual(masksOf(merged), before.map((label) => (label === 2 ? 1 : label)));
+  assert.ok(!merged.objects.labels.includes(2));
+  assert.equal(session.corrections, 1);
+  assert.deepEqual(masksOf(result), before, 'the result before stays');
+
+  const stages = new Set();
+  const split = await session.split(1, undefined, { onProgress: ({ stage }) => stages.add(stage) });
+  isConsistent(split);
+  assert.deepEqual(split.objects.labels, result.objects.labels);
+  assert.deepEqual([...stages], ['cut', 'masks'], 'nothing else is computed again');
+  for (const [p, label] of masksOf(split).entries()) {
+    assert.ok(label === before[p] || (label < 3 && before[p] > 0 && before[p] < 3), `pixel ${p}: ${before[p]} became ${label}`);
+  }
+
+  assert.deepEqual(masksOf(await session.undo()), masksOf(merged));
+  assert.deepEqual(masksOf(await session.undo()), before);
+  assert.equal(session.corrections, 0);
+  await rejects(session.undo(), 'state', /no correction/);
+});
+
+test('an object of one cluster parts in two, the part at the point gets the lowest free label', async (t) => {
+  const { session, result } = await segmented(t);
+  const before = masksOf(result);
+  const pixel = result.labels(6).indexOf(1);
+  const at = { t: 6, x: pixel % SCENE.width, y: Math.floor(pixel / SCENE.width) };
+  const split = await session.split(1, at);
+  isConsistent(split);
+  const fresh = result.objects.count + 1;
+  assert.deepEqual([...split.objects.labels], [...result.objects.labels, fresh]);
+  const after = masksOf(split);
+  assert.ok(after.includes(1) && after.includes(fresh));
+  assert.ok(after.every((label, p) => label === before[p] || before[p] === 1), 'only pixels of the object change');
+  assert.deepEqual(masksOf(await session.undo()), before);
+  assert.deepEqual(masksOf(await session.split(1, at)), after, 'the same correction gives the same masks');
+});
+
+test('what is at a place of the background becomes an object', async (t) => {
+  const { session, result } = await segmented(t);
+  const before = masksOf(result);
+  const split = await session.split(0, { t: 3, x: 20, y: SCENE.height - 20 });
+  isConsistent(split);
+  const fresh = result.objects.count + 1;
+  assert.ok(split.objects.labels.includes(fresh));
+  assert.ok(masksOf(split).every((label, p) => label === before[p] || before[p] === 0));
+});
+
+test('a correction that is aborted stays in force until it is finished or undone', async (t) => {
+  const { session, result } = await segmented(t);
+  const whole = masksOf(await session.split(1));
+  await session.undo();
+  const controller = new AbortController();
+  const reason = new Error('enough');
+  const stop = { signal: controller.signal, onProgress: () => controller.abort(reason) };
+  await assert.rejects(session.split(1, undefined, stop), (error) => error === reason);
+  assert.equal(session.corrections, 1);
+  await rejects(session.merge(1, 2), 'state', /run the session first/);
+  assert.deepEqual(masksOf(await session.run()), whole);
+  await session.undo();
+  await assert.rejects(session.split(1, undefined, { ...stop, signal: AbortSignal.abort(reason) }), (error) => error === reason);
+  assert.equal(session.corrections, 0, 'aborted before anything was done');
+  assert.deepEqual(masksOf(await session.run()), masksOf(result));
+});
+
+test('corrections that cannot be are refused, and nothing changes', async (t) => {
+  const session = await ready(t);
+  await rejects(session.merge(0, 1), 'state', /run the session first/);
+  await rejects(session.undo(), 'state', /no correction/);
+  const result = await session.run();
+  const n = result.objects.count;
+  const at = { t: 0, x: 1, y: 1 };
+  await rejects(session.merge(1, 0), 'param', /the background cannot be merged/);
+  await rejects(session.merge(1, 1), 'param', /another label/);
+  await rejects(session.merge(n + 1, 1), 'param', /labels in use: 0, 1/);
+  await rejects(session.merge(0, n + 1), 'param', /labels in use/);
+  for (const label of [-1, 0.5, 256, NaN, '1', undefined]) {
+    await rejects(session.merge(label, 1), 'param', /^a = /);
+    await rejects(session.merge(0, label), 'param', /^b = /);
+    await rejects(session.split(label), 'param', /^label = /);
+  }
+  await rejects(session.split(0), 'param', /place/);
+  await rejects(session.split(n + 1), 'param', /labels in use/);
+  for (const [wrong, name] of [[{ t: SMALL.frames }, 't'], [{ t: -1 }, 't'], [{ x: NaN }, 'x'], [{ x: SMALL.width }, 'x'], [{ y: -1 }, 'y'], [{ y: '3' }, 'y']]) {
+    await rejects(session.split(1, { ...at, ...wrong }), 'param', new RegExp(`^at.${name} = `));
+  }
+  await rejects(session.split(1, null), 'param', /^at = /);
+  await rejects(session.merge(0, 1, { onProgress: 3 }), 'param', /onProgress/);
+  const first = session.merge(0, 1);
+  await rejects(session.merge(0, 2), 'busy');
+  await first;
+  assert.equal(session.corrections, 1);
+  await session.clear();
+  assert.equal(session.corrections, 0);
+});
+
+test('without masks there is nothing to correct', async (t) => {
+  const session = await ready(t, { clip: { dense: false } });
+  await session.run();
+  await rejects(session.merge(0, 1), 'state', /need masks/);
+});
+
+test('a clip corrected in the same way twice has the same masks', async () => {
+  const prints = [];
+  for (let round = 0; round < 2; round += 1) {
+    const session = await createSession();
+    const clip = await synthClip(SCENE);
+    for (let k = 0; k < clip.numFrames; k += 1) await session.push(clip.frame(k));
+    await session.run();
+    await session.merge(1, 2);
+    const result = await session.split(0, { t: 0, x: 10, y: 10 });
+    prints.push(fingerprint(result));
+    session.close();
+  }
+  assert.equal(prints[0], prints[1]);
+});

@@ -1,0 +1,260 @@
+// Masks as files: opened again, and compared with what other programs write.
+
+import assert from 'node:assert/strict';
+import { createHash } from 'node:crypto';
+import { describe, test } from 'node:test';
+import { cocoRle, fromCocoRle, labelMaps, labelsNpy, maskPng, masksZip, objectColor, objectShape, TraceCutError, version } from 'tracecut';
+import { unzipSync } from '../../dist/vendor/zip.js';
+import { readPng } from '../png.mjs';
+import { framesOf, segment } from './support.mjs';
+
+/** Masks of digit pictures, one for each frame. */
+function drawn(...frames) {
+  const pictures = frames.map((rows) => rows.map((row) => [...row].map(Number)));
+  const [height, width] = [pictures[0].length, pictures[0][0].length];
+  return { width, height, numFrames: frames.length, labels: (t) => Uint8Array.from(pictures[t].flat()) };
+}
+
+const TWO_FRAMES = drawn(['0110', '0120', '0000'], ['0011', '0012', '0300']);
+
+/** Every label once. */
+const ALL_LABELS = { width: 16, height: 16, numFrames: 1, labels: () => Uint8Array.from({ length: 256 }, (_, k) => k) };
+
+const text = (bytes) => new TextDecoder().decode(bytes);
+const hex = (rgb) => `#${Buffer.from(rgb).toString('hex')}`;
+const sum = (list) => list.reduce((total, value) => total + value, 0);
+
+function refuses(code, message) {
+  return (error) => error instanceof TraceCutError && error.code === code && message.test(error.message);
+}
+
+describe('a mask as a PNG file', () => {
+  test('has the labels as pixels and the palette of the objects', async () => {
+    const { pixels, palette, alpha, ...head } = readPng(await maskPng(TWO_FRAMES, 1));
+    assert.deepEqual(head, { width: 4, height: 3, depth: 8, colorType: 3, order: 'IHDR PLTE IDAT IEND' });
+    assert.deepEqual([...pixels], [...TWO_FRAMES.labels(1)]);
+    assert.equal(alpha, null);
+    assert.equal(hex(palette.subarray(0, 3)), '#000000');
+    for (const label of [1, 2, 3, 255]) assert.equal(hex(palette.subarray(3 * label, 3 * label + 3)), objectColor(label));
+  });
+
+  test('is one object in white on black', async () => {
+    const { pixels, palette, colorType } = readPng(await maskPng(TWO_FRAMES, 1, { object: 2 }));
+    assert.deepEqual([colorType, palette], [0, null]);
+    assert.deepEqual([...pixels], [...TWO_FRAMES.labels(1)].map((label) => (label === 2 ? 255 : 0)));
+    assert.equal(sum(readPng(await maskPng(TWO_FRAMES, 0, { object: 77 })).pixels), 0, 'an object that is not there');
+  });
+
+  test('can have a clear background, and colours of the caller', async () => {
+    const { order, alpha, palette } = readPng(await maskPng(TWO_FRAMES, 0, { transparent: true, palette: ['#010203', '#040506'] }));
+    assert.equal(order, 'IHDR PLTE tRNS IDAT IEND');
+    assert.deepEqual([...alpha], [0]);
+    assert.deepEqual([...palette.subarray(0, 6)], [1, 2, 3, 4, 5, 6]);
+    assert.equal(hex(palette.subarray(6, 9)), objectColor(2), 'labels that the list does not reach keep theirs');
+  });
+
+  test('holds all 255 labels, and the smallest of frames', async () => {
+    assert.deepEqual([...readPng(await maskPng(ALL_LABELS, 0)).pixels], [...ALL_LABELS.labels(0)]);
+    const dot = readPng(await maskPng(drawn(['0']), 0));
+    assert.deepEqual([dot.width, dot.height, [...dot.pixels]], [1, 1, [0]]);
+  });
+
+  test('refuses what is wrong in words', async () => {
+    await assert.rejects(maskPng(TWO_FRAMES, 2), refuses('param', /t = 2 \(expected a whole number, 0\.\.=1\)/));
+    await assert.rejects(maskPng(TWO_FRAMES, 0, { object: 256 }), refuses('param', /object = 256 .*0\.\.=255/));
+    await assert.rejects(maskPng(TWO_FRAMES, 0, { objects: [1] }), refuses('param', /objects = a list of 1 .*no such option; there are object, palette, transparent/));
+    await assert.rejects(maskPng(TWO_FRAMES, 0, { transparent: 1 }), refuses('param', /transparent = 1 .*true or false/));
+    await assert.rejects(maskPng(TWO_FRAMES, 0, { palette: ['red'] }), refuses('param', /"red" \(expected #rrggbb\)/));
+    await assert.rejects(maskPng({ width: 2, height: 2 }, 0), refuses('data', /masks = an Object .*labels\(t\)/));
+    await assert.rejects(maskPng({ ...TWO_FRAMES, width: 0 }, 0), refuses('data', /masks\.width = 0/));
+    await assert.rejects(maskPng({ ...TWO_FRAMES, labels: () => new Uint8Array(11) }, 0), refuses('data', /has 11 labels \(expected 12\)/));
+    await assert.rejects(maskPng({ ...TWO_FRAMES, labels: () => new Uint16Array(12).fill(256) }, 0), refuses('data', /\[0\] = 256 .*0\.\.=255/));
+    await assert.rejects(maskPng({ ...TWO_FRAMES, labels: () => 'labels' }, 0), refuses('data', /"labels" .*4 × 3 labels/));
+  });
+});
+
+describe('a ZIP of masks', () => {
+  test('has a file for each frame, and says times, labels and colours beside', async () => {
+    const files = unzipSync(await masksZip({ ...TWO_FRAMES, times: [0.5, 0.54] }));
+    assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', 'masks.json']);
+    for (const t of [0, 1]) assert.deepEqual([...readPng(files[`0000${t}.png`]).pixels], [...TWO_FRAMES.labels(t)]);
+    assert.deepEqual(JSON.parse(text(files['masks.json'])), {
+      generator: 'tracecut', version, width: 4, height: 3, numFrames: 2, times: [0.5, 0.54], labels: [1, 2, 3],
+      palette: { 0: '#000000', 1: objectColor(1), 2: objectColor(2), 3: objectColor(3) }, files: ['00000.png', '00001.png'],
+    });
+  });
+
+  test('has a folder for each object if asked, and leaves out those not chosen', async () => {
+    const progress = [];
+    const files = unzipSync(await masksZip(TWO_FRAMES, { perObject: true, objects: [1, 3, 9], frameRate: 25, onProgress: (step) => progress.push(step) }));
+    const names = [1, 3].flatMap((label) => [0, 1].map((t) => `object-${label}/0000${t}.png`));
+    assert.deepEqual(Object.keys(files).sort(), ['masks.json', ...names].sort());
+    assert.deepEqual([...readPng(files['object-3/00001.png']).pixels], [...TWO_FRAMES.labels(1)].map((label) => (label === 3 ? 255 : 0)));
+    const { labels, times, files: listed } = JSON.parse(text(files['masks.json']));
+    assert.deepEqual([labels, times], [[1, 3], [0, 0.04]]);
+    assert.deepEqual(Object.values(listed).flat(), names);
+    assert.deepEqual(progress, [{ done: 1, total: 2 }, { done: 2, total: 2 }]);
+    const some = unzipSync(await masksZip(TWO_FRAMES, { objects: (label) => label === 2 }));
+    assert.deepEqual([...readPng(some['00000.png']).pixels], [...TWO_FRAMES.labels(0)].map((label) => (label === 2 ? 2 : 0)));
+  });
+
+  test('is the same, byte for byte, whenever and in whatever zone of time it is made', async (t) => {
+    const zone = process.env.TZ;
+    t.after(() => (zone === undefined ? delete process.env.TZ : (process.env.TZ = zone)));
+    const made = [];
+    for (const place of ['UTC', 'Asia/Tokyo', 'America/Los_Angeles']) {
+      process.env.TZ = place;
+      made.push(Buffer.from(await masksZip(TWO_FRAMES)).toString('base64'));
+    }
+    assert.equal(new Set(made).size, 1);
+  });
+
+  test('of masks without objects is one of empty masks', async () => {
+    const files = unzipSync(await masksZip(drawn(['00', '00']), { perObject: true }));
+    assert.deepEqual(Object.keys(files), ['masks.json']);
+    const { labels, times } = JSON.parse(text(files['masks.json']));
+    assert.deepEqual([labels, times], [[], null]);
+  });
+
+  test('stops when told to, and refuses times that cannot be', async () => {
+    const controller = new AbortController();
+    const zip = masksZip(TWO_FRAMES, { signal: controller.signal, onProgress: () => controller.abort() });
+    await assert.rejects(zip, { name: 'AbortError' });
+    await assert.rejects(masksZip({ ...TWO_FRAMES, times: [0] }), refuses('data', /has 1 times \(expected 2, one a frame\)/));
+    await assert.rejects(masksZip({ ...TWO_FRAMES, times: [1, 1] }), refuses('data', /times\[1\] = 1 \(expected seconds, ascending\)/));
+    await assert.rejects(masksZip(TWO_FRAMES, { frameRate: 0 }), refuses('param', /frameRate = 0/));
+    await assert.rejects(masksZip(TWO_FRAMES, { objects: [256] }), refuses('param', /objects = 256/));
+    await assert.rejects(masksZip(TWO_FRAMES, { objects: 1 }), refuses('param', /objects = 1 \(expected a list of labels/));
+  });
+});
+
+describe('masks as COCO run lengths', () => {
+  // What pycocotools 2.0.11 makes of these pictures: counts, area, box.
+  const KNOWN = [
+    [['1'], '01', 1, [0, 0, 1, 1]],
+    [['010', '011', '000'], '322OO', 3, [1, 0, 2, 2]],
+    [['11111', '10001', '10101', '10001', '11111'], '063LNO0124', 17, [0, 0, 5, 5]],
+    [['111', '111'], '06', 6, [0, 0, 3, 2]],
+    [['0110', '0110', '0110'], '363', 6, [1, 0, 2, 3]],
+  ];
+
+  test('are those of pycocotools, and give the mask back', () => {
+    for (const [rows, counts, area, bbox] of KNOWN) {
+      const masks = drawn(rows);
+      const [annotation] = cocoRle(masks).annotations;
+      assert.deepEqual(annotation.segmentation, { size: [masks.height, masks.width], counts });
+      assert.deepEqual([annotation.area, annotation.bbox], [area, bbox]);
+      assert.deepEqual(fromCocoRle(annotation.segmentation), masks.labels(0));
+    }
+    assert.deepEqual([...fromCocoRle({ size: [1, 1], counts: '1' })], [0]);
+    assert.deepEqual([...fromCocoRle({ size: [2, 3], counts: [1, 2, 3] })], [0, 1, 0, 1, 0, 0], 'plain lengths');
+  });
+
+  test('are those of pycocotools where runs are long', () => {
+    const [width, height] = [400, 300];
+    const labels = Uint8Array.from({ length: width * height }, (_, p) => {
+      const [x, y] = [p % width, Math.floor(p / width)];
+      return (x - 170) ** 2 + (y - 140) ** 2 < 100 ** 2 || x >= 395 ? 4 : 0;
+    });
+    const [{ segmentation, area, bbox, track_id }] = cocoRle({ width, height, numFrames: 1, labels: () => labels }).annotations;
+    assert.ok(segmentation.counts.startsWith('bmd0m0Z8:F:H6I8I6K4K6K4L4L4L4L4L4M2M4M2M4M2N2M4M2N2N2M4M2N2N'), segmentation.counts);
+    assert.equal(createHash('sha256').update(segmentation.counts).digest('hex'), '8e6d0d69f08ca4259d93b78430620f7fbfa41716e59504035d2b60af8a6689f5');
+    assert.deepEqual([area, bbox, track_id], [32897, [71, 0, 329, 300], 4]);
+    assert.deepEqual(fromCocoRle(segmentation), labels.map((label) => Number(label > 0)));
+  });
+
+  test('say frames, times, objects and categories', () => {
+    const category = (label) => (label === 3 ? 'ball' : 'person');
+    const coco = cocoRle({ ...TWO_FRAMES, times: Float64Array.of(2, 2.5) }, { category, video: 'clip.mp4', fileName: (t) => `frames/${t}.jpg` });
+    assert.deepEqual(coco.videos, [{ id: 1, name: 'clip.mp4', width: 4, height: 3 }]);
+    assert.deepEqual(coco.images[1], { id: 2, video_id: 1, frame_index: 1, width: 4, height: 3, file_name: 'frames/1.jpg', timestamp: 2.5 });
+    assert.deepEqual(coco.categories, [{ id: 1, name: 'person' }, { id: 2, name: 'ball' }]);
+    assert.deepEqual(coco.tracks, [1, 2, 3].map((id) => ({ id, category_id: id === 3 ? 2 : 1, video_id: 1 })));
+    assert.deepEqual(coco.annotations.map(({ id, image_id, track_id, category_id, iscrowd }) => [id, image_id, track_id, category_id, iscrowd]), [
+      [1, 1, 1, 1, 0], [2, 1, 2, 1, 0], [3, 2, 1, 1, 0], [4, 2, 2, 1, 0], [5, 2, 3, 2, 0],
+    ]);
+    assert.equal(coco.info.version, version);
+  });
+
+  test('are none where there is no object, and 255 where there are so many', () => {
+    const none = cocoRle(drawn(['00']));
+    assert.deepEqual([none.annotations, none.tracks, none.images.length], [[], [], 1]);
+    assert.ok(!('timestamp' in none.images[0]));
+    const all = cocoRle(ALL_LABELS);
+    assert.deepEqual(all.annotations.map(({ track_id, area }) => [track_id, area]), Array.from({ length: 255 }, (_, k) => [k + 1, 1]));
+    assert.deepEqual(cocoRle(ALL_LABELS, { objects: [7] }).annotations.map(({ bbox }) => bbox), [[7, 0, 1, 1]]);
+    assert.equal(cocoRle(ALL_LABELS, { objects: [0] }).annotations[0].area, 1, 'the background if asked for');
+  });
+
+  test('that are broken are refused in words', () => {
+    const wrong = (segmentation, message) => assert.throws(() => fromCocoRle(segmentation), refuses('data', message));
+    wrong({ size: [2, 2], counts: '1' }, /cover 1 pixels \(expected 4\)/);
+    wrong({ size: [2, 2], counts: 'P' }, /counts = "P"/);
+    wrong({ size: [2, 2], counts: '~' }, /counts = "~"/);
+    wrong({ size: [2, 2], counts: [5] }, /counts\[0\] = 5/);
+    wrong({ size: [2, 2], counts: '22O' }, /counts\[2\] = -1/);
+    wrong({ size: [2], counts: '1' }, /expected an object \{size: \[height, width\], counts\}/);
+    wrong('1', /segmentation = "1"/);
+  });
+});
+
+describe('masks as arrays', () => {
+  test('are all frames one after the other, with their times', () => {
+    const { data, times, ...size } = labelMaps({ ...TWO_FRAMES, times: [1, 2] });
+    assert.deepEqual(size, { width: 4, height: 3, numFrames: 2 });
+    assert.deepEqual([...data], [...TWO_FRAMES.labels(0), ...TWO_FRAMES.labels(1)]);
+    assert.deepEqual(times, Float64Array.of(1, 2));
+    assert.equal(labelMaps(TWO_FRAMES).times, null);
+    assert.deepEqual([...labelMaps(TWO_FRAMES, { frameRate: 4 }).times], [0, 0.25]);
+  });
+
+  test('are a file that NumPy reads', () => {
+    const file = labelsNpy(TWO_FRAMES);
+    const header = Buffer.from(file).readUInt16LE(8);
+    assert.equal(Buffer.from(file).toString('latin1', 0, 8), '\x93NUMPY\x01\0');
+    assert.equal((10 + header) % 64, 0);
+    assert.match(text(file.subarray(10, 10 + header)), /^\{'descr': '\|u1', 'fortran_order': False, 'shape': \(2, 3, 4\), \} +\n$/);
+    assert.deepEqual(file.subarray(10 + header), labelMaps(TWO_FRAMES).data);
+  });
+});
+
+describe('the palette', () => {
+  test('gives each of 256 labels a colour of its own, the first far apart', () => {
+    const colors = Array.from({ length: 256 }, (_, label) => objectColor(label));
+    assert.equal(new Set(colors).size, 256);
+    assert.deepEqual(colors.slice(0, 3), ['#a3a7ad', '#e69f00', '#56b4e9']);
+    assert.ok(colors.every((color) => /^#[0-9a-f]{6}$/.test(color)));
+    const distance = (a, b) => Math.hypot(...[1, 3, 5].map((k) => Number.parseInt(a.slice(k, k + 2), 16) - Number.parseInt(b.slice(k, k + 2), 16)));
+    const least = (list) => Math.min(...list.flatMap((a, k) => list.slice(k + 1).map((b) => distance(a, b))));
+    assert.ok(least(colors.slice(0, 30)) > 50, `${least(colors.slice(0, 30))}`);
+    assert.ok(least(colors) > 25, `${least(colors)}`);
+    const fingerprint = createHash('sha256').update(colors.join()).digest('hex').slice(0, 16);
+    assert.equal(fingerprint, 'd1478f8c4117cf8f', 'colours in files must not change from release to release unnoticed');
+  });
+
+  test('changes the shape of points where hues come close', () => {
+    assert.deepEqual([0, 1, 7, 8, 14, 15, 22].map(objectShape), ['disc', 'disc', 'disc', 'square', 'square', 'diamond', 'disc']);
+    assert.throws(() => objectColor(256), refuses('param', /label = 256/));
+    assert.throws(() => objectShape(-1), refuses('param', /label = -1/));
+  });
+});
+
+test('a real run is written and read back to the pixel', async () => {
+  const frames = await framesOf();
+  const result = await segment(frames);
+  assert.ok(result.objects.count >= 1);
+  const files = unzipSync(await masksZip(result));
+  const { annotations } = cocoRle(result);
+  for (let t = 0; t < result.numFrames; t += 1) {
+    const labels = result.labels(t);
+    assert.deepEqual(readPng(files[`${String(t).padStart(5, '0')}.png`]).pixels, labels);
+    const again = new Uint8Array(labels.length);
+    for (const { image_id, track_id, segmentation, area } of annotations) {
+      if (image_id !== t + 1) continue;
+      const own = fromCocoRle(segmentation);
+      assert.equal(sum(own), area);
+      own.forEach((inside, p) => inside && (again[p] = track_id));
+    }
+    assert.deepEqual(again, labels);
+  }
+});

@@ -1,0 +1,3 @@
+import { outcome } from './segment.js';
+
+globalThis.outcome = outcome();

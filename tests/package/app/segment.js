@@ -1,0 +1,40 @@
+// What a user's project may ask of the installed package; the tests run it in Node and, through each bundler, in a browser, and compare.
+
+import { createSession, synthClip } from 'tracecut';
+
+const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
+
+/** A file of one red pixel. */
+const PNG = 'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQAAAABJRU5ErkJggg==';
+
+export async function outcome() {
+  const clip = await synthClip(SCENE);
+  const session = await createSession();
+  for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
+  const result = await session.run();
+  session.close();
+  return { objects: result.objects?.count, ...compared(result, clip), decoded: await decodedSize() };
+}
+
+/** How well the masks cover the true objects, and a sum that any other mask would change. */
+function compared(result, clip) {
+  let [both, either, sum] = [0, 0, 0];
+  for (let t = 0; t < clip.numFrames; t += 1) {
+    const [found, truth] = [result.labels(t), clip.mask(t)];
+    for (let p = 0; p < found.length; p += 1) {
+      both += found[p] && truth[p] ? 1 : 0;
+      either += found[p] || truth[p] ? 1 : 0;
+      sum = (Math.imul(sum, 31) + found[p]) >>> 0;
+    }
+  }
+  return { overlap: both / either, sum };
+}
+
+/** The decoder of image files comes in a wasm file of its own. */
+async function decodedSize() {
+  const session = await createSession();
+  await session.push(Uint8Array.from(atob(PNG), (letter) => letter.charCodeAt(0)));
+  const size = [session.width, session.height];
+  session.close();
+  return size;
+}

@@ -1,0 +1,101 @@
+// The packed tarball, installed in an empty folder, in a browser: through Vite, webpack and esbuild, and without a bundler. Each must
+// give what Node gives.
+
+import assert from 'node:assert/strict';
+import { cpSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { outcome } from './app/segment.js';
+import { build as esbuild } from 'esbuild';
+import * as vite from 'vite';
+import webpack from 'webpack';
+import { useServerAndBrowser } from '../site.mjs';
+import { installed, served } from './installed.mjs';
+
+const site = useServerAndBrowser();
+let expected;
+let folder;
+const cleaners = [];
+
+before(async () => {
+  folder = installed({ after: (clean) => cleaners.push(clean) }, 'tests/package/app');
+  expected = await outcome();
+});
+after(() => cleaners.forEach((clean) => clean()));
+
+test('what is compared is a segmentation', () => {
+  assert.equal(expected.objects, 3);
+  assert.ok(expected.overlap > 0.85, `${expected.overlap}`);
+  assert.deepEqual(expected.decoded, [1, 1]);
+});
+
+test('a production build of Vite', async (t) => {
+  const outDir = join(folder, 'out-vite');
+  await vite.build({ root: folder, configFile: false, logLevel: 'warn', build: { outDir } });
+  await gives(t, await served(t, outDir));
+});
+
+for (const [how, optimizeDeps] of [['as it comes', {}], ['with the package left out of its pre-bundling', { exclude: ['tracecut'] }]]) {
+  test(`the development server of Vite, ${how}`, async (t) => {
+    const cacheDir = join(folder, `.vite-${Object.keys(optimizeDeps)}`);
+    const server = await vite.createServer({
+      root: folder, cacheDir, configFile: false, logLevel: 'error', optimizeDeps, server: { port: 0, host: '127.0.0.1', hmr: false },
+    });
+    t.after(() => server.close());
+    await server.listen();
+    await gives(t, server.resolvedUrls.local[0]);
+  });
+}
+
+test('webpack, without a setting for the package', async (t) => {
+  const path = join(folder, 'out-webpack');
+  const stats = await new Promise((done, fail) => {
+    webpack({ mode: 'production', context: folder, entry: './main.js', output: { path } }, (error, result) => (error ? fail(error) : done(result)));
+  });
+  assert.ok(!stats.hasErrors(), stats.toString());
+  cpSync(join(folder, 'index.html'), join(path, 'index.html'));
+  await gives(t, await served(t, path));
+});
+
+test('esbuild, which is told which files belong to the package', async (t) => {
+  const outdir = join(folder, 'out-esbuild');
+  await esbuild({
+    absWorkingDir: folder,
+    entryPoints: { main: './main.js', worker: 'tracecut/worker', tracecut_bg: 'tracecut/tracecut.wasm', decoder_bg: 'tracecut/decoder.wasm' },
+    loader: { '.wasm': 'copy' },
+    bundle: true, splitting: true, format: 'esm', outdir, logLevel: 'warning',
+  });
+  cpSync(join(folder, 'index.html'), join(outdir, 'index.html'));
+  await gives(t, await served(t, outdir));
+});
+
+test('a page without a bundler, under a strict content security policy', async (t) => {
+  const headers = { 'Content-Security-Policy': "default-src 'none'; connect-src 'self'; img-src data:; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'" };
+  await gives(t, await served(t, folder, { headers, edit: naming('/node_modules/tracecut/dist/index.js') }));
+});
+
+test('a page that takes the package from another origin, as from a CDN', async (t) => {
+  const elsewhere = await served(t, join(folder, 'node_modules'), { headers: { 'Access-Control-Allow-Origin': '*' } });
+  await gives(t, await served(t, folder, { edit: naming(`${elsewhere}tracecut/dist/index.js`) }));
+});
+
+/** An edit that resolves the package's name as an import map would, which the policy does not allow inline. */
+function naming(place) {
+  return (text) => text.replace("from 'tracecut'", `from '${place}'`);
+}
+
+/** Checks that the page at `url` finds what Node finds, and that nothing goes wrong on the way. */
+async function gives(t, url) {
+  const page = await site.browser.newPage();
+  t.after(() => page.close());
+  const [wrong, workers] = [[], []];
+  page.on('worker', (worker) => workers.push(worker.url()));
+  page.on('pageerror', (error) => wrong.push(error.message));
+  page.on('console', (message) => message.type() === 'error' && wrong.push(message.text()));
+  page.on('response', (response) => response.ok() || wrong.push(`${response.status()} ${response.url()}`));
+  await page.goto(url);
+  await page.waitForFunction(() => globalThis.outcome ?? false);
+  assert.deepEqual(await page.evaluate(() => globalThis.outcome), expected);
+  assert.deepEqual(wrong, []);
+  assert.equal(workers.length, 2, `each session has a worker: ${workers}`);
+}

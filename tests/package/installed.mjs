@@ -1,0 +1,62 @@
+// The packed tarball in a project of its own, outside of this one, as a user has it; and a server for what such projects build.
+
+import { execFileSync } from 'node:child_process';
+import { cpSync, mkdtempSync, readFileSync, readdirSync, realpathSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { tmpdir } from 'node:os';
+import { extname, join, resolve, sep } from 'node:path';
+import { root } from '../../scripts/tools.mjs';
+
+const windows = process.platform === 'win32';
+const types = { '.html': 'text/html', '.js': 'text/javascript', '.wasm': 'application/wasm', '.json': 'application/json' };
+
+/**
+ * Copies `source` (or starts from nothing) into a new folder and installs the tarball there, without network.
+ * @param {{after: (clean: () => void) => void}} t
+ * @param {string} [source] a folder of this project
+ * @returns {string} the folder
+ */
+export function installed(t, source) {
+  const folder = realpathSync(mkdtempSync(join(tmpdir(), 'tracecut-')));
+  t.after(() => rmSync(folder, { recursive: true, force: true }));
+  if (source) cpSync(join(root, source), folder, { recursive: true });
+  npm(root, 'pack', '--silent', '--ignore-scripts', '--pack-destination', folder);
+  const [tarball] = readdirSync(folder).filter((name) => name.endsWith('.tgz'));
+  // What else an example's package.json names, such as a bundler, is this project's own: npm installs the tarball alone.
+  const manifest = JSON.parse(source ? readOr(join(folder, 'package.json'), '{}') : '{}');
+  writeFileSync(join(folder, 'package.json'), JSON.stringify({ type: manifest.type ?? 'module', private: true }));
+  npm(folder, 'install', '--offline', '--no-audit', '--no-fund', `./${tarball}`);
+  return folder;
+}
+
+/**
+ * Serves a folder. `edit` may change a file's text on its way, `headers` are added to each answer.
+ * @param {{after: (clean: () => void) => void}} t
+ * @param {string} folder
+ * @param {{headers?: Record<string, string>, edit?: (text: string) => string}} [options]
+ * @returns {Promise<string>} the server's address
+ */
+export async function served(t, folder, { headers = {}, edit = (text) => text } = {}) {
+  const server = createServer((request, response) => {
+    const path = decodeURIComponent(request.url.split('?')[0]);
+    const file = resolve(folder, `.${path.endsWith('/') ? `${path}index.html` : path}`);
+    if (!file.startsWith(folder + sep) || !statSync(file, { throwIfNoEntry: false })?.isFile()) return response.writeHead(404).end();
+    const type = types[extname(file)] ?? 'application/octet-stream';
+    response.writeHead(200, { 'Content-Type': type, ...headers });
+    response.end(extname(file) === '.js' ? edit(readFileSync(file, 'utf8')) : readFileSync(file));
+  });
+  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  t.after(() => {
+    server.close();
+    server.closeAllConnections();
+  });
+  return `http://127.0.0.1:${server.address().port}/`;
+}
+
+function npm(folder, ...args) {
+  execFileSync('npm', args, { cwd: folder, encoding: 'utf8', shell: windows, stdio: ['ignore', 'pipe', 'pipe'] });
+}
+
+function readOr(file, otherwise) {
+  return statSync(file, { throwIfNoEntry: false }) ? readFileSync(file, 'utf8') : otherwise;
+}

@@ -1,0 +1,108 @@
+// Several sessions of one page: side by side, one that fails among them, and ones that are forgotten.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { useServerAndBrowser } from '../site.mjs';
+
+const KIT = { 'fingerprint.mjs': file('../fingerprint.mjs'), 'trap.mjs': file('../trap.mjs') };
+
+const site = useServerAndBrowser();
+
+function file(name) {
+  return fileURLToPath(new URL(name, import.meta.url));
+}
+
+/** An empty page of the server with the package, two clips' worth of helpers and a module that traps, in `globalThis.kit`. */
+async function open(t) {
+  const context = await site.browser.newContext();
+  t.after(() => context.close());
+  const page = await context.newPage();
+  await page.route(`${site.url}empty`, (route) => route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }));
+  for (const [name, path] of Object.entries(KIT)) {
+    await page.route(site.url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
+  }
+  await page.goto(`${site.url}empty`);
+  await page.evaluate(async () => {
+    const tracecut = await import('/dist/index.js');
+    const { fingerprint } = await import('/fingerprint.mjs');
+    const { withTrap } = await import('/trap.mjs');
+    const clip = await tracecut.synthClip({ width: 128, height: 72, frames: 6, seed: 3 });
+    const frames = Array.from({ length: clip.numFrames }, (_, k) => clip.frame(k));
+    const filled = async (options) => {
+      const session = await tracecut.createSession(options);
+      for (const frame of frames) await session.push(frame);
+      return session;
+    };
+    const alone = async (options) => {
+      const session = await filled(options);
+      const text = fingerprint(await session.run());
+      session.close();
+      return text;
+    };
+    const trap = async () => withTrap(new Uint8Array(await (await fetch('/dist/tracecut_bg.wasm')).arrayBuffer()), 'session_step');
+    const failure = (promise) => promise.then(() => 'no error', (error) => `${error.name} ${error.code}`);
+    globalThis.kit = { ...tracecut, fingerprint, frames, filled, alone, trap, failure };
+  });
+  return page;
+}
+
+/** The number of workers, once garbage is collected and no more than `most` are left, or after some time. */
+async function workersLeft(page, most) {
+  const collector = await page.context().newCDPSession(page);
+  for (let i = 0; i < 100 && page.workers().length > most; i += 1) {
+    await collector.send('HeapProfiler.collectGarbage');
+    await page.evaluate(() => new Promise((resolve) => setTimeout(resolve, 20)));
+  }
+  return page.workers().length;
+}
+
+test('sessions with different parameters, in workers and on the page, give in turn what each gives alone', async (t) => {
+  const page = await open(t);
+  const [together, apart] = await page.evaluate(async () => {
+    const { createSession, fingerprint, frames, alone } = globalThis.kit;
+    const settings = [{ trajectory: { gridStep: 5 } }, { clip: { maxSide: 96 } }, { cut: { spatialWeight: 1 }, worker: false }];
+    const sessions = await Promise.all(settings.map((options) => createSession(options)));
+    for (const frame of frames) for (const session of sessions) await session.push(frame);
+    const results = await Promise.all(sessions.map((session) => session.run()));
+    for (const session of sessions) session.free();
+    const separate = [];
+    for (const options of settings) separate.push(await alone(options));
+    return [results.map(fingerprint), separate];
+  });
+  assert.deepEqual(together, apart);
+  assert.equal(new Set(apart).size, 3);
+});
+
+for (const worker of [true, false]) {
+  test(`a session that hits an error leaves others working, ${worker ? 'in workers' : 'on the page'}`, async (t) => {
+    const page = await open(t);
+    const outcome = await page.evaluate(async (inWorker) => {
+      const { fingerprint, filled, frames, alone, trap, failure } = globalThis.kit;
+      const [good, hurt] = [await filled({ worker: inWorker }), await filled({ worker: inWorker, wasm: await trap() })];
+      const refused = await failure(good.push({ ...frames[0], width: 3 }));
+      globalThis.good = good;
+      const running = good.run();
+      const errors = [refused, await failure(hurt.run()), await failure(hurt.push(frames[0])), await failure(hurt.run())];
+      return { errors, same: fingerprint(await running) === (await alone({ worker: inWorker })) };
+    }, worker);
+    assert.deepEqual(outcome.errors, ['TraceCutError frame-bytes', ...Array(3).fill('TraceCutError poisoned')]);
+    assert.ok(outcome.same);
+    assert.equal(await workersLeft(page, worker ? 1 : 0), worker ? 1 : 0, 'the failed worker has ended');
+    await page.evaluate(() => globalThis.good.close());
+  });
+}
+
+test('a closed session ends its worker, and so does one that was forgotten', async (t) => {
+  const page = await open(t);
+  await page.evaluate(async () => {
+    const { filled } = globalThis.kit;
+    globalThis.kept = await filled();
+    globalThis.result = await (await filled()).run();
+    await filled();
+    (await filled()).close();
+  });
+  assert.equal(await workersLeft(page, 2), 2, 'those of the session that is kept and of the result that may ask');
+  assert.ok(await page.evaluate(async () => (await globalThis.result.superpixels(0)).count > 0));
+  await page.evaluate(() => globalThis.kept.close());
+});

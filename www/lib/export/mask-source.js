@@ -1,0 +1,125 @@
+// What every export and drawing helper takes, and the checks that they share.
+
+import { TraceCutError, describe, illegal } from '../errors.js';
+import { isPlainObject, wholeNumber } from '../options.js';
+
+/**
+ * Masks of a clip: a `Result`, a window or the whole of a segmented video, or an object of the caller's. `labels(t)` holds a label for
+ * each pixel of frame `t`, row by row, 0 for the background and 1 to 255 for objects; `times` the frames' times in seconds, ascending.
+ * @typedef {object} MaskSource
+ * @property {number} width in pixels
+ * @property {number} height in pixels
+ * @property {number} numFrames
+ * @property {(t: number) => Uint8Array} labels
+ * @property {ArrayLike<number> | null} [times] one for each frame, in seconds; null or absent where none are known
+ */
+
+/** Which labels are meant: a list of them, or a function that says so of each. @typedef {Iterable<number> | ((label: number) => boolean)} ObjectChoice */
+
+/** The highest label there can be. */
+export const MAX_LABEL = 255;
+
+const MAX_SIDE = 16384;
+const MAX_FRAMES = 10_000_000;
+
+/**
+ * Refuses what is no {@link MaskSource}.
+ * @param {MaskSource} masks
+ */
+export function checkMasks(masks) {
+  if (typeof masks !== 'object' || masks === null || typeof masks.labels !== 'function') {
+    throw illegal('data', 'masks', masks, 'a result, or an object {width, height, numFrames, labels(t)}');
+  }
+  wholeNumber('data', 'masks.width', masks.width, 1, MAX_SIDE);
+  wholeNumber('data', 'masks.height', masks.height, 1, MAX_SIDE);
+  wholeNumber('data', 'masks.numFrames', masks.numFrames, 1, MAX_FRAMES);
+}
+
+/**
+ * The labels of frame `t`, checked.
+ * @param {MaskSource} masks already checked
+ * @param {number} t
+ * @returns {Uint8Array}
+ */
+export function labelsOf(masks, t) {
+  wholeNumber('param', 't', t, 0, masks.numFrames - 1);
+  const labels = /** @type {unknown} */ (masks.labels(t));
+  const expected = `${masks.width} × ${masks.height} labels, 0..=${MAX_LABEL}`;
+  if (!ArrayBuffer.isView(labels) && !Array.isArray(labels)) throw illegal('data', `masks.labels(${t})`, labels, expected);
+  const list = /** @type {ArrayLike<number>} */ (labels);
+  const size = masks.width * masks.height;
+  if (list.length !== size) throw new TraceCutError('data', `masks.labels(${t}) has ${list.length} labels (expected ${size})`);
+  if (labels instanceof Uint8Array) return labels;
+  return Uint8Array.from(list, (label, p) => wholeNumber('data', `masks.labels(${t})[${p}]`, label, 0, MAX_LABEL));
+}
+
+/**
+ * The times of all frames in seconds: those of the masks, else those of a frame rate; null where neither is known.
+ * @param {MaskSource} masks already checked
+ * @param {number} [frameRate] frames per second
+ * @returns {Float64Array<ArrayBuffer> | null}
+ */
+export function timesOf(masks, frameRate) {
+  if (frameRate !== undefined && !(typeof frameRate === 'number' && frameRate > 0 && frameRate <= 1000)) {
+    throw illegal('param', 'frameRate', frameRate, 'frames per second, above 0, up to 1000');
+  }
+  const { times, numFrames } = masks;
+  if (times === undefined || times === null) {
+    return frameRate === undefined ? null : Float64Array.from({ length: numFrames }, (_, t) => t / frameRate);
+  }
+  if (times.length !== numFrames) throw new TraceCutError('data', `masks.times has ${times.length} times (expected ${numFrames}, one a frame)`);
+  const seconds = Float64Array.from(times);
+  const wrong = seconds.findIndex((time, t) => !Number.isFinite(time) || (t > 0 && time <= Number(seconds[t - 1])));
+  if (wrong >= 0) throw illegal('data', `masks.times[${wrong}]`, seconds[wrong], 'seconds, ascending');
+  return seconds;
+}
+
+/**
+ * Which labels are meant; all objects and not the background where nothing is said.
+ * @param {ObjectChoice | undefined} objects
+ * @returns {Uint8Array} 1 for each label that is
+ */
+export function chosenLabels(objects) {
+  const chosen = new Uint8Array(MAX_LABEL + 1);
+  if (objects === undefined) return chosen.fill(1, 1);
+  if (typeof objects === 'function') return chosen.map((_, label) => Number(Boolean(objects(label))));
+  if (typeof objects !== 'object' || objects === null || !(Symbol.iterator in objects)) {
+    throw illegal('param', 'objects', objects, 'a list of labels, or a function of one');
+  }
+  for (const label of objects) chosen[wholeNumber('param', 'objects', label, 0, MAX_LABEL)] = 1;
+  return chosen;
+}
+
+/**
+ * Refuses options that are no object, and names that are not known.
+ * @template {object} T
+ * @param {T} options
+ * @param {string[]} legal
+ * @returns {T}
+ */
+export function checkedOptions(options, legal) {
+  if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
+  const stray = Object.keys(options).find((key) => !legal.includes(key));
+  if (stray !== undefined) throw illegal('param', stray, options[stray], `no such option; there are ${legal.join(', ')}`);
+  return /** @type {T} */ (options);
+}
+
+/**
+ * Refuses what is not true or false.
+ * @param {string} name
+ * @param {unknown} value
+ */
+export function checkFlag(name, value) {
+  if (typeof value !== 'boolean') throw new TraceCutError('param', `${name} = ${describe(value)} (expected true or false)`);
+}
+
+/**
+ * Refuses numbers outside of a range.
+ * @param {string} name
+ * @param {unknown} value
+ * @param {number} min
+ * @param {number} max
+ */
+export function checkNumber(name, value, min, max) {
+  if (typeof value !== 'number' || !(value >= min && value <= max)) throw illegal('param', name, value, `a number, ${min}..=${max}`);
+}

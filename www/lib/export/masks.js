@@ -1,0 +1,162 @@
+// Masks as PNG files, and a ZIP of them.
+
+import { colorsOf, rgbOf } from '../draw/palette.js';
+import { wholeNumber } from '../options.js';
+import { VERSION } from '../parameters.js';
+import { pngName } from './coco.js';
+import { MAX_LABEL, checkFlag, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import { encodePng } from './png.js';
+
+/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+
+/**
+ * With `object` the file is grey: 255 where that label is, else 0. Without it the file's pixel values are the labels, shown in the
+ * colours of a palette; label 0 is black unless `palette` says otherwise, or shown as nothing with `transparent`.
+ * @typedef {{object?: number, palette?: import('../draw/palette.js').LabelColors, transparent?: boolean}} MaskPngOptions
+ */
+
+/**
+ * With `perObject` there is a folder for each object, `object-1/00000.png` and so on, of files that are 255 where it is and else 0;
+ * without, a file for each frame whose pixel values are the labels. `objects` leaves others out (they become 0), `palette` and
+ * `transparent` are as for single files. `frameRate`, in frames per second, gives times to masks that have none. `onProgress` is told of
+ * each frame; `signal` aborts.
+ * @typedef {{perObject?: boolean, objects?: import('./mask-source.js').ObjectChoice, palette?: import('../draw/palette.js').LabelColors,
+ *   transparent?: boolean, frameRate?: number, onProgress?: (progress: ExportProgress) => void, signal?: AbortSignal}} MasksZipOptions
+ */
+
+/** How far an export is, in frames. @typedef {{done: number, total: number}} ExportProgress */
+
+/** The colour of label 0 in files: black, as readers of masks expect it. */
+const BLACK = '#000000';
+
+/** Frames that are written before others may do something. */
+const BATCH = 4;
+
+/**
+ * The mask of frame `t` as a PNG file: in palette colours, or of one object in black and white.
+ * @param {MaskSource} masks
+ * @param {number} t
+ * @param {MaskPngOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the file
+ */
+export async function maskPng(masks, t, options = {}) {
+  checkMasks(masks);
+  const { object, palette, transparent = false } = checkedOptions(options, ['object', 'palette', 'transparent']);
+  checkFlag('transparent', transparent);
+  if (object !== undefined) wholeNumber('param', 'object', object, 0, MAX_LABEL);
+  const labels = labelsOf(masks, t);
+  const { zlibSync } = await import('../vendor/zip.js');
+  const { width, height } = masks;
+  if (object !== undefined) return encodePng({ pixels: only(labels, object), width, height }, zlibSync);
+  return encodePng({ pixels: labels, width, height, ...table(palette, transparent) }, zlibSync);
+}
+
+/**
+ * @param {Uint8Array} labels
+ * @param {number} object
+ */
+function only(labels, object) {
+  return labels.map((label) => (label === object ? 255 : 0));
+}
+
+/**
+ * @param {import('../draw/palette.js').LabelColors | undefined} palette
+ * @param {boolean} transparent
+ */
+function table(palette, transparent) {
+  const color = fileColors(palette);
+  const rgb = new Uint8Array(3 * (MAX_LABEL + 1));
+  for (let label = 0; label <= MAX_LABEL; label += 1) rgb.set(rgbOf(color(label)), 3 * label);
+  return transparent ? { palette: rgb, alpha: Uint8Array.of(0) } : { palette: rgb };
+}
+
+/**
+ * @param {import('../draw/palette.js').LabelColors | undefined} palette
+ * @returns {(label: number) => string}
+ */
+function fileColors(palette) {
+  const color = colorsOf(palette);
+  return (label) => (label === 0 && palette === undefined ? BLACK : color(label));
+}
+
+/**
+ * All masks in one ZIP archive: PNG files, and `masks.json`, which says the frames' times and files, the labels and their colours. The
+ * same masks give the same bytes.
+ * @param {MaskSource} masks
+ * @param {MasksZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
+ */
+export async function masksZip(masks, options = {}) {
+  checkMasks(masks);
+  const legal = ['perObject', 'objects', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
+  const { perObject = false, objects, palette, transparent = false, frameRate, onProgress, signal } = checkedOptions(options, legal);
+  checkFlag('perObject', perObject);
+  checkFlag('transparent', transparent);
+  const times = timesOf(masks, frameRate);
+  const chosen = chosenLabels(objects);
+  const colors = table(palette, transparent);
+  const { width, height, numFrames } = masks;
+  const { zipSync, zlibSync } = await import('../vendor/zip.js');
+  const present = perObject ? presentLabels(masks, chosen) : /** @type {Set<number>} */ (new Set());
+  /** @type {Record<string, Uint8Array>} */
+  const files = {};
+  for (let t = 0; t < numFrames; t += 1) {
+    signal?.throwIfAborted();
+    const labels = labelsOf(masks, t).map((label) => (chosen[label] ? label : 0));
+    if (perObject) for (const label of present) files[objectFile(label, t)] = encodePng({ pixels: only(labels, label), width, height }, zlibSync);
+    else files[pngName(t)] = encodePng({ pixels: labels, width, height, ...colors }, zlibSync);
+    if (!perObject) for (const label of labels) if (label > 0) present.add(label);
+    onProgress?.({ done: t + 1, total: numFrames });
+    if (t % BATCH === BATCH - 1) await breath();
+  }
+  const found = [...present].sort((a, b) => a - b);
+  const color = fileColors(palette);
+  const about = {
+    generator: 'tracecut',
+    version: VERSION,
+    width,
+    height,
+    numFrames,
+    times: times && [...times],
+    labels: found,
+    palette: Object.fromEntries([0, ...found].map((label) => [label, color(label)])),
+    files: perObject
+      ? Object.fromEntries(found.map((label) => [label, Array.from({ length: numFrames }, (_, t) => objectFile(label, t))]))
+      : Array.from({ length: numFrames }, (_, t) => pngName(t)),
+  };
+  files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
+  return zipped(files, zipSync);
+}
+
+/**
+ * @param {number} label
+ * @param {number} t
+ */
+function objectFile(label, t) {
+  return `object-${label}/${pngName(t)}`;
+}
+
+/**
+ * @param {MaskSource} masks
+ * @param {Uint8Array} chosen
+ * @returns {Set<number>} the labels that are in any frame, 0 left out
+ */
+function presentLabels(masks, chosen) {
+  const seen = new Uint8Array(MAX_LABEL + 1);
+  for (let t = 0; t < masks.numFrames; t += 1) for (const label of labelsOf(masks, t)) seen[label] = 1;
+  return new Set([...seen.keys()].filter((label) => label > 0 && seen[label] && chosen[label]));
+}
+
+/**
+ * @param {Record<string, Uint8Array>} files
+ * @param {typeof import('../vendor/zip.js').zipSync} zipSync
+ */
+function zipped(files, zipSync) {
+  // PNG files are compressed already. The date is the first that ZIP knows, in local time, as ZIP has it.
+  return zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) });
+}
+
+/** Lets the page's thread do other things. */
+export function breath() {
+  return new Promise((done) => setTimeout(done));
+}

@@ -1,0 +1,184 @@
+// Video files whose container is read here and whose frames WebCodecs decodes: each frame exactly once, with its own time.
+
+import { TraceCutError } from '../errors.js';
+import { readAndClose } from './pixels.js';
+
+/** @typedef {import('./reader.js').VideoInfo} VideoInfo */
+
+/** A lost connection is tried again so often, with a second between. */
+const RETRIES = 2;
+
+/** What times may differ by. */
+const SLACK = 1e-6;
+
+/** Frames looked at to find the frame rate. */
+const PROBED = 256;
+
+/**
+ * @typedef {import('./reader.js').Reader & {decodable: boolean, codec: string}} Demuxed
+ */
+
+/**
+ * Opens a file's container; null when it is of no known kind.
+ * @param {Blob | URL} source
+ * @returns {Promise<Demuxed | null>}
+ */
+export async function openDemuxed(source) {
+  const media = await import('../vendor/media.js');
+  const input = new media.Input({ source: sourceOf(media, source), formats: media.ALL_FORMATS });
+  try {
+    if (!(await input.canRead())) {
+      input.dispose();
+      return null;
+    }
+    const track = await input.getPrimaryVideoTrack();
+    if (!track) throw new TraceCutError('no-video', await withoutVideo(input));
+    return await demuxed(media, input, track);
+  } catch (error) {
+    input.dispose();
+    throw readable(error, source);
+  }
+}
+
+/**
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {Blob | URL} source
+ */
+function sourceOf(media, source) {
+  if (!(source instanceof URL)) return new media.BlobSource(source, { handleUnhandledError: () => {} });
+  return new media.UrlSource(source, { getRetryDelay: (attempts) => (attempts > RETRIES ? null : 1), handleUnhandledError: () => {} });
+}
+
+/**
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {import('mediabunny').Input} input
+ * @param {import('mediabunny').InputVideoTrack} track
+ * @returns {Promise<Demuxed>}
+ */
+async function demuxed(media, input, track) {
+  const codec = (await track.getCodecParameterString()) ?? String((await track.getInternalCodecId()) ?? 'unknown');
+  const decodable = typeof VideoDecoder !== 'undefined' && (await track.canDecode());
+  /** @type {Promise<PacketList> | undefined} */
+  let list;
+  const packets = () => (list ??= packetList(new media.EncodedPacketSink(track)));
+  return {
+    codec,
+    decodable,
+    async info() {
+      const { times, end } = await packets();
+      const { bestGuessFrameRate } = await track.computeFrameRateMetrics({ targetPacketCount: PROBED });
+      return {
+        width: await track.getDisplayWidth(),
+        height: await track.getDisplayHeight(),
+        duration: times.length ? end - /** @type {number} */ (times[0]) : 0,
+        frameRate: times.length > 1 ? bestGuessFrameRate : NaN,
+        numFrames: times.length,
+        codec,
+        decodable,
+      };
+    },
+    async times() {
+      return (await packets()).times;
+    },
+    frames: (range) => decodedFrames(media, track, range, packets),
+    close: () => input.dispose(),
+  };
+}
+
+/** @typedef {{times: Float64Array, end: number}} PacketList */
+
+/**
+ * The times of all frames as the container lists them, in the order in which they are shown. What ends before 0 is not to be shown.
+ * @param {import('mediabunny').EncodedPacketSink} sink
+ * @returns {Promise<PacketList>}
+ */
+async function packetList(sink) {
+  /** @type {number[]} */
+  const times = [];
+  let end = 0;
+  for await (const { timestamp, duration } of sink.packets(undefined, undefined, { metadataOnly: true })) {
+    if (timestamp < 0 && timestamp + duration <= 0) continue;
+    times.push(timestamp);
+    end = Math.max(end, timestamp + duration);
+  }
+  return { times: Float64Array.from(times).sort(), end };
+}
+
+/**
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {import('mediabunny').InputVideoTrack} track
+ * @param {{start: number, end: number}} range
+ * @param {() => Promise<PacketList>} packets
+ * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
+ */
+async function* decodedFrames(media, track, { start, end }, packets) {
+  let last = -Infinity;
+  /** @type {AsyncGenerator<import('mediabunny').VideoSample, void, unknown>} */
+  const samples = new media.VideoSampleSink(track).samples(start, end);
+  try {
+    for await (const sample of samples) {
+      if (sample.timestamp < 0 && sample.timestamp + sample.duration <= 0) {
+        sample.close();
+        continue;
+      }
+      last = sample.timestamp;
+      yield { time: sample.timestamp, duration: sample.duration, read: () => pixelsOf(sample), close: () => sample.close() };
+    }
+  } catch (error) {
+    throw await broken(error, last, packets);
+  }
+  const { times } = await packets();
+  const final = times.findLast((time) => time < end);
+  if (final !== undefined && final > start && final > last + SLACK) throw await broken('no more data', last, packets);
+}
+
+/**
+ * @param {import('mediabunny').VideoSample} sample
+ * @returns {Promise<import('../frames.js').RawFrame>}
+ */
+async function pixelsOf(sample) {
+  if (sample.rotation === 0 && !sample.flip) return readAndClose(sample.toVideoFrame());
+  const { displayWidth: width, displayHeight: height } = sample;
+  const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to turn the frame with');
+  sample.draw(context, 0, 0, width, height);
+  return { kind: 'pixels', data: new Uint8Array(context.getImageData(0, 0, width, height).data.buffer), width, height };
+}
+
+/**
+ * @param {unknown} error
+ * @param {number} last
+ * @param {() => Promise<PacketList>} packets
+ */
+async function broken(error, last, packets) {
+  if (error instanceof TraceCutError) return error;
+  const list = await packets().catch(() => null);
+  const done = list ? list.times.filter((time) => time <= last).length : 0;
+  const where = list ? `after frame ${done} of ${list.times.length}` : 'in the middle';
+  return new TraceCutError(
+    'truncated',
+    `the video breaks off ${where}${last > -Infinity ? ` (${last.toFixed(3)} s)` : ''}: the file is cut off or damaged (${words(error)})`,
+    { cause: error },
+  );
+}
+
+/** @param {import('mediabunny').Input} input */
+async function withoutVideo(input) {
+  const audio = await input.getAudioTracks().catch(() => []);
+  return audio.length ? 'the file has no video track, only sound' : 'the file has no video track; it may be cut off';
+}
+
+/**
+ * @param {unknown} error
+ * @param {Blob | URL} source
+ */
+function readable(error, source) {
+  if (error instanceof TraceCutError) return error;
+  if (source instanceof URL && /fetch/i.test(words(error))) {
+    return new TraceCutError('fetch', `${source.href} cannot be fetched: ${words(error)}`, { cause: error });
+  }
+  return new TraceCutError('truncated', `the file cannot be read: it is cut off or damaged (${words(error)})`, { cause: error });
+}
+
+/** @param {unknown} error */
+const words = (error) => (error instanceof Error ? error.message : String(error));

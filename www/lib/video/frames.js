@@ -1,0 +1,80 @@
+// Decoding alone: the frames of a source with their times, and facts about it.
+
+import { illegal } from '../errors.js';
+import { once } from '../platform.js';
+import { asOptions, splitTake } from './options.js';
+import { atSize, toPixelFrame } from './pixels.js';
+import { nothingTaken, taken, unlessAborted } from './reader.js';
+import { openReader } from './source.js';
+
+/**
+ * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and how long it is shown, in
+ * seconds.
+ * @typedef {{frame: import('../frames.js').PixelFrame, index: number, time: number, duration: number}} DecodedFrame
+ */
+
+/**
+ * @param {import('./source.js').VideoSource} source
+ * @param {import('./options.js').TakeOptions | undefined} options
+ * @param {import('../platform.js').Platform} platform
+ * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
+ */
+export function framesOf(source, options, platform) {
+  const { decoder, ...given } = asOptions(options);
+  const { take, others } = splitTake(given);
+  const stray = Object.keys(others)[0];
+  if (stray) throw illegal('param', stray, others[stray], 'start, end, step, maxFrames, size, frameRate, decoding, decoder or signal');
+  return decoded(source, take, decoderLoader(/** @type {import('../options.js').WasmSource | undefined} */ (decoder), platform));
+}
+
+/**
+ * @param {unknown} source
+ * @param {import('./options.js').Take} take
+ * @param {() => Promise<WebAssembly.Module>} loadDecoder
+ * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
+ */
+async function* decoded(source, take, loadDecoder) {
+  take.signal?.throwIfAborted();
+  const reader = await openReader(source, take, loadDecoder);
+  const frames = taken(reader, take);
+  let count = 0;
+  try {
+    for (;;) {
+      const { value, done } = await unlessAborted(frames.next(), take.signal);
+      if (done) break;
+      const { raw, ...facts } = value;
+      yield { frame: await toPixelFrame(await atSize(raw, take.size)), ...facts };
+      count += 1;
+    }
+    if (count === 0) throw await nothingTaken(take, reader);
+  } finally {
+    frames.return().catch(() => {});
+    reader.close();
+  }
+}
+
+/**
+ * @param {import('./source.js').VideoSource} source
+ * @param {Pick<import('./options.js').TakeOptions, 'decoding'> | undefined} options
+ * @param {import('../platform.js').Platform} platform
+ * @returns {Promise<import('./reader.js').VideoInfo>}
+ */
+export async function infoOf(source, options, platform) {
+  const { take, others } = splitTake(asOptions(options));
+  const stray = Object.keys(others)[0];
+  if (stray) throw illegal('param', stray, others[stray], 'decoding');
+  const reader = await openReader(source, take, decoderLoader(undefined, platform));
+  try {
+    return await reader.info();
+  } finally {
+    reader.close();
+  }
+}
+
+/**
+ * @param {import('../options.js').WasmSource | undefined} decoder
+ * @param {import('../platform.js').Platform} platform
+ */
+export function decoderLoader(decoder, platform) {
+  return once(() => platform.loadDecoder(decoder));
+}

@@ -1,0 +1,120 @@
+// Animated GIF, PNG and WebP, and still images of one frame, by the browser's image decoder.
+
+import { TraceCutError } from '../errors.js';
+import { readAndClose } from './pixels.js';
+
+/**
+ * The part of `ImageDecoder` that is used here; not every library of types knows it.
+ * @typedef {object} Decoder
+ * @property {{ready: Promise<void>, selectedTrack: {frameCount: number} | null}} tracks
+ * @property {Promise<void>} completed
+ * @property {(options: {frameIndex: number}) => Promise<{image: VideoFrame}>} decode
+ * @property {() => void} close
+ */
+
+/** @typedef {(new (init: object) => Decoder) & {isTypeSupported: (type: string) => Promise<boolean>}} DecoderClass */
+
+/** Frames of an animation that does not say how long they last. */
+const USUAL_SECONDS = 0.1;
+
+/**
+ * The type of an image file by its first bytes; null for anything else.
+ * @param {Blob} file
+ * @returns {Promise<string | null>}
+ */
+export async function imageType(file) {
+  const head = new Uint8Array(await file.slice(0, 12).arrayBuffer());
+  const text = String.fromCharCode(...head);
+  if (text.startsWith('GIF8')) return 'image/gif';
+  if (text.startsWith('\x89PNG')) return 'image/png';
+  if (text.startsWith('\xff\xd8\xff')) return 'image/jpeg';
+  return text.startsWith('RIFF') && text.slice(8) === 'WEBP' ? 'image/webp' : null;
+}
+
+/**
+ * @param {Blob} file
+ * @param {string} type
+ * @returns {Promise<import('./reader.js').Reader>}
+ */
+export async function openImage(file, type) {
+  const decoder = await decoderOf(file, type);
+  const count = decoder.tracks.selectedTrack?.frameCount ?? 0;
+  /** @type {Promise<{times: Float64Array, end: number, width: number, height: number}> | undefined} */
+  let facts;
+  const measured = () => (facts ??= measure(decoder, count));
+  return {
+    async info() {
+      const { end, width, height } = await measured();
+      return { width, height, duration: end, frameRate: count > 1 ? count / end : NaN, numFrames: count, codec: type, decodable: true };
+    },
+    async times() {
+      return (await measured()).times;
+    },
+    async *frames() {
+      let time = 0;
+      for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
+        const image = await frameAt(decoder, frameIndex);
+        const duration = secondsOf(image);
+        yield { time, duration, read: () => readAndClose(image), close: () => image.close() };
+        time += duration;
+      }
+    },
+    close: () => decoder.close(),
+  };
+}
+
+/**
+ * @param {Blob} file
+ * @param {string} type
+ * @returns {Promise<Decoder>}
+ */
+async function decoderOf(file, type) {
+  const Kind = /** @type {{ImageDecoder?: DecoderClass}} */ (globalThis).ImageDecoder;
+  if (!Kind || !(await Kind.isTypeSupported(type))) {
+    throw new TraceCutError('unsupported', `this browser cannot take ${type} apart; convert it to MP4 or WebM, or pass its frames as a list`);
+  }
+  const decoder = new Kind({ data: await file.arrayBuffer(), type });
+  try {
+    await Promise.all([decoder.tracks.ready, decoder.completed]);
+  } catch (error) {
+    decoder.close();
+    throw cutOff(error);
+  }
+  return decoder;
+}
+
+/**
+ * Durations are known only of decoded frames.
+ * @param {Decoder} decoder
+ * @param {number} count
+ */
+async function measure(decoder, count) {
+  const times = new Float64Array(count);
+  let [end, width, height] = [0, 0, 0];
+  for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
+    const image = await frameAt(decoder, frameIndex);
+    times[frameIndex] = end;
+    end += secondsOf(image);
+    if (frameIndex === 0) [width, height] = [image.displayWidth, image.displayHeight];
+    image.close();
+  }
+  return { times, end, width, height };
+}
+
+/**
+ * @param {Decoder} decoder
+ * @param {number} frameIndex
+ */
+async function frameAt(decoder, frameIndex) {
+  try {
+    return (await decoder.decode({ frameIndex })).image;
+  } catch (error) {
+    throw cutOff(error);
+  }
+}
+
+/** @param {VideoFrame} image */
+const secondsOf = (image) => (image.duration ? image.duration / 1e6 : USUAL_SECONDS);
+
+/** @param {unknown} cause */
+const cutOff = (cause) => new TraceCutError('truncated', `the image cannot be decoded: it is cut off or damaged (${String(cause)})`, { cause });

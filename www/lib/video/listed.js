@@ -1,0 +1,91 @@
+// Frames that the caller hands over one by one: lists, generators, streams.
+
+import { typeTag } from '../errors.js';
+import { toRawFrame } from '../frames.js';
+import { TraceCutError } from '../errors.js';
+
+/**
+ * A frame with its time in seconds.
+ * @typedef {{frame: import('../frames.js').FrameSource, time: number}} FrameAtTime
+ */
+
+/** @typedef {import('../frames.js').FrameSource | FrameAtTime} ListedFrame */
+
+/**
+ * @param {AsyncIterable<ListedFrame> | Iterable<ListedFrame | Promise<ListedFrame>> | ReadableStream<ListedFrame>} list
+ * @param {{frameRate: number, loadDecoder: () => Promise<WebAssembly.Module>}} options
+ * @returns {import('./reader.js').Reader}
+ */
+export function openListed(list, { frameRate, loadDecoder }) {
+  return {
+    async info() {
+      throw new TraceCutError('unsupported', 'a list or stream of frames has no facts before its frames are read; ask the frames themselves');
+    },
+    async *frames() {
+      let index = 0;
+      let before = -Infinity;
+      for await (const item of itemsOf(list)) {
+        const { frame, time } = placed(item, index / frameRate);
+        if (!(time > before)) {
+          closeFrame(frame);
+          throw new TraceCutError('data', `frame ${index} has time = ${time} s (expected more than ${before} s, the time of the frame before)`);
+        }
+        before = time;
+        index += 1;
+        yield { time, duration: 1 / frameRate, read: () => toRawFrame(frame, loadDecoder), close: () => closeFrame(frame) };
+      }
+    },
+    async times() {
+      if (!Array.isArray(list)) return null;
+      return Float64Array.from(list, (item, index) => placed(item, index / frameRate).time);
+    },
+    close() {},
+  };
+}
+
+/**
+ * Streams are read through a reader: not every browser lets one iterate over them.
+ * @param {AsyncIterable<ListedFrame> | Iterable<ListedFrame | Promise<ListedFrame>> | ReadableStream<ListedFrame>} list
+ * @returns {AsyncGenerator<ListedFrame, void, unknown>}
+ */
+async function* itemsOf(list) {
+  if (typeTag(list) !== 'ReadableStream') {
+    yield* /** @type {AsyncIterable<ListedFrame>} */ (list);
+    return;
+  }
+  const reader = /** @type {ReadableStream<ListedFrame>} */ (list).getReader();
+  let ended = false;
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      ended = done;
+      if (done) return;
+      yield value;
+    }
+  } finally {
+    if (!ended) reader.cancel().catch(() => {});
+    reader.releaseLock();
+  }
+}
+
+/**
+ * @param {unknown} item
+ * @param {number} otherwise
+ * @returns {FrameAtTime}
+ */
+function placed(item, otherwise) {
+  if (typeof item === 'object' && item !== null && 'frame' in item) {
+    const time = 'time' in item && item.time !== undefined ? item.time : otherwise;
+    if (typeof time !== 'number' || !Number.isFinite(time)) {
+      throw new TraceCutError('data', `time = ${String(time)} of a frame (expected a number of seconds)`);
+    }
+    return { frame: /** @type {FrameAtTime} */ (item).frame, time };
+  }
+  if (typeTag(item) === 'VideoFrame') return { frame: /** @type {VideoFrame} */ (item), time: /** @type {VideoFrame} */ (item).timestamp / 1e6 };
+  return { frame: /** @type {import('../frames.js').FrameSource} */ (item), time: otherwise };
+}
+
+/** @param {unknown} frame */
+function closeFrame(frame) {
+  if (typeTag(frame) === 'VideoFrame') /** @type {VideoFrame} */ (frame).close();
+}

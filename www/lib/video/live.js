@@ -1,0 +1,143 @@
+// Streams of a camera, a screen or a canvas. They do not wait: frames are read as they come and queue until they are taken.
+
+import { TraceCutError } from '../errors.js';
+import { toRawFrame } from '../frames.js';
+import { readAndClose } from './pixels.js';
+
+/** Most frames that wait; newer ones are dropped then. As many as the largest window holds. */
+const MAX_QUEUE = 400;
+
+/** @typedef {{time: number, raw: import('../frames.js').RawFrame}} LiveFrame */
+/** @typedef {(timestamp: number, read: () => Promise<import('../frames.js').RawFrame>) => Promise<boolean>} Take */
+
+/**
+ * @param {MediaStream} stream
+ * @param {(raw: import('../frames.js').RawFrame) => Promise<import('../frames.js').RawFrame>} reduce applied to what waits
+ * @returns {import('./reader.js').Reader}
+ */
+export function openLive(stream, reduce) {
+  const track = stream.getVideoTracks()[0];
+  if (!track) throw new TraceCutError('no-video', 'the stream has no video track');
+  const { width = 0, height = 0, frameRate = NaN } = track.getSettings();
+  const closing = new AbortController();
+  return {
+    info: async () => ({ width, height, duration: Infinity, frameRate, codec: null, decodable: true }),
+    times: async () => null,
+    frames: (range) => liveFrames(stream, track, range, reduce, closing.signal),
+    close: () => closing.abort(),
+  };
+}
+
+/**
+ * @param {MediaStream} stream
+ * @param {MediaStreamTrack} track
+ * @param {{end: number}} range
+ * @param {(raw: import('../frames.js').RawFrame) => Promise<import('../frames.js').RawFrame>} reduce
+ * @param {AbortSignal} closed
+ * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
+ */
+async function* liveFrames(stream, track, { end }, reduce, closed) {
+  /** @type {LiveFrame[]} */
+  const queue = [];
+  let wake = () => {};
+  let over = false;
+  /** @type {unknown} */
+  let fault;
+  let first = NaN;
+  /** @type {Take} */
+  const take = async (timestamp, read) => {
+    if (Number.isNaN(first)) first = timestamp;
+    const time = timestamp - first;
+    if (over || time >= end) return false;
+    if (queue.length < MAX_QUEUE) queue.push({ time, raw: await reduce(await read()) });
+    wake();
+    return true;
+  };
+  const stop = new AbortController();
+  closed.addEventListener('abort', () => stop.abort(), { once: true });
+  const feeding = hasProcessor() ? byProcessor(track, take, stop.signal) : byElement(stream, track, take, stop.signal);
+  feeding.catch((error) => (fault = error)).finally(() => {
+    over = true;
+    wake();
+  });
+  try {
+    for (;;) {
+      const next = queue.shift();
+      if (next) yield { time: next.time, duration: 0, read: async () => next.raw, close() {} };
+      else if (fault) throw fault;
+      else if (over) return;
+      else await new Promise((/** @type {(value: void) => void} */ resolve) => (wake = resolve));
+    }
+  } finally {
+    over = true;
+    stop.abort();
+  }
+}
+
+/** @typedef {new (init: {track: MediaStreamTrack}) => {readable: ReadableStream<VideoFrame>}} Processor */
+
+const hasProcessor = () => 'MediaStreamTrackProcessor' in globalThis;
+
+/**
+ * @param {MediaStreamTrack} track
+ * @param {Take} take
+ * @param {AbortSignal} stop
+ */
+async function byProcessor(track, take, stop) {
+  const { MediaStreamTrackProcessor } = /** @type {{MediaStreamTrackProcessor: Processor}} */ (/** @type {unknown} */ (globalThis));
+  // A copy of the track: its end by us is not the end of the caller's.
+  const own = track.clone();
+  track.addEventListener('ended', () => own.stop(), { signal: stop });
+  const reader = new MediaStreamTrackProcessor({ track: own }).readable.getReader();
+  const cancel = () => void reader.cancel().catch(() => {});
+  stop.addEventListener('abort', cancel, { once: true });
+  try {
+    if (stop.aborted) return;
+    for (;;) {
+      const { done, value: frame } = await reader.read();
+      if (done) return;
+      try {
+        if (!(await take(frame.timestamp / 1e6, () => readAndClose(frame)))) return;
+      } finally {
+        frame.close();
+      }
+    }
+  } finally {
+    cancel();
+    own.stop();
+  }
+}
+
+/**
+ * @param {MediaStream} stream
+ * @param {MediaStreamTrack} track
+ * @param {Take} take
+ * @param {AbortSignal} stop
+ */
+async function byElement(stream, track, take, stop) {
+  if (typeof document === 'undefined') throw new TraceCutError('unsupported', 'a worker of this browser cannot read a stream; read it in the page');
+  const video = document.createElement('video');
+  Object.assign(video, { muted: true, playsInline: true, srcObject: stream });
+  try {
+    await new Promise((/** @type {(value: void) => void} */ resolve, reject) => {
+      const end = () => resolve();
+      stop.addEventListener('abort', end, { once: true });
+      track.addEventListener('ended', end, { signal: stop });
+      const next = async (/** @type {number} */ _now, /** @type {{mediaTime: number}} */ { mediaTime }) => {
+        try {
+          const more = await take(mediaTime, () => toRawFrame(video, () => Promise.reject(new Error('no file'))));
+          if (more && !stop.aborted) video.requestVideoFrameCallback(next);
+          else end();
+        } catch (error) {
+          reject(error);
+        }
+      };
+      video.requestVideoFrameCallback(next);
+      video.play().catch(reject);
+      if (stop.aborted || track.readyState === 'ended') end();
+    });
+  } finally {
+    video.pause();
+    video.srcObject = null;
+  }
+}

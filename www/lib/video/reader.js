@@ -1,0 +1,107 @@
+// What every source of frames looks like from inside, and what is taken of it.
+
+import { TraceCutError } from '../errors.js';
+
+/**
+ * Facts of a video.
+ * @typedef {object} VideoInfo
+ * @property {number} width of the frames as they are shown, in pixels
+ * @property {number} height
+ * @property {number} duration seconds from the begin of the first frame to the end of the last; `Infinity` for a stream
+ * @property {number} frameRate frames per second, on average where it changes; `NaN` where nothing says
+ * @property {number} [numFrames] number of frames, where that can be known without decoding
+ * @property {string | null} codec such as `'avc1.64001f'`; null where it is not known
+ * @property {boolean} decodable whether frames can be had of it here
+ */
+
+/**
+ * A frame that is not read yet: `read` copies its pixels, `close` gives up whatever holds it, read or not.
+ * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void}} TimedFrame
+ */
+
+/**
+ * A source of frames. `frames` gives them in the order of their times, those before `start` left out or not; `times` gives the times of all
+ * frames where they are known without decoding.
+ * @typedef {object} Reader
+ * @property {() => Promise<VideoInfo>} info
+ * @property {(range: {start: number, end: number}) => AsyncGenerator<TimedFrame, void, unknown>} frames
+ * @property {() => Promise<Float64Array | null>} times
+ * @property {() => void} close
+ */
+
+/** @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number}} TakenFrame */
+
+/** Times are often sums of rounded numbers: a frame this much before `start` is still in. WebCodecs counts microseconds. */
+const SLACK = 1e-6;
+
+/**
+ * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read.
+ * @param {Reader} reader
+ * @param {import('./options.js').Take} take
+ * @returns {AsyncGenerator<TakenFrame, void, unknown>}
+ */
+export async function* taken(reader, take) {
+  let passed = 0;
+  let index = 0;
+  for await (const frame of reader.frames(take)) {
+    try {
+      if (frame.time < take.start - SLACK) continue;
+      if (frame.time >= take.end - SLACK) return;
+      passed += 1;
+      if ((passed - 1) % take.step !== 0) continue;
+      const raw = await frame.read();
+      frame.close();
+      yield { raw, index, time: frame.time, duration: frame.duration };
+      index += 1;
+      if (index >= take.maxFrames) return;
+    } finally {
+      frame.close();
+    }
+  }
+}
+
+/**
+ * How many frames `taken` will give, where that can be known.
+ * @param {Reader} reader
+ * @param {import('./options.js').Take} take
+ * @returns {Promise<number | null>}
+ */
+export async function expected(reader, { start, end, step, maxFrames }) {
+  const times = await reader.times();
+  if (!times) return null;
+  const inRange = times.filter((time) => time >= start - SLACK && time < end - SLACK).length;
+  return Math.min(maxFrames, Math.ceil(inRange / step));
+}
+
+/**
+ * The error of a take that holds nothing.
+ * @param {import('./options.js').Take} take
+ * @param {Reader} reader
+ */
+export async function nothingTaken({ start, end }, reader) {
+  if (start === -Infinity && end === Infinity) return new TraceCutError('no-frames', 'the source has no frames');
+  const times = await reader.times().catch(() => null);
+  const last = times?.[times.length - 1];
+  const known = times && last !== undefined ? `; its frames are at ${round(times[0])} s to ${round(last)} s` : '';
+  return new TraceCutError('no-frames', `the source has no frame from start = ${start} to end = ${end} seconds${known}`);
+}
+
+/** @param {number | undefined} time */
+const round = (time = 0) => Number(time.toFixed(3));
+
+/**
+ * What `promise` gives, unless the signal aborts first.
+ * @template T
+ * @param {Promise<T>} promise
+ * @param {AbortSignal | undefined} signal
+ * @returns {Promise<T>}
+ */
+export function unlessAborted(promise, signal) {
+  if (!signal) return promise;
+  return new Promise((resolve, reject) => {
+    const abort = () => reject(signal.reason);
+    if (signal.aborted) abort();
+    signal.addEventListener('abort', abort, { once: true });
+    promise.then(resolve, reject).finally(() => signal.removeEventListener('abort', abort));
+  });
+}

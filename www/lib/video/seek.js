@@ -1,0 +1,169 @@
+// Frames by seeking a video element: slower than WebCodecs, but it plays whatever the browser plays.
+
+import { TraceCutError } from '../errors.js';
+import { toRawFrame } from '../frames.js';
+import { frameRate, until } from './element.js';
+
+/**
+ * @typedef {object} SeekOptions
+ * @property {Float64Array | null} times of all frames, from the container; null where it could not be read
+ * @property {string | null} codec
+ */
+
+/**
+ * Frames of a file that a hidden video element loads.
+ * @param {URL} url
+ * @param {SeekOptions & {release?: () => void}} options
+ * @returns {Promise<import('./reader.js').Reader>}
+ */
+export async function openSeeking(url, { times, codec, release }) {
+  if (typeof document === 'undefined') {
+    release?.();
+    throw new TraceCutError('unsupported', `a worker has no video element to fall back to for ${codec ?? 'this file'}; open it in the page`);
+  }
+  const video = document.createElement('video');
+  Object.assign(video, { muted: true, playsInline: true, preload: 'auto' });
+  if (/^https?:/.test(url.protocol) && url.origin !== location.origin) video.crossOrigin = 'anonymous';
+  video.src = url.href;
+  const close = () => {
+    video.removeAttribute('src');
+    video.load();
+    release?.();
+  };
+  try {
+    await until(video, 'loadeddata', () => unplayable(video, codec));
+    return await seekingReader(video, { times, codec }, close);
+  } catch (error) {
+    close();
+    throw error;
+  }
+}
+
+/**
+ * Frames of a video element of the caller's, which is where it was before once the reader is closed.
+ * @param {HTMLVideoElement} video
+ * @param {SeekOptions} options
+ * @returns {Promise<import('./reader.js').Reader>}
+ */
+export async function openElement(video, options) {
+  const { currentTime, paused, muted, playbackRate, loop } = video;
+  const putBack = () => {
+    video.pause();
+    Object.assign(video, { muted, playbackRate, loop, currentTime });
+    if (!paused) video.play().catch(() => {});
+  };
+  try {
+    if (video.readyState < 2) await until(video, 'loadeddata', () => unplayable(video, options.codec));
+    video.pause();
+    Object.assign(video, { muted: true, loop: false });
+    return await seekingReader(video, options, putBack);
+  } catch (error) {
+    putBack();
+    throw error;
+  }
+}
+
+/**
+ * @param {HTMLVideoElement} video
+ * @param {SeekOptions} options
+ * @param {() => void} close
+ * @returns {Promise<import('./reader.js').Reader>}
+ */
+async function seekingReader(video, { times, codec }, close) {
+  if (video.videoWidth === 0) throw new TraceCutError('no-video', 'the file has no video track, only sound');
+  const duration = await durationOf(video);
+  const fps = times && times.length > 1 ? (times.length - 1) / (at(times, times.length - 1) - at(times, 0)) : await frameRate(video);
+  const known = times ?? Float64Array.from({ length: Math.max(1, Math.round(duration * fps)) }, (_, k) => k / fps);
+  const { videoWidth: width, videoHeight: height } = video;
+  return {
+    async info() {
+      return { width, height, duration, frameRate: fps, numFrames: known.length, codec, decodable: true };
+    },
+    frames: ({ start, end }) => soughtFrames(video, known, 1 / fps, { start, end }),
+    times: async () => known,
+    close,
+  };
+}
+
+/**
+ * Frame by frame to the middle of its time, where no rounding leads to its neighbour.
+ * @param {HTMLVideoElement} video
+ * @param {Float64Array} times
+ * @param {number} usual seconds that the last frame is taken to last
+ * @param {{start: number, end: number}} range
+ * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
+ */
+async function* soughtFrames(video, times, usual, { start, end }) {
+  for (let k = 0; k < times.length; k += 1) {
+    const time = at(times, k);
+    if (time < start - usual) continue;
+    if (time > end) return;
+    const duration = k + 1 < times.length ? at(times, k + 1) - time : usual;
+    yield {
+      time,
+      duration,
+      async read() {
+        await seek(video, time + duration / 2);
+        return readElement(video);
+      },
+      close() {},
+    };
+  }
+}
+
+/**
+ * @param {HTMLVideoElement} video
+ * @param {number} time seconds
+ */
+async function seek(video, time) {
+  const target = Math.min(time, Math.max(0, video.duration - 0.001));
+  // Seeking to where it already is gives no event.
+  if (Math.abs(video.currentTime - target) < 1e-6 && video.readyState >= 2 && !video.seeking) return;
+  video.currentTime = target;
+  const stuck = () => new TraceCutError('truncated', `the player does not get to ${target.toFixed(2)} s: the file is cut off or damaged`);
+  await until(video, 'seeked', stuck);
+}
+
+/** @param {HTMLVideoElement} video */
+async function readElement(video) {
+  try {
+    return await toRawFrame(video, () => Promise.reject(new Error('no file')));
+  } catch (error) {
+    if (!(error instanceof DOMException) || error.name !== 'SecurityError') throw error;
+    const words = 'the video comes from another site, which has to let its pixels be read (Access-Control-Allow-Origin, and crossOrigin set)';
+    throw new TraceCutError('unsupported', words, { cause: error });
+  }
+}
+
+/**
+ * Files written by a recorder do not know how long they are until their end has been seen.
+ * @param {HTMLVideoElement} video
+ * @returns {Promise<number>} seconds
+ */
+async function durationOf(video) {
+  if (!Number.isFinite(video.duration)) {
+    video.currentTime = 1e7;
+    await until(video, 'durationchange', () => new TraceCutError('truncated', 'the video does not say how long it is'));
+  }
+  return Number.isFinite(video.duration) ? video.duration : 0;
+}
+
+/**
+ * @param {HTMLVideoElement} video
+ * @param {string | null} codec
+ */
+function unplayable(video, codec) {
+  const detail = video.error?.message ? ` (${video.error.message})` : '';
+  if (codec === null) {
+    return new TraceCutError('no-video', `this is no video that the browser can play${detail}; MP4, MOV, WebM and animated images are`);
+  }
+  return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser${detail}; convert the file, say to H.264 or VP9`);
+}
+
+/**
+ * @param {Float64Array} values
+ * @param {number} index
+ */
+function at(values, index) {
+  return values[index] ?? NaN;
+}

@@ -1,0 +1,239 @@
+// Video in, windows of masks out.
+
+import { TraceCutError, illegal } from '../errors.js';
+import { isPlainObject, splitOptions } from '../options.js';
+import { openEngine } from '../platform.js';
+import { Driver, oneWindow } from './driver.js';
+import { decoderLoader } from './frames.js';
+import { asOptions, splitTake, splitWindow } from './options.js';
+import { atSize } from './pixels.js';
+import { expected, nothingTaken, taken } from './reader.js';
+import { Collector } from './result.js';
+import { openReader } from './source.js';
+
+/**
+ * Where the work is: `done` of `total` steps of a stage of window `window`; `'decode'` counts the frames read for it. `frames` are the frames
+ * read so far and their number in all, null where nothing says.
+ * @typedef {{stage: import('../engine.js').Stage | 'decode', done: number, total: number, window: number,
+ *   frames: {done: number, total: number | null}}} VideoProgress
+ */
+
+/**
+ * Options of `segmentVideo`: what to take of the source, how to cut it into windows, and the options of a session. `window` is the number of
+ * frames that are segmented together, 2 to 400, 50 if not given; `overlap` how many of them the next window shares, 1 to `window - 1`, 10 if not
+ * given. Memory grows with the window, not with the clip.
+ * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & {window?: number, overlap?: number,
+ *   onProgress?: (progress: VideoProgress) => void}} VideoOptions
+ */
+
+/**
+ * @typedef {object} Checked
+ * @property {import('./options.js').Take} take
+ * @property {number} window
+ * @property {number} overlap
+ * @property {((progress: VideoProgress) => void) | undefined} onProgress
+ * @property {import('../options.js').SplitOptions} engine
+ */
+
+/**
+ * @param {unknown} options
+ * @returns {Checked}
+ */
+function checked(options) {
+  const { take, others } = splitTake(asOptions(options));
+  const { window, overlap, others: rest } = splitWindow(others);
+  const { onProgress, ...engine } = rest;
+  if (onProgress !== undefined && typeof onProgress !== 'function') throw illegal('param', 'onProgress', onProgress, 'a function');
+  if (isPlainObject(engine.clip) && engine.clip.dense === false) throw illegal('param', 'clip.dense', false, 'true: segmentVideo makes masks');
+  return { take, window, overlap, onProgress: /** @type {Checked['onProgress']} */ (onProgress), engine: splitOptions(engine) };
+}
+
+/**
+ * @param {import('./source.js').VideoSource} source
+ * @param {VideoOptions | undefined} options
+ * @param {import('../platform.js').Platform} platform
+ */
+export function segment(source, options, platform) {
+  return new VideoSegmentation(source, checked(options), platform);
+}
+
+/**
+ * A clip on its way to masks; made by `segmentVideo`. Iterate over it for the windows' results as they come, or `collect` them; either once.
+ * Nothing begins before that. While one result is looked at the next window is computed, and no more than that. Leaving the loop early,
+ * `close`, an abort and an error end the work and free its memory.
+ */
+export class VideoSegmentation {
+  #source;
+  #checked;
+  #platform;
+  #begun = false;
+  #closed = false;
+  #stop = new AbortController();
+  /** @type {import('../engine.js').Engine | undefined} */
+  #engine;
+  /** @type {import('./reader.js').Reader | undefined} */
+  #reader;
+  /** @type {ReturnType<typeof taken> | undefined} */
+  #frames;
+  /** @type {number | null} */
+  #total = null;
+  #read = 0;
+
+  /**
+   * @param {import('./source.js').VideoSource} source
+   * @param {Checked} checkedOptions
+   * @param {import('../platform.js').Platform} platform
+   */
+  constructor(source, checkedOptions, platform) {
+    this.#source = source;
+    this.#checked = checkedOptions;
+    this.#platform = platform;
+  }
+
+  /** @returns {AsyncGenerator<import('./window.js').WindowResult, void, undefined>} */
+  [Symbol.asyncIterator]() {
+    if (this.#begun) throw new TraceCutError('state', 'a video segmentation can be iterated over or collected once; call segmentVideo again');
+    if (this.#closed) throw new TraceCutError('closed', 'this video segmentation is closed; call segmentVideo again');
+    this.#begun = true;
+    return this.#windows();
+  }
+
+  /**
+   * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories.
+   * @returns {Promise<import('./result.js').VideoResult>}
+   */
+  async collect() {
+    const collector = new Collector();
+    for await (const window of this) collector.add(window);
+    return collector.finish();
+  }
+
+  /** Ends the work and frees its memory; what is awaited rejects with code `closed`. Results stay. Closing twice is fine. */
+  close() {
+    if (this.#closed) return;
+    this.#end(new TraceCutError('closed', 'the video segmentation was closed'));
+  }
+
+  /** The same as `close`. */
+  free() {
+    this.close();
+  }
+
+  /** `using video = segmentVideo(…)` closes it. */
+  [Symbol.dispose]() {
+    this.close();
+  }
+
+  async *#windows() {
+    const { take } = this.#checked;
+    const { signal } = take;
+    const abort = () => this.#end(signal?.reason);
+    try {
+      signal?.throwIfAborted();
+      signal?.addEventListener('abort', abort, { once: true });
+      const driver = await this.#unlessStopped(this.#open());
+      let next = this.#window(driver);
+      for (;;) {
+        const window = await next;
+        if (!window) break;
+        next = this.#window(driver);
+        yield window;
+      }
+      if (this.#read === 0 && this.#reader) throw await nothingTaken(take, this.#reader);
+    } finally {
+      signal?.removeEventListener('abort', abort);
+      this.#end(new TraceCutError('closed', 'the video segmentation has ended'));
+    }
+  }
+
+  async #open() {
+    const { take, window, overlap, engine } = this.#checked;
+    const loadDecoder = decoderLoader(engine.decoder, this.#platform);
+    const reader = await openReader(this.#source, take, loadDecoder);
+    this.#reader = reader;
+    this.#total = await expected(reader, take).catch(() => null);
+    this.#throwIfStopped();
+    this.#engine = await openEngine(engine, this.#platform);
+    this.#throwIfStopped();
+    const frames = taken(reader, take);
+    this.#frames = frames;
+    const nextFrame = async () => {
+      const { value, done } = await frames.next();
+      if (done) return null;
+      this.#read += 1;
+      return { raw: await atSize(value.raw, take.size), time: value.time };
+    };
+    return new Driver({
+      engine: oneWindow(this.#engine),
+      nextFrame,
+      window: Math.max(window, Infinity),
+      overlap,
+      stop: this.#stop.signal,
+      onStage: ({ stage, done, total }, index) => this.#report({ stage, done, total, window: index }),
+      onFrame: (done, index) => this.#report({ stage: 'decode', done, total: Math.max(done, this.#inWindow(done)), window: index }),
+    });
+  }
+
+  /**
+   * How many frames a window that has `done` of them will have.
+   * @param {number} done
+   */
+  #inWindow(done) {
+    const left = this.#total === null ? Infinity : this.#total - this.#read;
+    return Math.min(this.#checked.window, done + left);
+  }
+
+  /**
+   * The next window, computed at once and awaited later: its error, if nobody ever waits for it, is nobody's.
+   * @param {Driver} driver
+   */
+  #window(driver) {
+    const window = this.#unlessStopped(driver.next());
+    window.catch(() => {});
+    return window;
+  }
+
+  /** @param {Omit<VideoProgress, 'frames'>} progress */
+  #report(progress) {
+    if (this.#stop.signal.aborted) return;
+    try {
+      this.#checked.onProgress?.({ ...progress, frames: { done: this.#read, total: this.#total } });
+    } catch (error) {
+      this.#end(error);
+    }
+  }
+
+  /**
+   * @template T
+   * @param {Promise<T>} promise
+   * @returns {Promise<T>}
+   */
+  #unlessStopped(promise) {
+    const { signal } = this.#stop;
+    return new Promise((resolve, reject) => {
+      if (signal.aborted) reject(signal.reason);
+      signal.addEventListener('abort', () => reject(signal.reason), { once: true });
+      promise.then(resolve, reject);
+    });
+  }
+
+  /** What was opened after the end is closed at once. */
+  #throwIfStopped() {
+    if (!this.#stop.signal.aborted) return;
+    this.#release();
+    throw this.#stop.signal.reason;
+  }
+
+  /** @param {unknown} reason what is awaited rejects with */
+  #end(reason) {
+    this.#closed = true;
+    if (!this.#stop.signal.aborted) this.#stop.abort(reason);
+    this.#release();
+  }
+
+  #release() {
+    this.#frames?.return().catch(() => {});
+    this.#reader?.close();
+    this.#engine?.close();
+  }
+}

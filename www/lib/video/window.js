@@ -1,0 +1,53 @@
+import { Result } from '../result.js';
+
+/**
+ * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte for each pixel.
+ * @typedef {{index: number, t: number, time: number, labels: Uint8Array<ArrayBuffer>}} SettledFrame
+ */
+
+/**
+ * @typedef {object} WindowFacts
+ * @property {number} index
+ * @property {number} shot
+ * @property {number} firstFrame
+ * @property {Float64Array<ArrayBuffer>} times
+ * @property {{from: number, to: number}} settled
+ */
+
+/**
+ * What a window of a clip's frames gave: a `Result` whose frames are counted from the window's first, with labels that mean the same object in
+ * every window of the shot.
+ */
+export class WindowResult extends Result {
+  /**
+   * @param {import('../engine.js').RawResult} raw
+   * @param {import('../result.js').Lookups} lookups
+   * @param {WindowFacts} facts
+   */
+  constructor(raw, lookups, facts) {
+    super(raw, lookups);
+    /** Number of this window, from 0. */
+    this.index = facts.index;
+    /** Number of the shot that it lies in, from 0: labels of one shot say nothing about another. */
+    this.shot = facts.shot;
+    /** Which of the clip's frames its first one is. */
+    this.firstFrame = facts.firstFrame;
+    /** The time of each of its frames, in seconds. */
+    this.times = facts.times;
+    /**
+     * The frames, `from <= t < to`, whose masks are settled by this window. Windows overlap; the masks of frames outside of this range are
+     * better in the window before or after, which sees more of what goes on around them.
+     */
+    this.settled = facts.settled;
+  }
+
+  /**
+   * The settled frames: over all windows, each frame of the clip once and in order.
+   * @returns {Generator<SettledFrame, void, undefined>}
+   */
+  *frames() {
+    for (let t = this.settled.from; t < this.settled.to; t += 1) {
+      yield { index: this.firstFrame + t, t, time: /** @type {number} */ (this.times[t]), labels: this.labels(t) };
+    }
+  }
+}
