@@ -2,6 +2,7 @@
 
 import { App } from './app.js';
 import { byId } from './dom.js';
+import { connectHelp } from './help.js';
 import { connectKeys } from './keyboard.js';
 import { objectColor } from './palette.js';
 import { showError } from './status.js';
@@ -47,11 +48,17 @@ function connect(app) {
   for (const id of ['sample', 'error-sample']) byId(id).addEventListener('click', () => app.openSample());
   byId('start').addEventListener('click', () => app.start());
   byId('again').addEventListener('click', () => app.start());
+  byId('pending-run').addEventListener('click', () => app.start());
   byId('resume').addEventListener('click', () => app.resume());
   byId('cancel').addEventListener('click', () => app.cancel());
   byId('show-all').addEventListener('click', () => app.selection.reset(app.selection.count));
   connectDrop(app);
+  connectHelp();
   connectKeys(app);
+  addEventListener('paste', (event) => {
+    const files = [...(event.clipboardData?.files ?? [])];
+    if (files.length > 0) app.openFiles(files);
+  });
 }
 
 /** @param {App} app */
