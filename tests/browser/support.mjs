@@ -124,6 +124,18 @@ export function paintedShare() {
   return painted / (data.length / 4);
 }
 
+/** What axe-core finds wrong with the page as it is, one line each. The page's context needs `bypassCSP`. */
+export async function accessibilityFaults(page) {
+  if (!(await page.evaluate(() => 'axe' in globalThis))) {
+    await page.addScriptTag({ path: join(root, 'node_modules', 'axe-core', 'axe.min.js') });
+  }
+  return page.evaluate(async () => {
+    const { violations, passes } = await globalThis.axe.run(document);
+    if (passes.length < 20) return [`only ${passes.length} rules had anything to check`];
+    return violations.flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`));
+  });
+}
+
 /** Writes a picture of the page to out/screens/, for people to look at. */
 export async function screenshot(page, name) {
   const folder = join(root, 'out', 'screens');
