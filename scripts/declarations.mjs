@@ -12,16 +12,27 @@ export function describeTypes(lib, dist) {
   }
 }
 
-/** The comments of a module's types without their tags, by the types' names. */
+/** What the comments of a module's types say before their tags, by the types' names. */
 export function descriptions(source) {
   const found = new Map();
   for (const [comment] of source.matchAll(/^\/\*\*[^]*?\*\//gm)) {
-    const name = /@typedef\s+(?:\{[^]*\}|\S+)[\s*]+(\w+)/.exec(comment)?.[1];
-    const lines = comment.slice(3, -2).split('\n').map((line) => line.replace(/^\s*\*? ?/, '').trimEnd());
-    const words = lines.slice(0, lines.findIndex((line) => line.trimStart().startsWith('@'))).join('\n').trim();
-    if (name && words) found.set(name, words);
+    const text = comment.slice(3, -2).split('\n').map((line) => line.replace(/^\s*\*? ?/, '').trimEnd()).join('\n');
+    const [before, after] = text.split('@typedef');
+    const words = before.split(/^@/m)[0].trim();
+    if (after && words) found.set(/^\w+/.exec(withoutType(after.trim()))?.[0], words);
   }
   return found;
+}
+
+/** What follows a tag's `{type}`. */
+export function withoutType(text) {
+  if (!text.startsWith('{')) return text;
+  let depth = 0;
+  for (let at = 0; at < text.length; at += 1) {
+    depth += text[at] === '{' ? 1 : text[at] === '}' ? -1 : 0;
+    if (depth === 0) return text.slice(at + 1).trim();
+  }
+  return '';
 }
 
 function described(declarations, words) {
