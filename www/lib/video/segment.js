@@ -90,7 +90,10 @@ export class VideoSegmentation {
     this.#platform = platform;
   }
 
-  /** @returns {AsyncGenerator<import('./window.js').WindowResult, void, undefined>} */
+  /**
+   * The windows' results, in order.
+   * @returns {AsyncGenerator<import('./window.js').WindowResult, void, undefined>}
+   */
   [Symbol.asyncIterator]() {
     if (this.#begun) throw new TraceCutError('state', 'a video segmentation can be iterated over or collected once; call segmentVideo again');
     if (this.#closed) throw new TraceCutError('closed', 'this video segmentation is closed; call segmentVideo again');
