@@ -70,6 +70,23 @@ describe('sources', { timeout: 240_000 }, () => {
     assert.deepEqual(seen, { numbers: [0, 1, 2], paused: false });
   });
 
+  test('an element that plays no file is sought in, at the frame rate that it is seen to have', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const source = new MediaSource();
+      const video = Object.assign(document.createElement('video'), { src: URL.createObjectURL(source), muted: true });
+      await new Promise((resolve) => (source.onsourceopen = resolve));
+      const buffer = source.addSourceBuffer('video/webm; codecs="vp8"');
+      buffer.appendBuffer(await clip.arrayBuffer());
+      await new Promise((resolve) => (buffer.onupdateend = resolve));
+      source.endOfStream();
+      return { ...(await numbersOf(video, { start: 0.2, step: 5 })), info: await tracecut.videoInfo(video) };
+    });
+    assert.deepEqual(seen.numbers, [5, 10, 15, 20, 25]);
+    seen.times.forEach((time, k) => assert.ok(Math.abs(time - 0.2 * (k + 1)) < 1e-6, `${time} s`));
+    const { frameRate, numFrames, codec, decodable } = seen.info;
+    assert.deepEqual({ frameRate, numFrames, codec, decodable }, { frameRate: 25, numFrames: 30, codec: null, decodable: true });
+  });
+
   test('where WebCodecs is missing frames come by seeking, with the times of the container', async () => {
     const seen = await library.page.evaluate(async () => {
       const { VideoDecoder } = globalThis;
