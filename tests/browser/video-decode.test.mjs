@@ -21,7 +21,7 @@ function assertTimes(found, expected, tolerance = 0.0006) {
   found.forEach((time, k) => assert.ok(Math.abs(time - expected[k]) <= tolerance, `frame ${k} at ${time} s, not ${expected[k]} s`));
 }
 
-describe('clips from outside', () => {
+describe('clips from outside', { timeout: 240_000 }, () => {
   const library = useLibrary();
 
   for (const { name, frames, rate, width, height } of CLIPS) {
@@ -68,7 +68,7 @@ async function comparePaths(options) {
   return differences;
 }
 
-describe('clips made on the spot', () => {
+describe('clips made on the spot', { timeout: 240_000 }, () => {
   const library = useLibrary();
 
   test('every frame comes once and in order, by WebCodecs and by seeking, from WebM and MP4', async () => {

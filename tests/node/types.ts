@@ -1,9 +1,11 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
-import { boundaries, createSession, EdgeKind, imageDiscontinuities, parameters, superpixels, synthClip, TraceCutError, version } from 'tracecut';
+import {
+  boundaries, createSession, EdgeKind, imageDiscontinuities, parameters, segmentVideo, superpixels, synthClip, TraceCutError, version, videoFrames, videoInfo,
+} from 'tracecut';
 import type {
   BoundaryMap, ComponentTable, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, ObjectList, Progress, Result,
-  SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Superpixels,
+  SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Superpixels, VideoInfo, VideoProgress, VideoResult, VideoSegmentation, WindowResult,
 } from 'tracecut';
 
 const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, connectedness: { mode: 'paper' }, worker: false };
@@ -55,6 +57,27 @@ try {
   }
 }
 
+const watch = ({ stage, window, frames }: VideoProgress): void => console.log(stage, window, frames.total ?? '?');
+const video: VideoSegmentation = segmentVideo(new Blob(), { start: 1, end: 2.5, step: 2, size: 480, window: 40, overlap: 8, clip: { seed: 1 }, onProgress: watch });
+for await (const window of video) {
+  const seen: WindowResult = window;
+  for (const { index, time, labels: settled } of seen.frames()) console.log(index, time, settled.length, seen.trajectories.x);
+}
+async function* generated() {
+  yield { frame: clip.frame(0), time: 0.1 };
+}
+const collected: VideoResult = await segmentVideo(generated(), { signal: controller.signal }).collect();
+console.log(collected.merge(1, 2).objects[0]?.areas, collected.relabel({ 3: 1 }).toTracksDat(), collected.shots[0]?.first, collected.trajectories.label);
+for (const source of ['clip.mp4', new URL('https://example.org/clip.mp4'), [clip.frame(0)], new MediaStream(), document.createElement('video')]) {
+  for await (const { frame, time, duration } of videoFrames(source, { size: 64 })) await session.push(frame), console.log(time + duration);
+}
+const facts: VideoInfo = await videoInfo(new Blob());
+console.log(facts.codec, facts.numFrames ?? 0);
+
+// @ts-expect-error: a number is no video
+segmentVideo(7);
+// @ts-expect-error: options are known by name
+segmentVideo([], { windows: 50 });
 // @ts-expect-error: parameters are known by name
 await createSession({ clip: { maxSize: 320 } });
 // @ts-expect-error: and by type

@@ -81,6 +81,18 @@ test('start, end, step, maxFrames and size choose and reduce the frames', async 
   for (let t = 0; t < 4; t += 1) assert.deepEqual(files.labels(t), window.labels(t));
 });
 
+test('superpixels, boundaries and saliency maps are there for the last window, while one is in the loop', async () => {
+  const windows = [];
+  const sizes = [];
+  for await (const window of segmentVideo(await framesOf(TINY), WINDOWS)) {
+    windows.push(window);
+    if (window.index < 2) await rejects(window.superpixels(0), 'state', /superpixels of this window are gone/);
+    else sizes.push((await window.superpixels(2)).label.length, (await window.boundaries(2)).pb.length, (await window.saliencyMap(2)).saliency.length);
+  }
+  assert.deepEqual(sizes, [64 * 48, 64 * 48, 64 * 48]);
+  for (const window of windows) await rejects(window.saliencyMap(0), 'state', /gone/);
+});
+
 test('progress tells of decoding and of every stage, window by window', async () => {
   const heard = [];
   await windowsOf(await framesOf(TINY), { ...WINDOWS, onProgress: (progress) => heard.push(progress) });

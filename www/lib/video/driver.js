@@ -9,6 +9,7 @@
 // one begins with nothing but that frame.
 
 import { TraceCutError } from '../errors.js';
+import { onGrid } from '../image.js';
 import { WindowResult } from './window.js';
 
 /** @typedef {import('../frames.js').RawFrame} RawFrame */
@@ -16,7 +17,7 @@ import { WindowResult } from './window.js';
 
 /**
  * @typedef {object} DriverOptions
- * @property {Pick<import('../engine.js').Engine, 'pushInShot' | 'advance' | 'run'>} engine
+ * @property {Pick<import('../engine.js').Engine, 'pushInShot' | 'advance' | 'run' | 'boundaries' | 'superpixels' | 'saliencyMap'>} engine
  * @property {() => Promise<ClipFrame | null>} nextFrame null after the last
  * @property {number} window
  * @property {number} overlap
@@ -40,6 +41,8 @@ export class Driver {
   #ended = false;
   /** @type {number | null} The time of the frame that the engine holds back. */
   #held = null;
+  /** Grows when the engine goes on: what an earlier window could be asked is gone. */
+  #advances = 0;
 
   /** @param {DriverOptions} options */
   constructor(options) {
@@ -82,34 +85,42 @@ export class Driver {
   /** The shot goes on, as far as is known: the masks of the last few frames are left to the next window. */
   async #fullWindow() {
     const raw = await this.#run();
+    const lookups = this.#lookups(raw.info);
     const facts = this.#facts();
     const kept = Math.min(this.#options.overlap, this.#times.length - 1);
-    await this.#options.engine.advance(kept);
+    await this.#advance(kept);
     this.#first += this.#times.length - kept;
     this.#times = this.#times.slice(-kept);
     this.#settled = Math.floor(kept / 2);
     await this.#pushAhead();
     if (this.#held !== null) this.#settled = kept;
     else facts.settled.to -= kept - this.#settled;
-    return this.#result(raw, facts);
+    return this.#result(raw, lookups, facts);
   }
 
   /** The shot ends here. */
   async #lastWindow() {
     const raw = await this.#run();
+    const lookups = this.#lookups(raw.info);
     const facts = this.#facts();
     this.#settled = this.#times.length;
-    return this.#result(raw, facts);
+    return this.#result(raw, lookups, facts);
   }
 
   /** @param {number} time of the frame held back */
   async #beginShot(time) {
-    await this.#options.engine.advance(this.#options.overlap);
+    await this.#advance(this.#options.overlap);
     this.#first += this.#times.length;
     this.#times = [time];
     this.#held = null;
     this.#settled = 0;
     this.#shot += 1;
+  }
+
+  /** @param {number} overlap */
+  #advance(overlap) {
+    this.#advances += 1;
+    return this.#options.engine.advance(overlap);
   }
 
   async #run() {
@@ -126,19 +137,33 @@ export class Driver {
 
   /**
    * @param {import('../engine.js').RawResult} raw
+   * @param {import('../result.js').Lookups} lookups
    * @param {Omit<import('./window.js').WindowFacts, 'index'>} facts
    */
-  #result(raw, facts) {
+  #result(raw, lookups, facts) {
     const index = this.#index;
     this.#index += 1;
-    return new WindowResult(raw, GONE, { index, ...facts });
+    return new WindowResult(raw, lookups, { index, ...facts });
+  }
+
+  /**
+   * A window may be asked for more as long as the engine has not gone on, which it has by the time that any but the last is seen.
+   * @param {import('../engine.js').Info} info
+   * @returns {import('../result.js').Lookups}
+   */
+  #lookups({ width, height }) {
+    const { engine, stop } = this.#options;
+    const advances = this.#advances;
+    /** @param {string} what */
+    const check = (what) => {
+      if (advances === this.#advances && !stop.aborted) return;
+      const until = 'only those of the last window are there, until the loop is left';
+      throw new TraceCutError('state', `${what} of this window are gone, since the next is computed already (${until}); a session keeps them`);
+    };
+    return {
+      boundaries: async (t) => (check('boundaries'), onGrid(await engine.boundaries(t), width, height)),
+      superpixels: async (t) => (check('superpixels'), onGrid(await engine.superpixels(t), width, height)),
+      saliencyMap: async (t) => (check('saliency maps'), onGrid(await engine.saliencyMap(t), width, height)),
+    };
   }
 }
-
-/** @param {string} what */
-const gone = (what) => async () => {
-  throw new TraceCutError('state', `${what} of a window are gone when its result comes: the next one is computed already; a session has them`);
-};
-
-/** @type {import('../result.js').Lookups} */
-const GONE = { boundaries: gone('boundaries'), superpixels: gone('superpixels'), saliencyMap: gone('saliency maps') };

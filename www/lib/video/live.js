@@ -7,6 +7,9 @@ import { readAndClose } from './pixels.js';
 /** Most frames that wait; newer ones are dropped then. As many as the largest window holds. */
 const MAX_QUEUE = 400;
 
+/** How often a track is asked whether it has ended. */
+const WATCH_MS = 100;
+
 /** @typedef {{time: number, raw: import('../frames.js').RawFrame}} LiveFrame */
 /** @typedef {(timestamp: number, read: () => Promise<import('../frames.js').RawFrame>) => Promise<boolean>} Take */
 
@@ -23,20 +26,19 @@ export function openLive(stream, reduce) {
   return {
     info: async () => ({ width, height, duration: Infinity, frameRate, codec: null, decodable: true }),
     times: async () => null,
-    frames: (range) => liveFrames(stream, track, range, reduce, closing.signal),
+    frames: (range) => liveFrames(track, range, reduce, closing.signal),
     close: () => closing.abort(),
   };
 }
 
 /**
- * @param {MediaStream} stream
  * @param {MediaStreamTrack} track
  * @param {{end: number}} range
  * @param {(raw: import('../frames.js').RawFrame) => Promise<import('../frames.js').RawFrame>} reduce
  * @param {AbortSignal} closed
  * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
  */
-async function* liveFrames(stream, track, { end }, reduce, closed) {
+async function* liveFrames(track, { end }, reduce, closed) {
   /** @type {LiveFrame[]} */
   const queue = [];
   let wake = () => {};
@@ -44,18 +46,21 @@ async function* liveFrames(stream, track, { end }, reduce, closed) {
   /** @type {unknown} */
   let fault;
   let first = NaN;
+  let last = -Infinity;
   /** @type {Take} */
   const take = async (timestamp, read) => {
     if (Number.isNaN(first)) first = timestamp;
     const time = timestamp - first;
     if (over || time >= end) return false;
+    if (time <= last) return true;
+    last = time;
     if (queue.length < MAX_QUEUE) queue.push({ time, raw: await reduce(await read()) });
     wake();
     return true;
   };
   const stop = new AbortController();
   closed.addEventListener('abort', () => stop.abort(), { once: true });
-  const feeding = hasProcessor() ? byProcessor(track, take, stop.signal) : byElement(stream, track, take, stop.signal);
+  const feeding = hasProcessor() ? byProcessor(track, take, stop.signal) : byElement(track, take, stop.signal);
   feeding.catch((error) => (fault = error)).finally(() => {
     over = true;
     wake();
@@ -85,10 +90,7 @@ const hasProcessor = () => 'MediaStreamTrackProcessor' in globalThis;
  */
 async function byProcessor(track, take, stop) {
   const { MediaStreamTrackProcessor } = /** @type {{MediaStreamTrackProcessor: Processor}} */ (/** @type {unknown} */ (globalThis));
-  // A copy of the track: its end by us is not the end of the caller's.
-  const own = track.clone();
-  track.addEventListener('ended', () => own.stop(), { signal: stop });
-  const reader = new MediaStreamTrackProcessor({ track: own }).readable.getReader();
+  const reader = new MediaStreamTrackProcessor({ track }).readable.getReader();
   const cancel = () => void reader.cancel().catch(() => {});
   stop.addEventListener('abort', cancel, { once: true });
   try {
@@ -104,26 +106,29 @@ async function byProcessor(track, take, stop) {
     }
   } finally {
     cancel();
-    own.stop();
   }
 }
 
 /**
- * @param {MediaStream} stream
  * @param {MediaStreamTrack} track
  * @param {Take} take
  * @param {AbortSignal} stop
  */
-async function byElement(stream, track, take, stop) {
+async function byElement(track, take, stop) {
   if (typeof document === 'undefined') throw new TraceCutError('unsupported', 'a worker of this browser cannot read a stream; read it in the page');
   const video = document.createElement('video');
-  Object.assign(video, { muted: true, playsInline: true, srcObject: stream });
+  Object.assign(video, { muted: true, playsInline: true, srcObject: new MediaStream([track]) });
+  /** @type {ReturnType<typeof setInterval> | undefined} */
+  let watch;
   try {
     await new Promise((/** @type {(value: void) => void} */ resolve, reject) => {
       const end = () => resolve();
       stop.addEventListener('abort', end, { once: true });
-      track.addEventListener('ended', end, { signal: stop });
+      // A track that its owner stops says nothing; nor does the element.
+      watch = setInterval(() => track.readyState === 'ended' && end(), WATCH_MS);
       const next = async (/** @type {number} */ _now, /** @type {{mediaTime: number}} */ { mediaTime }) => {
+        // What an ended track shows last is black.
+        if (track.readyState === 'ended') return;
         try {
           const more = await take(mediaTime, () => toRawFrame(video, () => Promise.reject(new Error('no file'))));
           if (more && !stop.aborted) video.requestVideoFrameCallback(next);
@@ -134,9 +139,10 @@ async function byElement(stream, track, take, stop) {
       };
       video.requestVideoFrameCallback(next);
       video.play().catch(reject);
-      if (stop.aborted || track.readyState === 'ended') end();
+      if (stop.aborted) end();
     });
   } finally {
+    clearInterval(watch);
     video.pause();
     video.srcObject = null;
   }

@@ -91,11 +91,13 @@ async function openAddress(address, take) {
  */
 async function wholeFile(url) {
   if (!/^https?:$/.test(url.protocol)) return fetched(url);
-  const response = await answered(url, { headers: { Range: 'bytes=0-11' } });
+  const response = await answered(url, { headers: { Range: 'bytes=0-' } });
   if (response.status !== 206) return response.blob();
-  const head = await response.blob();
+  const reader = response.body?.getReader();
+  const head = await reader?.read();
+  reader?.cancel().catch(() => {});
   // Animated images are taken apart whole.
-  return (await imageType(head)) ? fetched(url) : null;
+  return head?.value && (await imageType(new Blob([head.value]))) ? fetched(url) : null;
 }
 
 /**

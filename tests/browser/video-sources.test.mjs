@@ -1,0 +1,298 @@
+// Everything that frames can come from, and everything that can be wrong with it.
+
+import assert from 'node:assert/strict';
+import { createServer } from 'node:http';
+import { after, before, describe, test } from 'node:test';
+import { gifFile, plainFrame } from './support.mjs';
+import { useLibrary } from './video-support.mjs';
+
+const upTo = (count) => Array.from({ length: count }, (_, k) => k);
+
+/** In the page, under `clip`: thirty numbered frames at 25 a second. */
+function useClip(library) {
+  before(() => library.page.evaluate(async () => (globalThis.clip = await makeClip({ times: evenTimes(30, 25), keyEvery: 0.4 }))));
+}
+
+describe('sources', { timeout: 240_000 }, () => {
+  const library = useLibrary();
+  useClip(library);
+
+  test('a blob address, bytes and a file give the same frames', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const options = { start: 0.2, maxFrames: 5 };
+      const bytes = await clip.arrayBuffer();
+      const sources = [clip, URL.createObjectURL(clip), new URL(URL.createObjectURL(clip)), bytes, new Uint8Array(bytes), new File([clip], 'clip.webm')];
+      return Promise.all(sources.map(async (source) => (await numbersOf(source, options)).numbers));
+    });
+    assert.deepEqual(seen, seen.map(() => [5, 6, 7, 8, 9]));
+  });
+
+  test('an animated GIF, frame by frame', async () => {
+    const { buffer } = gifFile('ramp.gif', upTo(6).map((k) => plainFrame(20, 10, () => [40 * k, 40 * k, 40 * k])));
+    const seen = await library.page.evaluate(async (bytes) => {
+      const gif = new Blob([Uint8Array.from(bytes)]);
+      const frames = [];
+      for await (const { frame, time, duration } of tracecut.videoFrames(gif)) frames.push([frame.data[0], time, duration]);
+      return { frames, info: await tracecut.videoInfo(gif) };
+    }, [...buffer]);
+    assert.deepEqual(seen.frames.map(([level]) => level), upTo(6).map((k) => 40 * k));
+    seen.frames.forEach(([, time, duration], k) => assert.ok(Math.abs(time - 0.07 * k) < 1e-6 && Math.abs(duration - 0.07) < 1e-6, `${time} ${duration}`));
+    const { width, height, numFrames, codec, decodable } = seen.info;
+    assert.deepEqual({ width, height, numFrames, codec, decodable }, { width: 20, height: 10, numFrames: 6, codec: 'image/gif', decodable: true });
+  });
+
+  test('a video element gives its frames and is as it was afterwards', async () => {
+    for (const decoding of ['auto', 'seeking']) {
+      const seen = await library.page.evaluate(async (how) => {
+        const video = Object.assign(document.createElement('video'), { src: URL.createObjectURL(clip), preload: 'auto', loop: true });
+        await new Promise((resolve) => (video.onloadeddata = resolve));
+        video.currentTime = 0.5;
+        await new Promise((resolve) => (video.onseeked = resolve));
+        const { numbers } = await numbersOf(video, { decoding: how, step: 6 });
+        await new Promise((resolve) => setTimeout(resolve, 100));
+        const { currentTime, paused, loop, muted } = video;
+        return { numbers, state: { currentTime, paused, loop, muted } };
+      }, decoding);
+      assert.deepEqual(seen, { numbers: [0, 6, 12, 18, 24], state: { currentTime: 0.5, paused: true, loop: true, muted: false } }, decoding);
+    }
+  });
+
+  test('a playing element plays on', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const video = Object.assign(document.createElement('video'), { src: URL.createObjectURL(clip), muted: true, loop: true });
+      await video.play();
+      const { numbers } = await numbersOf(video, { decoding: 'seeking', maxFrames: 3 });
+      await new Promise((resolve) => video.addEventListener('timeupdate', resolve));
+      const { paused } = video;
+      video.pause();
+      return { numbers, paused };
+    });
+    assert.deepEqual(seen, { numbers: [0, 1, 2], paused: false });
+  });
+
+  test('an element that plays no file is sought in, at the frame rate that it is seen to have', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const source = new MediaSource();
+      const video = Object.assign(document.createElement('video'), { src: URL.createObjectURL(source), muted: true });
+      await new Promise((resolve) => (source.onsourceopen = resolve));
+      const buffer = source.addSourceBuffer('video/webm; codecs="vp8"');
+      buffer.appendBuffer(await clip.arrayBuffer());
+      await new Promise((resolve) => (buffer.onupdateend = resolve));
+      source.endOfStream();
+      return { ...(await numbersOf(video, { start: 0.2, step: 5 })), info: await tracecut.videoInfo(video) };
+    });
+    assert.deepEqual(seen.numbers, [5, 10, 15, 20, 25]);
+    seen.times.forEach((time, k) => assert.ok(Math.abs(time - 0.2 * (k + 1)) < 1e-6, `${time} s`));
+    const { frameRate, numFrames, codec, decodable } = seen.info;
+    assert.deepEqual({ frameRate, numFrames, codec, decodable }, { frameRate: 25, numFrames: 30, codec: null, decodable: true });
+  });
+
+  test('where WebCodecs is missing frames come by seeking, with the times of the container', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const { VideoDecoder } = globalThis;
+      delete globalThis.VideoDecoder;
+      try {
+        return { ...(await numbersOf(clip, { step: 4 })), info: await tracecut.videoInfo(clip) };
+      } finally {
+        globalThis.VideoDecoder = VideoDecoder;
+      }
+    });
+    assert.deepEqual(seen.numbers, [0, 4, 8, 12, 16, 20, 24, 28]);
+    seen.times.forEach((time, k) => assert.ok(Math.abs(time - 0.16 * k) < 0.001, `${time} s`));
+    assert.equal(seen.info.decodable, true);
+    assert.equal(seen.info.numFrames, 30);
+  });
+
+  test('a stream of a canvas, with and without the browser\'s own reader of tracks, up to its end, a time and a number', async () => {
+    for (const bare of [false, true]) {
+      const seen = await library.page.evaluate(streamed, bare);
+      const { ended, timed, counted } = seen;
+      for (const { numbers, times } of [ended, timed, counted]) {
+        assert.deepEqual(numbers, [...new Set(numbers)].sort((a, b) => a - b), numbers.join());
+        assert.ok(times.every((time, k) => k === 0 || time > times[k - 1]), times.join());
+        assert.equal(times[0], 0);
+      }
+      assert.ok(ended.numbers.length >= 6, `${ended.numbers.length} of 12 frames`);
+      assert.ok(timed.times.length >= 2 && timed.times.every((time) => time < 0.4), timed.times.join());
+      assert.equal(counted.numbers.length, 3);
+      assert.equal(seen.info.duration, Infinity);
+      assert.equal(seen.alive, 'live', 'the track of the caller was stopped');
+    }
+  });
+
+  test('frames of a stream are closed once they are read, also those passed over', async () => {
+    const states = await library.page.evaluate(async () => {
+      const context = new OffscreenCanvas(128, 64).getContext('2d');
+      const frames = evenTimes(8, 25).map((time, k) => {
+        drawNumber(context, k);
+        return new VideoFrame(context.canvas, { timestamp: time * 1e6 });
+      });
+      const stream = new ReadableStream({ pull: (controller) => (frames.length ? controller.enqueue(frames[controller.next = (controller.next ?? -1) + 1] ?? controller.close()) : 0) }, { highWaterMark: 0 });
+      const { numbers, times } = await numbersOf(stream, { step: 3 });
+      return { numbers, times, open: frames.filter((frame) => frame.codedWidth > 0).length };
+    });
+    assert.deepEqual(states.numbers, [0, 3, 6]);
+    assert.deepEqual(states.times, [0, 0.12, 0.24]);
+    assert.equal(states.open, 0);
+  });
+
+  test('nothing is left open', async () => {
+    assert.deepEqual(library.faults, []);
+  });
+});
+
+/** Runs in the page: numbered frames of a canvas, as streams that end in three ways. */
+async function streamed(bare) {
+  const { MediaStreamTrackProcessor } = globalThis;
+  if (bare) delete globalThis.MediaStreamTrackProcessor;
+  const painted = (count, options) => {
+    const canvas = Object.assign(document.createElement('canvas'), { width: 128, height: 64 });
+    const context = canvas.getContext('2d');
+    const stream = canvas.captureStream();
+    const [track] = stream.getVideoTracks();
+    const result = numbersOf(stream, options);
+    let k = 0;
+    const timer = setInterval(() => {
+      drawNumber(context, k++);
+      if (k === count) track.stop();
+    }, 70);
+    return result.finally(() => clearInterval(timer)).then((seen) => ({ ...seen, alive: track.readyState, stream }));
+  };
+  try {
+    const counted = await painted(Infinity, { maxFrames: 3 });
+    const timed = await painted(Infinity, { end: 0.4 });
+    const ended = await painted(12);
+    const info = await tracecut.videoInfo(counted.stream);
+    return { counted, timed, ended, info, alive: counted.alive };
+  } finally {
+    globalThis.MediaStreamTrackProcessor = MediaStreamTrackProcessor;
+  }
+}
+
+describe('addresses', { timeout: 240_000 }, () => {
+  const library = useLibrary();
+  useClip(library);
+  let server;
+  let asked;
+  before(async () => {
+    const bytes = Buffer.from(await library.page.evaluate(async () => [...new Uint8Array(await clip.arrayBuffer())]));
+    asked = [];
+    server = createServer((request, response) => serveClip(bytes, request, response, asked));
+    await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  });
+  after(() => new Promise((resolve) => (server.close(resolve), server.closeAllConnections())));
+  const address = (path) => `http://127.0.0.1:${server.address().port}/${path}`;
+
+  test('a file of another site is read piece by piece where its server can do that, else whole', async () => {
+    for (const path of ['ranges', 'whole']) {
+      const seen = await library.page.evaluate((url) => numbersOf(url, { start: 0.8, maxFrames: 3 }), address(path));
+      assert.deepEqual(seen.numbers, [20, 21, 22], path);
+    }
+    assert.ok(asked.some(({ path, range }) => path === '/ranges' && /^bytes=\d+-$/.test(range)), JSON.stringify(asked));
+  });
+
+  test('a site that does not allow it, and a missing file, are named', async () => {
+    const [closed, missing] = await library.page.evaluate(
+      (urls) => Promise.all(urls.map((url) => failure(numbersOf(url)))),
+      [address('closed'), 'nothing-here.mp4'],
+    );
+    assert.equal(closed.code, 'fetch');
+    assert.match(closed.message, /Access-Control-Allow-Origin/);
+    assert.equal(missing.code, 'fetch');
+    assert.match(missing.message, /nothing-here.mp4 cannot be fetched: 404/);
+  });
+});
+
+function serveClip(bytes, request, response, asked) {
+  const range = request.headers.range;
+  asked.push({ path: request.url, range });
+  const headers = { 'Content-Type': 'video/webm' };
+  if (request.url !== '/closed') Object.assign(headers, { 'Access-Control-Allow-Origin': '*', 'Access-Control-Expose-Headers': '*' });
+  const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.url === '/ranges' ? range ?? '' : '') ?? [];
+  if (from === undefined) return response.writeHead(200, headers).end(bytes);
+  const last = to ? Math.min(Number(to), bytes.length - 1) : bytes.length - 1;
+  headers['Content-Range'] = `bytes ${from}-${last}/${bytes.length}`;
+  return response.writeHead(206, headers).end(bytes.subarray(Number(from), last + 1));
+}
+
+describe('faults', { timeout: 240_000 }, () => {
+  const library = useLibrary();
+  useClip(library);
+
+  test('what is no video is called so', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const header = (text) => [...text].map((letter) => letter.charCodeAt(0));
+      const sound = new Uint8Array(44 + 1000);
+      const view = new DataView(sound.buffer);
+      sound.set(header('RIFF'), 0);
+      view.setUint32(4, 1036, true);
+      sound.set(header('WAVEfmt '), 8);
+      [[16, 16], [24, 8000], [28, 8000], [40, 1000]].forEach(([at, value]) => view.setUint32(at, value, true));
+      [[20, 1], [22, 1], [32, 1], [34, 8]].forEach(([at, value]) => view.setUint16(at, value, true));
+      sound.set(header('data'), 36);
+      const sources = { empty: new Blob([]), text: new Blob(['no video '.repeat(100)]), sound: new Blob([sound]), picture: new Blob([clip.slice(0, 0), '\x89PNG\r\n']) };
+      const failures = {};
+      for (const [name, source] of Object.entries(sources)) failures[name] = await failure(numbersOf(source));
+      return failures;
+    });
+    assert.equal(seen.empty.code, 'no-video');
+    assert.match(seen.empty.message, /empty/);
+    assert.equal(seen.text.code, 'no-video');
+    assert.match(seen.text.message, /no video that the browser can play/);
+    assert.equal(seen.sound.code, 'no-video');
+    assert.match(seen.sound.message, /only sound/);
+  });
+
+  test('a file that is cut off gives the frames before, then says where it breaks off', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const whole = await makeClip({ times: evenTimes(40, 25), container: 'Mp4', codec: 'vp9' });
+      // The index in front, as files for the web have it.
+      const results = [];
+      for (const share of [0.5, 0.9]) {
+        const numbers = [];
+        const fault = await failure((async () => {
+          for await (const { frame } of tracecut.videoFrames(whole.slice(0, whole.size * share))) numbers.push(numberOf(frame));
+        })());
+        results.push({ numbers, fault });
+      }
+      return results;
+    });
+    for (const { numbers, fault } of seen) {
+      assert.equal(fault.code, 'truncated');
+      assert.match(fault.message, /cut off/);
+      assert.deepEqual(numbers, upTo(numbers.length));
+    }
+    assert.match(seen[0].fault.message, /after frame \d+ of 40/);
+  });
+
+  test('a codec that nobody knows is named', async () => {
+    const fault = await library.page.evaluate(async () => {
+      const bytes = new Uint8Array(await clip.arrayBuffer());
+      const text = String.fromCharCode(...bytes.subarray(0, 2000));
+      bytes.set([...'V_QQ9'].map((letter) => letter.charCodeAt(0)), text.indexOf('V_VP8'));
+      return failure(numbersOf(new Blob([bytes])));
+    });
+    assert.equal(fault.code, 'codec');
+    assert.match(fault.message, /V_QQ9.*convert/);
+  });
+
+  test('a range without frames is named with the times that there are', async () => {
+    const fault = await library.page.evaluate(() => failure(numbersOf(clip, { start: 9, end: 10 })));
+    assert.deepEqual(fault, { code: 'no-frames', message: 'the source has no frame from 9 s to 10 s; its frames are at 0 s to 1.16 s' });
+  });
+
+  test('an abort while decoding rejects with its reason, and the page can decode again', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const controller = new AbortController();
+      const fault = await failure((async () => {
+        for await (const { index } of tracecut.videoFrames(clip, { signal: controller.signal })) if (index === 3) controller.abort(new TypeError('enough'));
+      })());
+      return { fault, numbers: (await numbersOf(clip, { step: 10 })).numbers };
+    });
+    assert.deepEqual(seen, { fault: { code: 'TypeError', message: 'enough' }, numbers: [0, 10, 20] });
+  });
+
+  test('nothing is left open', async () => {
+    assert.deepEqual(library.faults, []);
+  });
+});
