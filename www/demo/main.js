@@ -3,6 +3,7 @@
 import { byId } from './dom.js';
 import { connectHelp } from './help.js';
 import { connectKeys } from './keyboard.js';
+import { stayOffline } from './offline.js';
 import { showError } from './status.js';
 import { PageError } from './words.js';
 
@@ -21,6 +22,7 @@ async function main() {
     connect(app);
     expose(app, library);
     await app.openSample();
+    await stayOffline();
   } catch (error) {
     showError(error);
   }
