@@ -248,6 +248,34 @@ test('what cannot be encoded is refused in words', async (t) => {
   expected.forEach((pattern, k) => assert.match(messages[k], pattern));
 });
 
+test('a video that was segmented is cut out, frame for frame', async (t) => {
+  const page = await open(t);
+  const { shots, starts, colors, wanted, labels } = await page.evaluate(async () => {
+    const { encodeVideo: encode, packets, segmentVideo, shown, synthClip: synth, videoFrames } = globalThis.kit;
+    const clip = await synth({ width: 128, height: 72, frames: 8, seed: 3 });
+    const frames = Array.from({ length: 8 }, (_, k) => clip.frame(k));
+    const none = { width: 128, height: 72, numFrames: 8, labels: () => new Uint8Array(128 * 72), times: [0, 0.04, 0.1, 0.14, 0.2, 0.24, 0.3, 0.34] };
+    const video = await encode(none, frames, { quality: 'very-high' });
+    const result = await segmentVideo(video).collect();
+    const cutout = await encode(result, videoFrames(video), { style: 'cutout' });
+    const mask = result.labels(2);
+    const spots = Array.from({ length: 18 * 32 }, (_, k) => [4 * (k % 32) + 2, 4 * Math.floor(k / 32) + 2]);
+    return {
+      shots: result.shots, starts: (await packets(cutout)).starts, colors: (await shown(cutout, 0.12, ...spots)).colors,
+      wanted: spots.map(([x, y]) => [...frames[2].data.subarray(4 * (128 * y + x), 4 * (128 * y + x) + 3)]), labels: spots.map(([x, y]) => mask[128 * y + x]),
+    };
+  });
+  assert.deepEqual(shots, [{ first: 0, last: 7 }]);
+  assert.deepEqual(starts, [0, 40, 100, 140, 200, 240, 300, 340].map((time) => [time, true]));
+  const inside = labels.map((label, k) => ({ label, color: colors[k], wanted: wanted[k] })).filter(({ label }) => label > 0);
+  assert.ok(inside.length > 10, `${inside.length} places in objects`);
+  const opacity = (list) => list.reduce((sum, color) => sum + color[3], 0) / list.length / 255;
+  assert.ok(opacity(inside.map(({ color }) => color)) > 0.97);
+  assert.ok(opacity(colors.filter((_, k) => labels[k] === 0)) < 0.03);
+  const errors = inside.map(({ color, wanted: own }) => Math.max(...own.map((value, c) => Math.abs(value - color[c])))).sort((a, b) => a - b);
+  assert.ok(errors[errors.length >> 1] < 24, `colours are off by ${errors[errors.length >> 1]} in the middle`);
+});
+
 test('Node says what to use instead', async () => {
   const clip = await synthClip({ width: 64, height: 48, frames: 4 });
   const session = await createSession();

@@ -94,6 +94,8 @@ describe('a ZIP of masks', () => {
     assert.deepEqual([labels, times], [[1, 3], [0, 0.04]]);
     assert.deepEqual(Object.values(listed).flat(), names);
     assert.deepEqual(progress, [{ done: 1, total: 2 }, { done: 2, total: 2 }]);
+    const shots = [{ first: 0, last: 0 }, { first: 1, last: 1 }];
+    assert.deepEqual(JSON.parse(text(unzipSync(await masksZip({ ...TWO_FRAMES, shots }))['masks.json'])).shots, shots);
     const some = unzipSync(await masksZip(TWO_FRAMES, { objects: (label) => label === 2 }));
     assert.deepEqual([...readPng(some['00000.png']).pixels], [...TWO_FRAMES.labels(0)].map((label) => (label === 2 ? 2 : 0)));
   });

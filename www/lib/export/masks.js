@@ -118,6 +118,7 @@ export async function masksZip(masks, options = {}) {
     height,
     numFrames,
     times: times && [...times],
+    ...(Array.isArray(masks.shots) ? { shots: masks.shots.map(({ first, last }) => ({ first, last })) } : {}),
     labels: found,
     palette: Object.fromEntries([0, ...found].map((label) => [label, color(label)])),
     files: perObject
