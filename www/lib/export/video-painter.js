@@ -1,6 +1,6 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
-import { fillLabels, drawLabels } from '../draw/labels.js';
+import { drawLabels, labelPicture } from '../draw/labels.js';
 import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { labelsOf } from './mask-source.js';
 
@@ -120,15 +120,9 @@ export class Painter {
     aside.globalCompositeOperation = 'source-over';
     aside.clearRect(0, 0, size.width, size.height);
     const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
-    for (const dy of margin > 0 ? [-margin, 0, margin] : [0]) {
-      for (const dx of margin > 0 ? [-margin, 0, margin] : [0]) {
-        aside.save();
-        aside.translate(dx, dy);
-        aside.scale(size.width / masks.width, size.height / masks.height);
-        fillLabels(aside, mask, this.plan.chosen, () => WHITE, 1);
-        aside.restore();
-      }
-    }
+    const picture = labelPicture(aside, mask, this.plan.chosen, () => WHITE);
+    const steps = margin > 0 ? [-margin, 0, margin] : [0];
+    for (const dy of steps) for (const dx of steps) aside.drawImage(picture, dx, dy, size.width, size.height);
   }
 
   /** @returns {Uint8Array<ArrayBuffer>} how opaque each pixel of the frame painted last is, 0 to 255 */
@@ -136,7 +130,9 @@ export class Painter {
     const { width, height } = this.size;
     this.paintMask(this.t, 0);
     const { data } = this.aside.getImageData(0, 0, width, height);
-    return Uint8Array.from({ length: width * height }, (_, p) => Number(data[4 * p + 3]));
+    const values = new Uint8Array(width * height);
+    for (let p = 0; p < values.length; p += 1) values[p] = Number(data[4 * p + 3]);
+    return values;
   }
 
   /** Fills the row and column beyond an odd size with copies of the last. */
