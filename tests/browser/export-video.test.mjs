@@ -248,6 +248,25 @@ test('what cannot be encoded is refused in words', async (t) => {
   expected.forEach((pattern, k) => assert.match(messages[k], pattern));
 });
 
+test('takes the next codec where the browser lacks one, and says so where it lacks all', async (t) => {
+  const lacking = async (pattern, options) => {
+    const page = await open(t);
+    await page.evaluate((names) => {
+      const asked = VideoEncoder.isConfigSupported.bind(VideoEncoder);
+      VideoEncoder.isConfigSupported = (config) => (new RegExp(names).test(config.codec) ? Promise.resolve({ supported: false, config }) : asked(config));
+    }, pattern);
+    return encoded(page, options).then(({ codec, colors }) => ({ codec, colors }), (error) => ({ words: error.message }));
+  };
+  const clear = await lacking('^vp09', { style: 'cutout' });
+  assert.equal(clear.codec, 'vp8');
+  near(clear.colors[0], [...frameColor(INSIDE), 255], 'inside');
+  assert.ok(clear.colors[1][3] <= 8, `${clear.colors[1]} is not transparent`);
+  assert.equal((await lacking('^(vp09|vp8)', {})).codec, 'av1');
+  assert.equal((await lacking('^avc', { format: 'mp4' })).codec, 'vp9');
+  assert.match((await lacking('^vp', { style: 'cutout' })).words, /encodes none of vp9, vp8 for WebM files of 61 × 47 pixels; try a background colour and format: 'mp4', or take PNG files from masksZip/);
+  assert.match((await lacking('.', { format: 'mp4' })).words, /encodes none of avc, vp9, av1 for MP4 files of 62 × 48 pixels; try format: 'webm'/);
+});
+
 test('a video that was segmented is cut out, frame for frame', async (t) => {
   const page = await open(t);
   const { shots, starts, colors, wanted, labels } = await page.evaluate(async () => {

@@ -6,7 +6,7 @@ import { describe, test } from 'node:test';
 import { cocoRle, fromCocoRle, labelMaps, labelsNpy, maskPng, masksZip, objectColor, objectShape, TraceCutError, version } from 'tracecut';
 import { unzipSync } from '../../dist/vendor/zip.js';
 import { readPng } from '../png.mjs';
-import { framesOf, segment } from './support.mjs';
+import { framesOf, open, segment } from './support.mjs';
 
 /** Masks of digit pictures, one for each frame. */
 function drawn(...frames) {
@@ -239,6 +239,14 @@ describe('the palette', () => {
     assert.throws(() => objectColor(256), refuses('param', /label = 256/));
     assert.throws(() => objectShape(-1), refuses('param', /label = -1/));
   });
+});
+
+test('a result without masks says so', async (t) => {
+  const session = await open(t);
+  await session.setTrajectories({ numFrames: 2, width: 9, height: 9, startFrame: [0, 0], offset: [0, 2, 4], x: [1, 2, 6, 6], y: [1, 2, 6, 6] });
+  const result = await session.run();
+  await assert.rejects(maskPng(result, 0), refuses('state', /no masks/));
+  assert.throws(() => cocoRle(result), refuses('state', /no masks/));
 });
 
 test('a real run is written and read back to the pixel', async () => {

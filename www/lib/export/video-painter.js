@@ -5,7 +5,7 @@ import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { labelsOf } from './mask-source.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
-/** @typedef {{image: CanvasImageSource, width: number, height: number}} Drawable */
+/** What a canvas can draw; `close` where it was made of a frame and is to be let go. @typedef {{image: CanvasImageSource, width: number, height: number, close?: () => void}} Drawable */
 
 /** Cut-out objects keep so many of their surrounding pixels under a transparent mask: colours are coded for blocks of pixels. */
 const MARGIN = 4;
@@ -50,6 +50,19 @@ export class Painter {
    */
   async paint(item, t) {
     const frame = item === null ? null : await drawable(item, t);
+    try {
+      this.paintStyle(frame, t);
+    } finally {
+      frame?.close?.();
+    }
+    this.pad();
+  }
+
+  /**
+   * @param {Drawable | null} frame
+   * @param {number} t
+   */
+  paintStyle(frame, t) {
     const { width, height } = frame ?? this.masks;
     if (t === 0) this.begin(width, height);
     if (width !== this.size.width || height !== this.size.height) {
@@ -60,7 +73,6 @@ export class Painter {
     if (this.plan.style === 'masks' || !frame) this.paintMasks(t);
     else if (this.plan.style === 'overlay') this.paintOverlay(frame, t);
     else this.paintCutout(frame, t);
-    this.pad();
   }
 
   /**
@@ -183,8 +195,10 @@ async function drawable(item, t) {
       return { image, width: image.width, height: image.height };
     }
     case 'Blob':
-    case 'File':
-      return drawable(await createImageBitmap(/** @type {Blob} */ (frame)), t);
+    case 'File': {
+      const image = await createImageBitmap(/** @type {Blob} */ (frame));
+      return { image, width: image.width, height: image.height, close: () => image.close() };
+    }
     default:
       return fromPixels(frame, t);
   }
