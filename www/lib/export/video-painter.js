@@ -103,7 +103,7 @@ export class Painter {
     this.context.drawImage(image, 0, 0, width, height);
     this.context.save();
     this.context.scale(width / this.masks.width, height / this.masks.height);
-    drawLabels(this.context, this.masks, t, this.drawing());
+    drawLabels(this.context, this.masks, t, { ...this.drawing(), outlineWidth: (this.plan.outlineWidth * this.masks.width) / width });
     this.context.restore();
   }
 
