@@ -18,10 +18,12 @@ import { CLIP_STAGES, Job } from './job.js';
 import { createLayers } from './layers.js';
 import { ClipPanel } from './panel-clip.js';
 import { layersPanel } from './panel-layers.js';
+import { ExportPanel } from './panel-export.js';
 import { clearObjects } from './panel-objects.js';
 import { SettingsPanel } from './panel-settings.js';
 import { showStages } from './panel-stages.js';
 import { Progress } from './progress.js';
+import { linkOf, readLink, recipeOf } from './recipe.js';
 import { showReadout } from './readout.js';
 import { Selection } from './selection.js';
 import { Settings } from './settings.js';
@@ -72,6 +74,13 @@ export class App {
     this.settingsPanel = new SettingsPanel(this.settings);
     this.settings.addEventListener('change', () => this.onSettingsChanged());
     this.setup = new Setup(this);
+    this.exports = new ExportPanel({
+      subject: () => this.subject(),
+      visible: (object) => this.selection.has(object),
+      link: () => linkOf(this.settings),
+      recipe: () => this.recipe(),
+    });
+    readLink(this.settings, location.hash);
     this.selection.addEventListener('change', () => this.viewer.redraw());
   }
 
@@ -276,6 +285,31 @@ export class App {
   /** Shows in the panel which layers there are to show. */
   updatePanel() {
     this.panel.update(this.viewer.view, this.source?.kind);
+    document.body.toggleAttribute('data-masks', this.points?.hasMasks ?? false);
+  }
+
+  /** @returns {Omit<import('./exports.js').Subject, 'objects'> | null} what there is to save */
+  subject() {
+    const { points, job, library, timeline } = this;
+    if (!points?.hasMasks || !job) return null;
+    const { width, height, numFrames } = points.result;
+    const labels = (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t));
+    return {
+      library,
+      masks: { width, height, numFrames, labels, times: timeline.times.seconds },
+      frames: () => job.images,
+      frame: timeline.frame,
+      name: job.source.name,
+      fps: timeline.fps,
+      tracks: () => points.result.toTracksDat(),
+    };
+  }
+
+  /** @returns {Promise<string>} what it takes to get the same result again */
+  async recipe() {
+    const { job, library } = this;
+    const masks = this.subject()?.masks;
+    return masks && job ? recipeOf({ version: library.version, job, masks, corrections: 0 }) : '';
   }
 
   /** @param {import('./layer.js').Spot} spot */

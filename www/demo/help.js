@@ -11,6 +11,7 @@ const KEYS = [
   [['1', '…', '9'], 'layers, by their numbers'],
   [['S', 'F', 'C'], 'saliency, foreground, components'],
   [['O'], 'open a file'],
+  [['E'], 'export'],
   [['R'], 'run again'],
   [['Esc'], 'cancel a run, close a dialog'],
   [['Tab'], 'next control'],

@@ -16,6 +16,7 @@ export function connectKeys(app) {
     Escape: () => app.cancel(),
     '?': openHelp,
     v: () => app.compare.next(),
+    e: () => app.exports.open(),
     o: () => byId('open').click(),
     r: () => ['done', 'stopped'].includes(phase()) && app.start(),
   };
