@@ -6,6 +6,7 @@ import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync,
 import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
+import { describeTypes } from './declarations.mjs';
 import { writeParameters } from './parameters.mjs';
 import { ensureNodeModules, ensureRust, ensureRustTool, fail, root, run } from './tools.mjs';
 
@@ -32,7 +33,7 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
-  const scripts = [join(root, 'scripts', 'build.mjs'), join(root, 'scripts', 'parameters.mjs')];
+  const scripts = [join(root, 'scripts', 'build.mjs'), join(root, 'scripts', 'parameters.mjs'), join(root, 'scripts', 'declarations.mjs')];
   const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');
   // A target folder of its own: the decoder wants the library with fewer features, and in one folder each would undo the other's build.
@@ -138,6 +139,7 @@ function buildModules() {
   run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
     hint: 'The types of www/lib do not agree.',
   });
+  describeTypes(lib, dist);
 }
 
 function checkSize(complain) {

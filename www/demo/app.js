@@ -56,7 +56,7 @@ export class App {
     /** The stages of a run and their shares of its time, as the last one of its kind took them. */
     this.plans = { clip: CLIP_STAGES, still: STILL_STAGES };
     this.selection = new Selection();
-    this.layers = createLayers(library.EdgeKind);
+    this.layers = createLayers();
     this.compare = new Compare(() => this.viewer.fit());
     this.viewer = new Viewer({
       canvas: /** @type {HTMLCanvasElement} */ (byId('canvas')),

@@ -1,13 +1,13 @@
 /** Starts the page: loads the package, connects buttons, keys, drag and drop, and runs the sample. @module */
 
-import { App } from './app.js';
 import { byId } from './dom.js';
 import { connectHelp } from './help.js';
 import { connectKeys } from './keyboard.js';
 import { stayOffline } from './offline.js';
-import { objectColor } from './palette.js';
 import { showError } from './status.js';
 import { PageError } from './words.js';
+
+/** @typedef {import('./app.js').App} App */
 
 /** The smallest module with a SIMD instruction: whether it is valid says whether this browser can run the package. */
 const SIMD_PROBE = new Uint8Array([
@@ -17,10 +17,10 @@ const SIMD_PROBE = new Uint8Array([
 async function main() {
   try {
     if (typeof OffscreenCanvas === 'undefined' || !WebAssembly.validate(SIMD_PROBE)) throw new PageError('unsupported');
-    const library = await loadLibrary();
+    const { library, App } = await load();
     const app = new App(library);
     connect(app);
-    expose(app);
+    expose(app, library);
     await app.openSample();
     await stayOffline();
   } catch (error) {
@@ -28,11 +28,10 @@ async function main() {
   }
 }
 
-/** @returns {Promise<any>} the package, which the site serves beside the page */
-async function loadLibrary() {
+/** The package, which the site serves beside the page, and the page, which is built on it: without the one the other cannot be loaded. */
+async function load() {
   try {
-    // @ts-expect-error The site serves the package here; in the repository it lies elsewhere.
-    return await import('../dist/index.js');
+    return { library: await import('../dist/index.js'), ...(await import('./app.js')) };
   } catch (error) {
     throw new PageError('wasm-load', error instanceof Error ? error.message : String(error));
   }
@@ -85,8 +84,9 @@ function connectDrop(app) {
  * What tests and the curious may read: the result on screen and how it was made.
  *
  * @param {App} app
+ * @param {typeof import('../dist/index.js')} library
  */
-function expose(app) {
+function expose(app, { objectColor }) {
   Object.defineProperty(globalThis, 'tracecutDemo', {
     value: {
       app,

@@ -8,16 +8,24 @@ import { end, guarded, instance } from './instance.js';
 const SLICE_MS = 30;
 
 /**
+ * The stages of a run, in their order.
  * @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'saliency' | 'connectedness' | 'clusters'
  *   | 'superpixels' | 'cut' | 'masks'} Stage
  */
-/** @typedef {{stage: Stage, done: number, total: number}} Progress */
+/**
+ * How far a run is: `done` of `total` steps of a stage. `done` only grows, `total` stays; steps differ in how long they take.
+ * @typedef {{stage: Stage, done: number, total: number}} Progress
+ */
 /**
  * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance, which never shrinks.
  * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number, corrections: number,
  *   memoryBytes: number}} Info
  */
-/** @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField */
+/**
+ * Where each pixel goes from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` × `height` is the size
+ * that frames are processed at.
+ * @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField
+ */
 
 /**
  * Everything that a finished run leaves, as flat arrays.

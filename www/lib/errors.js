@@ -18,7 +18,10 @@ export class TraceCutError extends Error {
   constructor(code, message, options) {
     super(message, options);
     this.name = 'TraceCutError';
-    /** @type {ErrorCode} */
+    /**
+     * What it is about; the message may change, this does not.
+     * @type {ErrorCode}
+     */
     this.code = code;
   }
 }

@@ -6,7 +6,9 @@ import { strokePieces } from './outlines.js';
 import { CUT_RED } from './palette.js';
 import { FramePoints, choice } from './trajectories.js';
 
-/** @typedef {import('./trajectories.js').TrajectorySource & {edges: (t: number) => import('../result.js').Edges}} EdgeSource */
+/** @typedef {{i: ArrayLike<number>, j: ArrayLike<number>, d: ArrayLike<number>}} EdgeEnds Two trajectories each, and the discontinuity between them. */
+
+/** @typedef {import('./trajectories.js').TrajectorySource & {edges: (t: number) => EdgeEnds}} EdgeSource */
 
 /**
  * @typedef {object} DrawDiscontinuitiesOptions
@@ -60,7 +62,7 @@ export function drawDiscontinuities(context, result, t, options = {}) {
 
 /**
  * @param {FramePoints} points
- * @param {import('../result.js').Edges} edges
+ * @param {EdgeEnds} edges
  * @param {number} threshold
  * @param {(object: number) => boolean} shown
  * @returns {{calm: number[], cuts: number[][]}} pieces of lines: up to the threshold, and above it by strength

@@ -10,6 +10,12 @@ import { flowColor } from './palette.js';
 /** @typedef {import('./canvas.js').Context2D} Context2D */
 
 /**
+ * The part of superpixels that drawing needs.
+ * @typedef {import('./maps.js').MapGrid & {count: number, label: ArrayLike<number>, edges: {x0: ArrayLike<number>, y0: ArrayLike<number>,
+ *   x1: ArrayLike<number>, y1: ArrayLike<number>, kind: ArrayLike<number>}}} SuperpixelPicture
+ */
+
+/**
  * @typedef {object} DrawSuperpixelsOptions
  * @property {'mean' | 'random' | 'none'} [fill] the mean colours of `image`, colours at random, or nothing; `mean` if there is an image, else
  *   `random`
@@ -36,7 +42,7 @@ const FINE = 3;
 /**
  * Draws superpixels. The context's unit is one pixel of the input, its origin the frame's upper left corner (see `fitFrame`).
  * @param {Context2D} context
- * @param {import('../image.js').Superpixels} superpixels
+ * @param {SuperpixelPicture} superpixels
  * @param {DrawSuperpixelsOptions} [options]
  */
 export function drawSuperpixels(context, superpixels, options = {}) {
@@ -55,7 +61,7 @@ export function drawSuperpixels(context, superpixels, options = {}) {
 
 /**
  * @param {Context2D} context
- * @param {import('../image.js').Superpixels} superpixels
+ * @param {SuperpixelPicture} superpixels
  * @param {Uint32Array} colors
  * @param {boolean} borders
  */
@@ -91,7 +97,7 @@ function paintCell(pixels, { label, width, height }, colors, line, x, y) {
 
 /**
  * @param {Context2D} context
- * @param {import('../image.js').Superpixels} superpixels
+ * @param {SuperpixelPicture} superpixels
  * @param {CanvasImageSource} image
  */
 function meanColors(context, { label, width, height, count }, image) {
@@ -108,7 +114,7 @@ function meanColors(context, { label, width, height, count }, image) {
 }
 
 /**
- * @param {import('../image.js').Superpixels} superpixels
+ * @param {SuperpixelPicture} superpixels
  * @returns {Uint32Array} hues in steps of the golden angle, so that neighbours differ
  */
 function randomColors({ count }) {
@@ -122,7 +128,7 @@ function randomColors({ count }) {
 
 /**
  * @param {Context2D} context
- * @param {import('../image.js').Superpixels} superpixels
+ * @param {SuperpixelPicture} superpixels
  * @param {Record<keyof typeof EDGE_STYLES, boolean>} wanted
  * @param {number} width
  */
@@ -132,11 +138,11 @@ function strokeEdges(context, { edges, scaleX = 1, scaleY = 1 }, wanted, width) 
     if (!wanted[kind]) continue;
     /** @type {number[]} */
     const pieces = [];
-    edges.kind.forEach((own, e) => {
-      if (own !== EdgeKind[kind]) return;
+    for (let e = 0; e < edges.kind.length; e += 1) {
+      if (edges.kind[e] !== EdgeKind[kind]) continue;
       const [x0, y0, x1, y1] = [edges.x0, edges.y0, edges.x1, edges.y1].map((list, k) => (Number(list[e]) + 0.5) * (k % 2 ? scaleY : scaleX) - 0.5);
       pieces.push(Number(x0), Number(y0), Number(x1), Number(y1));
-    });
+    }
     context.strokeStyle = EDGE_STYLES[kind].color;
     context.lineWidth = EDGE_STYLES[kind].width * width;
     strokePieces(context, pieces);

@@ -13,7 +13,7 @@ import { objectColor, objectShape } from './palette.js';
  * @property {number} width in pixels
  * @property {number} height in pixels
  * @property {number} numFrames
- * @property {import('../result.js').TrajectoryList} trajectories
+ * @property {{count: number, startFrame: ArrayLike<number>, offset: ArrayLike<number>, x: ArrayLike<number>, y: ArrayLike<number>}} trajectories
  * @property {{label: ArrayLike<number>}} clusters
  * @property {{ofCluster: ArrayLike<number>} | null} [objects]
  */

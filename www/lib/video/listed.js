@@ -9,7 +9,10 @@ import { TraceCutError } from '../errors.js';
  * @typedef {{frame: import('../frames.js').FrameSource, time: number}} FrameAtTime
  */
 
-/** @typedef {import('../frames.js').FrameSource | FrameAtTime} ListedFrame */
+/**
+ * A frame of a list or a stream, with its time or without: then its number and `frameRate` say when it is.
+ * @typedef {import('../frames.js').FrameSource | FrameAtTime} ListedFrame
+ */
 
 /**
  * @param {AsyncIterable<ListedFrame> | Iterable<ListedFrame | Promise<ListedFrame>> | ReadableStream<ListedFrame>} list
