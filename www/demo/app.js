@@ -11,6 +11,7 @@
  */
 
 import { Compare } from './compare.js';
+import { Correction } from './correct.js';
 import { frameText } from './describe.js';
 import { byId } from './dom.js';
 import { readsAreNoisy } from './grabber.js';
@@ -28,7 +29,7 @@ import { showReadout } from './readout.js';
 import { Selection } from './selection.js';
 import { Settings } from './settings.js';
 import { Setup } from './setup.js';
-import { showClipResult, showStillResult } from './show-result.js';
+import { showClipResult, showCorrectedResult, showStillResult } from './show-result.js';
 import { openFiles, sampleSource } from './source.js';
 import { STILL_STAGES, StillJob } from './still.js';
 import { phase, showError, showNotice, showPhase } from './status.js';
@@ -51,6 +52,8 @@ export class App {
     this.abort = null;
     /** @type {import('./points.js').Points | null} */
     this.points = null;
+    /** @type {import('./presence.js').Facts[]} What is known of each object. */
+    this.facts = [];
     this.resting = 0;
     this.noisy = readsAreNoisy();
     /** The stages of a run and their shares of its time, as the last one of its kind took them. */
@@ -64,8 +67,9 @@ export class App {
       layers: this.layers,
       compare: this.compare,
       visible: (object) => this.selection.has(object),
+      onDraw: (ctx, view) => this.correction?.draw(ctx, view),
       onHover: (spot) => this.tell(spot),
-      onPick: (spot) => this.pick(spot.object),
+      onPick: (spot) => (this.correction.on ? this.correction.pick(spot) : this.pick(spot.object)),
     });
     this.timeline = new Timeline((frame) => this.onFrame(frame));
     this.panel = layersPanel(this.layers, () => this.viewer.redraw());
@@ -80,6 +84,7 @@ export class App {
       link: () => linkOf(this.settings),
       recipe: () => this.recipe(),
     });
+    this.correction = new Correction(this);
     readLink(this.settings, location.hash);
     this.selection.addEventListener('change', () => this.viewer.redraw());
   }
@@ -140,11 +145,13 @@ export class App {
   leave() {
     this.visit += 1;
     this.setup.leave();
+    this.correction.leave();
     this.abort?.abort();
     this.abort = null;
     this.job?.close();
     this.job = null;
     this.points = null;
+    this.facts = [];
     this.viewer.setClip(16, 9, []);
     this.timeline.setClip(0, 25);
     clearObjects(this.selection);
@@ -254,6 +261,16 @@ export class App {
     showPhase('stopped', 'Cancelled', 'Continue where it stopped, change the settings, or open something else.');
   }
 
+  /** Shows what a correction made of the result. */
+  showCorrected() {
+    if (this.job instanceof Job) showCorrectedResult(this, this.job);
+  }
+
+  /** @returns {string} what is seen, in a few words */
+  get headline() {
+    return byId('headline').textContent ?? '';
+  }
+
   /** @param {import('./run.js').Run} job that has ended: the next one's time is estimated from its own */
   learn(job) {
     this.plans[job instanceof StillJob ? 'still' : 'clip'] = job.measured;
@@ -309,7 +326,7 @@ export class App {
   async recipe() {
     const { job, library } = this;
     const masks = this.subject()?.masks;
-    return masks && job ? recipeOf({ version: library.version, job, masks, corrections: 0 }) : '';
+    return masks && job ? recipeOf({ version: library.version, job, masks, corrections: job.corrector?.count() ?? 0 }) : '';
   }
 
   /** @param {import('./layer.js').Spot} spot */

@@ -11,6 +11,8 @@ const KEYS = [
   [['1', '…', '9'], 'layers, by their numbers'],
   [['S', 'F', 'C'], 'saliency, foreground, components'],
   [['O'], 'open a file'],
+  [['M'], 'correct the result'],
+  [['Ctrl', 'Z'], 'undo a correction'],
   [['E'], 'export'],
   [['R'], 'run again'],
   [['Esc'], 'cancel a run, close a dialog'],
