@@ -4,6 +4,7 @@ import { createReadStream } from 'node:fs';
 import { stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join, resolve, sep } from 'node:path';
+import { serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
 const mounts = [
@@ -48,6 +49,7 @@ export function serve({ port = 0 } = {}) {
 
 async function answer(request, response) {
   if (request.method !== 'GET' && request.method !== 'HEAD') return end(response, 405, 'only GET and HEAD');
+  if (/^\/service-worker\.js(\?|$)/.test(request.url)) return end(response, 200, serviceWorker(), types['.js']);
   const file = await find(request.url);
   if (!file) return end(response, 404, 'not found');
   const { size } = await stat(file);
@@ -76,7 +78,7 @@ async function find(url) {
   return found?.isFile() ? file : null;
 }
 
-function end(response, status, text) {
-  if (!response.headersSent) response.writeHead(status, { 'Content-Type': 'text/plain; charset=utf-8' });
+function end(response, status, text, type = 'text/plain; charset=utf-8') {
+  if (!response.headersSent) response.writeHead(status, { 'Content-Type': type, 'Cache-Control': 'no-cache' });
   response.end(text);
 }

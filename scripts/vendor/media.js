@@ -1,5 +1,5 @@
 // What the package takes of mediabunny: demuxing and muxing; decoding and encoding are the browser's own.
 export {
-  ALL_FORMATS, BlobSource, BufferTarget, CanvasSource, EncodedPacketSink, Input, Mp4OutputFormat, Output, UrlSource, VideoSample, VideoSampleSink,
-  VideoSampleSource, WebMOutputFormat, getFirstEncodableVideoCodec,
+  ALL_FORMATS, BlobSource, BufferTarget, CanvasSource, EncodedPacket, EncodedPacketSink, EncodedVideoPacketSource, Input, Mp4OutputFormat, Output,
+  Quality, UrlSource, VideoSample, VideoSampleSink, VideoSampleSource, WebMOutputFormat, getFirstEncodableVideoCodec,
 } from 'mediabunny';

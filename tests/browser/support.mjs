@@ -22,7 +22,7 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 export function useSite() {
   const site = useServerAndBrowser();
   const open = async (options = {}) => {
-    const context = await site.browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', ...options });
+    const context = await site.browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', serviceWorkers: 'block', ...options });
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     const faults = watch(page, site.url);
@@ -35,7 +35,8 @@ export function useSite() {
 function watch(page, url) {
   const faults = [];
   page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type())) faults.push(`${message.type()}: ${message.text()}`);
+    const expected = message.text().includes('Service Worker registration blocked by Playwright');
+    if (['error', 'warning'].includes(message.type()) && !expected) faults.push(`${message.type()}: ${message.text()}`);
   });
   page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
   page.on('request', (request) => {
@@ -122,6 +123,18 @@ export function paintedShare() {
   let painted = 0;
   for (let at = 3; at < data.length; at += 4) if (data[at] > 0) painted += 1;
   return painted / (data.length / 4);
+}
+
+/** What axe-core finds wrong with the page as it is, one line each. The page's context needs `bypassCSP`. */
+export async function accessibilityFaults(page) {
+  if (!(await page.evaluate(() => 'axe' in globalThis))) {
+    await page.addScriptTag({ path: join(root, 'node_modules', 'axe-core', 'axe.min.js') });
+  }
+  return page.evaluate(async () => {
+    const { violations, passes } = await globalThis.axe.run(document);
+    if (passes.length < 10) return [`only ${passes.length} rules had anything to check`];
+    return violations.flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`));
+  });
 }
 
 /** Writes a picture of the page to out/screens/, for people to look at. */

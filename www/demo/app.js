@@ -10,31 +10,31 @@
  * @module
  */
 
-import { ClipPanel } from './panel-clip.js';
+import { Compare } from './compare.js';
+import { frameText } from './describe.js';
 import { byId } from './dom.js';
 import { readsAreNoisy } from './grabber.js';
-import { Job } from './job.js';
+import { CLIP_STAGES, Job } from './job.js';
 import { createLayers } from './layers.js';
-import { fillObjects } from './panel-objects.js';
+import { ClipPanel } from './panel-clip.js';
 import { layersPanel } from './panel-layers.js';
+import { clearObjects } from './panel-objects.js';
+import { SettingsPanel } from './panel-settings.js';
 import { showStages } from './panel-stages.js';
-import { Points } from './points.js';
+import { Progress } from './progress.js';
 import { showReadout } from './readout.js';
 import { Selection } from './selection.js';
+import { Settings } from './settings.js';
+import { Setup } from './setup.js';
+import { showClipResult, showStillResult } from './show-result.js';
 import { openFiles, sampleSource } from './source.js';
-import { StillJob } from './still.js';
-import { phase, say, showError, showNotice, showPhase, showProgress, showSubline } from './status.js';
+import { STILL_STAGES, StillJob } from './still.js';
+import { phase, showError, showNotice, showPhase } from './status.js';
 import { Timeline } from './timeline.js';
 import { NOWHERE, Viewer } from './viewer.js';
-import { STILL, count, headline, plural, remark, seconds } from './words.js';
 
-/** How long a freshly opened clip waits for a change of settings before it starts by itself. */
-const HOLD_SECONDS = 4;
-
-const NOISE_REMARK =
-  'This browser alters pixels that a page reads, against tracking. Results may differ a little from run to run.';
-
-const CALM = matchMedia('(prefers-reduced-motion: reduce)');
+/** A frame that rests this long is described in words, in milliseconds. */
+const REST_MS = 250;
 
 export class App {
   /** @param {any} library the tracecut package */
@@ -47,31 +47,37 @@ export class App {
     this.job = null;
     /** @type {AbortController | null} */
     this.abort = null;
-    /** @type {Points | null} */
+    /** @type {import('./points.js').Points | null} */
     this.points = null;
-    this.hold = 0;
-    /** The visit for which a preview is being fetched, 0 for none. */
-    this.previewing = 0;
+    this.resting = 0;
     this.noisy = readsAreNoisy();
+    /** The stages of a run and their shares of its time, as the last one of its kind took them. */
+    this.plans = { clip: CLIP_STAGES, still: STILL_STAGES };
     this.selection = new Selection();
-    this.layers = createLayers(library.EdgeKind);
+    this.layers = createLayers();
+    this.compare = new Compare(() => this.viewer.fit());
     this.viewer = new Viewer({
       canvas: /** @type {HTMLCanvasElement} */ (byId('canvas')),
-      box: byId('screen'),
+      box: byId('pane-result'),
       layers: this.layers,
+      compare: this.compare,
       visible: (object) => this.selection.has(object),
       onHover: (spot) => this.tell(spot),
       onPick: (spot) => this.pick(spot.object),
     });
-    this.timeline = new Timeline((frame) => this.viewer.show(frame));
+    this.timeline = new Timeline((frame) => this.onFrame(frame));
     this.panel = layersPanel(this.layers, () => this.viewer.redraw());
     this.clip = new ClipPanel(() => this.onTakeChanged());
+    this.settings = new Settings(library.parameters());
+    this.settingsPanel = new SettingsPanel(this.settings);
+    this.settings.addEventListener('change', () => this.onSettingsChanged());
+    this.setup = new Setup(this);
     this.selection.addEventListener('change', () => this.viewer.redraw());
   }
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open('Sample clip', () => sampleSource(this.library.synthClip), (source) => this.start(source));
+    await this.open('Sample clip', () => sampleSource(this.library.synthClip), () => this.start());
   }
 
   /**
@@ -80,7 +86,7 @@ export class App {
    * @param {File[]} files
    */
   async openFiles(files) {
-    await this.open(files[0]?.name ?? '', () => openFiles(files), (source) => this.setUp(source));
+    await this.open(files[0]?.name ?? '', () => openFiles(files), (source) => (source.count < 2 ? this.start() : this.setup.begin()));
   }
 
   /**
@@ -110,6 +116,7 @@ export class App {
     if (source) {
       document.body.dataset.source = source.kind;
       this.clip.setSource(source);
+      this.settingsPanel.setKind(source.kind === 'still' ? 'still' : 'clip');
     } else {
       delete document.body.dataset.source;
     }
@@ -123,7 +130,7 @@ export class App {
    */
   leave() {
     this.visit += 1;
-    clearInterval(this.hold);
+    this.setup.leave();
     this.abort?.abort();
     this.abort = null;
     this.job?.close();
@@ -131,59 +138,45 @@ export class App {
     this.points = null;
     this.viewer.setClip(16, 9, []);
     this.timeline.setClip(0, 25);
-    fillObjects(null, this.selection);
+    clearObjects(this.selection);
     this.updatePanel();
     showReadout(null, NOWHERE);
     showNotice('');
     byId('canvas').setAttribute('aria-label', 'No result yet');
+    this.updatePending();
     return this.visit;
   }
 
-  /** @param {import('./source.js').Source} source */
-  async setUp(source) {
-    if (source.count < 2) return this.start(source);
-    await this.preview();
-    let left = HOLD_SECONDS;
-    const tell = () => showSubline(`Starts in ${left} s with the settings under “Clip”. Changing one holds it.`);
-    showPhase('setup', 'Ready to segment', '');
-    tell();
-    this.hold = window.setInterval(() => {
-      left -= 1;
-      if (left > 0) tell();
-      else this.start(source);
-    }, 1000);
+  /** @returns {import('./run.js').Options} the settings that count for this source */
+  get options() {
+    return this.settings.tree(this.settingsPanel.wanted);
   }
 
   onTakeChanged() {
-    clearInterval(this.hold);
-    if (phase() === 'setup') {
-      showSubline('Press “Start” when the settings under “Clip” are right.');
-      this.preview().catch((error) => this.fail(this.visit, error));
-    }
+    this.setup.hold();
+    if (phase() === 'setup') this.setup.preview().catch((error) => this.fail(this.visit, error));
+    this.updatePending();
   }
 
-  /** Shows the first frame of what is chosen; while one is fetched, only the newest wish is kept. */
-  async preview() {
-    const { source, visit } = this;
-    if (!source || this.previewing === visit) return;
-    const { start, side } = this.clip.take;
-    this.previewing = visit;
-    try {
-      const image = await createImageBitmap(await source.preview(start, side));
-      if (visit === this.visit && phase() !== 'running') this.viewer.setClip(image.width, image.height, [image]);
-    } finally {
-      if (this.previewing === visit) this.previewing = 0;
-    }
-    const now = this.clip.take;
-    if (visit === this.visit && phase() === 'setup' && (now.start !== start || now.side !== side)) await this.preview();
+  onSettingsChanged() {
+    this.setup.hold();
+    this.updatePending();
+  }
+
+  /** Says whether the result on screen was made with other settings than those chosen now. */
+  updatePending() {
+    const pending = phase() === 'done' && this.job !== null && !this.job.isFor(this.clip.take, this.options);
+    byId('pending').hidden = !pending;
+    document.body.toggleAttribute('data-pending', pending);
   }
 
   /** Starts, or starts anew, with the settings as they are. */
-  async start(source = this.source) {
+  async start() {
+    const { source } = this;
     if (!source) return;
     const visit = this.leave();
-    const Kind = source.kind === 'still' ? StillJob : Job;
-    this.job = new Kind(this.library, source, { ...this.clip.take });
+    const [Kind, plan] = source.kind === 'still' ? [StillJob, this.plans.still] : [Job, this.plans.clip];
+    this.job = new Kind(this.library, source, { ...this.clip.take }, this.options, plan);
     this.viewer.setClip(16, 9, this.job.images);
     await this.go(visit, this.job);
   }
@@ -191,7 +184,7 @@ export class App {
   /** Goes on after a cancel where the run was; starts anew if the settings have changed since. */
   async resume() {
     const { job, visit } = this;
-    if (!job || JSON.stringify(job.take) !== JSON.stringify(this.clip.take)) return this.start();
+    if (!job?.isFor(this.clip.take, this.options)) return this.start();
     await this.go(visit, job);
   }
 
@@ -203,13 +196,15 @@ export class App {
     this.abort = new AbortController();
     const { signal } = this.abort;
     showPhase('running', job.current?.name ?? '', '');
-    const clock = setInterval(() => this.showRunning(job), 100);
+    const progress = new Progress();
+    const show = () => this.showRunning(job, progress);
+    const clock = setInterval(show, 100);
     signal.addEventListener('abort', () => clearInterval(clock));
     try {
-      await job.run(signal, () => this.showRunning(job));
+      await job.run(signal, show);
       if (visit !== this.visit) return;
-      if (job instanceof StillJob) this.finishStill(job);
-      else this.finish(job);
+      if (job instanceof StillJob) showStillResult(this, job);
+      else showClipResult(this, job);
     } catch (error) {
       if (!signal.aborted) this.fail(visit, error);
     } finally {
@@ -217,18 +212,13 @@ export class App {
     }
   }
 
-  /** @param {Job | StillJob} job */
-  showRunning(job) {
-    const stage = job.current;
-    if (!stage || job !== this.job || phase() !== 'running') return;
-    if (byId('headline').textContent !== stage.name) {
-      byId('headline').textContent = stage.name;
-      say(stage.name);
-    }
-    const many = stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}, ` : '';
-    showSubline(`${many}${seconds(job.ms + performance.now() - job.markedAt)} so far`);
-    showProgress(job.share);
-    showStages(job, 'running');
+  /**
+   * @param {Job | StillJob} job
+   * @param {Progress} progress
+   */
+  showRunning(job, progress) {
+    if (job !== this.job || phase() !== 'running') return;
+    progress.show(job);
     this.showArriving(job);
   }
 
@@ -248,66 +238,29 @@ export class App {
 
   /** Cancels at once; the worker stops at the end of its step. */
   cancel() {
-    if (phase() === 'setup') {
-      clearInterval(this.hold);
-      showSubline('Press “Start” when the settings under “Clip” are right.');
-    }
+    this.setup.hold();
     if (phase() !== 'running' || !this.job) return;
     this.abort?.abort();
     showStages(this.job, 'stopped');
     showPhase('stopped', 'Cancelled', 'Continue where it stopped, change the settings, or open something else.');
   }
 
-  /** @param {Job} job */
-  finish(job) {
-    const { result, images, session } = job;
-    const { width, height } = images[0];
-    this.points = new Points(result);
-    this.viewer.setClip(width, height, images);
-    this.viewer.setResult(this.points, {
-      flow: (t) => session.flow(t),
-      boundaries: (t) => result.boundaries(t),
-      superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
-      saliencyMap: (t) => result.saliencyMap(t),
-    });
-    this.updatePanel();
-    fillObjects(this.points, this.selection);
-    this.timeline.setClip(result.numFrames, job.source.fps / job.take.step);
-    this.timeline.setPresence(this.points);
-    this.clip.setPace(job.ms / (width * height * images.length));
-    showStages(job, 'done');
-    showProgress(1);
-    showNotice(remark(result) || (this.noisy && job.source.kind !== 'sample' ? NOISE_REMARK : ''));
-    const facts = [
-      plural(result.trajectories.count, 'trajectory', 'trajectories'),
-      `${plural(images.length, 'frame')} of ${width} × ${height}`,
-      `computed in ${seconds(job.ms)}`,
-    ];
-    byId('canvas').setAttribute('aria-label', `${job.source.name}: ${headline(result)}`);
-    showPhase('done', headline(result), facts.join(' · '));
-    this.viewer.draw();
-    if (!CALM.matches) this.timeline.play();
+  /** @param {import('./run.js').Run} job that has ended: the next one's time is estimated from its own */
+  learn(job) {
+    this.plans[job instanceof StillJob ? 'still' : 'clip'] = job.measured;
   }
 
-  /** @param {StillJob} job */
-  finishStill(job) {
-    const { found, images } = job;
-    const { width, height } = images[0];
-    const answer = async (/** @type {keyof typeof found} */ what) => /** @type {any} */ (found[what]);
-    this.viewer.setClip(width, height, images);
-    this.viewer.setResult(null, {
-      boundaries: () => answer('boundaries'),
-      superpixels: () => answer('superpixels'),
-      imageEdges: () => answer('imageEdges'),
-    });
-    this.updatePanel();
-    this.clip.setPace(job.ms / (width * height));
-    showStages(job, 'done');
-    showProgress(1);
-    showNotice(STILL.remark);
-    const facts = [plural(found.superpixels?.count ?? 0, 'superpixel'), `${width} × ${height}`, `computed in ${seconds(job.ms)}`];
-    byId('canvas').setAttribute('aria-label', `${job.source.name}: ${STILL.headline}`);
-    showPhase('done', STILL.headline, facts.join(' · '));
+  /** @param {number} frame */
+  onFrame(frame) {
+    this.viewer.show(frame);
+    clearTimeout(this.resting);
+    this.resting = window.setTimeout(() => this.describeFrame(), REST_MS);
+  }
+
+  /** Puts the frame on screen into words, for those who do not see it. */
+  describeFrame() {
+    const { points, timeline } = this;
+    byId('frame-text').textContent = points ? frameText(points.presence, points.count, timeline.frame, timeline.times) : '';
   }
 
   /**
@@ -337,21 +290,4 @@ export class App {
     if (object > 0) this.selection.isolate(object);
     else if (object === 0) this.selection.reset(this.selection.count);
   }
-}
-
-/**
- * Superpixels serve two layers; each frame's are fetched once.
- *
- * @template T
- * @param {(frame: number) => Promise<T>} ask
- * @returns {(frame: number) => Promise<T>}
- */
-function remembered(ask) {
-  /** @type {Map<number, Promise<T>>} */
-  const known = new Map();
-  return (frame) => {
-    const answer = known.get(frame) ?? ask(frame);
-    known.set(frame, answer);
-    return answer;
-  };
 }

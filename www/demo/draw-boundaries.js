@@ -1,16 +1,14 @@
 /** The boundary probability Pb, dark on white; maps are computed when they are first looked at. @module */
 
+import { drawBoundaries } from '../dist/index.js';
 import { Fetched } from './fetched.js';
 import { opacity, toggle } from './layer.js';
-import { valueAt } from './regions.js';
-
-/** Pb that gets full black: stronger boundaries are rare, and weak ones are what matters. */
-const BLACK = 0.6;
+import { picture, valueAt } from './regions.js';
 
 /** @returns {import('./layer.js').Layer} */
 export function boundaryLayer() {
   const thin = toggle('Ridges only', false);
-  const maps = new Fetched('boundaries', (map) => ({ map, pb: paintStrength(map.pb, map), thin: paintStrength(map.thin, map) }));
+  const maps = new Fetched('boundaries', (map) => ({ map, pb: paint(map, 'pb'), thin: paint(map, 'thin') }));
   return {
     id: 'boundaries',
     name: 'Boundaries (Pb)',
@@ -34,21 +32,9 @@ export function boundaryLayer() {
 }
 
 /**
- * @param {Float32Array} values in 0..1
- * @param {{width: number, height: number}} size
- * @param {number} [white] strength up to which pixels stay white
- * @param {number} [black] strength from which they are black
- * @returns {OffscreenCanvas} strong boundaries dark on white
+ * @param {import('./layer.js').Boundaries} map
+ * @param {'pb' | 'thin'} of
  */
-export function paintStrength(values, { width, height }, white = 0, black = BLACK) {
-  const image = new ImageData(width, height);
-  const span = Math.max(black - white, 1e-6);
-  values.forEach((value, p) => {
-    // The root lifts weak boundaries into sight.
-    const shade = 255 * (1 - Math.sqrt(Math.min(1, Math.max(0, value - white) / span)));
-    image.data.set([shade, shade, shade, 255], 4 * p);
-  });
-  const canvas = new OffscreenCanvas(width, height);
-  canvas.getContext('2d')?.putImageData(image, 0, 0);
-  return canvas;
+function paint({ width, height, ...values }, of) {
+  return picture({ width, height }, (ctx) => drawBoundaries(ctx, { width, height, [of]: values[of] }, { of }));
 }

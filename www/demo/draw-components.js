@@ -1,8 +1,9 @@
 /** The connected pieces of the foreground in the frame, each in a colour that it keeps while its trajectories last. @module */
 
+import { drawTrajectories } from '../dist/index.js';
 import { h, key } from './dom.js';
-import { opacity, toggle } from './layer.js';
-import { drawMarkers, markerRadius } from './markers.js';
+import { fromCorner, opacity, toggle } from './layer.js';
+import { markerSize } from './markers.js';
 import { CUT_RED, FAINT, objectColor, objectShape } from './palette.js';
 import { NOTHING } from './words.js';
 
@@ -42,14 +43,17 @@ export function componentLayer() {
       const { points } = view;
       if (!points?.result.components || !points.result.saliency) return;
       colors ??= steadyColors(points);
-      const groups = grouped(view, points, colors[view.frame]);
-      const radius = markerRadius(view);
-      drawMarkers(ctx, view, groups.background, { color: FAINT, radius: FAINT_SIZE * radius, rim: false });
-      drawMarkers(ctx, view, groups.stray, { color: CUT_RED, radius: FAINT_SIZE * radius });
-      if (links.value > 0) drawLinks(ctx, view, points, colors[view.frame]);
-      for (const [number, ids] of groups.pieces) {
-        drawMarkers(ctx, view, ids, { color: objectColor(number + 1), shape: objectShape(number + 1), radius });
-      }
+      const own = colors[view.frame];
+      const { foreground } = points.result.saliency;
+      const pieceOf = (/** @type {number} */ i) => points.result.components?.ofPoint[points.index(i, view.frame)] ?? -1;
+      const { radius, width } = markerSize(view);
+      const drawPoints = (/** @type {import('../dist/index.js').DrawTrajectoriesOptions} */ options) =>
+        fromCorner(ctx, () => drawTrajectories(ctx, points.result, view.frame, { objects: view.visible, tail: 0, radius, width, ...options }));
+      drawPoints({ which: (i) => pieceOf(i) < 0 && !foreground[i], color: FAINT, radius: FAINT_SIZE * radius, rim: false });
+      drawPoints({ which: (i) => pieceOf(i) < 0 && foreground[i] === 1, color: CUT_RED, radius: FAINT_SIZE * radius });
+      if (links.value > 0) drawLinks(ctx, view, points, own);
+      const number = (/** @type {number} */ i) => steady(own[pieceOf(i)]);
+      drawPoints({ which: (i) => pieceOf(i) >= 0, color: (i) => objectColor(number(i)), shape: (i) => objectShape(number(i)) });
     },
     readout({ points, frame }, { trajectory }) {
       const { components } = points?.result ?? {};
@@ -122,21 +126,12 @@ function firstFree(numbers, before) {
 }
 
 /**
- * @param {View} view
- * @param {Points} points
- * @param {Int32Array} colors
+ * The label whose colour a lasting number takes; there may be more of them than labels.
+ *
+ * @param {number} number
  */
-function grouped(view, points, colors) {
-  const { components, saliency } = points.result;
-  /** @type {{background: number[], stray: number[], pieces: Map<number, number[]>}} */
-  const groups = { background: [], stray: [], pieces: new Map() };
-  for (const id of points.at(view.frame).id) {
-    if (!view.visible(points.object[id])) continue;
-    const component = components?.ofPoint[points.index(id, view.frame)] ?? -1;
-    if (component < 0) (saliency?.foreground[id] ? groups.stray : groups.background).push(id);
-    else if (!groups.pieces.get(colors[component])?.push(id)) groups.pieces.set(colors[component], [id]);
-  }
-  return groups;
+function steady(number) {
+  return 1 + (number % 255);
 }
 
 /**
@@ -160,7 +155,7 @@ function drawLinks(ctx, view, points, colors) {
   }
   ctx.lineWidth = 0.9 * view.unit;
   paths.forEach((path, component) => {
-    ctx.strokeStyle = objectColor(colors[component] + 1);
+    ctx.strokeStyle = objectColor(steady(colors[component]));
     ctx.stroke(path);
   });
 }

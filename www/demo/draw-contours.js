@@ -1,23 +1,17 @@
 /** The edges that superpixels are made of, as in Figure 8 of the paper: contours red, Gabriel edges green. @module */
 
+import { drawSuperpixels } from '../dist/index.js';
 import { key } from './dom.js';
 import { Fetched } from './fetched.js';
-import { opacity, toggle } from './layer.js';
+import { fromCorner, opacity, toggle } from './layer.js';
+import { EDGE_STYLES } from './palette.js';
 
-/** @typedef {Record<'Constraint' | 'Frame' | 'Gabriel' | 'Deleted', number>} EdgeKind The package's numbers of kinds. */
+/** Width of contours in CSS pixels. */
+const WIDTH = 1.6;
 
-const CONTOUR_RED = '#ff3b30';
-const GABRIEL_GREEN = '#30d158';
-const DELETED_GREY = 'rgb(255 255 255 / 0.35)';
-
-/**
- * @param {EdgeKind} kinds
- * @returns {import('./layer.js').Layer}
- */
-export function contourLayer(kinds) {
+/** @returns {import('./layer.js').Layer} */
+export function contourLayer() {
   const deleted = toggle('Deleted edges', false);
-  /** @type {Map<number, Path2D[]>} */
-  const paths = new Map();
   const regions = new Fetched('superpixels', (superpixels) => superpixels);
   return {
     id: 'contours',
@@ -28,43 +22,17 @@ export function contourLayer(kinds) {
     on: false,
     settings: { opacity: opacity(), deleted },
     legend: () => [
-      key('line', CONTOUR_RED, 'contours'),
-      key('line', GABRIEL_GREEN, 'Gabriel edges'),
+      key('line', EDGE_STYLES.Constraint.color, 'contours'),
+      key('line', EDGE_STYLES.Gabriel.color, 'Gabriel edges'),
       key('thin', 'currentcolor', 'Delaunay edges deleted'),
     ],
-    reset() {
-      paths.clear();
-      regions.reset();
-    },
+    reset: () => regions.reset(),
     draw(ctx, view) {
       const known = regions.get(view, view.frame);
       if (!known) return;
-      const drawn = paths.get(view.frame) ?? pathsOf(known, Object.keys(kinds).length);
-      paths.set(view.frame, drawn);
-      const stroke = (/** @type {number} */ kind, /** @type {string} */ color, /** @type {number} */ width) => {
-        ctx.strokeStyle = color;
-        ctx.lineWidth = width * view.unit;
-        ctx.stroke(drawn[kind]);
-      };
-      ctx.lineCap = 'round';
-      if (deleted.value > 0) stroke(kinds.Deleted, DELETED_GREY, 0.8);
-      stroke(kinds.Gabriel, GABRIEL_GREEN, 1.2);
-      stroke(kinds.Constraint, CONTOUR_RED, 1.6);
+      /** @type {import('../dist/index.js').DrawSuperpixelsOptions} */
+      const options = { fill: 'none', borders: false, edges: true, deleted: deleted.value > 0, width: WIDTH * view.unit };
+      fromCorner(ctx, () => drawSuperpixels(ctx, known, options));
     },
   };
-}
-
-/**
- * @param {import('./layer.js').Superpixels} superpixels
- * @param {number} count number of kinds
- * @returns {Path2D[]} the edges of each kind, in pixels of the clip
- */
-function pathsOf({ edges, scaleX, scaleY }, count) {
-  const paths = Array.from({ length: count }, () => new Path2D());
-  const place = (/** @type {number} */ v, /** @type {number} */ scale) => (v + 0.5) * scale - 0.5;
-  edges.kind.forEach((kind, e) => {
-    paths[kind].moveTo(place(edges.x0[e], scaleX), place(edges.y0[e], scaleY));
-    paths[kind].lineTo(place(edges.x1[e], scaleX), place(edges.y1[e], scaleY));
-  });
-  return paths;
 }

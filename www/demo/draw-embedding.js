@@ -1,21 +1,20 @@
 /** The embedding as colour: three eigenvectors as red, green and blue, spread over the cells of the points. @module */
 
-import { CellPainter, packColors } from './cells.js';
+import { drawCells } from '../dist/index.js';
 import { h } from './dom.js';
-import { opacity } from './layer.js';
+import { cellKey } from './draw-trajectories.js';
+import { fromCorner, opacity } from './layer.js';
 import { quantile } from './points.js';
+import { LastPicture, picture } from './regions.js';
 
 /** Eigenvectors shown: the first is constant on a connected graph and says nothing. */
 const CHANNELS = [1, 2, 3];
 
 /** @returns {import('./layer.js').Layer} */
 export function embeddingLayer() {
-  /** @type {Uint32Array | null} */
+  /** @type {string[] | null} */
   let colors = null;
-  const cells = new CellPainter((view) => {
-    colors ??= embeddingColors(/** @type {import('./points.js').Points} */ (view.points).result);
-    return colors;
-  }, 1);
+  const cells = new LastPicture();
   return {
     id: 'embedding',
     name: 'Embedding colours',
@@ -38,17 +37,23 @@ export function embeddingLayer() {
       cells.reset();
     },
     draw(ctx, view) {
-      if (!view.points) return;
-      ctx.imageSmoothingEnabled = false;
-      cells.draw(ctx, view);
-      ctx.imageSmoothingEnabled = true;
+      const { points, frame, visible } = view;
+      if (!points) return;
+      const known = (colors ??= embeddingColors(points.result));
+      const color = (/** @type {number} */ i) => (visible(points.object[i]) ? known[i] : null);
+      const reach = Math.max(2, points.spacing(frame));
+      const canvas = cells.get(cellKey(view), () => picture(view, (own) => drawCells(own, points.result, frame, { color, reach })));
+      fromCorner(ctx, () => {
+        ctx.imageSmoothingEnabled = false;
+        ctx.drawImage(canvas, 0, 0);
+      });
     },
   };
 }
 
 /**
  * @param {import('./points.js').Result} result
- * @returns {Uint32Array} an opaque colour per trajectory; each channel spans 2 % to 98 % of its values
+ * @returns {string[]} a colour per trajectory; each channel spans 2 % to 98 % of its values
  */
 function embeddingColors(result) {
   const { dimensions, vectors } = result.embedding;
@@ -60,8 +65,6 @@ function embeddingColors(result) {
     const span = quantile(values, 0.98) - low || 1;
     return values.map((value) => Math.min(1, Math.max(0, (value - low) / span)));
   });
-  return packColors(n, (i, out, at) => {
-    channels.forEach((values, channel) => (out[at + channel] = 44 + 200 * values[i]));
-    out[at + 3] = 255;
-  });
+  const hex = (/** @type {number} */ value) => Math.floor(44 + 200 * value).toString(16).padStart(2, '0');
+  return Array.from({ length: n }, (_, i) => `#${channels.map((values) => hex(values[i])).join('')}`);
 }

@@ -1,17 +1,19 @@
 /** Optical flow in the colours of a wheel; fields are fetched when they are first looked at. @module */
 
+import { drawFlow } from '../dist/index.js';
 import { h } from './dom.js';
 import { Fetched } from './fetched.js';
 import { opacity } from './layer.js';
 import { flowColor } from './palette.js';
 import { quantile } from './points.js';
+import { picture } from './regions.js';
 
 const WHEEL_PX = 56;
 
 /** @returns {import('./layer.js').Layer} */
 export function flowLayer() {
   let scale = 0;
-  const pictures = new Fetched('flow', (flow) => paintFlow(flow, scale));
+  const pictures = new Fetched('flow', (flow) => picture(flow, (ctx) => drawFlow(ctx, flow, { scale })));
   /** @type {import('./layer.js').Layer} */
   const layer = {
     id: 'flow',
@@ -62,19 +64,6 @@ function motionScale(result) {
     for (let k = offset[i]; k + 1 < offset[i + 1]; k += 3) steps.push(Math.hypot(x[k + 1] - x[k], y[k + 1] - y[k]));
   }
   return Math.max(0.5, quantile(steps, 0.92));
-}
-
-/**
- * @param {import('./layer.js').Flow} flow
- * @param {number} scale
- * @returns {OffscreenCanvas}
- */
-function paintFlow(flow, scale) {
-  const image = new ImageData(flow.width, flow.height);
-  for (let k = 0; k < flow.u.length; k++) flowColor(flow.u[k], flow.v[k], scale, image.data, 4 * k);
-  const canvas = new OffscreenCanvas(flow.width, flow.height);
-  canvas.getContext('2d')?.putImageData(image, 0, 0);
-  return canvas;
 }
 
 /** @returns {HTMLCanvasElement} the legend's wheel: motion from its centre outwards has the colour there */

@@ -1,8 +1,9 @@
 /** The foreground: trajectories that stand out in red, the others faint, as in the top row of Figure 7(a) of the paper. @module */
 
+import { drawTrajectories } from '../dist/index.js';
 import { key } from './dom.js';
-import { opacity } from './layer.js';
-import { drawMarkers, drawTrails, markerRadius } from './markers.js';
+import { fromCorner, opacity } from './layer.js';
+import { markerSize, trailLength } from './markers.js';
 import { CUT_RED, FAINT } from './palette.js';
 import { NOTHING, count } from './words.js';
 
@@ -11,14 +12,7 @@ const FAINT_SIZE = 0.55;
 
 /** @returns {import('./layer.js').Layer} */
 export function foregroundLayer() {
-  const trail = {
-    name: 'Trail',
-    value: 5,
-    min: 0,
-    max: 24,
-    step: 1,
-    text: (/** @type {number} */ v) => (v === 0 ? 'none' : `${v} frames`),
-  };
+  const trail = trailLength(5);
   /** Words of the legend: how many there are, once that is known. */
   let counted = '';
   /** @type {import('./layer.js').Layer} */
@@ -52,12 +46,13 @@ export function foregroundLayer() {
         counted = `, ${count(foreground.reduce((n, f) => n + f, 0))} of ${count(foreground.length)}`;
         layer.changed?.();
       }
-      const ids = [...points.at(view.frame).id].filter((id) => view.visible(points.object[id]));
-      const salient = ids.filter((id) => foreground[id]);
-      const radius = markerRadius(view);
-      drawMarkers(ctx, view, ids.filter((id) => !foreground[id]), { color: FAINT, radius: FAINT_SIZE * radius, rim: false });
-      drawTrails(ctx, view, salient, { color: CUT_RED, strength: 0.9, width: 1.5 }, trail.value);
-      drawMarkers(ctx, view, salient, { color: CUT_RED, radius });
+      const { radius, width } = markerSize(view);
+      const draw = (/** @type {import('../dist/index.js').DrawTrajectoriesOptions} */ options) =>
+        drawTrajectories(ctx, points.result, view.frame, { objects: view.visible, width, ...options });
+      fromCorner(ctx, () => {
+        draw({ which: (i) => !foreground[i], color: FAINT, radius: FAINT_SIZE * radius, rim: false, tail: 0 });
+        draw({ which: (i) => foreground[i] === 1, color: CUT_RED, radius, tail: trail.value });
+      });
     },
     readout({ points }, { trajectory }) {
       const { foreground } = points?.result.saliency ?? {};

@@ -1,11 +1,12 @@
 /** Saliency, section 3 of the paper: of each pixel as heat, of each trajectory as a point of the same colours. @module */
 
+import { drawSaliency, drawTrajectories } from '../dist/index.js';
 import { h } from './dom.js';
 import { Fetched } from './fetched.js';
-import { opacity, toggle } from './layer.js';
-import { drawMarkers, markerRadius } from './markers.js';
+import { fromCorner, opacity, toggle } from './layer.js';
+import { markerSize } from './markers.js';
 import { heatColor } from './palette.js';
-import { toCanvas, valueAt } from './regions.js';
+import { picture, valueAt } from './regions.js';
 import { NOTHING } from './words.js';
 
 /** Points are drawn in this many groups of like saliency, because a fill for each is slow. */
@@ -19,7 +20,7 @@ export function saliencyLayer() {
   const heat = { ...opacity(0.75), name: 'Pixels' };
   const shown = toggle('Trajectories', true);
   const context = toggle('Trajectories in context (s̄)', true);
-  const maps = new Fetched('saliencyMap', (map) => ({ map, picture: paint(map) }));
+  const maps = new Fetched('saliencyMap', (map) => ({ map, canvas: picture(map, (ctx) => drawSaliency(ctx, { ...map, scaleX: 1, scaleY: 1 })) }));
   return {
     id: 'saliency',
     name: 'Saliency',
@@ -37,7 +38,7 @@ export function saliencyLayer() {
       const known = maps.get(view, view.frame);
       if (known) {
         ctx.globalAlpha = heat.value;
-        ctx.drawImage(known.picture, -0.5, -0.5, view.width, view.height);
+        ctx.drawImage(known.canvas, -0.5, -0.5, view.width, view.height);
         ctx.globalAlpha = 1;
       }
       const { inContext, ofPoints } = view.points.result.saliency;
@@ -64,24 +65,14 @@ export function saliencyLayer() {
  */
 function drawPoints(ctx, view, saliency) {
   const points = /** @type {import('./points.js').Points} */ (view.points);
-  /** @type {number[][]} */
-  const grades = Array.from({ length: GRADES }, () => []);
-  for (const id of points.at(view.frame).id) {
-    if (view.visible(points.object[id])) grades[Math.min(GRADES - 1, Math.floor(saliency[id] * GRADES))].push(id);
-  }
-  const radius = markerRadius(view);
+  const grade = (/** @type {number} */ i) => Math.min(GRADES - 1, Math.floor(saliency[i] * GRADES));
   const rgba = new Uint8ClampedArray(4);
-  grades.forEach((ids, grade) => {
-    heatColor((grade + 0.5) / GRADES, rgba, 0);
-    drawMarkers(ctx, view, ids, { color: `rgb(${rgba[0]} ${rgba[1]} ${rgba[2]})`, radius });
+  const colors = Array.from({ length: GRADES }, (_, k) => {
+    heatColor((k + 0.5) / GRADES, rgba);
+    return `rgb(${rgba[0]} ${rgba[1]} ${rgba[2]})`;
   });
-}
-
-/** @param {import('./layer.js').SaliencyMap} map */
-function paint({ saliency, width, height }) {
-  const image = new ImageData(width, height);
-  saliency.forEach((value, p) => heatColor(value, image.data, 4 * p));
-  return toCanvas(image);
+  const options = { color: (/** @type {number} */ i) => colors[grade(i)], objects: view.visible, tail: 0, ...markerSize(view) };
+  fromCorner(ctx, () => drawTrajectories(ctx, points.result, view.frame, options));
 }
 
 /** @returns {HTMLCanvasElement} the legend: colours from 0 to 1 */

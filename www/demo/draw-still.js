@@ -1,10 +1,10 @@
 /** Boundaries of a still image by the embedding of its pixels (section 2.2 and Figure 3(b) of the paper), dark on white. @module */
 
+import { drawBoundaries } from '../dist/index.js';
 import { Fetched } from './fetched.js';
 import { choice, opacity } from './layer.js';
-import { paintStrength } from './draw-boundaries.js';
 import { quantile } from './points.js';
-import { valueAt } from './regions.js';
+import { picture, valueAt } from './regions.js';
 
 /** @typedef {'combined' | 'discontinuity' | 'spectral' | 'pb'} Kind */
 
@@ -24,7 +24,7 @@ export function stillLayer() {
   const kind = choice('Show', KINDS.map(([, name]) => name));
   const maps = new Fetched('imageEdges', (map) => ({
     map,
-    pictures: KINDS.map(([of]) => (of === 'pb' || of === 'combined' ? paintStrength(map[of], map) : paintStretched(map[of], map))),
+    pictures: KINDS.map(([of]) => paint(map, of)),
   }));
   return {
     id: 'still',
@@ -51,9 +51,10 @@ export function stillLayer() {
 }
 
 /**
- * @param {Float32Array} values
- * @param {{width: number, height: number}} size
+ * @param {import('./layer.js').ImageEdges} map
+ * @param {Kind} of
  */
-function paintStretched(values, size) {
-  return paintStrength(values, size, quantile(values, STRETCH.white), quantile(values, STRETCH.black));
+function paint({ width, height, ...values }, of) {
+  const stretch = of === 'pb' || of === 'combined' ? {} : { white: quantile(values[of], STRETCH.white), black: quantile(values[of], STRETCH.black) };
+  return picture({ width, height }, (ctx) => drawBoundaries(ctx, { width, height, [of]: values[of] }, { of, ...stretch }));
 }

@@ -1,34 +1,20 @@
 /** Trajectory points by object, each with the last part of its way. @module */
 
-import { CellPainter, packColors } from './cells.js';
+import { drawCells, drawTrajectories } from '../dist/index.js';
 import { key } from './dom.js';
-import { opacity } from './layer.js';
-import { drawMarkers, drawTrails, markerRadius } from './markers.js';
-import { objectColor, objectShape, rgbOf } from './palette.js';
+import { fromCorner, opacity } from './layer.js';
+import { markerSize, trailLength } from './markers.js';
+import { objectColor } from './palette.js';
+import { LastPicture, picture } from './regions.js';
 
 /** The tint reaches this far from a point, in distances between points: neighbours' cells just close up. */
 const TINT_STEPS = 0.75;
 
-/** The background's points are smaller by this, so that objects stand out. */
-const BACKGROUND_SIZE = 0.5;
-
 /** @returns {import('./layer.js').Layer} */
 export function trajectoryLayer() {
-  const trail = {
-    name: 'Trail',
-    value: 8,
-    min: 0,
-    max: 24,
-    step: 1,
-    text: (/** @type {number} */ v) => (v === 0 ? 'none' : `${v} frames`),
-  };
+  const trail = trailLength(8);
   const tint = { ...opacity(0.35), name: 'Tint' };
-  /** @type {Uint32Array | null} */
-  let colors = null;
-  const cells = new CellPainter((view) => {
-    colors ??= tintColors(/** @type {import('./points.js').Points} */ (view.points));
-    return colors;
-  }, TINT_STEPS);
+  const cells = new LastPicture();
   return {
     id: 'trajectories',
     name: 'Trajectories',
@@ -39,53 +25,33 @@ export function trajectoryLayer() {
     on: false,
     settings: { opacity: opacity(), trail, tint },
     legend: () => [key('dot', objectColor(0), 'background'), key('dot', objectColor(1), 'objects, colours as listed')],
-    reset() {
-      colors = null;
-      cells.reset();
-    },
+    reset: () => cells.reset(),
     draw(ctx, view) {
-      if (!view.points) return;
-      ctx.globalAlpha = tint.value;
-      cells.draw(ctx, view);
-      ctx.globalAlpha = 1;
-      const groups = groupByObject(view);
-      groups.forEach((ids, object) => drawTrails(ctx, view, ids, trailStyle(object), trail.value));
-      const radius = markerRadius(view);
-      groups.forEach((ids, object) => {
-        const own = object === 0 ? BACKGROUND_SIZE * radius : radius;
-        drawMarkers(ctx, view, ids, { color: objectColor(object), shape: objectShape(object), radius: own });
+      const { points, frame, visible } = view;
+      if (!points) return;
+      fromCorner(ctx, () => {
+        ctx.globalAlpha = tint.value;
+        ctx.drawImage(cells.get(cellKey(view), () => tinted(view)), 0, 0);
+        ctx.globalAlpha = 1;
+        drawTrajectories(ctx, points.result, frame, { tail: trail.value, objects: visible, ...markerSize(view) });
       });
     },
   };
 }
 
 /**
- * @param {import('./points.js').Points} points
- * @returns {Uint32Array} per trajectory the colour of its object; clear for the background
- */
-function tintColors({ count, object }) {
-  const palette = Array.from({ length: count }, (_, k) => rgbOf(objectColor(k)));
-  return packColors(object.length, (i, out, at) => {
-    const { r, g, b } = palette[object[i]];
-    out.set([r, g, b, object[i] === 0 ? 0 : 255], at);
-  });
-}
-
-/**
  * @param {import('./layer.js').View} view
- * @returns {number[][]} for each object the visible trajectories alive in the frame
+ * @returns {string} what the picture of cells depends on
  */
-function groupByObject(view) {
-  const points = /** @type {import('./points.js').Points} */ (view.points);
-  /** @type {number[][]} */
-  const groups = Array.from({ length: points.count }, () => []);
-  for (const id of points.at(view.frame).id) {
-    if (view.visible(points.object[id])) groups[points.object[id]].push(id);
-  }
-  return groups;
+export function cellKey({ points, frame, visible }) {
+  return `${frame} ${Array.from({ length: points?.count ?? 0 }, (_, object) => visible(object))}`;
 }
 
-/** @param {number} object */
-function trailStyle(object) {
-  return { color: objectColor(object), strength: object === 0 ? 0.45 : 0.9, width: object === 0 ? 0.8 : 1.5 };
+/** @param {import('./layer.js').View} view */
+function tinted(view) {
+  const { frame, visible } = view;
+  const points = /** @type {import('./points.js').Points} */ (view.points);
+  const color = (/** @type {number} */ i) => (points.object[i] > 0 && visible(points.object[i]) ? objectColor(points.object[i]) : null);
+  const reach = Math.max(2, TINT_STEPS * points.spacing(frame));
+  return picture(view, (ctx) => drawCells(ctx, points.result, frame, { color, reach }));
 }

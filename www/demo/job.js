@@ -4,49 +4,42 @@
  * @module
  */
 
-import { StageClock, untilAborted } from './stage-clock.js';
+import { Run } from './run.js';
+import { untilAborted } from './stage-clock.js';
 import { PageError } from './words.js';
 
-/** @typedef {import('./source.js').Source} Source */
-/** @typedef {import('./source.js').Take} Take */
-
 /**
- * Stages in order, with the share of the whole time that each usually takes (only for the bar of the whole).
+ * Stages in order, with the share of the whole time that each usually takes; after a run, its own shares are taken.
  *
  * @type {import('./stage-clock.js').StagePlan[]}
  */
-const STAGES = [
+export const CLIP_STAGES = [
   { id: 'frames', name: 'Reading frames', share: 0.14 },
-  { id: 'flow', name: 'Optical flow', share: 0.52 },
-  { id: 'trajectories', name: 'Trajectories', share: 0.06 },
-  { id: 'affinities', name: 'Motion affinities', share: 0.1 },
-  { id: 'embedding', name: 'Embedding', share: 0.08 },
-  { id: 'discontinuities', name: 'Discontinuities', share: 0.03 },
-  { id: 'saliency', name: 'Saliency', share: 0.08 },
+  { id: 'flow', name: 'Optical flow', share: 0.33 },
+  { id: 'trajectories', name: 'Trajectories', share: 0.12 },
+  { id: 'affinities', name: 'Motion affinities', share: 0.02 },
+  { id: 'embedding', name: 'Embedding', share: 0.04 },
+  { id: 'discontinuities', name: 'Discontinuities', share: 0.02 },
+  { id: 'saliency', name: 'Saliency', share: 0.06 },
   { id: 'connectedness', name: 'Connectedness', share: 0.03 },
-  { id: 'clusters', name: 'Clusters', share: 0.07 },
-  { id: 'superpixels', name: 'Superpixels', share: 0.3 },
-  { id: 'cut', name: 'Gabriel cut', share: 0.1 },
-  { id: 'masks', name: 'Masks', share: 0.02 },
+  { id: 'clusters', name: 'Clusters', share: 0.03 },
+  { id: 'superpixels', name: 'Superpixels', share: 0.16 },
+  { id: 'cut', name: 'Gabriel cut', share: 0.05 },
+  { id: 'masks', name: 'Masks', share: 0.07 },
 ];
 
-export class Job extends StageClock {
+export class Job extends Run {
   /**
    * @param {any} library the tracecut package
-   * @param {Source} source
-   * @param {Take} take
+   * @param {import('./source.js').Source} source
+   * @param {import('./source.js').Take} take
+   * @param {import('./run.js').Options} options
+   * @param {import('./stage-clock.js').StagePlan[]} plan
    */
-  constructor(library, source, take) {
-    super(STAGES);
-    this.library = library;
-    this.source = source;
-    this.take = take;
-    /** @type {ImageBitmap[]} */
-    this.images = [];
+  constructor(library, source, take, options, plan) {
+    super(library, source, take, options, plan);
     /** @type {any} */
     this.session = null;
-    /** @type {any} */
-    this.result = null;
     this.allPushed = false;
     /** @type {Promise<unknown>} */
     this.settled = Promise.resolve();
@@ -92,7 +85,7 @@ export class Job extends StageClock {
     this.session?.close();
     for (const image of this.images.splice(0)) image.close();
     this.stages[0].ms = 0;
-    this.session = await this.library.createSession();
+    this.session = await this.library.createSession(this.options);
     for await (const frame of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
       // The picture is copied before the session gets the bytes, which it may hand on to its worker.
@@ -110,6 +103,6 @@ export class Job extends StageClock {
 
   close() {
     this.session?.close();
-    for (const image of this.images) image.close();
+    super.close();
   }
 }

@@ -1,8 +1,12 @@
-/** Keys of the page; the hint beneath the timeline lists them. @module */
+/** Keys of the page; help.js lists them. @module */
+
+import { byId } from './dom.js';
+import { openHelp } from './help.js';
+import { phase } from './status.js';
 
 /** @param {import('./app.js').App} app */
 export function connectKeys(app) {
-  /** @type {Record<string, () => void>} */
+  /** @type {Record<string, () => unknown>} */
   const actions = {
     ' ': () => app.timeline.toggle(),
     ArrowLeft: () => app.timeline.step(-1),
@@ -10,6 +14,10 @@ export function connectKeys(app) {
     Home: () => app.timeline.jump(0),
     End: () => app.timeline.jump(app.timeline.numFrames - 1),
     Escape: () => app.cancel(),
+    '?': openHelp,
+    v: () => app.compare.next(),
+    o: () => byId('open').click(),
+    r: () => ['done', 'stopped'].includes(phase()) && app.start(),
   };
   // Whether the focus got where it is by the keyboard: then the space bar belongs to the button that has it.
   let tabbed = false;
@@ -17,7 +25,8 @@ export function connectKeys(app) {
   addEventListener('keydown', (event) => {
     if (event.key === 'Tab') tabbed = true;
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const action = actions[event.key] ?? app.panel.action(event.key);
+    if (document.querySelector('dialog[open]')) return;
+    const action = actions[event.key] ?? actions[event.key.toLowerCase()] ?? app.panel.action(event.key);
     if (!action || keepsKey(event, tabbed)) return;
     event.preventDefault();
     // A button that was clicked with the mouse would still answer to the space bar.

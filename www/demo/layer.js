@@ -122,3 +122,16 @@ export function toggle(name, on) {
 export function choice(name, choices, value = 0) {
   return { name, value, min: 0, max: choices.length - 1, step: 1, text: (v) => choices[v], choices };
 }
+
+/**
+ * Draws as the package's helpers do, whose origin is the frame's upper left corner and not the centre of its first pixel.
+ *
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {() => void} draw
+ */
+export function fromCorner(ctx, draw) {
+  ctx.save();
+  ctx.translate(-0.5, -0.5);
+  draw();
+  ctx.restore();
+}

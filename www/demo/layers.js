@@ -21,16 +21,13 @@ import { trajectoryLayer } from './draw-trajectories.js';
 /** @typedef {import('./layer.js').Layer} Layer */
 /** @typedef {import('./layer.js').View} View */
 
-/**
- * @param {import('./draw-contours.js').EdgeKind} kinds
- * @returns {Layer[]} in the order of the panel
- */
-export function createLayers(kinds) {
+/** @returns {Layer[]} in the order of the panel */
+export function createLayers() {
   return [
     maskLayer(),
     trajectoryLayer(),
     superpixelLayer(),
-    contourLayer(kinds),
+    contourLayer(),
     boundaryLayer(),
     discontinuityLayer(),
     stillLayer(),

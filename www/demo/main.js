@@ -1,11 +1,13 @@
 /** Starts the page: loads the package, connects buttons, keys, drag and drop, and runs the sample. @module */
 
-import { App } from './app.js';
 import { byId } from './dom.js';
+import { connectHelp } from './help.js';
 import { connectKeys } from './keyboard.js';
-import { objectColor } from './palette.js';
+import { stayOffline } from './offline.js';
 import { showError } from './status.js';
 import { PageError } from './words.js';
+
+/** @typedef {import('./app.js').App} App */
 
 /** The smallest module with a SIMD instruction: whether it is valid says whether this browser can run the package. */
 const SIMD_PROBE = new Uint8Array([
@@ -15,21 +17,21 @@ const SIMD_PROBE = new Uint8Array([
 async function main() {
   try {
     if (typeof OffscreenCanvas === 'undefined' || !WebAssembly.validate(SIMD_PROBE)) throw new PageError('unsupported');
-    const library = await loadLibrary();
+    const { library, App } = await load();
     const app = new App(library);
     connect(app);
-    expose(app);
+    expose(app, library);
     await app.openSample();
+    await stayOffline();
   } catch (error) {
     showError(error);
   }
 }
 
-/** @returns {Promise<any>} the package, which the site serves beside the page */
-async function loadLibrary() {
+/** The package, which the site serves beside the page, and the page, which is built on it: without the one the other cannot be loaded. */
+async function load() {
   try {
-    // @ts-expect-error The site serves the package here; in the repository it lies elsewhere.
-    return await import('../dist/index.js');
+    return { library: await import('../dist/index.js'), ...(await import('./app.js')) };
   } catch (error) {
     throw new PageError('wasm-load', error instanceof Error ? error.message : String(error));
   }
@@ -47,11 +49,17 @@ function connect(app) {
   for (const id of ['sample', 'error-sample']) byId(id).addEventListener('click', () => app.openSample());
   byId('start').addEventListener('click', () => app.start());
   byId('again').addEventListener('click', () => app.start());
+  byId('pending-run').addEventListener('click', () => app.start());
   byId('resume').addEventListener('click', () => app.resume());
   byId('cancel').addEventListener('click', () => app.cancel());
   byId('show-all').addEventListener('click', () => app.selection.reset(app.selection.count));
   connectDrop(app);
+  connectHelp();
   connectKeys(app);
+  addEventListener('paste', (event) => {
+    const files = [...(event.clipboardData?.files ?? [])];
+    if (files.length > 0) app.openFiles(files);
+  });
 }
 
 /** @param {App} app */
@@ -76,8 +84,9 @@ function connectDrop(app) {
  * What tests and the curious may read: the result on screen and how it was made.
  *
  * @param {App} app
+ * @param {typeof import('../dist/index.js')} library
  */
-function expose(app) {
+function expose(app, { objectColor }) {
   Object.defineProperty(globalThis, 'tracecutDemo', {
     value: {
       app,

@@ -1,36 +1,48 @@
-/** The list of objects: colour, share of all pixels, show or hide, and show alone. @module */
+/** The list of objects: colour, size, when and where they are there; show or hide, and show alone. @module */
 
+import { moveOf, nameAndColour, placeName, spanOf } from './describe.js';
 import { byId, h, icon } from './dom.js';
 import { objectColor, objectName, objectShape } from './palette.js';
 import { percent, plural } from './words.js';
 
+/** @typedef {import('./presence.js').Facts} Facts */
+/** @typedef {import('./selection.js').Selection} Selection */
+
+/** The last list's listener would keep its rows alive. */
+let stopRows = () => {};
+
 /**
- * @param {import('./points.js').Points | null} points
- * @param {import('./selection.js').Selection} selection
+ * @param {Facts[]} facts of all objects in the order of their numbers
+ * @param {Selection} selection
+ * @param {{times: import('./times.js').Times, motionsOf: (object: number) => number}} clip how many motions make up an object
  */
-export function fillObjects(points, selection) {
-  const count = points?.count ?? 0;
-  selection.reset(count);
-  const rows = Array.from({ length: count }, (_, k) => objectRow(k, points?.share(k) ?? 0, points?.clustersOf(k) ?? 1, selection));
+export function fillObjects(facts, selection, { times, motionsOf }) {
+  stopRows();
+  selection.reset(facts.length);
+  const rows = facts.map((one) => objectRow(one, motionsOf(one.object), times, selection));
   byId('object-list').replaceChildren(...rows.map((row) => row.element));
-  // The last result's listener would keep its rows alive.
-  /** @type {any} */ (selection).stopRows?.();
   const update = () => {
     rows.forEach((row) => row.update());
     byId('show-all').hidden = selection.hidden.size === 0;
   };
   selection.addEventListener('change', update);
-  /** @type {any} */ (selection).stopRows = () => selection.removeEventListener('change', update);
+  stopRows = () => selection.removeEventListener('change', update);
   update();
 }
 
+/** @param {Selection} selection */
+export function clearObjects(selection) {
+  fillObjects([], selection, { times: /** @type {any} */ (null), motionsOf: () => 1 });
+}
+
 /**
- * @param {number} object
- * @param {number} share
- * @param {number} clusters how many make it up
- * @param {import('./selection.js').Selection} selection
+ * @param {Facts} facts
+ * @param {number} motions
+ * @param {import('./times.js').Times} times
+ * @param {Selection} selection
  */
-function objectRow(object, share, clusters, selection) {
+function objectRow(facts, motions, times, selection) {
+  const { object, share } = facts;
   const name = objectName(object);
   const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
   swatch.style.setProperty('--mark', objectColor(object));
@@ -41,9 +53,10 @@ function objectRow(object, share, clusters, selection) {
     'button',
     { type: 'button', class: 'object-main', title: `Show ${name} alone`, click: () => selection.isolate(object) },
     swatch,
-    h('span', { class: 'object-name' }, clusters > 1 ? `${name} (${plural(clusters, 'motion')})` : name),
+    h('span', { class: 'object-name' }, name, h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`)),
     h('span', { class: 'object-share' }, percent(share)),
     bar,
+    h('span', { class: 'object-facts' }, factsOf(facts, motions, times)),
   );
   const eye = h(
     'button',
@@ -60,4 +73,17 @@ function objectRow(object, share, clusters, selection) {
     eye.title = shown ? 'Hide' : 'Show';
   };
   return { element, update };
+}
+
+/**
+ * @param {Facts} facts
+ * @param {number} motions
+ * @param {import('./times.js').Times} times
+ * @returns {string} `top, moves left · 0.0–1.6 s`
+ */
+function factsOf(facts, motions, times) {
+  const parts = facts.object > 0 && facts.first >= 0 ? [`${placeName(facts.from)}, ${moveOf(facts)}`, spanOf(facts, times)] : [];
+  if (facts.first < 0) parts.push('not seen');
+  if (motions > 1) parts.push(plural(motions, 'motion'));
+  return parts.join(' · ');
 }

@@ -22,6 +22,8 @@
  * @property {(t: number) => {i: Uint32Array, j: Uint32Array, d: Float32Array}} edges
  */
 
+import { Presence } from './presence.js';
+
 /** @typedef {{id: Uint32Array, x: Float32Array, y: Float32Array}} FramePoints Trajectories alive in a frame. */
 
 /** Indexes a result by frame; answers are cached, so playing costs nothing after the first round. */
@@ -41,7 +43,12 @@ export class Points {
     this.count = objects ? objects.count + 1 : clusters.count;
     /** The object that each trajectory belongs to. */
     this.object = objects ? Uint32Array.from(clusters.label, (cluster) => objects.ofCluster[cluster]) : clusters.label;
-    this.presence = objects ? this.countPixels() : this.countPoints();
+    this.presence = new Presence(result);
+    for (let t = 0; t < result.numFrames; t++) {
+      const mask = this.mask(t);
+      if (mask) this.presence.addMask(mask);
+      else this.presence.addPoints(this.at(t), this.object);
+    }
   }
 
   /**
@@ -77,27 +84,6 @@ export class Points {
     return objects ? objects.ofCluster.reduce((n, label) => n + Number(label === object), 0) : Number(object < clusters.count);
   }
 
-  /** @returns {Uint32Array} pixels of object `k` in frame `t` at `t * count + k` */
-  countPixels() {
-    const presence = new Uint32Array(this.result.numFrames * this.count);
-    for (let t = 0; t < this.result.numFrames; t++) {
-      const own = presence.subarray(t * this.count, (t + 1) * this.count);
-      for (const object of /** @type {Uint8Array} */ (this.mask(t))) own[object] += 1;
-    }
-    return presence;
-  }
-
-  /** @returns {Uint32Array} as `countPixels`, of trajectory points */
-  countPoints() {
-    const { count, startFrame, offset } = this.result.trajectories;
-    const presence = new Uint32Array(this.result.numFrames * this.count);
-    for (let i = 0; i < count; i++) {
-      const length = offset[i + 1] - offset[i];
-      for (let age = 0; age < length; age++) presence[(startFrame[i] + age) * this.count + this.object[i]] += 1;
-    }
-    return presence;
-  }
-
   /**
    * @param {number} frame
    * @returns {FramePoints}
@@ -127,20 +113,6 @@ export class Points {
     const { startFrame, offset } = this.result.trajectories;
     const age = frame - startFrame[trajectory];
     return age >= 0 && age < offset[trajectory + 1] - offset[trajectory] ? offset[trajectory] + age : -1;
-  }
-
-  /**
-   * @param {number} object
-   * @returns {number} its share of all pixels, without masks of all trajectory points, in 0..1
-   */
-  share(object) {
-    let own = 0;
-    let all = 0;
-    this.presence.forEach((n, k) => {
-      all += n;
-      if (k % this.count === object) own += n;
-    });
-    return all > 0 ? own / all : 0;
   }
 
   /**

@@ -49,6 +49,12 @@ export class StageClock {
     return sum / whole;
   }
 
+  /** @returns {StagePlan[]} the stages with the shares that they took this time, for the estimate of the next */
+  get measured() {
+    const whole = Math.max(1, this.ms);
+    return this.stages.map(({ id, name, ms }) => ({ id, name, share: Math.max(0.005, ms / whole) }));
+  }
+
   /** @returns {number} milliseconds of all stages */
   get ms() {
     return this.stages.reduce((sum, stage) => sum + stage.ms, 0);

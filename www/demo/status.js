@@ -17,11 +17,14 @@ const STATE = { opening: 'loading', setup: 'loading', running: 'running', stoppe
  * @param {Phase} phase
  * @param {string} headline
  * @param {string} subline
+ * @param {string} [summary] what is seen
  */
-export function showPhase(phase, headline, subline) {
+export function showPhase(phase, headline, subline, summary = '') {
   byId('headline').textContent = headline;
   showSubline(subline);
-  say(phase === 'error' ? '' : `${headline}. ${subline}`);
+  byId('summary').textContent = summary;
+  byId('summary').hidden = summary === '';
+  say(phase === 'error' ? '' : [headline, subline, summary].filter(Boolean).join('. '));
   document.body.dataset.phase = phase;
   keepFocus();
   // Last, so that whoever waits for the state finds everything else in place.

@@ -4,42 +4,37 @@
  * @module
  */
 
-import { StageClock, untilAborted } from './stage-clock.js';
+import { Run } from './run.js';
+import { untilAborted } from './stage-clock.js';
 
-/** @typedef {import('./source.js').Source} Source */
-/** @typedef {import('./source.js').Take} Take */
 /** @typedef {import('./layer.js').Boundaries} Boundaries */
 /** @typedef {import('./layer.js').Superpixels} Superpixels */
 /** @typedef {import('./layer.js').ImageEdges} ImageEdges */
 
 /** @type {import('./stage-clock.js').StagePlan[]} */
-const STAGES = [
+export const STILL_STAGES = [
   { id: 'frames', name: 'Reading the image', share: 0.02 },
   { id: 'boundaries', name: 'Boundaries', share: 0.1 },
   { id: 'superpixels', name: 'Superpixels', share: 0.13 },
   { id: 'imageEdges', name: 'Pixel embedding', share: 0.75 },
 ];
 
-export class StillJob extends StageClock {
+export class StillJob extends Run {
   /**
    * @param {any} library the tracecut package
-   * @param {Source} source
-   * @param {Take} take
+   * @param {import('./source.js').Source} source
+   * @param {import('./source.js').Take} take
+   * @param {import('./run.js').Options} options
+   * @param {import('./stage-clock.js').StagePlan[]} plan
    */
-  constructor(library, source, take) {
-    super(STAGES);
-    this.library = library;
-    this.source = source;
-    this.take = take;
-    /** @type {ImageBitmap[]} */
-    this.images = [];
+  constructor(library, source, take, options, plan) {
+    super(library, source, take, options, plan);
     /** @type {ImageData | null} */
     this.pixels = null;
     /** @type {{boundaries?: Boundaries, superpixels?: Superpixels, imageEdges?: ImageEdges}} What has been found. */
     this.found = {};
     /** @type {Map<string, Promise<any>>} What is being looked for, a cancelled run's too. */
     this.asked = new Map();
-    this.result = null;
   }
 
   /**
@@ -62,12 +57,13 @@ export class StillJob extends StageClock {
     signal.throwIfAborted();
     report();
     const { library, pixels } = this;
+    const { contour, superpixel, still } = this.options;
     for (const [id, make] of /** @type {const} */ ([
-      ['boundaries', library.boundaries],
-      ['superpixels', library.superpixels],
-      ['imageEdges', library.imageDiscontinuities],
+      ['boundaries', () => library.boundaries(pixels, { contour })],
+      ['superpixels', () => library.superpixels(pixels, { contour, superpixel })],
+      ['imageEdges', () => library.imageDiscontinuities(pixels, { contour, still })],
     ])) {
-      this.found[id] = await this.once(id, () => make(pixels));
+      this.found[id] = await this.once(id, make);
       signal.throwIfAborted();
       this.mark(id, 1, 1);
       report();
@@ -95,9 +91,5 @@ export class StillJob extends StageClock {
       this.asked.delete(id);
       throw error;
     }
-  }
-
-  close() {
-    for (const image of this.images) image.close();
   }
 }

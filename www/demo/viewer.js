@@ -22,14 +22,16 @@ export class Viewer {
    * @param {HTMLCanvasElement} parts.canvas
    * @param {HTMLElement} parts.box the element that the canvas is fitted into
    * @param {import('./layer.js').Layer[]} parts.layers
+   * @param {import('./compare.js').Compare} parts.compare shows the frame as it came
    * @param {(object: number) => boolean} parts.visible
    * @param {(spot: Spot) => void} parts.onHover
    * @param {(spot: Spot) => void} parts.onPick
    */
-  constructor({ canvas, box, layers, visible, onHover, onPick }) {
+  constructor({ canvas, box, layers, compare, visible, onHover, onPick }) {
     this.canvas = canvas;
     this.box = box;
     this.layers = layers;
+    this.compare = compare;
     this.onHover = onHover;
     this.onPick = onPick;
     this.ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: false }));
@@ -72,7 +74,7 @@ export class Viewer {
   setClip(width, height, images) {
     this.images = images;
     Object.assign(this.view, { points: null, answers: NO_ANSWERS, frame: 0, width, height });
-    this.box.parentElement?.style.setProperty('--aspect', String(width / height));
+    this.compare.setAspect(width / height);
     for (const layer of this.layers) layer.reset?.();
     this.fit();
   }
@@ -110,6 +112,7 @@ export class Viewer {
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
     ctx.setTransform(scale, 0, 0, scale, scale / 2, scale / 2);
     drawLayers(ctx, this.layers, view);
+    this.compare.draw(view.image, canvas);
     // What lies under a pointer that rests changes with the frame.
     if (this.pointer) this.onHover(this.spotAt(this.pointer));
   }

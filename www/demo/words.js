@@ -58,6 +58,12 @@ const ADVICE = {
   ],
   'frame-size': ['These frames have a size that cannot be processed', 'Choose another working size under “Clip”.'],
   'frame-size-changed': ['The frames change size on the way', 'Use a video or images of one size.'],
+  param: ['A setting has a value that does not work', 'Reset it under “Settings”, then run again.'],
+  data: ['The computation met values that it cannot use', 'Reset the settings, or choose other frames, and run again.'],
+  state: ['Something was asked for that is not there any more', 'Run it again.'],
+  busy: ['Something else is still under way', 'Wait a moment, then run it again.'],
+  closed: ['The run was ended', 'Run it again.'],
+  'frame-bytes': ['A frame is incomplete', 'Convert the video to MP4 (H.264) or WebM, or choose other frames.'],
   decode: ['A file cannot be decoded', 'Use whole PNG or JPEG files.'],
   poisoned: [
     'The computation broke down',
@@ -125,6 +131,26 @@ export function seconds(ms) {
   const s = ms / 1000;
   if (s < 100) return `${s.toFixed(1)}\u00a0s`;
   return `${Math.floor(s / 60)}\u00a0min ${Math.round(s % 60)}\u00a0s`;
+}
+
+/**
+ * @param {number} ms
+ * @returns {string} `about 12 s left`: coarser, the more there is
+ */
+export function remaining(ms) {
+  const s = ms / 1000;
+  if (s < 1.5) return 'almost done';
+  if (s > 90) return `about ${Math.round(s / 60)}\u00a0min left`;
+  return `about ${s > 20 ? 5 * Math.round(s / 5) : Math.round(s)}\u00a0s left`;
+}
+
+/**
+ * @param {import('./times.js').Times} times
+ * @param {number} frame
+ * @returns {string} `, 0.8 s`; empty where frames have no time
+ */
+export function atTime(times, frame) {
+  return times.seconds ? `, ${times.at(frame)}` : '';
 }
 
 /**

@@ -4,13 +4,18 @@ import { PARAMETERS, VERSION } from './parameters.js';
 
 export { Clip } from './clip.js';
 export { fitFrame } from './draw/canvas.js';
+export { drawDiscontinuities } from './draw/discontinuities.js';
 export { drawLabels } from './draw/labels.js';
-export { flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
+export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.js';
+export { CUT_RED, flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
+export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
+export { drawTrajectories } from './draw/trajectories.js';
 export { TraceCutError } from './errors.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
 export { fromCocoRle } from './export/rle.js';
+export { encodeVideo } from './export/video.js';
 export { EdgeKind } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
@@ -63,7 +68,13 @@ export function parameters() {
 /** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */
+/** @typedef {import('./draw/discontinuities.js').DrawDiscontinuitiesOptions} DrawDiscontinuitiesOptions */
+/** @typedef {import('./draw/discontinuities.js').EdgeSource} EdgeSource */
 /** @typedef {import('./draw/labels.js').DrawLabelsOptions} DrawLabelsOptions */
+/** @typedef {import('./draw/maps.js').DrawBoundariesOptions} DrawBoundariesOptions */
+/** @typedef {import('./draw/superpixels.js').DrawSuperpixelsOptions} DrawSuperpixelsOptions */
+/** @typedef {import('./draw/trajectories.js').DrawTrajectoriesOptions} DrawTrajectoriesOptions */
+/** @typedef {import('./draw/trajectories.js').TrajectorySource} TrajectorySource */
 /** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
 /** @typedef {import('./draw/palette.js').Shape} Shape */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
@@ -77,3 +88,6 @@ export function parameters() {
 /** @typedef {import('./export/masks.js').MaskPngOptions} MaskPngOptions */
 /** @typedef {import('./export/masks.js').MasksZipOptions} MasksZipOptions */
 /** @typedef {import('./export/rle.js').CocoRle} CocoRle */
+/** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
+/** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
+/** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */

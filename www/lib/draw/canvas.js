@@ -9,7 +9,7 @@ import { TraceCutError, illegal } from '../errors.js';
 /**
  * Any 2D canvas context: of a canvas element, of an `OffscreenCanvas`, or of a canvas library.
  * @typedef {Pick<CanvasRenderingContext2D, 'save' | 'restore' | 'translate' | 'scale' | 'beginPath' | 'closePath' | 'moveTo' | 'lineTo' | 'rect'
- *   | 'arc' | 'fill' | 'stroke' | 'drawImage' | 'createImageData' | 'putImageData' | 'fillStyle' | 'strokeStyle' | 'lineWidth' | 'lineCap'
+ *   | 'arc' | 'fill' | 'stroke' | 'drawImage' | 'createImageData' | 'putImageData' | 'getImageData' | 'fillStyle' | 'strokeStyle' | 'lineWidth' | 'lineCap'
  *   | 'globalAlpha' | 'globalCompositeOperation' | 'imageSmoothingEnabled'> & {readonly canvas: {width: number, height: number}}} Context2D
  */
 
@@ -61,11 +61,12 @@ export function onPixelCentres(context, draw) {
  * @param {Context2D} context
  * @param {number} width
  * @param {number} height
+ * @param {boolean} [read] whether its pixels are to be read
  * @returns {{canvas: Scratch, context: Context2D}}
  */
-export function scratch(context, width, height) {
+export function scratch(context, width, height, read = false) {
   const canvas = emptyCanvas(context, width, height);
-  const own = /** @type {Context2D | null} */ (/** @type {any} */ (canvas).getContext('2d'));
+  const own = /** @type {Context2D | null} */ (/** @type {any} */ (canvas).getContext('2d', read ? { willReadFrequently: true } : {}));
   if (!own) throw new TraceCutError('unsupported', `there is no 2D canvas of ${width} × ${height} pixels to paint on`);
   return { canvas: /** @type {Scratch} */ (canvas), context: own };
 }

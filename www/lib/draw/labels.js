@@ -62,8 +62,10 @@ export function drawLabels(context, masks, t, options = {}) {
 export function fillLabels(context, { labels, width, height }, chosen, color, opacity) {
   asideFrom(context, () => {
     const fill = new Uint32Array(MAX_LABEL + 1);
-    chosen.forEach((on, label) => on && (fill[label] = pack(rgbOf(color(label)))));
-    const picture = painted(context, width, height, (_, pixels) => labels.forEach((label, p) => (pixels[p] = Number(fill[label]))));
+    for (const label of new Set(labels)) if (chosen[label]) fill[label] = pack(rgbOf(color(label)));
+    const picture = painted(context, width, height, (_, pixels) => {
+      for (let p = 0; p < pixels.length; p += 1) pixels[p] = Number(fill[Number(labels[p])]);
+    });
     context.globalAlpha *= opacity;
     context.drawImage(picture, 0, 0, width, height);
   });

@@ -101,7 +101,19 @@ async function packetList(sink) {
     times.push(timestamp);
     end = Math.max(end, timestamp + duration);
   }
-  return { times: Float64Array.from(times).sort(), end };
+  const sorted = Float64Array.from(times).sort();
+  // The last frame of a recording may last nothing; taken to last as long as the one before.
+  const count = sorted.length;
+  if (count > 1 && end <= at(sorted, count - 1)) end = 2 * at(sorted, count - 1) - at(sorted, count - 2);
+  return { times: sorted, end };
+}
+
+/**
+ * @param {Float64Array} values
+ * @param {number} index
+ */
+function at(values, index) {
+  return values[index] ?? NaN;
 }
 
 /**
@@ -112,6 +124,8 @@ async function packetList(sink) {
  * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
  */
 async function* decodedFrames(media, track, { start, end }, packets) {
+  const { times, end: clipEnd } = await packets();
+  let next = 0;
   let last = -Infinity;
   /** @type {AsyncGenerator<import('mediabunny').VideoSample, void, unknown>} */
   const samples = new media.VideoSampleSink(track).samples(start, end);
@@ -122,12 +136,14 @@ async function* decodedFrames(media, track, { start, end }, packets) {
         continue;
       }
       last = sample.timestamp;
-      yield { time: sample.timestamp, duration: sample.duration, read: () => pixelsOf(sample), close: () => sample.close() };
+      while (next < times.length && at(times, next) <= last + SLACK) next += 1;
+      // Not every container says how long its frames last; all say when the next one comes.
+      const duration = (next < times.length ? at(times, next) : clipEnd) - last;
+      yield { time: last, duration, read: () => pixelsOf(sample), close: () => sample.close() };
     }
   } catch (error) {
     throw await broken(error, last, packets);
   }
-  const { times } = await packets();
   const final = times.findLast((time) => time < end);
   if (final !== undefined && final > start && final > last + SLACK) throw await broken('no more data', last, packets);
 }

@@ -15,32 +15,8 @@ import { WindowResult } from './window.js';
 /** @typedef {{raw: RawFrame, time: number}} ClipFrame */
 
 /**
- * What the driver needs of an engine.
- * @typedef {object} WindowedEngine
- * @property {(frame: RawFrame) => Promise<{held: boolean}>} pushInShot
- * @property {(overlap: number) => Promise<unknown>} advance
- * @property {import('../engine.js').Engine['run']} run
- */
-
-/**
- * An engine as it is until it knows windows: all frames are one.
- * @param {import('../engine.js').Engine} engine
- * @returns {WindowedEngine}
- */
-export function oneWindow(engine) {
-  return {
-    pushInShot: async (raw) => {
-      await engine.push(raw);
-      return { held: false };
-    },
-    advance: async () => {},
-    run: engine.run.bind(engine),
-  };
-}
-
-/**
  * @typedef {object} DriverOptions
- * @property {WindowedEngine} engine
+ * @property {Pick<import('../engine.js').Engine, 'pushInShot' | 'advance' | 'run'>} engine
  * @property {() => Promise<ClipFrame | null>} nextFrame null after the last
  * @property {number} window
  * @property {number} overlap

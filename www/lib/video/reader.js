@@ -83,7 +83,8 @@ export async function nothingTaken({ start, end }, reader) {
   const times = await reader.times().catch(() => null);
   const last = times?.[times.length - 1];
   const known = times && last !== undefined ? `; its frames are at ${round(times[0])} s to ${round(last)} s` : '';
-  return new TraceCutError('no-frames', `the source has no frame from start = ${start} to end = ${end} seconds${known}`);
+  const range = `${start > -Infinity ? ` from ${start} s` : ''}${end < Infinity ? ` to ${end} s` : ' on'}`;
+  return new TraceCutError('no-frames', `the source has no frame${range}${known}`);
 }
 
 /** @param {number | undefined} time */

@@ -1,4 +1,5 @@
-// Frames by seeking a video element: slower than WebCodecs, but it plays whatever the browser plays.
+// Frames by seeking a video element: slower than WebCodecs, but it plays whatever the browser plays. Exact where all frames last equally long;
+// where they do not, Chromium may show the frame before, since it guesses how long each lasts.
 
 import { TraceCutError } from '../errors.js';
 import { toRawFrame } from '../frames.js';
@@ -85,8 +86,10 @@ async function seekingReader(video, { times, codec }, close) {
   };
 }
 
+/** Where in a frame's time to seek to: far from both its neighbours, and late, since a browser may take the one before for longer than it is. */
+const WITHIN = 0.75;
+
 /**
- * Frame by frame to the middle of its time, where no rounding leads to its neighbour.
  * @param {HTMLVideoElement} video
  * @param {Float64Array} times
  * @param {number} usual seconds that the last frame is taken to last
@@ -103,7 +106,7 @@ async function* soughtFrames(video, times, usual, { start, end }) {
       time,
       duration,
       async read() {
-        await seek(video, time + duration / 2);
+        await seek(video, time + WITHIN * duration);
         return readElement(video);
       },
       close() {},

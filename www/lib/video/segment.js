@@ -3,7 +3,7 @@
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, splitOptions } from '../options.js';
 import { openEngine } from '../platform.js';
-import { Driver, oneWindow } from './driver.js';
+import { Driver } from './driver.js';
 import { decoderLoader } from './frames.js';
 import { asOptions, splitTake, splitWindow } from './options.js';
 import { atSize } from './pixels.js';
@@ -167,9 +167,9 @@ export class VideoSegmentation {
       return { raw: await atSize(value.raw, take.size), time: value.time };
     };
     return new Driver({
-      engine: oneWindow(this.#engine),
+      engine: this.#engine,
       nextFrame,
-      window: Math.max(window, Infinity),
+      window,
       overlap,
       stop: this.#stop.signal,
       onStage: ({ stage, done, total }, index) => this.#report({ stage, done, total, window: index }),

@@ -12,16 +12,13 @@
 export class TrackCollector {
   /** @type {Map<number, Track>} */
   #tracks = new Map();
-  #strangers = 0;
 
   /** @param {import('./window.js').WindowResult} window */
   add({ trajectories, clusters, objects, firstFrame }) {
     for (let i = 0; i < trajectories.count; i += 1) {
       const [begin, end] = [at(trajectories.offset, i), at(trajectories.offset, i + 1)];
       const start = firstFrame + at(trajectories.startFrame, i);
-      const { id: ids } = /** @type {{id?: Uint32Array}} */ (trajectories);
-      const id = ids?.[i] ?? (this.#strangers -= 1);
-      const track = this.#trackOf(id, start);
+      const track = this.#trackOf(at(trajectories.id, i), start);
       // The frames that an earlier window had are there already.
       const known = track.start + track.x.length - start;
       for (let p = begin + Math.max(0, known); p < end; p += 1) {

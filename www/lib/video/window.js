@@ -39,6 +39,8 @@ export class WindowResult extends Result {
      * better in the window before or after, which sees more of what goes on around them.
      */
     this.settled = facts.settled;
+    /** Bytes of memory that the engine held at the end of this window. */
+    this.memoryBytes = raw.info.memoryBytes;
   }
 
   /**

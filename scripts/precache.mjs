@@ -1,0 +1,40 @@
+// Which files the page needs to work without a network, and the service worker with their list and version filled in.
+
+import { createHash } from 'node:crypto';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { join, sep } from 'node:path';
+import { root } from './tools.mjs';
+
+const PLACEHOLDER = "const PRECACHE = { version: '', files: [] };";
+
+/** Folders of the site: where they lie, where they are served, and which of their files a page in a browser may ask for. */
+const folders = [
+  { folder: join(root, 'www'), at: './', wanted: (name) => !/^(lib\/|service-worker\.js$)|\.(json|ts|md)$/.test(name) },
+  { folder: join(root, 'dist'), at: './dist/', wanted: (name) => /\.(js|wasm)$/.test(name) && name !== 'node.js' },
+];
+
+/**
+ * The files, relative to the page, and a version that changes when any of them does.
+ * @returns {{version: string, files: string[]}}
+ */
+export function precacheList() {
+  const hash = createHash('sha256');
+  const files = ['./'];
+  for (const { folder, at, wanted } of folders.filter((one) => existsSync(one.folder))) {
+    const names = readdirSync(folder, { recursive: true, withFileTypes: true })
+      .filter((entry) => entry.isFile())
+      .map((entry) => join(entry.parentPath ?? entry.path, entry.name).slice(folder.length + 1).replaceAll(sep, '/'));
+    for (const name of names.filter(wanted).sort()) {
+      hash.update(at + name).update(readFileSync(join(folder, name)));
+      files.push(at + name);
+    }
+  }
+  return { version: hash.digest('hex').slice(0, 16), files };
+}
+
+/** The text of the service worker, filled in. */
+export function serviceWorker() {
+  const source = readFileSync(join(root, 'www', 'service-worker.js'), 'utf8');
+  if (!source.includes(PLACEHOLDER)) throw new Error('www/service-worker.js has no place for the list of files.');
+  return source.replace(PLACEHOLDER, `const PRECACHE = ${JSON.stringify(precacheList())};`);
+}

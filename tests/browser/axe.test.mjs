@@ -1,0 +1,40 @@
+// What an accessibility checker says of the page in each of its states, in both colour schemes and at phone width.
+
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { accessibilityFaults, ended, inPhase, layerSwitches, plainFrame, pngFile, run, screenshot, useSite } from './support.mjs';
+
+const looks = {
+  'in the light': { colorScheme: 'light' },
+  'in the dark': { colorScheme: 'dark' },
+  'on a phone': { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true },
+};
+
+describe('an accessibility checker finds nothing', () => {
+  const site = useSite();
+
+  for (const [look, options] of Object.entries(looks)) {
+    test(look, async () => {
+      // The checker is no script of the site: the policy has to let it in.
+      const { page } = await site.open({ ...options, bypassCSP: true });
+      assert.deepEqual(await accessibilityFaults(page), [], 'opening');
+      await inPhase(page, 'running');
+      assert.deepEqual(await accessibilityFaults(page), [], 'running');
+      assert.equal(await ended(page), 'done');
+      assert.deepEqual(await accessibilityFaults(page), [], 'done');
+      await screenshot(page, `axe-${look.replaceAll(' ', '-')}`);
+      for (const box of await layerSwitches(page)) await box.setChecked(true);
+      await page.click('#settings-all > summary');
+      for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
+      await page.evaluate(() => globalThis.tracecutDemo.app.compare.choose('slider'));
+      assert.deepEqual(await accessibilityFaults(page), [], 'all layers and settings open');
+      await page.keyboard.press('?');
+      assert.deepEqual(await accessibilityFaults(page), [], 'help');
+      await page.click('#help-close');
+      await run(page, [pngFile('plain.png', plainFrame(60, 40))]);
+      assert.deepEqual(await accessibilityFaults(page), [], 'still image');
+      await run(page, [{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('x') }]);
+      assert.deepEqual(await accessibilityFaults(page), [], 'error');
+    });
+  }
+});

@@ -1,0 +1,258 @@
+// Videos that the browser encodes, opened again by the browser: under a strict content security policy, as a page may have it.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { createSession, encodeVideo, synthClip } from '../../dist/node.js';
+import { useServerAndBrowser } from '../site.mjs';
+import { emptyPage } from './empty.mjs';
+
+const site = useServerAndBrowser();
+
+/** Frame `t` is `[4 x, 40 t, 128]`; the object a square. Odd sides, and times that are not even. */
+const WIDTH = 61;
+const HEIGHT = 47;
+const TIMES = [5, 5.04, 5.1, 5.14, 5.2, 5.5];
+const INSIDE = [32, 20];
+const OUTSIDE = [6, 40];
+const OBJECT_1 = [0xe6, 0x9f, 0x00];
+
+async function open(t) {
+  const page = await emptyPage(t, site);
+  await page.evaluate(prepare, [WIDTH, HEIGHT, TIMES]);
+  return page;
+}
+
+/** Runs in the page: the clip, and how files are read again. */
+async function prepare([width, height, times]) {
+  const tracecut = await import('/dist/index.js');
+  const media = await import('/dist/vendor/media.js');
+  const frames = times.map((_, t) => {
+    const image = new ImageData(width, height);
+    for (let p = 0; p < width * height; p += 1) image.data.set([4 * (p % width), 40 * t, 128, 255], 4 * p);
+    return image;
+  });
+  const label = (x, y) => Number(x >= 20 && x < 44 && y >= 10 && y < 34);
+  const labels = () => Uint8Array.from({ length: width * height }, (_, p) => label(p % width, Math.floor(p / width)));
+  const masks = { width, height, numFrames: times.length, labels, times };
+  /** Packets, as they lie in the file. */
+  const packets = async (blob) => {
+    const input = new media.Input({ formats: media.ALL_FORMATS, source: new media.BlobSource(blob) });
+    const track = await input.getPrimaryVideoTrack();
+    const starts = [];
+    for await (const { timestamp, sideData } of new media.EncodedPacketSink(track).packets()) starts.push([Math.round(1000 * timestamp), Boolean(sideData.alpha)]);
+    return { codec: track.codec, starts };
+  };
+  /** What a player shows at a time: colours and opacity of places. */
+  const shown = async (blob, time, ...places) => {
+    const video = Object.assign(document.createElement('video'), { muted: true, src: URL.createObjectURL(blob) });
+    const event = (name) => new Promise((done, failed) => Object.assign(video, { [`on${name}`]: done, onerror: () => failed(video.error) }));
+    await event('loadeddata');
+    const { videoWidth, videoHeight, duration } = video;
+    const sought = event('seeked');
+    video.currentTime = time;
+    await sought;
+    // The picture may come a little after the word that it has.
+    const context = new OffscreenCanvas(videoWidth, videoHeight).getContext('2d', { willReadFrequently: true });
+    for (let left = 200; left > 0; left -= 1) {
+      context.drawImage(video, 0, 0);
+      if (context.getImageData(0, 0, videoWidth, videoHeight).data.some(Boolean)) break;
+      await new Promise((done) => setTimeout(done, 20));
+    }
+    const colors = places.map(([x, y]) => [...context.getImageData(x, y, 1, 1).data]);
+    return { size: [videoWidth, videoHeight], duration, colors };
+  };
+  globalThis.kit = { ...tracecut, frames, masks, packets, shown };
+}
+
+/** Encodes in the page and reads again what is at 0.12 s, in the third frame. */
+function encoded(page, options, places = [INSIDE, OUTSIDE]) {
+  return page.evaluate(async ([chosen, spots]) => {
+    const { encodeVideo: encode, masks, frames, packets, shown } = globalThis.kit;
+    const progress = [];
+    const blob = await encode(masks, chosen.style === 'masks' ? null : frames, { ...chosen, onProgress: ({ done, total }) => progress.push(`${done}/${total}`) });
+    return { type: blob.type, progress, ...(await packets(blob)), ...(await shown(blob, 0.12, ...spots)) };
+  }, [options, places]);
+}
+
+function near(color, wanted, what) {
+  const worst = Math.max(...wanted.map((value, k) => Math.abs(value - color[k])));
+  assert.ok(worst <= 12, `${what}: ${color} (expected about ${wanted})`);
+}
+
+const frameColor = ([x]) => [4 * x, 80, 128];
+const mix = (a, b) => a.map((value, k) => (value + b[k]) / 2);
+
+test('an overlay has every frame at its own time, and the masks over it', async (t) => {
+  const page = await open(t);
+  const { type, codec, starts, size, duration, colors, progress } = await encoded(page, {});
+  assert.equal(type, 'video/webm');
+  assert.equal(codec, 'vp9');
+  assert.deepEqual(starts.map(([time]) => time), [0, 40, 100, 140, 200, 500]);
+  assert.deepEqual(size, [WIDTH, HEIGHT]);
+  assert.ok(Math.abs(duration - 0.8) < 0.01, `${duration}`);
+  near(colors[0], mix(frameColor(INSIDE), OBJECT_1), 'inside');
+  near(colors[1], frameColor(OUTSIDE), 'outside');
+  assert.deepEqual(progress, ['1/6', '2/6', '3/6', '4/6', '5/6', '6/6']);
+});
+
+test('cut-out objects are transparent around, with clean edges', async (t) => {
+  const page = await open(t);
+  const edge = [[21, 20], [17, 20], [42, 32], [46, 36]];
+  const { codec, starts, size, colors } = await encoded(page, { style: 'cutout' }, [INSIDE, OUTSIDE, ...edge]);
+  assert.equal(codec, 'vp9');
+  assert.deepEqual(starts, [0, 40, 100, 140, 200, 500].map((time) => [time, true]));
+  assert.deepEqual(size, [WIDTH, HEIGHT]);
+  near(colors[0], [...frameColor(INSIDE), 255], 'inside');
+  near(colors[2], [...frameColor(edge[0]), 255], 'within the edge');
+  near(colors[4], [...frameColor(edge[2]), 255], 'within the corner');
+  for (const k of [1, 3, 5]) assert.ok(colors[k][3] <= 8, `${colors[k]} is not transparent`);
+});
+
+test('cut-out objects lie on any colour, in MP4 on green', async (t) => {
+  const page = await open(t);
+  const green = await encoded(page, { style: 'cutout', format: 'mp4' });
+  assert.deepEqual([green.type, green.codec], ['video/mp4', 'avc']);
+  near(green.colors[0], frameColor(INSIDE), 'inside');
+  near(green.colors[1], [0x00, 0xb1, 0x40], 'outside');
+  const blue = await encoded(page, { style: 'cutout', background: 'rgb(20 40 200)' });
+  near(blue.colors[0], frameColor(INSIDE), 'inside');
+  near(blue.colors[1], [20, 40, 200, 255], 'outside');
+  const others = await encoded(page, { style: 'cutout', background: 'white', objects: [2] });
+  near(others.colors[0], [255, 255, 255], 'an object that is not chosen');
+});
+
+test('MP4 has even sides, one more where they are odd, and the same times', async (t) => {
+  const page = await open(t);
+  const { codec, starts, size, duration, colors } = await encoded(page, { format: 'mp4' }, [INSIDE, [WIDTH, 40], [6, HEIGHT]]);
+  assert.equal(codec, 'avc');
+  assert.deepEqual(size, [WIDTH + 1, HEIGHT + 1]);
+  assert.deepEqual(starts.map(([time]) => time), [0, 40, 100, 140, 200, 500]);
+  assert.ok(Math.abs(duration - 0.8) < 0.01, `${duration}`);
+  near(colors[1], frameColor([WIDTH - 1, 40]), 'the column added');
+  near(colors[2], frameColor([6, HEIGHT - 1]), 'the row added');
+});
+
+test('masks alone need no frames, and a rate where there are no times', async (t) => {
+  const page = await open(t);
+  const { colors } = await encoded(page, { style: 'masks', colors: ['#000000', '#2060c0'] });
+  near(colors[0], [0x20, 0x60, 0xc0], 'the object');
+  near(colors[1], [0, 0, 0], 'the background');
+  const times = await page.evaluate(async () => {
+    const { encodeVideo: encode, masks, packets } = globalThis.kit;
+    const bare = { ...masks, times: undefined };
+    const starts = async (options) => (await packets(await encode(bare, null, { style: 'masks', ...options }))).starts.map(([time]) => time);
+    return [await starts({}), await starts({ frameRate: 10 })];
+  });
+  assert.deepEqual(times, [[0, 40, 80, 120, 160, 200], [0, 100, 200, 300, 400, 500]]);
+});
+
+test('frames may be larger than their masks, of any kind, and come one by one', async (t) => {
+  const page = await open(t);
+  const results = await page.evaluate(async ([inside, outside]) => {
+    const { encodeVideo: encode, masks, frames, shown } = globalThis.kit;
+    const large = await Promise.all(frames.map((frame) => createImageBitmap(frame, { resizeWidth: 2 * frame.width, resizeHeight: 2 * frame.height, resizeQuality: 'pixelated' })));
+    const canvas = (bitmap) => {
+      const own = new OffscreenCanvas(bitmap.width, bitmap.height);
+      own.getContext('2d').drawImage(bitmap, 0, 0);
+      return own;
+    };
+    const kinds = {
+      bitmap: (bitmap) => bitmap,
+      frame: (bitmap, k) => ({ frame: new VideoFrame(bitmap, { timestamp: k }), index: k }),
+      blob: (bitmap) => canvas(bitmap).convertToBlob(),
+      pixels: (bitmap) => {
+        const { data, width, height } = canvas(bitmap).getContext('2d').getImageData(0, 0, bitmap.width, bitmap.height);
+        return { data, width, height };
+      },
+    };
+    const found = [];
+    for (const [name, make] of Object.entries(kinds)) {
+      let open = 0;
+      const source = async function* () {
+        open += 1;
+        try {
+          for (const [k, bitmap] of [...large, ...large].entries()) {
+            const item = await make(bitmap, k);
+            yield item;
+            item.frame?.close();
+          }
+        } finally {
+          open -= 1;
+        }
+      };
+      const blob = await encode(masks, source(), { style: 'cutout', background: 'black' });
+      found.push([name, open, await shown(blob, 0.12, inside.map((v) => 2 * v), outside.map((v) => 2 * v))]);
+    }
+    return found;
+  }, [INSIDE, OUTSIDE]);
+  assert.equal(results.length, 4);
+  for (const [name, still, { size, colors }] of results) {
+    assert.deepEqual([still, size], [0, [2 * WIDTH, 2 * HEIGHT]], name);
+    near(colors[0], frameColor(INSIDE), `${name} inside`);
+    near(colors[1], [0, 0, 0], `${name} outside`);
+  }
+});
+
+test('an abort ends it, and the source of the frames is told', async (t) => {
+  const page = await open(t);
+  const outcome = await page.evaluate(async () => {
+    const { encodeVideo: encode, masks, frames } = globalThis.kit;
+    const controller = new AbortController();
+    let [given, ended] = [0, false];
+    const source = function* () {
+      try {
+        for (const frame of frames) {
+          given += 1;
+          yield frame;
+        }
+      } finally {
+        ended = true;
+      }
+    };
+    const options = { style: 'cutout', signal: controller.signal, onProgress: ({ done }) => done === 2 && controller.abort() };
+    const name = await encode(masks, source(), options).then(() => 'done', (error) => error.name);
+    return { name, given, ended };
+  });
+  assert.deepEqual(outcome, { name: 'AbortError', given: 3, ended: true });
+});
+
+test('what cannot be encoded is refused in words', async (t) => {
+  const page = await open(t);
+  const messages = await page.evaluate(async () => {
+    const { encodeVideo: encode, masks, frames } = globalThis.kit;
+    const failure = (...given) => encode(...given).then(() => 'no error', (error) => `${error.code}: ${error.message}`);
+    const list = [
+      await failure(masks, frames.slice(0, 4)),
+      await failure(masks, [frames[0], new ImageData(3, 3)]),
+      await failure(masks, [{ data: new Uint8Array(3), width: 1, height: 1 }]),
+      await failure(masks, null),
+      await failure(masks, frames, { style: 'cutout', format: 'mp4', background: 'transparent' }),
+      await failure(masks, frames, { style: 'outline' }),
+      await failure(masks, frames, { codec: 'vp9' }),
+      await failure(masks, frames, { style: 'cutout', background: 'no colour' }),
+    ];
+    delete globalThis.VideoEncoder;
+    return [...list, await failure(masks, frames)];
+  });
+  const expected = [
+    /^data: the frames ended after 4 of 6 \(expected one for each frame of the masks\)/,
+    /^frame-size-changed: frame 1 is 3 × 3 pixels \(expected 61 × 47/,
+    /^data: frame 0 = an Object \(expected something a canvas can draw/,
+    /^param: frames = null \(expected an iterable/,
+    /^param: background = "transparent" \(expected a colour: MP4 files cannot be transparent, format: 'webm' can\)/,
+    /^param: style = "outline" \(expected 'overlay', 'cutout', 'masks'\)/,
+    /^param: codec = "vp9" \(expected no such option/,
+    /^param: background = "no colour" \(expected 'transparent' or a CSS colour\)/,
+    /^unsupported: .*masksZip gives the masks as PNG files/,
+  ];
+  expected.forEach((pattern, k) => assert.match(messages[k], pattern));
+});
+
+test('Node says what to use instead', async () => {
+  const clip = await synthClip({ width: 64, height: 48, frames: 4 });
+  const session = await createSession();
+  for (let t = 0; t < 4; t += 1) await session.push(clip.frame(t));
+  const result = await session.run();
+  session.close();
+  await assert.rejects(encodeVideo(result, [clip.frame(0)]), { code: 'unsupported', message: /WebCodecs.*masksZip/ });
+});

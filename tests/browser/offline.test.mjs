@@ -1,0 +1,85 @@
+// The page without a network: kept on the device after the first visit, complete, renewed when the site changes, and installable.
+
+import assert from 'node:assert/strict';
+import { existsSync, rmSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, describe, test } from 'node:test';
+import { precacheList } from '../../scripts/precache.mjs';
+import { root } from '../../scripts/tools.mjs';
+import { ended, openSample, plainFrame, pngFile, run, text, useSite } from './support.mjs';
+
+/** Waits until the page is kept. */
+const kept = (page) => page.evaluate(() => navigator.serviceWorker.ready.then(({ active }) => active.state));
+
+describe('without a network', () => {
+  const site = useSite();
+  const extra = join(root, 'www', 'demo', 'of-another-version.js');
+  after(() => rmSync(extra, { force: true }));
+
+  test('the page opens again and does all that it did', async () => {
+    const { page, faults } = await openSample(site, { serviceWorkers: 'allow' });
+    await kept(page);
+    const before = await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(7)].join(''));
+    await page.context().setOffline(true);
+    await page.reload();
+    assert.equal(await ended(page), 'done');
+    assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(7)].join('')), before);
+    assert.equal(await run(page, [0, 1, 2].map((k) => pngFile(`${k}.png`, plainFrame(48, 32, (x, y) => [(x * 5 + k * 9) % 256, y * 7, 0])))), 'done');
+    await page.goto(`${page.url().replace(/[?#].*/, '')}?from=a-link`);
+    assert.equal(await ended(page), 'done');
+    assert.deepEqual(faults, []);
+  });
+
+  test('every file that the page asks for is kept', async () => {
+    const { files } = precacheList();
+    assert.deepEqual(files.filter((file) => !existsSync(join(root, file.startsWith('./dist/') ? '' : 'www', file))), []);
+    const { page } = await site.open();
+    const asked = [];
+    page.on('request', (request) => request.url().startsWith('http') && asked.push(request.url()));
+    await page.reload();
+    assert.equal(await ended(page), 'done');
+    const relative = asked.map((url) => `./${new URL(url).pathname.slice(1)}`);
+    assert.ok(relative.length > 40, `${relative.length} files`);
+    assert.deepEqual(relative.filter((file) => !files.includes(file)), []);
+  });
+
+  test('a changed site is offered, and taken when the user wants it', async () => {
+    const { page } = await openSample(site, { serviceWorkers: 'allow' });
+    await kept(page);
+    const first = await page.evaluate(() => caches.keys());
+    await page.reload();
+    assert.equal(await ended(page), 'done');
+    assert.equal(await page.locator('#update').isVisible(), false);
+    writeFileSync(extra, '// Another version of the site.\n');
+    await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
+    await page.locator('#update').click();
+    await page.waitForFunction(() => document.body.dataset.state === 'done' && document.querySelector('#update').hidden);
+    const second = await page.evaluate(() => caches.keys());
+    assert.equal(second.length, 1);
+    assert.notDeepEqual(second, first);
+  });
+
+  test('the manifest says how to install it, with icons of the sizes that it names', async () => {
+    const { page } = await site.open();
+    const found = await page.evaluate(async () => {
+      const at = document.querySelector('link[rel="manifest"]').href;
+      const manifest = await (await fetch(at)).json();
+      const sizes = await Promise.all(manifest.icons.map(async ({ src }) => {
+        const image = new Image();
+        image.src = new URL(src, at);
+        await image.decode();
+        return `${image.naturalWidth}x${image.naturalHeight}`;
+      }));
+      return { manifest, sizes };
+    });
+    assert.equal(found.manifest.display, 'standalone');
+    found.manifest.icons.forEach(({ sizes }, k) => assert.ok(sizes === 'any' || sizes === found.sizes[k], found.sizes[k]));
+  });
+
+  test('a browser without service workers shows the page all the same', async () => {
+    const context = { serviceWorkers: 'block' };
+    const { page, faults } = await openSample(site, context);
+    assert.match(await text(page, '#headline'), /moving objects/);
+    assert.deepEqual(faults, []);
+  });
+});

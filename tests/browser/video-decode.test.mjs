@@ -1,0 +1,171 @@
+// Frames of video files: each once, in order, with its own time, by WebCodecs and by seeking alike.
+
+import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import { describe, test } from 'node:test';
+import { sharedClips } from './support.mjs';
+import { giveFile, useLibrary } from './video-support.mjs';
+
+const CLIPS = [
+  { name: 'dashcam-cars-38f.mp4', frames: 38, rate: 25, width: 1280, height: 720 },
+  { name: 'dashcam-lane-221f.mp4', frames: 221, rate: 25, width: 960, height: 540 },
+  { name: 'static-camera-cars-377f.mp4', frames: 377, rate: 12.5, width: 768, height: 432 },
+];
+
+const upTo = (count) => Array.from({ length: count }, (_, k) => k);
+
+/** Times that containers round to their own units. */
+function assertTimes(found, expected, tolerance = 0.0006) {
+  assert.equal(found.length, expected.length, `${found.length} times, not ${expected.length}`);
+  found.forEach((time, k) => assert.ok(Math.abs(time - expected[k]) <= tolerance, `frame ${k} at ${time} s, not ${expected[k]} s`));
+}
+
+describe('clips from outside', () => {
+  const library = useLibrary();
+
+  for (const { name, frames, rate, width, height } of CLIPS) {
+    const path = join(sharedClips, name);
+    const skip = existsSync(path) ? false : `${path} is not here`;
+
+    test(`${name}: ${frames} frames at the times that its container says`, { skip }, async () => {
+      const { page } = library;
+      await giveFile(page, path);
+      const info = await page.evaluate(() => tracecut.videoInfo(file));
+      assert.deepEqual([info.width, info.height, info.numFrames, info.frameRate, info.decodable], [width, height, frames, rate, true]);
+      assert.ok(Math.abs(info.duration - frames / rate) < 1e-6, `${info.duration} s`);
+      assert.match(info.codec, /^avc1\./);
+      const seen = await page.evaluate(() => numbersOf(file, { size: 64 }));
+      assertTimes(seen.times, upTo(frames).map((k) => k / rate), 1e-6);
+      assert.deepEqual(seen.indices, upTo(frames));
+      assert.ok(seen.durations.every((duration) => Math.abs(duration - 1 / rate) < 1e-6), seen.durations.join());
+    });
+
+    test(`${name}: WebCodecs and seeking give the same pixels`, { skip }, async () => {
+      const { page } = library;
+      await giveFile(page, path);
+      const differences = await page.evaluate(comparePaths, { step: Math.floor(frames / 6), maxFrames: 6 });
+      assert.equal(differences.length, 6);
+      for (const { time, other, mean } of differences) {
+        assert.equal(time, other);
+        assert.ok(mean < 1.5, `the frame at ${time} s differs by ${mean} levels on average`);
+      }
+    });
+  }
+});
+
+/** Runs in the page: the mean difference of frames decoded both ways. */
+async function comparePaths(options) {
+  const bySeeking = tracecut.videoFrames(file, { ...options, decoding: 'seeking' });
+  const differences = [];
+  for await (const { frame, time } of tracecut.videoFrames(file, { ...options, decoding: 'webcodecs' })) {
+    const { value } = await bySeeking.next();
+    let sum = 0;
+    frame.data.forEach((level, at) => (sum += Math.abs(level - value.frame.data[at])));
+    differences.push({ time, other: value.time, mean: sum / frame.data.length });
+  }
+  await bySeeking.return();
+  return differences;
+}
+
+describe('clips made on the spot', () => {
+  const library = useLibrary();
+
+  test('every frame comes once and in order, by WebCodecs and by seeking, from WebM and MP4', async () => {
+    const { page } = library;
+    for (const kind of [{ container: 'WebM', codec: 'vp8' }, { container: 'Mp4', codec: 'vp9' }]) {
+      for (const decoding of ['webcodecs', 'seeking']) {
+        const seen = await page.evaluate(async ([made, how]) => numbersOf(await makeClip({ times: evenTimes(60, 25), ...made }), how), [kind, { decoding }]);
+        assert.deepEqual(seen.numbers, upTo(60), `${kind.container} by ${decoding}`);
+        assertTimes(seen.times, upTo(60).map((k) => k / 25));
+      }
+    }
+  });
+
+  test('frames that last unequally long keep their times', async () => {
+    const { page } = library;
+    const times = [0, 0.02, 0.1, 0.13, 0.5, 0.52, 0.6, 1.2, 1.24];
+    const seen = await page.evaluate(async (at) => numbersOf(await makeClip({ times: at })), times);
+    assert.deepEqual(seen.numbers, upTo(times.length));
+    assertTimes(seen.times, times);
+    assertTimes(seen.durations, [...times.slice(1), 1.28].map((time, k) => time - times[k]), 0.0012);
+  });
+
+  test('start is in, end is out, step and maxFrames count the frames between', async () => {
+    const { page } = library;
+    const cases = [
+      [{ start: 0.4, end: 0.8 }, [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]],
+      [{ start: 0.41, end: 0.56 }, [11, 12, 13]],
+      [{ start: 0.4, step: 7 }, [10, 17, 24]],
+      [{ step: 10 }, [0, 10, 20]],
+      [{ maxFrames: 3 }, [0, 1, 2]],
+      [{ start: 0.2, step: 2, maxFrames: 4 }, [5, 7, 9, 11]],
+      [{ start: -1, end: 0.1 }, [0, 1, 2]],
+      [{ start: 1.16 }, [29]],
+    ];
+    for (const decoding of ['webcodecs', 'seeking']) {
+      for (const [take, numbers] of cases) {
+        const seen = await page.evaluate(
+          async (options) => numbersOf((globalThis.thirty ??= await makeClip({ times: evenTimes(30, 25), keyEvery: 10 })), options),
+          { ...take, decoding },
+        );
+        assert.deepEqual(seen.numbers, numbers, JSON.stringify({ ...take, decoding }));
+        assert.deepEqual(seen.indices, upTo(numbers.length));
+      }
+    }
+  });
+
+  test('size is the long side; frames are never enlarged', async () => {
+    const { page } = library;
+    const sizes = await page.evaluate(async () => {
+      const clip = await makeClip({ times: evenTimes(2, 25), width: 160, height: 90 });
+      return Promise.all([undefined, 80, 100, 500].map(async (size) => (await numbersOf(clip, { size })).size));
+    });
+    assert.deepEqual(sizes, ['160x90', '80x45', '100x56', '160x90']);
+  });
+
+  test('a clip filmed upright comes as it is shown', async () => {
+    const { page } = library;
+    for (const decoding of ['webcodecs', 'seeking']) {
+      const seen = await page.evaluate(async (how) => {
+        const turned = await makeClip({ times: evenTimes(3, 25), container: 'Mp4', codec: 'vp9', rotation: 90 });
+        const { value } = await tracecut.videoFrames(turned, how).next();
+        const { width, height } = await tracecut.videoInfo(turned, how);
+        return { size: [value.frame.width, value.frame.height], info: [width, height], edge: redEdge(value.frame) };
+      }, { decoding });
+      assert.deepEqual(seen, { size: [64, 128], info: [64, 128], edge: 'top' }, decoding);
+    }
+  });
+
+  test('a recording whose length is not written in the file', async () => {
+    const { page } = library;
+    const seen = await page.evaluate(async () => {
+      const canvas = Object.assign(document.createElement('canvas'), { width: 128, height: 64 });
+      const context = canvas.getContext('2d');
+      const recorder = new MediaRecorder(canvas.captureStream(), { mimeType: 'video/webm;codecs=vp8' });
+      const parts = [];
+      recorder.ondataavailable = (event) => parts.push(event.data);
+      recorder.start();
+      for (let k = 0; k < 10; k += 1) {
+        drawNumber(context, k);
+        await new Promise((resolve) => setTimeout(resolve, 60));
+      }
+      await new Promise((resolve) => ((recorder.onstop = resolve), recorder.stop()));
+      const recording = new Blob(parts);
+      const both = [await numbersOf(recording), await numbersOf(recording, { decoding: 'seeking' })];
+      return { both, info: await tracecut.videoInfo(recording) };
+    });
+    const [byWebCodecs, bySeeking] = seen.both;
+    assert.ok(byWebCodecs.numbers.length >= 5, byWebCodecs.numbers.join());
+    assert.deepEqual(byWebCodecs.numbers, [...byWebCodecs.numbers].sort((a, b) => a - b));
+    assert.equal(seen.info.numFrames, byWebCodecs.numbers.length);
+    // Its frames last unequally long, so a player that is sent to one may show the one before.
+    assert.deepEqual(bySeeking.times, byWebCodecs.times);
+    bySeeking.numbers.forEach((number, k) => assert.ok([0, 1].includes(byWebCodecs.numbers[k] - number), bySeeking.numbers.join()));
+  });
+
+  test('no frame is left open, and nothing is complained about', async () => {
+    await library.page.evaluate(() => globalThis.gc?.());
+    assert.deepEqual(library.faults, []);
+  });
+});

@@ -1,0 +1,105 @@
+// How a clip is cut into windows, with an engine that only counts.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Driver } from '../../dist/video/driver.js';
+
+/** An engine that keeps the numbers of its frames, and holds back those that begin a shot. */
+class CountingEngine {
+  frames = [];
+  held = null;
+  runs = 0;
+  most = 0;
+
+  constructor(cuts, window) {
+    Object.assign(this, { cuts, window });
+  }
+
+  async pushInShot({ number }) {
+    assert.equal(this.held, null, 'a frame is pushed while another is held back');
+    const held = this.cuts.includes(number);
+    if (held) this.held = number;
+    else this.frames.push(number);
+    this.most = Math.max(this.most, this.frames.length);
+    return { held };
+  }
+
+  async advance(overlap) {
+    this.frames = this.held === null ? this.frames.slice(-overlap) : [this.held];
+    this.held = null;
+  }
+
+  async run() {
+    assert.ok(this.frames.length > 0, 'an empty window is run');
+    this.runs += 1;
+    const info = { width: 1, height: 1, numFrames: this.frames.length };
+    return { info, labels: Uint8Array.from(this.frames, (number) => number % 256), numbers: [...this.frames] };
+  }
+}
+
+async function drive({ frames, window, overlap, cuts = [] }) {
+  const engine = new CountingEngine(cuts, window);
+  let number = 0;
+  const nextFrame = async () => (number < frames ? { raw: { number: number++ }, time: (number - 1) / 10 } : null);
+  const stop = new AbortController().signal;
+  const driver = new Driver({ engine, nextFrame, window, overlap, stop, onStage() {}, onFrame() {} });
+  const windows = [];
+  for (let result = await driver.next(); result; result = await driver.next()) windows.push(result);
+  return { engine, windows, settled: windows.flatMap((result) => [...result.frames()]) };
+}
+
+test('each frame is settled once, in order, with its own time and mask, however long the clip, the window, the overlap and the shots', async () => {
+  for (const window of [2, 3, 5, 8]) {
+    for (let overlap = 1; overlap < window; overlap += 1) {
+      for (let frames = 1; frames <= 20; frames += 1) {
+        for (const cuts of [[], [1], [window], [window + 1], [3, 4], [window, window + 1, window + 2]]) {
+          const { engine, windows, settled } = await drive({ frames, window, overlap, cuts });
+          const where = JSON.stringify({ frames, window, overlap, cuts });
+          assert.deepEqual(settled.map(({ index }) => index), Array.from({ length: frames }, (_, k) => k), where);
+          assert.deepEqual(settled.map(({ labels }) => labels[0]), Array.from({ length: frames }, (_, k) => k), where);
+          assert.deepEqual(settled.map(({ time }) => time), Array.from({ length: frames }, (_, k) => k / 10), where);
+          assert.ok(engine.most <= window, `${engine.most} frames in a window: ${where}`);
+          assert.equal(engine.runs, windows.length, where);
+          assert.deepEqual(windows.map(({ index }) => index), [...windows.keys()], where);
+          const shots = settled.map(({ index }) => windows.find((w) => w.firstFrame + w.settled.from <= index && index < w.firstFrame + w.settled.to).shot);
+          assert.deepEqual(shots, settled.map(({ index }) => cuts.filter((cut) => cut <= index).length), where);
+        }
+      }
+    }
+  }
+});
+
+test('of frames that two windows share the first half is settled by the earlier one', async () => {
+  const { windows } = await drive({ frames: 90, window: 50, overlap: 10 });
+  assert.deepEqual(windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]), [
+    [0, 50, { from: 0, to: 45 }],
+    [40, 50, { from: 5, to: 50 }],
+  ]);
+});
+
+test('a clip of just a window, and one more frame, are one window and two', async () => {
+  assert.equal((await drive({ frames: 50, window: 50, overlap: 10 })).windows.length, 1);
+  const { windows } = await drive({ frames: 51, window: 50, overlap: 10 });
+  assert.deepEqual(windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]), [
+    [0, 50, { from: 0, to: 45 }],
+    [40, 11, { from: 5, to: 11 }],
+  ]);
+});
+
+test('a cut right after a full window runs nothing twice: the full window settles all of its frames', async () => {
+  const { windows, engine } = await drive({ frames: 12, window: 8, overlap: 4, cuts: [8] });
+  assert.deepEqual(windows.map(({ firstFrame, shot, times, settled }) => [firstFrame, shot, times.length, settled]), [
+    [0, 0, 8, { from: 0, to: 8 }],
+    [8, 1, 4, { from: 0, to: 4 }],
+  ]);
+  assert.equal(engine.runs, 2);
+});
+
+test('a cut elsewhere ends the window at hand, whose frames are all settled', async () => {
+  const { windows } = await drive({ frames: 10, window: 8, overlap: 4, cuts: [3, 4] });
+  assert.deepEqual(windows.map(({ firstFrame, shot, times, settled }) => [firstFrame, shot, times.length, settled]), [
+    [0, 0, 3, { from: 0, to: 3 }],
+    [3, 1, 1, { from: 0, to: 1 }],
+    [4, 2, 6, { from: 0, to: 6 }],
+  ]);
+});

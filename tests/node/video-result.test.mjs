@@ -1,0 +1,160 @@
+// What is collected of a clip: masks as runs, objects, trajectories over windows; and frames reduced.
+
+import assert from 'node:assert/strict';
+import { before, describe, test } from 'node:test';
+import { segmentVideo, videoFrames, videoInfo } from 'tracecut';
+import { areasOf, decodeRuns, encodeRuns } from '../../dist/video/masks.js';
+import { fitted, reduced } from '../../dist/video/pixels.js';
+import { framesOf, plain, png, rejects } from './support.mjs';
+
+const identity = Uint8Array.from({ length: 256 }, (_, k) => k);
+
+/** Numbers that look random and are the same each time. */
+function* noise(seed) {
+  for (let state = seed; ; ) {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    yield state >>> 8;
+  }
+}
+
+test('label maps come back from runs as they were, whatever they hold', () => {
+  const random = noise(7);
+  const maps = [new Uint8Array(0), new Uint8Array(1), Uint8Array.of(255), identity, new Uint8Array(2 ** 24 + 9).fill(3)];
+  for (let k = 0; k < 30; k += 1) maps.push(Uint8Array.from({ length: 500 }, () => (random.next().value % (k + 1)) * 8));
+  for (const map of maps) {
+    const runs = encodeRuns(map);
+    assert.deepEqual(decodeRuns(runs, map.length, identity), map);
+    const areas = areasOf(runs);
+    for (const label of [0, 3, 8, 255]) assert.equal(areas[label], map.filter((value) => value === label).length);
+  }
+});
+
+test('each pixel of a reduced frame is the mean of what it covers', () => {
+  const random = noise(3);
+  const frame = { width: 7, height: 5, data: Uint8Array.from({ length: 4 * 35 }, () => random.next().value % 256) };
+  assert.deepEqual(reduced(frame, 7, 5), frame.data);
+  for (const [width, height] of [[1, 1], [3, 2], [7, 1], [4, 5], [6, 4]]) {
+    const small = reduced(frame, width, height);
+    // The same by brute force, over 420 × 420 points of the picture.
+    for (let y = 0; y < height; y += 1) {
+      for (let x = 0; x < width; x += 1) {
+        let [sum, count] = [0, 0];
+        for (let py = (y * 420) / height; py < ((y + 1) * 420) / height; py += 1) {
+          for (let px = (x * 420) / width; px < ((x + 1) * 420) / width; px += 1) {
+            sum += frame.data[4 * (Math.floor((py * 5) / 420) * 7 + Math.floor((px * 7) / 420))];
+            count += 1;
+          }
+        }
+        const found = small[4 * (y * width + x)];
+        assert.ok(Math.abs(found - sum / count) <= 0.51, `${width}x${height} at ${x},${y}: ${found}, not ${sum / count}`);
+      }
+    }
+  }
+  assert.deepEqual(fitted(1280, 720, 480), { width: 480, height: 270 });
+  assert.deepEqual(fitted(720, 1280, 100), { width: 56, height: 100 });
+  assert.deepEqual(fitted(64, 2, 16), { width: 16, height: 1 });
+  assert.deepEqual(fitted(64, 48, 500), { width: 64, height: 48 });
+});
+
+describe('a collected clip', () => {
+  let windows;
+  let result;
+  const frames = framesOf({ width: 160, height: 90, frames: 24, seed: 0 });
+  const options = { window: 14, overlap: 8, frameRate: 8 };
+
+  before(async () => {
+    windows = [];
+    for await (const window of segmentVideo(await frames, options)) windows.push(window);
+    result = await segmentVideo(await frames, options).collect();
+  });
+
+  test('has the masks and times of its windows', () => {
+    assert.deepEqual([result.width, result.height, result.numFrames, windows.length], [160, 90, 24, 3]);
+    for (const window of windows) {
+      for (const { index, time, labels } of window.frames()) {
+        assert.deepEqual(result.labels(index), labels);
+        assert.equal(result.times[index], time);
+      }
+    }
+    assert.throws(() => result.labels(24), { code: 'param' });
+  });
+
+  test('lists its objects with the frames they are in and their areas', () => {
+    assert.ok(result.objects.length > 0, 'no objects were found');
+    for (const { label, firstFrame, lastFrame, frames: count, meanArea, areas } of result.objects) {
+      const counted = Array.from({ length: 24 }, (_, t) => result.labels(t).filter((value) => value === label).length);
+      const present = counted.flatMap((area, t) => (area ? [t] : []));
+      assert.deepEqual([...areas], counted);
+      assert.deepEqual([firstFrame, lastFrame, count], [present[0], present.at(-1), present.length]);
+      assert.ok(Math.abs(meanArea - counted.reduce((sum, area) => sum + area, 0) / count) < 1e-9);
+    }
+  });
+
+  test('joins trajectories over windows: some are longer than any window, and all points are those of the windows', () => {
+    const { count, startFrame, offset, x, y, label } = result.trajectories;
+    assert.deepEqual([startFrame.length, offset.length, label.length, offset[count]], [count, count + 1, count, x.length]);
+    const points = new Set();
+    let longest = 0;
+    for (let i = 0; i < count; i += 1) {
+      longest = Math.max(longest, offset[i + 1] - offset[i]);
+      for (let p = offset[i]; p < offset[i + 1]; p += 1) points.add(`${x[p]} ${y[p]} ${startFrame[i] + p - offset[i]}`);
+    }
+    assert.ok(longest > options.window, `the longest trajectory has ${longest} points`);
+    const ofWindows = new Set();
+    for (const { trajectories: own, firstFrame } of windows) {
+      for (let i = 0; i < own.count; i += 1) {
+        for (let p = own.offset[i]; p < own.offset[i + 1]; p += 1) ofWindows.add(`${own.x[p]} ${own.y[p]} ${firstFrame + own.startFrame[i] + p - own.offset[i]}`);
+      }
+    }
+    assert.deepEqual([...points].sort(), [...ofWindows].sort());
+    const known = new Set([0, ...result.objects.map((object) => object.label)]);
+    assert.ok(label.every((value) => known.has(value)), [...new Set(label)].join());
+    assert.ok(new Set(label).size > 1, 'all trajectories have one label');
+  });
+
+  test('writes its trajectories as a track file', () => {
+    const [numFrames, count, ...lines] = result.toTracksDat().trimEnd().split('\n');
+    assert.deepEqual([numFrames, count], ['24', `${result.trajectories.count}`]);
+    let at = 0;
+    for (let i = 0; i < result.trajectories.count; i += 1) {
+      const [label, length] = lines[at].split(' ').map(Number);
+      assert.equal(label, result.trajectories.label[i]);
+      const track = lines.slice(at + 1, at + 1 + length).map((line) => line.split(' ').map(Number));
+      track.forEach(([, , frame], k) => assert.equal(frame, result.trajectories.startFrame[i] + k));
+      at += 1 + length;
+    }
+    assert.equal(at, lines.length);
+  });
+
+  test('is relabelled and merged without being computed again, and stays as it was', () => {
+    const [{ label, areas }] = result.objects;
+    const renamed = result.relabel({ [label]: 200 });
+    assert.deepEqual(renamed.objects.map((object) => object.label).includes(200), true);
+    assert.deepEqual(renamed.labels(3), result.labels(3).map((value) => (value === label ? 200 : value)));
+    const gone = renamed.merge(0, 200);
+    assert.ok(!gone.objects.some((object) => object.label === 200));
+    assert.ok(gone.labels(3).every((value) => value !== 200));
+    assert.ok(gone.trajectories.label.every((value) => value !== 200));
+    const both = result.relabel({ 0: 7 }).merge(label, 7);
+    assert.ok(both.labels(0).every((value) => value !== 7 && value !== 0));
+    assert.equal(both.objects.find((object) => object.label === label).areas[0], 160 * 90 - result.objects.slice(1).reduce((sum, object) => sum + object.areas[0], 0));
+    assert.deepEqual(result.objects[0].areas, areas);
+    assert.throws(() => result.merge(1, 77), { code: 'param', message: /b = 77 \(expected the label of an object: / });
+    assert.throws(() => result.relabel({ 1: 300 }), { code: 'param', message: /map\[1\] = 300/ });
+    assert.throws(() => result.relabel(3), { code: 'param' });
+  });
+});
+
+test('videoFrames gives the frames of a list as pixels, chosen and reduced', async () => {
+  const frames = Array.from({ length: 10 }, (_, k) => plain(40, 20, 20 * k));
+  const seen = [];
+  for await (const { frame, index, time } of videoFrames(frames.map((frame) => png(frame)), { frameRate: 10, start: 0.2, step: 3, size: 20 })) {
+    seen.push([frame.width, frame.height, frame.data.length, frame.data[0], frame.data[3], index, time]);
+  }
+  assert.deepEqual(seen, [[20, 10, 800, 40, 255, 0, 0.2], [20, 10, 800, 100, 255, 1, 0.5], [20, 10, 800, 160, 255, 2, 0.8]]);
+  await rejects(videoFrames([]).next(), 'no-frames');
+  await rejects(videoFrames('clip.mp4').next(), 'unsupported');
+  await rejects(videoInfo([plain(8, 8)]), 'unsupported', /list or stream of frames/);
+  assert.throws(() => videoFrames([], { window: 3 }), { code: 'param', message: /window = 3 \(expected start, end/ });
+  await assert.rejects(videoFrames(frames, { signal: AbortSignal.abort() }).next(), { name: 'AbortError' });
+});

@@ -1,0 +1,280 @@
+// segmentVideo over frames one by one: windows, order, back pressure, ends of all kinds.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { createSession, Result, segmentVideo, synthClip, TraceCutError, VideoResult, VideoSegmentation, WindowResult } from 'tracecut';
+import { framesOf, plain, png, rejects, STAGES } from './support.mjs';
+
+/** Windows that are run in a moment. */
+const TINY = { width: 64, height: 48, frames: 14, seed: 3 };
+/** Large enough for objects to be found. */
+const MOVING = { width: 160, height: 90 };
+
+const WINDOWS = { window: 6, overlap: 2 };
+
+async function windowsOf(source, options) {
+  const windows = [];
+  for await (const window of segmentVideo(source, options)) windows.push(window);
+  return windows;
+}
+
+const settledFrames = (windows) => windows.flatMap((window) => [...window.frames()]);
+const numbers = (count) => Array.from({ length: count }, (_, k) => k);
+
+test('a list of frames comes out window by window, each frame once and in order, with its time', async () => {
+  const windows = await windowsOf(await framesOf(TINY), { ...WINDOWS, frameRate: 10 });
+  assert.deepEqual(windows.map(({ index, shot, firstFrame, numFrames, settled }) => ({ index, shot, firstFrame, numFrames, settled })), [
+    { index: 0, shot: 0, firstFrame: 0, numFrames: 6, settled: { from: 0, to: 5 } },
+    { index: 1, shot: 0, firstFrame: 4, numFrames: 6, settled: { from: 1, to: 5 } },
+    { index: 2, shot: 0, firstFrame: 8, numFrames: 6, settled: { from: 1, to: 6 } },
+  ]);
+  const settled = settledFrames(windows);
+  assert.deepEqual(settled.map(({ index }) => index), numbers(14));
+  assert.deepEqual(settled.map(({ time }) => time), numbers(14).map((k) => k / 10));
+  for (const window of windows) {
+    assert.ok(window instanceof WindowResult && window instanceof Result);
+    assert.ok(window.times instanceof Float64Array && window.times.length === window.numFrames);
+    assert.ok(window.memoryBytes > 0);
+    for (const { t, labels } of window.frames()) assert.deepEqual(labels, window.labels(t));
+  }
+});
+
+test('a clip of one window gives what a session gives', async () => {
+  const frames = await framesOf();
+  const session = await createSession();
+  for (const frame of frames) await session.push(frame);
+  const expected = await session.run();
+  session.close();
+  const [window] = await windowsOf(frames);
+  assert.equal(window.numFrames, frames.length);
+  for (let t = 0; t < frames.length; t += 1) assert.deepEqual(window.labels(t), expected.labels(t));
+  assert.deepEqual(window.trajectories.x, expected.trajectories.x);
+});
+
+test('frames come from lists, generators, streams and promises, as pixels, files, or with a time', async () => {
+  const frames = (await framesOf(TINY)).slice(0, 3);
+  const expected = settledFrames(await windowsOf(frames)).map(({ labels }) => labels);
+  async function* generator() {
+    for (const [k, frame] of frames.entries()) yield { frame, time: 5 + k / 2 };
+  }
+  const sources = {
+    generator: generator(),
+    stream: new ReadableStream({ start: (controller) => (frames.forEach((frame) => controller.enqueue(frame)), controller.close()) }),
+    files: frames.map((frame) => png(frame)),
+    promises: frames.map(async (frame) => png(frame)),
+    set: new Set(frames),
+  };
+  for (const [name, source] of Object.entries(sources)) {
+    const settled = settledFrames(await windowsOf(source));
+    assert.deepEqual(settled.map(({ labels }) => labels), expected, name);
+    assert.deepEqual(settled.map(({ time }) => time), name === 'generator' ? [5, 5.5, 6] : [0, 0.04, 0.08], name);
+  }
+});
+
+test('start, end, step, maxFrames and size choose and reduce the frames', async () => {
+  const frames = await framesOf(TINY);
+  const options = { frameRate: 10, start: 0.2, end: 1.2, step: 2, maxFrames: 4, size: 32 };
+  const [window] = await windowsOf(frames, options);
+  assert.deepEqual([window.width, window.height], [32, 24]);
+  assert.deepEqual([...window.times], [0.2, 0.4, 0.6, 0.8]);
+  const [files] = await windowsOf(frames.map((frame) => png(frame)), options);
+  for (let t = 0; t < 4; t += 1) assert.deepEqual(files.labels(t), window.labels(t));
+});
+
+test('progress tells of decoding and of every stage, window by window', async () => {
+  const heard = [];
+  await windowsOf(await framesOf(TINY), { ...WINDOWS, onProgress: (progress) => heard.push(progress) });
+  for (const index of [0, 1, 2]) {
+    const own = heard.filter(({ window }) => window === index);
+    assert.deepEqual(new Set(own.map(({ stage }) => stage)), new Set(['decode', ...STAGES]));
+    for (const { stage, done, total } of own) assert.ok(done > 0 && done <= total, `${stage}: ${done} of ${total}`);
+    const decoded = own.filter(({ stage }) => stage === 'decode');
+    assert.deepEqual([decoded.at(-1).done, decoded.at(-1).total], [6, 6]);
+  }
+  assert.ok(heard.every(({ frames }) => frames.total === 14));
+  const counts = heard.map(({ frames }) => frames.done);
+  assert.deepEqual(counts, [...counts].sort((a, b) => a - b));
+  assert.equal(counts.at(-1), 14);
+});
+
+/** The frames of a clip that repeats, counted as they are taken; `ended` once nobody wants more. */
+function endless(frames) {
+  const source = { taken: 0, ended: false };
+  source[Symbol.asyncIterator] = async function* () {
+    try {
+      for (;;) yield frames[source.taken++ % frames.length];
+    } finally {
+      source.ended = true;
+    }
+  };
+  return source;
+}
+
+const moment = (ms = 300) => new Promise((resolve) => setTimeout(resolve, ms));
+
+test('one window is computed ahead of the one that is looked at, and no more', async () => {
+  const source = endless((await framesOf(TINY)).slice(0, 1));
+  const video = segmentVideo(source, WINDOWS);
+  const iterator = video[Symbol.asyncIterator]();
+  assert.equal(source.taken, 0, 'frames are taken before anybody asks');
+  await iterator.next();
+  await moment(600);
+  // Window 1, the four new frames of window 2, and the one that tells that it is full.
+  assert.equal(source.taken, 6 + 4 + 1);
+  await iterator.next();
+  await moment(600);
+  assert.equal(source.taken, 6 + 4 + 4 + 1);
+  await iterator.return();
+  await moment(50);
+  assert.ok(source.ended);
+});
+
+test('leaving the loop ends the work and the source', async () => {
+  const source = endless(await framesOf(TINY));
+  const video = segmentVideo(source, WINDOWS);
+  for await (const window of video) {
+    if (window.index === 1) break;
+  }
+  await moment(50);
+  assert.ok(source.ended);
+  const { taken } = source;
+  await moment();
+  assert.equal(source.taken, taken);
+  await rejects(video.collect(), 'state');
+});
+
+test('an abort in the middle rejects with its reason and ends the source; the same clip can be run again to the same masks', async () => {
+  const frames = await framesOf(TINY);
+  const expected = settledFrames(await windowsOf(frames, WINDOWS)).map(({ labels }) => labels);
+  for (const stage of ['decode', 'flow', 'superpixels']) {
+    const controller = new AbortController();
+    const reason = new Error('changed my mind');
+    const source = endless(frames);
+    const onProgress = (progress) => progress.stage === stage && progress.window === 1 && controller.abort(reason);
+    await assert.rejects(windowsOf(source, { ...WINDOWS, signal: controller.signal, onProgress }), reason);
+    await moment(50);
+    assert.ok(source.ended, stage);
+  }
+  assert.deepEqual(settledFrames(await windowsOf(frames, WINDOWS)).map(({ labels }) => labels), expected);
+});
+
+test('an abort is heard before the first frame, and while the source is silent', async () => {
+  await assert.rejects(windowsOf([plain(8, 8)], { signal: AbortSignal.abort() }), { name: 'AbortError' });
+  const controller = new AbortController();
+  const silent = { async *[Symbol.asyncIterator]() { await new Promise(() => {}); } };
+  const waiting = windowsOf(silent, { signal: controller.signal });
+  setTimeout(() => controller.abort(), 20);
+  await assert.rejects(waiting, { name: 'AbortError' });
+});
+
+test('close, free and dispose end what is awaited; results stay', async () => {
+  for (const end of ['close', 'free', Symbol.dispose]) {
+    const video = segmentVideo(endless(await framesOf(TINY)), WINDOWS);
+    const iterator = video[Symbol.asyncIterator]();
+    const { value } = await iterator.next();
+    const next = iterator.next().then(() => iterator.next());
+    video[end]();
+    video[end]();
+    await rejects(next, 'closed');
+    assert.equal(value.labels(0).length, 64 * 48);
+  }
+  const unused = segmentVideo([]);
+  unused.close();
+  await rejects(unused.collect(), 'closed');
+});
+
+test('a segmentation is used once', async () => {
+  const video = segmentVideo([plain(16, 16)]);
+  assert.ok(video instanceof VideoSegmentation);
+  await video.collect();
+  await rejects(video.collect(), 'state', /once; call segmentVideo again/);
+  assert.throws(() => video[Symbol.asyncIterator](), { code: 'state' });
+});
+
+test('an error of the source or of onProgress is what the loop ends with', async () => {
+  const broken = new Error('disk on fire');
+  async function* burning() {
+    yield plain(16, 16);
+    throw broken;
+  }
+  await assert.rejects(windowsOf(burning()), broken);
+  const onProgress = () => {
+    throw broken;
+  };
+  await assert.rejects(windowsOf(await framesOf(TINY), { onProgress }), broken);
+});
+
+test('one frame is all background; no frame is an error, and so are frames of different sizes', async () => {
+  const [window] = await windowsOf([plain(24, 16, (x) => 10 * x)]);
+  assert.deepEqual([...new Set(window.labels(0))], [0]);
+  assert.deepEqual(window.settled, { from: 0, to: 1 });
+  await rejects(windowsOf([]), 'no-frames', /no frames/);
+  await rejects(windowsOf([plain(8, 8)], { start: 3, end: 4 }), 'no-frames', /from 3 s to 4 s.*at 0 s to 0 s/);
+  await rejects(windowsOf([plain(24, 16), plain(16, 24)]), 'frame-size-changed', /16.*24/);
+  await rejects(windowsOf([plain(24, 16), 'two']), 'data', /frame = "two"/);
+  await rejects(windowsOf([{ frame: plain(8, 8), time: 1 }, { frame: plain(8, 8), time: 1 }]), 'data', /frame 1 has time = 1/);
+  await rejects(windowsOf([{ frame: plain(8, 8), time: NaN }]), 'data', /time = NaN/);
+});
+
+test('options out of range are named with their range, at once', () => {
+  const cases = [
+    [{ window: 1 }, /window = 1 \(expected a whole number, 2..=400\)/],
+    [{ window: 401 }, /window = 401/],
+    [{ window: 10, overlap: 10 }, /overlap = 10 \(expected a whole number, 1..=9\)/],
+    [{ overlap: 0 }, /overlap = 0/],
+    [{ start: '1' }, /start = "1" \(expected a number of seconds\)/],
+    [{ start: 2, end: 2 }, /end = 2 \(expected more than start = 2\)/],
+    [{ end: NaN }, /end = NaN/],
+    [{ step: 0 }, /step = 0/],
+    [{ maxFrames: 1.5 }, /maxFrames = 1.5/],
+    [{ size: 8 }, /size = 8 \(expected a whole number, 16..=16384\)/],
+    [{ frameRate: 0 }, /frameRate = 0/],
+    [{ decoding: 'magic' }, /decoding = "magic"/],
+    [{ signal: {} }, /signal = an Object \(expected an AbortSignal\)/],
+    [{ onProgress: 1 }, /onProgress = 1/],
+    [{ clip: { dense: false } }, /clip.dense = false/],
+    ['fast', /options = "fast"/],
+  ];
+  for (const [options, message] of cases) {
+    assert.throws(() => segmentVideo([], options), (error) => error instanceof TraceCutError && error.code === 'param' && message.test(error.message), `${message}`);
+  }
+});
+
+test('an unknown parameter is refused when the work begins, and a small window gets a small overlap', async () => {
+  await rejects(windowsOf([plain(8, 8)], { flow: { speed: 1 } }), 'param', /flow.speed/);
+  const windows = await windowsOf(await framesOf(TINY), { window: 7 });
+  assert.deepEqual(windows.map(({ firstFrame }) => firstFrame), [0, 1, 2, 3, 4, 5, 6, 7]);
+});
+
+test('files and addresses are refused in Node, with what to do instead', async () => {
+  for (const source of ['clip.mp4', new URL('https://example.org/clip.mp4'), new Blob(['x']), new Uint8Array(9)]) {
+    await rejects(segmentVideo(source).collect(), 'unsupported', /browsers only.*PNG or JPEG/);
+  }
+  for (const source of [undefined, null, 7, {}]) await rejects(segmentVideo(source).collect(), 'data', /source = .*expected a File or Blob/);
+});
+
+test('a cut begins a new shot at its frame, with new labels', async () => {
+  const one = await framesOf({ ...MOVING, frames: 12, seed: 0 });
+  const other = await framesOf({ ...MOVING, frames: 10, seed: 5 });
+  const result = await segmentVideo([...one, ...other]).collect();
+  assert.deepEqual(result.shots, [{ first: 0, last: 11 }, { first: 12, last: 21 }]);
+  const labels = (from, to) => new Set(result.objects.filter(({ firstFrame, lastFrame }) => firstFrame <= to && lastFrame >= from).map(({ label }) => label));
+  const [before, after] = [labels(0, 11), labels(12, 21)];
+  assert.ok(before.size > 0 && after.size > 0, 'no objects were found');
+  assert.deepEqual([...before].filter((label) => after.has(label)), []);
+  assert.ok(result instanceof VideoResult);
+});
+
+test('an object keeps its label from window to window', async () => {
+  const clip = await synthClip({ ...MOVING, frames: 40, seed: 0 });
+  const frames = numbers(40).map((t) => clip.frame(t));
+  const result = await segmentVideo(frames, { window: 16, overlap: 6 }).collect();
+  const votes = new Map();
+  for (let t = 0; t < 40; t += 1) {
+    const mask = clip.mask(t);
+    result.labels(t).forEach((label, p) => mask[p] === 1 && votes.set(label, (votes.get(label) ?? 0) + 1));
+  }
+  const total = [...votes.values()].reduce((sum, count) => sum + count, 0);
+  const [[label, count]] = [...votes].sort(([, a], [, b]) => b - a);
+  assert.ok(label > 0 && count > 0.9 * total, `label ${label} has ${count} of ${total} pixels`);
+});

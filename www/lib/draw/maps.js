@@ -1,0 +1,135 @@
+// Numbers of each pixel as pictures: boundaries dark on white, saliency as heat, motion in the colours of a wheel; and each pixel like the
+// nearest trajectory.
+
+import { illegal } from '../errors.js';
+import { checkNumber, checkedOptions } from '../export/mask-source.js';
+import { asideFrom, pack, painted } from './canvas.js';
+import { flowColor, heatColor, rgbOf } from './palette.js';
+import { FramePoints } from './trajectories.js';
+
+/** @typedef {import('./canvas.js').Context2D} Context2D */
+
+/** The grid of a map; `scaleX` and `scaleY` are 1 if not given. @typedef {{width: number, height: number, scaleX?: number, scaleY?: number}} MapGrid */
+
+/**
+ * @typedef {object} DrawBoundariesOptions
+ * @property {'pb' | 'thin' | 'discontinuity' | 'spectral' | 'combined'} [of] which of the map's arrays; `pb` if not given
+ * @property {number} [white] strength up to which pixels stay white; 0 if not given
+ * @property {number} [black] strength from which they are black; 0.6 if not given: stronger boundaries are rare, and weak ones are what matters
+ */
+
+/**
+ * Draws a boundary map, of a frame or of a single image: strong boundaries dark on white. The context's unit is one pixel of the input, its
+ * origin the frame's upper left corner (see `fitFrame`).
+ * @param {Context2D} context
+ * @param {MapGrid & {pb?: Float32Array, thin?: Float32Array, discontinuity?: Float32Array, spectral?: Float32Array, combined?: Float32Array}} map
+ *   what `boundaries()` or `imageDiscontinuities()` gives
+ * @param {DrawBoundariesOptions} [options]
+ */
+export function drawBoundaries(context, map, options = {}) {
+  const { of = 'pb', white = 0, black = 0.6 } = checkedOptions(options, ['of', 'white', 'black']);
+  const values = valuesOf('map', map, map?.[of], `a map with ${String(of)}`);
+  const span = Math.max(black - white, 1e-6);
+  drawMap(context, map, (data) => {
+    for (let p = 0; p < values.length; p += 1) {
+      // The root lifts weak boundaries into sight.
+      const shade = 255 * (1 - Math.sqrt(Math.min(1, Math.max(0, Number(values[p]) - white) / span)));
+      data.fill(shade, 4 * p, 4 * p + 3);
+      data[4 * p + 3] = 255;
+    }
+  });
+}
+
+/**
+ * Draws a saliency map: dark for pixels that do not stand out, bright for those that do.
+ * @param {Context2D} context as for `drawBoundaries`
+ * @param {MapGrid & {saliency: Float32Array}} map what `saliencyMap()` gives
+ */
+export function drawSaliency(context, map) {
+  const values = valuesOf('map', map, map?.saliency, 'what saliencyMap() gives');
+  drawMap(context, map, (data) => {
+    for (let p = 0; p < values.length; p += 1) heatColor(Number(values[p]), data, 4 * p);
+  });
+}
+
+/**
+ * Draws a flow field: the hue is the direction, white is no motion.
+ * @param {Context2D} context as for `drawBoundaries`
+ * @param {MapGrid & {u: Float32Array, v: Float32Array}} field what `flow()` gives
+ * @param {{scale?: number}} [options] `scale` is the motion that gets full colour, in pixels; if not given, nearly the fastest of the field
+ */
+export function drawFlow(context, field, options = {}) {
+  const { scale = fast(field) } = checkedOptions(options, ['scale']);
+  checkNumber('scale', scale, 1e-6, 1e6);
+  const { u, v } = field;
+  valuesOf('field', field, v, 'what flow() gives');
+  drawMap(context, field, (data) => {
+    for (let p = 0; p < u.length; p += 1) flowColor(Number(u[p]), Number(v[p]), scale, data, 4 * p);
+  });
+}
+
+/** Share of pixels that are slower than what gets full colour, and the least that does, in pixels. */
+const FAST = { share: 0.98, least: 0.5 };
+
+/** @param {MapGrid & {u: Float32Array, v: Float32Array}} field */
+function fast(field) {
+  const values = valuesOf('field', field, field?.u, 'what flow() gives');
+  const speeds = Float32Array.from(values, (u, p) => Math.hypot(u, Number(field.v[p]))).sort();
+  return Math.max(FAST.least, Number(speeds[Math.floor(FAST.share * (speeds.length - 1))]));
+}
+
+/**
+ * @param {string} name
+ * @param {MapGrid} map
+ * @param {Float32Array | undefined} values
+ * @param {string} expected
+ */
+function valuesOf(name, map, values, expected) {
+  if (!values || values.length !== map.width * map.height) throw illegal('data', name, map, expected);
+  return values;
+}
+
+/**
+ * @param {Context2D} context
+ * @param {MapGrid} map
+ * @param {(data: Uint8ClampedArray, packed: Uint32Array) => void} paint
+ */
+function drawMap(context, { width, height, scaleX = 1, scaleY = 1 }, paint) {
+  asideFrom(context, () => context.drawImage(painted(context, width, height, paint), 0, 0, width * scaleX, height * scaleY));
+}
+
+/**
+ * Paints each pixel like the nearest trajectory point of frame `t`, up to some distance.
+ * @param {Context2D} context as for `drawBoundaries`
+ * @param {import('./trajectories.js').TrajectorySource} result
+ * @param {number} t
+ * @param {{color: (trajectory: number) => string | null, reach?: number}} options `color` gives `#rrggbb`, or null for cells that stay clear;
+ *   `reach`, in pixels, is the distance of neighbouring points if not given
+ */
+export function drawCells(context, result, t, options) {
+  const { color, reach: asked } = checkedOptions(options, ['color', 'reach']);
+  if (typeof color !== 'function') throw illegal('param', 'color', color, 'a function of a trajectory');
+  const points = new FramePoints(result, t);
+  const reach = asked ?? points.distance();
+  checkNumber('reach', reach, 0, 1e4);
+  const { width, height } = result;
+  drawMap(context, { width, height }, (_, pixels) => {
+    const nearest = new Float32Array(width * height).fill(reach * reach);
+    for (const i of points.ids) {
+      const name = color(i);
+      const own = name === null ? 0 : pack(rgbOf(name));
+      const at = points.index(i, t);
+      const [x, y] = [Number(points.x[at]), Number(points.y[at])];
+      // Cells that stay clear keep their place: neighbours must not grow into them.
+      for (let py = Math.max(0, Math.ceil(y - reach)); py <= Math.min(height - 1, Math.floor(y + reach)); py += 1) {
+        for (let px = Math.max(0, Math.ceil(x - reach)); px <= Math.min(width - 1, Math.floor(x + reach)); px += 1) {
+          const sq = (px - x) ** 2 + (py - y) ** 2;
+          const p = py * width + px;
+          if (sq >= Number(nearest[p])) continue;
+          nearest[p] = sq;
+          pixels[p] = own;
+        }
+      }
+    }
+  });
+}

@@ -1,0 +1,149 @@
+// Masks and frames as a video file, encoded by the browser.
+
+import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, timesOf } from './mask-source.js';
+import { TraceCutError, illegal } from '../errors.js';
+import { breath } from './masks.js';
+import { openFile } from './video-file.js';
+import { Painter } from './video-painter.js';
+
+/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+
+/**
+ * A frame to encode: anything a canvas can draw, pixels, the bytes of an image file, or an object with one of these as its `frame`, as
+ * `videoFrames` gives them.
+ * @typedef {CanvasImageSource | import('../frames.js').PixelFrame | Blob} EncodeFrame
+ */
+
+/** The frames of a clip, one for each frame of the masks, in order. @typedef {Iterable<EncodeFrame | {frame: EncodeFrame}> | AsyncIterable<EncodeFrame | {frame: EncodeFrame}>} EncodeFrames */
+
+/**
+ * @typedef {object} EncodeVideoOptions
+ * @property {'overlay' | 'cutout' | 'masks'} [style] `overlay`, the frames with the masks drawn over them, if not given; `cutout`, the objects
+ *   alone; `masks`, the masks' colours on black, without frames
+ * @property {'webm' | 'mp4'} [format] `webm` if not given
+ * @property {string} [background] of cut-out objects: `transparent` (WebM only, and its default) or any CSS colour (`#00b140`, the green of
+ *   screens, in MP4 if not given)
+ * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
+ * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
+ * @property {boolean} [outline] of the masks in an overlay; true if not given
+ * @property {number} [outlineWidth] in pixels of the masks; 1.5 if not given
+ * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
+ * @property {'low' | 'medium' | 'high' | 'very-high'} [quality] `high` if not given
+ * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
+ * @property {AbortSignal} [signal]
+ */
+
+const LEGAL = [
+  'style', 'format', 'background', 'objects', 'colors', 'opacity', 'outline', 'outlineWidth', 'frameRate', 'quality', 'onProgress', 'signal',
+];
+
+const STYLES = /** @type {const} */ (['overlay', 'cutout', 'masks']);
+const QUALITIES = /** @type {const} */ (['low', 'medium', 'high', 'very-high']);
+
+const GREEN = '#00b140';
+const FRAME_RATE = 25;
+
+/**
+ * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames' size; MP4 wants even
+ * numbers, so an odd side gets one more row or column, a copy of the last. Frames are neither kept nor closed.
+ * @param {MaskSource} masks
+ * @param {EncodeFrames | null} frames null for the style `masks`, which needs none
+ * @param {EncodeVideoOptions} [options]
+ * @returns {Promise<Blob>} the file
+ */
+export async function encodeVideo(masks, frames, options = {}) {
+  checkMasks(masks);
+  const plan = planned(masks, frames, checkedOptions(options, LEGAL));
+  if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
+    throw new TraceCutError('unsupported', 'encodeVideo needs WebCodecs and OffscreenCanvas, which this engine does not have; masksZip gives the masks as PNG files');
+  }
+  const { onProgress, signal } = options;
+  /** @type {import('./video-file.js').VideoFile | null} */
+  let file = null;
+  const painter = new Painter(masks, plan);
+  let t = 0;
+  try {
+    for await (const item of frames && plan.style !== 'masks' ? frames : blanks(masks.numFrames)) {
+      signal?.throwIfAborted();
+      await painter.paint(item, t);
+      file ??= await openFile(painter, plan);
+      const { time, duration } = plan.timing(t);
+      await file.add(time, duration);
+      t += 1;
+      onProgress?.({ done: t, total: masks.numFrames });
+      if (t === masks.numFrames) break;
+    }
+    if (t < masks.numFrames) throw new TraceCutError('data', `the frames ended after ${t} of ${masks.numFrames} (expected one for each frame of the masks)`);
+    signal?.throwIfAborted();
+    return await /** @type {import('./video-file.js').VideoFile} */ (file).finish();
+  } catch (error) {
+    await file?.cancel();
+    throw error;
+  }
+}
+
+/** @param {number} count */
+async function* blanks(count) {
+  for (let t = 0; t < count; t += 1) {
+    await breath();
+    yield null;
+  }
+}
+
+/** @typedef {ReturnType<typeof planned>} Plan */
+
+/**
+ * @param {MaskSource} masks
+ * @param {EncodeFrames | null} frames
+ * @param {EncodeVideoOptions} options
+ */
+function planned(masks, frames, options) {
+  const { style = 'overlay', format = 'webm', quality = 'high', objects, colors, opacity = 0.5, outline = true, outlineWidth = 1.5 } = options;
+  oneOf('style', style, STYLES);
+  oneOf('format', format, ['webm', 'mp4']);
+  oneOf('quality', quality, QUALITIES);
+  checkNumber('opacity', opacity, 0, 1);
+  checkNumber('outlineWidth', outlineWidth, 0, 1000);
+  checkFlag('outline', outline);
+  const { background = format === 'webm' ? 'transparent' : GREEN } = options;
+  if (typeof background !== 'string') throw illegal('param', 'background', background, "'transparent' or a CSS colour");
+  const alpha = style === 'cutout' && background === 'transparent';
+  if (alpha && format === 'mp4') throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
+  if (style !== 'masks' && !isIterable(frames)) throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
+  const times = timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE);
+  return {
+    style, format, quality, background, alpha, chosen: chosenLabels(objects),
+    labels: { colors, opacity, outline, outlineWidth }, timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
+  };
+}
+
+/**
+ * @param {string} name
+ * @param {unknown} value
+ * @param {readonly string[]} legal
+ */
+function oneOf(name, value, legal) {
+  if (!legal.includes(/** @type {string} */ (value))) throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
+}
+
+/** @param {unknown} frames */
+function isIterable(frames) {
+  return typeof frames === 'object' && frames !== null && (Symbol.iterator in frames || Symbol.asyncIterator in frames);
+}
+
+/**
+ * When a frame is shown and for how long: until the next; the last as long as the one before.
+ * @param {Float64Array} times
+ * @param {number} frameRate for a single frame
+ * @returns {(t: number) => {time: number, duration: number}} in seconds
+ */
+function timing(times, frameRate) {
+  const at = (/** @type {number} */ t) => Number(times[t]) - Number(times[0]);
+  const last = times.length - 1;
+  return (t) => {
+    if (last === 0) return { time: 0, duration: 1 / frameRate };
+    const from = Math.min(t, last - 1);
+    return { time: at(t), duration: at(from + 1) - at(from) };
+  };
+}
