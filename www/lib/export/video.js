@@ -31,7 +31,7 @@ import { Painter } from './video-painter.js';
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
  * @property {'low' | 'medium' | 'high' | 'very-high'} [quality] `high` if not given
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
- * @property {AbortSignal} [signal]
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
 const LEGAL = [
