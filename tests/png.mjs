@@ -29,7 +29,7 @@ export function pngBytes({ data, width, height }, { channels = 3, claim = [width
 }
 
 /**
- * A PNG file of one byte a pixel without filters, read strictly: checksums, lengths and the order of its parts.
+ * A PNG file of one byte a pixel, its rows as they are or as differences from those above, read strictly: checksums, lengths and the order of its parts.
  *
  * @param {Uint8Array} bytes
  */
@@ -53,8 +53,12 @@ export function readPng(bytes) {
   if (rows.length !== height * (width + 1)) throw new Error(`${rows.length} bytes of rows`);
   const pixels = new Uint8Array(width * height);
   for (let y = 0; y < height; y += 1) {
-    if (rows[y * (width + 1)] !== 0) throw new Error('a filter');
-    pixels.set(rows.subarray(y * (width + 1) + 1, (y + 1) * (width + 1)), y * width);
+    const filter = rows[y * (width + 1)];
+    if (filter !== 0 && filter !== 2) throw new Error(`filter ${filter}`);
+    for (let x = 0; x < width; x += 1) {
+      const above = filter === 2 && y > 0 ? pixels[(y - 1) * width + x] : 0;
+      pixels[y * width + x] = rows[y * (width + 1) + 1 + x] + above;
+    }
   }
   return { width, height, depth: IHDR[8], colorType: IHDR[9], order: Object.keys(parts).join(' '), palette: PLTE, alpha: tRNS, pixels };
 }

@@ -75,9 +75,19 @@ impl Number for f32 {
     fn kind(&self) -> &'static str {
         "number"
     }
-    /// Through the shortest decimal form, so that 0.1 stays 0.1 on its way out and in again.
+    /// The number with fewest decimals that is this one in single precision, so that 0.1 stays 0.1 on its way out and in again. (Through
+    /// its text would be shorter, and 13 KB of the wasm file.)
     fn get(&self) -> f64 {
-        self.to_string().parse().unwrap_or(f64::NAN)
+        let exact = f64::from(*self);
+        let mut scale = 1.0;
+        for _ in 0..=9 {
+            let decimal = (exact * scale).round() / scale;
+            if decimal as f32 == *self {
+                return decimal;
+            }
+            scale *= 10.0;
+        }
+        exact
     }
     fn put(&mut self, number: f64) {
         *self = number as f32;
@@ -191,5 +201,36 @@ impl<C: Choice> Number for C {
     }
     fn choices(&self) -> &'static [&'static str] {
         C::NAMES
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Number;
+
+    #[test]
+    fn single_precision_reads_as_its_shortest_decimal() {
+        let some = [
+            0.1,
+            0.002,
+            0.72,
+            1e-4,
+            0.0,
+            -0.5,
+            16.0,
+            1000.0,
+            3.25,
+            0.000_01,
+            4_096.0,
+            0.333_333_34,
+            123.456,
+            16_777_216.0,
+        ];
+        for value in some.into_iter().chain((0..2000).map(|k| k as f32 * 0.0125 - 3.7)) {
+            let through_text: f64 = value.to_string().parse().unwrap();
+            assert_eq!(Number::get(&value), through_text, "{value}");
+        }
+        assert!(Number::get(&f32::NAN).is_nan());
+        assert_eq!(Number::get(&f32::MIN_POSITIVE) as f32, f32::MIN_POSITIVE);
     }
 }

@@ -31,6 +31,11 @@ describe('an accessibility checker finds nothing', () => {
       await page.keyboard.press('?');
       assert.deepEqual(await accessibilityFaults(page), [], 'help');
       await page.click('#help-close');
+      await page.click('#export-open');
+      await page.click('#recipe-box > summary');
+      assert.deepEqual(await accessibilityFaults(page), [], 'export');
+      assert.equal(await page.evaluate(() => document.querySelector('#export').scrollWidth <= document.querySelector('#export').clientWidth), true);
+      await page.click('#export-close');
       await run(page, [pngFile('plain.png', plainFrame(60, 40))]);
       assert.deepEqual(await accessibilityFaults(page), [], 'still image');
       await run(page, [{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('x') }]);

@@ -6,7 +6,7 @@ import { describe, test } from 'node:test';
 import { cocoRle, fromCocoRle, labelMaps, labelsNpy, maskPng, masksZip, objectColor, objectShape, TraceCutError, version } from 'tracecut';
 import { unzipSync } from '../../dist/vendor/zip.js';
 import { readPng } from '../png.mjs';
-import { framesOf, segment } from './support.mjs';
+import { framesOf, open, segment } from './support.mjs';
 
 /** Masks of digit pictures, one for each frame. */
 function drawn(...frames) {
@@ -94,6 +94,8 @@ describe('a ZIP of masks', () => {
     assert.deepEqual([labels, times], [[1, 3], [0, 0.04]]);
     assert.deepEqual(Object.values(listed).flat(), names);
     assert.deepEqual(progress, [{ done: 1, total: 2 }, { done: 2, total: 2 }]);
+    const shots = [{ first: 0, last: 0 }, { first: 1, last: 1 }];
+    assert.deepEqual(JSON.parse(text(unzipSync(await masksZip({ ...TWO_FRAMES, shots }))['masks.json'])).shots, shots);
     const some = unzipSync(await masksZip(TWO_FRAMES, { objects: (label) => label === 2 }));
     assert.deepEqual([...readPng(some['00000.png']).pixels], [...TWO_FRAMES.labels(0)].map((label) => (label === 2 ? 2 : 0)));
   });
@@ -237,6 +239,14 @@ describe('the palette', () => {
     assert.throws(() => objectColor(256), refuses('param', /label = 256/));
     assert.throws(() => objectShape(-1), refuses('param', /label = -1/));
   });
+});
+
+test('a result without masks says so', async (t) => {
+  const session = await open(t);
+  await session.setTrajectories({ numFrames: 2, width: 9, height: 9, startFrame: [0, 0], offset: [0, 2, 4], x: [1, 2, 6, 6], y: [1, 2, 6, 6] });
+  const result = await session.run();
+  await assert.rejects(maskPng(result, 0), refuses('state', /no masks/));
+  assert.throws(() => cocoRle(result), refuses('state', /no masks/));
 });
 
 test('a real run is written and read back to the pixel', async () => {

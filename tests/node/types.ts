@@ -1,11 +1,14 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
 import {
-  boundaries, createSession, EdgeKind, imageDiscontinuities, parameters, segmentVideo, superpixels, synthClip, TraceCutError, version, videoFrames, videoInfo,
+  boundaries, cocoRle, createSession, drawBoundaries, drawCells, drawDiscontinuities, drawFlow, drawLabels, drawSaliency, drawSuperpixels,
+  drawTrajectories, EdgeKind, encodeVideo, fitFrame, fromCocoRle, imageDiscontinuities, labelMaps, labelsNpy, maskPng, masksZip,
+  objectColor, objectShape, parameters, segmentVideo, superpixels, synthClip, TraceCutError, version, videoFrames, videoInfo,
 } from 'tracecut';
 import type {
-  BoundaryMap, ComponentTable, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, ObjectList, Progress, Result,
-  SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Superpixels, VideoInfo, VideoProgress, VideoResult, VideoSegmentation, WindowResult,
+  BoundaryMap, CocoMasks, ComponentTable, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, MaskSource,
+  ObjectList, Progress, Result, SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Superpixels, VideoInfo, VideoProgress,
+  VideoResult, VideoSegmentation, WindowResult,
 } from 'tracecut';
 
 const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, connectedness: { mode: 'paper' }, worker: false };
@@ -78,6 +81,31 @@ console.log(facts.codec, facts.numFrames ?? 0);
 segmentVideo(7);
 // @ts-expect-error: options are known by name
 segmentVideo([], { windows: 50 });
+const drawing = new OffscreenCanvas(1, 1).getContext('2d');
+const onPage = document.createElement('canvas').getContext('2d');
+const own: MaskSource = { width: 1, height: 1, numFrames: 1, labels: () => new Uint8Array(1), times: [0] };
+const whole = await segmentVideo(new Blob()).collect();
+if (drawing && onPage) {
+  const unit: number = fitFrame(drawing, result);
+  for (const masks of [result, whole, own]) drawLabels(onPage, masks, 0, { objects: [1], outlineWidth: 2 * unit, colors: [objectColor(0)] });
+  for (const source of [result, whole]) drawTrajectories(drawing, source, 0, { color: 'cluster', which: (i) => i > 0, shape: objectShape(1) });
+  drawDiscontinuities(drawing, result, 0, { calm: null });
+  drawSuperpixels(drawing, regions, { image: drawing.canvas, edges: true });
+  drawBoundaries(drawing, found, { of: 'combined' });
+  drawSaliency(drawing, heat);
+  drawFlow(drawing, flow, { scale: 2 });
+  drawCells(drawing, whole, 0, { color: () => null });
+}
+const png: Uint8Array = await maskPng(whole, 0, { object: 1 });
+const zip: Uint8Array = await masksZip(own, { perObject: true, onProgress: ({ done, total }) => console.log(done / total) });
+const coco: CocoMasks = cocoRle(result, { category: 'car' });
+const pixels: Uint8Array = fromCocoRle(coco.annotations[0]!.segmentation);
+const film: Blob = await encodeVideo(whole, videoFrames(new Blob()), { style: 'cutout', background: 'transparent', signal: controller.signal });
+await encodeVideo(own, null, { style: 'masks', format: 'mp4' });
+console.log(png, zip, pixels, film, labelMaps(own).data, labelsNpy(own));
+// @ts-expect-error: styles by the names that they have
+await encodeVideo(own, [], { style: 'outline' });
+
 // @ts-expect-error: parameters are known by name
 await createSession({ clip: { maxSize: 320 } });
 // @ts-expect-error: and by type

@@ -95,7 +95,11 @@ async function gives(t, url) {
   page.on('response', (response) => response.ok() || wrong.push(`${response.status()} ${response.url()}`));
   await page.goto(url);
   await page.waitForFunction(() => globalThis.outcome ?? false);
-  assert.deepEqual(await page.evaluate(() => globalThis.outcome), expected);
+  const [found, video] = await page.evaluate(() => globalThis.outcome);
+  assert.deepEqual(found, expected);
+  assert.equal(video.type, 'video/webm');
+  assert.deepEqual(video.times, [0, 100, 200, 300, 400, 500, 600, 700]);
+  assert.ok(video.overlap > 0.8, `objects of the decoded video overlap the true ones by ${video.overlap}`);
   assert.deepEqual(wrong, []);
-  assert.equal(workers.length, 2, `each session has a worker: ${workers}`);
+  assert.equal(workers.length, 3, `each session has a worker: ${workers}`);
 }

@@ -11,6 +11,7 @@
  */
 
 import { Compare } from './compare.js';
+import { Correction } from './correct.js';
 import { frameText } from './describe.js';
 import { byId } from './dom.js';
 import { readsAreNoisy } from './grabber.js';
@@ -18,15 +19,17 @@ import { CLIP_STAGES, Job } from './job.js';
 import { createLayers } from './layers.js';
 import { ClipPanel } from './panel-clip.js';
 import { layersPanel } from './panel-layers.js';
+import { ExportPanel } from './panel-export.js';
 import { clearObjects } from './panel-objects.js';
 import { SettingsPanel } from './panel-settings.js';
 import { showStages } from './panel-stages.js';
 import { Progress } from './progress.js';
+import { linkOf, readLink, recipeOf } from './recipe.js';
 import { showReadout } from './readout.js';
 import { Selection } from './selection.js';
 import { Settings } from './settings.js';
 import { Setup } from './setup.js';
-import { showClipResult, showStillResult } from './show-result.js';
+import { showClipResult, showCorrectedResult, showStillResult } from './show-result.js';
 import { openFiles, sampleSource } from './source.js';
 import { STILL_STAGES, StillJob } from './still.js';
 import { phase, showError, showNotice, showPhase } from './status.js';
@@ -49,6 +52,8 @@ export class App {
     this.abort = null;
     /** @type {import('./points.js').Points | null} */
     this.points = null;
+    /** @type {import('./presence.js').Facts[]} What is known of each object. */
+    this.facts = [];
     this.resting = 0;
     this.noisy = readsAreNoisy();
     /** The stages of a run and their shares of its time, as the last one of its kind took them. */
@@ -62,8 +67,9 @@ export class App {
       layers: this.layers,
       compare: this.compare,
       visible: (object) => this.selection.has(object),
+      onDraw: (ctx, view) => this.correction?.draw(ctx, view),
       onHover: (spot) => this.tell(spot),
-      onPick: (spot) => this.pick(spot.object),
+      onPick: (spot) => (this.correction.on ? this.correction.pick(spot) : this.pick(spot.object)),
     });
     this.timeline = new Timeline((frame) => this.onFrame(frame));
     this.panel = layersPanel(this.layers, () => this.viewer.redraw());
@@ -72,6 +78,14 @@ export class App {
     this.settingsPanel = new SettingsPanel(this.settings);
     this.settings.addEventListener('change', () => this.onSettingsChanged());
     this.setup = new Setup(this);
+    this.exports = new ExportPanel({
+      subject: () => this.subject(),
+      visible: (object) => this.selection.has(object),
+      link: () => linkOf(this.settings),
+      recipe: () => this.recipe(),
+    });
+    this.correction = new Correction(this);
+    readLink(this.settings, location.hash);
     this.selection.addEventListener('change', () => this.viewer.redraw());
   }
 
@@ -131,11 +145,13 @@ export class App {
   leave() {
     this.visit += 1;
     this.setup.leave();
+    this.correction.leave();
     this.abort?.abort();
     this.abort = null;
     this.job?.close();
     this.job = null;
     this.points = null;
+    this.facts = [];
     this.viewer.setClip(16, 9, []);
     this.timeline.setClip(0, 25);
     clearObjects(this.selection);
@@ -245,6 +261,16 @@ export class App {
     showPhase('stopped', 'Cancelled', 'Continue where it stopped, change the settings, or open something else.');
   }
 
+  /** Shows what a correction made of the result. */
+  showCorrected() {
+    if (this.job instanceof Job) showCorrectedResult(this, this.job);
+  }
+
+  /** @returns {string} what is seen, in a few words */
+  get headline() {
+    return byId('headline').textContent ?? '';
+  }
+
   /** @param {import('./run.js').Run} job that has ended: the next one's time is estimated from its own */
   learn(job) {
     this.plans[job instanceof StillJob ? 'still' : 'clip'] = job.measured;
@@ -276,6 +302,31 @@ export class App {
   /** Shows in the panel which layers there are to show. */
   updatePanel() {
     this.panel.update(this.viewer.view, this.source?.kind);
+    document.body.toggleAttribute('data-masks', this.points?.hasMasks ?? false);
+  }
+
+  /** @returns {Omit<import('./exports.js').Subject, 'objects'> | null} what there is to save */
+  subject() {
+    const { points, job, library, timeline } = this;
+    if (!points?.hasMasks || !job) return null;
+    const { width, height, numFrames } = points.result;
+    const labels = (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t));
+    return {
+      library,
+      masks: { width, height, numFrames, labels, times: timeline.times.seconds },
+      frames: () => job.images,
+      frame: timeline.frame,
+      name: job.source.name,
+      fps: timeline.fps,
+      tracks: () => points.result.toTracksDat(),
+    };
+  }
+
+  /** @returns {Promise<string>} what it takes to get the same result again */
+  async recipe() {
+    const { job, library } = this;
+    const masks = this.subject()?.masks;
+    return masks && job ? recipeOf({ version: library.version, job, masks, corrections: job.corrector?.count() ?? 0 }) : '';
   }
 
   /** @param {import('./layer.js').Spot} spot */

@@ -41,6 +41,15 @@ export class Job extends Run {
     /** @type {any} */
     this.session = null;
     this.allPushed = false;
+    /** @type {import('./correct.js').Corrector} */
+    this.corrector = {
+      merge: (a, b) => this.corrected(this.session.merge(a, b)),
+      split: (label, at) => this.corrected(this.session.split(label, at)),
+      together: (strokes) => this.corrected(this.session.together(strokes)),
+      apart: (strokes) => this.corrected(this.session.apart(strokes)),
+      undo: () => this.corrected(this.session.undo()),
+      count: () => this.session?.corrections ?? 0,
+    };
     /** @type {Promise<unknown>} */
     this.settled = Promise.resolve();
   }
@@ -99,6 +108,11 @@ export class Job extends Run {
     if (this.images.length === 1) throw new PageError('one-frame');
     this.stages[0].total = this.images.length;
     this.allPushed = true;
+  }
+
+  /** @param {Promise<any>} result */
+  async corrected(result) {
+    this.result = await result;
   }
 
   close() {

@@ -16,6 +16,8 @@ export function connectKeys(app) {
     Escape: () => app.cancel(),
     '?': openHelp,
     v: () => app.compare.next(),
+    m: () => app.correction.toggle(),
+    e: () => app.exports.open(),
     o: () => byId('open').click(),
     r: () => ['done', 'stopped'].includes(phase()) && app.start(),
   };
@@ -24,6 +26,10 @@ export function connectKeys(app) {
   addEventListener('pointerdown', () => (tabbed = false), true);
   addEventListener('keydown', (event) => {
     if (event.key === 'Tab') tabbed = true;
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === 'z' && app.correction.on) {
+      event.preventDefault();
+      app.correction.undo();
+    }
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (document.querySelector('dialog[open]')) return;
     const action = actions[event.key] ?? actions[event.key.toLowerCase()] ?? app.panel.action(event.key);

@@ -24,6 +24,8 @@ export class Run extends StageClock {
     this.images = [];
     /** @type {any} */
     this.result = null;
+    /** @type {import('./correct.js').Corrector | null} What can be corrected of the result. */
+    this.corrector = null;
   }
 
   /**

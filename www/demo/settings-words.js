@@ -11,6 +11,7 @@
 /** In the order of the stages. @type {Group[]} */
 export const GROUPS = [
   { id: 'clip', title: 'Frames', about: 'How large frames are when they are looked at, and whether there are masks.', only: 'clip' },
+  { id: 'shot', title: 'Cuts', about: 'When a frame begins a new shot of a long clip.', only: 'clip' },
   { id: 'flow', title: 'Optical flow', about: 'How the motion of every pixel to the next frame is estimated.', only: 'clip' },
   { id: 'trajectory', title: 'Trajectories', about: 'Which points are followed through the clip, and when they are lost.', only: 'clip' },
   { id: 'affinity', title: 'Motion affinities', about: 'How alike two trajectories move.', only: 'clip' },

@@ -10,6 +10,7 @@ import { Times } from './times.js';
 import { STILL, headline, plural, remark, seconds } from './words.js';
 
 /** @typedef {import('./app.js').App} App */
+/** @typedef {{headline: string, numbers: string[], summary: string}} Words */
 
 const NOISE_REMARK =
   'This browser alters pixels that a page reads, against tracking. Results may differ a little from run to run.';
@@ -21,12 +22,41 @@ const CALM = matchMedia('(prefers-reduced-motion: reduce)');
  * @param {import('./job.js').Job} job
  */
 export function showClipResult(app, job) {
-  const { result, images, session, source, take } = job;
+  const { result, images, source, take } = job;
   const { width, height } = images[0];
-  const points = new Points(result);
-  const times = Times.of(source, take);
-  app.points = points;
   app.viewer.setClip(width, height, images);
+  app.timeline.setClip(result.numFrames, source.fps / take.step, Times.of(source, take));
+  app.clip.setPace(job.ms / (width * height * images.length));
+  conclude(app, job, present(app, job));
+  app.viewer.draw();
+  if (!CALM.matches) app.timeline.play();
+}
+
+/**
+ * A corrected result takes the place of the one before; the frame on screen stays.
+ *
+ * @param {App} app
+ * @param {import('./job.js').Job} job
+ */
+export function showCorrectedResult(app, job) {
+  const { headline: title, numbers, summary } = present(app, job);
+  byId('canvas').setAttribute('aria-label', `${job.source.name}: ${title}`);
+  showPhase('done', title, numbers.join(' · '), summary);
+  app.describeFrame();
+}
+
+/**
+ * Everything that depends on the result alone.
+ *
+ * @param {App} app
+ * @param {import('./job.js').Job} job
+ * @returns {Words}
+ */
+function present(app, job) {
+  const { result, images, session, source } = job;
+  const { timeline } = app;
+  const points = new Points(result);
+  app.points = points;
   app.viewer.setResult(points, {
     flow: (t) => session.flow(t),
     boundaries: (t) => result.boundaries(t),
@@ -35,20 +65,17 @@ export function showClipResult(app, job) {
   });
   app.updatePanel();
   const facts = Array.from({ length: points.count }, (_, object) => points.presence.facts(object));
-  fillObjects(facts, app.selection, { times, motionsOf: (object) => points.clustersOf(object) });
-  app.timeline.setClip(result.numFrames, source.fps / take.step, times);
-  app.timeline.lanes.fill(points.presence, facts.slice(1), result.numFrames, times);
-  app.clip.setPace(job.ms / (width * height * images.length));
+  app.facts = facts;
+  fillObjects(facts, app.selection, { times: timeline.times, motionsOf: (object) => points.clustersOf(object) });
+  timeline.lanes.fill(points.presence, facts.slice(1), result.numFrames, timeline.times);
   showNotice(remark(result) || (app.noisy && source.kind !== 'sample' ? NOISE_REMARK : ''));
+  const { width, height } = images[0];
   const numbers = [
     plural(result.trajectories.count, 'trajectory', 'trajectories'),
     `${plural(images.length, 'frame')} of ${width} × ${height}`,
     `computed in ${seconds(job.ms)}`,
   ];
-  const words = { headline: headline(result), numbers, summary: summaryOf(facts, result.numFrames, times) };
-  conclude(app, job, words);
-  app.viewer.draw();
-  if (!CALM.matches) app.timeline.play();
+  return { headline: headline(result, facts), numbers, summary: summaryOf(facts, result.numFrames, timeline.times) };
 }
 
 /**
@@ -75,7 +102,7 @@ export function showStillResult(app, job) {
 /**
  * @param {App} app
  * @param {import('./run.js').Run} job
- * @param {{headline: string, numbers: string[], summary: string}} words
+ * @param {Words} words
  */
 function conclude(app, job, words) {
   app.learn(job);

@@ -24,14 +24,16 @@ export class Viewer {
    * @param {import('./layer.js').Layer[]} parts.layers
    * @param {import('./compare.js').Compare} parts.compare shows the frame as it came
    * @param {(object: number) => boolean} parts.visible
+   * @param {(ctx: CanvasRenderingContext2D, view: View) => void} parts.onDraw draws over the layers
    * @param {(spot: Spot) => void} parts.onHover
    * @param {(spot: Spot) => void} parts.onPick
    */
-  constructor({ canvas, box, layers, compare, visible, onHover, onPick }) {
+  constructor({ canvas, box, layers, compare, visible, onDraw, onHover, onPick }) {
     this.canvas = canvas;
     this.box = box;
     this.layers = layers;
     this.compare = compare;
+    this.onDraw = onDraw;
     this.onHover = onHover;
     this.onPick = onPick;
     this.ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: false }));
@@ -112,6 +114,7 @@ export class Viewer {
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
     ctx.setTransform(scale, 0, 0, scale, scale / 2, scale / 2);
     drawLayers(ctx, this.layers, view);
+    this.onDraw(ctx, view);
     this.compare.draw(view.image, canvas);
     // What lies under a pointer that rests changes with the frame.
     if (this.pointer) this.onHover(this.spotAt(this.pointer));

@@ -166,11 +166,12 @@ export function percent(share) {
  * What the page sees, in one sentence.
  *
  * @param {{objects: {count: number} | null, clusters: {count: number}, trajectories: {count: number}}} result
+ * @param {import('./presence.js').Facts[]} facts
  * @returns {string}
  */
-export function headline(result) {
+export function headline(result, facts) {
   if (result.trajectories.count === 0) return 'Nothing to follow';
-  const objects = result.objects?.count ?? result.clusters.count - 1;
+  const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).length;
   if (objects < 1) return 'No motion that differs from the background';
   return `${plural(objects, 'moving object')} and the background`;
 }

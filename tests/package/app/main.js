@@ -1,3 +1,3 @@
-import { outcome } from './segment.js';
+import { outcome, throughVideo } from './segment.js';
 
-globalThis.outcome = outcome();
+globalThis.outcome = Promise.all([outcome(), throughVideo()]);

@@ -1,6 +1,6 @@
 // What a user's project may ask of the installed package; the tests run it in Node and, through each bundler, in a browser, and compare.
 
-import { createSession, masksZip, synthClip } from 'tracecut';
+import { createSession, encodeVideo, masksZip, segmentVideo, synthClip } from 'tracecut';
 
 const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
 
@@ -14,6 +14,16 @@ export async function outcome() {
   const result = await session.run();
   session.close();
   return { objects: result.objects?.count, ...compared(result, clip), decoded: await decodedSize(), zip: sumOf(await masksZip(result)) };
+}
+
+/** A video file written and read again; where there is no WebCodecs, as in Node, there is none. */
+export async function throughVideo() {
+  const clip = await synthClip(SCENE);
+  const frames = Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
+  const truth = { width: clip.width, height: clip.height, numFrames: clip.numFrames, labels: (t) => clip.mask(t) };
+  const file = await encodeVideo(truth, frames, { opacity: 0, outline: false, frameRate: 10 });
+  const found = await segmentVideo(file, { decoding: 'webcodecs' }).collect();
+  return { type: file.type, times: [...found.times].map((time) => Math.round(1000 * time)), overlap: compared(found, clip).overlap };
 }
 
 /** How well the masks cover the true objects, and sums that any other mask would change. */

@@ -66,23 +66,26 @@ export function onPixelCentres(context, draw) {
  */
 export function scratch(context, width, height, read = false) {
   const canvas = emptyCanvas(context, width, height);
-  const own = /** @type {Context2D | null} */ (/** @type {any} */ (canvas).getContext('2d', read ? { willReadFrequently: true } : {}));
+  const own = /** @type {Context2D | null} */ (canvas.getContext('2d', read ? { willReadFrequently: true } : {}));
   if (!own) throw new TraceCutError('unsupported', `there is no 2D canvas of ${width} × ${height} pixels to paint on`);
-  return { canvas: /** @type {Scratch} */ (canvas), context: own };
+  return { canvas: /** @type {Scratch} */ (/** @type {unknown} */ (canvas)), context: own };
 }
 
 /**
  * @param {Context2D} context
  * @param {number} width
  * @param {number} height
- * @returns {unknown}
+ * @returns {{getContext: (kind: '2d', options?: object) => unknown}}
  */
 function emptyCanvas({ canvas }, width, height) {
   if (typeof OffscreenCanvas !== 'undefined') return new OffscreenCanvas(width, height);
   if (typeof document !== 'undefined') return Object.assign(document.createElement('canvas'), { width, height });
-  const Canvas = /** @type {undefined | (new (width: number, height: number) => unknown)} */ (canvas?.constructor);
-  if (Canvas === undefined || Canvas.length === 0) throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas to paint on');
-  return new Canvas(width, height);
+  const Canvas = /** @type {new (width: number, height: number) => {getContext: (kind: '2d') => unknown}} */ (canvas?.constructor);
+  try {
+    return new Canvas(width, height);
+  } catch (cause) {
+    throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas to paint on, and the canvas given makes no others', { cause });
+  }
 }
 
 /**

@@ -6,9 +6,9 @@ import { strokePieces } from './outlines.js';
 import { CUT_RED } from './palette.js';
 import { FramePoints, choice } from './trajectories.js';
 
-/** @typedef {{i: ArrayLike<number>, j: ArrayLike<number>, d: ArrayLike<number>}} EdgeEnds Two trajectories each, and the discontinuity between them. */
+/** Two trajectories each, and the discontinuity between them. @typedef {{i: ArrayLike<number>, j: ArrayLike<number>, d: ArrayLike<number>}} EdgeEnds */
 
-/** @typedef {import('./trajectories.js').TrajectorySource & {edges: (t: number) => EdgeEnds}} EdgeSource */
+/** What discontinuities are drawn of: a result. @typedef {import('./trajectories.js').TrajectorySource & {edges: (t: number) => EdgeEnds}} EdgeSource */
 
 /**
  * @typedef {object} DrawDiscontinuitiesOptions

@@ -59,14 +59,26 @@ export function drawLabels(context, masks, t, options = {}) {
  * @param {(label: number) => string} color
  * @param {number} opacity
  */
-export function fillLabels(context, { labels, width, height }, chosen, color, opacity) {
+function fillLabels(context, { labels, width, height }, chosen, color, opacity) {
   asideFrom(context, () => {
-    const fill = new Uint32Array(MAX_LABEL + 1);
-    for (const label of new Set(labels)) if (chosen[label]) fill[label] = pack(rgbOf(color(label)));
-    const picture = painted(context, width, height, (_, pixels) => {
-      for (let p = 0; p < pixels.length; p += 1) pixels[p] = Number(fill[Number(labels[p])]);
-    });
+    const picture = labelPicture(context, { labels, width, height }, chosen, color);
     context.globalAlpha *= opacity;
     context.drawImage(picture, 0, 0, width, height);
+  });
+}
+
+/**
+ * A picture of the labels, clear where none is that was chosen.
+ * @param {import('./canvas.js').Context2D} context
+ * @param {{labels: Uint8Array, width: number, height: number}} mask
+ * @param {Uint8Array} chosen
+ * @param {(label: number) => string} color
+ */
+export function labelPicture(context, { labels, width, height }, chosen, color) {
+  const seen = new Uint8Array(MAX_LABEL + 1);
+  for (let p = 0; p < labels.length; p += 1) seen[Number(labels[p])] = 1;
+  const fill = Uint32Array.from(seen, (there, label) => (there && chosen[label] ? pack(rgbOf(color(label))) : 0));
+  return painted(context, width, height, (_, pixels) => {
+    for (let p = 0; p < pixels.length; p += 1) pixels[p] = Number(fill[Number(labels[p])]);
   });
 }

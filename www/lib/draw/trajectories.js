@@ -7,15 +7,15 @@ import { onPixelCentres } from './canvas.js';
 import { objectColor, objectShape } from './palette.js';
 
 /**
- * What trajectories are drawn of: a result, or the part of one that it takes. Objects are numbered as in the masks; without masks each
- * cluster is taken for an object.
+ * What trajectories are drawn of: a result of a session, of a window or of a whole video, or the part of one that it takes. The object of a
+ * trajectory is `trajectories.label` or else that of its cluster, numbered as in the masks; without masks each cluster is taken for an object.
  * @typedef {object} TrajectorySource
  * @property {number} width in pixels
  * @property {number} height in pixels
  * @property {number} numFrames
- * @property {{count: number, startFrame: ArrayLike<number>, offset: ArrayLike<number>, x: ArrayLike<number>, y: ArrayLike<number>}} trajectories
- * @property {{label: ArrayLike<number>}} clusters
- * @property {{ofCluster: ArrayLike<number>} | null} [objects]
+ * @property {{count: number, startFrame: ArrayLike<number>, offset: ArrayLike<number>, x: ArrayLike<number>, y: ArrayLike<number>, label?: ArrayLike<number>}} trajectories
+ * @property {{label: ArrayLike<number>}} [clusters]
+ * @property {{ofCluster: ArrayLike<number>} | readonly object[] | null} [objects]
  */
 
 /**
@@ -83,7 +83,7 @@ export class FramePoints {
    * @param {number} t
    */
   constructor(result, t) {
-    if (typeof result !== 'object' || result === null || typeof result.trajectories?.count !== 'number' || !result.clusters) {
+    if (typeof result !== 'object' || result === null || typeof result.trajectories?.count !== 'number' || !(result.clusters ?? result.trajectories.label)) {
       throw illegal('data', 'result', result, 'a result, or an object {width, height, numFrames, trajectories, clusters, objects}');
     }
     wholeNumber('param', 't', t, 0, result.numFrames - 1);
@@ -112,9 +112,19 @@ export class FramePoints {
    * @param {number} i
    */
   object(i) {
-    const { clusters, objects } = this.result;
-    const cluster = Number(clusters.label[i]);
-    return objects ? Number(objects.ofCluster[cluster]) : cluster;
+    const { clusters, objects, trajectories } = this.result;
+    if (trajectories.label) return Number(trajectories.label[i]);
+    const cluster = this.cluster(i);
+    return clusters && objects && 'ofCluster' in objects ? Number(objects.ofCluster[cluster]) : cluster;
+  }
+
+  /**
+   * The cluster that a trajectory belongs to; its object where no clusters are known.
+   * @param {number} i
+   */
+  cluster(i) {
+    const { clusters, trajectories } = this.result;
+    return Number((clusters ?? trajectories).label?.[i]);
   }
 
   /** How far points lie apart, about, in pixels. */
@@ -131,7 +141,7 @@ export class FramePoints {
 function grouped(points, { color = 'object', shape, objects, which }) {
   if (typeof color !== 'string' && typeof color !== 'function') throw illegal('param', 'color', color, "'object', 'cluster', a CSS colour, or a function of a trajectory");
   const shown = choice(objects);
-  const label = color === 'cluster' ? (/** @type {number} */ i) => Number(points.result.clusters.label[i]) : (/** @type {number} */ i) => points.object(i);
+  const label = color === 'cluster' ? (/** @type {number} */ i) => points.cluster(i) : (/** @type {number} */ i) => points.object(i);
   const own = color === 'object' || color === 'cluster';
   const colorOf = own ? (/** @type {number} */ i) => objectColor(inPalette(label(i))) : typeof color === 'function' ? color : () => color;
   const shapeOf = typeof shape === 'function' ? shape : (/** @type {number} */ i) => shape ?? (own ? objectShape(inPalette(label(i))) : 'disc');

@@ -11,6 +11,7 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @property {number} height in pixels
  * @property {number} numFrames
  * @property {(t: number) => Uint8Array} labels
+ * @property {readonly {first: number, last: number}[]} [shots] stretches of frames without a cut
  * @property {ArrayLike<number> | null} [times] one for each frame, in seconds; null or absent where none are known
  */
 

@@ -97,35 +97,45 @@ export async function masksZip(masks, options = {}) {
   const colors = table(palette, transparent);
   const { width, height, numFrames } = masks;
   const { zipSync, zlibSync } = await import('../vendor/zip.js');
-  const present = perObject ? presentLabels(masks, chosen) : /** @type {Set<number>} */ (new Set());
+  const present = presentLabels(masks, chosen);
   /** @type {Record<string, Uint8Array>} */
   const files = {};
   for (let t = 0; t < numFrames; t += 1) {
     signal?.throwIfAborted();
-    const labels = labelsOf(masks, t).map((label) => (chosen[label] ? label : 0));
+    const labels = labelsOf(masks, t);
     if (perObject) for (const label of present) files[objectFile(label, t)] = encodePng({ pixels: only(labels, label), width, height }, zlibSync);
-    else files[pngName(t)] = encodePng({ pixels: labels, width, height, ...colors }, zlibSync);
-    if (!perObject) for (const label of labels) if (label > 0) present.add(label);
+    else files[pngName(t)] = encodePng({ pixels: labels.map((label) => (chosen[label] ? label : 0)), width, height, ...colors }, zlibSync);
     onProgress?.({ done: t + 1, total: numFrames });
     if (t % BATCH === BATCH - 1) await breath();
   }
-  const found = [...present].sort((a, b) => a - b);
+  const about = description(masks, times, present, { palette, perObject });
+  files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
+  // PNG files are compressed already. The date is the first that ZIP knows, in local time, as ZIP has it.
+  return zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) });
+}
+
+/**
+ * What `masks.json` says.
+ * @param {MaskSource} masks
+ * @param {Float64Array | null} times
+ * @param {number[]} labels
+ * @param {{palette: import('../draw/palette.js').LabelColors | undefined, perObject: boolean}} options
+ */
+function description({ width, height, numFrames, shots }, times, labels, { palette, perObject }) {
   const color = fileColors(palette);
-  const about = {
+  const named = (/** @type {(t: number) => string} */ name) => Array.from({ length: numFrames }, (_, t) => name(t));
+  return {
     generator: 'tracecut',
     version: VERSION,
     width,
     height,
     numFrames,
     times: times && [...times],
-    labels: found,
-    palette: Object.fromEntries([0, ...found].map((label) => [label, color(label)])),
-    files: perObject
-      ? Object.fromEntries(found.map((label) => [label, Array.from({ length: numFrames }, (_, t) => objectFile(label, t))]))
-      : Array.from({ length: numFrames }, (_, t) => pngName(t)),
+    ...(Array.isArray(shots) ? { shots: shots.map(({ first, last }) => ({ first, last })) } : {}),
+    labels,
+    palette: Object.fromEntries([0, ...labels].map((label) => [label, color(label)])),
+    files: perObject ? Object.fromEntries(labels.map((label) => [label, named((t) => objectFile(label, t))])) : named(pngName),
   };
-  files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
-  return zipped(files, zipSync);
 }
 
 /**
@@ -139,21 +149,12 @@ function objectFile(label, t) {
 /**
  * @param {MaskSource} masks
  * @param {Uint8Array} chosen
- * @returns {Set<number>} the labels that are in any frame, 0 left out
+ * @returns {number[]} the chosen labels that are in any frame, 0 left out
  */
 function presentLabels(masks, chosen) {
   const seen = new Uint8Array(MAX_LABEL + 1);
   for (let t = 0; t < masks.numFrames; t += 1) for (const label of labelsOf(masks, t)) seen[label] = 1;
-  return new Set([...seen.keys()].filter((label) => label > 0 && seen[label] && chosen[label]));
-}
-
-/**
- * @param {Record<string, Uint8Array>} files
- * @param {typeof import('../vendor/zip.js').zipSync} zipSync
- */
-function zipped(files, zipSync) {
-  // PNG files are compressed already. The date is the first that ZIP knows, in local time, as ZIP has it.
-  return zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) });
+  return [...seen.keys()].filter((label) => label > 0 && seen[label] && chosen[label]);
 }
 
 /** Lets the page's thread do other things. */

@@ -20,6 +20,8 @@ const QUALITY = {
   'very-high': { bitsPerPixel: 12, avc: 16, vp9: 20, av1: 80 },
 };
 
+const NAME = { webm: 'WebM', mp4: 'MP4' };
+
 /** Small pictures need more for each of their pixels. */
 const LEAST_BITRATE = 500_000;
 
@@ -99,6 +101,6 @@ function noEncoder({ format, alpha }, width, height, codecs) {
   const other = format === 'mp4' ? "format: 'webm'" : alpha ? "a background colour and format: 'mp4'" : "format: 'mp4'";
   return new TraceCutError(
     'unsupported',
-    `this browser encodes none of ${codecs.join(', ')} at ${width} × ${height} pixels for a ${format} file; try ${other}, or take PNG files from masksZip`,
+    `this browser encodes none of ${codecs.join(', ')} for ${NAME[format]} files of ${width} × ${height} pixels; try ${other}, or take PNG files from masksZip`,
   );
 }

@@ -1,11 +1,11 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
-import { fillLabels, drawLabels } from '../draw/labels.js';
+import { drawLabels, labelPicture } from '../draw/labels.js';
 import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { labelsOf } from './mask-source.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
-/** @typedef {{image: CanvasImageSource, width: number, height: number}} Drawable */
+/** What a canvas can draw; `close` where it was made of a frame and is to be let go. @typedef {{image: CanvasImageSource, width: number, height: number, close?: () => void}} Drawable */
 
 /** Cut-out objects keep so many of their surrounding pixels under a transparent mask: colours are coded for blocks of pixels. */
 const MARGIN = 4;
@@ -50,6 +50,19 @@ export class Painter {
    */
   async paint(item, t) {
     const frame = item === null ? null : await drawable(item, t);
+    try {
+      this.paintStyle(frame, t);
+    } finally {
+      frame?.close?.();
+    }
+    this.pad();
+  }
+
+  /**
+   * @param {Drawable | null} frame
+   * @param {number} t
+   */
+  paintStyle(frame, t) {
     const { width, height } = frame ?? this.masks;
     if (t === 0) this.begin(width, height);
     if (width !== this.size.width || height !== this.size.height) {
@@ -60,7 +73,6 @@ export class Painter {
     if (this.plan.style === 'masks' || !frame) this.paintMasks(t);
     else if (this.plan.style === 'overlay') this.paintOverlay(frame, t);
     else this.paintCutout(frame, t);
-    this.pad();
   }
 
   /**
@@ -91,7 +103,7 @@ export class Painter {
     this.context.drawImage(image, 0, 0, width, height);
     this.context.save();
     this.context.scale(width / this.masks.width, height / this.masks.height);
-    drawLabels(this.context, this.masks, t, this.drawing());
+    drawLabels(this.context, this.masks, t, { ...this.drawing(), outlineWidth: (this.plan.outlineWidth * this.masks.width) / width });
     this.context.restore();
   }
 
@@ -120,15 +132,9 @@ export class Painter {
     aside.globalCompositeOperation = 'source-over';
     aside.clearRect(0, 0, size.width, size.height);
     const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
-    for (const dy of margin > 0 ? [-margin, 0, margin] : [0]) {
-      for (const dx of margin > 0 ? [-margin, 0, margin] : [0]) {
-        aside.save();
-        aside.translate(dx, dy);
-        aside.scale(size.width / masks.width, size.height / masks.height);
-        fillLabels(aside, mask, this.plan.chosen, () => WHITE, 1);
-        aside.restore();
-      }
-    }
+    const picture = labelPicture(aside, mask, this.plan.chosen, () => WHITE);
+    const steps = margin > 0 ? [-margin, 0, margin] : [0];
+    for (const dy of steps) for (const dx of steps) aside.drawImage(picture, dx, dy, size.width, size.height);
   }
 
   /** @returns {Uint8Array<ArrayBuffer>} how opaque each pixel of the frame painted last is, 0 to 255 */
@@ -136,7 +142,9 @@ export class Painter {
     const { width, height } = this.size;
     this.paintMask(this.t, 0);
     const { data } = this.aside.getImageData(0, 0, width, height);
-    return Uint8Array.from({ length: width * height }, (_, p) => Number(data[4 * p + 3]));
+    const values = new Uint8Array(width * height);
+    for (let p = 0; p < values.length; p += 1) values[p] = Number(data[4 * p + 3]);
+    return values;
   }
 
   /** Fills the row and column beyond an odd size with copies of the last. */
@@ -187,8 +195,10 @@ async function drawable(item, t) {
       return { image, width: image.width, height: image.height };
     }
     case 'Blob':
-    case 'File':
-      return drawable(await createImageBitmap(/** @type {Blob} */ (frame)), t);
+    case 'File': {
+      const image = await createImageBitmap(/** @type {Blob} */ (frame));
+      return { image, width: image.width, height: image.height, close: () => image.close() };
+    }
     default:
       return fromPixels(frame, t);
   }

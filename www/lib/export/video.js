@@ -27,11 +27,11 @@ import { Painter } from './video-painter.js';
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
  * @property {boolean} [outline] of the masks in an overlay; true if not given
- * @property {number} [outlineWidth] in pixels of the masks; 1.5 if not given
+ * @property {number} [outlineWidth] in pixels of the video; 2 if not given
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
  * @property {'low' | 'medium' | 'high' | 'very-high'} [quality] `high` if not given
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
- * @property {AbortSignal} [signal]
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
 const LEGAL = [
@@ -99,7 +99,7 @@ async function* blanks(count) {
  * @param {EncodeVideoOptions} options
  */
 function planned(masks, frames, options) {
-  const { style = 'overlay', format = 'webm', quality = 'high', objects, colors, opacity = 0.5, outline = true, outlineWidth = 1.5 } = options;
+  const { style = 'overlay', format = 'webm', quality = 'high', objects, colors, opacity = 0.5, outline = true, outlineWidth = 2 } = options;
   oneOf('style', style, STYLES);
   oneOf('format', format, ['webm', 'mp4']);
   oneOf('quality', quality, QUALITIES);
@@ -114,7 +114,7 @@ function planned(masks, frames, options) {
   const times = timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE);
   return {
     style, format, quality, background, alpha, chosen: chosenLabels(objects),
-    labels: { colors, opacity, outline, outlineWidth }, timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
+    labels: { colors, opacity, outline }, outlineWidth, timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
   };
 }
 

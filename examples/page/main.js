@@ -1,0 +1,36 @@
+// Segments the video that is chosen, then plays it with each object in a colour of its own.
+
+import { drawLabels, segmentVideo, videoFrames } from 'tracecut';
+
+const SIZE = 480; // the long side, in pixels, at which frames are decoded and masks made
+
+const input = document.querySelector('input');
+const status = document.querySelector('[role=status]');
+const canvas = document.querySelector('canvas');
+const context = canvas.getContext('2d');
+
+input.addEventListener('change', async () => {
+  const source = input.files.length > 1 ? [...input.files] : input.files[0];
+  input.disabled = true;
+  try {
+    const masks = await segmentVideo(source, { size: SIZE, onProgress }).collect();
+    status.textContent = `${masks.objects.length} objects in ${masks.numFrames} frames`;
+    await play(source, masks);
+  } catch (error) {
+    status.textContent = error.message; // says what is wrong and what would be right
+  }
+  input.disabled = false;
+});
+
+function onProgress({ stage, frames }) {
+  status.textContent = `${stage}, ${frames.done} frames read`;
+}
+
+async function play(source, masks) {
+  [canvas.width, canvas.height] = [masks.width, masks.height];
+  for await (const { frame, index } of videoFrames(source, { size: SIZE })) {
+    context.putImageData(frame, 0, 0);
+    drawLabels(context, masks, index);
+    await new Promise((shown) => setTimeout(shown, 40));
+  }
+}

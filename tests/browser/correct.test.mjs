@@ -1,0 +1,133 @@
+// Corrections by the user on the page: with the mouse and by keyboard, taken back, and refused in words.
+
+import assert from 'node:assert/strict';
+import { beforeEach, describe, test } from 'node:test';
+import { accessibilityFaults, ended, inPhase, openSample, picture, screenshot, text, useSite } from './support.mjs';
+
+const FRAME = 12;
+
+describe('a result is corrected', () => {
+  const site = useSite();
+  let page;
+  let faults;
+  let before;
+
+  /** All masks of the result on screen, as one text. */
+  const masks = () => page.evaluate(() => Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.app.points.mask(t)].join('')).join('|'));
+  const counts = () => page.evaluate((t) => {
+    const found = {};
+    for (const label of globalThis.tracecutDemo.app.points.mask(t)) found[label] = (found[label] ?? 0) + 1;
+    return found;
+  }, FRAME);
+  const status = () => page.waitForFunction(() => /^(Corrected|That is not)/.test(document.querySelector('#correct-status').textContent)).then(() => text(page, '#correct-status'));
+
+  /** Waits for what `act` sets off. */
+  async function corrected(act) {
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await act();
+    return status();
+  }
+
+  /** Runs in the page: a place in the middle of an object, in CSS pixels of the canvas. */
+  const placeOf = (object) => page.evaluate((label) => {
+    const { points, viewer, timeline } = globalThis.tracecutDemo.app;
+    const { width, unit } = viewer.view;
+    const own = [];
+    points.mask(timeline.frame).forEach((found, p) => found === label && own.push([p % width, Math.floor(p / width)]));
+    const mean = [0, 1].map((axis) => own.reduce((sum, place) => sum + place[axis], 0) / own.length);
+    const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
+    const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
+    return { x: (x + 0.5) / unit, y: (y + 0.5) / unit };
+  }, object);
+
+  beforeEach(async () => {
+    if (page) return;
+    ({ page, faults } = await openSample(site, { bypassCSP: true }));
+    before = await masks();
+    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    await page.click('#correct-open');
+  });
+
+  test('a click on an object chooses it, with its facts', async () => {
+    await page.click('#canvas', { position: await placeOf(2) });
+    assert.equal(await page.inputValue('#correct-object'), '2');
+    assert.match(await text(page, '#correct-facts'), /%$/);
+    assert.equal(await page.locator('#show-all').isVisible(), false, 'and does not show it alone');
+    await screenshot(page, 'correct');
+    assert.deepEqual(await accessibilityFaults(page), []);
+  });
+
+  test('objects are merged, in place, and the merge is taken back', async () => {
+    const found = await counts();
+    await page.click('#canvas', { position: await placeOf(2) });
+    await page.selectOption('#correct-into', '1');
+    const words = await corrected(() => page.click('#correct-merge'));
+    console.log(`a merge on the page: ${words}`);
+    assert.match(words, /^Corrected in \d+\.\d\ss\. 2 moving objects and the background\.$/);
+    const merged = await counts();
+    assert.deepEqual(merged, { 0: found[0], 1: found[1] + found[2], 3: found[3] });
+    assert.equal(await page.evaluate(() => globalThis.tracecutDemo.app.timeline.frame), FRAME, 'the frame stays');
+    assert.equal(await text(page, '#headline'), '2 moving objects and the background');
+    assert.equal(await page.locator('.lane').count(), 2);
+    await corrected(() => page.keyboard.press('Control+z'));
+    assert.equal(await masks(), before);
+    assert.equal(await page.locator('#correct-undo').isDisabled(), true);
+  });
+
+  test('an object is made background by keyboard alone, and brought back', async () => {
+    const found = await counts();
+    await page.focus('#correct-object');
+    await page.keyboard.press('Home');
+    await page.keyboard.press('ArrowDown');
+    await page.keyboard.press('ArrowDown');
+    await page.keyboard.press('ArrowDown');
+    assert.equal(await page.inputValue('#correct-object'), '3');
+    await page.focus('#correct-background');
+    await corrected(() => page.keyboard.press('Enter'));
+    assert.deepEqual(await counts(), { 0: found[0] + found[3], 1: found[1], 2: found[2] });
+    await page.focus('#correct-undo');
+    await corrected(() => page.keyboard.press('Enter'));
+    assert.equal(await masks(), before);
+  });
+
+  test('an object is split, and a merged one falls apart into what it was', async () => {
+    await page.selectOption('#correct-object', '2');
+    await page.selectOption('#correct-into', '1');
+    await corrected(() => page.click('#correct-merge'));
+    await page.selectOption('#correct-object', '1');
+    assert.match(await corrected(() => page.click('#correct-split')), /^Corrected/);
+    assert.equal(await page.locator('.lane').count(), 3);
+    await corrected(() => page.click('#correct-undo'));
+    await corrected(() => page.click('#correct-undo'));
+    assert.equal(await masks(), before);
+  });
+
+  test('where nothing can be split, the page says so, and goes on', async () => {
+    await page.selectOption('#correct-object', '0');
+    assert.equal(await page.locator('#correct-split').isDisabled(), true, 'the background needs a place');
+    const sky = await page.evaluate(() => {
+      const { points, viewer, timeline } = globalThis.tracecutDemo.app;
+      return points.mask(timeline.frame)[viewer.view.width * 3 + 3];
+    });
+    assert.equal(sky, 0);
+    await page.click('#canvas', { position: { x: 5, y: 5 } });
+    const words = await corrected(() => page.click('#correct-split'));
+    if (/^Corrected/.test(words)) await corrected(() => page.click('#correct-undo'));
+    else assert.match(words, /^That is not possible here: .{20}/);
+    assert.equal(await masks(), before);
+    assert.deepEqual(faults, []);
+  });
+
+  test('another run begins without corrections', async () => {
+    await page.selectOption('#correct-object', '1');
+    await corrected(() => page.click('#correct-background'));
+    const shown = await picture(page);
+    await page.click('#again');
+    await inPhase(page, 'running');
+    assert.equal(await page.locator('#correct').isVisible(), false);
+    assert.equal(await ended(page), 'done');
+    assert.equal(await masks(), before);
+    assert.notEqual(await picture(page), shown);
+    assert.deepEqual(faults, []);
+  });
+});

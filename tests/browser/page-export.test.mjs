@@ -1,0 +1,206 @@
+// Everything that the page saves, saved through its dialog and opened again.
+
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { describe, test } from 'node:test';
+import { unzipSync } from 'fflate';
+import { fromCocoRle, version } from '../../dist/node.js';
+import { accessibilityFaults, ended, openSample, plainFrame, pngFile, run, screenshot, text, useSite } from './support.mjs';
+
+const FRAME = 12;
+
+describe('exports', () => {
+  const site = useSite();
+  let page;
+  let faults;
+  let labels;
+
+  test('are offered for the sample, in a dialog without accessibility faults', async () => {
+    ({ page, faults } = await openSample(site, { bypassCSP: true, acceptDownloads: true }));
+    labels = await page.evaluate(() => Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.result.labels(t)]));
+    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    await page.keyboard.press('e');
+    assert.equal(await page.locator('#export').isVisible(), true);
+    await screenshot(page, 'export');
+    assert.deepEqual(await accessibilityFaults(page), []);
+  });
+
+  /** Saves one thing; its name and bytes. */
+  async function save(id) {
+    const coming = page.waitForEvent('download');
+    await page.click(`[data-export="${id}"]`);
+    const file = await coming;
+    await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
+    return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
+  }
+
+  test('the mask of a frame is a PNG in the objects’ colours', async () => {
+    const { name, bytes } = await save('png');
+    assert.equal(name, 'sample-clip-mask-0013.png');
+    const wrong = await page.evaluate(countWrongPixels, [[...bytes], labels[FRAME]]);
+    assert.equal(wrong, 0);
+  });
+
+  test('all masks are a ZIP of such files, with their times', async () => {
+    const { name, bytes } = await save('zip');
+    assert.equal(name, 'sample-clip-masks.zip');
+    const files = unzipSync(bytes);
+    const pictures = Object.keys(files).filter((file) => file.endsWith('.png')).sort();
+    assert.equal(pictures.length, 24);
+    assert.equal(await page.evaluate(countWrongPixels, [[...files[pictures[7]]], labels[7]]), 0);
+    const about = JSON.parse(new TextDecoder().decode(files['masks.json']));
+    assert.ok(JSON.stringify(about).includes(version));
+    assert.ok(Math.abs(about.times[3] - 3 / 15) < 1e-6, String(about.times));
+  });
+
+  test('or a ZIP with a folder for each object', async () => {
+    const { name, bytes } = await save('zip-objects');
+    assert.equal(name, 'sample-clip-objects.zip');
+    const folders = new Set(Object.keys(unzipSync(bytes)).filter((file) => file.includes('/')).map((file) => file.split('/')[0]));
+    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutDemo.result.objects.count));
+  });
+
+  test('run lengths are those of the masks', async () => {
+    const { name, bytes } = await save('coco');
+    assert.equal(name, 'sample-clip-coco.json');
+    const coco = JSON.parse(bytes);
+    assert.equal(coco.images.length, 24);
+    const one = coco.annotations.find(({ track_id, image_id }) => track_id === 1 && image_id === coco.images[FRAME].id);
+    assert.equal(one.area, labels[FRAME].filter((label) => label === 1).length);
+    assert.deepEqual([...fromCocoRle(one.segmentation)].map(Number), labels[FRAME].map((label) => Number(label === 1)));
+  });
+
+  test('trajectories are a track file', async () => {
+    const { name, bytes } = await save('tracks');
+    assert.equal(name, 'sample-clip-tracks.dat');
+    const count = await page.evaluate(() => globalThis.tracecutDemo.result.trajectories.count);
+    assert.deepEqual(String(bytes).split('\n').slice(0, 2), ['24', String(count)]);
+  });
+
+  const videos = { 'overlay-webm': 'overlay.webm', 'overlay-mp4': 'overlay.mp4', 'cutout-webm': 'cutout.webm', 'cutout-mp4': 'cutout.mp4' };
+  for (const [id, file] of Object.entries(videos)) {
+    test(`${file} plays, with the objects where they are`, async (t) => {
+      if (id.endsWith('mp4') && !(await page.evaluate(canEncodeMp4))) return t.skip('this browser encodes no MP4');
+      const { name, bytes } = await save(id);
+      assert.equal(name, `sample-clip-${file}`);
+      const object = labels[FRAME].indexOf(1);
+      const inside = await page.evaluate(deepInside, [labels[FRAME], 1]);
+      const outside = await page.evaluate(deepInside, [labels[FRAME], 0]);
+      assert.ok(object >= 0);
+      const { size, duration, colors } = await page.evaluate(frameOf, [[...bytes], file.endsWith('mp4') ? 'video/mp4' : 'video/webm', (FRAME + 0.5) / 15, [inside, outside]]);
+      assert.deepEqual(size, [384, 216]);
+      assert.ok(Math.abs(duration - 24 / 15) < 0.1, `${duration} s`);
+      if (id.startsWith('cutout')) {
+        assert.equal(colors[0][3], 255, 'the object is there');
+        if (id === 'cutout-webm') assert.ok(colors[1][3] < 20, `ground ${colors[1]}`);
+        else assert.ok(colors[1][1] > 130 && colors[1][0] < 60, `ground ${colors[1]}`);
+      } else {
+        assert.ok(colors[0][0] > colors[0][2] + 20, `the first object is tinted orange: ${colors[0]}`);
+      }
+    });
+  }
+
+  test('only the objects that are shown, where that is wanted', async () => {
+    await page.click('#export-close');
+    await page.click('[data-object="1"] .eye');
+    await page.click('#export-open');
+    await page.click('#export-shown');
+    const coco = JSON.parse((await save('coco')).bytes);
+    assert.ok(coco.annotations.length > 0 && coco.annotations.every(({ track_id }) => track_id !== 1));
+    await page.click('#export-shown');
+  });
+
+  test('a video in the making is cancelled', async () => {
+    let downloads = 0;
+    page.on('download', () => (downloads += 1));
+    await page.evaluate(() => {
+      document.querySelector('[data-export="overlay-webm"]').click();
+      document.querySelector('#export-cancel').click();
+    });
+    await page.waitForFunction(() => /^Cancelled/.test(document.querySelector('#export-status').textContent));
+    assert.equal(await page.locator('#export-progress').isVisible(), false);
+    assert.equal(downloads, 0);
+  });
+
+  test('the recipe names version, settings and a sum of the masks; the link carries the settings', async () => {
+    await page.click('#recipe-box > summary');
+    await page.waitForFunction(() => /sha256/.test(document.querySelector('#recipe').textContent));
+    const recipe = JSON.parse(await page.textContent('#recipe'));
+    assert.equal(recipe.tracecut, version);
+    assert.deepEqual(recipe.parameters, {});
+    assert.match(recipe.masks.sha256, /^[0-9a-f]{64}$/);
+    await page.click('#export-close');
+    await page.locator('#settings-few [data-parameter="trajectory.gridStep"] input').fill('12');
+    await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
+    await page.click('#export-open');
+    await page.click('#copy-link');
+    await page.waitForFunction(() => /clipboard/.test(document.querySelector('#export-status').textContent));
+    const link = await page.evaluate(() => navigator.clipboard.readText());
+    assert.match(link, /#trajectory\.gridStep=12$/);
+    const { page: other } = await site.open();
+    await other.goto('about:blank');
+    await other.goto(link);
+    assert.equal(await ended(other), 'done');
+    assert.deepEqual(await other.evaluate(() => globalThis.tracecutDemo.app.job.options), { trajectory: { gridStep: 12 } });
+    assert.deepEqual(faults, []);
+  });
+
+  test('a still image has no masks to save', async () => {
+    await page.click('#export-close');
+    await run(page, [pngFile('plain.png', plainFrame(40, 30))]);
+    assert.equal(await page.locator('#export-open').isVisible(), false);
+    assert.match(await text(page, '#headline'), /still image/);
+  });
+});
+
+/** Runs in the page: pixels of a PNG that are not in their label's colour; the background is black. */
+async function countWrongPixels([bytes, labels]) {
+  const { objectColor } = globalThis.tracecutDemo;
+  const image = await createImageBitmap(new Blob([new Uint8Array(bytes)], { type: 'image/png' }));
+  const ctx = new OffscreenCanvas(image.width, image.height).getContext('2d');
+  ctx.drawImage(image, 0, 0);
+  const { data } = ctx.getImageData(0, 0, image.width, image.height);
+  if (labels.length * 4 !== data.length) return Infinity;
+  const wanted = (label) => (label === 0 ? 0 : Number.parseInt(objectColor(label).slice(1), 16));
+  return labels.filter((label, p) => ((data[4 * p] << 16) | (data[4 * p + 1] << 8) | data[4 * p + 2]) !== wanted(label)).length;
+}
+
+/** Runs in the page: a pixel all around which the label is the same. */
+function deepInside([labels, wanted]) {
+  const { width } = globalThis.tracecutDemo.result;
+  for (let reach = 12; reach > 0; reach -= 1) {
+    const at = labels.findIndex((_, p) => {
+      for (let dy = -reach; dy <= reach; dy += reach) for (let dx = -reach; dx <= reach; dx += reach) if (labels[p + dy * width + dx] !== wanted) return false;
+      return true;
+    });
+    if (at >= 0) return [at % width, Math.floor(at / width)];
+  }
+  return [0, 0];
+}
+
+/** Runs in the page: what a player shows of a file at a time. */
+async function frameOf([bytes, type, time, places]) {
+  const video = document.createElement('video');
+  const event = (name) => new Promise((done, failed) => Object.assign(video, { [`on${name}`]: done, onerror: () => failed(new Error(video.error?.message)) }));
+  const loaded = event('loadeddata');
+  Object.assign(video, { muted: true, src: URL.createObjectURL(new Blob([new Uint8Array(bytes)], { type })) });
+  await loaded;
+  const sought = event('seeked');
+  video.currentTime = time;
+  await sought;
+  const { videoWidth, videoHeight, duration } = video;
+  const ctx = new OffscreenCanvas(videoWidth, videoHeight).getContext('2d', { willReadFrequently: true });
+  // The picture may come a little after the word that it has.
+  for (let left = 100; left > 0; left -= 1) {
+    ctx.drawImage(video, 0, 0);
+    if (ctx.getImageData(...places[0], 1, 1).data[3] > 0) break;
+    await new Promise((done) => setTimeout(done, 20));
+  }
+  return { size: [videoWidth, videoHeight], duration, colors: places.map(([x, y]) => [...ctx.getImageData(x, y, 1, 1).data]) };
+}
+
+/** Runs in the page. */
+async function canEncodeMp4() {
+  const media = await import('/dist/vendor/media.js');
+  return media.canEncodeVideo ? media.canEncodeVideo('avc', { width: 384, height: 216 }) : true;
+}
