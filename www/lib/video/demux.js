@@ -19,7 +19,7 @@ const PROBED = 256;
  */
 
 /**
- * Opens a file's container; null when it is of no known kind.
+ * Opens a file's container; null when it is of no known kind, or nothing in it is.
  * @param {Blob | URL} source
  * @returns {Promise<Demuxed | null>}
  */
@@ -32,8 +32,11 @@ export async function openDemuxed(source) {
       return null;
     }
     const track = await input.getPrimaryVideoTrack();
-    if (!track) throw new TraceCutError('no-video', await withoutVideo(input));
-    return await demuxed(media, input, track);
+    if (track) return await demuxed(media, input, track);
+    if ((await input.getAudioTracks()).length) throw new TraceCutError('no-video', 'the file has no video track, only sound');
+    // Perhaps one that is not known here, but to the browser's player.
+    input.dispose();
+    return null;
   } catch (error) {
     input.dispose();
     throw readable(error, source);
@@ -88,7 +91,7 @@ async function demuxed(media, input, track) {
 /** @typedef {{times: Float64Array, end: number}} PacketList */
 
 /**
- * The times of all frames as the container lists them, in the order in which they are shown. What ends before 0 is not to be shown.
+ * The times of all frames as the container lists them, in the order in which they are shown.
  * @param {import('mediabunny').EncodedPacketSink} sink
  * @returns {Promise<PacketList>}
  */
@@ -97,8 +100,8 @@ async function packetList(sink) {
   const times = [];
   let end = 0;
   for await (const { timestamp, duration } of sink.packets(undefined, undefined, { metadataOnly: true })) {
-    if (timestamp < 0 && timestamp + duration <= 0) continue;
-    times.push(timestamp);
+    if (unseen(timestamp, duration)) continue;
+    times.push(Math.max(0, timestamp));
     end = Math.max(end, timestamp + duration);
   }
   const sorted = Float64Array.from(times).sort();
@@ -131,11 +134,11 @@ async function* decodedFrames(media, track, { start, end }, packets) {
   const samples = new media.VideoSampleSink(track).samples(start, end);
   try {
     for await (const sample of samples) {
-      if (sample.timestamp < 0 && sample.timestamp + sample.duration <= 0) {
+      if (unseen(sample.timestamp, sample.duration)) {
         sample.close();
         continue;
       }
-      last = sample.timestamp;
+      last = Math.max(0, sample.timestamp);
       while (next < times.length && at(times, next) <= last + SLACK) next += 1;
       // Not every container says how long its frames last; all say when the next one comes.
       const duration = (next < times.length ? at(times, next) : clipEnd) - last;
@@ -147,6 +150,13 @@ async function* decodedFrames(media, track, { start, end }, packets) {
   const final = times.findLast((time) => time < end);
   if (final !== undefined && final > start && final > last + SLACK) throw await broken('no more data', last, packets);
 }
+
+/**
+ * A clip that was cut out of another may begin before 0: what ends there is not shown, what reaches beyond is the first that is.
+ * @param {number} timestamp
+ * @param {number} duration
+ */
+const unseen = (timestamp, duration) => timestamp < 0 && timestamp + duration <= 0;
 
 /**
  * @param {import('mediabunny').VideoSample} sample
@@ -176,12 +186,6 @@ async function broken(error, last, packets) {
     `the video breaks off ${where}${last > -Infinity ? ` (${last.toFixed(3)} s)` : ''}: the file is cut off or damaged (${words(error)})`,
     { cause: error },
   );
-}
-
-/** @param {import('mediabunny').Input} input */
-async function withoutVideo(input) {
-  const audio = await input.getAudioTracks().catch(() => []);
-  return audio.length ? 'the file has no video track, only sound' : 'the file has no video track; it may be cut off';
 }
 
 /**

@@ -14,8 +14,8 @@ import { readAndClose } from './pixels.js';
 
 /** @typedef {(new (init: object) => Decoder) & {isTypeSupported: (type: string) => Promise<boolean>}} DecoderClass */
 
-/** Frames of an animation that does not say how long they last. */
-const USUAL_SECONDS = 0.1;
+/** Microseconds of a frame of an animation that does not say how long it lasts. */
+const USUAL_LENGTH = 100_000;
 
 /**
  * The type of an image file by its first bytes; null for anything else.
@@ -51,12 +51,12 @@ export async function openImage(file, type) {
       return (await measured()).times;
     },
     async *frames() {
-      let time = 0;
+      let begin = 0;
       for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
         const image = await frameAt(decoder, frameIndex);
-        const duration = secondsOf(image);
-        yield { time, duration, read: () => readAndClose(image), close: () => image.close() };
-        time += duration;
+        const length = lengthOf(image);
+        yield { time: begin / 1e6, duration: length / 1e6, read: () => readAndClose(image), close: () => image.close() };
+        begin += length;
       }
     },
     close: () => decoder.close(),
@@ -93,12 +93,12 @@ async function measure(decoder, count) {
   let [end, width, height] = [0, 0, 0];
   for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
     const image = await frameAt(decoder, frameIndex);
-    times[frameIndex] = end;
-    end += secondsOf(image);
+    times[frameIndex] = end / 1e6;
+    end += lengthOf(image);
     if (frameIndex === 0) [width, height] = [image.displayWidth, image.displayHeight];
     image.close();
   }
-  return { times, end, width, height };
+  return { times, end: end / 1e6, width, height };
 }
 
 /**
@@ -113,8 +113,11 @@ async function frameAt(decoder, frameIndex) {
   }
 }
 
-/** @param {VideoFrame} image */
-const secondsOf = (image) => (image.duration ? image.duration / 1e6 : USUAL_SECONDS);
+/**
+ * Microseconds: whole numbers, whose sums are exact.
+ * @param {VideoFrame} image
+ */
+const lengthOf = (image) => image.duration || USUAL_LENGTH;
 
 /** @param {unknown} cause */
 const cutOff = (cause) => new TraceCutError('truncated', `the image cannot be decoded: it is cut off or damaged (${String(cause)})`, { cause });

@@ -158,9 +158,9 @@ async function durationOf(video) {
 function unplayable(video, codec) {
   const detail = video.error?.message ? ` (${video.error.message})` : '';
   if (codec === null) {
-    return new TraceCutError('no-video', `this is no video that the browser can play${detail}; MP4, MOV, WebM and animated images are`);
+    return new TraceCutError('no-video', `this is no video that the browser can play${detail}; convert it to MP4 (H.264) or WebM`);
   }
-  return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser${detail}; convert the file, say to H.264 or VP9`);
+  return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser${detail}; convert it to MP4 (H.264) or WebM`);
 }
 
 /**
