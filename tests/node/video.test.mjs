@@ -290,3 +290,22 @@ test('an object keeps its label from window to window', async () => {
   const [[label, count]] = [...votes].sort(([, a], [, b]) => b - a);
   assert.ok(label > 0 && count > 0.9 * total, `label ${label} has ${count} of ${total} pixels`);
 });
+
+test('many windows leave no listeners behind', async () => {
+  const warnings = [];
+  const note = (warning) => warnings.push(warning.name);
+  process.on('warning', note);
+  try {
+    const result = await segmentVideo(flat(30), { window: 3, overlap: 1 }).collect();
+    assert.equal(result.numFrames, 30);
+    await new Promise((resolve) => setImmediate(resolve));
+  } finally {
+    process.off('warning', note);
+  }
+  assert.deepEqual(warnings, []);
+});
+
+/** Small plain frames: nothing to find, so that windows take no time. */
+function* flat(count) {
+  for (let t = 0; t < count; t += 1) yield { data: new Uint8ClampedArray(4 * 24 * 16).fill(120), width: 24, height: 16 };
+}

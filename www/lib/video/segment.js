@@ -215,9 +215,10 @@ export class VideoSegmentation {
   #unlessStopped(promise) {
     const { signal } = this.#stop;
     return new Promise((resolve, reject) => {
-      if (signal.aborted) reject(signal.reason);
-      signal.addEventListener('abort', () => reject(signal.reason), { once: true });
-      promise.then(resolve, reject);
+      const stop = () => reject(signal.reason);
+      if (signal.aborted) stop();
+      signal.addEventListener('abort', stop);
+      promise.then(resolve, reject).finally(() => signal.removeEventListener('abort', stop));
     });
   }
 
