@@ -102,12 +102,18 @@ export class VideoSegmentation {
   }
 
   /**
-   * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories.
+   * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories. `onWindow` is told of each
+   * window's result on the way.
+   * @param {(window: import('./window.js').WindowResult) => void} [onWindow]
    * @returns {Promise<import('./result.js').VideoResult>}
    */
-  async collect() {
+  async collect(onWindow) {
+    if (onWindow !== undefined && typeof onWindow !== 'function') throw illegal('param', 'onWindow', onWindow, 'a function');
     const collector = new Collector();
-    for await (const window of this) collector.add(window);
+    for await (const window of this) {
+      collector.add(window);
+      onWindow?.(window);
+    }
     return collector.finish();
   }
 
