@@ -197,3 +197,38 @@ fn what_cannot_be_corrected_is_an_error_and_changes_nothing() {
     }
     assert_eq!((session.num_corrections(), masks(&session)), (0, before));
 }
+
+/// Intersection over union of what has a label in the truth and what has another in the masks, over all frames.
+fn overlap(truth: &[Plane<u8>], of_truth: u8, found: &[Plane<u8>], of_found: u8) -> f64 {
+    let pixels = || truth.iter().flat_map(|m| m.data()).zip(found.iter().flat_map(|m| m.data()));
+    let both = pixels().filter(|&(&t, &f)| t == of_truth && f == of_found).count();
+    let any = pixels().filter(|&(&t, &f)| t == of_truth || f == of_found).count();
+    both as f64 / any.max(1) as f64
+}
+
+#[test]
+fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
+    let scene = Scene::entangled(288, 192, 24, 3);
+    let mut params = Params::default();
+    params.connectedness.mode = crate::connectedness::ConnectednessMode::Off;
+    let mut session = Session::new(params).unwrap();
+    for t in 0..24 {
+        session.push_frame(scene.frame(t)).unwrap();
+    }
+    session.run().unwrap();
+    let truth: Vec<_> = (0..24).map(|t| scene.mask(t)).collect();
+    let found = |session: &Session| -> Vec<Plane<u8>> { (0..24).map(|t| session.labels(t).unwrap()).collect() };
+    let best = |masks: &[Plane<u8>], player| {
+        (1..=9).map(|l| (overlap(&truth, player, masks, l), l)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
+    };
+    assert_eq!(session.objects().unwrap().count, 1, "motion alone takes both for one");
+    let strokes = [1, 2].map(|player| {
+        let (x, y) = inside(&truth[20], player);
+        Stroke { t: 20, points: vec![(x, y - 8.0), (x, y + 8.0)], radius: 4.0 }
+    });
+    session.correct(&Correction::Apart(strokes.to_vec())).unwrap();
+    session.run().unwrap();
+    let after = found(&session);
+    let (left, right) = (best(&after, 1), best(&after, 2));
+    assert!(left.1 != right.1 && left.0 > 0.75 && right.0 > 0.85, "{left:?} {right:?}");
+}
