@@ -136,7 +136,7 @@ describe('files', () => {
     const reds = await page.evaluate(async () => {
       const { source, take } = globalThis.tracecutDemo;
       const found = [];
-      for await (const image of source.frames(take, new AbortController().signal)) found.push(image.data[0]);
+      for await (const { frame } of source.frames(take, new AbortController().signal)) found.push(frame.data[0]);
       return found;
     });
     assert.deepEqual(reds, shades.map((_, t) => 20 * t));

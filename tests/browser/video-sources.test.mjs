@@ -103,6 +103,31 @@ describe('sources', { timeout: 240_000 }, () => {
     assert.equal(seen.info.numFrames, 30);
   });
 
+  test('a worker, which has no document, decodes and segments too', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const code = `
+        import { segmentVideo, videoFrames } from '${location.origin}/dist/index.js';
+        onmessage = async ({ data }) => {
+          try {
+            const times = [];
+            for await (const { time } of videoFrames(data, { maxFrames: 3 })) times.push(time);
+            const { numFrames, width } = await segmentVideo(data, { maxFrames: 4, size: 64 }).collect();
+            const fault = await videoFrames(data, { decoding: 'seeking' }).next().catch(({ code, message }) => code + ': ' + message);
+            postMessage({ times, numFrames, width, fault });
+          } catch (error) {
+            postMessage({ error: String(error) });
+          }
+        };`;
+      const worker = new Worker(URL.createObjectURL(new Blob([code], { type: 'text/javascript' })), { type: 'module' });
+      worker.postMessage(clip);
+      const { data } = await new Promise((resolve) => (worker.onmessage = resolve));
+      worker.terminate();
+      return data;
+    });
+    assert.deepEqual([seen.error, seen.times, seen.numFrames, seen.width], [undefined, [0, 0.04, 0.08], 4, 64]);
+    assert.match(seen.fault, /^unsupported: a worker has no video element .*vp8.*open it in the page/);
+  });
+
   test('a stream of a canvas, with and without the browser\'s own reader of tracks, up to its end, a time and a number', async () => {
     for (const bare of [false, true]) {
       const seen = await library.page.evaluate(streamed, bare);

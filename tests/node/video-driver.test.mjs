@@ -37,12 +37,12 @@ class CountingEngine {
   }
 }
 
-async function drive({ frames, window, overlap, cuts = [] }) {
+async function drive({ frames, window, overlap, cuts = [], known = false }) {
   const engine = new CountingEngine(cuts, window);
   let number = 0;
   const nextFrame = async () => (number < frames ? { raw: { number: number++ }, time: (number - 1) / 10 } : null);
   const stop = new AbortController().signal;
-  const driver = new Driver({ engine, nextFrame, window, overlap, stop, onStage() {}, onFrame() {} });
+  const driver = new Driver({ engine, nextFrame, left: () => (known ? frames - number : null), window, overlap, stop, onStage() {}, onFrame() {} });
   const windows = [];
   for (let result = await driver.next(); result; result = await driver.next()) windows.push(result);
   return { engine, windows, settled: windows.flatMap((result) => [...result.frames()]) };
@@ -53,8 +53,9 @@ test('each frame is settled once, in order, with its own time and mask, however 
     for (let overlap = 1; overlap < window; overlap += 1) {
       for (let frames = 1; frames <= 20; frames += 1) {
         for (const cuts of [[], [1], [window], [window + 1], [3, 4], [window, window + 1, window + 2]]) {
-          const { engine, windows, settled } = await drive({ frames, window, overlap, cuts });
-          const where = JSON.stringify({ frames, window, overlap, cuts });
+          const known = frames % 2 === 0;
+          const { engine, windows, settled } = await drive({ frames, window, overlap, cuts, known });
+          const where = JSON.stringify({ frames, window, overlap, cuts, known });
           assert.deepEqual(settled.map(({ index }) => index), Array.from({ length: frames }, (_, k) => k), where);
           assert.deepEqual(settled.map(({ labels }) => labels[0]), Array.from({ length: frames }, (_, k) => k), where);
           assert.deepEqual(settled.map(({ time }) => time), Array.from({ length: frames }, (_, k) => k / 10), where);
@@ -84,6 +85,17 @@ test('a clip of just a window, and one more frame, are one window and two', asyn
     [0, 50, { from: 0, to: 45 }],
     [40, 11, { from: 5, to: 11 }],
   ]);
+});
+
+test('where the number of frames is known the last window is full too, and each window settles what it is in the middle of', async () => {
+  for (const [frames, expected] of [
+    [51, [[0, 50, { from: 0, to: 25 }], [1, 50, { from: 24, to: 50 }]]],
+    [90, [[0, 50, { from: 0, to: 45 }], [40, 50, { from: 5, to: 50 }]]],
+    [97, [[0, 50, { from: 0, to: 45 }], [40, 50, { from: 5, to: 28 }], [47, 50, { from: 21, to: 50 }]]],
+  ]) {
+    const { windows } = await drive({ frames, window: 50, overlap: 10, known: true });
+    assert.deepEqual(windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]), expected);
+  }
 });
 
 test('a cut right after a full window runs nothing twice: the full window settles all of its frames', async () => {

@@ -17,6 +17,7 @@ import { byId } from './dom.js';
 import { readsAreNoisy } from './grabber.js';
 import { CLIP_STAGES, Job } from './job.js';
 import { createLayers } from './layers.js';
+import { LONG_STAGES, LongJob, WINDOW } from './long-job.js';
 import { ClipPanel } from './panel-clip.js';
 import { layersPanel } from './panel-layers.js';
 import { ExportPanel } from './panel-export.js';
@@ -29,7 +30,7 @@ import { showReadout } from './readout.js';
 import { Selection } from './selection.js';
 import { Settings } from './settings.js';
 import { Setup } from './setup.js';
-import { showClipResult, showCorrectedResult, showStillResult } from './show-result.js';
+import { showClipResult, showCorrectedResult, showStillResult, showWindow } from './show-result.js';
 import { openFiles, sampleSource } from './source.js';
 import { STILL_STAGES, StillJob } from './still.js';
 import { phase, showError, showNotice, showPhase } from './status.js';
@@ -46,7 +47,7 @@ export class App {
     this.visit = 0;
     /** @type {import('./source.js').Source | null} */
     this.source = null;
-    /** @type {Job | StillJob | null} */
+    /** @type {Job | LongJob | StillJob | null} */
     this.job = null;
     /** @type {AbortController | null} */
     this.abort = null;
@@ -57,7 +58,7 @@ export class App {
     this.resting = 0;
     this.noisy = readsAreNoisy();
     /** The stages of a run and their shares of its time, as the last one of its kind took them. */
-    this.plans = { clip: CLIP_STAGES, still: STILL_STAGES };
+    this.plans = { clip: CLIP_STAGES, long: LONG_STAGES, still: STILL_STAGES };
     this.selection = new Selection();
     this.layers = createLayers();
     this.compare = new Compare(() => this.viewer.fit());
@@ -100,7 +101,7 @@ export class App {
    * @param {File[]} files
    */
   async openFiles(files) {
-    await this.open(files[0]?.name ?? '', () => openFiles(files), (source) => (source.count < 2 ? this.start() : this.setup.begin()));
+    await this.open(files[0]?.name ?? '', () => openFiles(files, this.library), (source) => (source.count < 2 ? this.start() : this.setup.begin()));
   }
 
   /**
@@ -152,7 +153,8 @@ export class App {
     this.job = null;
     this.points = null;
     this.facts = [];
-    this.viewer.setClip(16, 9, []);
+    document.body.removeAttribute('data-streaming');
+    this.viewer.setClip(16, 9);
     this.timeline.setClip(0, 25);
     clearObjects(this.selection);
     this.updatePanel();
@@ -191,8 +193,8 @@ export class App {
     const { source } = this;
     if (!source) return;
     const visit = this.leave();
-    const [Kind, plan] = source.kind === 'still' ? [StillJob, this.plans.still] : [Job, this.plans.clip];
-    this.job = new Kind(this.library, source, { ...this.clip.take }, this.options, plan);
+    const kind = kindOf(source, this.clip.take);
+    this.job = new KINDS[kind](this.library, source, { ...this.clip.take }, this.options, this.plans[kind]);
     this.viewer.setClip(16, 9, this.job.images);
     await this.go(visit, this.job);
   }
@@ -206,7 +208,7 @@ export class App {
 
   /**
    * @param {number} visit
-   * @param {Job | StillJob} job
+   * @param {Job | LongJob | StillJob} job
    */
   async go(visit, job) {
     this.abort = new AbortController();
@@ -217,7 +219,7 @@ export class App {
     const clock = setInterval(show, 100);
     signal.addEventListener('abort', () => clearInterval(clock));
     try {
-      await job.run(signal, show);
+      await job.run(signal, show, (/** @type {LongJob} */ long) => visit === this.visit && showWindow(this, long));
       if (visit !== this.visit) return;
       if (job instanceof StillJob) showStillResult(this, job);
       else showClipResult(this, job);
@@ -229,7 +231,7 @@ export class App {
   }
 
   /**
-   * @param {Job | StillJob} job
+   * @param {Job | LongJob | StillJob} job
    * @param {Progress} progress
    */
   showRunning(job, progress) {
@@ -241,12 +243,12 @@ export class App {
   /**
    * While frames arrive, the newest is shown.
    *
-   * @param {Job | StillJob} job
+   * @param {Job | LongJob | StillJob} job
    */
   showArriving(job) {
     const newest = job.images.length - 1;
-    if (newest < 0) return;
-    const { width, height } = job.images[newest];
+    if (newest < 0 || document.body.hasAttribute('data-streaming')) return;
+    const { width, height } = job.images;
     const { view } = this.viewer;
     if (view.width !== width || view.height !== height) this.viewer.setClip(width, height, job.images);
     if (view.frame !== newest) this.viewer.show(newest);
@@ -255,15 +257,22 @@ export class App {
   /** Cancels at once; the worker stops at the end of its step. */
   cancel() {
     this.setup.hold();
-    if (phase() !== 'running' || !this.job) return;
+    const { job } = this;
+    if (phase() !== 'running' || !job) return;
     this.abort?.abort();
-    showStages(this.job, 'stopped');
+    if (job instanceof LongJob && job.settled > 1) {
+      // What is settled by now is a result too.
+      job.stop();
+      return showClipResult(this, job);
+    }
+    showStages(job, 'stopped');
     showPhase('stopped', 'Cancelled', 'Continue where it stopped, change the settings, or open something else.');
   }
 
   /** Shows what a correction made of the result. */
   showCorrected() {
-    if (this.job instanceof Job) showCorrectedResult(this, this.job);
+    const { job } = this;
+    if (job instanceof Job || job instanceof LongJob) showCorrectedResult(this, job);
   }
 
   /** @returns {string} what is seen, in a few words */
@@ -273,7 +282,7 @@ export class App {
 
   /** @param {import('./run.js').Run} job that has ended: the next one's time is estimated from its own */
   learn(job) {
-    this.plans[job instanceof StillJob ? 'still' : 'clip'] = job.measured;
+    if (!(job instanceof LongJob)) this.plans[kindOf(job.source, job.take)] = job.measured;
   }
 
   /** @param {number} frame */
@@ -341,4 +350,17 @@ export class App {
     if (object > 0) this.selection.isolate(object);
     else if (object === 0) this.selection.reset(this.selection.count);
   }
+}
+
+/** Runs by the kind of clip. */
+const KINDS = { clip: Job, long: LongJob, still: StillJob };
+
+/**
+ * @param {import('./source.js').Source} source
+ * @param {import('./source.js').Take} take
+ * @returns {'clip' | 'long' | 'still'}
+ */
+function kindOf(source, take) {
+  if (source.kind === 'still') return 'still';
+  return take.frames > WINDOW ? 'long' : 'clip';
 }

@@ -106,7 +106,7 @@ function pictureSource(name, count, size, read) {
     async *frames(take, signal) {
       for (let k = 0; k < take.frames; k++) {
         signal.throwIfAborted();
-        yield await read(take.start + k * take.step, take.side);
+        yield { frame: await read(take.start + k * take.step, take.side), time: null };
       }
     },
     close() {},

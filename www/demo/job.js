@@ -4,9 +4,9 @@
  * @module
  */
 
-import { Run } from './run.js';
+import { Run, remembered } from './run.js';
 import { untilAborted } from './stage-clock.js';
-import { PageError } from './words.js';
+import { PageError, plural } from './words.js';
 
 /**
  * Stages in order, with the share of the whole time that each usually takes; after a run, its own shares are taken.
@@ -92,13 +92,15 @@ export class Job extends Run {
    */
   async pushFrames(signal, report) {
     this.session?.close();
-    for (const image of this.images.splice(0)) image.close();
+    this.images.clear();
+    this.times = [];
     this.stages[0].ms = 0;
     this.session = await this.library.createSession(this.options);
-    for await (const frame of this.source.frames(this.take, signal)) {
+    for await (const { frame, time } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
       // The picture is copied before the session gets the bytes, which it may hand on to its worker.
-      this.images.push(await createImageBitmap(frame));
+      await this.images.add(frame);
+      if (time !== null) this.times.push(time);
       await this.session.push(frame);
       this.mark('frames', this.images.length, this.take.frames);
       report(this);
@@ -108,6 +110,24 @@ export class Job extends Run {
     if (this.images.length === 1) throw new PageError('one-frame');
     this.stages[0].total = this.images.length;
     this.allPushed = true;
+  }
+
+  /** @returns {import('./run.js').Shown} */
+  get shown() {
+    const { result, session } = this;
+    const superpixels = remembered((/** @type {number} */ t) => result.superpixels(t));
+    return {
+      result,
+      presence: null,
+      windows: false,
+      answers: {
+        flow: (t) => session.flow(t),
+        boundaries: (t) => result.boundaries(t),
+        superpixels: result.objects && superpixels,
+        saliencyMap: (t) => result.saliencyMap(t),
+      },
+      numbers: [plural(result.trajectories.count, 'trajectory', 'trajectories'), `${plural(this.images.length, 'frame')} of ${this.size}`],
+    };
   }
 
   /** @param {Promise<any>} result */

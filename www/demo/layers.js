@@ -17,6 +17,7 @@ import { saliencyLayer } from './draw-saliency.js';
 import { stillLayer } from './draw-still.js';
 import { superpixelLayer } from './draw-superpixels.js';
 import { trajectoryLayer } from './draw-trajectories.js';
+import { NOTHING } from './words.js';
 
 /** @typedef {import('./layer.js').Layer} Layer */
 /** @typedef {import('./layer.js').View} View */
@@ -40,6 +41,19 @@ export function createLayers() {
   ];
 }
 
+/** What a clip that was taken window by window can show. */
+const OF_WINDOWS = ['masks', 'superpixels', 'contours', 'boundaries', 'image'];
+
+/**
+ * @param {Layer} layer
+ * @param {View} view
+ * @returns {string} why there is nothing to show; empty where there is
+ */
+export function missingOf(layer, view) {
+  if (view.windows && !OF_WINDOWS.includes(layer.id)) return NOTHING.windows;
+  return layer.missing?.(view) ?? '';
+}
+
 /**
  * Draws all layers that are on, lowest first.
  *
@@ -48,7 +62,7 @@ export function createLayers() {
  * @param {View} view
  */
 export function drawLayers(ctx, layers, view) {
-  const order = layers.filter((layer) => layer.on && !layer.missing?.(view)).sort((a, b) => a.z - b.z);
+  const order = layers.filter((layer) => layer.on && !missingOf(layer, view)).sort((a, b) => a.z - b.z);
   for (const layer of order) {
     const alpha = layer.settings.opacity.value;
     if (alpha >= 1) layer.draw(ctx, view);

@@ -1,6 +1,7 @@
 /** What to take from the clip: first frame, number of frames, step and working size. @module */
 
 import { byId } from './dom.js';
+import { WINDOW } from './long-job.js';
 import { workingSize } from './grabber.js';
 import { DEFAULT_TAKE, fitTake } from './source.js';
 import { plural } from './words.js';
@@ -27,6 +28,14 @@ export class ClipPanel {
         onChange(this.take);
       });
     }
+    byId('take-all').addEventListener('click', () => {
+      if (!this.source) return;
+      this.start.value = '0';
+      this.frames.value = String(this.source.count);
+      this.read();
+      this.show();
+      onChange(this.take);
+    });
     // While a number is typed it is left as it is; afterwards it shows what is really taken.
     this.frames.addEventListener('blur', () => this.show());
   }
@@ -83,7 +92,9 @@ export class ClipPanel {
     const size = `${width} × ${height}`;
     const what = source.kind === 'still' ? `Seen at ${size}` : `${plural(take.frames, 'frame')} of ${size}, ${at(take.start)} to ${at(last)}`;
     const ms = this.pace[paceOf(source)] * width * height * take.frames;
-    byId('take-text').textContent = ms > 0 ? `${what}. About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer.` : `${what}.`;
+    const time = ms > 0 ? `. About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer` : '';
+    const windows = take.frames > WINDOW ? `. More than ${WINDOW} frames are taken in windows; the first are shown while the others are computed` : '';
+    byId('take-text').textContent = `${what}${time}${windows}.`;
   }
 }
 

@@ -1,6 +1,7 @@
 /** The list of layers: a switch, a key and, for layers that are on, the legend and their settings. @module */
 
 import { byId, h } from './dom.js';
+import { missingOf } from './layers.js';
 
 /** @typedef {import('./layer.js').Layer} Layer */
 
@@ -74,7 +75,7 @@ function layerRow(layer, onChange) {
    */
   const update = (view, kind) => {
     element.hidden = (layer.only ?? kind) !== kind;
-    const reason = layer.missing?.(view) ?? '';
+    const reason = missingOf(layer, view);
     box.disabled = reason !== '';
     if (reason) box.setAttribute('aria-describedby', missing.id);
     else box.removeAttribute('aria-describedby');

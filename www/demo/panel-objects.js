@@ -18,7 +18,7 @@ let stopRows = () => {};
  */
 export function fillObjects(facts, selection, { times, motionsOf }) {
   stopRows();
-  selection.reset(facts.length);
+  selection.resize(facts.reduce((most, { object }) => Math.max(most, object + 1), 0));
   const rows = facts.map((one) => objectRow(one, motionsOf(one.object), times, selection));
   byId('object-list').replaceChildren(...rows.map((row) => row.element));
   const update = () => {

@@ -27,10 +27,16 @@ import { Presence } from './presence.js';
 
 /** @typedef {{id: Uint32Array, x: Float32Array, y: Float32Array}} FramePoints Trajectories alive in a frame. */
 
+/** Masks that are kept; those of a long clip lie elsewhere in a small form. */
+const MASKS = 64;
+
 /** Indexes a result by frame; answers are cached, so playing costs nothing after the first round. */
 export class Points {
-  /** @param {Result} result */
-  constructor(result) {
+  /**
+   * @param {Result} result
+   * @param {Presence | null} [presence] where that is known already
+   */
+  constructor(result, presence = null) {
     this.result = result;
     /** @type {Map<number, FramePoints>} */
     this.cache = new Map();
@@ -44,8 +50,8 @@ export class Points {
     this.count = objects ? objects.count + 1 : clusters.count;
     /** The object that each trajectory belongs to. */
     this.object = objects ? Uint32Array.from(clusters.label, (cluster) => objects.ofCluster[cluster]) : clusters.label;
-    this.presence = new Presence(result);
-    for (let t = 0; t < result.numFrames; t++) {
+    this.presence = presence ?? new Presence(result);
+    for (let t = this.presence.frames.length; t < result.numFrames; t++) {
       const mask = this.mask(t);
       if (mask) this.presence.addMask(mask);
       else this.presence.addPoints(this.at(t), this.object);
@@ -54,12 +60,14 @@ export class Points {
 
   /**
    * @param {number} frame
-   * @returns {Uint8Array | null} the object of each pixel
+   * @returns {Uint8Array | null} the object of each pixel; null without masks, and of frames that are not settled yet
    */
   mask(frame) {
-    if (!this.hasMasks) return null;
+    if (!this.hasMasks || frame >= this.result.numFrames) return null;
     const mask = this.masks.get(frame) ?? this.result.labels(frame);
+    this.masks.delete(frame);
     this.masks.set(frame, mask);
+    if (this.masks.size > MASKS) this.masks.delete(/** @type {number} */ (this.masks.keys().next().value));
     return mask;
   }
 

@@ -1,10 +1,22 @@
 /** What a run over a clip and one over a still image have in common. @module */
 
+import { FrameStore } from './frame-store.js';
 import { StageClock } from './stage-clock.js';
 
 /** @typedef {import('./source.js').Source} Source */
 /** @typedef {import('./source.js').Take} Take */
 /** @typedef {Record<string, Record<string, number | boolean | string>>} Options Parameters that differ from their defaults. */
+
+/**
+ * What a run over a clip has found, as the page shows it.
+ *
+ * @typedef {object} Shown
+ * @property {import('./points.js').Result} result
+ * @property {import('./presence.js').Presence | null} presence where each object is, if that is known already
+ * @property {boolean} windows whether the clip was taken window by window
+ * @property {Partial<import('./layer.js').Answers>} answers
+ * @property {string[]} numbers for the line of facts
+ */
 
 export class Run extends StageClock {
   /**
@@ -20,8 +32,10 @@ export class Run extends StageClock {
     this.source = source;
     this.take = take;
     this.options = options;
-    /** @type {ImageBitmap[]} The frames as they are shown. */
-    this.images = [];
+    /** The frames as they are shown. */
+    this.images = new FrameStore();
+    /** @type {number[]} When they are shown, in seconds; none where nobody knows. */
+    this.times = [];
     /** @type {any} */
     this.result = null;
     /** @type {import('./correct.js').Corrector | null} What can be corrected of the result. */
@@ -37,8 +51,30 @@ export class Run extends StageClock {
     return JSON.stringify([take, options]) === JSON.stringify([this.take, this.options]);
   }
 
+  /** @returns {string} of its frames: `480 × 270` */
+  get size() {
+    return `${this.images.width} × ${this.images.height}`;
+  }
+
   /** Frees what it holds. */
   close() {
-    for (const image of this.images.splice(0)) image.close();
+    this.images.close();
   }
+}
+
+/**
+ * Superpixels serve two layers; each frame's are fetched once.
+ *
+ * @template T
+ * @param {(frame: number) => Promise<T>} ask
+ * @returns {(frame: number) => Promise<T>}
+ */
+export function remembered(ask) {
+  /** @type {Map<number, Promise<T>>} */
+  const known = new Map();
+  return (frame) => {
+    const answer = known.get(frame) ?? ask(frame);
+    known.set(frame, answer);
+    return answer;
+  };
 }

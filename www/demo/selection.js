@@ -15,6 +15,13 @@ export class Selection extends EventTarget {
     this.tell();
   }
 
+  /** @param {number} count number of objects; what is hidden stays hidden */
+  resize(count) {
+    this.count = count;
+    for (const object of [...this.hidden]) if (object >= count) this.hidden.delete(object);
+    this.tell();
+  }
+
   /** @param {number} object */
   has(object) {
     return !this.hidden.has(object);

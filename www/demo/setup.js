@@ -1,6 +1,7 @@
 /** A freshly opened clip waits a moment for settings, shows what is chosen, and then starts by itself. @module */
 
 import { phase, showPhase, showSubline } from './status.js';
+import { oneFrame } from './viewer.js';
 
 /** @typedef {import('./app.js').App} App */
 
@@ -50,7 +51,7 @@ export class Setup {
     this.previewing = visit;
     try {
       const image = await createImageBitmap(await source.preview(start, side));
-      if (visit === this.app.visit && phase() !== 'running') viewer.setClip(image.width, image.height, [image]);
+      if (visit === this.app.visit && phase() !== 'running') viewer.setClip(image.width, image.height, oneFrame(image));
     } finally {
       if (this.previewing === visit) this.previewing = 0;
     }

@@ -2,12 +2,13 @@
 
 import { summaryOf } from './describe.js';
 import { byId } from './dom.js';
+import { Job } from './job.js';
 import { fillObjects } from './panel-objects.js';
 import { showStages } from './panel-stages.js';
 import { Points } from './points.js';
-import { showNotice, showPhase, showProgress } from './status.js';
+import { say, showNotice, showPhase, showProgress } from './status.js';
 import { Times } from './times.js';
-import { STILL, headline, plural, remark, seconds } from './words.js';
+import { LONG, STILL, countObjects, headline, plural, remark, seconds } from './words.js';
 
 /** @typedef {import('./app.js').App} App */
 /** @typedef {{headline: string, numbers: string[], summary: string}} Words */
@@ -17,65 +18,106 @@ const NOISE_REMARK =
 
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
+/** @typedef {import('./job.js').Job | import('./long-job.js').LongJob} ClipJob */
+
 /**
  * @param {App} app
- * @param {import('./job.js').Job} job
+ * @param {ClipJob} job
  */
 export function showClipResult(app, job) {
-  const { result, images, source, take } = job;
-  const { width, height } = images[0];
-  app.viewer.setClip(width, height, images);
-  app.timeline.setClip(result.numFrames, source.fps / take.step, Times.of(source, take));
-  app.clip.setPace(job.ms / (width * height * images.length));
+  const { images } = job;
+  if (job instanceof Job) app.viewer.setClip(images.width, images.height, images);
+  setTimeline(app, job, job.shown.result.numFrames);
+  app.clip.setPace(job.ms / (images.width * images.height * Math.max(1, images.length)));
   conclude(app, job, present(app, job));
   app.viewer.draw();
-  if (!CALM.matches) app.timeline.play();
+  if (!CALM.matches && job instanceof Job) app.timeline.play();
+}
+
+/**
+ * While windows of a long clip are still to come, what is settled can be looked at.
+ *
+ * @param {App} app
+ * @param {import('./long-job.js').LongJob} job
+ */
+export function showWindow(app, job) {
+  const first = !document.body.hasAttribute('data-streaming');
+  if (first) {
+    app.viewer.setClip(job.images.width, job.images.height, job.images);
+    document.body.toggleAttribute('data-streaming', true);
+  }
+  setTimeline(app, job, Math.max(job.take.frames, job.images.length), first ? 0 : app.timeline.frame);
+  const { headline: title } = present(app, job);
+  say(`${job.settled} of ${job.take.frames} frames are done: ${title}`);
 }
 
 /**
  * A corrected result takes the place of the one before; the frame on screen stays.
  *
  * @param {App} app
- * @param {import('./job.js').Job} job
+ * @param {ClipJob} job
  */
 export function showCorrectedResult(app, job) {
   const { headline: title, numbers, summary } = present(app, job);
   byId('canvas').setAttribute('aria-label', `${job.source.name}: ${title}`);
-  showPhase('done', title, numbers.join(' · '), summary);
+  showPhase('done', title, [...numbers, `computed in ${seconds(job.ms)}`].join(' · '), summary);
   app.describeFrame();
+}
+
+/**
+ * @param {App} app
+ * @param {ClipJob} job
+ * @param {number} numFrames
+ * @param {number} [frame] to stay at; the one on screen if the clip is long
+ */
+function setTimeline(app, job, numFrames, frame = job instanceof Job ? 0 : app.timeline.frame) {
+  const { source, take, times } = job;
+  const playing = app.timeline.playing;
+  app.timeline.setClip(numFrames, source.fps / take.step, new Times(times.length > 0 ? times : null));
+  app.timeline.setCuts(job instanceof Job ? [] : job.cuts);
+  app.timeline.seek(frame);
+  if (playing) app.timeline.play();
 }
 
 /**
  * Everything that depends on the result alone.
  *
  * @param {App} app
- * @param {import('./job.js').Job} job
+ * @param {ClipJob} job
  * @returns {Words}
  */
 function present(app, job) {
-  const { result, images, session, source } = job;
-  const { timeline } = app;
-  const points = new Points(result);
+  const { result, presence, windows, answers, numbers } = job.shown;
+  const { timeline, selection } = app;
+  const points = new Points(result, presence);
   app.points = points;
-  app.viewer.setResult(points, {
-    flow: (t) => session.flow(t),
-    boundaries: (t) => result.boundaries(t),
-    superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
-    saliencyMap: (t) => result.saliencyMap(t),
-  });
+  app.viewer.setResult(points, answers, windows);
   app.updatePanel();
   const facts = Array.from({ length: points.count }, (_, object) => points.presence.facts(object));
   app.facts = facts;
-  fillObjects(facts, app.selection, { times: timeline.times, motionsOf: (object) => points.clustersOf(object) });
-  timeline.lanes.fill(points.presence, facts.slice(1), result.numFrames, timeline.times);
-  showNotice(remark(result) || (app.noisy && source.kind !== 'sample' ? NOISE_REMARK : ''));
-  const { width, height } = images[0];
-  const numbers = [
-    plural(result.trajectories.count, 'trajectory', 'trajectories'),
-    `${plural(images.length, 'frame')} of ${width} × ${height}`,
-    `computed in ${seconds(job.ms)}`,
-  ];
-  return { headline: headline(result, facts), numbers, summary: summaryOf(facts, result.numFrames, timeline.times) };
+  fillObjects(facts.filter(({ object, first }) => object === 0 || first >= 0), selection, {
+    times: timeline.times,
+    motionsOf: (object) => points.clustersOf(object),
+  });
+  timeline.lanes.fill(points.presence, facts.slice(1), timeline.numFrames, timeline.times);
+  showNotice(noticeOf(app, job, result, facts));
+  const title = windows ? countObjects(facts) : headline(result, facts);
+  return { headline: title, numbers, summary: summaryOf(facts, result.numFrames, timeline.times) };
+}
+
+/**
+ * @param {App} app
+ * @param {ClipJob} job
+ * @param {import('./points.js').Result} result
+ * @param {import('./presence.js').Facts[]} facts
+ * @returns {string}
+ */
+function noticeOf(app, job, result, facts) {
+  if (!(job instanceof Job)) {
+    if (job.partial) return LONG.partial(job.settled, job.take.frames);
+    return facts.some(({ object, first }) => object > 0 && first >= 0) || !job.result ? LONG.remark : LONG.nothing;
+  }
+  return remark(result) || (app.noisy && job.source.kind !== 'sample' ? NOISE_REMARK : '');
 }
 
 /**
@@ -84,7 +126,7 @@ function present(app, job) {
  */
 export function showStillResult(app, job) {
   const { found, images } = job;
-  const { width, height } = images[0];
+  const { width, height } = images;
   const answer = async (/** @type {keyof typeof found} */ what) => /** @type {any} */ (found[what]);
   app.viewer.setClip(width, height, images);
   app.viewer.setResult(null, {
@@ -95,7 +137,7 @@ export function showStillResult(app, job) {
   app.updatePanel();
   app.clip.setPace(job.ms / (width * height));
   showNotice(STILL.remark);
-  const numbers = [plural(found.superpixels?.count ?? 0, 'superpixel'), `${width} × ${height}`, `computed in ${seconds(job.ms)}`];
+  const numbers = [plural(found.superpixels?.count ?? 0, 'superpixel'), job.size];
   conclude(app, job, { headline: STILL.headline, numbers, summary: '' });
 }
 
@@ -109,23 +151,6 @@ function conclude(app, job, words) {
   showStages(job, 'done');
   showProgress(1);
   byId('canvas').setAttribute('aria-label', `${job.source.name}: ${words.headline}`);
-  showPhase('done', words.headline, words.numbers.join(' · '), words.summary);
+  showPhase('done', words.headline, [...words.numbers, `computed in ${seconds(job.ms)}`].join(' · '), words.summary);
   app.updatePending();
-}
-
-/**
- * Superpixels serve two layers; each frame's are fetched once.
- *
- * @template T
- * @param {(frame: number) => Promise<T>} ask
- * @returns {(frame: number) => Promise<T>}
- */
-function remembered(ask) {
-  /** @type {Map<number, Promise<T>>} */
-  const known = new Map();
-  return (frame) => {
-    const answer = known.get(frame) ?? ask(frame);
-    known.set(frame, answer);
-    return answer;
-  };
 }

@@ -26,12 +26,13 @@ import { PageError } from './words.js';
  * @property {number} fps frames per second; a convention for images
  * @property {number} count frames there are (for a video: about)
  * @property {(frame: number, side: number) => Promise<ImageData>} preview
- * @property {(take: Take, signal: AbortSignal) => AsyncIterable<ImageData>} frames
+ * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with their times in seconds,
+ *   null where nothing says
  * @property {() => void} close
  */
 
 /** What is taken when nobody chooses. @type {Take} */
-export const DEFAULT_TAKE = { start: 0, frames: 40, step: 1, side: 480 };
+export const DEFAULT_TAKE = { start: 0, frames: 50, step: 1, side: 480 };
 
 /** The sample: small enough to be through in seconds, large enough to look at. */
 export const SAMPLE = { width: 384, height: 216, frames: 24, seed: 0 };
@@ -57,7 +58,7 @@ export async function sampleSource(synthClip) {
     preview: async (frame) => imageOf(frame),
     async *frames(take) {
       for (let t = 0; t < take.frames; t++) {
-        yield imageOf(t);
+        yield { frame: imageOf(t), time: t / 15 };
         // Lets the page draw in between.
         await new Promise((resolve) => setTimeout(resolve));
       }
@@ -68,16 +69,17 @@ export async function sampleSource(synthClip) {
 
 /**
  * @param {File[]} files
+ * @param {any} library the tracecut package
  * @returns {Promise<Source>}
  */
-export async function openFiles(files) {
+export async function openFiles(files, library) {
   const kinds = files.map(kindOf);
   if (files.length === 0 || kinds.includes('other')) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
   if (kinds.every((kind) => kind === 'image')) return openImages(files);
   if (files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
-  return openVideo(files[0]);
+  return openVideo(files[0], library);
 }
 
 /**

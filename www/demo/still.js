@@ -72,7 +72,7 @@ export class StillJob extends Run {
 
   async read() {
     const pixels = await this.source.preview(0, this.take.side);
-    this.images.push(await createImageBitmap(pixels));
+    await this.images.add(pixels);
     this.mark('frames', 1, 1);
     return pixels;
   }

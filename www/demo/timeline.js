@@ -1,6 +1,6 @@
 /** Playing, stepping and scrubbing. @module */
 
-import { byId } from './dom.js';
+import { byId, h } from './dom.js';
 import { Lanes } from './lanes.js';
 import { Times } from './times.js';
 import { atTime } from './words.js';
@@ -61,7 +61,19 @@ export class Timeline {
       /** @type {HTMLButtonElement} */ (control).disabled = numFrames < 2;
     }
     this.lanes.clear();
+    this.setCuts([]);
     this.seek(0);
+  }
+
+  /** @param {number[]} frames with which new shots begin */
+  setCuts(frames) {
+    const marks = frames.map((frame) => {
+      const mark = h('span', { class: 'cut', title: `Cut at ${this.times.at(frame)}` });
+      mark.style.setProperty('--at', String(frame / Math.max(1, this.numFrames)));
+      return mark;
+    });
+    byId('cuts').replaceChildren(...marks);
+    byId('cuts-text').textContent = frames.length > 0 ? `Cuts: ${frames.map((frame) => this.times.at(frame)).join(', ')}.` : '';
   }
 
   /** @param {number} frame */

@@ -9,21 +9,12 @@ export class Times {
   }
 
   /**
-   * @param {import('./source.js').Source} source
-   * @param {import('./source.js').Take} take
-   * @returns {Times}
-   */
-  static of(source, take) {
-    if (source.kind === 'images') return new Times(null);
-    return new Times(Float64Array.from({ length: take.frames }, (_, k) => (take.start + k * take.step) / source.fps));
-  }
-
-  /**
    * @param {number} frame
    * @returns {string} `0.8 s`, `frame 13`
    */
   at(frame) {
-    return this.seconds ? `${clock(this.seconds[frame])}\u00a0s` : `frame ${frame + 1}`;
+    const seconds = this.seconds?.[frame];
+    return seconds === undefined ? `frame ${frame + 1}` : `${clock(seconds)}\u00a0s`;
   }
 
   /**
@@ -39,5 +30,5 @@ export class Times {
 
 /** @param {number} seconds */
 function clock(seconds) {
-  return (seconds ?? 0).toFixed(1);
+  return seconds.toFixed(1);
 }

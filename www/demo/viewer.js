@@ -13,6 +13,23 @@ const REACH_PX = 14;
 
 /** @typedef {import('./layer.js').Spot} Spot */
 
+/**
+ * Frames to show: `get` gives null for one that is still on its way; then `onReady` is called.
+ *
+ * @typedef {{get: (frame: number) => CanvasImageSource | null, has: (frame: number) => boolean, onReady: () => void}} Frames
+ */
+
+/** @type {Frames} */
+const NO_FRAMES = { get: () => null, has: () => false, onReady() {} };
+
+/**
+ * @param {CanvasImageSource} image
+ * @returns {Frames} it alone
+ */
+export function oneFrame(image) {
+  return { get: (frame) => (frame === 0 ? image : null), has: (frame) => frame === 0, onReady() {} };
+}
+
 /** @type {Spot} */
 export const NOWHERE = { x: -1, y: -1, object: -1, trajectory: -1 };
 
@@ -37,14 +54,15 @@ export class Viewer {
     this.onHover = onHover;
     this.onPick = onPick;
     this.ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: false }));
-    /** @type {CanvasImageSource[]} */
-    this.images = [];
+    /** @type {Frames} */
+    this.images = NO_FRAMES;
     this.queued = 0;
     /** @type {{offsetX: number, offsetY: number} | null} Where the pointer is, in CSS pixels. */
     this.pointer = null;
     /** @type {View} */
     this.view = {
       points: null,
+      windows: false,
       image: null,
       frame: 0,
       width: 16,
@@ -71,11 +89,12 @@ export class Viewer {
    *
    * @param {number} width in pixels
    * @param {number} height
-   * @param {CanvasImageSource[]} images the frames, which may still be arriving
+   * @param {Frames} [images] the frames, which may still be arriving
    */
-  setClip(width, height, images) {
+  setClip(width, height, images = NO_FRAMES) {
     this.images = images;
-    Object.assign(this.view, { points: null, answers: NO_ANSWERS, frame: 0, width, height });
+    images.onReady = () => this.redraw();
+    Object.assign(this.view, { points: null, windows: false, answers: NO_ANSWERS, frame: 0, width, height });
     this.compare.setAspect(width / height);
     for (const layer of this.layers) layer.reset?.();
     this.fit();
@@ -84,9 +103,10 @@ export class Viewer {
   /**
    * @param {import('./points.js').Points | null} points null for a still image
    * @param {Partial<import('./layer.js').Answers>} answers
+   * @param {boolean} [windows] whether the clip was taken window by window
    */
-  setResult(points, answers) {
-    Object.assign(this.view, { points, answers: { ...NO_ANSWERS, ...answers } });
+  setResult(points, answers, windows = false) {
+    Object.assign(this.view, { points, windows, answers: { ...NO_ANSWERS, ...answers } });
     for (const layer of this.layers) layer.reset?.();
     this.redraw();
   }
@@ -107,7 +127,9 @@ export class Viewer {
     cancelAnimationFrame(this.queued);
     this.queued = 0;
     const { ctx, canvas, view } = this;
-    view.image = this.images[view.frame] ?? null;
+    view.image = this.images.get(view.frame);
+    // What is on screen stays until the frame has come.
+    if (!view.image && this.images.has(view.frame)) return;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
     const scale = canvas.width / view.width;

@@ -65,6 +65,11 @@ const ADVICE = {
   closed: ['The run was ended', 'Run it again.'],
   'frame-bytes': ['A frame is incomplete', 'Convert the video to MP4 (H.264) or WebM, or choose other frames.'],
   decode: ['A file cannot be decoded', 'Use whole PNG or JPEG files.'],
+  codec: ['This browser cannot decode this video', 'Convert it to MP4 (H.264) or WebM, or try another browser.'],
+  'no-video': ['There is no picture in this file', 'Open a video file: MP4, WebM, MOV or MKV.'],
+  truncated: ['This file is cut off or damaged', 'Choose frames before the damage, or copy or convert the file again.'],
+  fetch: ['The file cannot be read', 'Copy it to this device, and open it again.'],
+  unfinished: ['The clip was not segmented to its end', 'Run it again, to the end.'],
   poisoned: [
     'The computation broke down',
     'Run it again; if it happens again, choose fewer frames or a smaller working size. Other clips are not affected.',
@@ -78,8 +83,16 @@ export const STILL = {
   remark: 'One picture shows no motion. To see what moves, open a video, or all images of a sequence.',
 };
 
+/** What the page says about a clip that was taken window by window. */
+export const LONG = {
+  remark: 'A long clip is taken in windows of 50 frames, and its objects keep their numbers. Some layers are there for up to 50 frames only.',
+  nothing: 'Nothing in this clip moves differently from the background. Choose another part of it, or every second frame for slow motion.',
+  partial: (/** @type {number} */ done, /** @type {number} */ all) => `Stopped early: ${done} of ${all} frames have masks.`,
+};
+
 /** Why a layer has nothing to show. */
 export const NOTHING = {
+  windows: 'Known within one window only. Take at most 50 frames to see it.',
   motion: 'Needs the motion of frames, which this clip came without.',
   foreground: 'Nothing stands out in this clip: no trajectory is foreground.',
   pieces: 'The foreground of this clip lies in pieces too small to count.',
@@ -171,6 +184,14 @@ export function percent(share) {
  */
 export function headline(result, facts) {
   if (result.trajectories.count === 0) return 'Nothing to follow';
+  return countObjects(facts);
+}
+
+/**
+ * @param {import('./presence.js').Facts[]} facts
+ * @returns {string}
+ */
+export function countObjects(facts) {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).length;
   if (objects < 1) return 'No motion that differs from the background';
   return `${plural(objects, 'moving object')} and the background`;

@@ -6,7 +6,7 @@
 //
 // A window is full when it has `window` frames and one more comes. It is run, then all but its last `overlap` frames are dropped, and the
 // new frame is the next. The engine holds a frame back when it begins a new shot: then the shot ends with the window at hand, and the new
-// one begins with nothing but that frame.
+// one begins with nothing but that frame. Where the clip's length is known the last window is full too: it reaches further back.
 
 import { TraceCutError } from '../errors.js';
 import { onGrid } from '../image.js';
@@ -19,6 +19,7 @@ import { WindowResult } from './window.js';
  * @typedef {object} DriverOptions
  * @property {Pick<import('../engine.js').Engine, 'pushInShot' | 'advance' | 'run' | 'boundaries' | 'superpixels' | 'saliencyMap'>} engine
  * @property {() => Promise<ClipFrame | null>} nextFrame null after the last
+ * @property {() => number | null} left how many frames `nextFrame` will still give, where that is known
  * @property {number} window
  * @property {number} overlap
  * @property {(progress: import('../engine.js').Progress, window: number) => void} onStage
@@ -87,7 +88,7 @@ export class Driver {
     const raw = await this.#run();
     const lookups = this.#lookups(raw.info);
     const facts = this.#facts();
-    const kept = Math.min(this.#options.overlap, this.#times.length - 1);
+    const kept = this.#overlap();
     await this.#advance(kept);
     this.#first += this.#times.length - kept;
     this.#times = this.#times.slice(-kept);
@@ -96,6 +97,13 @@ export class Driver {
     if (this.#held !== null) this.#settled = kept;
     else facts.settled.to -= kept - this.#settled;
     return this.#result(raw, lookups, facts);
+  }
+
+  /** How many frames the next window shares with this one: more when few are left, since a window of few frames sees little motion. */
+  #overlap() {
+    const { window, overlap, left } = this.#options;
+    const fresh = 1 + (left() ?? Infinity);
+    return Math.min(window - 1, Math.max(overlap, window - fresh));
   }
 
   /** The shot ends here. */

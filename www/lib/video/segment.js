@@ -21,7 +21,7 @@ import { openReader } from './source.js';
 /**
  * Options of `segmentVideo`: what to take of the source, how to cut it into windows, and the options of a session. `window` is the number of
  * frames that are segmented together, 2 to 400, 50 if not given; `overlap` how many of them the next window shares, 1 to `window - 1`, 10 if not
- * given. Memory grows with the window, not with the clip.
+ * given (the last window of a clip of known length shares more when it would not be full otherwise). Memory grows with the window, not with the clip.
  * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & {window?: number, overlap?: number,
  *   onProgress?: (progress: VideoProgress) => void}} VideoOptions
  */
@@ -102,12 +102,18 @@ export class VideoSegmentation {
   }
 
   /**
-   * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories.
+   * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories. `onWindow` is told of each
+   * window's result on the way.
+   * @param {(window: import('./window.js').WindowResult) => void} [onWindow]
    * @returns {Promise<import('./result.js').VideoResult>}
    */
-  async collect() {
+  async collect(onWindow) {
+    if (onWindow !== undefined && typeof onWindow !== 'function') throw illegal('param', 'onWindow', onWindow, 'a function');
     const collector = new Collector();
-    for await (const window of this) collector.add(window);
+    for await (const window of this) {
+      collector.add(window);
+      onWindow?.(window);
+    }
     return collector.finish();
   }
 
@@ -169,6 +175,7 @@ export class VideoSegmentation {
     return new Driver({
       engine: this.#engine,
       nextFrame,
+      left: () => (this.#total === null ? null : Math.max(0, this.#total - this.#read)),
       window,
       overlap,
       stop: this.#stop.signal,

@@ -1,0 +1,216 @@
+/**
+ * A run over a clip of more frames than fit into one window: windows of frames are segmented one after the other, and what is settled is
+ * shown at once. Objects keep their numbers from window to window.
+ * @module
+ */
+
+import { CLIP_STAGES } from './job.js';
+import { MaskStore } from './mask-store.js';
+import { Presence } from './presence.js';
+import { Run, remembered } from './run.js';
+import { untilAborted } from './stage-clock.js';
+import { PageError, plural } from './words.js';
+
+/** Frames that are segmented together, and how many of them the next window shares. A clip that fits is a `Job`. */
+export const WINDOW = 50;
+const OVERLAP = 10;
+
+/** @type {import('./stage-clock.js').StagePlan[]} */
+export const LONG_STAGES = [
+  { id: 'windows', name: 'Segmenting window by window', share: 0.9 },
+  { id: 'frames', name: 'Reading frames', share: 0.1 },
+];
+
+export class LongJob extends Run {
+  /**
+   * @param {any} library the tracecut package
+   * @param {import('./source.js').Source} source
+   * @param {import('./source.js').Take} take
+   * @param {import('./run.js').Options} options
+   * @param {import('./stage-clock.js').StagePlan[]} plan
+   */
+  constructor(library, source, take, options, plan) {
+    super(library, source, take, options, plan);
+    /** @type {MaskStore | null} What is settled so far. */
+    this.masks = null;
+    /** @type {Presence | null} */
+    this.presence = null;
+    /** @type {number[]} First frames of shots. */
+    this.cuts = [];
+    this.windows = 0;
+    this.partial = false;
+    /** @type {any[]} Results before corrections. */
+    this.before = [];
+    /** @type {import('./correct.js').Corrector | null} */
+    this.corrector = {
+      merge: async (a, b) => {
+        const merged = this.whole().merge(a, b);
+        this.before.push(this.result);
+        this.result = merged;
+        this.recount();
+      },
+      undo: async () => {
+        this.result = this.before.pop() ?? this.result;
+        this.recount();
+      },
+      count: () => this.before.length,
+    };
+  }
+
+  /** @returns {any} the whole clip's result, which can be corrected */
+  whole() {
+    if (!this.result || this.partial) throw new PageError('unfinished');
+    return this.result;
+  }
+
+  /**
+   * Runs from the beginning to the end.
+   *
+   * @param {AbortSignal} signal
+   * @param {(job: LongJob) => void} report called after each step
+   * @param {(job: LongJob) => void} onWindow called when more frames are settled
+   */
+  run(signal, report, onWindow) {
+    return untilAborted(this.work(signal, report, onWindow), signal);
+  }
+
+  /**
+   * @param {AbortSignal} signal
+   * @param {(job: LongJob) => void} report
+   * @param {(job: LongJob) => void} onWindow
+   */
+  async work(signal, report, onWindow) {
+    this.start();
+    this.begin();
+    const video = this.library.segmentVideo(this.frames(signal, report), {
+      ...this.options,
+      window: WINDOW,
+      overlap: OVERLAP,
+      frameRate: this.source.fps / this.take.step,
+      signal,
+      onProgress: (/** @type {any} */ progress) => {
+        if (signal.aborted) return;
+        this.advance(progress);
+        report(this);
+      },
+    });
+    const result = await video.collect((/** @type {any} */ window) => {
+      if (signal.aborted) return;
+      this.settle(window);
+      onWindow(this);
+    });
+    this.mark('windows', 1, 1);
+    this.mark('frames', this.images.length, this.images.length);
+    this.result = result;
+    return result;
+  }
+
+  /** Forgets what a run before this one found. */
+  begin() {
+    this.images.clear();
+    this.cuts = [];
+    this.times = [];
+    this.masks = this.presence = this.result = null;
+    for (const stage of this.stages) Object.assign(stage, { done: 0, total: 0, ms: 0 });
+  }
+
+  /**
+   * @param {AbortSignal} signal
+   * @param {(job: LongJob) => void} report
+   */
+  async *frames(signal, report) {
+    for await (const { frame, time } of this.source.frames(this.take, signal)) {
+      signal.throwIfAborted();
+      // The picture is copied before the package gets the bytes, which it may hand on to its worker.
+      await this.images.add(frame);
+      if (time !== null) this.times.push(time);
+      this.mark('frames', this.images.length, Math.max(this.take.frames, this.images.length + 1));
+      report(this);
+      yield time === null ? frame : { frame, time };
+    }
+  }
+
+  /** @param {{stage: string, done: number, total: number, window: number}} progress */
+  advance({ stage, done, total, window }) {
+    this.windows = Math.max(this.windows, window + 1);
+    const at = CLIP_STAGES.findIndex(({ id }) => id === stage);
+    const whole = CLIP_STAGES.reduce((sum, { share }) => sum + share, 0);
+    const before = CLIP_STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
+    const part = (before + ((CLIP_STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / whole;
+    const expected = Math.max(window + 1, Math.ceil((this.take.frames - OVERLAP) / (WINDOW - OVERLAP)));
+    // Not the last step: that is done when everything is collected.
+    this.mark('windows', Math.min(expected - 0.01, window + part), expected);
+  }
+
+  /** @param {any} window a result of the package */
+  settle(window) {
+    const { width, height } = window;
+    this.masks ??= new MaskStore(width, height);
+    this.presence ??= new Presence({ width, height });
+    if (window.shot > this.cuts.length) this.cuts.push(this.presence.frames.length);
+    for (const { labels } of window.frames()) {
+      this.masks.add(labels);
+      this.presence.addMask(labels);
+    }
+  }
+
+  /** Was cancelled, and stays as far as it is. */
+  stop() {
+    this.partial = true;
+    this.corrector = null;
+  }
+
+  /** Frames whose masks are settled. */
+  get settled() {
+    return this.presence?.frames.length ?? 0;
+  }
+
+  /** After a correction: where each object is now. */
+  recount() {
+    if (!this.result) return;
+    this.presence = new Presence(this.result);
+    for (let t = 0; t < this.result.numFrames; t++) this.presence.addMask(this.result.labels(t));
+  }
+
+  /** What is settled so far, or the whole when it is. @returns {import('./run.js').Shown} */
+  get shown() {
+    const { library, images, cuts, presence } = this;
+    const { contour, superpixel } = this.options;
+    const picture = (/** @type {number} */ t) => images.open(t);
+    const shots = cuts.length + 1;
+    const windows = plural(this.windows, 'window');
+    return {
+      result: this.masksAsResult(),
+      presence,
+      windows: true,
+      answers: {
+        boundaries: async (t) => library.boundaries(await picture(t), { contour }),
+        superpixels: remembered(async (/** @type {number} */ t) => library.superpixels(await picture(t), { contour, superpixel })),
+      },
+      numbers: [`${plural(this.settled, 'frame')} of ${this.size} in ${shots > 1 ? `${windows} and ${plural(shots, 'shot')}` : windows}`],
+    };
+  }
+
+  /** @returns {import('./points.js').Result} the masks, in the form that the page's layers look at; there are no trajectories in it */
+  masksAsResult() {
+    const { presence, settled } = this;
+    const masks = /** @type {MaskStore} */ (this.masks);
+    const { width, height } = masks;
+    const none = new Uint32Array(0);
+    const count = (presence?.frames ?? []).reduce((most, { n }) => Math.max(most, n.length - 1), 0);
+    return {
+      width,
+      height,
+      numFrames: settled,
+      trajectories: { count: 0, startFrame: none, offset: new Uint32Array(1), x: new Float32Array(0), y: new Float32Array(0) },
+      clusters: { count: 0, label: none },
+      objects: { count, ofCluster: new Uint8Array(0) },
+      saliency: null,
+      components: null,
+      embedding: { dimensions: 0, eigenvalues: new Float64Array(0), vectors: new Float32Array(0) },
+      labels: (t) => (this.result ?? masks).labels(t),
+      edges: () => ({ i: none, j: none, d: new Float32Array(0) }),
+      toTracksDat: () => this.whole().toTracksDat(),
+    };
+  }
+}
