@@ -83,6 +83,25 @@ fn a_cut_holds_the_frame_back_and_begins_a_shot_with_new_labels() {
 }
 
 #[test]
+fn a_cut_right_after_a_window_begins_a_shot_without_another_run() {
+    let (one, other) = (scene(12, 0), scene(12, 7));
+    let mut s = session();
+    (0..12).for_each(|t| assert!(!s.push_in_shot(one.frame(t)).unwrap()));
+    s.run().unwrap();
+    let before = s.objects().unwrap().labels();
+    s.advance(5).unwrap();
+    assert_eq!(s.advance(5).unwrap_err().code(), "state");
+    assert!(s.push_in_shot(other.frame(0)).unwrap());
+    s.advance(5).unwrap();
+    assert_eq!((s.num_frames(), s.holds_frame()), (1, false));
+    (1..12).for_each(|t| assert!(!s.push_in_shot(other.frame(t)).unwrap()));
+    s.run().unwrap();
+    let after = s.objects().unwrap().labels();
+    assert!(!before.is_empty() && !after.is_empty());
+    assert!(after.iter().all(|label| !before.contains(label)), "{before:?} {after:?}");
+}
+
+#[test]
 fn a_shot_of_one_frame_is_all_background() {
     let mut s = session();
     assert!(!s.push_in_shot(plain(10)).unwrap());

@@ -7,6 +7,7 @@ import { describe, test } from 'node:test';
 import { inPhase, layerNames, paintedShare, picture, run, screenshot, sharedClips, showOnly, text, useSample, useSite } from './support.mjs';
 
 const CARS = join(sharedClips, 'dashcam-cars-38f.mp4');
+const STANDING = join(sharedClips, 'static-camera-cars-377f.mp4');
 const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
 const without = (file) => (existsSync(file) ? false : `${file} is not here`);
 
@@ -42,6 +43,14 @@ describe('video files', () => {
     }
     assert.ok(ids.length >= 10, ids);
     assert.equal(pictures.size, ids.length);
+    assert.deepEqual(faults, []);
+  });
+
+  test('the clip of a camera that stands still', { skip: without(STANDING) }, async () => {
+    const { page, faults } = sample;
+    assert.equal(await run(page, [STANDING]), 'done');
+    assert.match(await text(page, '#subline'), /50 frames of 480 × /);
+    await screenshot(page, 'standing');
     assert.deepEqual(faults, []);
   });
 

@@ -21,6 +21,10 @@ describe('a result is corrected', () => {
   }, FRAME);
   const status = () => page.waitForFunction(() => /^(Corrected|That is not)/.test(document.querySelector('#correct-status').textContent)).then(() => text(page, '#correct-status'));
 
+  /** The picture gives way to what is above it; waits until it has. */
+  const settled = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 50)))));
+  const unit = () => page.evaluate(() => globalThis.tracecutDemo.app.viewer.view.unit);
+
   /** Waits for what `act` sets off. */
   async function corrected(act) {
     await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
@@ -46,6 +50,7 @@ describe('a result is corrected', () => {
     before = await masks();
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     await page.click('#correct-open');
+    await settled();
   });
 
   test('a click on an object chooses it, with its facts', async () => {
@@ -114,6 +119,52 @@ describe('a result is corrected', () => {
     const words = await corrected(() => page.click('#correct-split'));
     if (/^Corrected/.test(words)) await corrected(() => page.click('#correct-undo'));
     else assert.match(words, /^That is not possible here: .{20}/);
+    assert.equal(await masks(), before);
+    assert.deepEqual(faults, []);
+  });
+
+  /** Paints from one place of the canvas to another, in CSS pixels. */
+  async function paint(from, to) {
+    const box = await page.locator('#canvas').boundingBox();
+    await page.mouse.move(box.x + from.x, box.y + from.y);
+    await page.mouse.down();
+    await page.mouse.move(box.x + (from.x + to.x) / 2, box.y + (from.y + to.y) / 2, { steps: 4 });
+    await page.mouse.move(box.x + to.x, box.y + to.y, { steps: 4 });
+    await page.mouse.up();
+  }
+
+  test('strokes over two objects make them one; two strokes part them again', async () => {
+    await page.check('#correct-tools [value="together"]', { force: true });
+    assert.equal(await page.locator('#strokes-apply').isDisabled(), true);
+    await settled();
+    let [first, second] = [await placeOf(2), await placeOf(3)];
+    const then = await unit();
+    await paint(first, { x: first.x + 3, y: first.y });
+    await paint(second, { x: second.x + 3, y: second.y });
+    assert.equal(await text(page, '#strokes-count'), '2 painted');
+    await page.evaluate(() => globalThis.tracecutDemo.app.viewer.draw());
+    await screenshot(page, 'strokes');
+    const words = await corrected(() => page.click('#strokes-apply'));
+    console.log(`strokes on the page: ${words}`);
+    assert.match(words, /^Corrected in .* 2 moving objects/);
+    assert.equal((await counts())[3], undefined);
+    assert.equal(await text(page, '#strokes-count'), '0 painted');
+    await page.check('#correct-tools [value="apart"]', { force: true });
+    await settled();
+    const zoom = then / (await unit());
+    [first, second] = [first, second].map(({ x, y }) => ({ x: x * zoom, y: y * zoom }));
+    await paint(first, { x: first.x + 3, y: first.y });
+    assert.equal(await page.locator('#strokes-apply').isDisabled(), true, 'one stroke parts nothing');
+    await paint(second, { x: second.x + 3, y: second.y });
+    assert.match(await corrected(() => page.click('#strokes-apply')), /^Corrected in .* 3 moving objects/);
+    const labels = await page.evaluate((places) => {
+      const { points, viewer, timeline } = globalThis.tracecutDemo.app;
+      return places.map(({ x, y }) => points.mask(timeline.frame)[Math.floor(y) * viewer.view.width + Math.floor(x)]);
+    }, [first, second].map(({ x, y }) => ({ x: x * (then / zoom), y: y * (then / zoom) })));
+    assert.ok(labels[0] > 0 && labels[1] > 0 && labels[0] !== labels[1], `labels ${labels} under the strokes`);
+    await page.check('#correct-tools [value="pick"]', { force: true });
+    await corrected(() => page.click('#correct-undo'));
+    await corrected(() => page.click('#correct-undo'));
     assert.equal(await masks(), before);
     assert.deepEqual(faults, []);
   });

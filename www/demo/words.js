@@ -89,7 +89,7 @@ export const STILL = {
 
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
-  remark: 'A long clip is taken in windows of 50 frames, and its objects keep their numbers. Some layers are there for up to 50 frames only.',
+  remark: 'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.',
   nothing: 'Nothing in this clip moves differently from the background. Choose another part of it, or every second frame for slow motion.',
   partial: (/** @type {number} */ done, /** @type {number} */ all) => `Stopped early: ${done} of ${all} frames have masks.`,
 };

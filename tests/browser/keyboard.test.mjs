@@ -1,0 +1,68 @@
+// The main path by keyboard alone, from opening a clip to a saved file; what has the focus is always seen.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { ended, inPhase, openSample, plainFrame, pngFile, useSite } from './support.mjs';
+
+const site = useSite();
+
+/** A bright square that moves over a textured ground. */
+const frames = Array.from({ length: 9 }, (_, t) =>
+  plainFrame(96, 64, (x, y) => {
+    const inside = x >= 12 + 2 * t && x < 40 + 2 * t && y >= 16 && y < 48;
+    const grain = (Math.imul(((inside ? x - 2 * t : x) >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263)) >>> 24;
+    return [grain, grain, inside ? 255 - grain : grain];
+  }),
+);
+
+test('a clip is opened, segmented, corrected and saved by keyboard alone', async () => {
+  const { page, faults } = await openSample(site);
+
+  /** Goes on with Tab until an element has the focus, and looks whether each on the way is marked as having it. */
+  async function tabTo(selector, key = 'Tab') {
+    for (let presses = 0; presses < 60; presses += 1) {
+      await page.keyboard.press(key);
+      const { there, seen, what } = await page.evaluate((wanted) => {
+        const focused = document.activeElement;
+        const marked = focused.type === 'radio' ? focused.nextElementSibling : focused;
+        const { outlineStyle, outlineWidth } = getComputedStyle(marked);
+        const body = focused === document.body;
+        return { there: focused.matches(wanted), seen: body || (outlineStyle !== 'none' && outlineWidth !== '0px'), what: focused.outerHTML.slice(0, 80) };
+      }, selector);
+      assert.ok(seen, `no mark on ${what}`);
+      if (there) return;
+    }
+    assert.fail(`${selector} is out of reach`);
+  }
+
+  await tabTo('#open');
+  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.keyboard.press('Enter')]);
+  await chooser.setFiles(frames.map((frame, k) => pngFile(`frame${k}.png`, frame)));
+  await inPhase(page, 'setup');
+  await tabTo('#start');
+  await page.keyboard.press('Enter');
+  assert.equal(await ended(page), 'done');
+  await tabTo('#correct-open', 'Shift+Tab');
+  await page.keyboard.press('Enter');
+  await tabTo('#correct-object');
+  await tabTo('#correct-done');
+  await page.keyboard.press('Enter');
+  await page.keyboard.press('e');
+  await tabTo('[data-export="coco"]');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
+  assert.match(download.suggestedFilename(), /^frame0-coco\.json$/);
+  await page.keyboard.press('Escape');
+  assert.equal(await page.locator('#export').isVisible(), false);
+  await tabTo('#scrub');
+  await page.keyboard.press('ArrowRight');
+  assert.equal(await page.inputValue('#scrub'), '1');
+  await tabTo('#play', 'Shift+Tab');
+  await tabTo('.lane-name');
+  await tabTo('.object-main');
+  await page.keyboard.press('Enter');
+  assert.equal(await page.getAttribute('.object-main', 'aria-pressed'), 'true');
+  await tabTo('[data-layer="trajectories"]');
+  await page.keyboard.press(' ');
+  assert.equal(await page.locator('[data-layer="trajectories"]').isChecked(), true);
+  assert.deepEqual(faults, []);
+});
