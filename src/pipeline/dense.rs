@@ -160,7 +160,7 @@ impl Dense {
                 *label = UNKNOWN;
             }
         }
-        let found = if self.recut.is_some() { self.objects.clone() } else { find_objects(clip.tracks, clip.clusters) };
+        let found = if self.recut.is_some() { self.objects.clone() } else { clip.objects() };
         let objects: Vec<bool> = found.of_cluster.iter().map(|&label| label > 0).collect();
         let input = CutInput {
             superpixels: &self.superpixels,
