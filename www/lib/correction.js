@@ -9,15 +9,22 @@ import { wholeNumber } from './options.js';
  */
 
 /**
- * A correction as the engine takes it.
+ * A line painted in frame `t`, in input pixels: `points` are x0, y0, x1, y1 and so on along its middle, `radius` is half the width of the
+ * brush. A single point is a dot. Points may lie outside of the frame, but not all of them.
+ * @typedef {{t: number, points: ArrayLike<number>, radius: number}} Stroke
+ */
+
+/**
+ * A correction as the engine takes it. Stroke `k` has the points `offset[k]` to `offset[k + 1]`.
  * @typedef {{kind: 'merge', into: number, from: number}
  *   | {kind: 'split', label: number, at: Place | null}
+ *   | {kind: 'together' | 'apart', t: Uint32Array, radius: Float32Array, offset: Uint32Array, points: Float32Array}
  *   | {kind: 'undo'}} RawCorrection
  */
 
 /**
  * The clip that a correction is made for.
- * @typedef {{numFrames: number, width: number, height: number}} Clip
+ * @typedef {{numFrames: number}} Clip
  */
 
 /**
@@ -48,9 +55,51 @@ export function splitOf(label, at, clip) {
   if (typeof at !== 'object' || at === null) throw illegal('param', 'at', at, '{t, x, y}');
   const { t, x, y } = at;
   wholeNumber('param', 'at.t', t, 0, Math.max(0, clip.numFrames - 1));
-  coordinate('at.x', x, clip.width);
-  coordinate('at.y', y, clip.height);
+  if (typeof x !== 'number' || typeof y !== 'number') throw illegal('param', 'at', at, '{t, x, y}, all of them numbers');
   return { kind: 'split', label, at: { t, x, y } };
+}
+
+/** Most strokes; the engine knows the same. */
+const MOST_STROKES = 255;
+
+/**
+ * @param {'together' | 'apart'} kind
+ * @param {readonly Stroke[]} strokes
+ * @param {Clip} clip
+ * @returns {RawCorrection}
+ */
+export function strokesOf(kind, strokes, clip) {
+  const least = kind === 'apart' ? 2 : 1;
+  if (!Array.isArray(strokes) || strokes.length < least || strokes.length > MOST_STROKES) {
+    throw illegal('param', 'strokes', strokes, `a list of ${least}..${MOST_STROKES} strokes {t, points, radius}`);
+  }
+  const lists = strokes.map((stroke, k) => pointsOf(stroke, `strokes[${k}]`, clip.numFrames));
+  const offset = [0];
+  for (const points of lists) offset.push(/** @type {number} */ (offset.at(-1)) + points.length / 2);
+  return {
+    kind,
+    t: Uint32Array.from(strokes, (stroke) => stroke.t),
+    radius: Float32Array.from(strokes, (stroke) => stroke.radius),
+    offset: Uint32Array.from(offset),
+    points: Float32Array.from(lists.flat()),
+  };
+}
+
+/**
+ * The points of a stroke. Refuses what would be something else as typed arrays; the engine checks the rest.
+ * @param {Stroke} stroke
+ * @param {string} name
+ * @param {number} numFrames
+ */
+function pointsOf(stroke, name, numFrames) {
+  if (typeof stroke !== 'object' || stroke === null) throw illegal('param', name, stroke, 'a stroke {t, points, radius}');
+  const { t, points, radius } = stroke;
+  wholeNumber('param', `${name}.t`, t, 0, Math.max(0, numFrames - 1));
+  const all = Array.from(typeof points === 'object' && points !== null ? points : []);
+  if (all.length % 2 > 0 || ![radius, ...all].every((v) => typeof v === 'number')) {
+    throw illegal('param', name, stroke, 'a radius and points x0, y0, x1, y1, ..., all of them numbers');
+  }
+  return all;
 }
 
 /**
@@ -65,18 +114,12 @@ export function applyCorrection(session, correction) {
       const { t, x, y } = correction.at ?? { t: 0, x: 0, y: 0 };
       return session.split(correction.label, correction.at !== null, t, x, y);
     }
+    case 'together':
+    case 'apart': {
+      const { kind, t, radius, offset, points } = correction;
+      return session.strokes(kind === 'apart', t, radius, offset, points);
+    }
     case 'undo':
       return session.undoCorrection();
-  }
-}
-
-/**
- * @param {string} name
- * @param {unknown} value
- * @param {number} side
- */
-function coordinate(name, value, side) {
-  if (typeof value !== 'number' || !(value >= -0.5 && value <= side - 0.5)) {
-    throw illegal('param', name, value, `a number of pixels, -0.5..${side - 0.5}`);
   }
 }
