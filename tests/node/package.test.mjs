@@ -24,12 +24,10 @@ test('the versions of crate, package and built module are one', () => {
   assert.equal(tracecut.version, manifest.version);
 });
 
-test('declarations compile in a project that uses them', () => {
-  const tsc = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
-  try {
-    execFileSync(process.execPath, [tsc, '--project', join(root, 'tests', 'node', 'tsconfig.json')], { encoding: 'utf8' });
-  } catch (error) {
-    assert.fail(`${error.stdout}${error.stderr}`);
+test('declarations compile in projects that use them, with browser types and without', () => {
+  for (const project of ['tsconfig.json', 'tsconfig.without-dom.json']) {
+    const { status, stdout, stderr } = tool('typescript/bin/tsc', '--project', join(root, 'tests', 'node', project));
+    assert.equal(status, 0, `${stdout}${stderr}`);
   }
 });
 
