@@ -11,22 +11,36 @@
 //!    number that is free.
 //!
 //! Both the weakest place and the walks are found in one graph: the affinities as far as the trajectories also stay near each other
-//! (`graph`). Motion alone did not part what the user wants parted, so that space has to say where.
+//! or take each other's place (`graph`). Motion alone did not part what the user wants parted, so that space has to say where.
 //!
 //! **Why not embed again.** Constraints on affinities could go through the whole chain of embedding, discontinuities and clusters. A
 //! stroke has some dozen trajectories; the affinities between them weigh nothing among a million others, and the leading eigenvectors
 //! stay as they are. What did change could be anything anywhere. The walk is that whose eigenvectors the embedding consists of
 //! (`P = D⁻¹ A`), with the strokes as places where it ends: it takes a tenth of a second, and changes what the strokes speak of.
+//!
+//! In the cut, superpixels that a stroke lies over to a good part can have its label only, the denser trajectories there vote for it, and in
+//! the mask the pixels under the middle of the stroke have it (`pipeline::recut`).
+//!
+//! Limits: a part of a thing that neither moves nor lies apart from the rest, such as a rider on a horse, takes several strokes in
+//! several frames. Where trajectories are short, what a stroke says reaches only as far in time as they and those after them do.
 
+mod decide;
 mod graph;
 mod regroup;
 mod runs;
 mod split;
+mod stroke;
+#[cfg(test)]
+mod tests;
+mod walk;
 
+pub use decide::{Decision, Painted, apart, together};
 pub use graph::near_affinities;
 pub use regroup::{Regrouped, regroup};
 pub use runs::Runs;
 pub use split::{halves, part_at};
+pub use stroke::{Stroke, cores, under_strokes};
+pub use walk::{Walker, nearest_stroke};
 
 /// What the user wants changed. Labels are those of the masks.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +59,10 @@ pub enum Correction {
         /// Frame, and place in input pixels.
         at: Option<(usize, f32, f32)>,
     },
+    /// All that these strokes touch is one thing.
+    Together(Vec<Stroke>),
+    /// Each of these strokes is a thing of its own.
+    Apart(Vec<Stroke>),
 }
 
 /// Pixels of a frame that a stroke holds to a label.
@@ -54,6 +72,20 @@ pub struct Held {
     pub t: usize,
     /// The pixels, increasing, row by row at working size.
     pub pixels: Vec<u32>,
+    /// The trajectories under the stroke.
+    pub tracks: Vec<u32>,
     /// Their label.
     pub label: u8,
+}
+
+/// Labels, each once, lowest first.
+pub fn distinct(labels: &[u8]) -> Vec<u8> {
+    let mut seen = [false; 256];
+    labels.iter().for_each(|&l| seen[usize::from(l)] = true);
+    (0..=255).filter(|&l| seen[usize::from(l)]).collect()
+}
+
+/// The labels that objects may take, lowest first: those that are not in use.
+pub fn free_labels(used: &[u8]) -> impl Iterator<Item = u8> + '_ {
+    (1..=255).filter(|l| !used.contains(l))
 }

@@ -35,9 +35,10 @@ pub use ambiguous::ambiguous_shares;
 pub use expansion::{Expansion, MAX_WEIGHT, Potts};
 pub use maxflow::Network;
 pub use objects::{Objects, find_objects};
-pub use refine::{RefineParams, refine};
+pub use refine::{RefineParams, refine, refine_since};
 pub use region::Region;
 pub use terms::energy;
+pub(crate) use terms::{areas, pixel_of};
 pub use votes::labels_for;
 
 use crate::flow::CompactFlow;

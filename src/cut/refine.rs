@@ -49,11 +49,18 @@ const FORBIDDEN: f32 = 1000.0;
 
 /// The mask with its borders where colours part. `mask` has the size of `frame`; otherwise it stays as it is.
 pub fn refine(mask: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Plane<u8> {
+    // Nothing was parted in a mask of one label.
+    refine_since(mask, &Plane::filled(mask.width(), mask.height(), 0), frame, params)
+}
+
+/// The same only along borders that were none in the mask `before`, of equal size: what had one label before shares out the labels that it
+/// has now.
+pub fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Plane<u8> {
     let size = (mask.width(), mask.height());
-    if params.band == 0 || size != (frame.width(), frame.height()) {
+    if params.band == 0 || size != (frame.width(), frame.height()) || size != (before.width(), before.height()) {
         return mask.clone();
     }
-    let depth = depths(mask, params.band.max(LEAST_SAMPLE_DEPTH));
+    let depth = depths(mask, before, params.band.max(LEAST_SAMPLE_DEPTH));
     let band = Band::new(mask, &depth, params.band);
     if band.pixels.is_empty() {
         return mask.clone();
@@ -62,25 +69,34 @@ pub fn refine(mask: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Plane<u
     band.add_contrast(&mut problem, mask, frame, params.smoothness);
     let own = band.pixels.iter().map(|&p| band.place[usize::from(mask.data()[p as usize])]).collect();
     let label = Expansion::new(problem, own).finish();
+    let mut shared = vec![false; 1 << 16];
+    let pair = |p: usize, label: u8| usize::from(before.data()[p]) << 8 | usize::from(label);
+    mask.data().iter().enumerate().for_each(|(p, &l)| shared[pair(p, l)] = true);
     let mut refined = mask.clone();
     for (&p, &l) in band.pixels.iter().zip(&label) {
-        refined.data_mut()[p as usize] = band.labels[l as usize];
+        let (p, label) = (p as usize, band.labels[l as usize]);
+        if shared[pair(p, label)] {
+            refined.data_mut()[p] = label;
+        }
     }
     refined
 }
 
-/// Step 1: the chessboard distance of each pixel to the nearest one of another label; `limit + 1` for all that are further away.
-fn depths(mask: &Plane<u8>, limit: u32) -> Plane<u32> {
+/// Step 1: the chessboard distance of each pixel to the nearest one of another label that had the same label before; `limit + 1` for all
+/// that are further away.
+fn depths(mask: &Plane<u8>, before: &Plane<u8>, limit: u32) -> Plane<u32> {
     let (w, h) = (mask.width(), mask.height());
     let far = limit + 1;
     let mut depth = Plane::filled(w, h, far);
     for y in 0..h {
-        let rows = [y.saturating_sub(1), y, (y + 1).min(h - 1)].map(|y| mask.row(y));
+        let rows = [y.saturating_sub(1), y, (y + 1).min(h - 1)].map(|y| (mask.row(y), before.row(y)));
         let out = depth.row_mut(y);
         for x in 0..w {
-            let (left, right) = (x.saturating_sub(1), (x + 1).min(w - 1));
-            let own = rows[1][x];
-            if rows.iter().any(|row| (row[left] ^ own) | (row[x] ^ own) | (row[right] ^ own) != 0) {
+            let near = [x.saturating_sub(1), x, (x + 1).min(w - 1)];
+            let (own, had) = (rows[1].0[x], rows[1].1[x]);
+            if rows.iter().any(|(row, _)| near.iter().any(|&k| row[k] != own))
+                && rows.iter().any(|(row, before)| near.iter().any(|&k| row[k] != own && before[k] == had))
+            {
                 out[x] = 1;
             }
         }
@@ -369,7 +385,7 @@ mod tests {
         let frame = painted(&noise, &[[128; 3]], 127);
         let params = RefineParams { band: 3, keep_weight: 0.0, ..RefineParams::default() };
         let refined = refine(&mask, &frame, &params);
-        let depth = depths(&mask, 3);
+        let depth = depths(&mask, &Plane::filled(W, H, 0), 3);
         let mut changed = 0;
         for (p, (new, old)) in refined.data().iter().zip(mask.data()).enumerate() {
             assert!(blocks.contains(new));
@@ -395,7 +411,7 @@ mod tests {
         let mut rng = Rng::for_stage(5, "refine");
         let spots: Vec<(usize, usize)> = (0..4).map(|_| (rng.below(30), rng.below(20))).collect();
         let mask = Plane::from_fn(30, 20, |x, y| u8::from(spots.contains(&(x, y))) + 2 * u8::from(x > 22));
-        let depth = depths(&mask, 6);
+        let depth = depths(&mask, &Plane::filled(30, 20, 0), 6);
         for y in 0..20_usize {
             for x in 0..30_usize {
                 let others = (0..20_usize).flat_map(|v| (0..30_usize).map(move |u| (u, v)));
@@ -406,6 +422,19 @@ mod tests {
                 assert_eq!(depth[(x, y)], least.unwrap_or(7).min(7), "at {x}, {y}");
             }
         }
+    }
+
+    #[test]
+    fn borders_that_were_there_before_stay() {
+        let truth = Plane::from_fn(W, H, |x, y| if x < 20 { 0 } else { 1 + u8::from(y >= 24) });
+        let frame = painted(&truth, &[[40; 3], [140; 3], [240; 3]], 20);
+        // Both borders are three pixels off; that on the left is old.
+        let before = Plane::from_fn(W, H, |x, _| u8::from(x >= 23));
+        let mask = Plane::from_fn(W, H, |x, y| if x < 23 { 0 } else { 1 + u8::from(y >= 27) });
+        let refined = refine_since(&mask, &before, &frame, &RefineParams::default());
+        let expected = Plane::from_fn(W, H, |x, y| if x < 23 { 0 } else { 1 + u8::from(y >= 24) });
+        assert!(wrong(&refined, &expected) <= 20, "{} pixels", wrong(&refined, &expected));
+        assert_eq!(refine_since(&mask, &mask, &frame, &RefineParams::default()), mask);
     }
 
     #[test]

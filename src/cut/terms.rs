@@ -46,7 +46,7 @@ pub(super) fn rounded(cost: f32) -> i32 {
 }
 
 /// The pixel nearest to a point.
-pub(super) fn pixel_of<T: Copy>(plane: &Plane<T>, x: f32, y: f32) -> usize {
+pub(crate) fn pixel_of<T: Copy>(plane: &Plane<T>, x: f32, y: f32) -> usize {
     // A float-to-integer cast saturates, at zero from below.
     let x = ((x + 0.5) as usize).min(plane.width() - 1);
     let y = ((y + 0.5) as usize).min(plane.height() - 1);
@@ -225,7 +225,7 @@ fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes
 }
 
 /// Number of pixels of each superpixel.
-pub(super) fn areas(superpixels: &Superpixels) -> Vec<u32> {
+pub(crate) fn areas(superpixels: &Superpixels) -> Vec<u32> {
     let mut areas = vec![0; superpixels.count];
     for &p in superpixels.label.data() {
         areas[p as usize] += 1;

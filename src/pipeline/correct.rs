@@ -7,7 +7,10 @@
 use super::recut::{Before, Recut};
 use super::session::{Session, State, state_error};
 use crate::Error;
-use crate::correction::{Correction, Held, Runs, halves, near_affinities, part_at, regroup};
+use crate::correction::{
+    Correction, Held, Painted, Runs, Stroke, apart, cores, distinct, free_labels, halves, near_affinities, part_at,
+    regroup, together, under_strokes,
+};
 use crate::cut::{CutLabels, Objects};
 use crate::discretize::Clusters;
 use crate::trajectory::Trajectories;
@@ -35,8 +38,13 @@ struct Wanted {
     /// The mask label of each.
     label: Vec<u8>,
     /// Which labels are concerned.
-    open: Vec<bool>,
+    concerned: Vec<u8>,
+    /// What strokes hold from now on.
+    held: Vec<Held>,
 }
+
+/// Most strokes of a correction.
+const MOST_STROKES: usize = 255;
 
 impl Session {
     /// Number of corrections in force.
@@ -67,11 +75,9 @@ impl Session {
         }
         match correction {
             Correction::Merge { into, from } => self.merge(*into, *from),
-            Correction::Split { label, at } => {
-                let wanted = self.split(*label, *at)?;
-                self.recut(wanted);
-                Ok(())
-            }
+            Correction::Split { label, at } => self.split(*label, *at).map(|wanted| self.recut(wanted)),
+            Correction::Together(strokes) => self.strokes(strokes, 1).map(|wanted| self.recut(wanted)),
+            Correction::Apart(strokes) => self.strokes(strokes, 2).map(|wanted| self.recut(wanted)),
         }
     }
 
@@ -128,7 +134,10 @@ impl Session {
         let mut labels = self.trajectory_labels();
         let members: Vec<u32> = (0..labels.len() as u32).filter(|&i| labels[i as usize] == label).collect();
         let at = at.map(|(t, x, y)| self.member_at(&members, label, t, (x, y))).transpose()?;
-        let new = free_label(&self.dense.objects)?;
+        let mut free = free_labels(&self.dense.objects.of_cluster);
+        let Some(new) = free.next() else {
+            return Err(Error::Data { reason: "all 255 labels are in use: merge some first".to_owned() });
+        };
         let affinities = self.affinities.as_ref().ok_or_else(|| state_error("there are no affinities"))?;
         let seed = self.params.clip.seed;
         let graph = |members: &[u32]| near_affinities(affinities, tracks, members, self.spacing);
@@ -157,7 +166,70 @@ impl Session {
             }
         };
         part.iter().for_each(|&i| labels[i as usize] = new);
-        Ok(Wanted { label: labels, open: opened([label, new]) })
+        let held = self.held_under(&labels, &[label]);
+        Ok(Wanted { label: labels, concerned: vec![label, new], held })
+    }
+
+    /// What strokes want: as one thing, or where at least two are asked for, as one each.
+    fn strokes(&self, strokes: &[Stroke], least: usize) -> Result<Wanted, Error> {
+        if !(least..=MOST_STROKES).contains(&strokes.len()) {
+            let expected = format!("{least}..={MOST_STROKES} of them");
+            return Err(param("strokes", &format!("{} strokes", strokes.len()), &expected));
+        }
+        let (Some(scale), Some(affinities), Some(seen)) = (self.scale, &self.affinities, &self.trajectories) else {
+            return Err(state_error("there are no trajectories to correct"));
+        };
+        for (k, stroke) in strokes.iter().enumerate() {
+            stroke.check(&format!("strokes[{k}]"), self.num_frames(), scale.input)?;
+        }
+        let (tracks, _) = self.clustered()?;
+        let labels = self.trajectory_labels();
+        let under = under_strokes(seen, strokes, f64::from(self.spacing) * scale.x().max(scale.y()));
+        let cores = cores(strokes, scale.input, scale.working);
+        let over = |(core, stroke): (&Vec<u32>, &Stroke)| -> Vec<u8> {
+            core.iter().map(|&p| self.dense.masks[stroke.t].data()[p as usize]).collect()
+        };
+        let over: Vec<Vec<u8>> = cores.iter().zip(strokes).map(over).collect();
+        let mut settled = vec![false; labels.len()];
+        for held in &self.corrections.held {
+            held.tracks.iter().for_each(|&i| settled[i as usize] |= labels[i as usize] == held.label);
+        }
+        let painted = Painted {
+            tracks,
+            spacing: self.spacing,
+            affinities,
+            label: &labels,
+            used: &self.dense.objects.of_cluster,
+            settled: &settled,
+            under: &under,
+            over: &over,
+        };
+        let decision = if least == 1 { together(&painted)? } else { apart(&painted)? };
+        let mut held = self.held_under(&decision.label, &decision.concerned);
+        for (k, (stroke, pixels)) in strokes.iter().zip(cores).enumerate() {
+            for older in held.iter_mut().filter(|h| h.t == stroke.t) {
+                older.pixels.retain(|p| pixels.binary_search(p).is_err());
+            }
+            let of_stroke = (0..).zip(&under).filter(|(_, u)| u.is_some_and(|u| usize::from(u) == k));
+            let tracks = of_stroke.map(|(i, _)| i).collect();
+            held.push(Held { t: stroke.t, pixels, tracks, label: decision.of_stroke[k] });
+        }
+        Ok(Wanted { label: decision.label, concerned: decision.concerned, held })
+    }
+
+    /// What earlier strokes hold when trajectories have these labels. Where that was one of the labels concerned, it is what all
+    /// trajectories under the stroke have now; if they do not agree, nothing.
+    fn held_under(&self, labels: &[u8], concerned: &[u8]) -> Vec<Held> {
+        let renewed = |held: &Held| {
+            let mut now = held.tracks.iter().map(|&i| labels[i as usize]);
+            let label = match now.next() {
+                _ if !concerned.contains(&held.label) => Some(held.label),
+                Some(first) => now.all(|l| l == first).then_some(first),
+                None => labels.contains(&held.label).then_some(held.label),
+            };
+            label.map(|label| Held { label, ..held.clone() })
+        };
+        self.corrections.held.iter().filter_map(renewed).collect()
     }
 
     /// Clusters by the wanted labels; then the cut begins anew where these are concerned.
@@ -168,8 +240,9 @@ impl Session {
         self.corrections.before.push(before);
         self.clusters = Some(found.clusters);
         let objects = Objects { count: highest(&found.of_cluster), of_cluster: found.of_cluster };
-        let held = self.corrections.held.clone();
-        self.dense.begin_again(objects, |before: Before| Recut::new(before, &found.heir, wanted.open, held));
+        let open = (0..=255).map(|l| wanted.concerned.contains(&l)).collect();
+        self.corrections.held.clone_from(&wanted.held);
+        self.dense.begin_again(objects, |before: Before| Recut::new(before, &found.heir, open, wanted.held));
         self.state = State::Dense;
     }
 
@@ -192,12 +265,11 @@ impl Session {
         if label == 0 || known.contains(&label) {
             return Ok(());
         }
-        let mut list: Vec<u8> = known.clone();
-        list.push(0);
-        crate::order::sort_by_key(&mut list, |&l| l.into());
-        list.dedup();
-        let list: Vec<String> = list.iter().map(u8::to_string).collect();
-        Err(param(name, &label.to_string(), &format!("one of the labels in use: {}", list.join(", "))))
+        let mut list = String::from("0");
+        for l in distinct(known).into_iter().filter(|l| *l > 0) {
+            list.push_str(&format!(", {l}"));
+        }
+        Err(param(name, &label.to_string(), &format!("one of the labels in use: {list}")))
     }
 
     /// Place in `members` of the trajectory nearest to a point of frame `t`, in input pixels.
@@ -220,8 +292,8 @@ impl Session {
         for (name, value, side) in [("x", x, width), ("y", y, height)] {
             // Pixel centres are at whole numbers.
             if !(value >= -0.5 && value <= side as f32 - 0.5) {
-                let expected = format!("a place in the frame, -0.5..={}", side as f32 - 0.5);
-                return Err(param(name, &value.to_string(), &expected));
+                let expected = format!("a place in the frame, -0.5..={}", side as f64 - 0.5);
+                return Err(param(name, &f64::from(value).to_string(), &expected));
             }
         }
         Ok(())
@@ -236,21 +308,8 @@ fn nothing_to_split(label: u8) -> Error {
     Error::Data { reason: format!("label {label} has too few trajectories to be split (expected at least 6)") }
 }
 
-/// The lowest label that no object has.
-fn free_label(objects: &Objects) -> Result<u8, Error> {
-    (1..=255)
-        .find(|l| !objects.of_cluster.contains(l))
-        .ok_or_else(|| Error::Data { reason: "all 255 labels are in use: merge some first".to_owned() })
-}
-
 fn highest(of_cluster: &[u8]) -> usize {
     of_cluster.iter().max().map_or(0, |&l| l.into())
-}
-
-fn opened<const N: usize>(labels: [u8; N]) -> Vec<bool> {
-    let mut open = vec![false; 256];
-    labels.iter().for_each(|&l| open[usize::from(l)] = true);
-    open
 }
 
 /// The half that holds fewer points of trajectories; the second of equal ones.

@@ -160,6 +160,11 @@ impl Dense {
                 *label = UNKNOWN;
             }
         }
+        if let (Some(recut), Some(dense), Some(voted), Some(first)) =
+            (&self.recut, &self.tracks, &mut voted, self.superpixels.first())
+        {
+            recut.vote(dense, voted, &self.objects, &first.label);
+        }
         let found = if self.recut.is_some() { self.objects.clone() } else { find_objects(clip.tracks, clip.clusters) };
         let objects: Vec<bool> = found.of_cluster.iter().map(|&label| label > 0).collect();
         let input = CutInput {

@@ -1,6 +1,8 @@
 //! The stages in their order.
 
 mod correct;
+#[cfg(test)]
+mod correct_tests;
 mod dense;
 mod foreground;
 mod geometry;

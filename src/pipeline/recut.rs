@@ -2,9 +2,16 @@
 
 use super::dense::Clip;
 use crate::correction::Held;
-use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, Region, paint, refine};
+use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, Region, areas, pixel_of, refine_since};
 use crate::image::Plane;
+use crate::order::{pair, sort_by_key};
 use crate::superpixel::Superpixels;
+use crate::trajectory::Trajectories;
+
+/// A stroke holds a superpixel if this share of the stroke lies in it, or if it covers this share of the superpixel. One that it only brushes
+/// may be large, and belong elsewhere.
+const STROKE_SHARE: f32 = 0.25;
+const SUPERPIXEL_SHARE: f32 = 0.1;
 
 /// What is cut anew. Clusters and objects are already those after the correction.
 #[derive(Debug)]
@@ -50,18 +57,39 @@ impl Recut {
         GabrielCut::within(input, &clip.params.cut, &Region { present: &self.present, open: &open, held: &held })
     }
 
-    /// The superpixels of frame `t` under strokes that agree on their label.
+    /// The denser trajectories that strokes were painted over have their labels, by the largest cluster of each.
+    pub(super) fn vote(&self, tracks: &Trajectories, label: &mut [u32], objects: &Objects, frame: &Plane<u32>) {
+        for held in &self.held {
+            let Some(cluster) = objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
+            for (i, x, y) in tracks.alive(held.t) {
+                if held.pixels.binary_search(&(pixel_of(frame, x, y) as u32)).is_ok() {
+                    label[i] = cluster as u32;
+                }
+            }
+        }
+    }
+
+    /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where these agree on the label.
     fn held_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
-        let of_frame = self.held.iter().filter(|h| h.t == t);
-        let under = of_frame.flat_map(|h| h.pixels.iter().map(|&p| (superpixels.label.data()[p as usize], h.label)));
-        let mut under: Vec<(u32, u8)> = under.collect();
-        crate::order::sort_by_key(&mut under, |&(s, l)| crate::order::pair(s, l.into()));
+        let area = areas(superpixels);
+        let mut under: Vec<(u32, u8)> = Vec::new();
+        for held in self.held.iter().filter(|h| h.t == t) {
+            let mut of_stroke: Vec<u32> = held.pixels.iter().map(|&p| superpixels.label.data()[p as usize]).collect();
+            sort_by_key(&mut of_stroke, |&s| s.into());
+            let good = |pixels: &&[u32]| {
+                let count = pixels.len() as f32;
+                count >= STROKE_SHARE * held.pixels.len() as f32
+                    || count >= SUPERPIXEL_SHARE * area[pixels[0] as usize] as f32
+            };
+            under.extend(of_stroke.chunk_by(|a, b| a == b).filter(good).map(|pixels| (pixels[0], held.label)));
+        }
+        sort_by_key(&mut under, |&(s, l)| pair(s, l.into()));
         under.dedup();
         under.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
     }
 
-    /// The mask of frame `t`. Where no superpixel has another label and no stroke was painted, it is what it was; otherwise borders
-    /// between labels that are not concerned stay.
+    /// The mask of frame `t`. Where no superpixel has another label and no stroke was painted, it is what it was; elsewhere borders stay
+    /// where there were some, and new ones are refined.
     pub(super) fn mask(
         &self,
         t: usize,
@@ -70,19 +98,78 @@ impl Recut {
         objects: &Objects,
         clip: &Clip<'_>,
     ) -> Plane<u8> {
-        let label_of = |c: u32| objects.of_cluster.get(c as usize).copied().unwrap_or(0);
-        let mut mask = self.masks[t].clone();
-        if clusters.iter().zip(&self.had[t]).any(|(&c, &had)| label_of(c) != had) {
-            let painted = paint(superpixels, clusters).map(label_of);
-            let refined = refine(&painted, &clip.frames[t], &clip.params.refine);
-            for (old, &new) in mask.data_mut().iter_mut().zip(refined.data()) {
-                if self.open[usize::from(*old)] && self.open[usize::from(new)] {
-                    *old = new;
+        let old = &self.masks[t];
+        let now: Vec<u8> = clusters.iter().map(|&c| objects.of_cluster.get(c as usize).copied().unwrap_or(0)).collect();
+        let change = Change { old, superpixels, had: &self.had[t], now: &now };
+        let used: Vec<bool> = (0..=255).map(|l| l == 0 || objects.of_cluster.contains(&l)).collect();
+        let mut mask = if now == self.had[t] { old.clone() } else { change.mask(&used) };
+        if now != self.had[t] {
+            let refined = refine_since(&mask, old, &clip.frames[t], &clip.params.refine);
+            for (label, &new) in mask.data_mut().iter_mut().zip(refined.data()) {
+                if self.open[usize::from(*label)] && self.open[usize::from(new)] {
+                    *label = new;
                 }
             }
         }
+        for label in mask.data_mut().iter_mut().filter(|l| !used[usize::from(**l)]) {
+            *label = 0;
+        }
         for held in self.held.iter().filter(|h| h.t == t) {
             held.pixels.iter().for_each(|&p| mask.data_mut()[p as usize] = held.label);
+        }
+        mask
+    }
+}
+
+/// One frame's superpixels with the labels that they had and have.
+struct Change<'a> {
+    old: &'a Plane<u8>,
+    superpixels: &'a Superpixels,
+    had: &'a [u8],
+    now: &'a [u8],
+}
+
+impl Change<'_> {
+    /// The mask with what superpixels have now. Pixels that had another label than their superpixel, since refining had moved a border,
+    /// follow the nearest of their label; those without any keep it as long as it is in use.
+    fn mask(&self, used: &[bool]) -> Plane<u8> {
+        let (width, height) = (self.old.width(), self.old.height());
+        let mut mask = self.old.clone();
+        let mut strays = Vec::new();
+        for (p, &s) in self.superpixels.label.data().iter().enumerate() {
+            if self.old.data()[p] == self.had[s as usize] {
+                mask.data_mut()[p] = self.now[s as usize];
+            } else {
+                strays.push(p);
+            }
+        }
+        let mut is_stray = vec![false; mask.data().len()];
+        strays.iter().for_each(|&p| is_stray[p] = true);
+        let mut found: Vec<(usize, u8)> = Vec::new();
+        loop {
+            found.clear();
+            strays.retain(|&p| {
+                let (x, y) = (p % width, p / width);
+                let near = [
+                    (y > 0, p.wrapping_sub(width)),
+                    (x > 0, p.wrapping_sub(1)),
+                    (x + 1 < width, p + 1),
+                    (y + 1 < height, p + width),
+                ];
+                let known = |q: &usize| !is_stray[*q] && self.old.data()[*q] == self.old.data()[p];
+                let next = near.into_iter().filter(|n| n.0).map(|n| n.1).find(known);
+                found.extend(next.map(|q| (p, mask.data()[q])));
+                next.is_none()
+            });
+            if found.is_empty() {
+                break;
+            }
+            for &(p, label) in &found {
+                (mask.data_mut()[p], is_stray[p]) = (label, false);
+            }
+        }
+        for p in strays.into_iter().filter(|&p| !used[usize::from(self.old.data()[p])]) {
+            mask.data_mut()[p] = self.now[self.superpixels.label.data()[p] as usize];
         }
         mask
     }

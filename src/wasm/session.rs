@@ -1,7 +1,7 @@
 //! The session as JavaScript sees it.
 
 use super::convert::{self, doubles, narrowed, object, words};
-use crate::correction::Correction;
+use crate::correction::{Correction, Stroke};
 use crate::image::Frame;
 use crate::pipeline::Step;
 use crate::trajectory::Trajectories;
@@ -84,6 +84,25 @@ impl JsSession {
     /// An object becomes two; with `at`, the part at this place of frame `t` is the new one.
     pub fn split(&mut self, label: u8, at: bool, t: usize, x: f32, y: f32) -> Result<(), JsValue> {
         self.correct(&Correction::Split { label, at: at.then_some((t, x, y)) })
+    }
+
+    /// All that these strokes touch is one thing, or, with `apart`, each stroke is a thing of its own. Stroke `k` is painted in frame `t[k]`
+    /// with a brush of radius `radius[k]`, through the points `offset[k]..offset[k + 1]`, each x and y in `points`.
+    pub fn strokes(
+        &mut self,
+        apart: bool,
+        t: Vec<u32>,
+        radius: Vec<f32>,
+        offset: Vec<u32>,
+        points: Vec<f32>,
+    ) -> Result<(), JsValue> {
+        let part = |k: usize| points.get(2 * *offset.get(k)? as usize..2 * *offset.get(k + 1)? as usize);
+        let stroke = |(k, (&t, &radius)): (usize, (&u32, &f32))| {
+            let points = part(k).unwrap_or_default().chunks_exact(2).map(|p| (p[0], p[1])).collect();
+            Stroke { t: t as usize, points, radius }
+        };
+        let strokes = t.iter().zip(&radius).enumerate().map(stroke).collect();
+        self.correct(&if apart { Correction::Apart(strokes) } else { Correction::Together(strokes) })
     }
 
     /// Takes the last correction back.

@@ -131,6 +131,101 @@ test('corrections that cannot be are refused, and nothing changes', async (t) =>
   assert.equal(session.corrections, 0);
 });
 
+/** The labels of the pixels that the middle of a stroke goes through. */
+function labelsUnder(result, { t, points }) {
+  const mask = result.labels(t);
+  const found = new Set();
+  for (let k = 0; k + 1 < points.length; k += 2) {
+    const [x0, y0, x1 = x0, y1 = y0] = [points[k], points[k + 1], points[k + 2], points[k + 3]];
+    for (let step = 0; step <= 100; step += 1) {
+      const [x, y] = [x0 + ((x1 - x0) * step) / 100, y0 + ((y1 - y0) * step) / 100].map(Math.round);
+      if (x >= 0 && y >= 0 && x < result.width && y < result.height) found.add(mask[y * result.width + x]);
+    }
+  }
+  return [...found];
+}
+
+/** A place in frame `t` with the same label all around. */
+function insideOf(result, t, label, radius = 8) {
+  const { width, height } = result;
+  const mask = result.labels(t);
+  for (let y = radius; y < height - radius; y += 1) {
+    for (let x = radius; x < width - radius; x += 1) {
+      let whole = true;
+      for (let v = y - radius; whole && v <= y + radius; v += 1) {
+        for (let u = x - radius; whole && u <= x + radius; u += 1) whole = mask[v * width + u] === label;
+      }
+      if (whole) return { x, y };
+    }
+  }
+  throw new Error(`label ${label} is nowhere ${2 * radius} pixels wide in frame ${t}`);
+}
+
+test('strokes apart part an object, together they join it again, and the mask obeys under their middle', async (t) => {
+  const { session, result } = await segmented(t);
+  const before = masksOf(result);
+  const { x, y } = insideOf(result, 6, 1);
+  const strokes = [
+    { t: 6, points: [x - 6, y - 4, x - 6, y + 4], radius: 3 },
+    { t: 6, points: new Float32Array([x + 6, y - 4, x + 6, y + 4]), radius: 3 },
+  ];
+  const apart = await session.apart(strokes);
+  isConsistent(apart);
+  const [left, right] = strokes.map((stroke) => labelsUnder(apart, stroke));
+  assert.deepEqual([left, right].flat().sort((a, b) => a - b), [1, result.objects.count + 1]);
+  assert.ok(masksOf(apart).every((label, p) => label === before[p] || before[p] === 1), 'nothing but the object changes');
+
+  const together = await session.together([strokes[0], { ...strokes[1], t: 6 }]);
+  isConsistent(together);
+  for (const stroke of strokes) assert.deepEqual(labelsUnder(together, stroke), [1]);
+  assert.deepEqual([...together.objects.labels], [...result.objects.labels]);
+  assert.equal(session.corrections, 2);
+  assert.deepEqual(masksOf(await session.undo()), masksOf(apart));
+  assert.deepEqual(masksOf(await session.undo()), before);
+});
+
+test('a stroke from an object into the background brings what is there to the object, also where it leaves the frame', async (t) => {
+  const { session, result } = await segmented(t);
+  const from = insideOf(result, 3, 1);
+  const stroke = { t: 3, points: [from.x, from.y, from.x, -500], radius: 4 };
+  assert.ok(labelsUnder(result, stroke).includes(0));
+  const together = await session.together([stroke]);
+  isConsistent(together);
+  const label = Math.min(...labelsUnder(result, stroke).filter((l) => l > 0));
+  assert.deepEqual(labelsUnder(together, stroke), [label]);
+});
+
+test('strokes that cannot be are refused, and nothing changes', async (t) => {
+  const { session, result } = await segmented(t);
+  const good = { t: 0, points: [3, 3, 9, 9], radius: 4 };
+  for (const strokes of [undefined, null, 3, [], new Array(256).fill(good)]) {
+    await rejects(session.together(strokes), 'param', /^strokes = /);
+  }
+  await rejects(session.apart([good]), 'param', /^strokes = a list of 1 /);
+  const wrong = [
+    [null, /^strokes\[1\] = null/],
+    [{ ...good, t: SCENE.frames }, /^strokes\[1\].t = 12/],
+    [{ ...good, t: 0.5 }, /^strokes\[1\].t/],
+    [{ ...good, radius: -1 }, /^strokes\[1\].radius = -1/],
+    [{ ...good, radius: NaN }, /^strokes\[1\].radius = NaN/],
+    [{ ...good, radius: undefined }, /^strokes\[1\].radius/],
+    [{ ...good, points: [] }, /^strokes\[1\].points/],
+    [{ ...good, points: [1, 2, 3] }, /^strokes\[1\].points = a list of 3/],
+    [{ ...good, points: '12' }, /^strokes\[1\].points/],
+    [{ ...good, points: [1, NaN] }, /^strokes\[1\].points\[1\] = NaN/],
+    [{ ...good, points: [1, 1, Infinity, 2] }, /^strokes\[1\].points\[2\] = Infinity/],
+    [{ ...good, points: [-9, 4, 5, 1000] }, /all outside/],
+  ];
+  for (const [stroke, message] of wrong) {
+    await rejects(session.together([good, stroke]), 'param', message);
+    await rejects(session.apart([good, stroke]), 'param', message);
+  }
+  const sky = insideOf(result, 0, 0);
+  await rejects(session.together([{ t: 0, points: [sky.x, sky.y], radius: 1 }]), 'data', /over no object/);
+  assert.equal(session.corrections, 0);
+  assert.deepEqual(masksOf(await session.run()), masksOf(result));
+});
+
 test('without masks there is nothing to correct', async (t) => {
   const session = await ready(t, { clip: { dense: false } });
   await session.run();

@@ -7,7 +7,7 @@ import {
 } from 'tracecut';
 import type {
   BoundaryMap, CocoMasks, ComponentTable, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, MaskSource,
-  ObjectList, Progress, Result, SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Superpixels, VideoInfo, VideoProgress,
+  ObjectList, Progress, Result, SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Stroke, Superpixels, VideoInfo, VideoProgress,
   VideoResult, VideoSegmentation, WindowResult,
 } from 'tracecut';
 
@@ -24,6 +24,12 @@ await session.push(new OffscreenCanvas(1, 1));
 const controller = new AbortController();
 const report = ({ stage, done, total }: Progress): void => console.log(stage, done / total);
 const result: Result = await session.run({ onProgress: report, signal: controller.signal });
+const stroke: Stroke = { t: 0, points: [1, 2, 3, 4], radius: 3 };
+const corrected: Result[] = [
+  await session.merge(1, 2), await session.split(1, { t: 0, x: 1, y: 2 }, { onProgress: report, signal: controller.signal }),
+  await session.together([stroke]), await session.apart([stroke, { ...stroke, points: new Float32Array(4) }]), await session.undo(),
+];
+console.log(session.corrections, corrected.length);
 const labels: Uint32Array = result.clusters.label;
 const x: Float32Array = result.trajectories.x;
 const values: Float64Array = result.embedding.eigenvalues;

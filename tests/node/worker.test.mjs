@@ -40,6 +40,23 @@ async function open(t, parameters = {}, wasm = module) {
   return { session, worker };
 }
 
+test('corrections in a worker give what they give in this thread, and strokes stay the caller\'s', async (t) => {
+  const frames = await framesOf();
+  const points = new Float32Array([30, 30, 60, 40]);
+  const strokes = [{ t: 4, points, radius: 3 }, { t: 4, points: [100, 60], radius: 3 }];
+  const prints = [];
+  for (const session of [(await open(t)).session, await ready(t, undefined, [])]) {
+    for (const frame of frames) await session.push(frame);
+    await session.run();
+    const results = [await session.apart(strokes), await session.split(0, { t: 2, x: 10, y: 10 }), await session.merge(0, 1), await session.undo()];
+    prints.push(results.map(fingerprint));
+    assert.equal(session.corrections, 2);
+    await rejects(session.merge(0, 99), 'param', /labels in use/);
+  }
+  assert.deepEqual(prints[0], prints[1]);
+  assert.deepEqual([...points], [30, 30, 60, 40]);
+});
+
 test('a session in a worker gives the same result as one in this thread', async (t) => {
   const { session, worker } = await open(t);
   const frames = await framesOf();

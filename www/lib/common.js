@@ -91,3 +91,4 @@ export function parameters() {
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
 /** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */
+/** @typedef {import('./correction.js').Stroke} Stroke */

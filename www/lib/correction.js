@@ -9,9 +9,16 @@ import { wholeNumber } from './options.js';
  */
 
 /**
- * A correction as the engine takes it.
+ * A line painted in frame `t`, in input pixels: `points` are x0, y0, x1, y1 and so on along its middle, `radius` is half the width of the
+ * brush. A single point is a dot. Points may lie outside of the frame, but not all of them.
+ * @typedef {{t: number, points: ArrayLike<number>, radius: number}} Stroke
+ */
+
+/**
+ * A correction as the engine takes it. Stroke `k` has the points `offset[k]` to `offset[k + 1]`.
  * @typedef {{kind: 'merge', into: number, from: number}
  *   | {kind: 'split', label: number, at: Place | null}
+ *   | {kind: 'together' | 'apart', t: Uint32Array, radius: Float32Array, offset: Uint32Array, points: Float32Array}
  *   | {kind: 'undo'}} RawCorrection
  */
 
@@ -53,6 +60,59 @@ export function splitOf(label, at, clip) {
   return { kind: 'split', label, at: { t, x, y } };
 }
 
+/** The furthest outside of the frame that a point may lie, and the most points and strokes; the engine knows the same. */
+const FARTHEST = 1e6;
+const MOST_POINTS = 100_000;
+const MOST_STROKES = 255;
+
+/**
+ * @param {'together' | 'apart'} kind
+ * @param {readonly Stroke[]} strokes
+ * @param {Clip} clip
+ * @returns {RawCorrection}
+ */
+export function strokesOf(kind, strokes, clip) {
+  const least = kind === 'apart' ? 2 : 1;
+  if (!Array.isArray(strokes) || strokes.length < least || strokes.length > MOST_STROKES) {
+    throw illegal('param', 'strokes', strokes, `a list of ${least}..${MOST_STROKES} strokes {t, points, radius}`);
+  }
+  strokes.forEach((stroke, k) => checkStroke(stroke, `strokes[${k}]`, clip));
+  const offset = [0];
+  for (const { points } of strokes) offset.push(/** @type {number} */ (offset.at(-1)) + points.length / 2);
+  return {
+    kind,
+    t: Uint32Array.from(strokes, (stroke) => stroke.t),
+    radius: Float32Array.from(strokes, (stroke) => stroke.radius),
+    offset: Uint32Array.from(offset),
+    points: Float32Array.from(strokes.flatMap((stroke) => Array.from(stroke.points))),
+  };
+}
+
+/**
+ * @param {Stroke} stroke
+ * @param {string} name
+ * @param {Clip} clip
+ */
+function checkStroke(stroke, name, { numFrames, width, height }) {
+  if (typeof stroke !== 'object' || stroke === null) throw illegal('param', name, stroke, 'a stroke {t, points, radius}');
+  const { t, points, radius } = stroke;
+  wholeNumber('param', `${name}.t`, t, 0, Math.max(0, numFrames - 1));
+  if (typeof radius !== 'number' || !(radius >= 0 && radius <= FARTHEST)) {
+    throw illegal('param', `${name}.radius`, radius, `a number of pixels, 0..${FARTHEST}`);
+  }
+  const length = typeof points === 'object' && points !== null ? points.length : undefined;
+  if (typeof length !== 'number' || !(length >= 2 && length <= 2 * MOST_POINTS && length % 2 === 0)) {
+    throw illegal('param', `${name}.points`, points, `x0, y0, x1, y1, ... of 1..${MOST_POINTS} points`);
+  }
+  const all = Array.from(points);
+  const wrong = all.findIndex((v) => typeof v !== 'number' || !(Math.abs(v) <= FARTHEST));
+  if (wrong >= 0) throw illegal('param', `${name}.points[${wrong}]`, all[wrong], `a number of pixels, -${FARTHEST}..${FARTHEST}`);
+  const inside = (/** @type {number | undefined} */ v, /** @type {number} */ side) => v !== undefined && v >= -0.5 && v <= side - 0.5;
+  if (!all.some((v, k) => k % 2 === 0 && inside(v, width) && inside(all[k + 1], height))) {
+    throw illegal('param', `${name}.points`, 'all outside', `at least one in the frame of ${width}x${height} pixels`);
+  }
+}
+
 /**
  * @param {import('./tracecut.js').Session} session
  * @param {RawCorrection} correction
@@ -64,6 +124,11 @@ export function applyCorrection(session, correction) {
     case 'split': {
       const { t, x, y } = correction.at ?? { t: 0, x: 0, y: 0 };
       return session.split(correction.label, correction.at !== null, t, x, y);
+    }
+    case 'together':
+    case 'apart': {
+      const { kind, t, radius, offset, points } = correction;
+      return session.strokes(kind === 'apart', t, radius, offset, points);
     }
     case 'undo':
       return session.undoCorrection();

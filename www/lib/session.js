@@ -1,4 +1,4 @@
-import { mergeOf, splitOf } from './correction.js';
+import { mergeOf, splitOf, strokesOf } from './correction.js';
 import { TraceCutError, illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
@@ -146,6 +146,32 @@ export class Session {
   async split(label, at, options) {
     this.#check('split');
     return this.#work(options, splitOf(label, at, this.#info));
+  }
+
+  /**
+   * All that these strokes touch is one thing. The objects that they lie over to a good part become one, with the lowest label; what else
+   * is under them, such as a part of an object that was taken for background, joins it there and wherever its trajectories go. Under the
+   * middle of a stroke the mask has the label in any case.
+   * @param {readonly import('./correction.js').Stroke[]} strokes 1 to 255, at least one over an object
+   * @param {RunOptions} [options]
+   * @returns {Promise<Result>}
+   */
+  async together(strokes, options) {
+    this.#check('together');
+    return this.#work(options, strokesOf('together', strokes, this.#info));
+  }
+
+  /**
+   * Each of these strokes is a thing of its own. Of strokes over one object, that with the larger part keeps its label, each other becomes
+   * a new object with the lowest label that is free; one that also lies over background is background. Between the strokes, trajectories go
+   * with the stroke that they are bound to more closely by motion and place.
+   * @param {readonly import('./correction.js').Stroke[]} strokes 2 to 255
+   * @param {RunOptions} [options]
+   * @returns {Promise<Result>}
+   */
+  async apart(strokes, options) {
+    this.#check('apart');
+    return this.#work(options, strokesOf('apart', strokes, this.#info));
   }
 
   /**
