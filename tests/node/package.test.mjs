@@ -17,7 +17,7 @@ const manifest = JSON.parse(read('package.json'));
 const MOST_UNPACKED = 2.5 * 1024 * 1024;
 
 /** Most bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads when that is first needed. */
-const MOST_ZIPPED = { 'index.js': 40 * 1024, 'worker.js': 9 * 1024, 'vendor/media.js': 150 * 1024, 'vendor/zip.js': 8 * 1024 };
+const MOST_ZIPPED = { 'index.js': 44 * 1024, 'worker.js': 9 * 1024, 'vendor/media.js': 150 * 1024, 'vendor/zip.js': 8 * 1024 };
 
 test('the versions of crate, package and built module are one', () => {
   assert.equal(/^version = "(.+)"$/m.exec(read('Cargo.toml'))[1], manifest.version);
