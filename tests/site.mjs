@@ -9,12 +9,12 @@ import { serve } from '../scripts/serve.mjs';
  *
  * @returns {{url: string, browser: import('playwright-core').Browser}} to be read in the tests
  */
-export function useServerAndBrowser() {
+export function useServerAndBrowser(launch = {}) {
   const site = { url: '', browser: null };
   let server;
   before(async () => {
     server = await serve();
-    Object.assign(site, { url: server.url, browser: await launchBrowser() });
+    Object.assign(site, { url: server.url, browser: await launchBrowser(launch) });
   });
   after(async () => {
     await site.browser?.close();

@@ -69,10 +69,14 @@ impl Session {
     /// that frame alone. Results of this window are dropped.
     ///
     /// # Errors
-    /// [`Error::State`] unless frames came by [`Session::push_in_shot`] and all stages are done; [`Error::Param`] unless `overlap` is at
+    /// [`Error::State`] unless frames came by [`Session::push_in_shot`] and all stages are done, or nothing but a held frame came since the
+    /// last `advance`; [`Error::Param`] unless `overlap` is at
     /// least 1 and less than the number of frames. Nothing has changed then.
     pub fn advance(&mut self, overlap: usize) -> Result<(), Error> {
-        let Some(mut windows) = self.windows.take_if(|_| matches!(self.state, State::Done)) else {
+        // Where the frame after a full window begins a new shot, the frames kept of that window have been seen to the end already.
+        let (done, kept) = (matches!(self.state, State::Done), self.frames.len());
+        let ready = |w: &mut Box<Windows>| done || (w.held.is_some() && w.overlap > 0 && w.overlap == kept);
+        let Some(mut windows) = self.windows.take_if(ready) else {
             return Err(state_error(
                 "advance was called before frames were pushed in shots and the window was run to its end",
             ));

@@ -16,6 +16,8 @@ describe('settings', () => {
     const all = parameters().filter(({ name }) => !name.startsWith('still.'));
     await page.click('#settings-all > summary');
     for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
+    // Rows are built when their group has opened.
+    await page.waitForFunction(() => [...document.querySelectorAll('.group:not([hidden])')].every((group) => group.querySelector('.setting')));
     const shown = await page.locator('#settings-groups .group:not([hidden]) .setting').evaluateAll((rows) =>
       rows.map((row) => {
         const { min, max } = row.querySelector('input, select');

@@ -16,11 +16,12 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 /**
  * Server and browser for the tests of one file.
  *
+ * @param {{args?: string[]}} [launch] further arguments of the browser
  * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open` gives a
  *   fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere else
  */
-export function useSite() {
-  const site = useServerAndBrowser();
+export function useSite(launch) {
+  const site = useServerAndBrowser(launch);
   const open = async (options = {}) => {
     const context = await site.browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', serviceWorkers: 'block', ...options });
     const page = await context.newPage();

@@ -36,6 +36,7 @@ import { STILL_STAGES, StillJob } from './still.js';
 import { phase, showError, showNotice, showPhase } from './status.js';
 import { Timeline } from './timeline.js';
 import { NOWHERE, Viewer } from './viewer.js';
+import { Webcam } from './webcam.js';
 
 /** A frame that rests this long is described in words, in milliseconds. */
 const REST_MS = 250;
@@ -86,6 +87,7 @@ export class App {
       recipe: () => this.recipe(),
     });
     this.correction = new Correction(this);
+    this.webcam = new Webcam((file) => this.openRecording(file));
     readLink(this.settings, location.hash);
     this.selection.addEventListener('change', () => this.viewer.redraw());
   }
@@ -102,6 +104,15 @@ export class App {
    */
   async openFiles(files) {
     await this.open(files[0]?.name ?? '', () => openFiles(files, this.library), (source) => (source.count < 2 ? this.start() : this.setup.begin()));
+  }
+
+  /**
+   * Opens what the camera recorded, and runs it.
+   *
+   * @param {File} file
+   */
+  async openRecording(file) {
+    await this.open('Camera', () => openFiles([file], this.library), () => this.start());
   }
 
   /**

@@ -60,7 +60,8 @@ function sourceOf(media, source) {
  */
 async function demuxed(media, input, track) {
   const codec = (await track.getCodecParameterString()) ?? String((await track.getInternalCodecId()) ?? 'unknown');
-  const decodable = typeof VideoDecoder !== 'undefined' && (await track.canDecode());
+  // Transparency is merged in a worker made from text, which a strict security policy forbids, and nobody looks at it here.
+  const decodable = typeof VideoDecoder !== 'undefined' && !(await track.canBeTransparent()) && (await track.canDecode());
   /** @type {Promise<PacketList> | undefined} */
   let list;
   const packets = () => (list ??= packetList(new media.EncodedPacketSink(track)));
