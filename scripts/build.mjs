@@ -131,7 +131,16 @@ function libraryFiles() {
   return readdirSync(lib, { recursive: true }).filter((name) => /\.(js|json)$/.test(name)).sort();
 }
 
+/** Removes what modules that are no more have left in `dist`, or it would go into the package. */
+function removeStale() {
+  for (const name of readdirSync(dist, { recursive: true }).map((file) => file.replaceAll('\\', '/'))) {
+    const isModule = /\.(js|d\.ts)$/.test(name) && !/^(tracecut|decoder|glue|parameters)\b|^\w+_bg\.wasm|^vendor\//.test(name);
+    if (isModule && !existsSync(join(lib, name.replace(/\.d\.ts$/, '.js')))) rmSync(join(dist, name));
+  }
+}
+
 function buildModules() {
+  removeStale();
   for (const name of libraryFiles().filter((file) => file.endsWith('.js'))) {
     mkdirSync(dirname(join(dist, name)), { recursive: true });
     copyFileSync(join(lib, name), join(dist, name));

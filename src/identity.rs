@@ -29,7 +29,8 @@ impl Default for Identities {
 
 impl Identities {
     /// The objects under the labels that they keep; new ones take labels that no object has had, or, when all 255 are used up, that have
-    /// not been borne for longest.
+    /// not been borne for longest. What was an object stays one while its trajectories are a cluster of their own, also where it now
+    /// holds the frame's rim like the scene behind it.
     ///
     /// `label` is the cluster of each trajectory, `number` its number, and `overlap` how many frames were in the window before too.
     pub fn rename(
@@ -40,12 +41,16 @@ impl Identities {
         number: &[u32],
         overlap: usize,
     ) -> Objects {
-        let mut votes = vec![0_u64; 256 * 256];
+        let mut borne = vec![[0_u64; 256]; objects.of_cluster.len()];
         for i in 0..tracks.len() {
-            let old = self.label_of(number[i]);
-            let new = objects.of_cluster.get(label[i] as usize).copied().unwrap_or(0);
             let common = tracks.frames(i).filter(|&t| t < overlap).count() as u64;
-            votes[usize::from(new) * 256 + usize::from(old)] += common;
+            if let Some(borne) = borne.get_mut(label[i] as usize) {
+                borne[usize::from(self.label_of(number[i]))] += common;
+            }
+        }
+        let mut votes = vec![0_u64; 256 * 256];
+        for (borne, &new) in borne.iter().zip(&objects.of_cluster) {
+            (0..256).for_each(|old| votes[usize::from(new) * 256 + old] += borne[old]);
         }
         let bearing = |old: usize| (0..256).map(|new| votes[new * 256 + old]).sum::<u64>();
         let mut pairs: Vec<(u64, usize, usize)> = Vec::new();
@@ -61,13 +66,18 @@ impl Identities {
                 (renamed[new], taken[old]) = (old as u8, true);
             }
         }
+        for (c, borne) in borne.iter().enumerate() {
+            taken[usize::from(still_object(borne, c))] = true;
+        }
         for new in (1..=objects.count).filter(|&new| objects.of_cluster.contains(&(new as u8))) {
             if renamed[new] == 0 {
                 let free = self.unused(&taken);
                 (renamed[new], taken[free]) = (free as u8, true);
             }
         }
-        let of_cluster: Vec<u8> = objects.of_cluster.iter().map(|&new| renamed[usize::from(new)]).collect();
+        let keeps =
+            |(c, &new): (usize, &u8)| if new > 0 { renamed[usize::from(new)] } else { still_object(&borne[c], c) };
+        let of_cluster: Vec<u8> = objects.of_cluster.iter().enumerate().map(keeps).collect();
         Objects { count: of_cluster.iter().copied().max().map_or(0, usize::from), of_cluster }
     }
 
@@ -105,6 +115,14 @@ impl Identities {
     fn label_of(&self, number: u32) -> u8 {
         self.of_track.binary_search_by_key(&number, |&(n, _)| n).map_or(0, |at| self.of_track[at].1)
     }
+}
+
+/// The label that most points of a cluster bore in the common frames; 0 for background, and for the largest cluster, which is what
+/// everything else stands before.
+fn still_object(borne: &[u64; 256], cluster: usize) -> u8 {
+    let all = borne.iter().sum::<u64>();
+    let label = (1..256).find(|&label| 2 * borne[label] > all).filter(|_| cluster > 0);
+    label.map_or(0, |label| label as u8)
 }
 
 #[cfg(test)]
@@ -156,11 +174,20 @@ mod tests {
     #[test]
     fn what_stops_and_moves_on_keeps_its_label_and_nobody_else_takes_it() {
         let mut known = after_one_window();
-        let still = known.rename(&objects(&[0, 1, 0]), &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 4);
-        assert_eq!(still.of_cluster, [0, 1, 0]);
-        known.advance(&still, &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 4);
+        let still = known.rename(&objects(&[0, 1]), &tracks(6, 8), &[0, 0, 1, 1, 0, 0], &NUMBERS, 4);
+        assert_eq!(still.of_cluster, [0, 1]);
+        known.advance(&still, &tracks(6, 8), &[0, 0, 1, 1, 0, 0], &NUMBERS, 4);
         let new = known.rename(&objects(&[0, 1, 2, 3]), &tracks(8, 8), &[0, 0, 1, 1, 2, 2, 3, 3], &NUMBERS, 4);
         assert_eq!(new.of_cluster, [0, 1, 2, 3]);
+    }
+
+    #[test]
+    fn what_was_an_object_stays_one_at_the_rim_but_not_within_the_background() {
+        let known = after_one_window();
+        let own = known.rename(&objects(&[0, 0, 1]), &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 4);
+        assert_eq!(own.of_cluster, [0, 1, 2]);
+        let mixed = known.rename(&objects(&[0, 0]), &tracks(6, 8), &[0, 1, 1, 0, 0, 0], &NUMBERS, 4);
+        assert_eq!(mixed.of_cluster, [0, 0]);
     }
 
     #[test]

@@ -32,3 +32,8 @@ pub mod wasm;
 pub use error::Error;
 pub use params::Params;
 pub use pipeline::{Progress, Session, Stage, Step};
+
+/// The README's Rust, tested with the examples in comments.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

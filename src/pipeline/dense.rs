@@ -165,7 +165,7 @@ impl Dense {
         {
             recut.vote(dense, voted, &self.objects, &first.label);
         }
-        let found = if self.recut.is_some() { self.objects.clone() } else { find_objects(clip.tracks, clip.clusters) };
+        let found = if self.recut.is_some() { self.objects.clone() } else { clip.objects() };
         let objects: Vec<bool> = found.of_cluster.iter().map(|&label| label > 0).collect();
         let input = CutInput {
             superpixels: &self.superpixels,

@@ -14,6 +14,9 @@ enum Pair {
     Both(FlowField, FlowField),
 }
 
+/// Frames before a window that trajectories remember.
+const REMEMBERED: usize = 100;
+
 /// The trackers of a clip, both through the same frames.
 #[derive(Debug, Clone)]
 pub(super) struct Trackers {
@@ -33,9 +36,10 @@ impl Trackers {
         std::iter::once(&mut self.tracks).chain(&mut self.masks)
     }
 
-    /// Forgets the first frames.
+    /// Goes on to a window that begins `dropped` frames later. The past is for the affinities; masks are made without them.
     pub(super) fn advance(&mut self, dropped: usize) {
-        self.each().for_each(|tracker| tracker.advance(dropped));
+        self.tracks.advance(dropped, REMEMBERED);
+        self.masks.iter_mut().for_each(|tracker| tracker.advance(dropped, 0));
     }
 }
 

@@ -163,7 +163,8 @@ impl Session {
             return Ok(None);
         };
         let (params, seed) = (self.scaled_params(), self.params.clip.seed);
-        let embedding = embed(&affinities(tracks, self.spacing, &params.affinity, seed)?, &params.embedding, seed);
+        let lived = self.with_past.as_ref().unwrap_or(tracks);
+        let embedding = embed(&affinities(lived, self.spacing, &params.affinity, seed)?, &params.embedding, seed);
         let found = discontinuities(found.neighborhoods.clone(), &embedding, &params.discontinuity);
         Ok(Some(discretize(tracks, &embedding, &found, &params.discretize, seed)))
     }

@@ -57,6 +57,8 @@ pub struct Session {
     pub(super) trajectories: Option<Trajectories>,
     /// The clip-wide number of each trajectory.
     pub(super) numbers: Vec<u32>,
+    /// The same trajectories with what is remembered from before the window; `None` where nothing is.
+    pub(super) with_past: Option<Trajectories>,
     pub(super) affinities: Option<SymCsr>,
     pub(super) embedding: Option<Embedding>,
     pub(super) discontinuities: Option<Discontinuities>,
@@ -85,6 +87,7 @@ impl Session {
             working: None,
             trajectories: None,
             numbers: Vec::new(),
+            with_past: None,
             affinities: None,
             embedding: None,
             discontinuities: None,
@@ -192,7 +195,7 @@ impl Session {
                 progress
             }
             State::Affinities(rows) => {
-                let tracks = self.working.as_ref().ok_or_else(lost)?;
+                let tracks = self.with_past.as_ref().or(self.working.as_ref()).ok_or_else(lost)?;
                 let more = rows.advance(tracks, AFFINITY_BLOCK);
                 let blocks = |rows: usize| rows.div_ceil(AFFINITY_BLOCK).max(1) as u32;
                 let progress =
@@ -248,6 +251,7 @@ impl Session {
         let State::Motion(motion) = std::mem::replace(&mut self.state, State::Open) else { return };
         let trackers = motion.into_trackers();
         let (working, numbers) = trackers.tracks.numbered();
+        self.with_past = trackers.tracks.with_past();
         self.dense.tracks = trackers.masks.as_ref().map(|masks| masks.numbered().0);
         if let Some(windows) = &mut self.windows {
             windows.trackers = Some(trackers);
@@ -255,8 +259,9 @@ impl Session {
         self.take_tracks(working, numbers);
     }
 
+    /// Goes on to the affinities, which look at the whole life of trajectories, as far as it is remembered.
     fn take_tracks(&mut self, working: Trajectories, numbers: Vec<u32>) {
-        self.state = self.affinity_state(&working);
+        self.state = self.affinity_state(self.with_past.as_ref().unwrap_or(&working));
         self.trajectories = self.scale.map(|scale| scale.to_input(&working));
         self.working = Some(working);
         self.numbers = numbers;

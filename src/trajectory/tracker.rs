@@ -12,8 +12,17 @@ const MARGIN: f32 = 4.0;
 #[derive(Debug, Clone)]
 struct Live {
     number: u32,
+    /// The frame of the first point that is not past.
     start: usize,
     points: Vec<(f32, f32, f32)>,
+    /// How many of the points lie before the present window.
+    past: usize,
+}
+
+impl Live {
+    fn present(&self) -> &[(f32, f32, f32)] {
+        &self.points[self.past..]
+    }
 }
 
 /// Follows points through a clip, flow field by flow field.
@@ -74,7 +83,8 @@ impl Tracker {
                 let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
                 if structured && !occupied.within(x, y, step) {
-                    self.live.push(Live { number: self.next, start: self.frame, points: vec![(x, y, 0.0)] });
+                    let points = vec![(x, y, 0.0)];
+                    self.live.push(Live { number: self.next, start: self.frame, points, past: 0 });
                     self.next = self.next.wrapping_add(1);
                 }
             }
@@ -103,17 +113,19 @@ impl Tracker {
         self.frame += 1;
     }
 
-    /// Forgets the first `dropped` frames: what follows is numbered from there on. Tracks keep their numbers and what is left of them.
-    pub fn advance(&mut self, dropped: usize) {
+    /// Goes on to a window that begins `dropped` frames later: frames are numbered from there on. Tracks keep their numbers; of those that
+    /// reach into the new window the points before it are remembered, at most `remembered` of each.
+    pub fn advance(&mut self, dropped: usize, remembered: usize) {
         self.frame = self.frame.saturating_sub(dropped);
         for track in self.live.iter_mut().chain(&mut self.ended) {
-            let gone = dropped.saturating_sub(track.start).min(track.points.len());
-            track.points.drain(..gone);
+            track.past += dropped.saturating_sub(track.start).min(track.points.len() - track.past);
+            track.start = track.start.saturating_sub(dropped);
+            track.points.drain(..track.past.saturating_sub(remembered));
             track.points.shrink_to_fit();
-            track.start = (track.start + gone).saturating_sub(dropped);
+            track.past = track.past.min(remembered);
         }
-        self.live.retain(|track| !track.points.is_empty());
-        self.ended.retain(|track| !track.points.is_empty());
+        self.live.retain(|track| !track.present().is_empty());
+        self.ended.retain(|track| !track.present().is_empty());
     }
 
     /// All tracks of at least the minimum length, ordered by first frame and, within it, by position.
@@ -123,17 +135,33 @@ impl Tracker {
 
     /// The same, with the number of each track; following may go on.
     pub fn numbered(&self) -> (Trajectories, Vec<u32>) {
-        let num_frames = self.frame + 1;
-        let min_length = self.params.min_length_for(num_frames);
-        let mut kept: Vec<&Live> =
-            self.ended.iter().chain(&self.live).filter(|t| t.points.len() >= min_length).collect();
-        order::sort_by_key(&mut kept, |t| u64::from(order::single(t.points[0].0)));
-        order::sort_by_key(&mut kept, |t| order::pair(t.start as u32, order::single(t.points[0].1)));
-        let mut tracks = Trajectories::empty(num_frames, self.size);
+        let kept = self.kept();
+        let mut tracks = Trajectories::empty(self.frame + 1, self.size);
         for track in &kept {
-            tracks.push(track.start, track.points.iter().copied());
+            tracks.push(track.start, track.present().iter().copied());
         }
         (tracks, kept.iter().map(|track| track.number).collect())
+    }
+
+    /// The same tracks in the same order, with the points from before the present window; frames are numbered from the first of these on.
+    /// `None` where there are none.
+    pub fn with_past(&self) -> Option<Trajectories> {
+        let kept = self.kept();
+        let past = kept.iter().map(|track| track.past).max().filter(|&past| past > 0)?;
+        let mut tracks = Trajectories::empty(past + self.frame + 1, self.size);
+        for track in kept {
+            tracks.push(past + track.start - track.past, track.points.iter().copied());
+        }
+        Some(tracks)
+    }
+
+    fn kept(&self) -> Vec<&Live> {
+        let min_length = self.params.min_length_for(self.frame + 1);
+        let long = self.ended.iter().chain(&self.live).filter(|t| t.present().len() >= min_length);
+        let mut kept: Vec<&Live> = long.collect();
+        order::sort_by_key(&mut kept, |t| u64::from(order::single(t.present()[0].0)));
+        order::sort_by_key(&mut kept, |t| order::pair(t.start as u32, order::single(t.present()[0].1)));
+        kept
     }
 }
 
@@ -235,6 +263,41 @@ mod tests {
             let stopped_early = tracks.frames(i).end < 10;
             assert!(!stopped_early || tracks.x[points.end - 1] + 1.5 > 63.0, "track {i} stopped inside");
         }
+    }
+
+    #[test]
+    fn after_an_advance_tracks_go_on_with_their_numbers_and_their_past() {
+        let texture = structure(&texture(64, 48));
+        let mut tracker = Tracker::new((64, 48), &TrajectoryParams::default());
+        tracker.seed(&texture);
+        let follow = |tracker: &mut Tracker| {
+            let (forward, backward) = (uniform(64, 48, 0.5, 0.0), uniform(64, 48, -0.5, 0.0));
+            tracker.follow(&forward, &backward, &Plane::filled(32, 24, 0.25));
+            tracker.seed(&texture);
+        };
+        (1..12).for_each(|_| follow(&mut tracker));
+        let (before, numbers) = tracker.numbered();
+        assert!(tracker.with_past().is_none());
+        tracker.advance(7, 100);
+        (12..20).for_each(|_| follow(&mut tracker));
+        let ((after, later), long) = (tracker.numbered(), tracker.with_past().unwrap());
+        assert_eq!((after.num_frames, long.num_frames, after.len()), (13, 20, long.len()));
+        after.check().unwrap();
+        long.check().unwrap();
+        let mut common = 0;
+        for (i, number) in later.iter().enumerate() {
+            for t in after.frames(i) {
+                assert_eq!(after.at(i, t), long.at(i, t + 7));
+            }
+            if let Some(old) = numbers.iter().position(|n| n == number) {
+                common += 1;
+                before.frames(old).for_each(|t| assert_eq!(before.at(old, t), long.at(i, t)));
+            }
+        }
+        assert!(common > 15, "{common} of {}", later.len());
+        (0..40).for_each(|_| follow(&mut tracker));
+        tracker.advance(50, 20);
+        assert!(tracker.with_past().is_none_or(|long| long.num_frames <= 3 + 20));
     }
 
     #[test]

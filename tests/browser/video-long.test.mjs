@@ -154,6 +154,8 @@ describe('a video file in windows', { timeout: 600_000 }, () => {
       const collecting = failure(video.collect());
       setTimeout(() => video.close(), 100);
       const closed = await collecting;
+      // A worker that was still being started when it was closed ends as soon as it has started.
+      while (workers.open > 0) await new Promise((resolve) => setTimeout(resolve, 10));
       counts.push(workers.open);
       const result = await tracecut.segmentVideo(frames, options).collect();
       counts.push(workers.open);
