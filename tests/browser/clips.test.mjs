@@ -1,13 +1,12 @@
 // Real video: one that the browser records itself, and clips that lie outside of the project.
 
 import assert from 'node:assert/strict';
-import { existsSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { inPhase, layerNames, paintedShare, picture, run, screenshot, sharedClips, showOnly, text, useSample, useSite } from './support.mjs';
+import { ended, inPhase, layerNames, paintedShare, picture, run, screenshot, sharedClips, showOnly, text, useSample, useSite } from './support.mjs';
 
 const CARS = join(sharedClips, 'dashcam-cars-38f.mp4');
-const STANDING = join(sharedClips, 'static-camera-cars-377f.mp4');
 const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
 const without = (file) => (existsSync(file) ? false : `${file} is not here`);
 
@@ -46,14 +45,6 @@ describe('video files', () => {
     assert.deepEqual(faults, []);
   });
 
-  test('the clip of a camera that stands still', { skip: without(STANDING) }, async () => {
-    const { page, faults } = sample;
-    assert.equal(await run(page, [STANDING]), 'done');
-    assert.match(await text(page, '#subline'), /50 frames of 480 × /);
-    await screenshot(page, 'standing');
-    assert.deepEqual(faults, []);
-  });
-
   test('start, length, step and size are as chosen', { skip: without(LANE) }, async () => {
     const { page } = sample;
     await page.setInputFiles('#file', [LANE]);
@@ -72,6 +63,37 @@ describe('video files', () => {
     assert.deepEqual(take, { start: 100, frames: 8, step: 2, side: 320 });
   });
 });
+
+describe('clips dropped on the page, whole', () => {
+  const sample = useSample(useSite());
+
+  for (const [name, frames, windows] of [['dashcam-cars-38f', 38, 1], ['dashcam-lane-221f', 221, 6], ['static-camera-cars-377f', 377, 10]]) {
+    const file = join(sharedClips, `${name}.mp4`);
+    test(`${name}: all ${frames} frames`, { skip: without(file) }, async () => {
+      const { page, faults } = sample;
+      const dropped = await page.evaluateHandle(transferOf, { name: `${name}.mp4`, base64: readFileSync(file, 'base64') });
+      for (const type of ['dragenter', 'dragover', 'drop']) await page.dispatchEvent('body', type, { dataTransfer: dropped });
+      await inPhase(page, 'setup');
+      await page.selectOption('#take-side', '320');
+      await page.click('#take-all');
+      await page.click('#start');
+      assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
+      assert.match(await text(page, '#subline'), new RegExp(`${frames} frames of 320 × \\d+${windows > 1 ? ` in ${windows} windows` : ''} ·`));
+      assert.match(await text(page, '#counter'), new RegExp(`/ ${frames}$`));
+      await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), frames - 1);
+      await screenshot(page, name);
+      assert.deepEqual(faults, []);
+    });
+  }
+});
+
+/** Runs in the page: what a drag of one file carries. */
+function transferOf({ name, base64 }) {
+  const transfer = new DataTransfer();
+  const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+  transfer.items.add(new File([bytes], name, { type: 'video/mp4' }));
+  return transfer;
+}
 
 /** Runs in the page: records frames of the sample, and gives the file's bytes. */
 async function recordSample() {

@@ -1,15 +1,12 @@
 // Long clips: taken window by window, shown as they come, kept small, corrected, saved, and stopped early.
 
 import assert from 'node:assert/strict';
-import { existsSync } from 'node:fs';
 import { readFile } from 'node:fs/promises';
-import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { ended, inPhase, layerNames, paintedShare, plainFrame, pngFile, screenshot, sharedClips, text, useSample, useSite } from './support.mjs';
+import { ended, inPhase, layerNames, paintedShare, plainFrame, pngFile, screenshot, text, useSample, useSite } from './support.mjs';
 
 const WIDTH = 96;
 const HEIGHT = 64;
-const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
 
 function noise(x, y, salt) {
   let h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
@@ -133,19 +130,6 @@ describe('a clip of more than one window', () => {
     assert.match(await text(page, '#counter'), new RegExp(`/ ${frames}$`));
     await page.click('#correct-open');
     assert.equal(await page.locator('#correct').isVisible(), false, 'what is not whole cannot be corrected');
-    assert.deepEqual(faults, []);
-  });
-
-  test('a real one: the dashcam clip of 221 frames', { skip: existsSync(LANE) ? false : `${LANE} is not here` }, async () => {
-    const { page, faults } = sample;
-    await page.setInputFiles('#file', [LANE]);
-    await inPhase(page, 'setup');
-    await page.selectOption('#take-side', '320');
-    await page.fill('#take-frames', '110');
-    await page.click('#start');
-    assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
-    assert.match(await text(page, '#subline'), /^110 frames of 320 × 180 in 3 windows/);
-    await screenshot(page, 'long-real');
     assert.deepEqual(faults, []);
   });
 });
