@@ -72,12 +72,16 @@ describe('a clip of more than one window', () => {
 
   test('shows the layers that it has, and says which it lacks', async () => {
     const { page, faults } = sample;
-    assert.deepEqual(await layerNames(page), ['masks', 'superpixels', 'contours', 'boundaries', 'image']);
-    assert.match(await text(page, '#missing-trajectories'), /at most 50 frames/);
+    assert.deepEqual(await layerNames(page), ['masks', 'trajectories', 'superpixels', 'contours', 'boundaries', 'image']);
+    assert.match(await text(page, '#missing-flow'), /at most 50 frames/);
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(128));
-    await page.locator('[data-layer="boundaries"]').setChecked(true);
-    await page.waitForFunction(paintedShare);
-    await page.locator('[data-layer="boundaries"]').setChecked(false);
+    for (const id of ['masks', 'image']) await page.locator(`[data-layer="${id}"]`).setChecked(false);
+    for (const id of ['boundaries', 'trajectories']) {
+      await page.locator(`[data-layer="${id}"]`).setChecked(true);
+      await page.waitForFunction(paintedShare);
+      await page.locator(`[data-layer="${id}"]`).setChecked(false);
+    }
+    for (const id of ['masks', 'image']) await page.locator(`[data-layer="${id}"]`).setChecked(true);
     assert.deepEqual(faults, []);
   });
 

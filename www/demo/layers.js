@@ -50,6 +50,7 @@ const OF_WINDOWS = ['masks', 'superpixels', 'contours', 'boundaries', 'image'];
  * @returns {string} why there is nothing to show; empty where there is
  */
 export function missingOf(layer, view) {
+  if (view.windows && layer.id === 'trajectories') return view.points?.result.trajectories.count ? '' : NOTHING.joined;
   if (view.windows && !OF_WINDOWS.includes(layer.id)) return NOTHING.windows;
   return layer.missing?.(view) ?? '';
 }

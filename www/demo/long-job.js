@@ -15,6 +15,15 @@ import { PageError, plural } from './words.js';
 export const WINDOW = 50;
 const OVERLAP = 10;
 
+const NO_TRAJECTORIES = {
+  count: 0,
+  startFrame: new Uint32Array(0),
+  offset: new Uint32Array(1),
+  x: new Float32Array(0),
+  y: new Float32Array(0),
+  label: new Uint8Array(0),
+};
+
 /** @type {import('./stage-clock.js').StagePlan[]} */
 export const LONG_STAGES = [
   { id: 'windows', name: 'Segmenting window by window', share: 0.9 },
@@ -191,20 +200,22 @@ export class LongJob extends Run {
     };
   }
 
-  /** @returns {import('./points.js').Result} the masks, in the form that the page's layers look at; there are no trajectories in it */
+  /** @returns {import('./points.js').Result} the masks, in the form that the page's layers look at; trajectories come with the whole result */
   masksAsResult() {
     const { presence, settled } = this;
     const masks = /** @type {MaskStore} */ (this.masks);
     const { width, height } = masks;
     const none = new Uint32Array(0);
+    const trajectories = this.result?.trajectories ?? NO_TRAJECTORIES;
     const count = (presence?.frames ?? []).reduce((most, { n }) => Math.max(most, n.length - 1), 0);
     return {
       width,
       height,
       numFrames: settled,
-      trajectories: { count: 0, startFrame: none, offset: new Uint32Array(1), x: new Float32Array(0), y: new Float32Array(0) },
-      clusters: { count: 0, label: none },
-      objects: { count, ofCluster: new Uint8Array(0) },
+      trajectories,
+      // Each object is one cluster: over many windows there are no others.
+      clusters: { count: count + 1, label: Uint32Array.from(trajectories.label) },
+      objects: { count, ofCluster: Uint8Array.from({ length: count + 1 }, (_, object) => object) },
       saliency: null,
       components: null,
       embedding: { dimensions: 0, eigenvalues: new Float64Array(0), vectors: new Float32Array(0) },

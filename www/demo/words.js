@@ -97,6 +97,7 @@ export const LONG = {
 /** Why a layer has nothing to show. */
 export const NOTHING = {
   windows: 'Known within one window only. Take at most 50 frames to see it.',
+  joined: 'Known when all windows are done.',
   motion: 'Needs the motion of frames, which this clip came without.',
   foreground: 'Nothing stands out in this clip: no trajectory is foreground.',
   pieces: 'The foreground of this clip lies in pieces too small to count.',
