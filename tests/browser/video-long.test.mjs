@@ -87,7 +87,7 @@ describe('a clip of 320 frames', { timeout: 1_200_000 }, () => {
     const labels = seen.map((verdicts) => new Set(verdicts.map(({ label }) => label)));
     // The first and the third are in sight all the time. The second goes behind another twice, where no trajectory survives.
     assert.deepEqual([labels[0].size, labels[2].size], [1, 1]);
-    assert.ok(labels[1].size <= 3, `${labels[1].size} labels`);
+    assert.ok(labels[1].size <= 2, `${labels[1].size} labels`);
     const all = labels.flatMap((set) => [...set]);
     assert.equal(new Set(all).size, all.length, 'two objects share a label');
   });
