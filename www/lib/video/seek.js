@@ -1,5 +1,5 @@
-// Frames by seeking a video element: slower than WebCodecs, but it plays whatever the browser plays. Exact where all frames last equally long;
-// where they do not, Chromium may show the frame before, since it guesses how long each lasts.
+// Frames by seeking a video element: slower than WebCodecs, but it plays whatever the browser plays. Where the player tells which frame it
+// shows, that is checked; where it does not, frames are exact as long as all last equally long and the machine is not too busy.
 
 import { TraceCutError } from '../errors.js';
 import { toRawFrame } from '../frames.js';
@@ -86,8 +86,17 @@ async function seekingReader(video, { times, codec }, close) {
   };
 }
 
-/** Where in a frame's time to seek to: far from both its neighbours, and late, since a browser may take the one before for longer than it is. */
-const WITHIN = 0.75;
+/**
+ * Where in a frame's time to seek to, one after the other until the player shows that frame: far from both its neighbours, and late, since a
+ * browser may take the one before for longer than it is.
+ */
+const WITHIN = [0.75, 0.9, 0.6];
+
+/** How long a player may take to tell which frame it shows, in milliseconds. Some never tell, of elements that are not on the screen. */
+const TELLS_MS = 250;
+
+/** A player that has been silent, or at odds with the container, so often is not asked again. */
+const DOUBTS = 3;
 
 /**
  * @param {HTMLVideoElement} video
@@ -97,6 +106,7 @@ const WITHIN = 0.75;
  * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
  */
 async function* soughtFrames(video, times, usual, { start, end }) {
+  const player = { doubts: 0 };
   for (let k = 0; k < times.length; k += 1) {
     const time = at(times, k);
     if (time < start - usual) continue;
@@ -106,7 +116,7 @@ async function* soughtFrames(video, times, usual, { start, end }) {
       time,
       duration,
       async read() {
-        await seek(video, time + WITHIN * duration);
+        await show(video, time, duration, player);
         return readElement(video);
       },
       close() {},
@@ -115,16 +125,59 @@ async function* soughtFrames(video, times, usual, { start, end }) {
 }
 
 /**
+ * Seeks to a frame until the player says that it shows it.
+ * @param {HTMLVideoElement} video
+ * @param {number} time when the frame begins, in seconds
+ * @param {number} duration
+ * @param {{doubts: number}} player
+ */
+async function show(video, time, duration, player) {
+  for (const within of WITHIN) {
+    const asked = player.doubts < DOUBTS && typeof video.requestVideoFrameCallback === 'function';
+    const shown = asked ? shownTime(video) : null;
+    const moved = await seek(video, time + within * duration);
+    if (!shown || !moved) return;
+    const told = await shown;
+    if (told !== null && Math.abs(told - time) < duration / 2) {
+      player.doubts = 0;
+      return;
+    }
+    if (told === null) break;
+  }
+  player.doubts += 1;
+}
+
+/**
+ * The time of the next frame that the player shows; null if it does not tell.
+ * @param {HTMLVideoElement} video
+ * @returns {Promise<number | null>}
+ */
+function shownTime(video) {
+  return new Promise((resolve) => {
+    const handle = video.requestVideoFrameCallback((_now, { mediaTime }) => {
+      clearTimeout(limit);
+      resolve(mediaTime);
+    });
+    const limit = setTimeout(() => {
+      video.cancelVideoFrameCallback(handle);
+      resolve(null);
+    }, TELLS_MS);
+  });
+}
+
+/**
  * @param {HTMLVideoElement} video
  * @param {number} time seconds
+ * @returns {Promise<boolean>} whether it was not there already
  */
 async function seek(video, time) {
   const target = Math.min(time, Math.max(0, video.duration - 0.001));
   // Seeking to where it already is gives no event.
-  if (Math.abs(video.currentTime - target) < 1e-6 && video.readyState >= 2 && !video.seeking) return;
+  if (Math.abs(video.currentTime - target) < 1e-6 && video.readyState >= 2 && !video.seeking) return false;
   video.currentTime = target;
   const stuck = () => new TraceCutError('truncated', `the player does not get to ${target.toFixed(2)} s: the file is cut off or damaged`);
   await until(video, 'seeked', stuck);
+  return true;
 }
 
 /** @param {HTMLVideoElement} video */
