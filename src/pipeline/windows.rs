@@ -70,8 +70,7 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::State`] unless frames came by [`Session::push_in_shot`] and all stages are done, or nothing but a held frame came since the
-    /// last `advance`; [`Error::Param`] unless `overlap` is at
-    /// least 1 and less than the number of frames. Nothing has changed then.
+    /// last `advance`; [`Error::Param`] unless `overlap` is at least 1 and less than the number of frames. Nothing has changed then.
     pub fn advance(&mut self, overlap: usize) -> Result<(), Error> {
         // Where the frame after a full window begins a new shot, the frames kept of that window have been seen to the end already.
         let (done, kept) = (matches!(self.state, State::Done), self.frames.len());
