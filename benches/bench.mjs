@@ -1,26 +1,57 @@
-// `npm run bench`: seconds per stage in Node, one thread, wasm with SIMD; peak wasm memory; size of the wasm files. "Dense" is the half
-// from superpixels to masks.
-// Options: `-- --quick` takes the smallest size only, `-- --json FILE` also writes the figures.
+// `npm run bench`: seconds per stage in Node, one thread, wasm with SIMD; peak wasm memory; size of the wasm files.
+// "Dense" is the half from superpixels to masks. Options: `-- --quick` takes the smallest size only, `-- --json FILE`
+// also writes the figures.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
 
-const SPARSE = ['flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'saliency', 'connectedness', 'clusters'];
+const SPARSE = [
+  'flow',
+  'trajectories',
+  'affinities',
+  'embedding',
+  'discontinuities',
+  'saliency',
+  'connectedness',
+  'clusters',
+];
 const DENSE = ['superpixels', 'cut', 'masks'];
 const STAGES = [...SPARSE, ...DENSE];
-const SIZES = [[320, 180, 30], [480, 270, 30], [640, 360, 30]];
+const SIZES = [
+  [320, 180, 30],
+  [480, 270, 30],
+  [640, 360, 30],
+];
 const LARGEST = [640, 480, 50];
 
-const { values: options } = parseArgs({ options: { quick: { type: 'boolean', default: false }, json: { type: 'string' } } });
+const { values: options } = parseArgs({
+  options: { quick: { type: 'boolean', default: false }, json: { type: 'string' } },
+});
 await build({ overBudget: 'warn' });
 const wasm = readFileSync(new URL('../dist/tracecut_bg.wasm', import.meta.url));
 const glue = await import('../dist/tracecut.js');
 const rows = [];
 
-console.log(`\nNode ${process.versions.node}, ${process.platform} ${process.arch}, one thread; seconds of the process's own time`);
-console.log(['size', 'frames', ...STAGES, 'sum', 'after flow', 'dense', 'ms a field', 'tracks', 'clusters', 'objects', 'MiB'].join('\t'));
+console.log(
+  `\nNode ${process.versions.node}, ${process.platform} ${process.arch}, one thread; seconds of the process's own time`,
+);
+console.log(
+  [
+    'size',
+    'frames',
+    ...STAGES,
+    'sum',
+    'after flow',
+    'dense',
+    'ms a field',
+    'tracks',
+    'clusters',
+    'objects',
+    'MiB',
+  ].join('\t'),
+);
 for (const size of options.quick ? SIZES.slice(0, 1) : [...SIZES, LARGEST]) report(measure(...size));
 console.log('');
 for (const name of ['tracecut_bg.wasm', 'decoder_bg.wasm']) {
@@ -44,8 +75,13 @@ function measure(width, height, frames) {
     before = process.cpuUsage();
   }
   const row = {
-    width, height, frames, seconds,
-    trajectories: session.trajectories().count, clusters: session.clusters().count, objects: session.objects().count,
+    width,
+    height,
+    frames,
+    seconds,
+    trajectories: session.trajectories().count,
+    clusters: session.clusters().count,
+    objects: session.objects().count,
     memoryBytes: memory.buffer.byteLength,
   };
   session.free();
@@ -64,7 +100,9 @@ function report({ width, height, frames, seconds, trajectories, clusters, object
   const total = (stages) => stages.reduce((sum, stage) => sum + seconds[stage], 0);
   const [sum, dense] = [total(STAGES), total(DENSE)];
   const perField = (1000 * seconds.flow) / (2 * (frames - 1));
-  const numbers = [...STAGES.map((stage) => seconds[stage]), sum, total(SPARSE) - seconds.flow, dense].map((s) => s.toFixed(3));
+  const numbers = [...STAGES.map((stage) => seconds[stage]), sum, total(SPARSE) - seconds.flow, dense].map((s) =>
+    s.toFixed(3),
+  );
   const counts = [trajectories, clusters, objects, (memoryBytes / 2 ** 20).toFixed(1)];
   console.log([`${width}x${height}`, frames, ...numbers, perField.toFixed(1), ...counts].join('\t'));
 }

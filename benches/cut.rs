@@ -1,8 +1,8 @@
 //! Times alpha-expansion on problems like those of real clips: `cargo bench --bench cut`.
 //!
-//! Nodes are a grid in each of 30 frames, joined to three neighbours in the frame and three in the next; each favours the label of the
-//! blob that it lies in, a fifth of them a wrong one, and a third have no opinion. In the hard problem more are wrong and edges are
-//! dearer. Times are the least of five runs, in processor time where the system tells it.
+//! Nodes are a grid in each of 30 frames, joined to three neighbours in the frame and three in the next; each favours
+//! the label of the blob that it lies in, a fifth of them a wrong one, and a third have no opinion. In the hard problem
+//! more are wrong and edges are dearer. Times are the least of five runs, in processor time where the system tells it.
 
 #[path = "support/clock.rs"]
 mod clock;

@@ -1,8 +1,8 @@
 //! Times the eigensolver on graphs like those of real clips: `cargo bench --bench eigen [-- FOLDER | FILE.mtx...]`.
 //!
-//! With a folder, the normalised matrices are written there as MatrixMarket, to time other solvers on the same input. With
-//! MatrixMarket files, such as `dump/affinity.mtx` of `tracecut segment --dump`, those are solved instead. Times are the
-//! least of six runs, in processor time where the system tells it.
+//! With a folder, the normalised matrices are written there as MatrixMarket, to time other solvers on the same input.
+//! With MatrixMarket files, such as `dump/affinity.mtx` of `tracecut segment --dump`, those are solved instead. Times
+//! are the least of six runs, in processor time where the system tells it.
 
 #[path = "support/clock.rs"]
 mod clock;
@@ -25,7 +25,8 @@ struct Point {
     sigma: f64,
 }
 
-/// Points scattered over 640x480, in the order of a tracker (by frame of birth, then by row), that move with a panning, zooming background or one of `objects` turning discs.
+/// Points scattered over 640x480, in the order of a tracker (by frame of birth, then by row), that move with a panning,
+/// zooming background or one of `objects` turning discs.
 fn points(n: usize, objects: usize, seed: u64) -> Vec<Point> {
     let mut rng = Rng::for_stage(seed, "bench");
     let discs: Vec<[f64; 6]> = (0..objects)
@@ -60,7 +61,8 @@ fn points(n: usize, objects: usize, seed: u64) -> Vec<Point> {
         .collect()
 }
 
-/// Affinities exp(-0.02 dist (r / s)^2) of all pairs within `radius` and of one in 32 of the others, at 32 times the weight.
+/// Affinities exp(-0.02 dist (r / s)^2) of all pairs within `radius` and of one in 32 of the others, at 32 times the
+/// weight.
 fn graph(points: &[Point], radius: f64) -> SymCsr {
     let mut upper = Vec::new();
     for (i, p) in points.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Milliseconds of one pyramid and one flow field on smoothed noise that moves by (-3, 2) pixels: `cargo bench --bench flow`.
+//! Milliseconds of one pyramid and one flow field on smoothed noise that moves by (-3, 2) pixels: `cargo bench --bench
+//! flow`.
 //!
 //! Each figure is the least of several runs. For the error against true flow see `examples/flow_error.rs`.
 

@@ -1,7 +1,7 @@
 //! Masks of a clip's moving objects: `cargo run --release --example masks -- FRAMES OUT`.
 //!
-//! `FRAMES` is a folder of PNG or JPEG files, taken in name order; `-` stands for a clip that the library makes. `OUT` gets a grey PNG file
-//! for each frame: black is the background, each object has a grey of its own.
+//! `FRAMES` is a folder of PNG or JPEG files, taken in name order; `-` stands for a clip that the library makes. `OUT`
+//! gets a grey PNG file for each frame: black is the background, each object has a grey of its own.
 
 use image::GrayImage;
 use std::error::Error;
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     session.run()?;
 
-    let objects = session.objects().map_or(0, |objects| objects.count);
+    let objects = session.objects().map_or(0, |objects| objects.highest_label);
     println!("{objects} objects in {} frames", session.num_frames());
     fs::create_dir_all(output)?;
     let step = 255 / objects.max(1);

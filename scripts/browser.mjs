@@ -12,11 +12,18 @@ const places = [
   'C:\\Program Files\\Google\\Chrome\\Application\\chrome.exe',
 ];
 const flags = [
-  '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-  '--disable-component-update', '--disable-sync',
+  '--no-sandbox',
+  '--disable-gpu',
+  '--disable-quic',
+  '--no-first-run',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--disable-sync',
 ];
 
-/** Path of a Chromium: the CHROME environment variable, one on PATH, one in the usual places, or one downloaded earlier. */
+/**
+ * Path of a Chromium: the CHROME environment variable, one on PATH, one in the usual places, or one downloaded earlier.
+ */
 export function findBrowser() {
   const onPath = process.env.PATH.split(delimiter).flatMap((folder) => names.map((name) => join(folder, name)));
   const candidates = [process.env.CHROME, ...onPath, ...places, chromium.executablePath()];
@@ -28,9 +35,13 @@ export function ensureBrowser() {
   const found = findBrowser();
   if (found) return found;
   console.log('No Chromium or Chrome was found; downloading one for the tests.');
-  run(process.execPath, [join(root, 'node_modules', 'playwright-core', 'cli.js'), 'install', '--no-shell', 'chromium'], {
-    hint: 'Install Chromium or Chrome, or name one in the environment variable CHROME, then run this again.',
-  });
+  run(
+    process.execPath,
+    [join(root, 'node_modules', 'playwright-core', 'cli.js'), 'install', '--no-shell', 'chromium'],
+    {
+      hint: 'Install Chromium or Chrome, or name one in the environment variable CHROME, then run this again.',
+    },
+  );
   return findBrowser() ?? fail('The downloaded Chromium cannot be found; name one in the environment variable CHROME.');
 }
 

@@ -1,5 +1,5 @@
-// Gives the declarations that the compiler wrote what it leaves out: a type's description, which it drops or leaves apart from the
-// type, so that an editor shows it and the reference can quote it.
+// Gives the declarations that the compiler wrote what it leaves out: a type's description, which it drops or leaves
+// apart from the type, so that an editor shows it and the reference can quote it.
 
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -16,7 +16,11 @@ export function describeTypes(lib, dist) {
 export function descriptions(source) {
   const found = new Map();
   for (const [comment] of source.matchAll(/^\/\*\*[^]*?\*\//gm)) {
-    const text = comment.slice(3, -2).split('\n').map((line) => line.replace(/^\s*\*? ?/, '').trimEnd()).join('\n');
+    const text = comment
+      .slice(3, -2)
+      .split('\n')
+      .map((line) => line.replace(/^\s*\*? ?/, '').trimEnd())
+      .join('\n');
     const [before, after] = text.split('@typedef');
     const words = before.split(/^@/m)[0].trim();
     if (after && words) found.set(/^\w+/.exec(withoutType(after.trim()))?.[0], words);
@@ -40,10 +44,17 @@ function described(declarations, words) {
   // A name that is only passed on keeps its description so; one that the file uses itself has to stay an alias.
   const used = (name) => bare.match(new RegExp(`\\b${name}\\b`, 'g')).length > 2;
   return bare
-    .replace(/^export type (\w+) = import\('([^']+)'\)\.\1;$/gm, (line, name, from) => (used(name) ? line : `export type { ${name} } from '${from}';`))
-    .replace(/^export type (\w+)(?=[ <])/gm, (line, name) => (words.has(name) ? `/**\n${commented(words.get(name))} */\n${line}` : line));
+    .replace(/^export type (\w+) = import\('([^']+)'\)\.\1;$/gm, (line, name, from) =>
+      used(name) ? line : `export type { ${name} } from '${from}';`,
+    )
+    .replace(/^export type (\w+)(?=[ <])/gm, (line, name) =>
+      words.has(name) ? `/**\n${commented(words.get(name))} */\n${line}` : line,
+    );
 }
 
 function commented(words) {
-  return words.split('\n').map((line) => ` * ${line}`.trimEnd() + '\n').join('');
+  return words
+    .split('\n')
+    .map((line) => ` * ${line}`.trimEnd() + '\n')
+    .join('');
 }

@@ -1,5 +1,5 @@
-// Writes dist/parameters.js and its types from the parameters that the wasm module itself lists, so that the option tree of
-// the package is typed, documented and never out of step with Rust.
+// Writes dist/parameters.js and its types from the parameters that the wasm module itself lists, so that the option
+// tree of the package is typed, documented and never out of step with Rust.
 
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -12,12 +12,15 @@ export async function writeParameters(dist) {
   const glue = await import(`${pathToFileURL(join(dist, 'tracecut.js')).href}?${Date.now()}`);
   glue.initSync({ module: readFileSync(join(dist, 'tracecut_bg.wasm')) });
   const list = glue.parameters().map(plain);
-  writeFileSync(join(dist, 'parameters.js'), [
-    '// Written by the build from the Rust declarations of the parameters.',
-    `export const VERSION = ${JSON.stringify(glue.version())};`,
-    `export const PARAMETERS = ${JSON.stringify(list, null, 2)};`,
-    '',
-  ].join('\n'));
+  writeFileSync(
+    join(dist, 'parameters.js'),
+    [
+      '// Written by the build from the Rust declarations of the parameters.',
+      `export const VERSION = ${JSON.stringify(glue.version())};`,
+      `export const PARAMETERS = ${JSON.stringify(list, null, 2)};`,
+      '',
+    ].join('\n'),
+  );
   writeFileSync(join(dist, 'parameters.d.ts'), declarations(list));
 }
 
@@ -34,7 +37,9 @@ function declarations(list) {
     const [section, field] = parameter.name.split('.');
     sections.set(section, [...(sections.get(section) ?? []), { ...parameter, field }]);
   }
-  const tree = [...sections].map(([section, fields]) => `  ${section}?: {\n${fields.map(member).join('')}  };\n`).join('');
+  const tree = [...sections]
+    .map(([section, fields]) => `  ${section}?: {\n${fields.map(member).join('')}  };\n`)
+    .join('');
   return `/** One parameter: its dotted name, meaning, kind, legal range and default. */
 export interface Parameter {
   name: string;
@@ -57,6 +62,9 @@ export declare const PARAMETERS: readonly Readonly<Parameter>[];
 function member({ field, doc, kind, min, max, choices, default: initial }) {
   const range = kind === 'boolean' || kind === 'choice' ? '' : ` Range: ${min} to ${max}.`;
   const type = kind === 'choice' ? choices.map((name) => `'${name}'`).join(' | ') : types[kind];
-  const text = `${doc}\n${range} Default: ${initial}.`.split('\n').map((line) => `     * ${line.trim()}\n`).join('');
+  const text = `${doc}\n${range} Default: ${initial}.`
+    .split('\n')
+    .map((line) => `     * ${line.trim()}\n`)
+    .join('');
   return `    /**\n${text}     */\n    ${field}?: ${type};\n`;
 }

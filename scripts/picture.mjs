@@ -1,5 +1,5 @@
-// Draws the README's moving picture, docs/tracecut.webp: the sample clip with its trajectories, its superpixels and its masks, by the
-// package and its drawing helpers in a browser.
+// Draws the README's moving picture, docs/tracecut.webp: the sample clip with its trajectories, its superpixels and its
+// masks, by the package and its drawing helpers in a browser.
 
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
@@ -22,7 +22,9 @@ export async function drawnFrames(settings) {
   const [server, browser] = [await serve(), await launchBrowser()];
   try {
     const page = await browser.newPage();
-    await page.route(`${server.url}picture`, (route) => route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>picture</title>' }));
+    await page.route(`${server.url}picture`, (route) =>
+      route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>picture</title>' }),
+    );
     await page.goto(`${server.url}picture`);
     const files = await page.evaluate(draw, settings);
     return files.map((file) => Buffer.from(file, 'base64'));

@@ -7,7 +7,9 @@ import { root } from './tools.mjs';
 
 const PLACEHOLDER = "const PRECACHE = { version: '', files: [] };";
 
-/** Folders of the site: where they lie, where they are served, and which of their files a page in a browser may ask for. */
+/**
+ * Folders of the site: where they lie, where they are served, and which of their files a page in a browser may ask for.
+ */
 const folders = [
   { folder: join(root, 'www'), at: './', wanted: (name) => !/^(lib\/|service-worker\.js$)|\.(json|ts|md)$/.test(name) },
   { folder: join(root, 'dist'), at: './dist/', wanted: (name) => /\.(js|wasm)$/.test(name) && name !== 'node.js' },
@@ -23,7 +25,11 @@ export function precacheList() {
   for (const { folder, at, wanted } of folders.filter((one) => existsSync(one.folder))) {
     const names = readdirSync(folder, { recursive: true, withFileTypes: true })
       .filter((entry) => entry.isFile())
-      .map((entry) => join(entry.parentPath ?? entry.path, entry.name).slice(folder.length + 1).replaceAll(sep, '/'));
+      .map((entry) =>
+        join(entry.parentPath ?? entry.path, entry.name)
+          .slice(folder.length + 1)
+          .replaceAll(sep, '/'),
+      );
     for (const name of names.filter(wanted).sort()) {
       hash.update(at + name).update(readFileSync(join(folder, name)));
       files.push(at + name);

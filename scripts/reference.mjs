@@ -12,4 +12,6 @@ const dist = join(root, 'dist');
 const { PARAMETERS } = await import(pathToFileURL(join(dist, 'parameters.js')).href);
 const { text, undocumented } = reference(dist, PARAMETERS);
 writeFileSync(join(root, 'docs', 'reference.md'), text);
-console.log(undocumented.length > 0 ? `Without a description: ${undocumented.join(', ')}` : 'docs/reference.md is written.');
+console.log(
+  undocumented.length > 0 ? `Without a description: ${undocumented.join(', ')}` : 'docs/reference.md is written.',
+);

@@ -1,4 +1,5 @@
-// A static file server for development and tests: `www/` at `/`, the built package at `/dist/`. Nothing else is reachable.
+// A static file server for development and tests: `www/` at `/`, the built package at `/dist/`. Nothing else is
+// reachable.
 
 import { createReadStream } from 'node:fs';
 import { stat } from 'node:fs/promises';
@@ -38,10 +39,11 @@ export function serve({ port = 0 } = {}) {
   return new Promise((done, failed) => {
     server.once('error', failed);
     server.listen(port, '127.0.0.1', () => {
-      const close = () => new Promise((closed) => {
-        server.close(closed);
-        server.closeAllConnections();
-      });
+      const close = () =>
+        new Promise((closed) => {
+          server.close(closed);
+          server.closeAllConnections();
+        });
       done({ url: `http://127.0.0.1:${server.address().port}/`, close });
     });
   });

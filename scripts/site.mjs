@@ -1,4 +1,5 @@
-// `node scripts/site.mjs [folder]`: the page as a folder for any static host (out/site if not given); works from any sub-path.
+// `node scripts/site.mjs [folder]`: the page as a folder for any static host (out/site if not given); works from any
+// sub-path.
 
 import { cpSync, mkdirSync, rmSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';

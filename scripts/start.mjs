@@ -10,7 +10,11 @@ import { fail } from './tools.mjs';
 const { port, open } = options();
 await build({ overBudget: 'warn' });
 const { url } = await serve({ port }).catch((error) =>
-  fail(error.code === 'EADDRINUSE' ? `Port ${port} is in use; choose another: npm start -- --port ${port + 1}` : error.message),
+  fail(
+    error.code === 'EADDRINUSE'
+      ? `Port ${port} is in use; choose another: npm start -- --port ${port + 1}`
+      : error.message,
+  ),
 );
 console.log(`\nTraceCut is at ${url} (Ctrl+C ends it)`);
 if (open) openInBrowser(url);
@@ -32,5 +36,7 @@ function options() {
 function openInBrowser(address) {
   const commands = { darwin: ['open'], win32: ['cmd', '/c', 'start', ''] };
   const [command, ...args] = commands[process.platform] ?? ['xdg-open'];
-  spawn(command, [...args, address], { stdio: 'ignore', detached: true }).on('error', () => {}).unref();
+  spawn(command, [...args, address], { stdio: 'ignore', detached: true })
+    .on('error', () => {})
+    .unref();
 }

@@ -1,5 +1,5 @@
 // `npm test`: everything, in the order in which a fault is cheapest to find. Sets up what is missing first.
-// `npm test -- rust|wasm|node|browser` runs only the parts named.
+// `npm test -- rust|wasm|node|browser` runs only the parts named; `npm run test:long` what is too slow for every time.
 
 import { existsSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
@@ -18,13 +18,13 @@ const parts = {
     await build();
     run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/node')]);
   },
-  browser: async () => {
-    await build();
-    const { ensureBrowser } = await import('./browser.mjs');
-    ensureBrowser();
-    run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/package'), ...testFiles('tests/browser')]);
+  browser: () => inBrowser('tests/package', 'tests/browser'),
+  long: async () => {
+    run('cargo', ['test', '--tests', '--features', 'cli', '--', '--ignored', '--nocapture']);
+    if (existsSync(join(root, 'tests', 'long'))) await inBrowser('tests/long');
   },
 };
+const ordinary = ['rust', 'wasm', 'node', 'browser'];
 
 const chosen = process.argv.slice(2);
 const unknown = chosen.find((name) => !(name in parts));
@@ -33,14 +33,24 @@ if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(parts).
 ensureNodeModules();
 ensureRust();
 for (const [name, part] of Object.entries(parts)) {
-  if (chosen.length > 0 && !chosen.includes(name)) continue;
+  if (!(chosen.length > 0 ? chosen : ordinary).includes(name)) continue;
   console.log(`\n== ${name} tests`);
   await part();
 }
 console.log('\nAll tests passed.');
 
+async function inBrowser(...folders) {
+  await build();
+  const { ensureBrowser } = await import('./browser.mjs');
+  ensureBrowser();
+  run(process.execPath, ['--test', '--test-reporter=spec', ...folders.flatMap(testFiles)]);
+}
+
 function testFiles(folder) {
   const path = join(root, folder);
   if (!existsSync(path)) fail(`${folder} is missing.`);
-  return readdirSync(path).filter((name) => /\.test\.m?js$/.test(name)).sort().map((name) => `${folder}/${name}`);
+  return readdirSync(path)
+    .filter((name) => /\.test\.m?js$/.test(name))
+    .sort()
+    .map((name) => `${folder}/${name}`);
 }

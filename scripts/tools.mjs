@@ -1,5 +1,6 @@
-// Finds the tools that the project needs, of the right version, and installs what is missing: npm packages into node_modules/,
-// Rust tools into .tools/ (nothing outside the project but the rustup target). A second call finds everything in place.
+// Finds the tools that the project needs, of the right version, and installs what is missing: npm packages into
+// node_modules/, Rust tools into .tools/ (nothing outside the project but the rustup target). A second call finds
+// everything in place.
 
 import { spawnSync } from 'node:child_process';
 import { existsSync, readFileSync, statSync } from 'node:fs';
@@ -12,7 +13,8 @@ export const root = fileURLToPath(new URL('..', import.meta.url));
 const toolsBin = join(root, '.tools', 'bin');
 const exe = process.platform === 'win32' ? '.exe' : '';
 
-// `--locked` asks wasm-bindgen-cli's own lock file for a release that not every registry has; its requirements alone resolve.
+// `--locked` asks wasm-bindgen-cli's own lock file for a release that not every registry has; its requirements alone
+// resolve.
 const rustTools = {
   'wasm-bindgen': { crate: 'wasm-bindgen-cli', version: bindgenVersion(), locked: false },
   'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', locked: true },
@@ -40,14 +42,24 @@ export function environment(extra = {}) {
 /** Runs a command in the project's root with its output shown; ends the script when it fails. */
 export function run(command, args, { env = {}, hint = '' } = {}) {
   console.log(`$ ${command} ${args.join(' ')}`);
-  const result = spawnSync(command, args, { cwd: root, stdio: 'inherit', env: environment(env), shell: needsShell(command) });
+  const result = spawnSync(command, args, {
+    cwd: root,
+    stdio: 'inherit',
+    env: environment(env),
+    shell: needsShell(command),
+  });
   if (result.error) fail(`${command} cannot be started: ${result.error.message}. ${hint}`);
   if (result.status !== 0) fail(`${command} ${args[0] ?? ''} failed (exit code ${result.status}). ${hint}`);
 }
 
 /** What a command prints, or null when it cannot run. */
 export function output(command, args) {
-  const result = spawnSync(command, args, { cwd: root, encoding: 'utf8', env: environment(), shell: needsShell(command) });
+  const result = spawnSync(command, args, {
+    cwd: root,
+    encoding: 'utf8',
+    env: environment(),
+    shell: needsShell(command),
+  });
   return result.status === 0 ? result.stdout.trim() : null;
 }
 
@@ -65,7 +77,8 @@ export function ensureNodeModules() {
 
 /** Makes sure of a Rust toolchain that can build for wasm32. */
 export function ensureRust() {
-  if (output('cargo', ['--version']) === null) fail('cargo was not found. Install Rust with rustup, then run this again.');
+  if (output('cargo', ['--version']) === null)
+    fail('cargo was not found. Install Rust with rustup, then run this again.');
   const libraries = output('rustc', ['--print', 'target-libdir', '--target', 'wasm32-unknown-unknown']);
   if (libraries !== null && existsSync(libraries)) return;
   run('rustup', ['target', 'add', 'wasm32-unknown-unknown'], { hint: 'The wasm32-unknown-unknown target is needed.' });
@@ -76,7 +89,15 @@ export function ensureRustTool(name) {
   const { crate, version, locked } = rustTools[name];
   if (output(name + exe, ['--version'])?.includes(version)) return;
   console.log(`${name} ${version} is not there yet; building it into .tools (a few minutes, once).`);
-  const args = ['install', crate, '--version', version, '--root', join(root, '.tools'), ...(locked ? ['--locked'] : [])];
+  const args = [
+    'install',
+    crate,
+    '--version',
+    version,
+    '--root',
+    join(root, '.tools'),
+    ...(locked ? ['--locked'] : []),
+  ];
   // Its own target folder: the project's flags and profile are not meant for it.
   run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target') } });
 }

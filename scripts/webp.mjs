@@ -27,7 +27,7 @@ export function animatedWebp(frames, milliseconds) {
 
 /** The chunk with the picture of a WebP file, with its header. */
 function bitstream(file) {
-  for (let at = 12; at < file.length; ) {
+  for (let at = 12; at < file.length;) {
     const size = file.readUInt32LE(at + 4);
     if (file.toString('latin1', at, at + 4) === 'VP8 ') return file.subarray(at, at + 8 + size + (size & 1));
     at += 8 + size + (size & 1);

@@ -1,18 +1,21 @@
-//! Motion affinities between trajectories: the maximum velocity difference of Brox and Malik (ECCV 2010), as section 2.1 asks.
+//! Motion affinities between trajectories: the maximum velocity difference of Brox and Malik (ECCV 2010), as section
+//! 2.1 asks.
 //!
-//! In: trajectories with the local flow variation at their points. Out: the symmetric sparse matrix A, entries in `0.0..`.
+//! In: trajectories with the local flow variation at their points. Out: the symmetric sparse matrix A, entries in
+//! `0.0..`.
 //!
-//! 1. Velocities over a horizon of `h` frames: `v_t = (p_{t+h} − p_t) / h`, in pixels per frame; the noise that a velocity may
-//!    have, `s_t² = (weight · mean local flow variation over the horizon)² + floor²`.
-//! 2. For a pair with common frames: `d_t² = d_sp · |v_t^a − v_t^b|² / (h · min(s_t^a, s_t^b)²)`, where `d_sp` is their mean distance
-//!    over the common frames; `d² = max_t d_t²`; `A_ab = exp(−λ d²)`.
-//! 3. Pairs within a radius are all taken. Of the farther ones a fixed pseudo-random fraction is taken with the inverse weight, so
-//!    that degrees keep their expected value: without far pairs the graph has a continuum of slow modes and objects fragment.
+//! 1. Velocities over a horizon of `h` frames: `v_t = (p_{t+h} − p_t) / h`, in pixels per frame; the noise that a
+//!    velocity may have, `s_t² = (weight · mean local flow variation over the horizon)² + floor²`.
+//! 2. For a pair with common frames: `d_t² = d_sp · |v_t^a − v_t^b|² / (h · min(s_t^a, s_t^b)²)`, where `d_sp` is their
+//!    mean distance over the common frames; `d² = max_t d_t²`; `A_ab = exp(−λ d²)`.
+//! 3. Pairs within a radius are all taken. Of the farther ones a fixed pseudo-random fraction is taken with the inverse
+//!    weight, so that degrees keep their expected value: without far pairs the graph has a continuum of slow modes and
+//!    objects fragment.
 //!
-//! Deviations from Brox and Malik: the floor (σ → 0 on still or affine regions would cut everything), added in quadrature; far pairs
-//! are sampled; "within the radius" is judged in the middle of the common frames. Pairs with fewer common frames than
-//! `min_overlap` have no affinity.
-//! Cost: O(n²) cheap tests, O(pairs · common frames) arithmetic.
+//! Deviations from Brox and Malik: the floor (σ → 0 on still or affine regions would cut everything), added in
+//! quadrature; far pairs are sampled; "within the radius" is judged in the middle of the common frames. Pairs with
+//! fewer common frames than `min_overlap` have no affinity. Cost: O(n²) cheap tests, O(pairs · common frames)
+//! arithmetic.
 
 use crate::Error;
 use crate::rng::mix;
@@ -27,11 +30,11 @@ crate::params! {
         pub lambda: f32 = 0.1, in 0.001..=100.0;
         /// Horizon of a velocity, in frames (Brox and Malik 2010: 5).
         pub horizon: u32 = 5, in 1..=50;
-        /// Floor of the velocity noise, in pixels per frame, added in quadrature to the local flow variation. Lower separates
-        /// weaker motion differences and fragments more.
+        /// Floor of the velocity noise, in pixels per frame, added in quadrature to the local flow variation. Lower
+        /// separates weaker motion differences and fragments more.
         pub noise_floor: f32 = 0.2, in 0.001..=10.0;
-        /// Factor of the local flow variation in the velocity noise (Brox and Malik 2010: 1). Lower separates weaker motion
-        /// differences and fragments objects that turn, zoom or bend.
+        /// Factor of the local flow variation in the velocity noise (Brox and Malik 2010: 1). Lower separates weaker
+        /// motion differences and fragments objects that turn, zoom or bend.
         pub variation_weight: f32 = 0.5, in 0.0..=10.0;
         /// Radius within which every pair is compared, in steps of the seed grid. Higher is slower.
         pub local_radius: f32 = 7.5, in 1.0..=1000.0;
@@ -49,6 +52,23 @@ const NEGLIGIBLE: f32 = 1e-6;
 ///
 /// # Errors
 /// [`Error::Data`] when there are more pairs than 32-bit offsets can hold.
+///
+/// # Examples
+/// Two trajectories move to the right, one to the left.
+///
+/// ```
+/// use tracecut::affinity::{AffinityParams, affinities};
+/// use tracecut::trajectory::Trajectories;
+///
+/// let mut tracks = Trajectories::empty(8, (64, 48));
+/// for (x, speed) in [(10.0, 2.0), (14.0, 2.0), (40.0, -2.0)] {
+///     tracks.push(0, (0..8).map(|t| (x + speed * t as f32, 20.0, 0.0)));
+/// }
+/// let a = affinities(&tracks, 8.0, &AffinityParams::default(), 0)?;
+/// let of_first: Vec<(usize, f64)> = a.row(0).filter(|&(j, _)| j > 0).collect();
+/// assert_eq!(of_first, [(1, 1.0)]); // the third has none to the first
+/// # Ok::<(), tracecut::Error>(())
+/// ```
 pub fn affinities(tracks: &Trajectories, spacing: f32, params: &AffinityParams, seed: u32) -> Result<SymCsr, Error> {
     let mut rows = AffinityRows::new(tracks, spacing, params, seed);
     while rows.advance(tracks, usize::MAX) {}
@@ -57,7 +77,9 @@ pub fn affinities(tracks: &Trajectories, spacing: f32, params: &AffinityParams, 
 
 /// The computation of [`affinities`] in blocks of rows, for progress and cancelling.
 #[derive(Debug, Clone)]
-pub struct AffinityRows {
+pub(crate) struct AffinityRows {
+    /// Number of trajectories.
+    count: usize,
     motions: Motions,
     radius_sq: f32,
     lambda: f32,
@@ -71,8 +93,9 @@ pub struct AffinityRows {
 
 impl AffinityRows {
     /// Prepares velocities; no pair is compared yet.
-    pub fn new(tracks: &Trajectories, spacing: f32, params: &AffinityParams, seed: u32) -> Self {
+    pub(crate) fn new(tracks: &Trajectories, spacing: f32, params: &AffinityParams, seed: u32) -> Self {
         Self {
+            count: tracks.len(),
             motions: Motions::new(tracks, params),
             radius_sq: (params.local_radius * spacing).powi(2),
             lambda: params.lambda,
@@ -86,12 +109,12 @@ impl AffinityRows {
     }
 
     /// Rows done so far.
-    pub fn done(&self) -> usize {
+    pub(crate) fn done(&self) -> usize {
         self.next
     }
 
-    /// Compares the next `rows` trajectories with all later ones; false when none are left.
-    pub fn advance(&mut self, tracks: &Trajectories, rows: usize) -> bool {
+    /// Compares the next `rows` trajectories with all later ones. Returns whether any are left.
+    pub(crate) fn advance(&mut self, tracks: &Trajectories, rows: usize) -> bool {
         let end = self.next.saturating_add(rows).min(tracks.len());
         for i in self.next..end {
             self.row(tracks, i);
@@ -101,7 +124,7 @@ impl AffinityRows {
     }
 
     fn row(&mut self, tracks: &Trajectories, i: usize) {
-        let (frames, points) = (tracks.frames(i), tracks.points(i));
+        let frames = tracks.frames(i);
         for j in i + 1..tracks.len() {
             let start = (tracks.start_frame[j] as usize).max(frames.start);
             let end = frames.end.min(tracks.frames(j).end);
@@ -109,8 +132,8 @@ impl AffinityRows {
                 continue;
             }
             let middle = (start + end) / 2;
-            let p = points.start + middle - frames.start;
-            let q = tracks.offset[j] as usize + middle - tracks.start_frame[j] as usize;
+            let p = tracks.point(i, middle);
+            let q = tracks.point(j, middle);
             let apart = (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2);
             let scale = if apart <= self.radius_sq {
                 1.0
@@ -132,13 +155,13 @@ impl AffinityRows {
     ///
     /// # Errors
     /// [`Error::Data`] when there are more pairs than 32-bit offsets can hold.
-    pub fn finish(self) -> Result<SymCsr, Error> {
+    pub(crate) fn finish(&self) -> Result<SymCsr, Error> {
         if self.upper.len() > (u32::MAX / 2) as usize {
             let reason =
                 format!("{} trajectory pairs are too many (expected at most {})", self.upper.len(), u32::MAX / 2);
             return Err(Error::Data { reason });
         }
-        Ok(SymCsr::from_upper(self.motions.len(), &self.upper))
+        Ok(SymCsr::from_upper(self.count, &self.upper))
     }
 }
 
@@ -152,8 +175,6 @@ struct Motions {
     vy: Vec<f32>,
     /// `1 / s_t²`
     certainty: Vec<f32>,
-    offset: Vec<u32>,
-    start: Vec<u32>,
 }
 
 impl Motions {
@@ -166,8 +187,6 @@ impl Motions {
             vx: vec![0.0; points],
             vy: vec![0.0; points],
             certainty: vec![0.0; points],
-            offset: tracks.offset.clone(),
-            start: tracks.start_frame.clone(),
         };
         for i in 0..tracks.len() {
             let range = tracks.points(i);
@@ -177,10 +196,6 @@ impl Motions {
             }
         }
         motions
-    }
-
-    fn len(&self) -> usize {
-        self.start.len()
     }
 
     /// Velocity over `horizon` frames from point `p` on, and `1 / s²`.
@@ -193,8 +208,7 @@ impl Motions {
 
     /// `d²(i, j)` over the common frames, at least two.
     fn distance_sq(&self, tracks: &Trajectories, i: usize, j: usize, common: Range<usize>) -> f32 {
-        let at = |k: usize, frame: usize| self.offset[k] as usize + frame - self.start[k] as usize;
-        let (p, q) = (at(i, common.start), at(j, common.start));
+        let (p, q) = (tracks.point(i, common.start), tracks.point(j, common.start));
         let length = common.len();
         let mut apart = 0.0;
         for k in 0..length {

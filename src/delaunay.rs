@@ -1,4 +1,5 @@
-//! Delaunay triangulations of points in the plane, with and without lines that must be kept; the only file that names `spade`.
+//! Delaunay triangulations of points in the plane, with and without lines that must be kept; the only file that names
+//! `spade`.
 
 use crate::order;
 use spade::handles::FixedVertexHandle;
@@ -23,9 +24,10 @@ type Spade = ConstrainedDelaunayTriangulation<Site>;
 
 /// A triangulation of the convex hull of some points.
 ///
-/// Law: every edge has a triangle on one side at least, every triangle has three edges in `edges`; edges are sorted by `ends`.
+/// Law: every edge has a triangle on one side at least, every triangle has three edges in `edges`; edges are sorted by
+/// `ends`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Triangulation {
+pub(crate) struct Triangulation {
     /// Indices of each triangle's corners, anticlockwise where y points up.
     pub triangles: Vec<[u32; 3]>,
     /// Each edge once.
@@ -34,7 +36,7 @@ pub struct Triangulation {
 
 /// An edge of a [`Triangulation`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TriangulationEdge {
+pub(crate) struct TriangulationEdge {
     /// Indices of its ends, the smaller one first.
     pub ends: [u32; 2],
     /// The triangles beside it; one only on the hull.
@@ -45,9 +47,9 @@ pub struct TriangulationEdge {
 
 /// The Delaunay edges of `points`, each `(i, j)` with `i < j`, sorted.
 ///
-/// Points on a line are joined in their order; a point at the very place of an earlier one is joined to that one only, so that no
-/// point is left without a neighbour. Coordinates must be finite. O(n log n).
-pub fn delaunay_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
+/// Points on a line are joined in their order; a point at the very place of an earlier one is joined to that one only,
+/// so that no point is left without a neighbour. Coordinates must be finite. O(n log n).
+pub(crate) fn delaunay_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
     let (sites, mut edges) = distinct(points);
     if let Ok(triangulation) = Spade::bulk_load(sites) {
         for edge in triangulation.undirected_edges() {
@@ -59,12 +61,13 @@ pub fn delaunay_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
     edges
 }
 
-/// The constrained Delaunay triangulation of `points` in which the `lines` between them are kept (Chew, "Constrained Delaunay
-/// Triangulations", 1989).
+/// The constrained Delaunay triangulation of `points` in which the `lines` between them are kept (Chew, "Constrained
+/// Delaunay Triangulations", 1989).
 ///
-/// Of points at the same place the first stands for all; a line through further points is kept in pieces; a line that crosses an
-/// earlier one is left out. Coordinates must be finite and indices in range; points on one line only give no triangle and no edge.
-pub fn constrained_delaunay(points: &[(f32, f32)], lines: &[(u32, u32)]) -> Triangulation {
+/// Of points at the same place the first stands for all; a line through further points is kept in pieces; a line that
+/// crosses an earlier one is left out. Coordinates must be finite and indices in range; points on one line only give no
+/// triangle and no edge.
+pub(crate) fn constrained_delaunay(points: &[(f32, f32)], lines: &[(u32, u32)]) -> Triangulation {
     let (sites, duplicates) = distinct(points);
     let mut stands_for: Vec<u32> = (0..points.len() as u32).collect();
     for (first, other) in duplicates {
@@ -84,14 +87,6 @@ pub fn constrained_delaunay(points: &[(f32, f32)], lines: &[(u32, u32)]) -> Tria
         }
     }
     plain(&spade)
-}
-
-/// The Delaunay triangles of `points`; of several points at one place, the first stands for all. None for points on a line.
-/// Coordinates must be finite.
-pub fn delaunay_triangles(points: &[(f32, f32)]) -> Vec<[u32; 3]> {
-    let (sites, _) = distinct(points);
-    let spade = Spade::bulk_load(sites).unwrap_or_default();
-    spade.inner_faces().map(|face| face.vertices().map(|v| v.data().index)).collect()
 }
 
 /// What `spade` found, as indices.
@@ -115,7 +110,8 @@ fn plain(spade: &Spade) -> Triangulation {
     Triangulation { triangles, edges }
 }
 
-/// The points in an order of their own, each place once, and pairs of points at the same place: one of those kept, another one.
+/// The points in an order of their own, each place once, and pairs of points at the same place: one of those kept,
+/// another one.
 fn distinct(points: &[(f32, f32)]) -> (Vec<Site>, Vec<(u32, u32)>) {
     let mut ordered: Vec<Site> =
         (0..).zip(points).map(|(index, &(x, y))| Site { position: Point2::new(settle(x), settle(y)), index }).collect();

@@ -1,17 +1,16 @@
 //! Delaunay neighbourhoods, densities and embedding discontinuities (section 2.2).
 //!
-//! In: trajectories and their embedding. Out: for every pair that is joined in the Delaunay graph of any frame its embedding
-//! affinity `Ŵ_ij` and its discontinuity `d_ij`; the edges of each frame.
+//! In: trajectories and their embedding. Out: for every pair that is joined in the Delaunay graph of any frame its
+//! embedding affinity `Ŵ_ij` and its discontinuity `d_ij`; the edges of each frame.
 //!
 //! 1. Per frame, the Delaunay graph of the points alive in it; `N_i` is the set of `i`'s neighbours in any frame.
 //! 2. `Ŵ_ij = Σ_k λ_k V_ik V_jk` over the leading eigenvectors.
 //! 3. Density `δ_i = max_{j ∈ N_i} Ŵ_ij`.
 //! 4. `d_ij = 1 − Ŵ_ij / max(δ_i, δ_j)`, clamped to `[0, 1]` since `Ŵ` may be slightly negative.
 //!
-//! Deviation: the paper speaks of one `K`. Here `d` is measured with few smooth eigenvectors while the rotation uses many: with all
-//! of them the embedding of an object's inside is so uneven that `d` rises there too (in an earlier prototype, on real clips, the choice with the
-//! largest effect of all).
-//! Cost: O(frames · n log n + pairs · K).
+//! Deviation: the paper speaks of one `K`. Here `d` is measured with few smooth eigenvectors while the rotation uses
+//! many: with all of them the embedding of an object's inside is so uneven that `d` rises there too (in an earlier
+//! prototype, on real clips, the choice with the largest effect of all). Cost: O(frames · n log n + pairs · K).
 
 use crate::delaunay::delaunay_edges;
 use crate::embedding::Embedding;
@@ -21,7 +20,8 @@ use crate::trajectory::Trajectories;
 crate::params! {
     /// Embedding discontinuities.
     pub struct DiscontinuityParams {
-        /// d_ij above which an edge lies on an object boundary (section 2.2: 0.6). Used by the thresholded segmentation of Figure 1(c).
+        /// d_ij above which an edge lies on an object boundary (section 2.2: 0.6). Used by the thresholded segmentation
+        /// of Figure 1(c).
         pub threshold: f64 = 0.6, in 0.0..=1.0;
         /// Fewest eigenvectors that d is measured with.
         pub min_dimensions: u32 = 6, in 1..=64;
@@ -66,6 +66,23 @@ pub struct Discontinuities {
 }
 
 /// The Delaunay graphs of every frame.
+///
+/// # Examples
+/// Four trajectories in a square are neighbours along its sides and one diagonal.
+///
+/// ```
+/// use tracecut::discontinuity::neighborhoods;
+/// use tracecut::trajectory::Trajectories;
+///
+/// let mut tracks = Trajectories::empty(1, (32, 32));
+/// for (x, y) in [(8.0, 8.0), (24.0, 9.0), (8.0, 24.0), (23.0, 23.0)] {
+///     tracks.push(0, [(x, y, 0.0)]);
+/// }
+/// let found = neighborhoods(&tracks);
+/// assert_eq!(found.frame(0).len(), 5);
+/// assert!([(0, 1), (0, 2), (1, 3), (2, 3)].iter().all(|side| found.pairs.contains(side)));
+/// ```
+#[must_use]
 pub fn neighborhoods(tracks: &Trajectories) -> Neighborhoods {
     let mut keys: Vec<u64> = Vec::new();
     let mut frame_offset = vec![0_u32];
@@ -98,6 +115,32 @@ fn alive_by_frame(tracks: &Trajectories) -> Vec<Vec<u32>> {
 }
 
 /// Embedding affinities, densities and discontinuities of all neighbour pairs.
+///
+/// # Examples
+/// Between the two groups `d` is 1, within them 0.
+///
+/// ```
+/// use tracecut::discontinuity::{DiscontinuityParams, discontinuities, neighborhoods};
+/// use tracecut::embedding::{EmbeddingParams, embed};
+/// use tracecut::sparse::SymCsr;
+/// use tracecut::trajectory::Trajectories;
+///
+/// // A trajectory for each digit; those of equal digits move alike.
+/// let digits = ["00011", "00011", "00011"].concat().into_bytes();
+/// let mut tracks = Trajectories::empty(1, (50, 30));
+/// (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
+/// let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
+/// let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
+/// let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
+/// let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// let embedding = embed(&a, &params, 0);
+/// let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+/// for (&(i, j), &d) in found.neighborhoods.pairs.iter().zip(&found.d) {
+///     let parted = digits[i as usize] != digits[j as usize];
+///     assert!((d - f64::from(u8::from(parted))).abs() < 1e-6);
+/// }
+/// ```
+#[must_use]
 pub fn discontinuities(
     neighborhoods: Neighborhoods,
     embedding: &Embedding,
@@ -124,7 +167,8 @@ pub fn discontinuities(
     Discontinuities { neighborhoods, dimensions, affinity, d, density }
 }
 
-/// `d` of two neighbours with the embedding affinity `w`, where the denser of them has the density `densest`; 1 where there is none.
+/// `d` of two neighbours with the embedding affinity `w`, where the denser of them has the density `densest`; 1 where
+/// there is none.
 pub(crate) fn drop_below<T>(w: T, densest: T) -> T
 where
     T: Copy + PartialOrd + From<u8> + std::ops::Sub<Output = T> + std::ops::Div<Output = T>,

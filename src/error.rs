@@ -2,6 +2,11 @@
 
 use std::fmt;
 
+/// Longest side of a frame that is accepted, in pixels.
+pub const MAX_SIDE: usize = 16_384;
+/// Most pixels accepted in one frame.
+pub const MAX_PIXELS: usize = 1 << 26;
+
 /// What can go wrong, grouped by whose fault it is: the input, a parameter, or the order of calls.
 ///
 /// Degenerate but legal input (a still video, a black frame) is never an error.
@@ -86,8 +91,7 @@ impl fmt::Display for Error {
             Self::FrameSize { width, height } => write!(
                 f,
                 "frame size {width}x{height} is not supported (each side must be 1..={}, and at most {} pixels in all)",
-                crate::image::MAX_SIDE,
-                crate::image::MAX_PIXELS
+                MAX_SIDE, MAX_PIXELS
             ),
             Self::FrameBytes { expected, actual } => write!(f, "frame data has {actual} bytes (expected {expected})"),
             Self::FrameSizeChanged { index, expected, actual } => write!(

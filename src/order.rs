@@ -1,14 +1,14 @@
 //! Sorting by 64-bit keys, through one routine.
 //!
-//! The standard library's sorts are compiled anew for each type of element and each closure, several KiB a time; they had come to be
-//! an eighth of the wasm file. Here every order is stated as a number, so that a single sort, of numbers, serves all. Keys of pairs,
-//! signed numbers and floats keep their order.
+//! The standard library's sorts are compiled anew for each type of element and each closure, several KiB a time; they
+//! had come to be an eighth of the wasm file. Here every order is stated as a number, so that a single sort, of
+//! numbers, serves all. Keys of pairs, signed numbers and floats keep their order.
 
 /// Up to this length elements are moved one by one, which needs no memory.
 const FEW: usize = 12;
 
 /// Sorts `items` by `key`; those of equal keys keep their order. O(n log n); takes 16 bytes an item.
-pub fn sort_by_key<T>(items: &mut [T], key: impl Fn(&T) -> u64) {
+pub(crate) fn sort_by_key<T>(items: &mut [T], key: impl Fn(&T) -> u64) {
     if items.len() <= FEW {
         for end in 1..items.len() {
             let mut at = end;
@@ -42,23 +42,23 @@ fn sort_keys(order: &mut [(u64, u32)]) {
 }
 
 /// Orders by `a`, then by `b`.
-pub fn pair(a: u32, b: u32) -> u64 {
+pub(crate) fn pair(a: u32, b: u32) -> u64 {
     u64::from(a) << 32 | u64::from(b)
 }
 
 /// Orders signed numbers.
-pub fn signed(v: i32) -> u32 {
+pub(crate) fn signed(v: i32) -> u32 {
     v as u32 ^ 1 << 31
 }
 
 /// Orders single floats as `total_cmp` does.
-pub fn single(v: f32) -> u32 {
+pub(crate) fn single(v: f32) -> u32 {
     let bits = v.to_bits();
     if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
 }
 
 /// Orders double floats as `total_cmp` does.
-pub fn double(v: f64) -> u64 {
+pub(crate) fn double(v: f64) -> u64 {
     let bits = v.to_bits();
     if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
 }

@@ -149,8 +149,8 @@ impl<const B: usize> pulp::WithSimd for Product<'_, B> {
         let SymCsr { offset, column, value } = self.matrix;
         for ((&i, &s), out) in self.rows.iter().zip(self.scale).zip(self.out) {
             let row = offset[i as usize] as usize..offset[i as usize + 1] as usize;
-            // Two entries at a time, each into its own sum: additions to one sum would wait for each other. On wasm32, where
-            // one entry fills several registers, that has been measured to be slower.
+            // Two entries at a time, each into its own sum: additions to one sum would wait for each other. On wasm32,
+            // where one entry fills several registers, that has been measured to be slower.
             let paired = if cfg!(target_arch = "wasm32") { 0 } else { row.len() & !1 };
             let (columns, last_column) = column[row.clone()].split_at(paired);
             let (values, last_value) = value[row].split_at(paired);

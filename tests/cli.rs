@@ -8,6 +8,8 @@ mod davis;
 mod images;
 #[path = "cli/masks.rs"]
 mod masks;
+#[path = "cli/wild.rs"]
+mod wild;
 
 use image::{ExtendedColorType, ImageEncoder};
 use std::fs;

@@ -4,15 +4,31 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tracecut::synth::Scene;
+use tracecut::{Params, Session, Stage, Step};
 
-/// Runs the example `masks`, built as these tests are.
-fn masks(input: &str, output: &Path) -> Output {
+/// Runs an example, built as these tests are.
+fn run(example: &str, arguments: &[&Path]) -> Output {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["run", "--quiet", "--example", "masks"]);
+    cargo.args(["run", "--quiet", "--example", example]);
     if cfg!(feature = "cli") {
         cargo.args(["--features", "cli"]);
     }
-    cargo.args(["--", input]).arg(output).output().unwrap()
+    cargo.arg("--").args(arguments).output().unwrap()
+}
+
+fn masks(input: &str, output: &Path) -> Output {
+    run("masks", &[Path::new(input), output])
+}
+
+/// Writes a clip's frames into a folder of their own.
+fn write_frames(scene: &Scene, folder: &Path) {
+    fs::create_dir_all(folder).unwrap();
+    for t in 0..scene.num_frames() {
+        let frame = scene.frame(t);
+        let (width, height) = (frame.width() as u32, frame.height() as u32);
+        let picture = image::RgbImage::from_raw(width, height, frame.rgb().to_vec()).unwrap();
+        picture.save(folder.join(format!("{t:03}.png"))).unwrap();
+    }
 }
 
 fn folder(name: &str) -> PathBuf {
@@ -47,13 +63,7 @@ fn masks_of_the_made_clip_show_its_three_objects() {
 #[test]
 fn masks_of_a_folder_of_images_are_those_of_its_frames() {
     let (frames, out) = (folder("example-frames"), folder("example-masks"));
-    fs::create_dir_all(&frames).unwrap();
-    let scene = Scene::sample(256, 144, 10, 1);
-    for t in 0..scene.num_frames() {
-        let frame = scene.frame(t);
-        let picture = image::RgbImage::from_raw(256, 144, frame.rgb().to_vec()).unwrap();
-        picture.save(frames.join(format!("{t:03}.png"))).unwrap();
-    }
+    write_frames(&Scene::sample(256, 144, 10, 1), &frames);
     fs::write(frames.join("notes.txt"), "not a frame").unwrap();
     let output = masks(frames.to_str().unwrap(), &out);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -64,4 +74,43 @@ fn masks_of_a_folder_of_images_are_those_of_its_frames() {
 fn what_is_missing_is_said() {
     let output = masks("nowhere", &folder("example-none"));
     assert!(!output.status.success());
+}
+
+/// Masks as the example `method` prints them.
+fn printed(session: &Session) -> String {
+    let line = |t: usize| {
+        let mask = session.labels(t).unwrap();
+        let runs = mask.data().chunk_by(|a, b| a == b).map(|run| format!(" {}x{}", run[0], run.len()));
+        format!("{t:05}{}\n", runs.collect::<String>())
+    };
+    (0..session.num_frames()).map(line).collect()
+}
+
+#[test]
+fn the_method_in_straight_lines_finds_what_the_session_finds() {
+    // Of the players the foreground keeps some apart, which takes a second embedding: three steps in place of one.
+    let scenes = [("sample", Scene::sample(240, 136, 10, 3), 1), ("players", Scene::entangled(288, 192, 24, 3), 3)];
+    for (name, scene, expected) in scenes {
+        let frames = folder(&format!("example-method-{name}"));
+        write_frames(&scene, &frames);
+        let mut session = Session::new(Params::default()).unwrap();
+        (0..scene.num_frames()).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
+        let mut steps = 0;
+        while let Step::Working(progress) = session.step().unwrap() {
+            steps = if progress.stage == Stage::Connectedness { progress.total } else { steps };
+        }
+        assert_eq!(steps, expected, "{name}: steps of connectedness");
+        assert!(!session.objects().unwrap().labels().is_empty());
+        let output = run("method", &[&frames]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(String::from_utf8_lossy(&output.stdout) == printed(&session), "{name}: other masks");
+    }
+}
+
+#[test]
+fn the_method_says_which_frames_it_takes() {
+    let frames = folder("example-method-one");
+    write_frames(&Scene::sample(32, 24, 1, 3), &frames);
+    let output = run("method", &[&frames]);
+    assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("at least two frames"));
 }

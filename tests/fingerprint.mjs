@@ -4,10 +4,26 @@
 export function fingerprint(result) {
   const { trajectories, clusters, embedding, objects, saliency, components } = result;
   const edges = Array.from({ length: result.numFrames }, (_, t) => Object.values(result.edges(t)).map((a) => [...a]));
-  const lists = [trajectories.startFrame, trajectories.offset, trajectories.x, trajectories.y, clusters.label, embedding.eigenvalues,
-    embedding.vectors, ...Object.values(saliency ?? {}), ...Object.values(components ?? {})];
+  const lists = [
+    trajectories.startFrame,
+    trajectories.offset,
+    trajectories.x,
+    trajectories.y,
+    clusters.label,
+    embedding.eigenvalues,
+    embedding.vectors,
+    ...Object.values(saliency ?? {}),
+    ...Object.values(components ?? {}),
+  ];
   const masks = objects && Array.from({ length: result.numFrames }, (_, t) => fnv1a(result.labels(t)));
-  return JSON.stringify([clusters.count, lists.map((list) => [...list]), edges, objects?.count, [...(objects?.ofCluster ?? [])], masks]);
+  return JSON.stringify([
+    clusters.count,
+    lists.map((list) => [...list]),
+    edges,
+    objects?.count,
+    [...(objects?.ofCluster ?? [])],
+    masks,
+  ]);
 }
 
 /** FNV-1a of bytes, in eight hexadecimal digits: what the golden files hold of a mask. */

@@ -1,7 +1,8 @@
-//! Native code gives the labels and masks that the wasm build gave: the golden files are written by `tests/node/golden.test.mjs`,
-//! from wasm.
+//! Native code gives the labels and masks that the wasm build gave: the golden files are written by
+//! `tests/node/golden.test.mjs`, from wasm.
 //!
-//! Floats may differ in their last bits between the two, so labels, masks and counts are compared exactly, sums of floats roughly.
+//! Floats may differ in their last bits between the two, so labels, masks and counts are compared exactly, sums of
+//! floats roughly.
 
 use serde_json::Value;
 use std::fs;
@@ -34,7 +35,7 @@ fn same_masks(session: &Session, frames: usize, golden: &Value, name: &str) {
     let of_cluster: Vec<u64> = objects.of_cluster.iter().map(|&l| u64::from(l)).collect();
     assert_eq!(of_cluster, numbers(&golden["objects"]), "{name}: objects of native code and of wasm differ");
     let masks: Vec<_> = (0..frames).map(|t| session.labels(t).unwrap()).collect();
-    let mut area = vec![0_u64; objects.count + 1];
+    let mut area = vec![0_u64; objects.highest_label + 1];
     masks.iter().flat_map(|mask| mask.data()).for_each(|&l| area[usize::from(l)] += 1);
     assert_eq!(area, numbers(&golden["area"]), "{name}: pixels of each mask label in the clip");
     let hashes: Vec<String> = masks.iter().map(|mask| fnv1a(mask.data())).collect();

@@ -1,7 +1,7 @@
 //! Our Moseg numbers against those of the benchmark's own program, where its data are at hand.
 //!
-//! The data are nobody's to pass on. Put them into `shared/data` beside the repository, or name another `shared` folder in
-//! `TRACECUT_SHARED`; without them the test says so and passes.
+//! The data are nobody's to pass on. Put them into `shared/data` beside the repository, or name another `shared` folder
+//! in `TRACECUT_SHARED`; without them the test says so and passes.
 
 use std::path::{Path, PathBuf};
 use tracecut::eval::{definition, moseg, tracks};

@@ -176,8 +176,8 @@ fn across_and_inside(session: &Session, masks: &[Plane<u8>]) -> (Vec<f64>, Vec<f
     (across, inside)
 }
 
-/// Between the planes `d` is large at any number of eigenvectors; inside it is next to nothing with one eigenvector for each
-/// motion, and grows with eigenvectors that stand for no motion.
+/// Between the planes `d` is large at any number of eigenvectors; inside it is next to nothing with one eigenvector for
+/// each motion, and grows with eigenvectors that stand for no motion.
 #[test]
 fn discontinuities_are_large_between_two_planes_and_small_inside() {
     let (clip, tracked) = planes();
@@ -261,7 +261,8 @@ fn degenerate_clips_end_in_a_result() {
     }
 }
 
-/// Two players who move alike and touch for a while (the paper's Figure 7): the players that each cluster holds at least a tenth of.
+/// Two players who move alike and touch for a while (the paper's Figure 7): the players that each cluster holds at
+/// least a tenth of.
 fn players_by_cluster(mode: ConnectednessMode, seed: u64) -> Vec<Vec<usize>> {
     let clip = Clip::new(&Scene::entangled(320, 240, 40, seed));
     let mut params = Params::default();

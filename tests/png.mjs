@@ -6,8 +6,8 @@ import { deflateSync, inflateSync } from 'node:zlib';
 const COLOR_TYPE = { 3: 2, 4: 6 };
 
 /**
- * The bytes of a PNG file of eight bits a channel, of an RGBA frame: RGB, or with `channels` 4 its alpha too. Its header may claim
- * another size.
+ * The bytes of a PNG file of eight bits a channel, of an RGBA frame: RGB, or with `channels` 4 its alpha too. Its
+ * header may claim another size.
  *
  * @param {{data: Uint8ClampedArray, width: number, height: number}} frame
  */
@@ -25,11 +25,17 @@ export function pngBytes({ data, width, height }, { channels = 3, claim = [width
   header.writeUInt32BE(claim[1], 4);
   header.set([8, COLOR_TYPE[channels], 0, 0, 0], 8);
   const magic = Buffer.from([0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a]);
-  return Buffer.concat([magic, chunk('IHDR', header), chunk('IDAT', deflateSync(rows)), chunk('IEND', Buffer.alloc(0))]);
+  return Buffer.concat([
+    magic,
+    chunk('IHDR', header),
+    chunk('IDAT', deflateSync(rows)),
+    chunk('IEND', Buffer.alloc(0)),
+  ]);
 }
 
 /**
- * A PNG file of one byte a pixel, its rows as they are or as differences from those above, read strictly: checksums, lengths and the order of its parts.
+ * A PNG file of one byte a pixel, its rows as they are or as differences from those above, read strictly: checksums,
+ * lengths and the order of its parts.
  *
  * @param {Uint8Array} bytes
  */
@@ -37,7 +43,7 @@ export function readPng(bytes) {
   const file = Buffer.from(bytes);
   if (file.toString('latin1', 0, 8) !== '\x89PNG\r\n\x1a\n') throw new Error('no PNG file');
   const parts = {};
-  for (let at = 8; at < file.length; ) {
+  for (let at = 8; at < file.length;) {
     const length = file.readUInt32BE(at);
     const type = file.toString('latin1', at + 4, at + 8);
     const body = file.subarray(at + 4, at + 8 + length);
@@ -60,7 +66,16 @@ export function readPng(bytes) {
       pixels[y * width + x] = rows[y * (width + 1) + 1 + x] + above;
     }
   }
-  return { width, height, depth: IHDR[8], colorType: IHDR[9], order: Object.keys(parts).join(' '), palette: PLTE, alpha: tRNS, pixels };
+  return {
+    width,
+    height,
+    depth: IHDR[8],
+    colorType: IHDR[9],
+    order: Object.keys(parts).join(' '),
+    palette: PLTE,
+    alpha: tRNS,
+    pixels,
+  };
 }
 
 function chunk(type, data) {

@@ -11,8 +11,8 @@ fn shares(mask: &Plane<u8>) -> [f64; 4] {
     counts
 }
 
-/// Mean absolute difference between frame `t` and frame `t + 1` brought back by `flow`, in grey levels, and the share of
-/// pixels it was taken over: those whose surroundings in both frames show one object only.
+/// Mean absolute difference between frame `t` and frame `t + 1` brought back by `flow`, in grey levels, and the share
+/// of pixels it was taken over: those whose surroundings in both frames show one object only.
 fn warping_error(scene: &Scene, t: usize, flow: &FlowField) -> (f64, f64) {
     const RADIUS: usize = 4;
     let (width, height) = scene.size();

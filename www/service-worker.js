@@ -1,5 +1,5 @@
-// Keeps the whole site on the device, so that it opens without a network. Whoever serves the site fills in the list of files and its version
-// (scripts/precache.mjs); unfilled, this worker keeps nothing and answers nothing.
+// Keeps the whole site on the device, so that it opens without a network. Whoever serves the site fills in the list of
+// files and its version (scripts/precache.mjs); unfilled, this worker keeps nothing and answers nothing.
 
 const PRECACHE = { version: '', files: [] };
 
@@ -20,7 +20,8 @@ self.addEventListener('message', (event) => {
 
 self.addEventListener('fetch', (event) => {
   const { request } = event;
-  if (request.method !== 'GET' || !request.url.startsWith(self.registration.scope) || PRECACHE.files.length === 0) return;
+  if (request.method !== 'GET' || !request.url.startsWith(self.registration.scope) || PRECACHE.files.length === 0)
+    return;
   event.respondWith(answer(request));
   if (request.mode === 'navigate') event.waitUntil(leaveIfGone());
 });

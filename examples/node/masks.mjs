@@ -1,5 +1,5 @@
-// Masks of a folder of frames: `node masks.mjs FRAMES MASKS`. Frames are PNG or JPEG files, taken in name order; each gets a palette PNG
-// whose pixel values are the labels. Frames are read as they are needed, so the clip may be long.
+// Masks of a folder of frames: `node masks.mjs FRAMES MASKS`. Frames are PNG or JPEG files, taken in name order; each
+// gets a palette PNG whose pixel values are the labels. Frames are read as they are needed, so the clip may be long.
 
 import { mkdir, readFile, readdir, writeFile } from 'node:fs/promises';
 import { join, parse } from 'node:path';
@@ -10,7 +10,9 @@ if (!output) {
   console.error('Usage: node masks.mjs FRAMES MASKS');
   process.exit(2);
 }
-const files = (await readdir(input)).filter((name) => /\.(png|jpe?g)$/i.test(name)).sort((a, b) => a.localeCompare(b, 'en', { numeric: true }));
+const files = (await readdir(input))
+  .filter((name) => /\.(png|jpe?g)$/i.test(name))
+  .sort((a, b) => a.localeCompare(b, 'en', { numeric: true }));
 await mkdir(output, { recursive: true });
 
 async function* frames() {
@@ -21,5 +23,7 @@ for await (const window of segmentVideo(frames())) {
   for (const { t, index } of window.frames()) {
     await writeFile(join(output, `${parse(files[index]).name}.png`), await maskPng(window, t));
   }
-  console.log(`${window.firstFrame + window.settled.to} of ${files.length} frames, ${window.objects.labels.length} objects`);
+  console.log(
+    `${window.firstFrame + window.settled.to} of ${files.length} frames, ${window.objects.labels.length} objects`,
+  );
 }

@@ -1,5 +1,5 @@
-// A clip whose objects a click turns into background, and its masks as a ZIP archive. Nothing in the project is made ready for the package:
-// Vite finds its wasm files and its worker by itself.
+// A clip whose objects a click turns into background, and its masks as a ZIP archive. Nothing in the project is made
+// ready for the package: Vite finds its wasm files and its worker by itself.
 
 import { createSession, drawLabels, masksZip, synthClip } from 'tracecut';
 
@@ -17,14 +17,20 @@ let result;
 show(await session.run());
 
 canvas.addEventListener('click', async ({ offsetX, offsetY }) => {
-  const [x, y] = [Math.floor((offsetX * canvas.width) / canvas.clientWidth), Math.floor((offsetY * canvas.height) / canvas.clientHeight)];
+  const [x, y] = [
+    Math.floor((offsetX * canvas.width) / canvas.clientWidth),
+    Math.floor((offsetY * canvas.height) / canvas.clientHeight),
+  ];
   const label = result.labels(0)[y * result.width + x];
   if (label > 0) show(await session.merge(0, label));
 });
 undo.addEventListener('click', async () => show(await session.undo()));
 save.addEventListener('click', async () => {
   const archive = new Blob([await masksZip(result)], { type: 'application/zip' });
-  const link = Object.assign(document.createElement('a'), { href: URL.createObjectURL(archive), download: 'masks.zip' });
+  const link = Object.assign(document.createElement('a'), {
+    href: URL.createObjectURL(archive),
+    download: 'masks.zip',
+  });
   link.click();
   URL.revokeObjectURL(link.href);
 });

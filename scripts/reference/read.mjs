@@ -58,7 +58,10 @@ export function parse(text, module) {
     const all = /^export \* from '([^']+)';/.exec(body);
     if (all) return [{ kind: 'all', from: resolved(module, all[1]) }];
     const names = /^export (?:type )?\{([^}]*)\} from '([^']+)';/.exec(body);
-    if (names) return [{ kind: 'names', names: names[1].split(',').map((name) => name.trim()), from: resolved(module, names[2]) }];
+    if (names)
+      return [
+        { kind: 'names', names: names[1].split(',').map((name) => name.trim()), from: resolved(module, names[2]) },
+      ];
     const declared = /^export (?:declare )?(?:abstract )?(function|class|const|type|interface) (\w+)/.exec(body);
     if (!declared) return [];
     const [, word, name] = declared;
@@ -99,7 +102,8 @@ function statements(text) {
     if ('([{'.includes(letter)) depth += 1;
     if (')]}'.includes(letter)) depth -= 1;
     if (depth > 0) continue;
-    const block = letter === '}' && /^(export )?(declare )?(abstract )?(class|interface)\b/.test(text.slice(begin, begin + 40));
+    const block =
+      letter === '}' && /^(export )?(declare )?(abstract )?(class|interface)\b/.test(text.slice(begin, begin + 40));
     if (letter === ';' || block) end(at + 1);
   }
   return found;
@@ -115,8 +119,14 @@ function skip(text, at) {
 
 /** @returns {Doc} */
 export function docOf(comment) {
-  const lines = comment.replace(/^\/\*\*|\*\/$/g, '').split('\n').map((line) => line.replace(/^\s*\* ?/, '').trimEnd());
-  const [words, ...tags] = lines.join('\n').trim().split(/(?:^|\n)(?=@\w)/);
+  const lines = comment
+    .replace(/^\/\*\*|\*\/$/g, '')
+    .split('\n')
+    .map((line) => line.replace(/^\s*\* ?/, '').trimEnd());
+  const [words, ...tags] = lines
+    .join('\n')
+    .trim()
+    .split(/(?:^|\n)(?=@\w)/);
   const doc = { words: words.startsWith('@') ? '' : words, params: new Map(), returns: '', throws: [] };
   for (const tag of words.startsWith('@') ? [words, ...tags] : tags) {
     const [, name, rest] = /^@(\w+)\s*([^]*)$/.exec(tag);

@@ -18,8 +18,10 @@ const SECTIONS = [
 
 /**
  * @param {string} dist
- * @param {readonly {name: string, doc: string, kind: string, min: number, max: number, default: unlinks, choices?: string[]}[]} parameters
- * @returns {{text: string, undocumented: string[], names: string[]}} the Markdown, the names that lack a description, and all names
+ * @param {readonly {name: string, doc: string, kind: string, min: number, max: number, default: unlinks, choices?:
+ *   string[]}[]} parameters
+ * @returns {{text: string, undocumented: string[], names: string[]}} the Markdown, the names that lack a description,
+ *   and all names
  */
 export function reference(dist, parameters) {
   const api = exportsOf(dist, 'index.js');
@@ -30,15 +32,30 @@ export function reference(dist, parameters) {
   const constants = all.filter(({ kind }) => kind === 'const');
   const sorted = [...types.values()].sort((a, b) => (a.name < b.name ? -1 : 1));
   const sections = [
-    ...SECTIONS.map(([title, holds]) => ({ title, items: functions.filter(({ module }) => holds(module)), entry: functionEntry })),
+    ...SECTIONS.map(([title, holds]) => ({
+      title,
+      items: functions.filter(({ module }) => holds(module)),
+      entry: functionEntry,
+    })),
     { title: 'Classes', items: classes, entry: classEntry },
     { title: 'Constants', items: constants, entry: typeEntry },
     { title: 'Types', items: sorted, entry: typeEntry },
   ].filter(({ items }) => items.length > 0);
   const links = linksTo(sections.flatMap(({ title, items }) => [title, ...items.map(({ name }) => name)]));
-  const parts = sections.map(({ title, items, entry }) => `## ${title}\n\n${items.map((item) => entry(item, links)).join('\n')}`);
-  const contents = sections.map(({ title, items }) => `- ${links.get(title)}: ${items.map(({ name }) => links.get(name)).join(', ')}\n`).join('');
-  const text = [INTRODUCTION, `${contents}- [Options of a session](#options-of-a-session)\n`, ...parts, parameterTables(parameters)].join('\n').replace(/\n{3,}/g, '\n\n');
+  const parts = sections.map(
+    ({ title, items, entry }) => `## ${title}\n\n${items.map((item) => entry(item, links)).join('\n')}`,
+  );
+  const contents = sections
+    .map(({ title, items }) => `- ${links.get(title)}: ${items.map(({ name }) => links.get(name)).join(', ')}\n`)
+    .join('');
+  const text = [
+    INTRODUCTION,
+    `${contents}- [Options of a session](#options-of-a-session)\n`,
+    ...parts,
+    parameterTables(parameters),
+  ]
+    .join('\n')
+    .replace(/\n{3,}/g, '\n\n');
   return { text, undocumented: undocumented([...all, ...types.values()], parameters), names: [...api.keys()] };
 }
 
@@ -46,12 +63,21 @@ export function reference(dist, parameters) {
 function typesOf(dist, api) {
   const found = new Map();
   const visit = (item) => {
-    const text = item.kind === 'class' ? item.members.map((member) => member.text).join('\n') + (item.text.match(/^class \w+ extends (\w+)/)?.[0] ?? '') : item.text;
-    const mentioned = [...text.matchAll(/import\(['"]([^'"]+)['"]\)\.(\w+)/g)].map(([, from, name]) => lookUp(dist, resolved(item.module, from), name));
-    const near = read(dist, item.module).filter(({ kind, name }) => kind === 'type' && new RegExp(`\\b${name}\\b`).test(text));
+    const text =
+      item.kind === 'class'
+        ? item.members.map((member) => member.text).join('\n') +
+          (item.text.match(/^class \w+ extends (\w+)/)?.[0] ?? '')
+        : item.text;
+    const mentioned = [...text.matchAll(/import\(['"]([^'"]+)['"]\)\.(\w+)/g)].map(([, from, name]) =>
+      lookUp(dist, resolved(item.module, from), name),
+    );
+    const near = read(dist, item.module).filter(
+      ({ kind, name }) => kind === 'type' && new RegExp(`\\b${name}\\b`).test(text),
+    );
     for (const type of [...mentioned, ...near.map(({ name }) => lookUp(dist, item.module, name))]) {
       if (!type || type.kind !== 'type' || type.name === 'ParameterOptions' || found.get(type.name) === type) continue;
-      if (found.has(type.name)) throw new Error(`two types are called ${type.name}: in ${type.module} and ${found.get(type.name).module}`);
+      if (found.has(type.name))
+        throw new Error(`two types are called ${type.name}: in ${type.module} and ${found.get(type.name).module}`);
       found.set(type.name, type);
       visit(type);
     }
@@ -79,17 +105,20 @@ function everyFieldDescribed(text) {
 }
 
 /**
- * Links to headings, by their text. A second heading that differs in its capitals alone has a number at its anchor, as on GitHub.
+ * Links to headings, by their text. A second heading that differs in its capitals alone has a number at its anchor, as
+ * on GitHub.
  * @param {string[]} headings in the order of the page
  */
 function linksTo(headings) {
   const times = new Map([['api-reference', 1]]);
-  return new Map(headings.map((heading) => {
-    const anchor = heading.toLowerCase().replaceAll(' ', '-');
-    const before = times.get(anchor) ?? 0;
-    times.set(anchor, before + 1);
-    return [heading, `[${heading}](#${anchor}${before > 0 ? `-${before}` : ''})`];
-  }));
+  return new Map(
+    headings.map((heading) => {
+      const anchor = heading.toLowerCase().replaceAll(' ', '-');
+      const before = times.get(anchor) ?? 0;
+      times.set(anchor, before + 1);
+      return [heading, `[${heading}](#${anchor}${before > 0 ? `-${before}` : ''})`];
+    }),
+  );
 }
 
 function functionEntry({ name, text, doc }, links) {
@@ -99,12 +128,19 @@ function functionEntry({ name, text, doc }, links) {
 function classEntry({ name, text, doc, members }, links) {
   const parent = /^class \w+ extends (\w+)/.exec(text)?.[1];
   const isMethod = (member) => /^(?!get )[^:]*\(/.test(member.text);
-  const fields = members.filter((member) => !isMethod(member)).map((member) => {
-    const [, type] = /^(?:get |readonly )*\w+(?:\(\))?: ([^]*)$/.exec(plainType(member.text));
-    return `| \`${member.name}\` | ${cell(`\`${oneLine(type)}\``)} | ${cell(linked(oneLine(member.doc.words), links))} |\n`;
-  });
+  const fields = members
+    .filter((member) => !isMethod(member))
+    .map((member) => {
+      const [, type] = /^(?:get |readonly )*\w+(?:\(\))?: ([^]*)$/.exec(plainType(member.text));
+      return `| \`${member.name}\` | ${cell(`\`${oneLine(type)}\``)} | ${cell(linked(oneLine(member.doc.words), links))} |\n`;
+    });
   const table = fields.length > 0 ? `| property | type | |\n|---|---|---|\n${fields.join('')}\n` : '';
-  const methods = members.filter(isMethod).map((member) => `**\`${oneLine(plainType(member.text))}\`**\n\n${prose(member.doc, links)}${details(member.doc, links)}`);
+  const methods = members
+    .filter(isMethod)
+    .map(
+      (member) =>
+        `**\`${oneLine(plainType(member.text))}\`**\n\n${prose(member.doc, links)}${details(member.doc, links)}`,
+    );
   const extended = parent ? `Extends ${links.get(parent) ?? `\`${parent}\``}.\n\n` : '';
   return `### ${name}\n\n${prose(doc, links)}${extended}${table}${methods.join('')}${mentions(members.map((member) => member.text).join('\n'), links, name)}`;
 }
@@ -139,7 +175,10 @@ function linked(words, links) {
 
 /** Types without the modules that they come from and without the kind of buffer that every array here has. */
 function plainType(text) {
-  return text.replace(/import\(['"][^'"]+['"]\)\./g, '').replaceAll('<ArrayBuffer>', '').replace(/\/\*\*\s+\*?\s*([^]*?)\s*\*\//g, (_, words) => `/** ${words.replace(/\s*\n\s*\*\s*/g, ' ')} */`);
+  return text
+    .replace(/import\(['"][^'"]+['"]\)\./g, '')
+    .replaceAll('<ArrayBuffer>', '')
+    .replace(/\/\*\*\s+\*?\s*([^]*?)\s*\*\//g, (_, words) => `/** ${words.replace(/\s*\n\s*\*\s*/g, ' ')} */`);
 }
 
 const fence = (code) => `\`\`\`ts\n${code.trim()}\n\`\`\`\n`;
@@ -154,7 +193,12 @@ function parameterTables(parameters) {
   }
   const tables = [...groups].map(([group, list]) => {
     const rows = list.map(({ name, doc, kind, min, max, choices, default: initial }) => {
-      const legal = kind === 'boolean' ? 'true, false' : kind === 'choice' ? choices.join(', ') : `${min} to ${max}${kind === 'integer' ? ', whole' : ''}`;
+      const legal =
+        kind === 'boolean'
+          ? 'true, false'
+          : kind === 'choice'
+            ? choices.join(', ')
+            : `${min} to ${max}${kind === 'integer' ? ', whole' : ''}`;
       return `| \`${name}\` | ${initial} | ${legal} | ${cell(oneLine(doc))} |\n`;
     });
     return `### ${group}.*\n\n| parameter | default | legal | |\n|---|---|---|---|\n${rows.join('')}`;

@@ -1,10 +1,26 @@
 // What the package takes of mediabunny: demuxing and muxing; decoding and encoding are the browser's own.
 export {
-  ALL_FORMATS, BlobSource, BufferTarget, CanvasSource, EncodedPacket, EncodedPacketSink, EncodedVideoPacketSource, Input, Mp4OutputFormat, Output,
-  Quality, UrlSource, VideoSample, VideoSampleSink, VideoSampleSource, WebMOutputFormat, getFirstEncodableVideoCodec,
+  ALL_FORMATS,
+  BlobSource,
+  BufferTarget,
+  CanvasSource,
+  EncodedPacket,
+  EncodedPacketSink,
+  EncodedVideoPacketSource,
+  Input,
+  Mp4OutputFormat,
+  Output,
+  Quality,
+  UrlSource,
+  VideoSample,
+  VideoSampleSink,
+  VideoSampleSource,
+  WebMOutputFormat,
+  getFirstEncodableVideoCodec,
 } from 'mediabunny';
 
 import { LogLevel, Logging } from 'mediabunny';
 
-// What is wrong with a file is said by the error that the caller gets, not on the console; a frame that nobody closed still is.
+// What is wrong with a file is said by the error that the caller gets, not on the console; a frame that nobody closed
+// still is.
 Logging.level = LogLevel.Errors;

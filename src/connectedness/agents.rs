@@ -1,20 +1,23 @@
 //! Agents: components of the foreground followed through time, also while they touch.
 //!
-//! Two agents that touch for a while are one component then. Trajectories that live only meanwhile would lie between them and belong to
-//! both. So components are followed from frame to frame, in both directions of time:
+//! Two agents that touch for a while are one component then. Trajectories that live only meanwhile would lie between
+//! them and belong to both. So components are followed from frame to frame, in both directions of time:
 //!
 //! 1. A component whose trajectories belong to no agent yet is a new one.
-//! 2. In a component that holds trajectories of several agents these keep theirs, and new trajectories join the agent of the nearest one.
-//! 3. An agent that has been in one piece of its own for fewer frames than count as a violation joins the one that it touches.
+//! 2. In a component that holds trajectories of several agents these keep theirs, and new trajectories join the agent
+//!    of the nearest one.
+//! 3. An agent that has been in one piece of its own for fewer frames than count as a violation joins the one that it
+//!    touches.
 //! 4. An agent that has been in several components for as many frames is several agents from then on.
 //!
-//! Not in the paper, which looks at the components of each frame alone. Cost: O(points + new trajectories · size of their component).
+//! Not in the paper, which looks at the components of each frame alone. Cost: O(points + new trajectories · size of
+//! their component).
 
 use super::components::{Components, NO_COMPONENT};
 use crate::trajectory::Trajectories;
 
-/// The agent of each trajectory point, in the order of the points, [`NO_COMPONENT`] without; followed through the frames in the order of
-/// `frames`. Numbers are unique in the clip.
+/// The agent of each trajectory point, in the order of the points, [`NO_COMPONENT`] without; followed through the
+/// frames in the order of `frames`. Numbers are unique in the clip.
 pub(super) fn follow(
     tracks: &Trajectories,
     components: &Components,
@@ -23,19 +26,19 @@ pub(super) fn follow(
     min_size: usize,
 ) -> Vec<u32> {
     let mut of_point = vec![NO_COMPONENT; tracks.x.len()];
-    let mut census = Census { of_track: vec![NO_COMPONENT; tracks.len()], agents: Vec::new(), min_frames, min_size };
+    let mut known = Agents { of_track: vec![NO_COMPONENT; tracks.len()], agents: Vec::new(), min_frames, min_size };
     for t in frames {
         let mut parts: Vec<Vec<Member>> = vec![Vec::new(); components.count[t] as usize];
         for (i, x, y) in tracks.alive(t) {
-            let point = tracks.points(i).start + t - tracks.start_frame[i] as usize;
+            let point = tracks.point(i, t);
             if let Some(part) = parts.get_mut(components.of_point[point] as usize) {
                 part.push(Member { track: i, point, x, y });
             }
         }
-        census.tear(&parts);
+        known.tear(&parts);
         for part in &parts {
-            census.settle(part);
-            part.iter().for_each(|m| of_point[m.point] = census.of_track[m.track]);
+            known.settle(part);
+            part.iter().for_each(|m| of_point[m.point] = known.of_track[m.track]);
         }
     }
     of_point
@@ -58,7 +61,7 @@ struct Agent {
     torn: u32,
 }
 
-struct Census {
+struct Agents {
     /// The agent of each trajectory so far.
     of_track: Vec<u32>,
     agents: Vec<Agent>,
@@ -66,7 +69,7 @@ struct Census {
     min_size: usize,
 }
 
-impl Census {
+impl Agents {
     fn new_agent(&mut self, alone: u32) -> u32 {
         self.agents.push(Agent { alone, torn: 0 });
         self.agents.len() as u32 - 1

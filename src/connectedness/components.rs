@@ -9,7 +9,8 @@ pub const NO_COMPONENT: u32 = u32::MAX;
 
 /// The connected pieces of the foreground in each frame.
 ///
-/// Law: `of_point` has an entry for each trajectory point, in their order; in frame `t` it is below `count[t]` or [`NO_COMPONENT`].
+/// Law: `of_point` has an entry for each trajectory point, in their order; in frame `t` it is below `count[t]` or
+/// [`NO_COMPONENT`].
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Components {
     /// Number of components of each frame.
@@ -18,8 +19,27 @@ pub struct Components {
     pub of_point: Vec<u32>,
 }
 
-/// The components of the foreground: trajectories joined by Delaunay edges of at most `max_edge` pixels between foreground trajectories.
-/// Pieces of fewer than `min_size` trajectories are none. Components are numbered by their first trajectory.
+/// The components of the foreground: trajectories joined by Delaunay edges of at most `max_edge` pixels between
+/// foreground trajectories. Pieces of fewer than `min_size` trajectories are none. Components are numbered by their
+/// first trajectory.
+///
+/// # Examples
+/// Foreground at either end of a row of trajectories: two components.
+///
+/// ```
+/// use tracecut::connectedness::{NO_COMPONENT, components};
+/// use tracecut::discontinuity::neighborhoods;
+/// use tracecut::trajectory::Trajectories;
+///
+/// let row = "1110000011";
+/// let mut tracks = Trajectories::empty(1, (100, 20));
+/// (0..10).for_each(|i| tracks.push(0, [(10.0 * i as f32, (i % 2) as f32, 0.0)]));
+/// let foreground: Vec<bool> = row.bytes().map(|digit| digit == b'1').collect();
+/// let found = components(&tracks, &neighborhoods(&tracks), &foreground, 30.0, 2);
+/// assert_eq!(found.count, [2]);
+/// assert_eq!((found.of_point[0], found.of_point[3], found.of_point[9]), (0, NO_COMPONENT, 1));
+/// ```
+#[must_use]
 pub fn components(
     tracks: &Trajectories,
     neighborhoods: &Neighborhoods,
@@ -54,19 +74,14 @@ pub fn components(
                 number[root] = count;
                 count += 1;
             }
-            found.of_point[point(tracks, i, t)] = number[root];
+            found.of_point[tracks.point(i, t)] = number[root];
         }
         found.count.push(count);
     }
     found
 }
 
-/// Where the point of trajectory `i` in frame `t` lies; it must be alive there.
-fn point(tracks: &Trajectories, i: usize, t: usize) -> usize {
-    tracks.points(i).start + t - tracks.start_frame[i] as usize
-}
-
 fn distance_sq(tracks: &Trajectories, i: usize, j: usize, t: usize) -> f32 {
-    let (p, q) = (point(tracks, i, t), point(tracks, j, t));
+    let (p, q) = (tracks.point(i, t), tracks.point(j, t));
     (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2)
 }

@@ -1,22 +1,25 @@
-//! Object connectedness (section 3): trajectories that are at some time in different pieces of the foreground are different things.
+//! Object connectedness (section 3): trajectories that are at some time in different pieces of the foreground are
+//! different things.
 //!
-//! In: trajectories, their Delaunay graphs, the foreground. Out: the pieces (components) of the foreground in each frame, and the
-//! affinities without those between trajectories that the pieces keep apart.
+//! In: trajectories, their Delaunay graphs, the foreground. Out: the pieces (components) of the foreground in each
+//! frame, and the affinities without those between trajectories that the pieces keep apart.
 //!
-//! 1. In each frame, foreground trajectories are connected along the edges of the frame's Delaunay graph that join two of them and are
-//!    not too long. Background trajectories between two agents so keep them apart. The connected components are the pieces of the foreground;
-//!    very small ones are left out.
+//! 1. In each frame, foreground trajectories are connected along the edges of the frame's Delaunay graph that join two
+//!    of them and are not too long. Background trajectories between two agents so keep them apart. The connected
+//!    components are the pieces of the foreground; very small ones are left out.
 //! 2. Components are followed through time as agents, so that two that touch for a while stay two (`agents`).
-//! 3. Two trajectories violate connectedness in a frame where both belong to an agent (with [`ConnectednessMode::Paper`]: a component) and
-//!    not to the same. Whoever does so in enough of their common frames has no affinity.
-//! 4. Parts of one agent stay together: where two clusters of the foreground meet it takes a stronger discontinuity to leave them two than
-//!    between foreground and background. Not in the paper, which speaks of keeping articulated parts together but has no means of its own
-//!    for it.
+//! 3. Two trajectories violate connectedness in a frame where both belong to an agent (with
+//!    [`ConnectednessMode::Paper`]: a component) and not to the same. Whoever does so in enough of their common frames
+//!    has no affinity.
+//! 4. Parts of one agent stay together: where two clusters of the foreground meet it takes a stronger discontinuity to
+//!    leave them two than between foreground and background. Not in the paper, which speaks of keeping articulated
+//!    parts together but has no means of its own for it.
 //!
-//! The paper gives neither the graph nor what becomes of affinities between foreground and background; here the latter stay as motion has
-//! them, and [`ConnectednessMode::ForegroundOnly`] is the other reading (Figure 7(b) has one without the background). It takes one frame of
-//! violation for enough. Here it is a few, so that a hole of a single frame in the foreground does not cut an agent in two for good.
-//! Cost: O(Delaunay edges of all frames + stored affinities · common frames).
+//! The paper gives neither the graph nor what becomes of affinities between foreground and background; here the latter
+//! stay as motion has them, and [`ConnectednessMode::ForegroundOnly`] is the other reading (Figure 7(b) has one without
+//! the background). It takes one frame of violation for enough. Here it is a few, so that a hole of a single frame in
+//! the foreground does not cut an agent in two for good. Cost: O(Delaunay edges of all frames + stored affinities ·
+//! common frames).
 
 mod agents;
 mod components;
@@ -33,9 +36,11 @@ crate::choices! {
     pub enum ConnectednessMode {
         /// Nothing.
         Off = "off",
-        /// Trajectories in different components of the foreground have no affinity; the background's affinities stay as they are.
+        /// Trajectories in different components of the foreground have no affinity; the background's affinities stay as
+        /// they are.
         Paper = "paper",
-        /// Trajectories of different agents have no affinity: components that are followed through the frames in which they touch.
+        /// Trajectories of different agents have no affinity: components that are followed through the frames in which
+        /// they touch.
         Agents = "agents",
         /// The same, and only the foreground is embedded again and clustered: the background is one cluster.
         ForegroundOnly = "foreground-only",
@@ -47,16 +52,16 @@ crate::params! {
     pub struct ConnectednessParams {
         /// What is done with the components of the foreground.
         pub mode: ConnectednessMode = ConnectednessMode::Agents, in 0..=3;
-        /// Frames in which two trajectories must be in different components to lose their affinity (section 3: 1). Higher forgives more
-        /// holes in the foreground.
+        /// Frames in which two trajectories must be in different components to lose their affinity (section 3: 1).
+        /// Higher forgives more holes in the foreground.
         pub min_violations: u32 = 4, in 1..=1000;
         /// Longest Delaunay edge along which the foreground is connected, in steps of the seed grid.
         pub max_edge: f32 = 4.0, in 1.0..=1000.0;
-        /// Clusters of the foreground that nothing keeps apart are joined while the mean discontinuity between them is below this (the
-        /// paper: 0). Higher keeps the parts of an agent together more, and agents that touch.
+        /// Clusters of the foreground that nothing keeps apart are joined while the mean discontinuity between them is
+        /// below this (the paper: 0). Higher keeps the parts of an agent together more, and agents that touch.
         pub part_threshold: f64 = 0.85, in 0.0..=1.0;
-        /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the inverse square of the
-        /// step.
+        /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the
+        /// inverse square of the step.
         pub min_component: u32 = 10, in 1..=100000;
     }
 }
@@ -99,18 +104,39 @@ impl Separation {
         let (a, b) = (tracks.frames(i), tracks.frames(j));
         let start = a.start.max(b.start);
         let common = a.end.min(b.end).saturating_sub(start);
-        let place = |k: usize, from: usize| tracks.points(k).start + start - from;
         let violates = |(&p, &q): (&u32, &u32)| p != q && p != NO_COMPONENT && q != NO_COMPONENT;
         common >= self.min_violations
             && self.parts.iter().any(|part| {
-                let (here, there) = (&part[place(i, a.start)..][..common], &part[place(j, b.start)..][..common]);
+                let [here, there] = [i, j].map(|k| &part[tracks.point(k, start)..][..common]);
                 here.iter().zip(there).filter(|&pair| violates(pair)).count() >= self.min_violations
             })
     }
 }
 
-/// The affinities that are left, and the number of pairs that lost theirs; `None` where nothing changes. Where the foreground stands
-/// alone the background loses all.
+/// The affinities that are left, and the number of pairs that lost theirs; `None` where nothing changes. Where the
+/// foreground stands alone the background loses all.
+///
+/// # Examples
+/// Four foreground trajectories, two in each of two components; every two of them have an affinity.
+///
+/// ```
+/// use tracecut::connectedness::{Components, ConnectednessParams, Separation, constrain};
+/// use tracecut::sparse::SymCsr;
+/// use tracecut::trajectory::Trajectories;
+///
+/// let mut tracks = Trajectories::empty(1, (40, 10));
+/// (0..4).for_each(|i| tracks.push(0, [(10.0 * i as f32, 5.0, 0.0)]));
+/// let all: Vec<_> = (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j, 1.0))).collect();
+/// let components = Components { count: vec![2], of_point: vec![0, 0, 1, 1] };
+/// let params = ConnectednessParams::paper();
+/// let separation = Separation::new(&tracks, &components, &params);
+/// let left = constrain(&SymCsr::from_upper(4, &all), &tracks, &separation, &[true; 4], &params);
+/// let (left, lost) = left.ok_or("nothing lost")?;
+/// assert_eq!(lost, 4); // of six pairs
+/// assert_eq!(left.row(0).filter(|&(j, _)| j != 0).collect::<Vec<_>>(), [(1, 1.0)]);
+/// # Ok::<(), &str>(())
+/// ```
+#[must_use]
 pub fn constrain(
     affinities: &SymCsr,
     tracks: &Trajectories,
@@ -135,8 +161,10 @@ pub fn constrain(
     (lost > 0).then(|| (SymCsr::from_upper(affinities.len(), &kept), lost))
 }
 
-/// Clusters that are parts of one agent, joined: of those that are foreground for the most part, neighbours whose mean discontinuity is below
-/// `params.part_threshold`, least first, as [`merge_clusters`] does it. Neighbour pairs that are kept apart have a discontinuity of 1 here.
+/// Clusters that are parts of one agent, joined: of those that are foreground for the most part, neighbours whose mean
+/// discontinuity is below `params.part_threshold`, least first, as discretization merges. Neighbour pairs that are
+/// kept apart have a discontinuity of 1 here.
+#[must_use]
 pub fn join_parts(
     tracks: &Trajectories,
     clusters: Clusters,
@@ -161,7 +189,25 @@ pub fn join_parts(
     canonical(tracks, label)
 }
 
+/// The labels of trajectories that the foreground has a say in: parts of agents are joined ([`join_parts`]), and where
+/// the foreground stands alone the background is in one cluster of its own ([`with_background`]).
+pub fn settle(
+    tracks: &Trajectories,
+    clusters: Clusters,
+    found: &Discontinuities,
+    separation: &Separation,
+    foreground: &[bool],
+    params: &ConnectednessParams,
+) -> Clusters {
+    let clusters = join_parts(tracks, clusters, found, separation, foreground, params);
+    match params.mode {
+        ConnectednessMode::ForegroundOnly => with_background(tracks, clusters, foreground),
+        _ => clusters,
+    }
+}
+
 /// The clusters with all background trajectories in one of their own.
+#[must_use]
 pub fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
     let background = clusters.count as u32;
     let label = clusters.label.iter().zip(foreground).map(|(&l, &f)| if f { l } else { background }).collect();

@@ -3,7 +3,8 @@
 use super::*;
 use crate::discontinuity::neighborhoods;
 
-/// Trajectories on a line ten pixels apart, alive in all of `frames`; `away` moves those from index 4 on by that much in some frames.
+/// Trajectories on a line ten pixels apart, alive in all of `frames`; `away` moves those from index 4 on by that much
+/// in some frames.
 fn row(n: usize, frames: usize, away: impl Fn(usize) -> f32) -> Trajectories {
     let mut tracks = Trajectories::empty(frames, (400, 100));
     for k in 0..n {
@@ -140,8 +141,8 @@ fn no_trajectories_have_no_components() {
     assert_eq!(found(&nothing, &[], 1), Components { count: vec![0; 3], of_point: vec![] });
 }
 
-/// Two rows of four trajectories that lie apart at first, touch from frame 4 on and part again in frame 8; trajectories 8 and 9 live only
-/// while they touch, beside one row each.
+/// Two rows of four trajectories that lie apart at first, touch from frame 4 on and part again in frame 8; trajectories
+/// 8 and 9 live only while they touch, beside one row each.
 fn touching() -> Trajectories {
     let mut tracks = Trajectories::empty(12, (400, 100));
     let shift = |k: usize, t: usize| if k >= 4 && !(4..8).contains(&t) { 70.0 } else { 0.0 };

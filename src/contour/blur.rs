@@ -59,8 +59,8 @@ impl Blur {
     }
 }
 
-/// Sum over `k` of the slice that stands `k` steps away, weighted by `kernel[|k|]`. Two pairs of slices at a time, as `out` would
-/// otherwise be loaded and stored for each.
+/// Sum over `k` of the slice that stands `k` steps away, weighted by `kernel[|k|]`. Two pairs of slices at a time, as
+/// `out` would otherwise be loaded and stored for each.
 fn weigh<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -> &'a [f32]) {
     for (o, s) in out.iter_mut().zip(slice(0)) {
         *o = kernel[0] * s;

@@ -1,9 +1,9 @@
 //! Straight lines fitted to chains of pixels.
 //!
-//! Ramer (1972), Douglas and Peucker (1973): a chain is broken where it is farthest from the line between its ends, until it is
-//! nowhere farther than the tolerance; then lines longer than wanted are broken evenly. Lines keep to points of their chain. Two lines
-//! that meet elsewhere than in a common end (they may: each is off its chain by up to the tolerance) are broken again until none do.
-//! That comes to an end because chains themselves do not cross.
+//! Ramer (1972), Douglas and Peucker (1973): a chain is broken where it is farthest from the line between its ends,
+//! until it is nowhere farther than the tolerance; then lines longer than wanted are broken evenly. Lines keep to
+//! points of their chain. Two lines that meet elsewhere than in a common end (they may: each is off its chain by up to
+//! the tolerance) are broken again until none do. That comes to an end because chains themselves do not cross.
 
 use super::Segments;
 use super::link::Chains;
@@ -51,8 +51,8 @@ fn fit_chain(points: &[Point], whole: Piece, tolerance: f64, pieces: &mut Vec<Pi
     }
 }
 
-/// The inner point that is farthest from the line between the ends (from the ends themselves if they are one), and the square of
-/// its distance. Of several the one nearest the middle.
+/// The inner point that is farthest from the line between the ends (from the ends themselves if they are one), and the
+/// square of its distance. Of several the one nearest the middle.
 fn farthest(points: &[Point], piece: Piece) -> (usize, f64) {
     let (a, b) = (points[piece.from], points[piece.to]);
     let length_sq = distance_sq(a, b);
@@ -123,7 +123,8 @@ fn near_pairs(points: &[Point], pieces: &[Piece]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Whether two lines have a point in common other than one end of both. Equal lines do not count: one of them is dropped later.
+/// Whether two lines have a point in common other than one end of both. Equal lines do not count: one of them is
+/// dropped later.
 fn meet_wrongly([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     if (a, b) == (c, d) || (a, b) == (d, c) {
         return false;

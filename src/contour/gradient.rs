@@ -13,8 +13,8 @@ use crate::image::Frame;
 const BINS: usize = 8;
 /// Levels: full size, half of it, a quarter.
 const LEVELS: usize = 3;
-/// Standard deviation of the blur of the tensors, by that of the windows. Without it the best F is lower by 0.005 to 0.01; more of it
-/// costs precision at two pixels.
+/// Standard deviation of the blur of the tensors, by that of the windows. Without it the best F is lower by 0.005 to
+/// 0.01; more of it costs precision at two pixels.
 const TENSOR_BLUR: f32 = 0.7;
 /// Standard deviation of the mean along a boundary, in pixels, and the steps at which it looks.
 const ALONG_SIGMA: f32 = 3.0;
@@ -51,8 +51,8 @@ pub(super) fn oriented_strength(
     strength
 }
 
-/// Tensors at three scales. Those of colour and texture at the finest scale are kept at half size: in most images and videos colour has no
-/// more detail.
+/// Tensors at three scales. Those of colour and texture at the finest scale are kept at half size: in most images and
+/// videos colour has no more detail.
 struct Pyramid {
     sides: [(usize, usize); LEVELS],
     /// Standard deviation of the windows, in pixels of each level.

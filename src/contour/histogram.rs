@@ -5,8 +5,8 @@ use super::blur::pad;
 /// Added to a bin's share before dividing by it: changes of nearly empty bins count for less.
 const EMPTY: f32 = 0.02;
 
-/// Share of each pixel that belongs to bin `b` of `bins`; a value between the centres of two bins is shared by both. Returns whether any
-/// pixel has a share.
+/// Share of each pixel that belongs to bin `b` of `bins`; a value between the centres of two bins is shared by both.
+/// Returns whether any pixel has a share.
 pub(super) fn share_of_bin(values: &[f32], b: usize, bins: usize, shares: &mut Vec<f32>) -> bool {
     let (scale, centre) = ((bins - 1) as f32, b as f32);
     shares.clear();
@@ -23,7 +23,8 @@ impl Tensors {
         Self([vec![0.0; len], vec![0.0; len], vec![0.0; len]])
     }
 
-    /// Adds `weight * g g^T / (h + EMPTY)` for the blurred shares `h` of one bin, `g` their gradient by central differences.
+    /// Adds `weight * g g^T / (h + EMPTY)` for the blurred shares `h` of one bin, `g` their gradient by central
+    /// differences.
     pub(super) fn add_bin(&mut self, shares: &[f32], width: usize, weight: f32) {
         self.add(shares, width, |h| weight / (h + EMPTY));
     }

@@ -7,8 +7,8 @@ const STEPS: usize = 4096;
 /// The histogram's range of a and b: from minus this to this. Colours beyond it share the outermost bins.
 const COLOR_RANGE: f32 = 40.0;
 
-/// Lightness, a and b of sRGB pixels under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row. Strong colours leave
-/// `0..=1`.
+/// Lightness, a and b of sRGB pixels under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row.
+/// Strong colours leave `0..=1`.
 pub(super) fn lab(frame: &Frame) -> [Vec<f32>; 3] {
     let linear: Vec<f32> = (0..256).map(|v| linear(v as f32 / 255.0)).collect();
     let roots: Vec<f32> = (0..=STEPS).map(|i| root(i as f32 / STEPS as f32)).collect();

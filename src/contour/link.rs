@@ -3,10 +3,11 @@
 //! 1. Hysteresis: pixels above `low` that hang together with one above `high` (Canny 1986).
 //! 2. Thinning to lines one pixel wide: pixels whose removal changes no connection go, weakest first.
 //! 3. Welding: gaps of one pixel at the end of a line are filled, and ends near the image border run straight into it.
-//! 4. Tracing: lines are broken at junctions into chains; short ones with a free end are dropped, and what remains is traced again.
+//! 4. Tracing: lines are broken at junctions into chains; short ones with a free end are dropped, and what remains is
+//!    traced again.
 //!
-//! Two pixels are linked if they share a side, or a corner beside which no other pixel of a line lies. Chains are walks over such
-//! links, so that no two of them cross.
+//! Two pixels are linked if they share a side, or a corner beside which no other pixel of a line lies. Chains are walks
+//! over such links, so that no two of them cross.
 
 use crate::image::Plane;
 use crate::order;
@@ -27,8 +28,8 @@ pub(super) struct Chains {
     pub(super) offset: Vec<usize>,
 }
 
-/// The chains of `thin`: pixels above `low` connected with one above `high`; those of fewer than `min_chain` pixels with a free end
-/// are left out.
+/// The chains of `thin`: pixels above `low` connected with one above `high`; those of fewer than `min_chain` pixels
+/// with a free end are left out.
 pub(super) fn link(thin: &Plane<f32>, low: f32, high: f32, min_chain: usize) -> Chains {
     let mut lines = Lines::above(thin, low, high);
     lines.thin();

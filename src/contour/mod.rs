@@ -1,29 +1,34 @@
 //! Contours of one image: where its brightness, colour and texture change (section 4.1).
 //!
-//! In: a [`Frame`]. Out: [`BoundaryMap`], a boundary probability Pb for each pixel, and [`Segments`], straight pieces fitted to what is
-//! left of it after thinning and thresholding.
+//! In: a [`Frame`]. Out: [`BoundaryMap`], a boundary probability Pb for each pixel, and [`Segments`], straight pieces
+//! fitted to what is left of it after thinning and thresholding.
 //!
-//! Pb asks, for each pixel and direction, how much the histograms of the image on one side differ from those on the other (Martin, Fowlkes
-//! and Malik, PAMI 2004; at several scales: Arbelaez et al., PAMI 2011). Nothing is trained.
+//! Pb asks, for each pixel and direction, how much the histograms of the image on one side differ from those on the
+//! other (Martin, Fowlkes and Malik, PAMI 2004; at several scales: Arbelaez et al., PAMI 2011). Nothing is trained.
 //!
-//! 1. Each channel of Lab becomes 8 soft bins (`lab`, `histogram`); small patterns of brightness become 9 fixed textons (`texton`).
-//! 2. The bins are blurred at three scales, standard deviation 1.5, 3 and 6 pixels: `h_b` is then the local histogram. What
-//!    is coarse is computed at half or quarter size (`gradient`).
-//! 3. Half-discs a small way apart have the chi-square distance `n^T J n` along their common normal `n`, up to a factor, with the tensor
-//!    `J = sum_b grad h_b grad h_b^T / h_b`. Tensors of all channels are added by weight and blurred (`histogram`).
-//! 4. The strength along each of 8 directions is the mean over the scales of `sqrt(n^T J n)`, and then a mean along the boundary.
-//! 5. The strongest direction counts. A logistic function makes it a probability, minus what it gives where nothing changes.
+//! 1. Each channel of Lab becomes 8 soft bins (`lab`, `histogram`); small patterns of brightness become 9 fixed textons
+//!    (`texton`).
+//! 2. The bins are blurred at three scales, standard deviation 1.5, 3 and 6 pixels: `h_b` is then the local histogram.
+//!    What is coarse is computed at half or quarter size (`gradient`).
+//! 3. Half-discs a small way apart have the chi-square distance `n^T J n` along their common normal `n`, up to a
+//!    factor, with the tensor `J = sum_b grad h_b grad h_b^T / h_b`. Tensors of all channels are added by weight and
+//!    blurred (`histogram`).
+//! 4. The strength along each of 8 directions is the mean over the scales of `sqrt(n^T J n)`, and then a mean along the
+//!    boundary.
+//! 5. The strongest direction counts. A logistic function makes it a probability, minus what it gives where nothing
+//!    changes.
 //! 6. Pixels that are not the largest across the boundary are left out of the thin map (`thin`).
 //!
-//! Borders are mirrored, so the frame of the image is no boundary. There is no normalisation by image: a value means the same in every
-//! frame of every clip.
+//! Borders are mirrored, so the frame of the image is no boundary. There is no normalisation by image: a value means
+//! the same in every frame of every clip.
 //!
-//! **Deviations.** The works cited measure half-discs of finite size for each direction, with bins of their own sizes, and textons that
-//! are clusters of filter responses of the image. The tensor needs one pass for all directions, and fixed textons do not jump
-//! between frames.
+//! **Deviations.** The works cited measure half-discs of finite size for each direction, with bins of their own sizes,
+//! and textons that are clusters of filter responses of the image. The tensor needs one pass for all directions, and
+//! fixed textons do not jump between frames.
 //!
-//! **Calibration.** The logistic's two numbers are fitted to 40 images of BSDS500 such that Pb is the probability that a person drew
-//! an outline within two pixels (a square of five by five). The best single threshold there is about 0.13.
+//! **Calibration.** The logistic's two numbers are fitted to 40 images of BSDS500 such that Pb is the probability that
+//! a person drew an outline within two pixels (a square of five by five). The best single threshold there is about
+//! 0.13.
 //!
 //! **Cost**: linear in pixels; 27 ms for 480x270 natively, where it was measured last.
 
@@ -55,10 +60,11 @@ crate::params! {
         pub min_chain: u32 = 8, in 1..=10000;
         /// How far a line may be from the contour that it stands for, in pixels. Higher gives fewer lines.
         pub deviation: f32 = 1.5, in 0.1..=20.0;
-        /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them whole.
+        /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them
+        /// whole.
         pub max_line: f32 = 50.0, in 0.0..=10000.0;
-        /// Standard deviation of the finest windows, in pixels; the others are two and four times as wide. Lower finds finer detail and more
-        /// noise.
+        /// Standard deviation of the finest windows, in pixels; the others are two and four times as wide. Lower finds
+        /// finer detail and more noise.
         pub sigma: f32 = 1.5, in 0.5..=8.0;
         /// Weight of changes of colour (a and b of Lab), that of changes of brightness being 1.
         pub colour_weight: f32 = 0.6, in 0.0..=10.0;
@@ -82,8 +88,9 @@ pub struct BoundaryMap {
 
 /// Straight pieces of contours.
 ///
-/// Law: every index of `lines` is below `points.len()`, both ends differ, no line occurs twice (in either direction), two lines meet at
-/// most in a common end; points are finite, lie in `-0.5..=width-0.5` and `-0.5..=height-0.5`, and no two are equal.
+/// Law: every index of `lines` is below `points.len()`, both ends differ, no line occurs twice (in either direction),
+/// two lines meet at most in a common end; points are finite, lie in `-0.5..=width-0.5` and `-0.5..=height-0.5`, and no
+/// two are equal.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Segments {
     /// Ends of the lines in pixels, pixel centres at integers.
@@ -94,8 +101,26 @@ pub struct Segments {
 
 /// Pb of `frame`.
 ///
-/// `flow` leads from this frame to the next or the previous one; with [`ContourParams::motion_weight`] above 0 its jumps count too. A flow
-/// of another size than the frame is left out.
+/// `flow` leads from this frame to the next or the previous one; with [`ContourParams::motion_weight`] above 0 its
+/// jumps count too. A flow of another size than the frame is left out.
+///
+/// # Examples
+/// A bright block on a dark ground, each digit 12 by 12 pixels.
+///
+/// ```
+/// use tracecut::contour::{ContourParams, boundary_map};
+/// use tracecut::image::Frame;
+///
+/// let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
+/// let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
+/// let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
+/// let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, None, &ContourParams::default());
+/// let across: Vec<usize> = (0..84).filter(|&x| map.thin[(x, 36)] > 0.3).collect();
+/// assert!(across.iter().any(|x| x.abs_diff(24) <= 1) && across.iter().any(|x| x.abs_diff(60) <= 1), "{across:?}");
+/// assert!(map.pb[(6, 6)] < 0.1);
+/// # Ok::<(), tracecut::Error>(())
+/// ```
+#[must_use]
 pub fn boundary_map(frame: &Frame, flow: Option<&FlowField>, params: &ContourParams) -> BoundaryMap {
     let strengths = gradient::oriented_strength(frame, flow, params);
     from_strengths(&strengths, (frame.width(), frame.height()), OF_PB)
@@ -152,6 +177,25 @@ impl Logistic {
 pub(crate) const OF_PB: Logistic = Logistic { slope: 7.05, centre: 0.77 };
 
 /// The contours of `map` as line segments.
+///
+/// # Examples
+/// Of the block in [`boundary_map`]'s example.
+///
+/// ```
+/// # use tracecut::contour::{ContourParams, boundary_map};
+/// # use tracecut::image::Frame;
+/// #
+/// # let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
+/// # let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
+/// # let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
+/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, None, &ContourParams::default());
+/// use tracecut::contour::contour_segments;
+///
+/// let segments = contour_segments(&map, &ContourParams::default());
+/// assert!(!segments.lines.is_empty());
+/// # Ok::<(), tracecut::Error>(())
+/// ```
+#[must_use]
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {
     let chains = link::link(&map.thin, params.low, params.high, params.min_chain as usize);
     fit::fit(&chains, params.deviation, params.max_line)

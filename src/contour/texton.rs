@@ -1,8 +1,9 @@
 //! Textons: which kind of small pattern each pixel belongs to.
 //!
-//! Instead of clusters of filter responses, which differ from one image to the next and jump between the frames of a video, each pixel is
-//! shared among nine fixed kinds: flat, and a bright or a dark line in one of four directions. A kind's share is its response (a
-//! second difference) over the sum of all responses and [`FLAT`], so contrast matters only where it is low.
+//! Instead of clusters of filter responses, which differ from one image to the next and jump between the frames of a
+//! video, each pixel is shared among nine fixed kinds: flat, and a bright or a dark line in one of four directions. A
+//! kind's share is its response (a second difference) over the sum of all responses and [`FLAT`], so contrast matters
+//! only where it is low.
 
 use super::blur::{mirror, pad};
 

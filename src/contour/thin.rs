@@ -5,11 +5,12 @@ use crate::image::{Plane, sample_bilinear};
 /// Directions that an orientation map tells apart.
 pub(crate) const ORIENTATIONS: usize = 8;
 
-/// `strength` where it is largest across the boundary, 0 elsewhere. `orientation` holds the direction of the boundary's normal, in steps
-/// of a half turn by [`ORIENTATIONS`] from the x axis towards the y axis.
+/// `strength` where it is largest across the boundary, 0 elsewhere. `orientation` holds the direction of the boundary's
+/// normal, in steps of a half turn by [`ORIENTATIONS`] from the x axis towards the y axis.
 ///
-/// A pixel stays when it is larger than the interpolated value one pixel before it along the normal and not smaller than that behind it,
-/// so of two equal neighbours one stays. What rises up to the border of the image has no ridge there.
+/// A pixel stays when it is larger than the interpolated value one pixel before it along the normal and not smaller
+/// than that behind it, so of two equal neighbours one stays. What rises up to the border of the image has no ridge
+/// there.
 pub(crate) fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
     let (w, h) = (strength.width(), strength.height());
     let normals = normals();

@@ -1,15 +1,16 @@
 //! What strokes mean: a label for each of them, and for the trajectories that go with it.
 //!
-//! **Together.** All objects that the strokes lie over to a good part become one, with the lowest label. Whatever else is under them joins
-//! it, background above all, with what is bound to that closely.
+//! **Together.** All objects that the strokes lie over to a good part become one, with the lowest label. Whatever else
+//! is under them joins it, background above all, with what is bound to that closely.
 //!
 //! **Apart.** A stroke stands for the label that most of it lies over. Where several stand for the same:
 //!
-//! - those that also lie over background to a good part, while others do not, are background: they take out of an object what is none;
-//! - so are strokes over an object that lie over no trajectory: what nothing moves in, such as a plain sky, is no object, and masks give
-//!   it to whatever lies beside it;
-//! - of the others, that with the larger part keeps the label, and each of the rest becomes a new object. An object is divided between
-//!   its strokes. Of the background only as much is taken as is bound closely to the stroke.
+//! - those that also lie over background to a good part, while others do not, are background: they take out of an
+//!   object what is none;
+//! - so are strokes over an object that lie over no trajectory: what nothing moves in, such as a plain sky, is no
+//!   object, and masks give it to whatever lies beside it;
+//! - of the others, that with the larger part keeps the label, and each of the rest becomes a new object. An object is
+//!   divided between its strokes. Of the background only as much is taken as is bound closely to the stroke.
 //!
 //! Trajectories under a stroke have its label in any case; those under the strokes of earlier corrections keep theirs.
 
@@ -24,7 +25,7 @@ const GOOD_PART: f64 = 0.2;
 
 /// What strokes are judged by.
 #[derive(Debug, Clone, Copy)]
-pub struct Painted<'a> {
+pub(crate) struct Painted<'a> {
     /// The trajectories, and the distance of neighbours, in the same pixels.
     pub tracks: &'a Trajectories,
     /// Distance of neighbours.
@@ -45,7 +46,7 @@ pub struct Painted<'a> {
 
 /// What becomes of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Decision {
+pub(crate) struct Decision {
     /// The label of each trajectory.
     pub label: Vec<u8>,
     /// The label of each stroke.
@@ -58,7 +59,7 @@ pub struct Decision {
 ///
 /// # Errors
 /// [`Error::Data`] where they touch no object, or leave no background.
-pub fn together(painted: &Painted) -> Result<Decision, Error> {
+pub(crate) fn together(painted: &Painted) -> Result<Decision, Error> {
     let shares: Vec<Shares> = painted.over.iter().map(|over| Shares::of(over)).collect();
     let mut joined = Vec::new();
     for s in &shares {
@@ -89,7 +90,7 @@ pub fn together(painted: &Painted) -> Result<Decision, Error> {
 ///
 /// # Errors
 /// [`Error::Data`] where there are no trajectories or no free label for a new object, or where no background is left.
-pub fn apart(painted: &Painted) -> Result<Decision, Error> {
+pub(crate) fn apart(painted: &Painted) -> Result<Decision, Error> {
     let shares: Vec<Shares> = painted.over.iter().map(|over| Shares::of(over)).collect();
     let main: Vec<u8> = shares.iter().map(Shares::main).collect();
     let mut targets = main.clone();

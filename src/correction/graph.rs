@@ -1,14 +1,16 @@
-//! Affinities as far as trajectories stay near each other, and on from those that end to those that begin in their place.
+//! Affinities as far as trajectories stay near each other, and on from those that end to those that begin in their
+//! place.
 //!
-//! Trajectories that are never seen together have no affinity. Things that turn, blur or pass behind others have trajectories of a few
-//! frames, and the weakest place of what they move like would be a moment: before and after. So who begins where another has just ended,
-//! with the same velocity, is bound to it, and as strongly as to all its neighbours together.
+//! Trajectories that are never seen together have no affinity. Things that turn, blur or pass behind others have
+//! trajectories of a few frames, and the weakest place of what they move like would be a moment: before and after. So
+//! who begins where another has just ended, with the same velocity, is bound to it, and as strongly as to all its
+//! neighbours together.
 
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 
-/// Distance at which an affinity counts `1/e` of itself, in distances of neighbours. Gaps between two things that move alike are a few
-/// of these wide; much less, and holes within one thing would part it.
+/// Distance at which an affinity counts `1/e` of itself, in distances of neighbours. Gaps between two things that move
+/// alike are a few of these wide; much less, and holes within one thing would part it.
 const REACH: f32 = 2.5;
 
 /// Affinities that count less than this are left out.
@@ -16,15 +18,17 @@ const NEGLIGIBLE: f32 = 1e-4;
 
 /// Longest time from the end of a trajectory to the beginning of one that succeeds it, in frames.
 const LONGEST_GAP: usize = 4;
-/// Frames over which velocities of both are taken, and difference of velocities at which succession counts `1/e`, in pixels a frame.
+/// Frames over which velocities of both are taken, and difference of velocities at which succession counts `1/e`, in
+/// pixels a frame.
 const VELOCITY_FRAMES: usize = 3;
 const VELOCITY_REACH: f32 = 1.0;
 
-/// The graph of `members` (increasing): `A_ij exp(−(r_ij / reach)²)`, where `r` is the largest distance of both in the first, the middle
-/// and the last of their common frames. Row `k` is `members[k]`. `spacing` is the distance of neighbours in pixels.
+/// The graph of `members` (increasing): `A_ij exp(−(r_ij / reach)²)`, where `r` is the largest distance of both in the
+/// first, the middle and the last of their common frames. Row `k` is `members[k]`. `spacing` is the distance of
+/// neighbours in pixels.
 ///
 /// An affinity above 1 stands for many far pairs that were not compared; such pairs are too far apart to count here.
-pub fn near_affinities(affinities: &SymCsr, tracks: &Trajectories, members: &[u32], spacing: f32) -> SymCsr {
+pub(crate) fn near_affinities(affinities: &SymCsr, tracks: &Trajectories, members: &[u32], spacing: f32) -> SymCsr {
     let mut place = vec![u32::MAX; tracks.len().max(affinities.len())];
     for (k, &i) in (0..).zip(members) {
         place[i as usize] = k;
@@ -63,7 +67,8 @@ pub fn near_affinities(affinities: &SymCsr, tracks: &Trajectories, members: &[u3
     SymCsr::from_upper(members.len(), &upper)
 }
 
-/// Edges between those that end and those that begin in their place; these have at most one common frame, and so no affinity.
+/// Edges between those that end and those that begin in their place; these have at most one common frame, and so no
+/// affinity.
 fn successions(tracks: &Trajectories, members: &[u32], reach_sq: f32) -> Vec<(u32, u32, f32)> {
     let mut upper = Vec::new();
     let mut begins: Vec<Vec<(u32, u32)>> = vec![Vec::new(); tracks.num_frames];

@@ -1,49 +1,52 @@
 //! Corrections by the user: what to change in a finished segmentation, and what follows for its trajectories.
 //!
-//! In: the trajectories with the mask label of each, their affinities, and a [`Correction`]. Out: another mask label for some of the
-//! trajectories. The pipeline then makes clusters of them and cuts again what is concerned; nothing before the clusters is made anew.
+//! In: the trajectories with the mask label of each, their affinities, and a [`Correction`]. Out: another mask label
+//! for some of the trajectories. The pipeline then makes clusters of them and cuts again what is concerned; nothing
+//! before the clusters is made anew.
 //!
-//! 1. [`Correction::Merge`] renames. [`Correction::Split`] parts an object into the clusters that it has, or else along the weakest
-//!    place of its own affinities (`split`).
-//! 2. Strokes say of the trajectories and pixels under them that they are one thing, or several (`stroke`). They hold for these as they
-//!    stand; the others follow by random walks over the affinities (`walk`).
-//! 3. Trajectories of labels that a correction does not touch keep theirs, and labels keep their meaning: a new object takes the lowest
-//!    number that is free.
+//! 1. [`Correction::Merge`] renames. [`Correction::Split`] parts an object into the clusters that it has, or else along
+//!    the weakest place of its own affinities (`halves`).
+//! 2. Strokes say of the trajectories and pixels under them that they are one thing, or several (`stroke`). They hold
+//!    for these as they stand; the others follow by random walks over the affinities (`walk`).
+//! 3. Trajectories of labels that a correction does not touch keep theirs, and labels keep their meaning: a new object
+//!    takes the lowest number that is free.
 //!
-//! Both the weakest place and the walks are found in one graph: the affinities as far as the trajectories also stay near each other
-//! or take each other's place (`graph`). Motion alone did not part what the user wants parted, so that space has to say where.
+//! Both the weakest place and the walks are found in one graph: the affinities as far as the trajectories also stay
+//! near each other or take each other's place (`graph`). Motion alone did not part what the user wants parted, so that
+//! space has to say where.
 //!
-//! **Why not embed again.** Constraints on affinities could go through the whole chain of embedding, discontinuities and clusters. A
-//! stroke has some dozen trajectories; the affinities between them weigh nothing among a million others, and the leading eigenvectors
-//! stay as they are. What did change could be anything anywhere. The walk is that whose eigenvectors the embedding consists of
-//! (`P = D⁻¹ A`), with the strokes as places where it ends: it takes a tenth of a second, and changes what the strokes speak of.
+//! **Why not embed again.** Constraints on affinities could go through the whole chain of embedding, discontinuities
+//! and clusters. A stroke has some dozen trajectories; the affinities between them weigh nothing among a million
+//! others, and the leading eigenvectors stay as they are. What did change could be anything anywhere. The walk is that
+//! whose eigenvectors the embedding consists of (`P = D⁻¹ A`), with the strokes as places where it ends: it takes a
+//! tenth of a second, and changes what the strokes speak of.
 //!
-//! In the cut, superpixels that a stroke lies over to a good part can have its label only, the denser trajectories there vote for it, and in
-//! the mask the pixels under the middle of the stroke have it (`pipeline::recut`).
+//! In the cut, superpixels that a stroke lies over to a good part can have its label only, the denser trajectories
+//! there vote for it, and in the mask the pixels under the middle of the stroke have it (`pipeline::recut`).
 //!
-//! Limits: a part of a thing that neither moves nor lies apart from the rest, such as a rider on a horse, takes several strokes in
-//! several frames. Where trajectories are short, what a stroke says reaches only as far in time as they and those after them do.
+//! Limits: a part of a thing that neither moves nor lies apart from the rest, such as a rider on a horse, takes several
+//! strokes in several frames. Where trajectories are short, what a stroke says reaches only as far in time as they and
+//! those after them do.
 
 mod decide;
 mod graph;
+mod halves;
 mod regroup;
-mod runs;
-mod split;
 mod stroke;
 #[cfg(test)]
 mod tests;
 mod walk;
 
-pub use decide::{Decision, Painted, apart, together};
-pub use graph::near_affinities;
-pub use regroup::{Regrouped, regroup};
-pub use runs::Runs;
-pub use split::{halves, part_at};
-pub use stroke::{Stroke, cores, under_strokes};
-pub use walk::{Walker, nearest_stroke};
+pub(crate) use decide::{Painted, apart, together};
+pub(crate) use graph::near_affinities;
+pub(crate) use halves::{halves, part_at};
+pub(crate) use regroup::regroup;
+pub use stroke::Stroke;
+pub(crate) use stroke::{cores, under_strokes};
 
 /// What the user wants changed. Labels are those of the masks.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Correction {
     /// What is `from` becomes `into`; 0 makes it background.
     Merge {
@@ -67,7 +70,7 @@ pub enum Correction {
 
 /// Pixels of a frame that a stroke holds to a label.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Held {
+pub(crate) struct Held {
     /// The frame.
     pub t: usize,
     /// The pixels, increasing, row by row at working size.
@@ -79,13 +82,13 @@ pub struct Held {
 }
 
 /// Labels, each once, lowest first.
-pub fn distinct(labels: &[u8]) -> Vec<u8> {
+pub(crate) fn distinct(labels: &[u8]) -> Vec<u8> {
     let mut seen = [false; 256];
     labels.iter().for_each(|&l| seen[usize::from(l)] = true);
     (0..=255).filter(|&l| seen[usize::from(l)]).collect()
 }
 
 /// The labels that objects may take, lowest first: those that are not in use.
-pub fn free_labels(used: &[u8]) -> impl Iterator<Item = u8> + '_ {
+pub(crate) fn free_labels(used: &[u8]) -> impl Iterator<Item = u8> + '_ {
     (1..=255).filter(|l| !used.contains(l))
 }

@@ -5,18 +5,19 @@ use crate::trajectory::Trajectories;
 
 /// Clusters of which each has one mask label, and what has become of those before.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Regrouped {
+pub(crate) struct Regrouped {
     /// The clusters, by the law of [`Clusters`].
     pub clusters: Clusters,
     /// Mask label of each.
     pub of_cluster: Vec<u8>,
-    /// For each cluster before, the one that stands for it: of those with its label the largest, without any the largest of all.
+    /// For each cluster before, the one that stands for it: of those with its label the largest, without any the
+    /// largest of all.
     pub heir: Vec<u32>,
 }
 
-/// Parts the clusters whose trajectories now have different labels. `before` has the label of each cluster, `label` that of each
-/// trajectory.
-pub fn regroup(tracks: &Trajectories, clusters: &Clusters, before: &[u8], label: &[u8]) -> Regrouped {
+/// Parts the clusters whose trajectories now have different labels. `before` has the label of each cluster, `label`
+/// that of each trajectory.
+pub(crate) fn regroup(tracks: &Trajectories, clusters: &Clusters, before: &[u8], label: &[u8]) -> Regrouped {
     let part = clusters.label.iter().zip(label).map(|(&c, &l)| c << 8 | u32::from(l)).collect();
     let parted = canonical(tracks, part);
     let mut of_cluster = vec![0; parted.count];

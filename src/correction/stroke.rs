@@ -21,7 +21,8 @@ const MOST_POINTS: usize = 100_000;
 
 /// Of the brush the middle half is held to its label pixel by pixel: who paints quickly paints a little over borders.
 const CORE: f64 = 0.5;
-/// Least radius of the core, in working pixels: every pixel that the centre line goes through, also where several input pixels are one.
+/// Least radius of the core, in working pixels: every pixel that the centre line goes through, also where several input
+/// pixels are one.
 const LEAST_CORE: f64 = 1.42;
 
 impl Stroke {
@@ -63,7 +64,7 @@ impl Stroke {
     }
 
     /// The square of the distance of a point to the centre line.
-    pub fn distance_sq(&self, (x, y): (f64, f64)) -> f64 {
+    pub(crate) fn distance_sq(&self, (x, y): (f64, f64)) -> f64 {
         self.segments().map(|s| s.distance_sq(x, y)).fold(f64::INFINITY, f64::min)
     }
 
@@ -73,9 +74,9 @@ impl Stroke {
         ends.filter_map(|(a, b)| Some(Segment::new(*self.points.get(a)?, *self.points.get(b)?)))
     }
 
-    /// The pixels of the core, increasing, in a plane of `working` pixels that shows what `input` pixels do, each with the square of its
-    /// distance to the centre line in input pixels.
-    pub fn core(&self, input: (usize, usize), working: (usize, usize)) -> Vec<(u32, f64)> {
+    /// The pixels of the core, increasing, in a plane of `working` pixels that shows what `input` pixels do, each with
+    /// the square of its distance to the centre line in input pixels.
+    pub(crate) fn core(&self, input: (usize, usize), working: (usize, usize)) -> Vec<(u32, f64)> {
         let scale = (input.0 as f64 / working.0 as f64, input.1 as f64 / working.1 as f64);
         let radius = (CORE * f64::from(self.radius)).max(LEAST_CORE * scale.0.max(scale.1));
         let least = |v: f64, s: f64| ((v - radius + 0.5) / s - 0.5).ceil().max(0.0) as usize;
@@ -128,10 +129,10 @@ impl Segment {
     }
 }
 
-/// The stroke that each trajectory lies under: of those within the brush in their frame the nearest, the first of equal ones. A brush is at
-/// least `step / 2` wide to either side, and one that then has none under it, `step`: the distance of neighbours. Trajectories and `step` are
-/// in input pixels.
-pub fn under_strokes(tracks: &Trajectories, strokes: &[Stroke], step: f64) -> Vec<Option<u8>> {
+/// The stroke that each trajectory lies under: of those within the brush in their frame the nearest, the first of equal
+/// ones. A brush is at least `step / 2` wide to either side, and one that then has none under it, `step`: the distance
+/// of neighbours. Trajectories and `step` are in input pixels.
+pub(crate) fn under_strokes(tracks: &Trajectories, strokes: &[Stroke], step: f64) -> Vec<Option<u8>> {
     let mut nearest = vec![(f64::INFINITY, None); tracks.len()];
     for (k, stroke) in (0..=u8::MAX).zip(strokes) {
         let distance = |(i, x, y): (usize, f32, f32)| (i, stroke.distance_sq((x.into(), y.into())));
@@ -153,8 +154,9 @@ fn widest(stroke: &Stroke, step: f64) -> f64 {
     f64::from(stroke.radius).max(step).powi(2)
 }
 
-/// The pixels of each stroke's core at working size. Where cores meet, a pixel is the nearest stroke's, the first one's of equal ones.
-pub fn cores(strokes: &[Stroke], input: (usize, usize), working: (usize, usize)) -> Vec<Vec<u32>> {
+/// The pixels of each stroke's core at working size. Where cores meet, a pixel is the nearest stroke's, the first one's
+/// of equal ones.
+pub(crate) fn cores(strokes: &[Stroke], input: (usize, usize), working: (usize, usize)) -> Vec<Vec<u32>> {
     let all: Vec<_> = strokes.iter().map(|s| s.core(input, working)).collect();
     let wins = |k: usize, (pixel, d): (u32, f64)| {
         let of_frame = (0..strokes.len()).filter(|&other| other != k && strokes[other].t == strokes[k].t);

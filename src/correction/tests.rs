@@ -1,5 +1,6 @@
 //! Laws of what strokes mean.
 
+use super::decide::Decision;
 use super::*;
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;

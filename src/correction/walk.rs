@@ -1,21 +1,22 @@
 //! Which stroke each trajectory belongs to: random walks over the affinities that end at strokes.
 //!
-//! From a trajectory a walk goes to another with a probability in proportion to their affinity, and on from there; at each step it may die.
-//! `u_s` is the probability that it comes to stroke `s` before any other (Grady, "Random walks for image segmentation", PAMI 2006). The
-//! walk is that of the embedding, `P = D⁻¹ A`: what it seldom crosses is where the embedding has its discontinuities. Between strokes, each
-//! trajectory goes with the one that is reached most often. That walks die makes the near count more than the many: without it, a long
-//! stroke would take whatever is far from all of them.
+//! From a trajectory a walk goes to another with a probability in proportion to their affinity, and on from there; at
+//! each step it may die. `u_s` is the probability that it comes to stroke `s` before any other (Grady, "Random walks
+//! for image segmentation", PAMI 2006). The walk is that of the embedding, `P = D⁻¹ A`: what it seldom crosses is where
+//! the embedding has its discontinuities. Between strokes, each trajectory goes with the one that is reached most
+//! often. That walks die makes the near count more than the many: without it, a long stroke would take whatever is far
+//! from all of them.
 //!
-//! Where strokes are to change a part of something only, walks die sooner, and a trajectory goes with a stroke only if most of its walks get
-//! there alive: those that are bound closely to the stroke.
+//! Where strokes are to change a part of something only, walks die sooner, and a trajectory goes with a stroke only if
+//! most of its walks get there alive: those that are bound closely to the stroke.
 //!
-//! `u_s = (1 − κ) P u_s`, with 1 under the stroke and 0 under the others, by Gauss-Seidel sweeps forward and back. All terms are positive,
-//! so that small probabilities are as exact as large ones, which is what comparing them takes.
+//! `u_s = (1 − κ) P u_s`, with 1 under the stroke and 0 under the others, by Gauss-Seidel sweeps forward and back. All
+//! terms are positive, so that small probabilities are as exact as large ones, which is what comparing them takes.
 
 use crate::sparse::SymCsr;
 
-/// How often a walk dies at a step where things are to stay as they are. At 0.15 a stroke over a uniform area takes along what lies within
-/// about one distance of neighbours.
+/// How often a walk dies at a step where things are to stay as they are. At 0.15 a stroke over a uniform area takes
+/// along what lies within about one distance of neighbours.
 const DEATH: f64 = 0.15;
 /// The same where a thing is divided: less, so that strokes need not be everywhere.
 const RARE_DEATH: f64 = 0.05;
@@ -26,7 +27,7 @@ const MAX_SWEEPS: usize = 200;
 
 /// What a trajectory is in the walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Walker {
+pub(crate) enum Walker {
     /// Under a stroke, of this number: walks end here.
     Under(u8),
     /// Walks end here and reach no stroke.
@@ -38,7 +39,7 @@ pub enum Walker {
 }
 
 /// The stroke that each node of `graph` goes with; `None` for those that go with none. There are `count` strokes.
-pub fn nearest_stroke(graph: &SymCsr, walkers: &[Walker], count: u8) -> Vec<Option<u8>> {
+pub(crate) fn nearest_stroke(graph: &SymCsr, walkers: &[Walker], count: u8) -> Vec<Option<u8>> {
     let start = |w: &Walker| match w {
         Walker::Under(s) => (f64::INFINITY, Some(*s)),
         Walker::Settled => (f64::INFINITY, None),

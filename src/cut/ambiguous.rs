@@ -1,8 +1,9 @@
 //! Ambiguous places (section 4.2): triangles between trajectories of different labels.
 //!
-//! Trajectories near the rim of an object may be dragged along by it, or drag; where labels change from one trajectory to its neighbours,
-//! a superpixel's own trajectories are no sure witnesses.
+//! Trajectories near the rim of an object may be dragged along by it, or drag; where labels change from one trajectory
+//! to its neighbours, a superpixel's own trajectories are no sure witnesses.
 
+use super::input::UNKNOWN;
 use super::terms::areas;
 use crate::delaunay::constrained_delaunay;
 use crate::superpixel::Superpixels;
@@ -10,13 +11,13 @@ use crate::trajectory::Trajectories;
 
 /// The share of each superpixel of frame `t` that ambiguous Delaunay triangles cover, 0 to 1.
 ///
-/// Triangulated are the points of the trajectories alive in that frame whose label is known; a triangle is ambiguous if not all three
-/// labels are the same. A pixel belongs to a triangle if its centre lies inside or on the triangle's rim.
-pub fn ambiguous_shares(superpixels: &Superpixels, tracks: &Trajectories, label: &[u32], t: usize) -> Vec<f32> {
+/// Triangulated are the points of the trajectories alive in that frame whose label is known; a triangle is ambiguous if
+/// not all three labels are the same. A pixel belongs to a triangle if its centre lies inside or on the triangle's rim.
+pub(crate) fn ambiguous_shares(superpixels: &Superpixels, tracks: &Trajectories, label: &[u32], t: usize) -> Vec<f32> {
     let mut points = Vec::new();
     let mut labels = Vec::new();
     for (i, x, y) in tracks.alive(t) {
-        if let Some(&l) = label.get(i).filter(|&&l| l != super::UNKNOWN) {
+        if let Some(&l) = label.get(i).filter(|&&l| l != UNKNOWN) {
             points.push((x, y));
             labels.push(l);
         }

@@ -8,15 +8,15 @@ const SIDE: usize = 17;
 
 /// A place in a histogram: the bin below it, and how far it lies above that on each axis, in sixteenths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Colour {
+pub(crate) struct Colour {
     bin: u16,
     fraction: [u8; 3],
 }
 
 impl Colour {
-    /// Of red, green and blue: brightness, red against blue, green against both. The latter two vary little in natural images and
-    /// are spread to twice their scale.
-    pub(super) fn of(rgb: &[u8]) -> Self {
+    /// Of red, green and blue: brightness, red against blue, green against both. The latter two vary little in natural
+    /// images and are spread to twice their scale.
+    pub(crate) fn of(rgb: &[u8]) -> Self {
         let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(i32::from);
         let axes = [(r + 2 * g + b) / 4, r - b + 128, g - (r + b) / 2 + 128].map(|v| v.clamp(0, 255) as usize);
         let bin = axes.iter().fold(0, |bin, v| bin * SIDE + v / 16);
@@ -39,22 +39,22 @@ impl Colour {
 
 /// How often colours occur.
 #[derive(Debug, Clone)]
-pub(super) struct Histogram {
+pub(crate) struct Histogram {
     bins: Vec<f32>,
     total: f32,
 }
 
 impl Histogram {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { bins: vec![0.0; SIDE * SIDE * SIDE], total: 0.0 }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.bins.fill(0.0);
         self.total = 0.0;
     }
 
-    pub(super) fn add(&mut self, colour: Colour, weight: f32) {
+    pub(crate) fn add(&mut self, colour: Colour, weight: f32) {
         for (bin, share) in colour.corners() {
             self.bins[bin] += weight * share;
         }
@@ -62,18 +62,18 @@ impl Histogram {
     }
 
     /// Sum of all weights.
-    pub(super) fn total(&self) -> f32 {
+    pub(crate) fn total(&self) -> f32 {
         self.total
     }
 
     /// Share of the weights at this colour, 0 to 1; 0 of an empty histogram.
-    pub(super) fn share(&self, colour: Colour) -> f32 {
+    pub(crate) fn share(&self, colour: Colour) -> f32 {
         let at: f32 = colour.corners().iter().map(|&(bin, share)| share * self.bins[bin]).sum();
         if self.total > 0.0 { at / self.total } else { 0.0 }
     }
 
     /// The same as if this colour had been added once less, with weight 1.
-    pub(super) fn share_of_others(&self, colour: Colour) -> f32 {
+    pub(crate) fn share_of_others(&self, colour: Colour) -> f32 {
         let own = |(bin, share): &(usize, f32)| share * (self.bins[*bin] - share);
         let at: f32 = colour.corners().iter().map(own).sum();
         if self.total > 1.0 { at.max(0.0) / (self.total - 1.0) } else { 0.0 }
@@ -81,7 +81,7 @@ impl Histogram {
 }
 
 /// Share of a colour that was never seen.
-pub(super) const UNSEEN: f32 = 2e-4;
+pub(crate) const UNSEEN: f32 = 2e-4;
 
 /// The colours of each label over the whole clip.
 pub(super) struct ClipColours {
@@ -94,7 +94,7 @@ pub(super) struct ClipColours {
 
 impl ClipColours {
     /// No label has any colour yet; `None` unless every frame has the size of its superpixels.
-    pub(super) fn new(superpixels: &[Superpixels], frames: &[Frame], num_labels: usize) -> Option<Self> {
+    pub(crate) fn new(superpixels: &[Superpixels], frames: &[Frame], num_labels: usize) -> Option<Self> {
         let (mut mean, mut area) = (Vec::new(), Vec::new());
         for (t, s) in superpixels.iter().enumerate() {
             let frame = frames.get(t).filter(|f| (f.width(), f.height()) == (s.label.width(), s.label.height()))?;
@@ -115,12 +115,12 @@ impl ClipColours {
     }
 
     /// The superpixel `node` has `label`, to this share.
-    pub(super) fn add(&mut self, node: usize, label: usize, share: f32) {
+    pub(crate) fn add(&mut self, node: usize, label: usize, share: f32) {
         self.labels[label].add(self.mean[node], share * self.area[node]);
     }
 
     /// How probable `label` is by the colour of superpixel `node`, all labels being as frequent.
-    pub(super) fn probability(&self, node: usize, label: usize) -> f32 {
+    pub(crate) fn probability(&self, node: usize, label: usize) -> f32 {
         let share = |h: &Histogram| h.share(self.mean[node]) + UNSEEN;
         share(&self.labels[label]) / self.labels.iter().map(share).sum::<f32>()
     }

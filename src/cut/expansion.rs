@@ -1,13 +1,13 @@
 //! Labels of least energy: alpha-expansion.
 //!
-//! In: [`Potts`], an energy over the labels of nodes, `E(f) = Σ_p unary(p, f_p) + Σ_pq weight_pq [f_p ≠ f_q]`. Out: a label for each
-//! node. A move offers one label α to all nodes at once and finds the best set to take it by a minimum cut (Boykov, Veksler and
-//! Zabih, "Fast approximate energy minimization via graph cuts", PAMI 2001). Moves go round the labels in their order until a whole
-//! round brings nothing: then the energy is at most that of the best labelling with its pairwise part taken twice. Two labels need
-//! one cut only, and the result is the optimum.
+//! In: [`Potts`], an energy over the labels of nodes, `E(f) = Σ_p unary(p, f_p) + Σ_pq weight_pq [f_p ≠ f_q]`. Out: a
+//! label for each node. A move offers one label α to all nodes at once and finds the best set to take it by a minimum
+//! cut (Boykov, Veksler and Zabih, "Fast approximate energy minimization via graph cuts", PAMI 2001). Moves go round
+//! the labels in their order until a whole round brings nothing: then the energy is at most that of the best labelling
+//! with its pairwise part taken twice. Two labels need one cut only, and the result is the optimum.
 //!
-//! All moves share one [`Network`]. With the source's side keeping and the sink's side taking α, an edge between two nodes that
-//! have not α costs, as capacities,
+//! All moves share one [`Network`]. With the source's side keeping and the sink's side taking α, an edge between two
+//! nodes that have not α costs, as capacities,
 //!
 //! ```text
 //! f_p = f_q:  w either way                             (cut if one of them goes)
@@ -20,8 +20,8 @@ use super::maxflow::Network;
 
 /// A Potts energy in whole numbers.
 ///
-/// Law: `unary.len() == num_nodes * num_labels`, node by node; `weights.len() == edges.len()`; ends of edges are different nodes;
-/// `0 <= weight <= MAX_WEIGHT`, and unary costs lie in the same range.
+/// Law: `unary.len() == num_nodes * num_labels`, node by node; `weights.len() == edges.len()`; ends of edges are
+/// different nodes; `0 <= weight <= MAX_WEIGHT`, and unary costs lie in the same range.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Potts {
     /// Number of nodes.
@@ -37,7 +37,7 @@ pub struct Potts {
 }
 
 /// Largest cost: capacities of an arc and its sister add up below `i32::MAX`.
-pub const MAX_WEIGHT: i32 = 1 << 29;
+pub(crate) const MAX_WEIGHT: i32 = 1 << 29;
 
 impl Potts {
     /// The energy of `label`.
@@ -116,7 +116,7 @@ impl Expansion {
         gain
     }
 
-    /// Makes the moves that are left; the labels.
+    /// Makes the moves that are left and returns the labels.
     pub fn finish(mut self) -> Vec<u32> {
         while !self.is_finished() {
             self.step();

@@ -1,16 +1,17 @@
 //! Maximum flow and minimum cut between a source and a sink.
 //!
-//! In: a [`Network`] of nodes joined by edges with a capacity in each direction; each node is also joined to the source or to the
-//! sink. Out: the value of the flow, and on which side of a minimum cut each node lies.
+//! In: a [`Network`] of nodes joined by edges with a capacity in each direction; each node is also joined to the source
+//! or to the sink. Out: the value of the flow, and on which side of a minimum cut each node lies.
 //!
-//! The method is that of Boykov and Kolmogorov ("An experimental comparison of min-cut/max-flow algorithms for energy minimization
-//! in vision", PAMI 2004): two trees of unsaturated arcs grow from the source and from the sink; where they meet, flow is pushed;
-//! arcs that it saturates leave orphans, which look for another parent in their tree or become free again. Two marks, a stamp and
-//! a distance, tell which nodes were already seen to hang on their terminal (section 3.2.3 of that paper).
+//! The method is that of Boykov and Kolmogorov ("An experimental comparison of min-cut/max-flow algorithms for energy
+//! minimization in vision", PAMI 2004): two trees of unsaturated arcs grow from the source and from the sink; where
+//! they meet, flow is pushed; arcs that it saturates leave orphans, which look for another parent in their tree or
+//! become free again. Two marks, a stamp and a distance, tell which nodes were already seen to hang on their terminal
+//! (section 3.2.3 of that paper).
 //!
-//! The shape of a network is fixed at its making, capacities can be set again and again: nothing is allocated between solutions
-//! once the queues have grown. Capacities are integers, so that the result is exact and the same everywhere. Memory: 12 bytes an
-//! arc (two arcs an edge) and 32 a node.
+//! The shape of a network is fixed at its making, capacities can be set again and again: nothing is allocated between
+//! solutions once the queues have grown. Capacities are integers, so that the result is exact and the same everywhere.
+//! Memory: 12 bytes an arc (two arcs an edge) and 32 a node.
 
 use std::collections::VecDeque;
 
@@ -59,7 +60,7 @@ const FRESH: Node = Node { excess: 0, parent: NONE, stamp: 0, distance: 0, tree:
 ///
 /// Law: the arcs that leave node `i` are `first[i]..first[i + 1]`; `arcs[arcs[a].sister].sister == a`.
 #[derive(Debug, Clone, Default)]
-pub struct Network {
+pub(crate) struct Network {
     first: Vec<u32>,
     arcs: Vec<Arc>,
     /// The forward arc of each edge.
@@ -71,8 +72,9 @@ pub struct Network {
 }
 
 impl Network {
-    /// `num_nodes` nodes joined by `edges`, all capacities zero. Ends must be below `num_nodes`; an edge may occur twice.
-    pub fn new(num_nodes: usize, edges: &[(u32, u32)]) -> Self {
+    /// `num_nodes` nodes joined by `edges`, all capacities zero. Ends must be below `num_nodes`; an edge may occur
+    /// twice.
+    pub(crate) fn new(num_nodes: usize, edges: &[(u32, u32)]) -> Self {
         let mut first = vec![0_u32; num_nodes + 1];
         for &(a, b) in edges {
             first[a as usize] += 1;
@@ -101,13 +103,13 @@ impl Network {
     /// Sets how much can come from the source to `node` (positive) or go from it to the sink (negative).
     ///
     /// A node with both needs only their difference: the smaller of the two flows straight through.
-    pub fn set_terminal(&mut self, node: usize, excess: i64) {
+    pub(crate) fn set_terminal(&mut self, node: usize, excess: i64) {
         self.nodes[node].excess = excess;
     }
 
-    /// Sets the capacities of `edge`, an index into the edges given to [`Network::new`]: along it, and back. At most `i32::MAX / 2`
-    /// each; not negative.
-    pub fn set_edge(&mut self, edge: usize, along: i32, back: i32) {
+    /// Sets the capacities of `edge`, an index into the edges given to [`Network::new`]: along it, and back. At most
+    /// `i32::MAX / 2` each; not negative.
+    pub(crate) fn set_edge(&mut self, edge: usize, along: i32, back: i32) {
         debug_assert!(along >= 0 && back >= 0 && along <= i32::MAX / 2 && back <= i32::MAX / 2);
         let forward = self.place[edge] as usize;
         self.arcs[forward].residual = along;
@@ -115,9 +117,9 @@ impl Network {
         self.arcs[backward].residual = back;
     }
 
-    /// Pushes the maximum flow and returns its value. Both capacities of every edge and all terminals are used up by it: set them
-    /// before the next solution.
-    pub fn solve(&mut self) -> i64 {
+    /// Pushes the maximum flow and returns its value. Both capacities of every edge and all terminals are used up by
+    /// it: set them before the next solution.
+    pub(crate) fn solve(&mut self) -> i64 {
         self.plant();
         let mut flow = 0;
         while let Some(i) = self.next_active() {
@@ -139,7 +141,7 @@ impl Network {
     }
 
     /// Whether `node` lies on the sink's side of the minimum cut just found: the smallest such side there is.
-    pub fn on_sink_side(&self, node: usize) -> bool {
+    pub(crate) fn on_sink_side(&self, node: usize) -> bool {
         self.nodes[node].tree == Tree::Sink
     }
 
@@ -177,8 +179,8 @@ impl Network {
         }
     }
 
-    /// Takes free neighbours of `i` into its tree, from arc `begin` on. Where the other tree is met: the arc from the source's tree
-    /// to the sink's, and which arc of `i` it belongs to.
+    /// Takes free neighbours of `i` into its tree, from arc `begin` on. Where the other tree is met: the arc from the
+    /// source's tree to the sink's, and which arc of `i` it belongs to.
     fn grow(&mut self, i: u32, begin: u32) -> Option<(u32, u32)> {
         let from = self.nodes[i as usize];
         for a in begin..self.first[i as usize + 1] {
@@ -302,7 +304,8 @@ impl Network {
         }
     }
 
-    /// Arcs between `j` and its terminal, `u32::MAX` if the way ends in an orphan. Marks the way, so that it is not gone twice.
+    /// Arcs between `j` and its terminal, `u32::MAX` if the way ends in an orphan. Marks the way, so that it is not
+    /// gone twice.
     fn distance_to_terminal(&mut self, j: u32) -> u32 {
         let (mut k, mut distance) = (j, 0);
         loop {
@@ -345,7 +348,8 @@ mod tests {
     }
 
     impl Instance {
-        /// Capacities are zero often enough to saturate much and to leave parts unconnected; loops and parallel edges occur.
+        /// Capacities are zero often enough to saturate much and to leave parts unconnected; loops and parallel edges
+        /// occur.
         fn random(rng: &mut Rng, num_nodes: usize, num_edges: usize) -> Self {
             let mut few = |n: usize| rng.below(3 * n).saturating_sub(2 * n) as i32;
             let terminals = (0..num_nodes).map(|_| i64::from(few(40) - few(40))).collect();

@@ -1,20 +1,24 @@
-//! The cut anew in a part of the clip: superpixels of some labels choose among these labels again; all others keep theirs.
+//! The cut anew in a part of the clip: superpixels of some labels choose among these labels again; all others keep
+//! theirs.
 //!
-//! What a superpixel beyond the region has can be no choice of those inside, so that an edge between them costs the same whatever is
-//! chosen, and falls away. What is left is a problem of its own, smaller in nodes and labels; where two labels are concerned, one cut
-//! solves it.
+//! What a superpixel beyond the region has can be no choice of those inside, so that an edge between them costs the
+//! same whatever is chosen, and falls away. What is left is a problem of its own, smaller in nodes and labels; where
+//! two labels are concerned, one cut solves it.
 
-use super::{CutInput, CutParams, MAX_WEIGHT, Potts, energy};
+use super::expansion::{MAX_WEIGHT, Potts};
+use super::input::CutInput;
+use super::params::CutParams;
+use super::terms::energy;
 
 /// Which superpixels may change, and how.
 #[derive(Debug, Clone, Copy)]
-pub struct Region<'a> {
+pub(crate) struct Region<'a> {
     /// The label of each superpixel, frame by frame, as it is.
     pub present: &'a [Vec<u32>],
     /// Which labels can be given and taken.
     pub open: &'a [bool],
-    /// Superpixels that must have one of some labels: frame, superpixel, and whether each label is legal. Of those without a legal label
-    /// that is open nothing is asked.
+    /// Superpixels that must have one of some labels: frame, superpixel, and whether each label is legal. Of those
+    /// without a legal label that is open nothing is asked.
     pub held: &'a [(usize, u32, Vec<bool>)],
 }
 

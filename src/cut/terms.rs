@@ -3,17 +3,20 @@
 //! Superpixels of all frames are numbered through, frame by frame.
 //!
 //! 1. Each point of a trajectory lies in one superpixel; points outside the image belong to the nearest pixel.
-//! 2. Unary: `λ_r (1 − h_r(label))`; strangers, beyond the paper, are in the histogram of every object. Where λ_r is zero, colour may stand in for the histogram, beyond the paper: the probability of the
-//!    label by the colours of all superpixels that have witnesses.
+//! 2. Unary: `λ_r (1 − h_r(label))`; strangers, beyond the paper, are in the histogram of every object. Where λ_r is
+//!    zero, colour may stand in for the histogram, beyond the paper: the probability of the label by the colours of all
+//!    superpixels that have witnesses. Evidence from elsewhere is added as it is, beyond the paper.
 //! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its length.
-//! 4. Temporal: common trajectories by the larger number of trajectories; and, beyond the paper, pixels that flow carries over by the
-//!    larger number of pixels.
+//! 4. Temporal: common trajectories by the larger number of trajectories; and, beyond the paper, pixels that flow
+//!    carries over by the larger number of pixels.
 //!
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536.
 
 use super::ambiguous::ambiguous_shares;
 use super::colour::ClipColours;
-use super::{CutInput, CutParams, MAX_WEIGHT, Potts, STRANGER};
+use super::expansion::{MAX_WEIGHT, Potts};
+use super::input::{CutInput, STRANGER};
+use super::params::CutParams;
 use crate::image::Plane;
 use crate::superpixel::Superpixels;
 
@@ -27,7 +30,7 @@ const LENGTH_RANGE: (f32, f32) = (0.05, 4.0);
 const LEAST_FLOW_SHARE: f32 = 0.05;
 
 /// The energy whose least labelling is sought.
-pub fn energy(input: &CutInput, params: &CutParams) -> Potts {
+pub(crate) fn energy(input: &CutInput, params: &CutParams) -> Potts {
     let nodes = Nodes::new(input);
     let mut problem = Potts {
         num_nodes: nodes.num_nodes(),
@@ -41,7 +44,7 @@ pub fn energy(input: &CutInput, params: &CutParams) -> Potts {
 }
 
 /// `cost` in whole steps.
-pub(super) fn rounded(cost: f32) -> i32 {
+pub(crate) fn rounded(cost: f32) -> i32 {
     ((cost * SCALE + 0.5) as i32).clamp(0, MAX_WEIGHT)
 }
 
@@ -129,6 +132,12 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
             }
         }
     }
+    for (costs, &evidence) in costs.chunks_exact_mut(num_labels).zip(input.evidence) {
+        for (label, cost) in costs.iter_mut().enumerate() {
+            let against = if is_object(label) { -evidence } else { evidence };
+            *cost += rounded(against.max(0.0));
+        }
+    }
     costs
 }
 
@@ -196,7 +205,7 @@ fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes
         for i in 0..input.tracks.len() {
             let frames = input.tracks.frames(i);
             if frames.contains(&t) && frames.contains(&(t + 1)) {
-                let p = input.tracks.points(i).start + t - frames.start;
+                let p = input.tracks.point(i, t);
                 let (from, to) = (nodes.of_point[p], nodes.of_point[p + 1]);
                 found.push((from - nodes.base[t], Link { to: to - nodes.base[t + 1], tracks: 1, pixels: 0 }));
             }
@@ -290,8 +299,8 @@ fn gathered(found: &[(u32, Link)], count: usize) -> Vec<(u32, Link)> {
     links
 }
 
-/// Where to start from: the cheapest label of each superpixel; one without any opinion takes that of the neighbour it is bound to most
-/// strongly, ring by ring.
+/// Where to start from: the cheapest label of each superpixel; one without any opinion takes that of the neighbour it
+/// is bound to most strongly, ring by ring.
 pub(super) fn first_labels(problem: &Potts) -> Vec<u32> {
     let mut label = problem.cheapest();
     let num_labels = problem.num_labels.max(1);

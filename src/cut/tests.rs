@@ -1,8 +1,11 @@
 //! Laws and closed forms of the cut's energy, on superpixels made by hand.
 
+use super::ambiguous::ambiguous_shares;
 use super::*;
-use crate::flow::FlowField;
+use crate::flow::{CompactFlow, FlowField};
+use crate::image::Frame;
 use crate::superpixel::Border;
+use crate::trajectory::Trajectories;
 
 const WIDTH: usize = 12;
 const HEIGHT: usize = 4;
@@ -28,7 +31,7 @@ fn standing(num_frames: usize, places: &[(usize, f32, f32)]) -> Trajectories {
 }
 
 fn input<'a>(superpixels: &'a [Superpixels], tracks: &'a Trajectories, label: &'a [u32], n: usize) -> CutInput<'a> {
-    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], flows: &[], frames: &[] }
+    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[], flows: &[], frames: &[] }
 }
 
 fn units(cost: f64) -> i32 {
@@ -253,4 +256,15 @@ fn colours_speak_for_superpixels_without_trajectories() {
     let small = [Frame::from_rgb(vec![0; 3], 1, 1).unwrap()];
     let other = CutInput { frames: &small, ..all };
     assert_eq!(energy(&other, &CutParams { colour_weight: 0.5, ..CutParams::default() }).unary[4..], [0, 0]);
+}
+
+#[test]
+fn evidence_costs_the_labels_that_it_speaks_against() {
+    let superpixels = [thirds()];
+    let none = Trajectories::empty(1, (3, 1));
+    let evidence = [0.5, -0.25, 0.0];
+    let all = CutInput { objects: &[false, true, true], evidence: &evidence, ..input(&superpixels, &none, &[], 3) };
+    let params = CutParams { colour_weight: 0.0, ..CutParams::default() };
+    let [half, quarter] = [0.5, 0.25].map(|cost: f32| (cost * 65536.0) as i32);
+    assert_eq!(energy(&all, &params).unary, [half, 0, 0, 0, quarter, quarter, 0, 0, 0]);
 }

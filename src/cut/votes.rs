@@ -1,30 +1,53 @@
-//! Labels for trajectories that were not clustered, such as denser or shorter ones: those of their neighbours that move as they do.
+//! Labels for trajectories that were not clustered, such as denser or shorter ones: those of their neighbours that move
+//! as they do.
 //!
 //! 1. Each trajectory asks in the first, the middle and the last frame of its life.
-//! 2. Asked are the labelled trajectories near in that frame. Over up to five common frames to either side, what both moved differs by
-//!    `m` pixels per frame; at a distance of `d` pixels the vote is `exp(−(m / motion)² − (2 d / radius)²)`.
+//! 2. Asked are the labelled trajectories near in that frame. Over up to five common frames to either side, what both
+//!    moved differs by `m` pixels per frame; at a distance of `d` pixels the vote is `exp(−(m / motion)² − (2 d /
+//!    radius)²)`.
 //! 3. The label with most votes wins if it has at least a given share of them, and if there are votes worth mentioning.
-//! 4. Who has many neighbours and votes of none of them moves like nothing around: it is a stranger. Objects that turn, bend or are seen for
-//!    a few frames only have such trajectories, and too few longer ones to be clustered.
+//! 4. Who has many neighbours and votes of none of them moves like nothing around: it is a stranger. Objects that turn,
+//!    bend or are seen for a few frames only have such trajectories, and too few longer ones to be clustered.
 //!
 //! Not in the paper, which has one set of trajectories. Cost: O(points of the labelled) + O(trajectories · neighbours).
 
-use super::{CutParams, STRANGER, UNKNOWN};
+use super::input::{STRANGER, UNKNOWN};
+use super::params::CutParams;
+use crate::grid::Grid;
 use crate::trajectory::Trajectories;
 
 /// Frames to either side over which motion is compared.
 const HORIZON: usize = 5;
 
-/// Votes that add up to less than this say nothing: the vote of one neighbour at one and a half times the scale of motion.
+/// Votes that add up to less than this say nothing: the vote of one neighbour at one and a half times the scale of
+/// motion.
 const LEAST_VOTES: f32 = 0.1;
 
-/// Strangers have neighbours whose nearness adds up to at least this, and votes of less than that part of it: those of equal motion would
-/// all vote in full.
+/// Strangers have neighbours whose nearness adds up to at least this, and votes of less than that part of it: those of
+/// equal motion would all vote in full.
 const STRANGER_NEARNESS: f32 = 2.0;
 const STRANGER_VOTES: f32 = 0.05;
 
-/// A label below `num_labels` for each trajectory of `asking`, [`STRANGER`] or [`UNKNOWN`]. `label` has one for each of `labelled`; those that are not
-/// below `num_labels` do not vote. Both sets are in pixels of the same frames.
+/// A label below `num_labels` for each trajectory of `asking`, [`STRANGER`] or [`UNKNOWN`]. `label` has one for each of
+/// `labelled`; those that are not below `num_labels` do not vote. Both sets are in pixels of the same frames.
+///
+/// # Examples
+/// Short trajectories take the label of those around them that move like them.
+///
+/// ```
+/// use tracecut::cut::{CutParams, labels_for};
+/// use tracecut::trajectory::Trajectories;
+///
+/// let moving = |at: &[(f32, f32)], frames: usize| {
+///     let mut tracks = Trajectories::empty(8, (64, 48));
+///     at.iter().for_each(|&(x, speed)| tracks.push(0, (0..frames).map(|t| (x + speed * t as f32, 20.0, 0.0))));
+///     tracks
+/// };
+/// let labelled = moving(&[(20.0, 2.0), (22.0, 2.0), (24.0, -2.0), (26.0, -2.0)], 8);
+/// let asking = moving(&[(23.0, 2.0), (21.0, -2.0)], 3);
+/// assert_eq!(labels_for(&asking, &labelled, &[0, 0, 1, 1], 2, &CutParams::default()), [0, 1]);
+/// ```
+#[must_use]
 pub fn labels_for(
     asking: &Trajectories,
     labelled: &Trajectories,
@@ -35,19 +58,22 @@ pub fn labels_for(
     let mut votes = vec![0.0_f32; asking.len() * num_labels];
     let mut nearness = vec![0.0_f32; asking.len()];
     let mut grid = Grid::new(labelled.size, params.vote_radius);
+    let radius_sq = params.vote_radius * params.vote_radius;
     for t in 0..asking.num_frames.min(labelled.num_frames) {
         let voters = |i: usize| label.get(i).is_some_and(|&l| (l as usize) < num_labels);
-        grid.fill(labelled.alive(t).filter(|&(i, ..)| voters(i)));
+        grid.clear();
+        labelled.alive(t).filter(|&(i, ..)| voters(i)).for_each(|(i, x, y)| grid.add(i as u32, x, y));
         for (i, x, y) in asking.alive(t).filter(|&(i, ..)| asks_in(asking, i, t)) {
             let votes = &mut votes[i * num_labels..(i + 1) * num_labels];
-            grid.near(x, y, |j, distance_sq| {
+            for (j, distance_sq) in grid.around(x, y).filter(|&(_, d_sq)| d_sq <= radius_sq) {
+                let j = j as usize;
                 if let Some(m_sq) = motion_difference_sq(asking, i, labelled, j, t) {
-                    let near = libm::expf(-4.0 * distance_sq / (params.vote_radius * params.vote_radius));
+                    let near = libm::expf(-4.0 * distance_sq / radius_sq);
                     let motion = m_sq / (params.vote_motion * params.vote_motion);
                     nearness[i] += near;
                     votes[label[j] as usize] += near * libm::expf(-motion);
                 }
-            });
+            }
         }
     }
     if num_labels == 0 {
@@ -56,13 +82,24 @@ pub fn labels_for(
     votes.chunks_exact(num_labels).zip(nearness).map(|(v, near)| winner(v, near, params.vote_share)).collect()
 }
 
+/// Strangers that do not stand out become [`UNKNOWN`]: what moves like nothing around it is a sign of an object only
+/// where it is salient; elsewhere it is an error of the flow. `salience` has a number for each label, or none.
+pub fn forget_strangers(label: &mut [u32], salience: &[f32], threshold: f64) {
+    for (label, &salience) in label.iter_mut().zip(salience) {
+        if *label == STRANGER && f64::from(salience) <= threshold {
+            *label = UNKNOWN;
+        }
+    }
+}
+
 /// Whether `t` is the first, the middle or the last frame of trajectory `i`.
 fn asks_in(tracks: &Trajectories, i: usize, t: usize) -> bool {
     let frames = tracks.frames(i);
     t == frames.start || t + 1 == frames.end || t == (frames.start + frames.end) / 2
 }
 
-/// By how much both move differently around frame `t`, in pixels per frame squared; `None` without a second common frame.
+/// By how much both move differently around frame `t`, in pixels per frame squared; `None` without a second common
+/// frame.
 fn motion_difference_sq(a: &Trajectories, i: usize, b: &Trajectories, j: usize, t: usize) -> Option<f32> {
     let begin = a.frames(i).start.max(b.frames(j).start).max(t.saturating_sub(HORIZON));
     let end = (a.frames(i).end.min(b.frames(j).end) - 1).min(t + HORIZON);
@@ -82,74 +119,9 @@ fn winner(votes: &[f32], nearness: f32, share: f32) -> u32 {
     if total >= LEAST_VOTES && votes[best] >= share * total { best as u32 } else { UNKNOWN }
 }
 
-/// Points of one frame, sorted into square cells as wide as the radius of a search.
-struct Grid {
-    radius: f32,
-    columns: usize,
-    rows: usize,
-    begin: Vec<u32>,
-    points: Vec<(u32, f32, f32)>,
-}
-
-impl Grid {
-    fn new((width, height): (usize, usize), radius: f32) -> Self {
-        let cells = |length: usize| (length as f32 / radius) as usize + 1;
-        Self { radius, columns: cells(width), rows: cells(height), begin: Vec::new(), points: Vec::new() }
-    }
-
-    /// Column and row of a point; those outside belong to the outermost cells.
-    fn cell(&self, x: f32, y: f32) -> (usize, usize) {
-        let place = |v: f32, cells: usize| ((v / self.radius) as usize).min(cells - 1);
-        (place(x, self.columns), place(y, self.rows))
-    }
-
-    fn fill(&mut self, points: impl Iterator<Item = (usize, f32, f32)>) {
-        let points: Vec<_> = points.collect();
-        self.begin.clear();
-        self.begin.resize(self.columns * self.rows + 1, 0);
-        let index = |grid: &Self, x, y| {
-            let (column, row) = grid.cell(x, y);
-            row * grid.columns + column
-        };
-        for &(_, x, y) in &points {
-            let cell = index(self, x, y);
-            self.begin[cell] += 1;
-        }
-        let mut end = 0;
-        for b in &mut self.begin {
-            end += *b;
-            *b = end;
-        }
-        // Filled from the back, the ends become the beginnings.
-        self.points.clear();
-        self.points.resize(points.len(), (0, 0.0, 0.0));
-        for &(i, x, y) in points.iter().rev() {
-            let cell = index(self, x, y);
-            self.begin[cell] -= 1;
-            self.points[self.begin[cell] as usize] = (i as u32, x, y);
-        }
-    }
-
-    /// Calls `found` with each point within the radius and its squared distance, in a fixed order.
-    fn near(&self, x: f32, y: f32, mut found: impl FnMut(usize, f32)) {
-        let (column, row) = self.cell(x, y);
-        for r in row.saturating_sub(1)..(row + 2).min(self.rows) {
-            let first = self.begin[r * self.columns + column.saturating_sub(1)] as usize;
-            let last = self.begin[r * self.columns + (column + 2).min(self.columns)] as usize;
-            for &(i, px, py) in &self.points[first..last] {
-                let distance_sq = (px - x) * (px - x) + (py - y) * (py - y);
-                if distance_sq <= self.radius * self.radius {
-                    found(i as usize, distance_sq);
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::Rng;
 
     const SIZE: (usize, usize) = (100, 80);
 
@@ -203,24 +175,5 @@ mod tests {
         let labelled = moving(0, 10, &around);
         let asking = moving(0, 3, &[(29.0, 28.0, 4.0, 0.0), (29.0, 28.0, 1.0, 0.1), (90.0, 70.0, 4.0, 0.0)]);
         assert_eq!(ask(&asking, &labelled, &[0; 9]), [STRANGER, 0, UNKNOWN]);
-    }
-
-    #[test]
-    fn the_grid_finds_what_comparing_all_finds() {
-        let mut rng = Rng::for_stage(1, "votes");
-        let points: Vec<_> =
-            (0..300).map(|i| (i, rng.range(-2.0, 102.0) as f32, rng.range(-2.0, 82.0) as f32)).collect();
-        for radius in [0.5, 7.0, 16.0, 500.0] {
-            let mut grid = Grid::new(SIZE, radius);
-            grid.fill(points.iter().copied());
-            for &(_, x, y) in &points {
-                let mut found = Vec::new();
-                grid.near(x, y, |i, _| found.push(i));
-                found.sort_unstable();
-                let within = |p: &&(usize, f32, f32)| (p.1 - x) * (p.1 - x) + (p.2 - y) * (p.2 - y) <= radius * radius;
-                let naive: Vec<usize> = points.iter().filter(within).map(|p| p.0).collect();
-                assert_eq!(found, naive);
-            }
-        }
     }
 }

@@ -1,13 +1,14 @@
-//! K-means on the embedding: one of the discretizations that the discontinuity-aware one is compared with (section 5, Figure 10).
+//! K-means on the embedding: one of the discretizations that the discontinuity-aware one is compared with (section 5,
+//! Figure 10).
 //!
-//! Trajectory `i` lies at `x_i = (√λ_k V_ik)_k`: as the embedding affinity of two trajectories is `Ŵ_ij = Σ_k λ_k V_ik V_jk`, their
-//! squared distance is `Ŵ_ii + Ŵ_jj − 2 Ŵ_ij`. (Shi and Malik, whom the paper names for its embedding distances, leave out the
-//! `√λ_k`; these lie between 0.8 and 1 for the eigenvectors that are kept by default.)
+//! Trajectory `i` lies at `x_i = (√λ_k V_ik)_k`: as the embedding affinity of two trajectories is `Ŵ_ij = Σ_k λ_k V_ik
+//! V_jk`, their squared distance is `Ŵ_ii + Ŵ_jj − 2 Ŵ_ij`. (Shi and Malik, whom the paper names for its embedding
+//! distances, leave out the `√λ_k`; these lie between 0.8 and 1 for the eigenvectors that are kept by default.)
 //!
-//! 1. Centres are chosen among the rows, each with a probability in proportion to its squared distance to those before it
-//!    (k-means++: Arthur and Vassilvitskii 2007). Where all rows lie on centres there are fewer clusters.
-//! 2. Every row goes to its nearest centre, every centre to the mean of its rows; a centre without rows goes to the row farthest from
-//!    its own. Repeated until no row changes.
+//! 1. Centres are chosen among the rows, each with a probability in proportion to its squared distance to those before
+//!    it (k-means++: Arthur and Vassilvitskii 2007). Where all rows lie on centres there are fewer clusters.
+//! 2. Every row goes to its nearest centre, every centre to the mean of its rows; a centre without rows goes to the row
+//!    farthest from its own. Repeated until no row changes.
 //! 3. Of [`RESTARTS`] starts the one with the least inertia is kept, the first of equal ones.
 //!
 //! Cost: O(restarts · iterations · rows · K²).
@@ -21,8 +22,9 @@ const RESTARTS: u32 = 10;
 /// Most iterations of a start: k-means may creep for long where rows lie along lines, without a visible change.
 const MAX_ITERATIONS: u32 = 100;
 
-/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay unlabelled.
-pub fn k_means(embedding: &Embedding, count: usize, seed: u32) -> Vec<u32> {
+/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay
+/// unlabelled.
+pub(crate) fn k_means(embedding: &Embedding, count: usize, seed: u32) -> Vec<u32> {
     let count = count.min(embedding.dimensions);
     let mut label = vec![UNLABELLED; embedding.num_rows];
     let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
@@ -100,7 +102,7 @@ impl Partition {
         }
     }
 
-    /// Sends every row to its nearest centre, the first of equally near ones; whether any row changed.
+    /// Sends every row to its nearest centre, the first of equally near ones. Returns whether any row changed.
     fn assign(&mut self, rows: &[f64]) -> bool {
         let mut changed = false;
         let mut sums = vec![0.0_f64; self.count];

@@ -4,8 +4,9 @@ use super::UNLABELLED;
 use crate::discontinuity::Discontinuities;
 use crate::order;
 
-/// Fewest trajectories on either side of a border for its mean discontinuity to count. A single stray trajectory, which the rotation
-/// gave to another object's cluster, has weak discontinuities to all that is around it and would merge both objects.
+/// Fewest trajectories on either side of a border for its mean discontinuity to count. A single stray trajectory, which
+/// the rotation gave to another object's cluster, has weak discontinuities to all that is around it and would merge
+/// both objects.
 const MIN_WITNESSES: u32 = 3;
 
 /// Sum and number of the discontinuities between every two clusters, `k × k`, symmetric.
@@ -76,11 +77,12 @@ impl Borders {
     }
 }
 
-/// Merges neighbouring clusters, least discontinuous pair first, while their mean discontinuity is below `threshold`; then joins
-/// clusters of fewer than `min_cluster` trajectories, smallest first, to their least discontinuous neighbour.
+/// Merges neighbouring clusters, least discontinuous pair first, while their mean discontinuity is below `threshold`;
+/// then joins clusters of fewer than `min_cluster` trajectories, smallest first, to their least discontinuous
+/// neighbour.
 ///
 /// Labels may be any numbers; unlabelled trajectories take no part. A small cluster without neighbours stays.
-pub fn merge_clusters(label: &mut [u32], discontinuities: &Discontinuities, threshold: f64, min_cluster: usize) {
+pub(crate) fn merge_clusters(label: &mut [u32], discontinuities: &Discontinuities, threshold: f64, min_cluster: usize) {
     let k = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l as usize + 1);
     let mut borders = Borders::new(label, k, discontinuities);
     let mut size = vec![0_usize; k];
@@ -155,7 +157,8 @@ mod tests {
 
     #[test]
     fn a_single_stray_does_not_join_two_objects() {
-        // Trajectory 3 lies in the first object, with weak discontinuities to all of it, but has the second one's label.
+        // Trajectory 3 lies in the first object, with weak discontinuities to all of it, but has the second one's
+        // label.
         let mut label = vec![0, 0, 0, 1, 1, 1, 1];
         let mut links = chain(&[0.1, 0.1, 0.1, 0.9, 0.1, 0.1]);
         links.neighborhoods.pairs.extend([(0, 3), (1, 3)]);

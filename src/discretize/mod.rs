@@ -2,23 +2,25 @@
 //!
 //! In: the embedding, the neighbour pairs with their `d`. Out: one label per trajectory.
 //!
-//! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation (`rotation`).
-//! 2. For each two neighbouring clusters their mean discontinuity `d^C` over all neighbour pairs between them; merge the pair with the
-//!    smallest while it is below ρ, sums added up at each merge. Borders with fewer than three trajectories on either side do not
-//!    count here.
+//! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation
+//!    (`rotation`).
+//! 2. For each two neighbouring clusters their mean discontinuity `d^C` over all neighbour pairs between them; merge
+//!    the pair with the smallest while it is below ρ, sums added up at each merge. Borders with fewer than three
+//!    trajectories on either side do not count here.
 //! 3. Clusters of very few trajectories join their least discontinuous neighbour.
 //! 4. Trajectories outside the embedding take the label of most of their neighbours.
 //! 5. Labels are numbered by how many trajectory points they hold, most first.
 //!
-//! Deviations: the paper does not fix the order of merging (greedy here: chains through small clusters do not form), its ρ is 0.4 (0.77
-//! here, since the rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9), and it has no step 3
-//! and no least length of a border.
+//! Deviations: the paper does not fix the order of merging (greedy here: chains through small clusters do not form),
+//! its ρ is 0.4 (0.77 here, since the rotation cuts where the embedding changes fastest, and true borders have a mean
+//! `d` above 0.9), and it has no step 3 and no least length of a border.
 //!
-//! To compare with, steps 2 and 3 can be left out, K-means can take the place of the rotation (`kmeans`), and the number of clusters
-//! can follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five ways of Figure 10.
+//! To compare with, steps 2 and 3 can be left out, K-means can take the place of the rotation (`kmeans`), and the
+//! number of clusters can follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five ways of
+//! Figure 10.
 //!
-//! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all edges with
-//! `d` below 0.6.
+//! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all
+//! edges with `d` below 0.6.
 
 mod kmeans;
 mod merge;
@@ -29,9 +31,9 @@ use crate::embedding::Embedding;
 use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
-pub use kmeans::k_means;
-pub use merge::merge_clusters;
-pub use rotation::rotate;
+use kmeans::k_means;
+pub(crate) use merge::merge_clusters;
+pub(crate) use rotation::rotate;
 
 crate::choices! {
     /// From embedding to labels.
@@ -58,19 +60,20 @@ crate::choices! {
 crate::params! {
     /// Discretization.
     pub struct DiscretizeParams {
-        /// How clusters are made. rotation-merge is the discontinuity-aware discretization of section 2.3; rotation and k-means are those
-        /// that the paper compares it with (Figure 10), without merging and without `minCluster`.
+        /// How clusters are made. rotation-merge is the discontinuity-aware discretization of section 2.3; rotation and
+        /// k-means are those that the paper compares it with (Figure 10), without merging and without `minCluster`.
         pub method: DiscretizeMethod = DiscretizeMethod::RotationMerge, in 0..=2;
-        /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding, gap one for each
-        /// eigenvalue before the first gap of at least `minGap`.
+        /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding,
+        /// gap one for each eigenvalue before the first gap of at least `minGap`.
         pub count: CountRule = CountRule::Eigenvalues, in 0..=1;
-        /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, among the eigenvalues of the embedding; all of
-        /// them where there is no such gap. Higher gives more clusters.
+        /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, among the eigenvalues of
+        /// the embedding; all of them where there is no such gap. Higher gives more clusters.
         pub min_gap: f64 = 0.02, in 0.0..=1.0;
-        /// ρ: clusters whose mean discontinuity along their common border is below it are merged (section 2.3: 0.4). Higher merges more.
+        /// ρ: clusters whose mean discontinuity along their common border is below it are merged (section 2.3: 0.4).
+        /// Higher merges more.
         pub merge_threshold: f64 = 0.77, in 0.0..=1.0;
-        /// Clusters of fewer trajectories join their least discontinuous neighbour; counted at a grid step of 8 pixels and scaled with
-        /// the inverse square of the step. 0 keeps all.
+        /// Clusters of fewer trajectories join their least discontinuous neighbour; counted at a grid step of 8 pixels
+        /// and scaled with the inverse square of the step. 0 keeps all.
         pub min_cluster: u32 = 8, in 0..=100000;
     }
 }
@@ -89,7 +92,36 @@ pub struct Clusters {
 /// No label yet.
 const UNLABELLED: u32 = u32::MAX;
 
-/// Labels by the method and the count that `params` name; `params.min_cluster` counts trajectories as they are. `seed` is for K-means.
+/// Labels by the method and the count that `params` name; `params.min_cluster` counts trajectories as they are. `seed`
+/// is for K-means.
+///
+/// # Examples
+/// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, clustered again.
+///
+/// ```
+/// # use tracecut::discontinuity::{DiscontinuityParams, discontinuities, neighborhoods};
+/// # use tracecut::embedding::{EmbeddingParams, embed};
+/// # use tracecut::sparse::SymCsr;
+/// # use tracecut::trajectory::Trajectories;
+/// #
+/// # // A trajectory for each digit; those of equal digits move alike.
+/// # let digits = ["00011", "00011", "00011"].concat().into_bytes();
+/// # let mut tracks = Trajectories::empty(1, (50, 30));
+/// # (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
+/// # let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
+/// # let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
+/// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
+/// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// # let embedding = embed(&a, &params, 0);
+/// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+/// use tracecut::discretize::{DiscretizeParams, discretize};
+///
+/// let params = DiscretizeParams { min_cluster: 0, ..DiscretizeParams::default() };
+/// let clusters = discretize(&tracks, &embedding, &found, &params, 0);
+/// assert_eq!((clusters.count, clusters.label.len()), (2, 15));
+/// assert!(clusters.label.iter().zip(&digits).all(|(&label, digit)| label == u32::from(digit - b'0')));
+/// ```
+#[must_use]
 pub fn discretize(
     tracks: &Trajectories,
     embedding: &Embedding,
@@ -101,8 +133,9 @@ pub fn discretize(
     discretize_into(tracks, embedding, discontinuities, count, params, seed)
 }
 
-/// The same, into `count` clusters before merging, by the leading `count` eigenvectors; `params.count` says nothing here.
-pub fn discretize_into(
+/// The same, into `count` clusters before merging, by the leading `count` eigenvectors; `params.count` says nothing
+/// here.
+pub(crate) fn discretize_into(
     tracks: &Trajectories,
     embedding: &Embedding,
     discontinuities: &Discontinuities,
@@ -122,6 +155,7 @@ pub fn discretize_into(
 }
 
 /// The number of clusters by the rule that `params` name: at most as many as the embedding has eigenvectors.
+#[doc(hidden)]
 pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize {
     match params.count {
         CountRule::Eigenvalues => embedding.dimensions,
@@ -133,6 +167,32 @@ pub fn cluster_count(embedding: &Embedding, params: &DiscretizeParams) -> usize 
 }
 
 /// The segmentation of Figure 1(c): connected components of the edges with `d` at most `threshold`.
+///
+/// # Examples
+/// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, parted where `d` is above 0.6.
+///
+/// ```
+/// # use tracecut::discontinuity::{DiscontinuityParams, discontinuities, neighborhoods};
+/// # use tracecut::embedding::{EmbeddingParams, embed};
+/// # use tracecut::sparse::SymCsr;
+/// # use tracecut::trajectory::Trajectories;
+/// #
+/// # // A trajectory for each digit; those of equal digits move alike.
+/// # let digits = ["00011", "00011", "00011"].concat().into_bytes();
+/// # let mut tracks = Trajectories::empty(1, (50, 30));
+/// # (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
+/// # let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
+/// # let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
+/// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
+/// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// # let embedding = embed(&a, &params, 0);
+/// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+/// use tracecut::discretize::threshold_segmentation;
+///
+/// let pieces = threshold_segmentation(&tracks, &found, 0.6);
+/// assert_eq!((pieces.count, pieces.label[0], pieces.label[4]), (2, 0, 1));
+/// ```
+#[must_use]
 pub fn threshold_segmentation(tracks: &Trajectories, discontinuities: &Discontinuities, threshold: f64) -> Clusters {
     let mut sets = DisjointSets::new(tracks.len());
     for (&(i, j), &d) in discontinuities.neighborhoods.pairs.iter().zip(&discontinuities.d) {
@@ -144,7 +204,8 @@ pub fn threshold_segmentation(tracks: &Trajectories, discontinuities: &Discontin
     canonical(tracks, label)
 }
 
-/// Gives unlabelled trajectories the label of most of their labelled neighbours, ring by ring; 0 where there are none at all.
+/// Gives unlabelled trajectories the label of most of their labelled neighbours, ring by ring; 0 where there are none
+/// at all.
 fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
     loop {
         let mut votes: Vec<(u32, u32)> = Vec::new();
@@ -171,7 +232,7 @@ fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
 }
 
 /// Renumbers labels from 0 by falling number of trajectory points, ties by first trajectory.
-pub fn canonical(tracks: &Trajectories, label: Vec<u32>) -> Clusters {
+pub(crate) fn canonical(tracks: &Trajectories, label: Vec<u32>) -> Clusters {
     let mut names: Vec<u32> = label.clone();
     order::sort_by_key(&mut names, |&l| l.into());
     names.dedup();
@@ -267,7 +328,8 @@ mod tests {
 
     #[test]
     fn only_the_first_method_merges() {
-        // Two groups of rows in a plane, and weak discontinuities all along: the rotation parts them, the merging joins them.
+        // Two groups of rows in a plane, and weak discontinuities all along: the rotation parts them, the merging joins
+        // them.
         let rows = [[1.0, 0.1], [1.0, 0.0], [0.9, 0.1], [0.0, 1.0], [0.1, 0.9], [0.1, 1.0]];
         let embedding = Embedding {
             num_rows: 6,

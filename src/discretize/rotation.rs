@@ -1,12 +1,15 @@
 //! Eigenvector rotation: the multiclass spectral clustering of Yu and Shi (ICCV 2003), which the paper calls *rot*.
 //!
-//! Finds the rotation `R` of the row-normalised eigenvectors `Ṽ` that brings them nearest to a binary indicator matrix `X`:
+//! Finds the rotation `R` of the row-normalised eigenvectors `Ṽ` that brings them nearest to a binary indicator matrix
+//! `X`:
 //!
 //! 1. Start: rows of `Ṽ` that are as orthogonal to each other as can be, chosen one after the other.
 //! 2. `X` = row-wise maximum of `Ṽ R`.
-//! 3. `R` = the orthogonal matrix nearest to `Ṽᵀ X`, by singular value decomposition; repeat from 2 while the fit improves.
+//! 3. `R` = the orthogonal matrix nearest to `Ṽᵀ X`, by singular value decomposition; repeat from 2 while the fit
+//!    improves.
 //!
-//! Several first rows are tried and the best fit is kept, ties to the first: the start decides which local optimum is found.
+//! Several first rows are tried and the best fit is kept, ties to the first: the start decides which local optimum is
+//! found.
 
 use super::UNLABELLED;
 use crate::embedding::Embedding;
@@ -17,9 +20,9 @@ const STARTS: [f64; 3] = [0.5, 0.25, 0.75];
 /// Most iterations per start (the published code's value).
 const MAX_ITERATIONS: usize = 20;
 
-/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay unlabelled. Labels may
-/// be missing.
-pub fn rotate(embedding: &Embedding, count: usize) -> Vec<u32> {
+/// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay
+/// unlabelled. Labels may be missing.
+pub(crate) fn rotate(embedding: &Embedding, count: usize) -> Vec<u32> {
     let k = count.min(embedding.dimensions);
     let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
     let rows = normalised_rows(embedding, &embedded, k);
@@ -105,7 +108,8 @@ fn fit_rotation(rows: &[f64], k: usize, mut rotation: Vec<f64>) -> (f64, Vec<u32
 
 /// For `M = Xᵀ Ṽ = A Ω Bᵀ` (`k × k`, row by row): the rotation `B Aᵀ` and the trace of `Ω`. One-sided Jacobi iteration.
 fn polar_factor(moment: &[f64], k: usize) -> (Vec<f64>, f64) {
-    // Rows of `g` become Ω_c A_cᵀ, rows of `b` become B_cᵀ: rotations of the columns of M, kept transposed for locality.
+    // Rows of `g` become Ω_c A_cᵀ, rows of `b` become B_cᵀ: rotations of the columns of M, kept transposed for
+    // locality.
     let mut g: Vec<f64> = (0..k * k).map(|e| moment[(e % k) * k + e / k]).collect();
     let mut b: Vec<f64> = (0..k * k).map(|e| if e / k == e % k { 1.0 } else { 0.0 }).collect();
     for _sweep in 0..60 {
@@ -140,8 +144,8 @@ fn turn(m: &mut [f64], k: usize, p: usize, q: usize, cos: f64, sin: f64) {
     }
 }
 
-/// `B Aᵀ` from the rows `Ω_c A_cᵀ` of `g` and `B_cᵀ` of `b`. Where Ω_c vanishes (an empty cluster) any direction orthogonal to the
-/// other `A` is right; unit vectors are tried in order.
+/// `B Aᵀ` from the rows `Ω_c A_cᵀ` of `g` and `B_cᵀ` of `b`. Where Ω_c vanishes (an empty cluster) any direction
+/// orthogonal to the other `A` is right; unit vectors are tried in order.
 fn orthogonal_product(g: &[f64], b: &[f64], k: usize) -> (Vec<f64>, f64) {
     let omega: Vec<f64> = g.chunks_exact(k).map(|row| row.iter().map(|v| v * v).sum::<f64>().sqrt()).collect();
     let tiny = 1e-12 * omega.iter().fold(0.0_f64, |a, &v| a.max(v));

@@ -1,5 +1,5 @@
-//! The dense linear algebra that the eigensolver needs: by faer natively, by a few functions of our own in wasm, where faer would
-//! be a fifth of the file that a page fetches. Tests hold the two against each other.
+//! The dense linear algebra that the eigensolver needs: by faer natively, by a few functions of our own in wasm, where
+//! faer would be a fifth of the file that a page fetches. Tests hold the two against each other.
 
 #[cfg(target_arch = "wasm32")]
 pub(super) use super::portable::{add_combination, project, symmetric_eigen};

@@ -3,24 +3,24 @@
 //! In: a symmetric map of `R^n` that can be applied to a block of vectors, and the number `k` of pairs wanted. Out: the
 //! `k` algebraically largest eigenvalues with orthonormal eigenvectors, and an account of how good they are.
 //!
-//! A Krylov space grown from a block of `b` vectors holds at most `b` eigenvectors of one eigenvalue. So with `b` vectors
-//! an eigenvalue that is repeated `r` times is found `min(b, r)` times, and one that was found fewer than `b` times is
-//! complete. That gives the method its outer loop:
+//! A Krylov space grown from a block of `b` vectors holds at most `b` eigenvectors of one eigenvalue. So with `b`
+//! vectors an eigenvalue that is repeated `r` times is found `min(b, r)` times, and one that was found fewer than `b`
+//! times is complete. That gives the method its outer loop:
 //!
-//! 1. Block Lanczos from a random block of `b` (at first 4) vectors, restarted with the best Ritz vectors whenever the basis
-//!    is full, until the `k` largest Ritz pairs have converged. See `lanczos.rs`.
+//! 1. Block Lanczos from a random block of `b` (at first 4) vectors, restarted with the best Ritz vectors whenever the
+//!    basis is full, until the `k` largest Ritz pairs have converged. See `lanczos.rs`.
 //! 2. If some eigenvalue turned up `b` times or more and `b < k`, there may be further copies: double `b` and go to 1.
 //!
 //! Small operators (a few hundred rows) are written out and solved densely.
 //!
-//! Why four vectors: one pass over the matrix serves all four for little more than the price of one, while larger blocks
-//! need more products for the same accuracy (measured on imitated trajectory graphs of 10 000 nodes, `k = 24`, tolerance 1e-4: 118
-//! products with blocks of one, 168 with four, 232 with eight).
-//! Source: Golub and Underwood 1977 (blocks); Wu and Simon, "Thick-restart Lanczos method", 2000; Ruhe 1979 (panel by panel).
-//! Cost: 100 to 300 products on trajectory graphs, `O(n m)` numbers of memory for a basis of `m = k + 44` vectors, and as
-//! many operations as some hundred passes over that basis.
-//! Limits: eigenvalues that agree to more digits than the tolerance resolves count as repeated; where `k` pairs must be told
-//! from others that are very close, the budget of products ends first and the result says so.
+//! Why four vectors: one pass over the matrix serves all four for little more than the price of one, while larger
+//! blocks need more products for the same accuracy (measured on imitated trajectory graphs of 10 000 nodes, `k = 24`,
+//! tolerance 1e-4: 118 products with blocks of one, 168 with four, 232 with eight). Source: Golub and Underwood 1977
+//! (blocks); Wu and Simon, "Thick-restart Lanczos method", 2000; Ruhe 1979 (panel by panel). Cost: 100 to 300 products
+//! on trajectory graphs, `O(n m)` numbers of memory for a basis of `m = k + 44` vectors, and as many operations as some
+//! hundred passes over that basis. Limits: eigenvalues that agree to more digits than the tolerance resolves count as
+//! repeated; where `k` pairs must be told from others that are very close, the budget of products ends first and the
+//! result says so.
 
 use super::dense::symmetric_eigen;
 use super::lanczos::{Lanczos, Ritz};
@@ -54,6 +54,7 @@ pub struct EigenParams {
 /// What happened inside the solver.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 #[serde(rename_all = "camelCase")]
+#[non_exhaustive]
 pub struct EigenInfo {
     /// Whether every pair returned met the tolerance.
     pub converged: bool,
@@ -78,22 +79,22 @@ pub struct Eigenpairs {
 
 /// Operators of at most this many rows are solved densely; at this size both ways cost about the same.
 const DENSE_LIMIT: usize = 200;
-/// Ritz vectors kept at a restart beyond the `k` wanted ones, and vectors that a cycle adds to them. Bases of up to twice the
-/// size were as fast on real graphs: what they save in products they cost in orthogonalisation.
+/// Ritz vectors kept at a restart beyond the `k` wanted ones, and vectors that a cycle adds to them. Bases of up to
+/// twice the size were as fast on real graphs: what they save in products they cost in orthogonalisation.
 const SPARE: usize = 8;
 const CYCLE: usize = 32;
-/// Eigenvalues closer than this part of the tolerance count as one that is repeated. The error of a converged value is far
-/// smaller: about the square of its residual.
+/// Eigenvalues closer than this part of the tolerance count as one that is repeated. The error of a converged value is
+/// far smaller: about the square of its residual.
 const SAME: f64 = 0.1;
-/// Between restarts, convergence is looked at once the residual has come within this factor of the tolerance: often enough
-/// to save the end of the last cycle, seldom enough for small graphs, where a look costs as much as a product.
+/// Between restarts, convergence is looked at once the residual has come within this factor of the tolerance: often
+/// enough to save the end of the last cycle, seldom enough for small graphs, where a look costs as much as a product.
 const NEAR: f64 = 100.0;
 
 /// The `min(k, n)` algebraically largest eigenpairs of `operator`.
 ///
-/// Deterministic and free of panics; for an operator that yields values that are not finite the result is all zeros with
-/// unit vectors, and not converged. Where `n` is below a few hundred or a few times `k`, the cost is that of a dense
-/// solution, `n³`.
+/// Deterministic and free of panics; for an operator that yields values that are not finite the result is all zeros
+/// with unit vectors, and not converged. Where `n` is below a few hundred or a few times `k`, the cost is that of a
+/// dense solution, `n³`.
 pub fn largest_eigenpairs(operator: &dyn SymmetricOperator, k: usize, params: &EigenParams) -> Eigenpairs {
     let n = operator.dimension();
     let k = k.min(n);

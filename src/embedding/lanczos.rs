@@ -1,17 +1,17 @@
 //! Block Lanczos with full orthogonalisation and thick restarts, panel by panel.
 //!
-//! The basis is a row of panels of four vectors, of which the first `done` vectors have been multiplied by `A`; the others
-//! are waiting. A step
-//! multiplies the next waiting panel, takes out of the product all that lies along the basis, and appends what remains as
-//! a new panel. So `A V_done = V T`, where `T` (all panels × done panels) holds what was taken out:
+//! The basis is a row of panels of four vectors, of which the first `done` vectors have been multiplied by `A`; the
+//! others are waiting. A step multiplies the next waiting panel, takes out of the product all that lies along the
+//! basis, and appends what remains as a new panel. So `A V_done = V T`, where `T` (all panels × done panels) holds what
+//! was taken out:
 //!
 //! ```text
 //!            done     waiting            The block size is the number of waiting vectors: it stays what it was at the
 //!   T^T = [   H    |    Eᵀ   ]           start, as every step takes one panel from the queue and appends one.
 //! ```
 //!
-//! Ritz pairs `(θ, y)` of `H` approximate eigenpairs `(θ, V_done y)` with residual `‖E y‖`. When the basis is full, the best
-//! Ritz vectors become its first panels and everything else but the waiting panels is dropped (Wu and Simon 2000).
+//! Ritz pairs `(θ, y)` of `H` approximate eigenpairs `(θ, V_done y)` with residual `‖E y‖`. When the basis is full, the
+//! best Ritz vectors become its first panels and everything else but the waiting panels is dropped (Wu and Simon 2000).
 
 use super::dense::{DenseEigen, add_combination, project, symmetric_eigen};
 use super::eigen::SymmetricOperator;
@@ -50,8 +50,8 @@ pub(super) struct Ritz {
 }
 
 impl<'a> Lanczos<'a> {
-    /// Starts from `block` random vectors; `capacity` more can be appended, and the operator's dimension must exceed both
-    /// together. All sizes are multiples of a panel's width.
+    /// Starts from `block` random vectors; `capacity` more can be appended, and the operator's dimension must exceed
+    /// both together. All sizes are multiples of a panel's width.
     pub(super) fn new(operator: &'a dyn SymmetricOperator, block: usize, capacity: usize, seed: u32) -> Self {
         let (n, side) = (operator.dimension(), capacity + block);
         let mut start = Self {
@@ -93,8 +93,8 @@ impl<'a> Lanczos<'a> {
         }
         let length = before.into_iter().fold(0.0, f64::max);
         self.norm = self.norm.max(length);
-        // What is known already (T is symmetric), then the part along the waiting panels; both before the full pass, which
-        // so has only rounding to remove and needs no second one.
+        // What is known already (T is symmetric), then the part along the waiting panels; both before the full pass,
+        // which so has only rounding to remove and needs no second one.
         let first = (0..j).find(|&i| (0..WIDTH).any(|c| self.t[i * self.side + j + c] != 0.0)).unwrap_or(j);
         let known: Vec<f64> = (j..j + WIDTH)
             .flat_map(|c| (first..j).map(move |i| (i, c)))
@@ -125,9 +125,10 @@ impl<'a> Lanczos<'a> {
         to_columns(&image, WIDTH)
     }
 
-    /// Appends `w`, orthonormalised against the basis and within, and returns its factor `s`: what was orthogonal to the
-    /// basis in `w` is `panel · s`. Directions that vanish are replaced by random ones: the Krylov space is exhausted
-    /// there, and only a new direction can lead on. `length` is that of `w` before anything was taken out of it.
+    /// Appends `w`, orthonormalised against the basis and within, and returns its factor `s`: what was orthogonal to
+    /// the basis in `w` is `panel · s`. Directions that vanish are replaced by random ones: the Krylov space is
+    /// exhausted there, and only a new direction can lead on. `length` is that of `w` before anything was taken out of
+    /// it.
     fn append(&mut self, mut w: Vec<f64>, length: f64) -> Square {
         let mut s = IDENTITY;
         let (mut least, mut negligible) = (CANCELLED * length, ROUNDING * self.norm);

@@ -1,19 +1,20 @@
 //! Spectral embedding: every trajectory becomes a point whose coordinates are the leading eigenvectors of the graph.
 //!
-//! In: the symmetric affinity matrix `A` (`n × n`, entries ≥ 0). Out: the `K` largest eigenvalues `Λ` of the random walk
-//! `P = D^-1 A` (`D` the diagonal of row sums) and its right eigenvectors `V` (`n × K`), from which later stages take
-//! `Ŵ = V Λ Vᵀ`, the affinities as the leading part of the spectrum sees them (section 2.1 of the paper).
+//! In: the symmetric affinity matrix `A` (`n × n`, entries ≥ 0). Out: the `K` largest eigenvalues `Λ` of the random
+//! walk `P = D^-1 A` (`D` the diagonal of row sums) and its right eigenvectors `V` (`n × K`), from which later stages
+//! take `Ŵ = V Λ Vᵀ`, the affinities as the leading part of the spectrum sees them (section 2.1 of the paper).
 //!
 //! 1. Connected components that are too small are left out: each would take an eigenvalue 1 and say nothing of motion.
 //! 2. `P` is similar to the symmetric `N = D^-1/2 A D^-1/2`; the eigensolver works on `N`, scaled on the fly.
 //! 3. `K` is the number of eigenvalues that reach a threshold, within bounds.
-//! 4. `V = D^-1/2 U`, so that `Vᵀ D V = I`. Then `Ŵ` does not depend on the basis chosen for a repeated eigenvalue, and a
-//!    graph that falls into blocks has `Ŵ = 1 / volume` within a block and 0 across. The trivial eigenvector is kept.
+//! 4. `V = D^-1/2 U`, so that `Vᵀ D V = I`. Then `Ŵ` does not depend on the basis chosen for a repeated eigenvalue, and
+//!    a graph that falls into blocks has `Ŵ = 1 / volume` within a block and 0 across. The trivial eigenvector is kept.
 //!
 //! Deviations: the paper fixes neither `K` nor the scale of `V`; both choices here follow an earlier
 //! prototype's measurements on real clips.
 //! Cost: the equivalent of 100 to 300 sparse products; memory of about `100 n` numbers besides the matrix.
 
+mod chebyshev;
 mod dense;
 mod eigen;
 mod lanczos;
@@ -21,26 +22,29 @@ mod normalize;
 mod panel;
 #[cfg(any(test, target_arch = "wasm32"))]
 mod portable;
-mod refine;
 #[cfg(not(target_arch = "wasm32"))]
 mod with_faer;
 
 use crate::sparse::SymCsr;
-pub use eigen::{EigenInfo, EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};
+pub(crate) use chebyshev::refine_eigenpairs;
+pub use eigen::EigenInfo;
+#[doc(hidden)]
+pub use eigen::{EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};
 use normalize::NormalizedGraph;
-pub use refine::refine_eigenpairs;
 
 crate::params! {
     /// Spectral embedding.
     pub struct EmbeddingParams {
-        /// Eigenvectors are kept while their eigenvalue is at least this. Lower keeps more of them and finds weaker motion
-        /// differences, but breaks uniform regions sooner. The paper does not say; 0.7 is the choice of that prototype.
+        /// Eigenvectors are kept while their eigenvalue is at least this. Lower keeps more of them and finds weaker
+        /// motion differences, but breaks uniform regions sooner. The paper does not say; 0.7 is the choice of that
+        /// prototype.
         pub min_eigenvalue: f64 = 0.7, in 0.0..=1.0;
         /// Fewest eigenvectors, whatever their eigenvalues.
         pub min_dimensions: u32 = 8, in 1..=64;
         /// Most eigenvectors; where it is below `minDimensions`, it wins. Higher is slower.
         pub max_dimensions: u32 = 24, in 2..=64;
-        /// Connected groups of fewer trajectories than this are not embedded (where no group is as large, the largest are).
+        /// Connected groups of fewer trajectories than this are not embedded (where no group is as large, the largest
+        /// are).
         pub min_component: u32 = 50, in 1..=1000000;
         /// Residual at which an eigenpair is good enough. Lower is slower.
         pub tolerance: f64 = 1e-4, in 1e-10..=0.01;
@@ -61,7 +65,8 @@ pub struct Embedding {
     pub eigenvalues: Vec<f64>,
     /// `V`, `n × K`, row by row; the row of trajectory `i` is `vectors[i * K..(i + 1) * K]`.
     pub vectors: Vec<f64>,
-    /// Whether each trajectory is embedded: part of a connected group that is large enough. The rows of others are zero.
+    /// Whether each trajectory is embedded: part of a connected group that is large enough. The rows of others are
+    /// zero.
     pub embedded: Vec<bool>,
     /// What the eigensolver reports.
     pub info: EigenInfo,
@@ -81,6 +86,27 @@ const MAX_PRODUCTS: u32 = 20_000;
 ///
 /// A graph without edges has an embedding of no dimensions. So has one with entries that are not finite (a breach of
 /// `SymCsr`'s law), with `info.converged == false`.
+///
+/// # Examples
+/// Two groups of trajectories without an affinity between them: two eigenvalues of 1, and eigenvectors that are
+/// constant on each group.
+///
+/// ```
+/// use tracecut::embedding::{EmbeddingParams, embed};
+/// use tracecut::sparse::SymCsr;
+///
+/// let group = b"000011111";
+/// let pairs = (0..9_u32).flat_map(|i| (i + 1..9).map(move |j| (i, j)));
+/// let alike = pairs.filter(|&(i, j)| group[i as usize] == group[j as usize]);
+/// let a = SymCsr::from_upper(9, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
+/// let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// let embedding = embed(&a, &params, 0);
+/// assert_eq!(embedding.dimensions, 2);
+/// assert!(embedding.eigenvalues.iter().all(|&l| (l - 1.0).abs() < 1e-6));
+/// let same = |i: usize, j: usize| embedding.row(i).iter().zip(embedding.row(j)).all(|(a, b)| (a - b).abs() < 1e-6);
+/// assert!(same(0, 3) && same(4, 8) && !same(3, 4));
+/// ```
+#[must_use]
 pub fn embed(affinities: &SymCsr, params: &EmbeddingParams, seed: u32) -> Embedding {
     let n = affinities.len();
     if affinities.value.iter().any(|w| !w.is_finite()) {

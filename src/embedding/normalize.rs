@@ -18,8 +18,8 @@ pub(super) struct NormalizedGraph<'a> {
 }
 
 impl<'a> NormalizedGraph<'a> {
-    /// The components with at least `min_component` nodes; where there is none, the largest ones. Nodes without positive
-    /// degree never belong.
+    /// The components with at least `min_component` nodes; where there is none, the largest ones. Nodes without
+    /// positive degree never belong.
     pub(super) fn new(affinities: &'a SymCsr, min_component: usize) -> Self {
         let degrees = affinities.degrees();
         let (component, count) = affinities.components();
@@ -36,8 +36,8 @@ impl<'a> NormalizedGraph<'a> {
     }
 }
 
-/// `out = S A S x` on the rows and columns `rows` of `matrix`, with the diagonal `S = scale`, for a block of vectors stored
-/// row by row: four columns at a time, then one. `spread` is scratch.
+/// `out = S A S x` on the rows and columns `rows` of `matrix`, with the diagonal `S = scale`, for a block of vectors
+/// stored row by row: four columns at a time, then one. `spread` is scratch.
 fn multiply(
     matrix: &SymCsr,
     (rows, scale): (&[u32], &[f64]),

@@ -48,8 +48,8 @@ fn length(x: &[f64]) -> f64 {
 }
 
 /// Makes the vectors of `w` orthonormal by modified Gram-Schmidt and returns the upper triangular `s` with
-/// `w_before = w s`. A vector no longer than `negligible` is replaced through `random`; its row of `s` is zero, and it is
-/// neither orthogonal to the others nor of length one, so that the caller must come back.
+/// `w_before = w s`. A vector no longer than `negligible` is replaced through `random`; its row of `s` is zero, and it
+/// is neither orthogonal to the others nor of length one, so that the caller must come back.
 pub(super) fn orthonormalize(w: &mut [f64], n: usize, negligible: f64, random: &mut dyn FnMut() -> f64) -> Square {
     let mut s = Square::default();
     for c in 0..WIDTH {

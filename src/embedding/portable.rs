@@ -3,8 +3,8 @@
 //! Steps of the eigensolver (Golub and Van Loan, Matrix Computations, 4th ed., 8.3):
 //!
 //! 1. Householder reflections `H_k` make the matrix tridiagonal, `A = Q T Qᵀ` with `Q = H_0 H_1 …`.
-//! 2. Implicit QR sweeps with Wilkinson's shift make `T` diagonal; each rotation is applied to two rows of `Vᵀ`, starting from
-//!    `Qᵀ`, so that all inner loops run along rows.
+//! 2. Implicit QR sweeps with Wilkinson's shift make `T` diagonal; each rotation is applied to two rows of `Vᵀ`,
+//!    starting from `Qᵀ`, so that all inner loops run along rows.
 //! 3. Pairs are sorted, the largest eigenvalue first.
 //!
 //! Cost: about `9 n³` operations, `2 n²` numbers. Limits: meant for a few hundred rows.

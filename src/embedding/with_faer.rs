@@ -1,4 +1,5 @@
-//! Dense linear algebra by faer, for native builds; the only file that names it. One thread; matrices are column-major slices.
+//! Dense linear algebra by faer, for native builds; the only file that names it. One thread; matrices are column-major
+//! slices.
 //!
 //! faer chooses the instructions at run time, so the last bits differ between kinds of processors, never between runs.
 

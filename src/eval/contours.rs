@@ -1,27 +1,29 @@
 //! How well a boundary map agrees with the outlines that people drew (Berkeley benchmark).
 //!
-//! In: a map of strengths, 0 off its thin lines, and the outlines of several people. Out: precision and recall at every threshold.
+//! In: a map of strengths, 0 off its thin lines, and the outlines of several people. Out: precision and recall at every
+//! threshold.
 //!
-//! A pixel of the map and a pixel of an outline may be *matched* when they are no further apart than a tolerance, by custom 0.0075 of
-//! the image's diagonal ([`tolerance`]). Two ways of counting:
+//! A pixel of the map and a pixel of an outline may be *matched* when they are no further apart than a tolerance, by
+//! custom 0.0075 of the image's diagonal ([`tolerance`]). Two ways of counting:
 //!
-//! - **One-to-one**, the benchmark's own: for each person and threshold a largest matching in which every pixel has at most one partner.
-//!   Precision is the share of the map's pixels that are matched with the outline of at least one person; recall is the share of the
-//!   outline pixels of all people, counted together, that are matched.
-//! - **Nearest**: a pixel counts as matched when there is any pixel of the other kind within the tolerance. It forgives double lines.
+//! - **One-to-one**, the benchmark's own: for each person and threshold a largest matching in which every pixel has at
+//!   most one partner. Precision is the share of the map's pixels that are matched with the outline of at least one
+//!   person; recall is the share of the outline pixels of all people, counted together, that are matched.
+//! - **Nearest**: a pixel counts as matched when there is any pixel of the other kind within the tolerance. It forgives
+//!   double lines.
 //!
-//! A largest matching that grows by one pixel of the map after the other, strongest first, is a largest matching of every threshold's
-//! pixels on its way: a pixel once matched stays matched (its partner may change), and one that could not be matched when its turn
-//! came never can be later. So one pass per person gives all thresholds (Kuhn's augmenting paths; what a failed search has seen is
-//! closed for good and never searched again).
+//! A largest matching that grows by one pixel of the map after the other, strongest first, is a largest matching of
+//! every threshold's pixels on its way: a pixel once matched stays matched (its partner may change), and one that could
+//! not be matched when its turn came never can be later. So one pass per person gives all thresholds (Kuhn's augmenting
+//! paths; what a failed search has seen is closed for good and never searched again).
 //!
-//! **Deviations from the benchmark's program.** It weighs distances too, with a random approximation; here the size of the matching
-//! alone counts, near pixels being tried first. It thins the map again at each threshold; here the map must come thin. It takes 99
-//! even thresholds and interpolates; here they are [`THRESHOLDS`] quantiles of the strengths in all images together, so that a
-//! monotone change of the strengths changes no score.
+//! **Deviations from the benchmark's program.** It weighs distances too, with a random approximation; here the size of
+//! the matching alone counts, near pixels being tried first. It thins the map again at each threshold; here the map
+//! must come thin. It takes 99 even thresholds and interpolates; here they are [`THRESHOLDS`] quantiles of the
+//! strengths in all images together, so that a monotone change of the strengths changes no score.
 //!
-//! Source: Martin, Fowlkes and Malik, "Learning to Detect Natural Image Boundaries Using Local Brightness, Color, and Texture
-//! Cues", PAMI 2004; Arbelaez et al., "Contour Detection and Hierarchical Image Segmentation", PAMI 2011.
+//! Source: Martin, Fowlkes and Malik, "Learning to Detect Natural Image Boundaries Using Local Brightness, Color, and
+//! Texture Cues", PAMI 2004; Arbelaez et al., "Contour Detection and Hierarchical Image Segmentation", PAMI 2011.
 
 use crate::Error;
 use crate::image::Plane;
@@ -206,7 +208,8 @@ fn around<'a>(i: usize, plane: &Plane<bool>, steps: &'a [(i32, i32)]) -> impl It
     })
 }
 
-/// Marks the pixels of `found` that lie near `outline`; gives the strength at which each outline pixel is first reached.
+/// Marks the pixels of `found` that lie near `outline`; gives the strength at which each outline pixel is first
+/// reached.
 fn match_nearest(
     map: &Plane<f32>,
     found: &[usize],
@@ -230,7 +233,8 @@ fn match_nearest(
 
 const FREE: usize = usize::MAX;
 
-/// Marks the pixels of `found` that a largest matching gives a partner in `outline`; gives the strengths of these pixels.
+/// Marks the pixels of `found` that a largest matching gives a partner in `outline`; gives the strengths of these
+/// pixels.
 fn match_one_to_one(
     map: &Plane<f32>,
     found: &[usize],

@@ -1,20 +1,22 @@
 //! The numbers of the DAVIS 2016 benchmark: region similarity J, boundary measure F, and their summary over a clip.
 //!
-//! **In:** a mask and the true mask of one frame, as planes that are true on the foreground; for the summary one number a frame.
-//! **Out:** [`region_similarity`] and [`boundary_measure`] in `0.0..=1.0`, 1 best; [`Summary`].
+//! **In:** a mask and the true mask of one frame, as planes that are true on the foreground; for the summary one number
+//! a frame. **Out:** [`region_similarity`] and [`boundary_measure`] in `0.0..=1.0`, 1 best; [`Summary`].
 //!
 //! 1. J is intersection over union.
-//! 2. The boundary of a mask are the pixels that differ from their right, lower or lower right neighbour. A boundary pixel is matched
-//!    if the other mask has a boundary pixel no farther off than 0.008 of the image's diagonal, rounded up to whole pixels. Precision is
-//!    the matched share of the mask's boundary, recall that of the true one, F their harmonic mean.
-//! 3. The benchmark leaves out the first and the last frame ([`scored_frames`]). Recall is the share of frames above 0.5;
-//!    decay is the mean of the first quarter of frames less that of the last one.
+//! 2. The boundary of a mask are the pixels that differ from their right, lower or lower right neighbour. A boundary
+//!    pixel is matched if the other mask has a boundary pixel no farther off than 0.008 of the image's diagonal,
+//!    rounded up to whole pixels. Precision is the matched share of the mask's boundary, recall that of the true one, F
+//!    their harmonic mean.
+//! 3. The benchmark leaves out the first and the last frame ([`scored_frames`]). Recall is the share of frames above
+//!    0.5; decay is the mean of the first quarter of frames less that of the last one.
 //!
-//! The benchmark knows foreground and background only. A segmentation into labels is scored as it stands, all labels other than 0
-//! being foreground; or with the help of the truth, to tell wrong labels from a wrong choice among them ([`LabelTally`]).
+//! The benchmark knows foreground and background only. A segmentation into labels is scored as it stands, all labels
+//! other than 0 being foreground; or with the help of the truth, to tell wrong labels from a wrong choice among them
+//! ([`LabelTally`]).
 //!
-//! Source: Perazzi et al., "A Benchmark Dataset and Evaluation Methodology for Video Object Segmentation", CVPR 2016, and the
-//! behaviour of its published program.
+//! Source: Perazzi et al., "A Benchmark Dataset and Evaluation Methodology for Video Object Segmentation", CVPR 2016,
+//! and the behaviour of its published program.
 
 use crate::Error;
 use crate::image::Plane;
@@ -47,8 +49,8 @@ pub fn region_similarity(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64,
 
 /// Harmonic mean of boundary precision and recall.
 ///
-/// A mask without a boundary has precision 1, as none of it is wrong, and recall 0 if there is a true boundary; so F is 1 when
-/// both boundaries are empty and 0 when one is.
+/// A mask without a boundary has precision 1, as none of it is wrong, and recall 0 if there is a true boundary; so F is
+/// 1 when both boundaries are empty and 0 when one is.
 ///
 /// # Errors
 /// [`Error::Data`] when the sizes differ.
@@ -106,7 +108,7 @@ fn dilated(plane: &Plane<bool>, radius: usize) -> Plane<bool> {
     wide
 }
 
-fn check_sizes((w, h): (usize, usize), truth: &Plane<bool>) -> Result<(), Error> {
+pub(super) fn check_sizes<T: Copy>((w, h): (usize, usize), truth: &Plane<T>) -> Result<(), Error> {
     let (tw, th) = (truth.width(), truth.height());
     if (w, h) == (tw, th) {
         return Ok(());
@@ -128,8 +130,9 @@ pub struct Summary {
 impl Summary {
     /// Summary of one value a frame; all zero without values.
     ///
-    /// Quarters, as the benchmark's program takes them: of `n` values the five marks `i (n - 1) / 4`, `i = 0..=4`, are rounded to whole
-    /// numbers, halves up; a quarter runs from one mark to the next, both included, so that neighbouring quarters share a value.
+    /// Quarters, as the benchmark's program takes them: of `n` values the five marks `i (n - 1) / 4`, `i = 0..=4`, are
+    /// rounded to whole numbers, halves up; a quarter runs from one mark to the next, both included, so that
+    /// neighbouring quarters share a value.
     pub fn of(values: &[f64]) -> Self {
         if values.is_empty() {
             return Self::default();
@@ -180,8 +183,8 @@ impl LabelTally {
         Ok(())
     }
 
-    /// For each label whether more than half of its pixels are truly foreground: the choice of one who knows the truth. Of all
-    /// choices it has the fewest wrong pixels, which need not be the one with the best region similarity.
+    /// For each label whether more than half of its pixels are truly foreground: the choice of one who knows the truth.
+    /// Of all choices it has the fewest wrong pixels, which need not be the one with the best region similarity.
     pub fn oracle_foreground(&self) -> Vec<bool> {
         self.counts.iter().map(|[background, foreground]| foreground > background).collect()
     }

@@ -1,8 +1,9 @@
 //! The ground truth of a Moseg shot: its definition file (`Def.dat`) and the PGM masks of its labelled frames.
 //!
-//! The definition names the grey value of each region, a matrix of how bad it is to confuse two regions, the number of frames of the
-//! whole shot, and the labelled frames with their masks. Headings end in a colon and the values follow on the next line. The region
-//! numbers within the headings are unreliable in the published files (typing errors); their order is right and is what counts here.
+//! The definition names the grey value of each region, a matrix of how bad it is to confuse two regions, the number of
+//! frames of the whole shot, and the labelled frames with their masks. Headings end in a colon and the values follow on
+//! the next line. The region numbers within the headings are unreliable in the published files (typing errors); their
+//! order is right and is what counts here.
 
 use crate::Error;
 use crate::image::Plane;
@@ -12,7 +13,8 @@ use crate::image::Plane;
 pub struct Definition {
     /// Grey value of each region in the masks.
     pub grey: Vec<u8>,
-    /// `penalty[a][b]`, for every region's pair: weight of a point of region `b` in a cluster that stands for region `a`.
+    /// `penalty[a][b]`, for every region's pair: weight of a point of region `b` in a cluster that stands for region
+    /// `a`.
     pub penalty: Vec<Vec<f64>>,
     /// Number of frames of the whole shot.
     pub num_frames: usize,
@@ -122,7 +124,8 @@ impl<'a> Values<'a> {
 
 /// Reads a binary PGM file (`P5`, at most 255 grey values).
 ///
-/// Some masks of the benchmark end their header in CR LF; both bytes are skipped where the file is long enough for that.
+/// Some masks of the benchmark end their header in CR LF; both bytes are skipped where the file is long enough for
+/// that.
 ///
 /// # Errors
 /// [`Error::Data`] when the file is of another kind or truncated.

@@ -1,18 +1,20 @@
-//! How well a discretization's clusters are the objects of a shot: the two errors of the paper's Figure 10, and curves of them.
+//! How well a discretization's clusters are the objects of a shot: the two errors of the paper's Figure 10, and curves
+//! of them.
 //!
-//! **In:** labelled trajectories, and the region map of each labelled frame. **Out:** [`Errors`] of one shot; for a curve of
-//! averages over shots, its lower envelope and where it lies to another's ([`compare`]).
+//! **In:** labelled trajectories, and the region map of each labelled frame. **Out:** [`Errors`] of one shot; for a
+//! curve of averages over shots, its lower envelope and where it lies to another's ([`compare`]).
 //!
 //! The paper gives both errors in words; as computed here, on the trajectory points in the labelled frames:
 //!
-//! 1. A region (an object, or the background) is *missed* unless some cluster matches it, that is shares more than 70 % of the points
-//!    that lie in either. A region in which no point lies is missed by every discretization.
-//! 2. A cluster belongs to the region that holds most of its points, the first of equal ones, and is a *fragment* of it if it has at
-//!    least some share of that region's points, [`FRAGMENT_SHARE`] where nothing else is asked for; less is taken for points that went
-//!    astray at the object's outline. The *over-segmentation* of a shot is the number of fragments beyond the first of each region.
+//! 1. A region (an object, or the background) is *missed* unless some cluster matches it, that is shares more than 70 %
+//!    of the points that lie in either. A region in which no point lies is missed by every discretization.
+//! 2. A cluster belongs to the region that holds most of its points, the first of equal ones, and is a *fragment* of it
+//!    if it has at least some share of that region's points, [`FRAGMENT_SHARE`] where nothing else is asked for; less
+//!    is taken for points that went astray at the object's outline. The *over-segmentation* of a shot is the number of
+//!    fragments beyond the first of each region.
 //!
-//! A curve is swept by a threshold, and neither error need be monotonous in it. Curves are compared by their lower envelopes: at a rate of
-//! misses the least over-segmentation that any threshold reaches without missing more.
+//! A curve is swept by a threshold, and neither error need be monotonous in it. Curves are compared by their lower
+//! envelopes: at a rate of misses the least over-segmentation that any threshold reaches without missing more.
 
 use super::moseg::{overlap, visible_regions};
 use crate::discretize::Clusters;
@@ -34,8 +36,9 @@ pub struct Errors {
     pub oversegmentation: f64,
 }
 
-/// The errors of `clusters` on the labelled frames: each a frame number and its region map, of regions in `0..num_regions`. Regions that
-/// no map shows do not count; clusters count as fragments from `fragment_share` of a region's points on, of 0 all that have a point.
+/// The errors of `clusters` on the labelled frames: each a frame number and its region map, of regions in
+/// `0..num_regions`. Regions that no map shows do not count; clusters count as fragments from `fragment_share` of a
+/// region's points on, of 0 all that have a point.
 pub fn errors(
     labelled: &[(usize, &Plane<u8>)],
     num_regions: usize,
@@ -92,8 +95,8 @@ pub fn envelope(curve: &[Errors]) -> Vec<Errors> {
 pub struct Comparison {
     /// The least rate of misses that both reach.
     pub from: f64,
-    /// Of the rates at which either envelope has a step: those at which the one curve lies below the other, or has no over-segmentation
-    /// at all, where nothing could be below.
+    /// Of the rates at which either envelope has a step: those at which the one curve lies below the other, or has no
+    /// over-segmentation at all, where nothing could be below.
     pub below: usize,
     /// Those at which both are equal.
     pub equal: usize,
@@ -112,8 +115,8 @@ impl Comparison {
     }
 }
 
-/// Where `curve` lies to `other`; `None` if either has no points. Envelopes are constant between their steps, so that the steps are all
-/// there is to look at.
+/// Where `curve` lies to `other`; `None` if either has no points. Envelopes are constant between their steps, so that
+/// the steps are all there is to look at.
 pub fn compare(curve: &[Errors], other: &[Errors]) -> Option<Comparison> {
     let (ours, theirs) = (envelope(curve), envelope(other));
     let (first, other_first) = (ours.first()?.missed, theirs.first()?.missed);

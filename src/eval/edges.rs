@@ -1,9 +1,10 @@
 //! Classical edge detectors on brightness, to compare boundary maps with.
 //!
-//! Both blur with the same Gaussian, measure a slope, and thin it as our own maps are thinned. [`sobel`] gives the magnitude of the Sobel
-//! operator. [`canny`] gives central differences of the blurred brightness with Canny's hysteresis: the strength of a pixel is the
-//! highest threshold at which it survives, where a pixel survives a threshold `t` when its magnitude is at least [`LOW_SHARE`]` * t`
-//! and pixels of this kind connect it (8 neighbours) to one of magnitude `t`.
+//! Both blur with the same Gaussian, measure a slope, and thin it as our own maps are thinned. [`sobel`] gives the
+//! magnitude of the Sobel operator. [`canny`] gives central differences of the blurred brightness with Canny's
+//! hysteresis: the strength of a pixel is the highest threshold at which it survives, where a pixel survives a
+//! threshold `t` when its magnitude is at least [`LOW_SHARE`]` * t` and pixels of this kind connect it (8 neighbours)
+//! to one of magnitude `t`.
 //!
 //! Source: Canny, "A Computational Approach to Edge Detection", PAMI 1986.
 

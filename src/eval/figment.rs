@@ -1,26 +1,28 @@
-//! The measures of the paper's Table 1, for people who move alike, each in pieces, and get entangled (the Figment dataset).
+//! The measures of the paper's Table 1, for people who move alike, each in pieces, and get entangled (the Figment
+//! dataset).
 //!
-//! **In:** labelled trajectories, and for some frames (Figment: every seventh) which object each pixel shows: 0 the background, 1 and up
-//! the people. **Out:** [`Scores`] of a sequence, over sequences their [`mean`].
+//! **In:** labelled trajectories, and for some frames (Figment: every seventh) which object each pixel shows: 0 the
+//! background, 1 and up the people. **Out:** [`Scores`] of a sequence, over sequences their [`mean`].
 //!
-//! A *point* is a trajectory in a labelled frame, at its nearest pixel. Every cluster is assigned to the one object, or the
-//! background, that holds most of its points, the first of equal ones; many may be assigned to the same one. Then:
+//! A *point* is a trajectory in a labelled frame, at its nearest pixel. Every cluster is assigned to the one object, or
+//! the background, that holds most of its points, the first of equal ones; many may be assigned to the same one. Then:
 //!
 //! 1. Density: pixels of the labelled frames that carry a point, in percent.
 //! 2. Clustering error: points in a cluster that is not assigned to their object, in percent of all points.
-//! 3. Per region clustering error: the same among the points of one object, in percent; 100 for an object without points. Mean over the
-//!    people, without the background, as the paper says of it.
+//! 3. Per region clustering error: the same among the points of one object, in percent; 100 for an object without
+//!    points. Mean over the people, without the background, as the paper says of it.
 //!
-//! For the others the paper refers to Fragkiadaki and Shi (CVPR 2011). As computed here, each a mean over the people that some labelled
-//! frame shows:
+//! For the others the paper refers to Fragkiadaki and Shi (CVPR 2011). As computed here, each a mean over the people
+//! that some labelled frame shows:
 //!
 //! 4. Over-segmentation: clusters assigned to the object beyond the first.
-//! 5. Recall: pixels of the object that lie within a given distance of a point of a cluster assigned to it, in percent. (The
-//!    paper's recall is above its density, so points must cover more than their own pixels.)
-//! 6. Leakage: objects of which the cluster that holds most of their points has more than half of its own elsewhere, in percent. An
-//!    object without points leaks.
-//! 7. Tracking time: labelled frames in which more than half of the object's points are in its main cluster, in percent of those that show
-//!    it. The main cluster is the one with most of its points among those assigned to it; without any there is no such frame.
+//! 5. Recall: pixels of the object that lie within a given distance of a point of a cluster assigned to it, in percent.
+//!    (The paper's recall is above its density, so points must cover more than their own pixels.)
+//! 6. Leakage: objects of which the cluster that holds most of their points has more than half of its own elsewhere, in
+//!    percent. An object without points leaks.
+//! 7. Tracking time: labelled frames in which more than half of the object's points are in its main cluster, in percent
+//!    of those that show it. The main cluster is the one with most of its points among those assigned to it; without
+//!    any there is no such frame.
 
 use super::moseg::{nearest_pixel, overlap};
 use crate::Error;
@@ -51,8 +53,8 @@ pub struct Scores {
     pub objects: f64,
 }
 
-/// Scores `tracks` with labels `clusters` against `labelled`: frame numbers and the objects of these frames' pixels, of which points of
-/// trajectories cover those within `radius` pixels.
+/// Scores `tracks` with labels `clusters` against `labelled`: frame numbers and the objects of these frames' pixels, of
+/// which points of trajectories cover those within `radius` pixels.
 ///
 /// # Errors
 /// [`Error::Data`] without labelled frames, or when one is not of the clip or not of the trajectories' size.
@@ -236,8 +238,8 @@ fn disc(pixel: usize, width: usize, height: usize, radius: f64) -> impl Iterator
 mod tests {
     use super::*;
 
-    /// Frames drawn digit by digit, each with the labels of a point at each pixel; a dot is none. Points of the same place are one
-    /// trajectory as long as their label stays.
+    /// Frames drawn digit by digit, each with the labels of a point at each pixel; a dot is none. Points of the same
+    /// place are one trajectory as long as their label stays.
     fn drawn(frames: &[[&str; 2]], radius: f64) -> Scores {
         let width = frames[0][0].len();
         let digits = |row: &str| row.bytes().map(|b| b - b'0').collect::<Vec<u8>>();

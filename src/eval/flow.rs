@@ -1,8 +1,8 @@
 //! End-point error of optical flow, and the `.flo` files of the Middlebury benchmark.
 //!
-//! A `.flo` file holds, little-endian: the float 202021.25, width and height as 32-bit integers, then `(u, v)` pairs of floats row
-//! by row. A magnitude above `1e9` means that the true flow there is not known.
-//! Source: Baker et al., "A Database and Evaluation Methodology for Optical Flow", IJCV 2011.
+//! A `.flo` file holds, little-endian: the float 202021.25, width and height as 32-bit integers, then `(u, v)` pairs of
+//! floats row by row. A magnitude above `1e9` means that the true flow there is not known. Source: Baker et al., "A
+//! Database and Evaluation Methodology for Optical Flow", IJCV 2011.
 
 use crate::Error;
 use crate::flow::{FlowField, FlowParams, FlowPyramid, flow_between};

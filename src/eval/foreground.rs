@@ -1,13 +1,14 @@
 //! How well the foreground among trajectories matches that of labelled frames.
 //!
-//! **In:** the region map of each labelled frame, trajectories in pixels of these maps, and which of them are foreground.
-//! **Out:** [`ForegroundScores`]; over many shots their [`mean`].
+//! **In:** the region map of each labelled frame, trajectories in pixels of these maps, and which of them are
+//! foreground. **Out:** [`ForegroundScores`]; over many shots their [`mean`].
 //!
-//! Region 0 is the background, whatever its size: so it is in every definition file that the Moseg benchmark publishes (its grey value
-//! is 0, the one that unnamed grey values count as). All others are foreground, things that stand in front of an object included.
+//! Region 0 is the background, whatever its size: so it is in every definition file that the Moseg benchmark publishes
+//! (its grey value is 0, the one that unnamed grey values count as). All others are foreground, things that stand in
+//! front of an object included.
 //!
-//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; those of all labelled frames of a shot are counted
-//! together, so that a frame counts by how many trajectories it has.
+//! Each trajectory alive in a labelled frame is one point, at its nearest pixel; those of all labelled frames of a shot
+//! are counted together, so that a frame counts by how many trajectories it has.
 
 use super::definition::Definition;
 use crate::Error;

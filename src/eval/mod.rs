@@ -7,12 +7,14 @@
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
 //! - [`foreground`]: which trajectories are foreground, against labelled frames;
 //! - [`davis`]: region similarity and boundary measure of masks, as the DAVIS benchmark has them;
+//! - [`masks`]: masks of any clip, with pixels that are not scored, and which objects were found;
 //! - [`contours`]: boundary maps against the outlines that people drew (ODS, OIS);
 //! - [`edges`]: Canny's and Sobel's edges, to compare boundary maps with;
 //! - [`superpixels`]: boundary recall, under-segmentation error and achievable accuracy of superpixels;
 //! - [`discretization`]: missed objects and over-segmentation of clusters, and curves of both (the paper's Figure 10);
 //! - [`figment`]: the measures of the paper's Table 1, for entangled people;
-//! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010) for points or pixels, their mean and trimmed mean.
+//! - [`moseg`]: the five numbers of the Moseg benchmark (Brox and Malik 2010) for points or pixels, their mean and
+//!   trimmed mean.
 
 pub mod contours;
 pub mod davis;
@@ -22,6 +24,8 @@ pub mod edges;
 pub mod figment;
 pub mod flow;
 pub mod foreground;
+pub mod masks;
 pub mod moseg;
+mod pieces;
 pub mod superpixels;
 pub mod tracks;

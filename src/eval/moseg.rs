@@ -1,26 +1,26 @@
-//! The Moseg benchmark's numbers (Brox and Malik, ECCV 2010) for labelled trajectories or pixels against labelled frames.
+//! The Moseg benchmark's numbers (Brox and Malik, ECCV 2010) for labelled trajectories or pixels against labelled
+//! frames.
 //!
-//! **In:** the shot's definition, the region map of each labelled frame used, and in pixels of those maps labelled trajectories, or a
-//! label for each pixel.
-//! **Out:** [`Scores`]; over many shots their [`mean`] and [`trimmed_mean`].
+//! **In:** the shot's definition, the region map of each labelled frame used, and in pixels of those maps labelled
+//! trajectories, or a label for each pixel. **Out:** [`Scores`]; over many shots their [`mean`] and [`trimmed_mean`].
 //!
 //! 1. Each trajectory alive in a labelled frame votes there, at its nearest pixel, for the pair of that pixel's
 //!    region and the trajectory's cluster: `overlap[region][cluster]`. Two on one pixel are a *double occupation*.
 //! 2. Each region takes the cluster that covers most of it; several regions may take the same one (under-segmentation).
-//! 3. Each cluster with any vote stands for one region: of the regions that took it the one it covers most; if none took it, the
-//!    region of most of its votes, and it counts as one over-segmentation. Its votes in that region are right, its votes
-//!    in any other region are errors *of that other region*.
-//! 4. Density is the share of the labelled frames' pixels that carry a vote. The overall error is the share of wrong votes, each
-//!    weighted by the definition's penalty. A region's error is the share of its votes that are wrong, 100 % if none is right;
-//!    the average runs over the regions visible in the labelled frames used. Extracted objects are the regions with an error below 10 %,
-//!    less one for the background.
+//! 3. Each cluster with any vote stands for one region: of the regions that took it the one it covers most; if none
+//!    took it, the region of most of its votes, and it counts as one over-segmentation. Its votes in that region are
+//!    right, its votes in any other region are errors *of that other region*.
+//! 4. Density is the share of the labelled frames' pixels that carry a vote. The overall error is the share of wrong
+//!    votes, each weighted by the definition's penalty. A region's error is the share of its votes that are wrong, 100
+//!    % if none is right; the average runs over the regions visible in the labelled frames used. Extracted objects are
+//!    the regions with an error below 10 %, less one for the background.
 //!
-//! Labels of pixels are scored as if each pixel were a trajectory that lives in its frame only ([`score_dense`]); the published program has
-//! no other way to score them. Their density is 100 %.
+//! Labels of pixels are scored as if each pixel were a trajectory that lives in its frame only ([`score_dense`]); the
+//! published program has no other way to score them. Their density is 100 %.
 //!
-//! The published program compares where it means to assign, so that a track file as long as the whole shot is scored on all labelled frames
-//! and one of 10, 50 or 200 frames on those up to that number. Here a file of any length is scored on the labelled frames within
-//! its length, which is the same for both.
+//! The published program compares where it means to assign, so that a track file as long as the whole shot is scored on
+//! all labelled frames and one of 10, 50 or 200 frames on those up to that number. Here a file of any length is scored
+//! on the labelled frames within its length, which is the same for both.
 
 use super::definition::Definition;
 use crate::Error;
@@ -51,8 +51,8 @@ pub struct Scores {
     pub labeled: f64,
 }
 
-/// Scores `tracks` with labels `clusters` against `maps`, the region map of each labelled frame within `tracks.num_frames` in the
-/// definition's order.
+/// Scores `tracks` with labels `clusters` against `maps`, the region map of each labelled frame within
+/// `tracks.num_frames` in the definition's order.
 ///
 /// # Errors
 /// [`Error::Data`] when the maps' number or size does not fit, or when the tracks are longer than the shot.
@@ -71,12 +71,12 @@ pub fn score(
     Ok(conclude(definition, &votes, maps))
 }
 
-/// Scores `labels`, the plane of pixel labels of each labelled frame within the first `num_frames` frames, against `maps`, their region
-/// maps, both in the definition's order. Labels are in `0..num_labels`; 0 is a label as any other.
+/// Scores `labels`, the plane of pixel labels of each labelled frame within the first `num_frames` frames, against
+/// `maps`, their region maps, both in the definition's order. Labels are in `0..num_labels`; 0 is a label as any other.
 ///
 /// # Errors
-/// [`Error::Data`] when the number or size of maps and planes does not fit, when a label is too large, or when the clip is longer than the
-/// shot.
+/// [`Error::Data`] when the number or size of maps and planes does not fit, when a label is too large, or when the clip
+/// is longer than the shot.
 pub fn score_dense(
     definition: &Definition,
     maps: &[Plane<u8>],
@@ -93,7 +93,8 @@ pub fn score_dense(
     Ok(conclude(definition, &votes, maps))
 }
 
-/// Mean over shots. Overall error and over-segmentation are over shots of positive density; extracted objects are summed.
+/// Mean over shots. Overall error and over-segmentation are over shots of positive density; extracted objects are
+/// summed.
 pub fn mean(shots: &[Scores]) -> Scores {
     combine(shots, |values| values.iter().sum::<f64>() / values.len().max(1) as f64)
 }
@@ -198,8 +199,8 @@ impl Votes {
     }
 }
 
-/// `overlap[region][cluster]`: the number of trajectory points that both have, over labelled frames, each a frame number and its region
-/// map, of regions in `0..num_regions`.
+/// `overlap[region][cluster]`: the number of trajectory points that both have, over labelled frames, each a frame
+/// number and its region map, of regions in `0..num_regions`.
 pub(super) fn overlap(
     labelled: &[(usize, &Plane<u8>)],
     num_regions: usize,
@@ -220,8 +221,9 @@ fn conclude(definition: &Definition, votes: &Votes, maps: &[Plane<u8>]) -> Score
     summarize(definition, votes, &visible, &assignment, maps)
 }
 
-/// Index of the pixel nearest to `(x, y)`, if it is inside. As in the published program the rounding is towards zero after adding one
-/// half, so that points up to 1.5 pixels left of or above the image still vote in its first column or row.
+/// Index of the pixel nearest to `(x, y)`, if it is inside. As in the published program the rounding is towards zero
+/// after adding one half, so that points up to 1.5 pixels left of or above the image still vote in its first column or
+/// row.
 pub(super) fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Option<usize> {
     let (x, y) = ((f64::from(x) + 0.5).trunc(), (f64::from(y) + 0.5).trunc());
     let inside = x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64;

@@ -2,11 +2,14 @@
 //!
 //! With regions g of one annotator, superpixels s and N pixels:
 //!
-//! - boundary recall: share of the boundary pixels of the regions with a boundary pixel of the superpixels within 2 pixels;
-//! - under-segmentation error: (1/N) Σ_g Σ_{s touching g} min(|s ∩ g|, |s \ g|), the smaller part of each superpixel that a region cuts
-//!   in two (Neubert and Protzel, "Superpixel Benchmark and Comparison", 2012);
-//! - leak: (1/N) Σ_g Σ_{|s ∩ g| > 5 % of |s|} |s| − 1, the older form of that error (Achanta et al., "SLIC Superpixels", 2012);
-//! - achievable segmentation accuracy: (1/N) Σ_s max_g |s ∩ g| (Liu et al., "Entropy Rate Superpixel Segmentation", 2011).
+//! - boundary recall: share of the boundary pixels of the regions with a boundary pixel of the superpixels within 2
+//!   pixels;
+//! - under-segmentation error: (1/N) Σ_g Σ_{s touching g} min(|s ∩ g|, |s \ g|), the smaller part of each superpixel
+//!   that a region cuts in two (Neubert and Protzel, "Superpixel Benchmark and Comparison", 2012);
+//! - leak: (1/N) Σ_g Σ_{|s ∩ g| > 5 % of |s|} |s| − 1, the older form of that error (Achanta et al., "SLIC
+//!   Superpixels", 2012);
+//! - achievable segmentation accuracy: (1/N) Σ_s max_g |s ∩ g| (Liu et al., "Entropy Rate Superpixel Segmentation",
+//!   2011).
 //!
 //! A boundary pixel differs from the one to its right or the one below.
 

@@ -7,12 +7,12 @@
 //! x y frame                   followed by each of its points
 //! ```
 //!
-//! Labels count from 0 without a gap. Frames count from 0 and follow one another within a track. Coordinates are pixels, pixel
-//! centres at integers; evaluators round them to the nearest pixel, halves upwards.
+//! Labels count from 0 without a gap. Frames count from 0 and follow one another within a track. Coordinates are
+//! pixels, pixel centres at integers; evaluators round them to the nearest pixel, halves upwards.
 //!
-//! Coordinates are written with three decimals. The nearest 32-bit number to such a decimal lies on the same side of `.5` as the
-//! decimal itself for all coordinates up to the largest image side, so programs that read 32-bit and 64-bit numbers
-//! round to the same pixel.
+//! Coordinates are written with three decimals. The nearest 32-bit number to such a decimal lies on the same side of
+//! `.5` as the decimal itself for all coordinates up to the largest image side, so programs that read 32-bit and 64-bit
+//! numbers round to the same pixel.
 
 use crate::Error;
 use crate::discretize::Clusters;

@@ -1,9 +1,10 @@
 //! A flow field in four bytes a pixel, to keep those of a whole clip.
 
-use super::FlowField;
+use super::field::FlowField;
 use crate::image::Plane;
 
-/// Steps per pixel. 16 bits then reach ±512 pixels, twice what the largest default frame can use, with an error of 1/128 pixel.
+/// Steps per pixel. 16 bits then reach ±512 pixels, twice what the largest default frame can use, with an error of
+/// 1/128 pixel.
 const SCALE: f32 = 64.0;
 
 /// A flow field rounded to 1/64 pixel; displacements beyond ±511 pixels saturate.

@@ -1,6 +1,6 @@
 //! From patches to pixels: each pixel takes the mean of the patches over it, the well-matching ones counting more.
 
-use super::FlowField;
+use super::field::FlowField;
 use super::patch::{PatchGrid, blend, chunk, place};
 use super::pyramid::{Level, PAD};
 
@@ -15,7 +15,8 @@ pub(super) struct Votes {
     weight: Vec<f32>,
 }
 
-/// The mean displacement at every pixel, each patch weighted by `1 / max(1, difference)²` at that pixel (DIS: not squared).
+/// The mean displacement at every pixel, each patch weighted by `1 / max(1, difference)²` at that pixel (DIS: not
+/// squared).
 ///
 /// `S` is the side of a patch. The grid covers the level, so every pixel has a weight.
 pub(super) fn densify<const S: usize>(

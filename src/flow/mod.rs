@@ -1,103 +1,63 @@
 //! Dense optical flow between two frames.
 //!
-//! In: two [`FlowPyramid`]s, made once per frame from its brightness. Out: a [`FlowField`] with one displacement a pixel.
+//! In: two [`FlowPyramid`]s, made once per frame from its brightness. Out: a [`FlowField`] with one displacement a
+//! pixel.
 //!
-//! The method is DIS (Kroeger, Timofte, Dai and Van Gool, "Fast Optical Flow using Dense Inverse Search", ECCV 2016) with the spatial
-//! propagation that OpenCV added to it, down to full resolution. At each level, from the coarsest to the finest:
+//! The method is DIS (Kroeger, Timofte, Dai and Van Gool, "Fast Optical Flow using Dense Inverse Search", ECCV 2016)
+//! with the spatial propagation that OpenCV added to it, down to full resolution. At each level, from the coarsest to
+//! the finest:
 //!
 //! 1. Lay square patches over the level, overlapping by half; each starts from the coarser level's flow (`patch`).
-//! 2. Search each patch in the second frame: try what its neighbours found, then follow the slope of the squared difference, mean
-//!    brightness taken out. The *inverse* formulation needs the slopes of the first frame only. At the two coarsest levels, where
-//!    there are few patches, whole displacements nearby are all tried before (`patch`).
+//! 2. Search each patch in the second frame: try what its neighbours found, then follow the slope of the squared
+//!    difference, mean brightness taken out. The *inverse* formulation needs the slopes of the first frame only. At the
+//!    two coarsest levels, where there are few patches, whole displacements nearby are all tried before (`patch`).
 //! 3. Every pixel takes the mean of the patches over it, weighted by how well each fits there (`densify`).
-//! 4. Refine the field as a whole by a variational method (`refine`).
+//! 4. Refine the field as a whole by a variational method (`solver`).
 //!
-//! **Deviations from DIS and OpenCV.** Levels are halved with a wider Gaussian, a neighbour's displacement must be clearly better
-//! before it is taken over, and below the coarsest level a patch moves at most three pixels: without these three, repeated texture
-//! leads patches astray (mean end-point error on the eight Middlebury pairs with known flow 0.42 px, with them 0.34 px, both
-//! before the last tuning). The scan of the coarsest levels is ours; it finds fast objects on still ground. Patches are searched a
-//! second time only where a neighbour disagrees. The refinement solves for both components of a pixel together. Forward and
-//! backward flow are each computed in full: one is never derived from the other, because their agreement is what tells occlusions.
+//! **Deviations from DIS and OpenCV.** Levels are halved with a wider Gaussian, a neighbour's displacement must be
+//! clearly better before it is taken over, and below the coarsest level a patch moves at most three pixels: without
+//! these three, repeated texture leads patches astray (mean end-point error on the eight Middlebury pairs with known
+//! flow 0.42 px, with them 0.34 px, both before the last tuning). The scan of the coarsest levels is ours; it finds
+//! fast objects on still ground. Patches are searched a second time only where a neighbour disagrees. The refinement
+//! solves for both components of a pixel together. Forward and backward flow are each computed in full: one is never
+//! derived from the other, because their agreement is what tells occlusions.
 //!
 //! Measured: 0.31 px on these pairs (OpenCV's DIS at its finest scale: 0.49 px).
 //!
-//! **Limits.** Brightness only, no colour. Objects that move further than about half their own size in a frame are missed where
-//! the ground moves otherwise.
+//! **Limits.** Brightness only, no colour. Objects that move further than about half their own size in a frame are
+//! missed where the ground moves otherwise.
 
+mod checkerboard;
 mod compact;
 mod densify;
+mod field;
+mod params;
 mod patch;
 mod pyramid;
-mod refine;
-mod split;
+mod solver;
 mod variation;
 mod warp;
 
 pub use compact::CompactFlow;
+pub use field::FlowField;
+pub use params::FlowParams;
 pub use pyramid::FlowPyramid;
 pub use variation::local_flow_variation;
 
 use crate::image::{Plane, sample_bilinear};
 use densify::Votes;
+use params::PATCH_SIDE;
 use patch::PatchGrid;
 use pyramid::Level;
-use refine::Refiner;
+use solver::Refiner;
 
-/// Furthest that a patch's descent leads below the coarsest level, in pixels of the level: the coarser level is off by a few at most.
+/// Furthest that a patch's descent leads below the coarsest level, in pixels of the level: the coarser level is off by
+/// a few at most.
 const REACH: f32 = 3.0;
 
-/// Radius of the scan over whole displacements at the coarsest level and the next, in pixels of the level. Finer ones would cost time
-/// and find chance likenesses.
+/// Radius of the scan over whole displacements at the coarsest level and the next, in pixels of the level. Finer ones
+/// would cost time and find chance likenesses.
 const SCAN_RADIUS: [i16; 2] = [4, 2];
-
-/// Side of a square patch, in pixels (OpenCV's presets: 8). Larger is smoother and loses small objects; a constant, so that loops
-/// over a patch become vector instructions.
-const PATCH_SIDE: usize = 8;
-
-crate::params! {
-    /// Dense optical flow by inverse search (DIS) and variational refinement.
-    pub struct FlowParams {
-        /// Pixels between neighbouring patches at the finest level, the patch's side at most; three quarters of it at coarser
-        /// ones. Lower is slower.
-        pub patch_stride: u32 = 4, in 1..=8;
-        /// Most steps of a patch's descent. Higher is slower.
-        pub descents: u32 = 4, in 0..=64;
-        /// Level at which the flow ends: 0 is full size, 1 half of it. Higher is faster and blurs borders.
-        pub finest_level: u32 = 0, in 0..=4;
-        /// Standard deviation of the blur that frames get first, in pixels. Higher is smoother and loses fine structure.
-        pub presmoothing: f32 = 0.7, in 0.0..=4.0;
-        /// Weight of constant brightness in the refinement.
-        pub brightness_weight: f32 = 5.0, in 0.0..=1000.0;
-        /// Weight of constant slopes of brightness in the refinement; it copes with changing light.
-        pub slope_weight: f32 = 10.0, in 0.0..=1000.0;
-        /// Weight of smoothness in the refinement.
-        pub smoothness: f32 = 25.0, in 0.001..=1000.0;
-        /// Times that the refinement renews its robust weights, at every level; 0 leaves it out. Higher is slower.
-        pub fixed_points: u32 = 5, in 0..=32;
-        /// Sweeps of the refinement's solver each time. Higher is slower.
-        pub sweeps: u32 = 5, in 1..=64;
-        /// Over-relaxation of these sweeps.
-        pub overrelaxation: f32 = 1.9, in 1.0..=1.99;
-    }
-}
-
-/// A flow field from frame `t` to `t + 1` (forward) or back: a point at `(x, y)` moves to `(x + u, y + v)`, in pixels.
-///
-/// Law: `u` and `v` have the same size and finite values.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FlowField {
-    /// Horizontal displacement, pixels per frame, positive to the right.
-    pub u: Plane<f32>,
-    /// Vertical displacement, pixels per frame, positive downwards.
-    pub v: Plane<f32>,
-}
-
-impl FlowField {
-    /// No motion anywhere.
-    fn still(width: usize, height: usize) -> Self {
-        Self { u: Plane::filled(width, height, 0.0), v: Plane::filled(width, height, 0.0) }
-    }
-}
 
 /// Working memory of [`flow_between_with`], about 150 bytes a pixel of the frame.
 ///
@@ -110,12 +70,33 @@ pub struct FlowScratch {
     refiners: Vec<Refiner>,
 }
 
-/// The flow from `from` to `to`, two pyramids of frames of the same size, made with these `params`; no motion if the sizes differ.
+/// The flow from `from` to `to`, two pyramids of frames of the same size, made with these `params`; no motion if the
+/// sizes differ.
+///
+/// # Examples
+/// A picture of digits moves one pixel to the right.
+///
+/// ```
+/// use tracecut::flow::{FlowParams, FlowPyramid, flow_between};
+/// use tracecut::image::Plane;
+///
+/// let rows = ["0013588531", "0136898631", "0137998731", "0136898631", "0013588531"];
+/// // Each digit becomes a patch of 8 by 8 pixels of that brightness.
+/// let digit = |x: usize, y: usize| f32::from(rows[y / 8 % 5].as_bytes()[x / 8 % 10] - b'0');
+/// let params = FlowParams::default();
+/// let first = FlowPyramid::new(&Plane::from_fn(80, 40, |x, y| 25.0 * digit(x + 1, y)), &params);
+/// let second = FlowPyramid::new(&Plane::from_fn(80, 40, digit).map(|v| 25.0 * v), &params);
+/// let flow = flow_between(&first, &second, &params);
+/// let (u, v) = (flow.u[(40, 20)], flow.v[(40, 20)]);
+/// assert!((u - 1.0).abs() < 0.25 && v.abs() < 0.25, "{u}, {v}");
+/// ```
+#[must_use]
 pub fn flow_between(from: &FlowPyramid, to: &FlowPyramid, params: &FlowParams) -> FlowField {
     flow_between_with(from, to, params, &mut FlowScratch::default())
 }
 
 /// As [`flow_between`], with working memory that is kept from one pair to the next.
+#[must_use]
 pub fn flow_between_with(
     from: &FlowPyramid,
     to: &FlowPyramid,

@@ -1,10 +1,11 @@
 //! Inverse search: where each square patch of the first frame lies in the second.
 //!
-//! The cost of a displacement is the sum of squared differences less their mean, so a change of brightness does not count. A step of
-//! the descent solves `H step = sum of slope * difference`, where `H` and the slopes belong to the first frame and are made once a
-//! patch (Baker and Matthews, IJCV 2004). Cost: a few hundred operations a patch for each displacement tried.
+//! The cost of a displacement is the sum of squared differences less their mean, so a change of brightness does not
+//! count. A step of the descent solves `H step = sum of slope * difference`, where `H` and the slopes belong to the
+//! first frame and are made once a patch (Baker and Matthews, IJCV 2004). Cost: a few hundred operations a patch for
+//! each displacement tried.
 
-use super::FlowField;
+use super::field::FlowField;
 use super::pyramid::{Level, PAD, Padded};
 use crate::image::sample_bilinear;
 
@@ -12,7 +13,8 @@ use crate::image::sample_bilinear;
 const SAME_CANDIDATE: f32 = 0.1;
 /// A descent ends when its step is shorter than this, in pixels (squared).
 const SMALL_STEP_SQ: f32 = 0.02 * 0.02;
-/// A neighbour's displacement is taken over when it lowers the cost to this share. Higher lets repeated texture lead astray.
+/// A neighbour's displacement is taken over when it lowers the cost to this share. Higher lets repeated texture lead
+/// astray.
 const CLEARLY_BETTER: f32 = 0.8;
 /// Least determinant of a patch's matrix; below it the patch is too flat or striped to be followed.
 const MIN_DETERMINANT: f32 = 1e-3;
@@ -86,8 +88,9 @@ impl PatchGrid {
         }
     }
 
-    /// Compares every patch with the second frame at all whole displacements of up to `radius` pixels a component around its start;
-    /// the best of them is taken over if it is clearly better than where the descent from the start leads.
+    /// Compares every patch with the second frame at all whole displacements of up to `radius` pixels a component
+    /// around its start; the best of them is taken over if it is clearly better than where the descent from the start
+    /// leads.
     pub(super) fn scan<const S: usize>(&mut self, from: &Level, to: &Level, descents: usize, radius: i16) {
         for patch in 0..self.u.len() {
             let template = Template::<S>::new(from, self.corner(patch));
@@ -109,7 +112,8 @@ impl PatchGrid {
         (self.u[patch], self.v[patch], self.cost[patch]) = (found.at.0, found.at.1, found.cost);
     }
 
-    /// What the two neighbours found that this pass has visited already; the patch's own displacement where there is none.
+    /// What the two neighbours found that this pass has visited already; the patch's own displacement where there is
+    /// none.
     fn candidates(&self, patch: usize, backward: bool) -> [(f32, f32); 2] {
         let (column, row) = (patch % self.across, patch / self.across);
         let [beside, beyond] = if backward {
@@ -205,7 +209,8 @@ impl<const S: usize> Template<S> {
         Match { at, cost: total(&sums[1]) - sum * sum / (S * S) as f32, pull: (total(&sums[2]), total(&sums[3])) }
     }
 
-    /// The best of `start` and the candidates; one of these has to be clearly better, or the coarser level's word stands.
+    /// The best of `start` and the candidates; one of these has to be clearly better, or the coarser level's word
+    /// stands.
     #[inline(always)]
     fn best_of(&self, image: &Padded, start: Match, candidates: [(f32, f32); 2]) -> Match {
         let mut best = start;
@@ -220,8 +225,8 @@ impl<const S: usize> Template<S> {
         best
     }
 
-    /// Follows the slope of the cost from `start` for at most `descents` steps, as long as the cost falls; a patch that runs
-    /// further than `reach` pixels has most likely found another thing that looks the same, and stays.
+    /// Follows the slope of the cost from `start` for at most `descents` steps, as long as the cost falls; a patch that
+    /// runs further than `reach` pixels has most likely found another thing that looks the same, and stays.
     #[inline(always)]
     fn descend(&self, image: &Padded, start: Match, descents: usize, reach: f32) -> Match {
         let [xx, xy, yy] = self.inverse;

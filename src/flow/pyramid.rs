@@ -1,13 +1,13 @@
 //! One frame at halving sizes, with room around each level so that no kernel needs to test for the border.
 
-use super::FlowParams;
+use super::params::{FlowParams, PATCH_SIDE};
 use crate::image::{Plane, gaussian_blur};
 
 /// Pixels of replicated border around a level; a patch of 16 pixels fits into it whole.
 pub(super) const PAD: usize = 17;
 
-/// Weights at distance 0.5, 1.5 and 2.5 when a level is halved: a Gaussian of one pixel. A narrower one lets stripes through that the
-/// smaller level shows with a wrong period, and patches then lock onto them.
+/// Weights at distance 0.5, 1.5 and 2.5 when a level is halved: a Gaussian of one pixel. A narrower one lets stripes
+/// through that the smaller level shows with a wrong period, and patches then lock onto them.
 const HALVING: [f32; 3] = [0.351_75, 0.129_40, 0.018_85];
 
 /// A plane of `width × height` values inside a border of [`PAD`] replicated pixels.
@@ -159,7 +159,7 @@ impl FlowPyramid {
 
 /// The level where the search begins: the longer side holds about four patches, the shorter at least one.
 fn coarsest_level(width: usize, height: usize) -> usize {
-    let patch = super::PATCH_SIDE;
+    let patch = PATCH_SIDE;
     let (longer, shorter) = (width.max(height), width.min(height));
     let mut level = 0;
     // Rounding log2 to the nearest: one level more while the longer side exceeds four patches by more than sqrt(2).

@@ -1,21 +1,22 @@
 //! Local flow variation: how much the flow differs around each pixel (Ochs, Malik and Brox 2014; ALGORITHMS 3.3).
 //!
-//! In: one flow field. Out: σ in pixels per frame at half the resolution. Affinities divide velocity differences by σ, so that a
-//! surface whose flow changes smoothly (zoom, rotation, perspective) is not torn apart, while σ stays small on both sides of a
-//! sharp motion boundary because the averaging does not cross it.
+//! In: one flow field. Out: σ in pixels per frame at half the resolution. Affinities divide velocity differences by σ,
+//! so that a surface whose flow changes smoothly (zoom, rotation, perspective) is not torn apart, while σ stays small
+//! on both sides of a sharp motion boundary because the averaging does not cross it.
 //!
 //! 1. Halve `u`, `v`, `u²`, `v²`.
-//! 2. Diffuse all four with the diffusivity `g = 1 / sqrt(|∇u|² + |∇v|² + ε²)`, computed once, by additive operator splitting
-//!    (Weickert, ter Haar Romeny and Viergever 1998), which is stable for any time step.
+//! 2. Diffuse all four with the diffusivity `g = 1 / sqrt(|∇u|² + |∇v|² + ε²)`, computed once, by additive operator
+//!    splitting (Weickert, ter Haar Romeny and Viergever 1998), which is stable for any time step.
 //! 3. `σ = sqrt(⟨u²⟩ − ⟨u⟩² + ⟨v²⟩ − ⟨v⟩²)`.
 //!
-//! Deviation from the published tool: a few large time steps in place of twenty small ones; the total diffusion time is the same.
-//! Cost: O(pixels), six half-size planes.
+//! Deviation from the published tool: a few large time steps in place of twenty small ones; the total diffusion time is
+//! the same. Cost: O(pixels), six half-size planes.
 
-use super::FlowField;
+use super::field::FlowField;
 use crate::image::Plane;
 
-/// Diffusion time in all, in half-resolution pixels squared per unit of diffusivity (the published tool: 20 steps of 0.5).
+/// Diffusion time in all, in half-resolution pixels squared per unit of diffusivity (the published tool: 20 steps of
+/// 0.5).
 const TOTAL_TIME: f32 = 10.0;
 /// Number of implicit steps; fewer are cheaper and spread a little less evenly.
 const STEPS: usize = 4;
@@ -23,6 +24,22 @@ const STEPS: usize = 4;
 const EPSILON: f32 = 0.001;
 
 /// σ at half resolution, `ceil(w / 2) × ceil(h / 2)`, in pixels per frame, finite and not negative.
+///
+/// # Examples
+/// Where all moves alike the flow does not vary; where it stretches it does.
+///
+/// ```
+/// use tracecut::flow::{FlowField, local_flow_variation};
+/// use tracecut::image::Plane;
+///
+/// let v = Plane::filled(8, 8, 0.0);
+/// let alike = local_flow_variation(&FlowField { u: Plane::filled(8, 8, 3.0), v: v.clone() });
+/// let stretched = local_flow_variation(&FlowField { u: Plane::from_fn(8, 8, |x, _| 0.1 * x as f32), v });
+/// assert_eq!((alike.width(), alike.height()), (4, 4));
+/// assert!(alike.data().iter().all(|&sigma| sigma < 1e-3));
+/// assert!(stretched[(2, 2)] > 0.05);
+/// ```
+#[must_use]
 pub fn local_flow_variation(flow: &FlowField) -> Plane<f32> {
     // Without the mean the squares stay small, and their difference below keeps its digits in f32.
     let flow = &FlowField { u: centred(&flow.u), v: centred(&flow.v) };
@@ -75,16 +92,18 @@ fn edge_weights(u: &Plane<f32>, v: &Plane<f32>) -> (Plane<f32>, Plane<f32>) {
             [u, v].iter().map(|p| (p[(x1, y)] - p[(x, y)]).powi(2) + (p[(x, y1)] - p[(x, y)]).powi(2)).sum();
         1.0 / (gradient + EPSILON * EPSILON).sqrt()
     });
-    // The differences that g(x, y) is made of are those across these two edges; averaging with the neighbour's g would leak.
+    // The differences that g(x, y) is made of are those across these two edges; averaging with the neighbour's g would
+    // leak.
     let across = Plane::from_fn(w, h, |x, y| if x + 1 < w { g[(x, y)] } else { 0.0 });
     let down = Plane::from_fn(w, h, |x, y| if y + 1 < h { g[(x, y)] } else { 0.0 });
     (across, down)
 }
 
-/// The two families of tridiagonal systems `(1 + 2τ L) z = x`, along rows and along columns, factored once by Thomas's algorithm.
+/// The two families of tridiagonal systems `(1 + 2τ L) z = x`, along rows and along columns, factored once by Thomas's
+/// algorithm.
 ///
-/// For a line with edge weights `a_k` (edge between `k` and `k + 1`), off-diagonals are `−2τ a_k`; `pivot_k` is the inverse of the
-/// eliminated diagonal and `ratio_k = 2τ a_k · pivot_k`.
+/// For a line with edge weights `a_k` (edge between `k` and `k + 1`), off-diagonals are `−2τ a_k`; `pivot_k` is the
+/// inverse of the eliminated diagonal and `ratio_k = 2τ a_k · pivot_k`.
 struct Systems {
     row_pivot: Plane<f32>,
     row_ratio: Plane<f32>,

@@ -33,8 +33,8 @@ impl WarpRow {
     }
 }
 
-/// For each pixel of row `y`: index of the upper left of the four pixels around its target, the fractions, and whether the target
-/// is inside. Targets outside are held at the border.
+/// For each pixel of row `y`: index of the upper left of the four pixels around its target, the fractions, and whether
+/// the target is inside. Targets outside are held at the border.
 // Not inlined: as a function of its own, the compiler knows that the slices do not overlap.
 #[inline(never)]
 fn aim(
@@ -60,7 +60,8 @@ fn aim(
     }
 }
 
-/// `position` held to `0..=last`; not-a-number becomes 0. Comparisons, because `clamp` does not become vector instructions.
+/// `position` held to `0..=last`; not-a-number becomes 0. Comparisons, because `clamp` does not become vector
+/// instructions.
 #[inline(always)]
 fn hold(position: f32, last: f32) -> f32 {
     let held = if position > 0.0 { position } else { 0.0 };

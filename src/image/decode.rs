@@ -1,8 +1,8 @@
 //! Image files to RGB, by the PNG and JPEG decoders of the `image` crate.
 //!
-//! In: the bytes of one file. Out: three bytes a pixel. Sixteen bits become eight, grey becomes RGB, alpha is ignored, colour
-//! profiles and orientation marks too. The decoders are called one by one, not through `image::DynamicImage`: its conversions
-//! between all colour types and profiles would double the size of the wasm file.
+//! In: the bytes of one file. Out: three bytes a pixel. Sixteen bits become eight, grey becomes RGB, alpha is ignored,
+//! colour profiles and orientation marks too. The decoders are called one by one, not through `image::DynamicImage`:
+//! its conversions between all colour types and profiles would double the size of the wasm file.
 
 use super::frame::check_size;
 use crate::Error;
@@ -71,8 +71,8 @@ fn high_bytes(pixels: &[u8], channels: usize, pick: [usize; 3]) -> Vec<u8> {
     pixels.chunks_exact(2 * channels).flat_map(|pixel| pick.map(|c| byte(pixel, c))).collect()
 }
 
-/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey instead
-/// of failing, and grey areas that come and go would pass for motion.
+/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey
+/// instead of failing, and grey areas that come and go would pass for motion.
 fn jpeg_is_whole(bytes: &[u8]) -> bool {
     const START_OF_SCAN: u8 = 0xda;
     const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];

@@ -2,11 +2,7 @@
 
 use super::Plane;
 use crate::Error;
-
-/// Longest side accepted, in pixels.
-pub const MAX_SIDE: usize = 16_384;
-/// Most pixels accepted in one frame.
-pub const MAX_PIXELS: usize = 1 << 26;
+use crate::error::{MAX_PIXELS, MAX_SIDE};
 
 /// An RGB image; three bytes a pixel, row by row.
 ///
@@ -50,7 +46,8 @@ impl Frame {
     /// From the bytes of a PNG or JPEG file.
     ///
     /// # Errors
-    /// [`Error::Decode`] when the file is truncated, broken or of another kind; [`Error::FrameSize`] when it is too large.
+    /// [`Error::Decode`] when the file is truncated, broken or of another kind; [`Error::FrameSize`] when it is too
+    /// large.
     pub fn decode(bytes: &[u8]) -> Result<Self, Error> {
         let (rgb, width, height) = super::decode::decode(bytes)?;
         Self::from_rgb(rgb, width, height)

@@ -5,6 +5,8 @@ mod filter;
 mod frame;
 mod plane;
 
+pub use crate::error::{MAX_PIXELS, MAX_SIDE};
+#[doc(hidden)]
 pub use filter::{gaussian_blur, sample_bilinear};
-pub use frame::{Frame, MAX_PIXELS, MAX_SIDE};
+pub use frame::Frame;
 pub use plane::Plane;

@@ -75,8 +75,8 @@ impl Number for f32 {
     fn kind(&self) -> &'static str {
         "number"
     }
-    /// The number with fewest decimals that is this one in single precision, so that 0.1 stays 0.1 on its way out and in again. (Through
-    /// its text would be shorter, and 13 KB of the wasm file.)
+    /// The number with fewest decimals that is this one in single precision, so that 0.1 stays 0.1 on its way out and
+    /// in again. (Through its text would be shorter, and 13 KB of the wasm file.)
     fn get(&self) -> f64 {
         let exact = f64::from(*self);
         let mut scale = 1.0;

@@ -1,47 +1,22 @@
 //! Corrections: what a session does with them, and how they are undone.
 //!
-//! A correction decides at once which label each trajectory has; clusters follow. Merging renames masks too, and that is all. After the
-//! others the cut and the masks are made anew, step by step, where labels are concerned that the correction speaks of (`recut`). What was
-//! before each correction is kept, masks as runs, so that undoing takes no computing.
+//! A correction decides at once which label each trajectory has; clusters follow. Merging renames masks too, and that
+//! is all. After the others the cut and the masks are made anew, step by step, where labels are concerned that the
+//! correction speaks of (`recut`). What was before each correction is kept, masks as runs, so that undoing takes no
+//! computing.
 
-use super::recut::{Before, Recut};
-use super::session::{Session, State, state_error};
+use super::clip::Clip;
+use super::found::{Embedded, Segmented, Tracked};
+use super::recut::{Wanted, objects_with};
+use super::session::{Phase, Session, state_error};
+use super::state::State;
 use crate::Error;
 use crate::correction::{
-    Correction, Held, Painted, Runs, Stroke, apart, cores, distinct, free_labels, halves, near_affinities, part_at,
-    regroup, together, under_strokes,
+    Correction, Held, Painted, Stroke, apart, cores, distinct, free_labels, halves, near_affinities, part_at, together,
+    under_strokes,
 };
-use crate::cut::{CutLabels, Objects};
 use crate::discretize::Clusters;
 use crate::trajectory::Trajectories;
-
-/// The corrections in force.
-#[derive(Debug, Default)]
-pub(super) struct Corrections {
-    /// What was before each of them, the first correction first.
-    before: Vec<Snapshot>,
-    /// What strokes hold.
-    held: Vec<Held>,
-}
-
-#[derive(Debug)]
-struct Snapshot {
-    clusters: Clusters,
-    objects: Objects,
-    cut: CutLabels,
-    masks: Vec<Runs>,
-    held: Vec<Held>,
-}
-
-/// What a correction wants of the trajectories.
-struct Wanted {
-    /// The mask label of each.
-    label: Vec<u8>,
-    /// Which labels are concerned.
-    concerned: Vec<u8>,
-    /// What strokes hold from now on.
-    held: Vec<Held>,
-}
 
 /// Most strokes of a correction.
 const MOST_STROKES: usize = 255;
@@ -49,36 +24,33 @@ const MOST_STROKES: usize = 255;
 impl Session {
     /// Number of corrections in force.
     pub fn num_corrections(&self) -> usize {
-        self.corrections.before.len()
+        self.found().num_corrections
     }
 
-    /// Applies a correction to finished masks. After a merge everything can be read at once; after the others [`Session::step`] goes on,
-    /// with the cut, until it returns [`crate::Step::Done`] again.
+    /// Applies a correction to finished masks. After a merge everything can be read at once; after the others
+    /// [`Session::step`] goes on, with the cut, until it returns [`crate::Step::Done`] again.
     ///
-    /// Law: the labels that the correction does not speak of have the same pixels as before; clusters and [`Objects::of_cluster`] agree
-    /// with the masks as ever; the same corrections in the same order give the same masks. Objects keep their numbers, so that
-    /// these may have gaps; a new one takes the lowest that is free.
+    /// Law: the labels that the correction does not speak of have the same pixels as before; clusters and
+    /// [`of_cluster`](crate::mask::Objects::of_cluster) agree with the masks as ever; the same corrections in the same
+    /// order give the same masks. Objects keep their numbers, so that these may have gaps; a new one takes the lowest
+    /// that is free.
     ///
     /// # Errors
-    /// [`Error::State`] unless the session is done and has masks; [`Error::Param`] for labels, frames and places that do not exist;
-    /// [`Error::Data`] where there is nothing to split. Nothing changes after an error.
+    /// [`Error::State`] unless the session is done and has masks; [`Error::Param`] for labels, frames and places that
+    /// do not exist; [`Error::Data`] where there is nothing to split. Nothing changes after an error.
     pub fn correct(&mut self, correction: &Correction) -> Result<(), Error> {
-        if !matches!(self.state, State::Done) {
-            return Err(state_error(
-                "a correction was made before the run was finished: run the session first, or undo the last correction",
-            ));
-        }
-        if self.dense.masks.is_empty() {
-            return Err(state_error(
-                "corrections need masks (frames, not trajectories from outside, and clip.dense = true)",
-            ));
-        }
-        match correction {
-            Correction::Merge { into, from } => self.merge(*into, *from),
-            Correction::Split { label, at } => self.split(*label, *at).map(|wanted| self.recut(wanted)),
-            Correction::Together(strokes) => self.strokes(strokes, 1).map(|wanted| self.recut(wanted)),
-            Correction::Apart(strokes) => self.strokes(strokes, 2).map(|wanted| self.recut(wanted)),
-        }
+        let (clip, found) = self.finished()?;
+        let wanted = match correction {
+            Correction::Merge { into, from } => return found.merge(*into, *from),
+            Correction::Split { label, at } => Ground { clip, found }.split(*label, *at)?,
+            Correction::Together(strokes) => Ground { clip, found }.strokes(strokes, 1)?,
+            Correction::Apart(strokes) => Ground { clip, found }.strokes(strokes, 2)?,
+        };
+        self.phase = match std::mem::take(&mut self.phase) {
+            Phase::Begun(clip, state) => Phase::Begun(clip, state.corrected(wanted)),
+            open => open,
+        };
+        Ok(())
     }
 
     /// Takes the last correction back: everything is again as it was before, also while its masks are still being made.
@@ -86,27 +58,32 @@ impl Session {
     /// # Errors
     /// [`Error::State`] without a correction in force.
     pub fn undo_correction(&mut self) -> Result<(), Error> {
-        let Some(before) = self.corrections.before.pop() else {
-            return Err(state_error("there is no correction to undo"));
+        let (undone, phase) = match std::mem::take(&mut self.phase) {
+            Phase::Begun(clip, state) => {
+                let (undone, state) = state.undone();
+                (undone, Phase::Begun(clip, state))
+            }
+            open => (false, open),
         };
-        self.clusters = Some(before.clusters);
-        self.corrections.held = before.held;
-        self.dense.restore(before.cut, before.objects, before.masks.iter().map(Runs::mask).collect());
-        self.state = State::Done;
-        Ok(())
+        self.phase = phase;
+        if undone { Ok(()) } else { Err(state_error("there is no correction to undo")) }
     }
 
-    /// What is found now, to be restored later.
-    fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            clusters: self.clusters.clone().unwrap_or_default(),
-            objects: self.dense.objects.clone(),
-            cut: self.dense.cut.clone(),
-            masks: self.dense.masks.iter().map(Runs::of).collect(),
-            held: self.corrections.held.clone(),
+    /// What can be corrected.
+    fn finished(&mut self) -> Result<(&Clip, &mut Segmented), Error> {
+        match &mut self.phase {
+            Phase::Begun(clip, State::Segmented(found)) => Ok((clip, found)),
+            Phase::Begun(_, State::Clustered(_)) => Err(state_error(
+                "corrections need masks (frames, not trajectories from outside, and clip.dense = true)",
+            )),
+            _ => Err(state_error(
+                "a correction was made before the run was finished: run the session first, or undo the last correction",
+            )),
         }
     }
+}
 
+impl Segmented {
     fn merge(&mut self, into: u8, from: u8) -> Result<(), Error> {
         self.require_label("into", into)?;
         self.require_label("from", from)?;
@@ -116,31 +93,67 @@ impl Session {
         if into == from {
             return Err(param("from", &from.to_string(), "another label than into"));
         }
-        self.corrections.before.push(self.snapshot());
+        let before = self.snapshot();
         let rename = |l: &mut u8| *l = if *l == from { into } else { *l };
-        self.dense.objects.of_cluster.iter_mut().for_each(rename);
-        self.dense.objects.count = highest(&self.dense.objects.of_cluster);
-        self.dense.masks.iter_mut().for_each(|mask| mask.data_mut().iter_mut().for_each(rename));
-        self.corrections.held.iter_mut().for_each(|held| rename(&mut held.label));
+        let mut of_cluster = std::mem::take(&mut self.cut.objects.of_cluster);
+        of_cluster.iter_mut().for_each(rename);
+        self.cut.objects = objects_with(of_cluster);
+        self.masks.iter_mut().for_each(|mask| mask.data_mut().iter_mut().for_each(rename));
+        self.parts.corrections.before.push(before);
+        self.parts.corrections.held.iter_mut().for_each(|held| rename(&mut held.label));
         Ok(())
     }
 
+    /// Checks that something has this label, or that it is the background's.
+    fn require_label(&self, name: &str, label: u8) -> Result<(), Error> {
+        let known = &self.cut.objects.of_cluster;
+        if label == 0 || known.contains(&label) {
+            return Ok(());
+        }
+        let mut list = String::from("0");
+        for l in distinct(known).into_iter().filter(|l| *l > 0) {
+            list.push_str(&format!(", {l}"));
+        }
+        Err(param(name, &label.to_string(), &format!("one of the labels in use: {list}")))
+    }
+}
+
+/// What a correction is decided on.
+#[derive(Clone, Copy)]
+struct Ground<'a> {
+    clip: &'a Clip,
+    found: &'a Segmented,
+}
+
+impl Ground<'_> {
+    fn embedded(&self) -> &Embedded {
+        &self.found.parts.clustered.embedded
+    }
+
+    fn tracked(&self) -> &Tracked {
+        &self.embedded().tracked
+    }
+
+    fn clusters(&self) -> &Clusters {
+        &self.found.parts.clustered.clusters
+    }
+
     fn split(&self, label: u8, at: Option<(usize, f32, f32)>) -> Result<Wanted, Error> {
-        self.require_label("label", label)?;
+        self.found.require_label("label", label)?;
         if label == 0 && at.is_none() {
             return Err(param("label", "0", "an object, or a point: {t, x, y} of what is no background"));
         }
-        let (tracks, clusters) = self.clustered()?;
+        let (tracks, clusters) = (&self.tracked().tracks, self.clusters());
         let mut labels = self.trajectory_labels();
         let members: Vec<u32> = (0..labels.len() as u32).filter(|&i| labels[i as usize] == label).collect();
         let at = at.map(|(t, x, y)| self.member_at(&members, label, t, (x, y))).transpose()?;
-        let mut free = free_labels(&self.dense.objects.of_cluster);
+        let mut free = free_labels(&self.found.cut.objects.of_cluster);
         let Some(new) = free.next() else {
             return Err(Error::Data { reason: "all 255 labels are in use: merge some first".to_owned() });
         };
-        let affinities = self.affinities.as_ref().ok_or_else(|| state_error("there are no affinities"))?;
-        let seed = self.params.clip.seed;
-        let graph = |members: &[u32]| near_affinities(affinities, tracks, members, self.spacing);
+        let (params, affinities) = (&self.clip.params, &self.embedded().affinities);
+        let seed = params.clip.seed;
+        let graph = |members: &[u32]| near_affinities(affinities, tracks, members, params.spacing());
         let cluster = |i: &u32| clusters.label[*i as usize];
         let part: Vec<u32> = match (label, at) {
             (0, Some(at)) => {
@@ -176,30 +189,28 @@ impl Session {
             let expected = format!("{least}..={MOST_STROKES} of them");
             return Err(param("strokes", &format!("{} strokes", strokes.len()), &expected));
         }
-        let (Some(scale), Some(affinities), Some(seen)) = (self.scale, &self.affinities, &self.trajectories) else {
-            return Err(state_error("there are no trajectories to correct"));
-        };
+        let (scale, spacing) = (self.clip.scale, self.clip.params.spacing());
         for (k, stroke) in strokes.iter().enumerate() {
-            stroke.check(&format!("strokes[{k}]"), self.num_frames(), scale.input)?;
+            stroke.check(&format!("strokes[{k}]"), self.clip.frames.len(), scale.input)?;
         }
-        let (tracks, _) = self.clustered()?;
         let labels = self.trajectory_labels();
-        let under = under_strokes(seen, strokes, f64::from(self.spacing) * scale.x().max(scale.y()));
+        let reach = f64::from(spacing) * scale.x().max(scale.y());
+        let under = under_strokes(&self.tracked().input, strokes, reach);
         let cores = cores(strokes, scale.input, scale.working);
         let over = |(core, stroke): (&Vec<u32>, &Stroke)| -> Vec<u8> {
-            core.iter().map(|&p| self.dense.masks[stroke.t].data()[p as usize]).collect()
+            core.iter().map(|&p| self.found.masks[stroke.t].data()[p as usize]).collect()
         };
         let over: Vec<Vec<u8>> = cores.iter().zip(strokes).map(over).collect();
         let mut settled = vec![false; labels.len()];
-        for held in &self.corrections.held {
+        for held in &self.found.parts.corrections.held {
             held.tracks.iter().for_each(|&i| settled[i as usize] |= labels[i as usize] == held.label);
         }
         let painted = Painted {
-            tracks,
-            spacing: self.spacing,
-            affinities,
+            tracks: &self.tracked().tracks,
+            spacing,
+            affinities: &self.embedded().affinities,
             label: &labels,
-            used: &self.dense.objects.of_cluster,
+            used: &self.found.cut.objects.of_cluster,
             settled: &settled,
             under: &under,
             over: &over,
@@ -217,8 +228,8 @@ impl Session {
         Ok(Wanted { label: decision.label, concerned: decision.concerned, held })
     }
 
-    /// What earlier strokes hold when trajectories have these labels. Where that was one of the labels concerned, it is what all
-    /// trajectories under the stroke have now; if they do not agree, nothing.
+    /// What earlier strokes hold when trajectories have these labels. Where that was one of the labels concerned, it is
+    /// what all trajectories under the stroke have now; if they do not agree, nothing.
     fn held_under(&self, labels: &[u8], concerned: &[u8]) -> Vec<Held> {
         let renewed = |held: &Held| {
             let mut now = held.tracks.iter().map(|&i| labels[i as usize]);
@@ -229,53 +240,19 @@ impl Session {
             };
             label.map(|label| Held { label, ..held.clone() })
         };
-        self.corrections.held.iter().filter_map(renewed).collect()
-    }
-
-    /// Clusters by the wanted labels; then the cut begins anew where these are concerned.
-    fn recut(&mut self, wanted: Wanted) {
-        let before = self.snapshot();
-        let Some(tracks) = &self.working else { return };
-        let found = regroup(tracks, &before.clusters, &before.objects.of_cluster, &wanted.label);
-        self.corrections.before.push(before);
-        self.clusters = Some(found.clusters);
-        let objects = Objects { count: highest(&found.of_cluster), of_cluster: found.of_cluster };
-        let open = (0..=255).map(|l| wanted.concerned.contains(&l)).collect();
-        self.corrections.held.clone_from(&wanted.held);
-        self.dense.begin_again(objects, |before: Before| Recut::new(before, &found.heir, open, wanted.held));
-        self.state = State::Dense;
-    }
-
-    fn clustered(&self) -> Result<(&Trajectories, &Clusters), Error> {
-        match (&self.working, &self.clusters) {
-            (Some(tracks), Some(clusters)) => Ok((tracks, clusters)),
-            _ => Err(state_error("there are no clusters to correct")),
-        }
+        self.found.parts.corrections.held.iter().filter_map(renewed).collect()
     }
 
     /// The mask label of each trajectory.
     fn trajectory_labels(&self) -> Vec<u8> {
-        let of_cluster = &self.dense.objects.of_cluster;
-        let clusters = self.clusters.as_ref().map_or(&[][..], |c| &c.label);
-        clusters.iter().map(|&c| of_cluster.get(c as usize).copied().unwrap_or(0)).collect()
-    }
-
-    fn require_label(&self, name: &str, label: u8) -> Result<(), Error> {
-        let known = &self.dense.objects.of_cluster;
-        if label == 0 || known.contains(&label) {
-            return Ok(());
-        }
-        let mut list = String::from("0");
-        for l in distinct(known).into_iter().filter(|l| *l > 0) {
-            list.push_str(&format!(", {l}"));
-        }
-        Err(param(name, &label.to_string(), &format!("one of the labels in use: {list}")))
+        let of_cluster = &self.found.cut.objects.of_cluster;
+        self.clusters().label.iter().map(|&c| of_cluster.get(c as usize).copied().unwrap_or(0)).collect()
     }
 
     /// Place in `members` of the trajectory nearest to a point of frame `t`, in input pixels.
     fn member_at(&self, members: &[u32], label: u8, t: usize, (x, y): (f32, f32)) -> Result<usize, Error> {
         self.require_place(t, (x, y))?;
-        let tracks = self.trajectories.as_ref().ok_or_else(|| state_error("there are no trajectories"))?;
+        let tracks = &self.tracked().input;
         let distance = |i: u32| tracks.at(i as usize, t).map(|(px, py)| (px - x).powi(2) + (py - y).powi(2));
         let near = members.iter().enumerate().filter_map(|(k, &i)| distance(i).map(|d| (d, k)));
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, k)| k).ok_or_else(|| Error::Data {
@@ -284,11 +261,11 @@ impl Session {
     }
 
     fn require_place(&self, t: usize, (x, y): (f32, f32)) -> Result<(), Error> {
-        let frames = self.num_frames();
+        let frames = self.clip.frames.len();
         if t >= frames {
             return Err(param("t", &t.to_string(), &format!("a frame, 0..{frames}")));
         }
-        let (width, height) = self.input_size().unwrap_or_default();
+        let (width, height) = self.clip.scale.input;
         for (name, value, side) in [("x", x, width), ("y", y, height)] {
             // Pixel centres are at whole numbers.
             if !(value >= -0.5 && value <= side as f32 - 0.5) {
@@ -306,10 +283,6 @@ fn param(name: &str, value: &str, expected: &str) -> Error {
 
 fn nothing_to_split(label: u8) -> Error {
     Error::Data { reason: format!("label {label} has too few trajectories to be split (expected at least 6)") }
-}
-
-fn highest(of_cluster: &[u8]) -> usize {
-    of_cluster.iter().max().map_or(0, |&l| l.into())
 }
 
 /// The half that holds fewer points of trajectories; the second of equal ones.

@@ -34,7 +34,7 @@ fn corrected(session: &mut Session, correction: &Correction) -> Vec<Plane<u8>> {
 fn is_consistent(session: &Session) {
     let (clusters, objects) = (session.clusters().unwrap(), session.objects().unwrap());
     assert_eq!(objects.of_cluster.len(), clusters.count);
-    assert_eq!(objects.count, usize::from(objects.of_cluster.iter().copied().max().unwrap_or(0)));
+    assert_eq!(objects.highest_label, usize::from(objects.of_cluster.iter().copied().max().unwrap_or(0)));
     for c in 0..clusters.count as u32 {
         assert!(clusters.label.contains(&c), "cluster {c} has no trajectory");
     }
@@ -66,7 +66,7 @@ fn dot(t: usize, at: (f32, f32)) -> Stroke {
 fn every_correction_is_consistent_and_undoing_all_restores_every_pixel() {
     let mut session = segmented();
     let found = (masks(&session), session.clusters().cloned(), session.objects().cloned());
-    assert!(session.objects().unwrap().count >= 2);
+    assert!(session.objects().unwrap().highest_label >= 2);
     let place = inside(&found.0[4], 0);
     let mut stages = vec![found.0.clone()];
     let list = [
@@ -221,7 +221,7 @@ fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
     let best = |masks: &[Plane<u8>], player| {
         (1..=9).map(|l| (overlap(&truth, player, masks, l), l)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
     };
-    assert_eq!(session.objects().unwrap().count, 1, "motion alone takes both for one");
+    assert_eq!(session.objects().unwrap().highest_label, 1, "motion alone takes both for one");
     let strokes = [1, 2].map(|player| {
         let (x, y) = inside(&truth[20], player);
         Stroke { t: 20, points: vec![(x, y - 8.0), (x, y + 8.0)], radius: 4.0 }

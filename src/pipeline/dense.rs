@@ -1,191 +1,210 @@
 //! The last stages: superpixels frame by frame, the cut over the whole clip, masks frame by frame.
 
+use super::clip::Clip;
+use super::found::{Clustered, Corrections, Cut, Found, Parts, Segmented};
 use super::geometry::Scale;
-use super::recut::{Before, Recut};
+use super::params::Params;
+use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
-use super::windows::Windows;
-use crate::contour::{BoundaryMap, boundary_map, contour_segments};
-use crate::cut::{
-    CutInput, CutLabels, GabrielCut, Objects, STRANGER, UNKNOWN, find_objects, labels_for, paint, refine,
-};
-use crate::discretize::Clusters;
+use super::turn::Turn;
+use crate::background::{Background, part};
+use crate::camera::Camera;
+use crate::contour::{BoundaryMap, boundary_map};
+use crate::cut::{CutInput, GabrielCut, forget_strangers, labels_for, paint};
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
-use crate::params::Params;
-use crate::superpixel::{Superpixels, gabriel_superpixels};
-use crate::trajectory::Trajectories;
+use crate::mask::{Objects, find_objects, number_objects, refine};
+use crate::superpixel::{Superpixels, superpixels_in};
 
-/// What the dense stages are made from: the frames, and what the stages before have found.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Clip<'a> {
-    pub(super) frames: &'a [Frame],
-    pub(super) flows: &'a [CompactFlow],
-    /// The trajectories that were clustered, in working pixels.
-    pub(super) tracks: &'a Trajectories,
-    pub(super) clusters: &'a Clusters,
-    /// The greatest saliency of each of the denser trajectories that the masks are made from.
-    pub(super) salience: &'a [f32],
-    /// The clip-wide number of each clustered trajectory.
-    pub(super) numbers: &'a [u32],
-    /// Where the clip is taken window by window.
-    pub(super) windows: Option<&'a Windows>,
-    pub(super) params: &'a Params,
+/// Superpixels being made, frame by frame.
+#[derive(Debug)]
+pub(super) struct Dividing {
+    clustered: Clustered,
+    superpixels: Vec<Superpixels>,
 }
 
-impl Clip<'_> {
-    /// Which clusters are objects, under the labels that they had in the window before.
-    fn objects(&self) -> Objects {
-        let found = find_objects(self.tracks, self.clusters);
-        match self.windows {
-            Some(w) => w.identities.rename(&found, self.tracks, &self.clusters.label, self.numbers, w.overlap),
-            None => found,
-        }
-    }
-}
-
-/// What the dense stages have found so far, at working size.
-#[derive(Debug, Default)]
-pub(super) struct Dense {
-    /// Trajectories denser and shorter than those that were clustered, in working pixels.
-    pub(super) tracks: Option<Trajectories>,
-    pub(super) superpixels: Vec<Superpixels>,
-    /// The cut while it is being made.
-    moves: Option<Box<GabrielCut>>,
-    pub(super) cut: CutLabels,
-    pub(super) objects: Objects,
-    pub(super) masks: Vec<Plane<u8>>,
-    /// What a correction asks for, until it is done.
-    recut: Option<Box<Recut>>,
-}
-
-impl Dense {
-    pub(super) fn is_finished(&self, frames: &[Frame]) -> bool {
-        self.masks.len() == frames.len()
+impl Dividing {
+    pub(super) fn new(clustered: Clustered) -> Self {
+        Self { clustered, superpixels: Vec::new() }
     }
 
-    /// Which clusters are which objects, once the cut is made.
-    pub(super) fn objects(&self) -> Option<&Objects> {
-        (!self.cut.labels.is_empty()).then_some(&self.objects)
-    }
-
-    /// The cluster of each pixel of frame `t`, in agreement with its mask.
-    ///
-    /// Refining moves borders between mask labels: a pixel moved to another label takes the largest cluster there in this frame.
-    pub(super) fn clusters(&self, t: usize) -> Option<Plane<u32>> {
-        let mask = self.masks.get(t)?;
-        let mut clusters = paint(self.superpixels.get(t)?, self.cut.labels.get(t)?);
-        let label_of = &self.objects.of_cluster;
-        let mut area = vec![0_u64; label_of.len()];
-        for &c in clusters.data() {
-            area.get_mut(c as usize).into_iter().for_each(|a| *a += 1);
-        }
-        let members = |label: u8| (0..label_of.len()).filter(move |&c| label_of[c] == label);
-        let largest: Vec<_> = (0..=255).map(|label| members(label).max_by_key(|&c| area[c])).collect();
-        for (cluster, &label) in clusters.data_mut().iter_mut().zip(mask.data()) {
-            if label_of.get(*cluster as usize).is_some_and(|&own| own != label) {
-                *cluster = largest[usize::from(label)].map_or(*cluster, |c| c as u32);
-            }
-        }
-        Some(clusters)
-    }
-
-    /// Begins the cut anew, with the objects of corrected clusters.
-    pub(super) fn begin_again(&mut self, objects: Objects, recut: impl FnOnce(Before) -> Recut) {
-        let before = Before {
-            cut: std::mem::take(&mut self.cut),
-            objects: std::mem::replace(&mut self.objects, objects),
-            masks: std::mem::take(&mut self.masks),
-        };
-        self.recut = Some(Box::new(recut(before)));
-    }
-
-    /// Puts back what was found before, whatever is under way.
-    pub(super) fn restore(&mut self, cut: CutLabels, objects: Objects, masks: Vec<Plane<u8>>) {
-        (self.cut, self.objects, self.masks) = (cut, objects, masks);
-        (self.moves, self.recut) = (None, None);
-    }
-
-    /// One frame's superpixels, a move of the cut, or one frame's mask, whichever is next.
-    pub(super) fn step(&mut self, clip: &Clip<'_>) -> Progress {
-        let total = clip.frames.len() as u32;
+    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Cutting>> {
         let t = self.superpixels.len();
-        if let Some(frame) = clip.frames.get(t) {
-            let map = boundaries_of(frame, flow_at(clip.flows, t), clip.params);
-            self.superpixels.push(superpixels_of(&map, clip.params));
-            return Progress { stage: Stage::Superpixels, done: t as u32 + 1, total };
+        self.superpixels.push(superpixels_of(&clip.frames[t], clip.flow_at(t), &clip.params));
+        let progress = Progress { stage: Stage::Superpixels, done: t as u32 + 1, total: clip.frames.len() as u32 };
+        if t + 1 < clip.frames.len() {
+            return Turn::more(progress, self);
         }
-        if self.cut.labels.is_empty() {
-            return self.step_cut(clip);
-        }
-        let t = self.masks.len();
-        if let Some(recut) = &self.recut {
-            self.masks.push(recut.mask(t, &self.superpixels[t], &self.cut.labels[t], &self.objects, clip));
-            if self.is_finished(clip.frames) {
-                self.recut = None;
-            }
-            return Progress { stage: Stage::Masks, done: t as u32 + 1, total };
-        }
-        let mask = paint(&self.superpixels[t], &self.cut.labels[t]);
-        // A clip without clusters is all background.
-        let mask = mask.map(|cluster| self.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0));
-        self.masks.push(refine(&mask, &clip.frames[t], &clip.params.refine));
-        Progress { stage: Stage::Masks, done: t as u32 + 1, total }
+        let Self { clustered, superpixels } = *self;
+        let background = background_of(&clustered, clip);
+        let parts = Parts { clustered, superpixels, background, corrections: Corrections::default() };
+        Turn::done(progress, Box::new(Cutting { parts, recut: None }))
     }
 
-    fn step_cut(&mut self, clip: &Clip<'_>) -> Progress {
-        let mut moves = self.moves.take().unwrap_or_else(|| Box::new(self.begin_cut(clip)));
-        let more = moves.step();
-        let (done, total) = moves.progress();
-        if more {
-            self.moves = Some(moves);
-        } else {
-            self.cut = moves.finish();
-            if self.recut.is_none() {
-                self.objects = clip.objects();
-            }
-        }
-        // Making the energy counts as a step, so that a cut without any move is seen to end.
-        Progress { stage: Stage::Cut, done: done + 1, total: total + 1 }
+    pub(super) fn found(&self) -> Found<'_> {
+        Found { superpixels: &self.superpixels, ..self.clustered.found() }
+    }
+}
+
+/// A cut to be begun.
+#[derive(Debug)]
+pub(super) struct Cutting {
+    pub(super) parts: Parts,
+    /// What a correction asks for; `None` for the first cut.
+    recut: Option<Recut>,
+}
+
+/// A cut being made, move by move.
+#[derive(Debug)]
+pub(super) struct Moving {
+    pub(super) parts: Parts,
+    recut: Option<Recut>,
+    objects: Objects,
+    moves: GabrielCut,
+}
+
+/// Masks being made, frame by frame.
+#[derive(Debug)]
+pub(super) struct Masking {
+    pub(super) parts: Parts,
+    recut: Option<Recut>,
+    cut: Cut,
+    masks: Vec<Plane<u8>>,
+}
+
+impl Cutting {
+    /// The cut anew, where a correction asks for it.
+    pub(super) fn again(found: Segmented, wanted: Wanted) -> Self {
+        let (parts, recut) = Recut::new(found, wanted);
+        Self { parts, recut: Some(recut) }
     }
 
-    /// The energy, from the denser trajectories labelled by those that were clustered.
-    fn begin_cut(&self, clip: &Clip<'_>) -> GabrielCut {
+    /// The energy, and the first move.
+    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Moving>, Box<Masking>> {
+        let objects = match &self.recut {
+            Some(recut) => recut.objects.clone(),
+            None => objects_of(&mut self.parts, clip),
+        };
+        let moves = self.energy(&objects, clip);
+        let Self { parts, recut } = *self;
+        Box::new(Moving { parts, recut, objects, moves }).step()
+    }
+
+    /// From the denser trajectories, labelled by those that were clustered.
+    fn energy(&self, objects: &Objects, clip: &Clip) -> GabrielCut {
+        let Parts { clustered, superpixels, background, .. } = &self.parts;
+        let (tracked, clusters) = (&clustered.embedded.tracked, &clustered.clusters);
         let params = &clip.params.cut;
-        let num_labels = clip.clusters.count.max(1);
-        let clustered = &clip.clusters.label;
-        let mut voted = self.tracks.as_ref().map(|dense| labels_for(dense, clip.tracks, clustered, num_labels, params));
-        // What moves like nothing around it is a sign of an object only where it stands out; elsewhere it is an error of the flow.
-        for (label, &salience) in voted.iter_mut().flatten().zip(clip.salience) {
-            if *label == STRANGER && f64::from(salience) <= clip.params.saliency.threshold {
-                *label = UNKNOWN;
-            }
+        let num_labels = clusters.count.max(1);
+        let mut voted = tracked.denser.as_ref().map(|denser| {
+            let mut voted = labels_for(denser, &tracked.tracks, &clusters.label, num_labels, params);
+            forget_strangers(&mut voted, clustered.salience(), clip.params.saliency.threshold);
+            voted
+        });
+        if let (Some(recut), Some(denser), Some(voted)) = (&self.recut, &tracked.denser, &mut voted) {
+            recut.vote(denser, voted, &superpixels[0].label);
         }
-        if let (Some(recut), Some(dense), Some(voted), Some(first)) =
-            (&self.recut, &self.tracks, &mut voted, self.superpixels.first())
-        {
-            recut.vote(dense, voted, &self.objects, &first.label);
-        }
-        let found = if self.recut.is_some() { self.objects.clone() } else { clip.objects() };
-        let objects: Vec<bool> = found.of_cluster.iter().map(|&label| label > 0).collect();
+        let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
+        let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
+        let label = voted.as_ref().unwrap_or(&clusters.label);
+        let evidence = background.as_ref().map_or_else(Vec::new, |background| {
+            background.evidence(superpixels, &clip.flows, (tracks, label), &is_object, &clip.params.background)
+        });
         let input = CutInput {
-            superpixels: &self.superpixels,
-            tracks: self.tracks.as_ref().unwrap_or(clip.tracks),
-            label: voted.as_ref().unwrap_or(clustered),
+            superpixels,
+            tracks,
+            label,
             num_labels,
-            objects: &objects,
-            flows: clip.flows,
-            frames: clip.frames,
+            objects: &is_object,
+            evidence: &evidence,
+            flows: &clip.flows,
+            frames: &clip.frames,
         };
         match &self.recut {
-            Some(recut) => recut.cut(&input, &self.objects, clip),
+            Some(recut) => recut.cut(&input, params),
             None => GabrielCut::new(&input, params),
         }
     }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        self.parts.found()
+    }
 }
 
-/// Superpixels of one frame, from its boundary map.
-fn superpixels_of(map: &BoundaryMap, params: &Params) -> Superpixels {
-    gabriel_superpixels(&contour_segments(map, &params.contour), map, &params.superpixel)
+impl Moving {
+    pub(super) fn step(mut self: Box<Self>) -> Turn<Box<Self>, Box<Masking>> {
+        let more = self.moves.step();
+        let (done, total) = self.moves.progress();
+        // Making the energy counts as a step, so that a cut without any move is seen to end.
+        let progress = Progress { stage: Stage::Cut, done: done + 1, total: total + 1 };
+        if more {
+            return Turn::more(progress, self);
+        }
+        let Self { parts, recut, objects, moves } = *self;
+        let cut = Cut { labels: moves.finish(), objects };
+        Turn::done(progress, Box::new(Masking { parts, recut, cut, masks: Vec::new() }))
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        self.parts.found()
+    }
+}
+
+impl Masking {
+    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Segmented>> {
+        let t = self.masks.len();
+        let (frame, superpixels, labels) = (&clip.frames[t], &self.parts.superpixels[t], &self.cut.labels.labels[t]);
+        self.masks.push(match &self.recut {
+            Some(recut) => recut.mask(t, frame, superpixels, labels, &clip.params),
+            None => mask_of(frame, superpixels, labels, &self.cut.objects, &clip.params),
+        });
+        let progress = Progress { stage: Stage::Masks, done: t as u32 + 1, total: clip.frames.len() as u32 };
+        if t + 1 < clip.frames.len() {
+            return Turn::more(progress, self);
+        }
+        let Self { parts, cut, masks, .. } = *self;
+        Turn::done(progress, Box::new(Segmented { parts, cut, masks }))
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        Found { cut: Some(&self.cut), masks: &self.masks, ..self.parts.found() }
+    }
+}
+
+/// The background of a clip whose camera stands still.
+fn background_of(clustered: &Clustered, clip: &Clip) -> Option<Background> {
+    let motions = clustered.foreground.as_ref()?.salient.maps.motions();
+    let wanted = clip.params.background.still && Camera::new(motions, &clip.frames).still;
+    wanted.then(|| Background::new(&clip.frames, &clip.params.background))
+}
+
+/// Which clusters are objects, under the labels that they had in the window before. With a background, clusters are
+/// first freed of what does not belong to them.
+fn objects_of(parts: &mut Parts, clip: &Clip) -> Objects {
+    let Parts { clustered, background, .. } = parts;
+    let tracked = &clustered.embedded.tracked;
+    let parted = background
+        .as_ref()
+        .map(|background| part(&tracked.tracks, &clustered.clusters, &background.along(&tracked.tracks)))
+        // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
+        .filter(|parted| parted.is_object.contains(&false));
+    let found = match parted {
+        Some(parted) => {
+            clustered.clusters = parted.clusters;
+            number_objects(&tracked.tracks, &clustered.clusters, &parted.is_object)
+        }
+        None => find_objects(&tracked.tracks, &clustered.clusters),
+    };
+    let clusters = &clustered.clusters;
+    match &clip.windows {
+        Some(w) => w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap),
+        None => found,
+    }
+}
+
+/// Superpixels of one frame. `flow` leads from it to another.
+fn superpixels_of(frame: &Frame, flow: Option<&CompactFlow>, params: &Params) -> Superpixels {
+    superpixels_in(&boundaries_of(frame, flow, params), None, &params.contour, &params.superpixel)
 }
 
 /// Pb of one frame. `flow` leads from it to another; it is looked at only where motion has a weight.
@@ -194,9 +213,37 @@ pub(super) fn boundaries_of(frame: &Frame, flow: Option<&CompactFlow>, params: &
     boundary_map(frame, flow.as_ref(), &params.contour)
 }
 
-/// The flow from frame `t` to the next; for the last frame, that which leads to it.
-pub(super) fn flow_at(flows: &[CompactFlow], t: usize) -> Option<&CompactFlow> {
-    flows.get(t).or(flows.last())
+/// The mask of one frame, from the clusters of its superpixels.
+fn mask_of(frame: &Frame, superpixels: &Superpixels, labels: &[u32], objects: &Objects, params: &Params) -> Plane<u8> {
+    // A clip without clusters is all background.
+    let label = |cluster: u32| objects.of_cluster.get(cluster as usize).copied().unwrap_or(0);
+    refine(&paint(superpixels, labels).map(label), frame, &params.refine)
+}
+
+/// The cluster of each pixel of a frame, in agreement with its mask.
+///
+/// Refining moves borders between mask labels: a pixel moved to another label takes the largest cluster there in this
+/// frame.
+pub(super) fn clusters_of(
+    superpixels: &Superpixels,
+    labels: &[u32],
+    objects: &Objects,
+    mask: &Plane<u8>,
+) -> Plane<u32> {
+    let mut clusters = paint(superpixels, labels);
+    let label_of = &objects.of_cluster;
+    let mut area = vec![0_u64; label_of.len()];
+    for &c in clusters.data() {
+        area.get_mut(c as usize).into_iter().for_each(|a| *a += 1);
+    }
+    let members = |label: u8| (0..label_of.len()).filter(move |&c| label_of[c] == label);
+    let largest: Vec<_> = (0..=255).map(|label| members(label).max_by_key(|&c| area[c])).collect();
+    for (cluster, &label) in clusters.data_mut().iter_mut().zip(mask.data()) {
+        if label_of.get(*cluster as usize).is_some_and(|&own| own != label) {
+            *cluster = largest[usize::from(label)].map_or(*cluster, |c| c as u32);
+        }
+    }
+    clusters
 }
 
 /// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.

@@ -1,156 +1,210 @@
-//! Saliency frame by frame, then the components of the foreground and what they change.
+//! Saliency frame by frame, then the components of the foreground and what they change, then the clusters.
 
+use super::clip::Clip;
+use super::found::{Clustered, Embedded, Foreground, Found, Salient};
 use super::stage::{Progress, Stage};
-use crate::connectedness::{
-    Components, ConnectednessMode, Separation, components, constrain, join_parts, with_background,
-};
-use crate::discontinuity::{Discontinuities, discontinuities};
-use crate::discretize::Clusters;
+use super::turn::Turn;
+use crate::connectedness::{ConnectednessMode, Separation, components, constrain, settle};
+use crate::discontinuity::discontinuities;
+use crate::discretize::discretize;
 use crate::embedding::{Embedding, embed};
-use crate::flow::CompactFlow;
-use crate::image::Plane;
-use crate::params::Params;
-use crate::saliency::{Saliency, SaliencyMaps, context_saliency, trajectory_saliency};
+use crate::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
 use crate::sparse::SymCsr;
-use crate::trajectory::Trajectories;
 
-/// What motion alone has found, in working pixels.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Motions<'a> {
-    pub(super) flows: &'a [CompactFlow],
-    pub(super) tracks: &'a Trajectories,
-    /// The denser ones that the masks are made from.
-    pub(super) mask_tracks: Option<&'a Trajectories>,
-    pub(super) affinities: &'a SymCsr,
-    pub(super) embedding: &'a Embedding,
-    pub(super) discontinuities: &'a Discontinuities,
-    /// The parameters, counts of trajectories already at the present spacing.
-    pub(super) params: &'a Params,
-    /// Distance of neighbouring trajectories, in pixels.
-    pub(super) spacing: f32,
+/// Flow being looked at, field by field.
+#[derive(Debug)]
+pub(super) struct Looking {
+    embedded: Embedded,
+    maps: SaliencyMaps,
 }
 
-/// What the foreground stages have found so far.
-#[derive(Debug, Default)]
-pub(super) struct Foreground {
-    maps: Option<SaliencyMaps>,
-    /// Flow fields looked at, and maps made.
-    looked: usize,
+/// Maps being made and looked up at the trajectories, one by one.
+#[derive(Debug)]
+pub(super) struct Mapping {
+    embedded: Embedded,
+    maps: SaliencyMaps,
     mapped: usize,
     /// The saliency of each point of the trajectories; below 0 where not known.
     of_points: Vec<f32>,
-    /// The greatest saliency of each of the denser trajectories.
-    pub(super) of_mask_tracks: Vec<f32>,
-    pub(super) saliency: Option<Saliency>,
-    pub(super) components: Option<Components>,
-    /// Who is kept apart by them.
-    separation: Option<Separation>,
-    /// Affinities with those of separated trajectories left out, and their embedding.
-    constrained: Option<SymCsr>,
-    embedding: Option<Embedding>,
+    /// That of each point of the denser ones.
+    of_denser: Vec<f32>,
 }
 
-/// What a step of the connectedness has come to.
-pub(super) enum Connected {
-    More,
-    /// Motion alone decides.
-    Unchanged,
-    /// The affinities that the foreground allows, and what follows from them.
-    Changed(Box<(SymCsr, Embedding, Discontinuities)>),
+/// Saliency of all points, to be brought into the context of the embedding.
+#[derive(Debug)]
+pub(super) struct Averaging(Mapping);
+
+/// One look at each field, one map of each, and the average over the embedding.
+fn progress(clip: &Clip, done: usize) -> Progress {
+    Progress { stage: Stage::Saliency, done: done as u32, total: 2 * clip.flows.len() as u32 + 1 }
 }
 
-impl Foreground {
-    /// One flow field looked at, one map sampled, or, last, the average over the embedding. Without flow there is nothing to do.
-    pub(super) fn step_saliency(&mut self, from: &Motions<'_>) -> Progress {
-        let pairs = from.flows.len();
-        let maps = self.maps.get_or_insert_with(|| SaliencyMaps::new(&from.params.saliency));
-        if self.looked < pairs {
-            maps.look_at(&from.flows[self.looked].unpack(1.0, 1.0));
-            self.looked += 1;
-        } else if self.mapped < pairs {
-            self.of_points.resize(from.tracks.x.len(), -1.0);
-            let t = self.mapped;
-            let map = maps.map(t, &from.flows[t].unpack(1.0, 1.0));
-            for (i, x, y) in from.tracks.alive(t) {
-                let point = from.tracks.points(i).start + t - from.tracks.start_frame[i] as usize;
-                self.of_points[point] = nearest(&map, x, y);
-            }
-            if let Some(denser) = from.mask_tracks {
-                self.of_mask_tracks.resize(denser.len(), 0.0);
-                for (i, x, y) in denser.alive(t) {
-                    self.of_mask_tracks[i] = self.of_mask_tracks[i].max(nearest(&map, x, y));
-                }
-            }
-            self.mapped += 1;
-        } else if pairs > 0 {
-            let of_points = std::mem::take(&mut self.of_points);
-            let settings = &from.params.saliency;
-            let alone = trajectory_saliency(from.tracks, &of_points, settings.quantile);
-            let found = context_saliency(alone, from.embedding, from.discontinuities, settings);
-            self.saliency = Some(found);
-        }
-        let (done, total) = (self.looked + self.mapped + 1, 2 * pairs + 1);
-        let done = if self.saliency.is_some() || pairs == 0 { total } else { done - 1 };
-        Progress { stage: Stage::Saliency, done: done as u32, total: total as u32 }
+impl Looking {
+    /// For clips with any flow.
+    pub(super) fn new(embedded: Embedded, clip: &Clip) -> Self {
+        Self { embedded, maps: SaliencyMaps::new(&clip.params.saliency) }
     }
 
-    /// How salient each pixel of a frame is, once all maps have been made.
-    pub(super) fn maps(&self) -> Option<&SaliencyMaps> {
-        self.maps.as_ref().filter(|_| self.saliency.is_some())
+    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Mapping>> {
+        let t = self.maps.motions().len();
+        self.maps.look_at(&clip.flows[t].unpack(1.0, 1.0));
+        let progress = progress(clip, t + 1);
+        if t + 1 < clip.flows.len() {
+            return Turn::more(progress, self);
+        }
+        Turn::done(progress, Box::new(Mapping::new(*self)))
     }
 
-    /// Components and constraints, then the second embedding, then its discontinuities.
-    pub(super) fn step_connectedness(&mut self, from: &Motions<'_>) -> (Progress, Connected) {
-        let settings = &from.params.connectedness;
-        let progress = |done, total| Progress { stage: Stage::Connectedness, done, total };
-        let Some(saliency) = &self.saliency else { return (progress(1, 1), Connected::Unchanged) };
-        if self.components.is_none() {
-            let near = &from.discontinuities.neighborhoods;
-            let longest = settings.max_edge * from.spacing;
-            let found = components(from.tracks, near, &saliency.foreground, longest, settings.min_component as usize);
-            if settings.mode != ConnectednessMode::Off {
-                let separation = Separation::new(from.tracks, &found, settings);
-                let constrained = constrain(from.affinities, from.tracks, &separation, &saliency.foreground, settings);
-                self.constrained = constrained.map(|(affinities, _)| affinities);
-                self.separation = Some(separation);
-            }
-            self.components = Some(found);
-            return match self.constrained {
-                Some(_) => (progress(1, 3), Connected::More),
-                None => (progress(1, 1), Connected::Unchanged),
-            };
+    pub(super) fn found(&self) -> Found<'_> {
+        self.embedded.found()
+    }
+}
+
+impl Mapping {
+    fn new(Looking { embedded, maps }: Looking) -> Self {
+        let unknown = |num_points: usize| vec![-1.0; num_points];
+        let of_denser = unknown(embedded.tracked.denser.as_ref().map_or(0, |denser| denser.x.len()));
+        Self { of_points: unknown(embedded.tracked.tracks.x.len()), of_denser, embedded, maps, mapped: 0 }
+    }
+
+    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Averaging>> {
+        let (t, tracked) = (self.mapped, &self.embedded.tracked);
+        let map = self.maps.map(t, &clip.flows[t].unpack(1.0, 1.0));
+        look_up(&map, &tracked.tracks, t, &mut self.of_points);
+        if let Some(denser) = &tracked.denser {
+            look_up(&map, denser, t, &mut self.of_denser);
         }
-        let Some(constrained) = &self.constrained else { return (progress(1, 1), Connected::Unchanged) };
-        let Some(embedding) = self.embedding.take() else {
-            self.embedding = Some(embed(constrained, &from.params.embedding, from.params.clip.seed));
-            return (progress(2, 3), Connected::More);
+        self.mapped += 1;
+        let (pairs, progress) = (clip.flows.len(), progress(clip, clip.flows.len() + t + 1));
+        if self.mapped < pairs { Turn::more(progress, self) } else { Turn::done(progress, Box::new(Averaging(*self))) }
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        self.embedded.found()
+    }
+}
+
+impl Averaging {
+    pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Connecting>> {
+        let Mapping { embedded, maps, of_points, of_denser, .. } = self.0;
+        let settings = &clip.params.saliency;
+        let alone = trajectory_saliency(&embedded.tracked.tracks, &of_points, settings.quantile);
+        let saliency = context_saliency(alone, &embedded.embedding, &embedded.discontinuities, settings);
+        let denser = embedded.tracked.denser.as_ref();
+        let of_denser = denser.map_or_else(Vec::new, |denser| trajectory_saliency(denser, &of_denser, 1.0));
+        let salient = Some(Salient { maps, of_denser, saliency });
+        Turn::done(progress(clip, 2 * clip.flows.len() + 1), Box::new(Connecting { embedded, salient }))
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        self.0.found()
+    }
+}
+
+/// What stands out, to be taken to pieces.
+#[derive(Debug)]
+pub(super) struct Connecting {
+    pub(super) embedded: Embedded,
+    /// `None` without flow.
+    pub(super) salient: Option<Salient>,
+}
+
+/// All that the labels of the trajectories are made from.
+#[derive(Debug)]
+pub(super) struct Connected {
+    embedded: Embedded,
+    /// `None` without flow.
+    foreground: Option<Foreground>,
+}
+
+/// Affinities that the foreground allows, to be embedded.
+#[derive(Debug)]
+pub(super) struct Reembedding {
+    connected: Connected,
+    affinities: SymCsr,
+}
+
+/// These and their embedding, whose discontinuities are still those of motion alone.
+#[derive(Debug)]
+pub(super) struct Renewing {
+    connected: Connected,
+    affinities: SymCsr,
+    embedding: Embedding,
+}
+
+/// Step `done` of the three that a second embedding takes.
+fn of_three(done: u32) -> Progress {
+    Progress { stage: Stage::Connectedness, done, total: 3 }
+}
+
+impl Connecting {
+    pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Reembedding>, Box<Connected>> {
+        let Self { embedded, salient } = *self;
+        let Some(salient) = salient else {
+            return Turn::whole(Stage::Connectedness, Box::new(Connected { embedded, foreground: None }));
         };
-        let near = from.discontinuities.neighborhoods.clone();
-        let found = discontinuities(near, &embedding, &from.params.discontinuity);
-        let affinities = self.constrained.take().unwrap_or_default();
-        (progress(3, 3), Connected::Changed(Box::new((affinities, embedding, found))))
+        let settings = &clip.params.connectedness;
+        let (tracks, foreground) = (&embedded.tracked.tracks, &salient.saliency.foreground);
+        let longest = settings.max_edge * clip.params.spacing();
+        let near = &embedded.discontinuities.neighborhoods;
+        let components = components(tracks, near, foreground, longest, settings.min_component as usize);
+        let apart = settings.mode != ConnectednessMode::Off;
+        let separation = apart.then(|| Separation::new(tracks, &components, settings));
+        let kept = separation.as_ref().and_then(|s| constrain(&embedded.affinities, tracks, s, foreground, settings));
+        let connected = Connected { embedded, foreground: Some(Foreground { salient, components, separation }) };
+        match kept {
+            Some((affinities, _)) => Turn::more(of_three(1), Box::new(Reembedding { connected, affinities })),
+            None => Turn::whole(Stage::Connectedness, Box::new(connected)),
+        }
     }
 
-    /// The clusters with the parts of agents joined, and the background in one of its own where the foreground stands alone.
-    pub(super) fn settle(
-        &self,
-        tracks: &Trajectories,
-        clusters: Clusters,
-        found: &Discontinuities,
-        params: &Params,
-    ) -> Clusters {
-        let (Some(saliency), Some(separation)) = (&self.saliency, &self.separation) else { return clusters };
-        let (foreground, settings) = (&saliency.foreground, &params.connectedness);
-        let clusters = join_parts(tracks, clusters, found, separation, foreground, settings);
-        match settings.mode {
-            ConnectednessMode::ForegroundOnly => with_background(tracks, clusters, foreground),
-            _ => clusters,
-        }
+    pub(super) fn found(&self) -> Found<'_> {
+        Found { salient: self.salient.as_ref(), ..self.embedded.found() }
     }
 }
 
-/// The value of the pixel nearest to a point.
-fn nearest(map: &Plane<f32>, x: f32, y: f32) -> f32 {
-    let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
-    map[(place(x, map.width()), place(y, map.height()))]
+impl Reembedding {
+    pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Renewing>> {
+        let Self { connected, affinities } = *self;
+        let embedding = embed(&affinities, &clip.params.embedding, clip.params.clip.seed);
+        Turn::done(of_three(2), Box::new(Renewing { connected, affinities, embedding }))
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        self.connected.found()
+    }
+}
+
+impl Renewing {
+    pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Connected>> {
+        let Self { connected: Connected { embedded, foreground }, affinities, embedding } = *self;
+        let near = embedded.discontinuities.neighborhoods;
+        let discontinuities = discontinuities(near, &embedding, &clip.params.discontinuity);
+        let embedded = Embedded { tracked: embedded.tracked, affinities, embedding, discontinuities };
+        Turn::done(of_three(3), Box::new(Connected { embedded, foreground }))
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        self.connected.found()
+    }
+}
+
+impl Connected {
+    /// The clusters, with the parts of agents joined where something keeps agents apart.
+    pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Clustered>> {
+        let Self { embedded, foreground } = *self;
+        let Embedded { tracked, embedding, discontinuities: found, .. } = &embedded;
+        let params = &clip.params;
+        let mut clusters = discretize(&tracked.tracks, embedding, found, &params.discretize, params.clip.seed);
+        if let Some(Foreground { salient, separation: Some(separation), .. }) = &foreground {
+            let standing_out = &salient.saliency.foreground;
+            clusters = settle(&tracked.tracks, clusters, found, separation, standing_out, &params.connectedness);
+        }
+        Turn::whole(Stage::Clusters, Box::new(Clustered { embedded, foreground, clusters }))
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        let motion = self.embedded.found();
+        self.foreground.as_ref().map_or(motion, |foreground| foreground.found(motion))
+    }
 }

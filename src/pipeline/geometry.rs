@@ -6,7 +6,8 @@ use crate::trajectory::Trajectories;
 
 /// Size of the input and size at which it is processed, in pixels.
 ///
-/// Both images cover the same area, so a pixel centre `x` of the working image lies at `(x + 1/2) · s − 1/2` in the input.
+/// Both images cover the same area, so a pixel centre `x` of the working image lies at `(x + 1/2) · s − 1/2` in the
+/// input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Scale {
     pub(super) input: (usize, usize),

@@ -1,10 +1,13 @@
 //! The first two stages side by side: flow of one frame pair, then tracking through it.
 
+use super::clip::Clip;
+use super::found::Tracked;
 use super::stage::{Progress, Stage};
-use crate::flow::{CompactFlow, FlowField, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
-use crate::image::{Frame, Plane};
-use crate::params::Params;
-use crate::trajectory::{Tracker, structure};
+use super::trackers::{PairFlow, Trackers};
+use super::turn::Turn;
+use crate::flow::{CompactFlow, FlowField, FlowPyramid, FlowScratch, flow_between_with};
+use crate::image::Plane;
+use crate::trajectory::structure;
 
 /// What is known of the present pair of frames.
 #[derive(Debug)]
@@ -14,40 +17,10 @@ enum Pair {
     Both(FlowField, FlowField),
 }
 
-/// Frames before a window that trajectories remember.
-const REMEMBERED: usize = 100;
-
-/// The trackers of a clip, both through the same frames.
-#[derive(Debug, Clone)]
-pub(super) struct Trackers {
-    pub(super) tracks: Tracker,
-    /// Follows the denser trajectories that the masks are made from.
-    pub(super) masks: Option<Tracker>,
-}
-
-impl Trackers {
-    /// For frames of `size` pixels; trajectories are numbered from `first` on.
-    pub(super) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
-        let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
-        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks }
-    }
-
-    fn each(&mut self) -> impl Iterator<Item = &mut Tracker> {
-        std::iter::once(&mut self.tracks).chain(&mut self.masks)
-    }
-
-    /// Goes on to a window that begins `dropped` frames later. The past is for the affinities; masks are made without them.
-    pub(super) fn advance(&mut self, dropped: usize) {
-        self.tracks.advance(dropped, REMEMBERED);
-        self.masks.iter_mut().for_each(|tracker| tracker.advance(dropped, 0));
-    }
-}
-
-/// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking. Holds the pyramids of two frames.
+/// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking. Holds the pyramids of two
+/// frames.
 #[derive(Debug)]
 pub(super) struct Motion {
-    params: Params,
-    num_pairs: usize,
     /// Index of the present pair `(t, t + 1)`.
     t: usize,
     from: FlowPyramid,
@@ -59,73 +32,65 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// For at least two frames of one size. With trackers that have seen the first `known` frames, at least one and not all of them,
-    /// flow and tracking go on from there.
-    pub(super) fn new(frames: &[Frame], trackers: Trackers, known: usize, params: &Params) -> Self {
+    /// For at least two frames of one size. With trackers that have seen some of the frames, at least one and not all
+    /// of them, flow and tracking go on from there.
+    pub(super) fn new(clip: &mut Clip) -> Self {
+        let (mut trackers, known) = clip.trackers();
         let t = known.saturating_sub(1);
-        let (first, luma) = (frames[t].luma(), frames[t + 1].luma());
-        let mut motion = Self {
-            num_pairs: frames.len() - 1,
-            t,
-            from: FlowPyramid::new(&first, &params.flow),
-            to: FlowPyramid::new(&luma, &params.flow),
-            scratch: FlowScratch::default(),
-            luma,
-            pair: Pair::Nothing,
-            trackers,
-            params: params.clone(),
-        };
+        let (first, luma) = (clip.frames[t].luma(), clip.frames[t + 1].luma());
+        let (from, to) = (FlowPyramid::new(&first, &clip.params.flow), FlowPyramid::new(&luma, &clip.params.flow));
         if known == 0 {
-            motion.seed(&structure(&first));
+            trackers.seed(&structure(&first));
         }
-        motion
+        Self { t, from, to, scratch: FlowScratch::default(), luma, pair: Pair::Nothing, trackers }
     }
 
-    pub(super) fn is_finished(&self) -> bool {
-        self.t == self.num_pairs
-    }
-
-    /// One field, or the tracking through a pair of them; finished forward fields are added to `flows`.
-    pub(super) fn step(&mut self, frames: &[Frame], flows: &mut Vec<CompactFlow>) -> Progress {
-        let (t, total) = (self.t as u32, self.num_pairs as u32);
-        match std::mem::replace(&mut self.pair, Pair::Nothing) {
+    /// One field, or the tracking through a pair of them; finished forward fields are added to those of the clip.
+    pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Tracked> {
+        let (t, pairs) = (self.t as u32, clip.frames.len() as u32 - 1);
+        let flow = |done| Progress { stage: Stage::Flow, done: 2 * t + done, total: 2 * pairs };
+        let settings = &clip.params.flow;
+        match self.pair {
             Pair::Nothing => {
-                self.pair =
-                    Pair::Forward(flow_between_with(&self.from, &self.to, &self.params.flow, &mut self.scratch));
-                Progress { stage: Stage::Flow, done: 2 * t + 1, total: 2 * total }
+                self.pair = Pair::Forward(flow_between_with(&self.from, &self.to, settings, &mut self.scratch));
+                Turn::more(flow(1), self)
             }
             Pair::Forward(forward) => {
-                self.pair =
-                    Pair::Both(forward, flow_between_with(&self.to, &self.from, &self.params.flow, &mut self.scratch));
-                Progress { stage: Stage::Flow, done: 2 * t + 2, total: 2 * total }
+                self.pair = Pair::Both(forward, flow_between_with(&self.to, &self.from, settings, &mut self.scratch));
+                Turn::more(flow(2), self)
             }
             Pair::Both(forward, backward) => {
-                let variation = local_flow_variation(&forward);
-                self.trackers.each().for_each(|tracker| tracker.follow(&forward, &backward, &variation));
-                let structure = structure(&self.luma);
-                self.seed(&structure);
-                flows.push(CompactFlow::new(&forward));
-                self.next_pair(frames);
-                Progress { stage: Stage::Trajectories, done: t + 1, total }
+                self.pair = Pair::Nothing;
+                self.track(&PairFlow::new(forward, backward), clip);
+                let progress = Progress { stage: Stage::Trajectories, done: t + 1, total: pairs };
+                if t + 1 < pairs { Turn::more(progress, self) } else { Turn::done(progress, self.finish(clip)) }
             }
         }
     }
 
-    fn seed(&mut self, structure: &Plane<f32>) {
-        self.trackers.each().for_each(|tracker| tracker.seed(structure));
-    }
-
-    fn next_pair(&mut self, frames: &[Frame]) {
+    fn track(&mut self, flow: &PairFlow, clip: &mut Clip) {
+        self.trackers.follow(flow);
+        self.trackers.seed(&structure(&self.luma));
+        clip.flows.push(CompactFlow::new(&flow.forward));
         self.t += 1;
-        if let Some(frame) = frames.get(self.t + 1) {
+        if let Some(frame) = clip.frames.get(self.t + 1) {
             self.luma = frame.luma();
-            let next = FlowPyramid::new(&self.luma, &self.params.flow);
+            let next = FlowPyramid::new(&self.luma, &clip.params.flow);
             self.from = std::mem::replace(&mut self.to, next);
         }
     }
 
-    /// The trackers, at the last frame.
-    pub(super) fn into_trackers(self) -> Trackers {
-        self.trackers
+    /// The trajectories at the last frame.
+    fn finish(self: Box<Self>, clip: &mut Clip) -> Tracked {
+        let (tracks, numbers) = self.trackers.tracks.numbered();
+        let tracked = Tracked {
+            input: clip.scale.to_input(&tracks),
+            tracks,
+            numbers,
+            with_past: self.trackers.tracks.with_past(),
+            denser: self.trackers.masks.as_ref().map(|masks| masks.numbered().0),
+        };
+        clip.keep(self.trackers);
+        tracked
     }
 }

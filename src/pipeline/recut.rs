@@ -1,66 +1,87 @@
 //! The cut and the masks made anew where a correction asks for it, and left as they are elsewhere.
 
-use super::dense::Clip;
-use crate::correction::Held;
-use crate::cut::{CutInput, CutLabels, GabrielCut, Objects, Region, areas, pixel_of, refine_since};
-use crate::image::Plane;
+use super::found::{Cut, Parts, Segmented};
+use super::params::Params;
+use crate::correction::{Held, regroup};
+use crate::cut::{CutInput, CutParams, GabrielCut, Region, areas, pixel_of};
+use crate::image::{Frame, Plane};
+use crate::mask::{Objects, refine_since};
 use crate::order::{pair, sort_by_key};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
-/// A stroke holds a superpixel if this share of the stroke lies in it, or if it covers this share of the superpixel. One that it only brushes
-/// may be large, and belong elsewhere.
+/// A stroke holds a superpixel if this share of the stroke lies in it, or if it covers this share of the superpixel.
+/// One that it only brushes may be large, and belong elsewhere.
 const STROKE_SHARE: f32 = 0.25;
 const SUPERPIXEL_SHARE: f32 = 0.1;
 
-/// What is cut anew. Clusters and objects are already those after the correction.
+/// What a correction wants of the trajectories.
+#[derive(Debug)]
+pub(super) struct Wanted {
+    /// The mask label of each.
+    pub(super) label: Vec<u8>,
+    /// Which labels are concerned.
+    pub(super) concerned: Vec<u8>,
+    /// What strokes hold from now on.
+    pub(super) held: Vec<Held>,
+}
+
+/// What is cut anew.
 #[derive(Debug)]
 pub(super) struct Recut {
+    /// Which clusters are which objects after the correction.
+    pub(super) objects: Objects,
     /// The cluster of each superpixel.
     present: Vec<Vec<u32>>,
     /// The mask label that each superpixel had.
     had: Vec<Vec<u8>>,
     masks: Vec<Plane<u8>>,
-    /// Which mask labels can be given and taken.
+    /// Which mask labels can be given and taken, 0 to 255.
     open: Vec<bool>,
     held: Vec<Held>,
 }
 
-/// What was before a correction.
-#[derive(Debug)]
-pub(super) struct Before {
-    pub(super) cut: CutLabels,
-    pub(super) objects: Objects,
-    pub(super) masks: Vec<Plane<u8>>,
-}
-
 impl Recut {
-    /// `heir` is what each cluster before has become. `open` has an entry for each mask label, 0 to 255.
-    pub(super) fn new(before: Before, heir: &[u32], open: Vec<bool>, held: Vec<Held>) -> Self {
-        let Before { cut, objects, masks } = before;
+    /// Clusters by the wanted labels, in force from now on, and what is to be cut anew. What was before is kept.
+    pub(super) fn new(found: Segmented, wanted: Wanted) -> (Parts, Self) {
+        let before = found.snapshot();
+        let Segmented { mut parts, cut: Cut { labels: cut, objects }, masks } = found;
+        let clustered = &mut parts.clustered;
+        let tracks = &clustered.embedded.tracked.tracks;
+        let regrouped = regroup(tracks, &clustered.clusters, &objects.of_cluster, &wanted.label);
+        clustered.clusters = regrouped.clusters;
+        parts.corrections.before.push(before);
+        parts.corrections.held.clone_from(&wanted.held);
         let label_of = |c: &u32| objects.of_cluster.get(*c as usize).copied().unwrap_or(0);
-        let heir_of = |c: &u32| heir.get(*c as usize).copied().unwrap_or(0);
-        let had = cut.labels.iter().map(|frame| frame.iter().map(label_of).collect()).collect();
-        let present = cut.labels.iter().map(|frame| frame.iter().map(heir_of).collect()).collect();
-        Self { present, had, masks, open, held }
+        let heir_of = |c: &u32| regrouped.heir.get(*c as usize).copied().unwrap_or(0);
+        let recut = Self {
+            had: cut.labels.iter().map(|frame| frame.iter().map(label_of).collect()).collect(),
+            present: cut.labels.iter().map(|frame| frame.iter().map(heir_of).collect()).collect(),
+            objects: objects_with(regrouped.of_cluster),
+            masks,
+            open: (0..=255).map(|l| wanted.concerned.contains(&l)).collect(),
+            held: wanted.held,
+        };
+        (parts, recut)
     }
 
     /// The energy of the part that is cut anew.
-    pub(super) fn cut(&self, input: &CutInput, objects: &Objects, clip: &Clip<'_>) -> GabrielCut {
-        let open: Vec<bool> = objects.of_cluster.iter().map(|&l| self.open[usize::from(l)]).collect();
+    pub(super) fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
+        let of_cluster = &self.objects.of_cluster;
+        let open: Vec<bool> = of_cluster.iter().map(|&l| self.open[usize::from(l)]).collect();
         let mut held = Vec::new();
         for (t, superpixels) in input.superpixels.iter().enumerate() {
             for (superpixel, label) in self.held_superpixels(t, superpixels) {
-                held.push((t, superpixel, objects.of_cluster.iter().map(|&l| l == label).collect()));
+                held.push((t, superpixel, of_cluster.iter().map(|&l| l == label).collect()));
             }
         }
-        GabrielCut::within(input, &clip.params.cut, &Region { present: &self.present, open: &open, held: &held })
+        GabrielCut::within(input, params, &Region { present: &self.present, open: &open, held: &held })
     }
 
     /// The denser trajectories that strokes were painted over have their labels, by the largest cluster of each.
-    pub(super) fn vote(&self, tracks: &Trajectories, label: &mut [u32], objects: &Objects, frame: &Plane<u32>) {
+    pub(super) fn vote(&self, tracks: &Trajectories, label: &mut [u32], frame: &Plane<u32>) {
         for held in &self.held {
-            let Some(cluster) = objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
+            let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
             for (i, x, y) in tracks.alive(held.t) {
                 if held.pixels.binary_search(&(pixel_of(frame, x, y) as u32)).is_ok() {
                     label[i] = cluster as u32;
@@ -69,7 +90,8 @@ impl Recut {
         }
     }
 
-    /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where these agree on the label.
+    /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where
+    /// these agree on the label.
     fn held_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
         let area = areas(superpixels);
         let mut under: Vec<(u32, u8)> = Vec::new();
@@ -88,23 +110,24 @@ impl Recut {
         under.chunk_by(|a, b| a.0 == b.0).filter(|labels| labels.len() == 1).map(|labels| labels[0]).collect()
     }
 
-    /// The mask of frame `t`. Where no superpixel has another label and no stroke was painted, it is what it was; elsewhere borders stay
-    /// where there were some, and new ones are refined.
+    /// The mask of frame `t`. Where no superpixel has another label and no stroke was painted, it is what it was;
+    /// elsewhere borders stay where there were some, and new ones are refined.
     pub(super) fn mask(
         &self,
         t: usize,
+        frame: &Frame,
         superpixels: &Superpixels,
         clusters: &[u32],
-        objects: &Objects,
-        clip: &Clip<'_>,
+        params: &Params,
     ) -> Plane<u8> {
         let old = &self.masks[t];
-        let now: Vec<u8> = clusters.iter().map(|&c| objects.of_cluster.get(c as usize).copied().unwrap_or(0)).collect();
+        let of_cluster = &self.objects.of_cluster;
+        let now: Vec<u8> = clusters.iter().map(|&c| of_cluster.get(c as usize).copied().unwrap_or(0)).collect();
         let change = Change { old, superpixels, had: &self.had[t], now: &now };
-        let used: Vec<bool> = (0..=255).map(|l| l == 0 || objects.of_cluster.contains(&l)).collect();
+        let used: Vec<bool> = (0..=255).map(|l| l == 0 || of_cluster.contains(&l)).collect();
         let mut mask = if now == self.had[t] { old.clone() } else { change.mask(&used) };
         if now != self.had[t] {
-            let refined = refine_since(&mask, old, &clip.frames[t], &clip.params.refine);
+            let refined = refine_since(&mask, old, frame, &params.refine);
             for (label, &new) in mask.data_mut().iter_mut().zip(refined.data()) {
                 if self.open[usize::from(*label)] && self.open[usize::from(new)] {
                     *label = new;
@@ -121,6 +144,11 @@ impl Recut {
     }
 }
 
+/// The objects of clusters that bear these labels.
+pub(super) fn objects_with(of_cluster: Vec<u8>) -> Objects {
+    Objects { highest_label: of_cluster.iter().max().map_or(0, |&l| l.into()), of_cluster }
+}
+
 /// One frame's superpixels with the labels that they had and have.
 struct Change<'a> {
     old: &'a Plane<u8>,
@@ -130,8 +158,8 @@ struct Change<'a> {
 }
 
 impl Change<'_> {
-    /// The mask with what superpixels have now. Pixels that had another label than their superpixel, since refining had moved a border,
-    /// follow the nearest of their label; those without any keep it as long as it is in use.
+    /// The mask with what superpixels have now. Pixels that had another label than their superpixel, since refining had
+    /// moved a border, follow the nearest of their label; those without any keep it as long as it is in use.
     fn mask(&self, used: &[bool]) -> Plane<u8> {
         let (width, height) = (self.old.width(), self.old.height());
         let mut mask = self.old.clone();

@@ -2,66 +2,57 @@
 
 use serde::Serialize;
 
-/// The stages, in the order in which they run; flow and trajectories take turns, pair by pair.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub enum Stage {
-    /// Dense optical flow, forward and backward; a step is one field.
-    Flow,
-    /// Point trajectories; a step is one frame pair.
-    Trajectories,
-    /// Motion affinities; a step is a block of trajectories.
-    Affinities,
-    /// Spectral embedding; one step, up to a few seconds for 10 000 trajectories.
-    Embedding,
-    /// Delaunay neighbourhoods and embedding discontinuities; one step.
-    Discontinuities,
-    /// Saliency of pixels and trajectories; a step is one flow field looked at, one map made, or the average over the embedding.
-    Saliency,
-    /// Components of the foreground, and where they keep trajectories apart a second embedding and its discontinuities; one step or
-    /// three.
-    Connectedness,
-    /// Cluster labels; one step.
-    Clusters,
-    /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
-    Superpixels,
-    /// The Gabriel cut; a step is one move of the expansion, of the first also making the energy.
-    Cut,
-    /// A label for every pixel; a step is one frame.
-    Masks,
+/// Declares the list of stages: `/// meaning` `Variant = "name",`.
+macro_rules! stages {
+    ($(#[$meta:meta])* pub enum $stage:ident { $($(#[$doc:meta])* $variant:ident = $name:literal,)* }) => {
+        $(#[$meta])*
+        pub enum $stage {
+            $($(#[$doc])* $variant,)*
+        }
+
+        impl $stage {
+            /// All stages in order.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// The name used in JSON and JavaScript.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
 }
 
-impl Stage {
-    /// All stages in order.
-    pub const ALL: [Self; 11] = [
-        Self::Flow,
-        Self::Trajectories,
-        Self::Affinities,
-        Self::Embedding,
-        Self::Discontinuities,
-        Self::Saliency,
-        Self::Connectedness,
-        Self::Clusters,
-        Self::Superpixels,
-        Self::Cut,
-        Self::Masks,
-    ];
-
-    /// The name used in JSON and JavaScript.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flow => "flow",
-            Self::Trajectories => "trajectories",
-            Self::Affinities => "affinities",
-            Self::Embedding => "embedding",
-            Self::Discontinuities => "discontinuities",
-            Self::Saliency => "saliency",
-            Self::Connectedness => "connectedness",
-            Self::Clusters => "clusters",
-            Self::Superpixels => "superpixels",
-            Self::Cut => "cut",
-            Self::Masks => "masks",
-        }
+stages! {
+    /// The stages, in the order in which they run; flow and trajectories take turns, pair by pair.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+    #[serde(rename_all = "camelCase")]
+    pub enum Stage {
+        /// Dense optical flow, forward and backward; a step is one field.
+        Flow = "flow",
+        /// Point trajectories; a step is one frame pair.
+        Trajectories = "trajectories",
+        /// Motion affinities; a step is a block of trajectories.
+        Affinities = "affinities",
+        /// Spectral embedding; one step, up to a few seconds for 10 000 trajectories.
+        Embedding = "embedding",
+        /// Delaunay neighbourhoods and embedding discontinuities; one step.
+        Discontinuities = "discontinuities",
+        /// Saliency of pixels and trajectories; a step is one flow field looked at, one map made, or the average over the
+        /// embedding.
+        Saliency = "saliency",
+        /// Components of the foreground, and where they keep trajectories apart a second embedding and its discontinuities;
+        /// one step or three.
+        Connectedness = "connectedness",
+        /// Cluster labels; one step.
+        Clusters = "clusters",
+        /// Boundary probability, contours and Gabriel superpixels; a step is one frame.
+        Superpixels = "superpixels",
+        /// The Gabriel cut; a step is one move of the expansion, of the first also making the energy.
+        Cut = "cut",
+        /// A label for every pixel; a step is one frame.
+        Masks = "masks",
     }
 }
 
@@ -74,13 +65,6 @@ pub struct Progress {
     pub done: u32,
     /// Steps of that stage in all.
     pub total: u32,
-}
-
-impl Progress {
-    /// The one step of a stage that has no more.
-    pub(super) fn whole(stage: Stage) -> Self {
-        Self { stage, done: 1, total: 1 }
-    }
 }
 
 /// What a call of [`crate::Session::step`] did.

@@ -3,6 +3,7 @@
 use super::{Neighborhood, Saliency, SaliencyParams};
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
+use crate::image::Plane;
 use crate::order;
 use crate::trajectory::Trajectories;
 
@@ -12,11 +13,36 @@ const BLOCK: usize = 1024;
 /// Sums side by side, so that they fill vector registers.
 const LANES: usize = 8;
 
-/// `s_i`: the saliency of a trajectory that the part `quantile` of its points does not exceed; 1 is the greatest of all, as the paper
-/// has it.
+/// Notes the saliency of the points of frame `t`, whose map this is: of each the value of the pixel nearest to it.
+/// `of_points` has one number for each point of `tracks`, and keeps those of other frames.
+pub fn look_up(map: &Plane<f32>, tracks: &Trajectories, t: usize, of_points: &mut [f32]) {
+    let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
+    for (i, x, y) in tracks.alive(t) {
+        let point = tracks.points(i).start + t - tracks.start_frame[i] as usize;
+        of_points[point] = map[(place(x, map.width()), place(y, map.height()))];
+    }
+}
+
+/// `s_i`: the saliency of a trajectory that the part `quantile` of its points does not exceed; 1 is the greatest of
+/// all, as the paper has it.
 ///
-/// `of_points` has one number for each point of `tracks`; points of a saliency below 0 are not known and do not count. Trajectories
-/// without any known point have 0.
+/// `of_points` has one number for each point of `tracks`; points of a saliency below 0 are not known and do not count.
+/// Trajectories without any known point have 0.
+///
+/// # Examples
+/// The median of the known points.
+///
+/// ```
+/// use tracecut::saliency::trajectory_saliency;
+/// use tracecut::trajectory::Trajectories;
+///
+/// let mut tracks = Trajectories::empty(4, (8, 8));
+/// tracks.push(0, [(1.0, 1.0, 0.0); 4]);
+/// tracks.push(2, [(5.0, 5.0, 0.0); 2]);
+/// let of_points = [0.125, 0.75, 0.5, -1.0, -1.0, -1.0]; // below 0: not known
+/// assert_eq!(trajectory_saliency(&tracks, &of_points, 0.5), [0.5, 0.0]);
+/// ```
+#[must_use]
 pub fn trajectory_saliency(tracks: &Trajectories, of_points: &[f32], quantile: f64) -> Vec<f32> {
     let mut known = Vec::new();
     (0..tracks.len())
@@ -33,11 +59,41 @@ pub fn trajectory_saliency(tracks: &Trajectories, of_points: &[f32], quantile: f
 /// The context-aware saliency of each trajectory from its saliency alone.
 ///
 /// The neighbourhood of `i` is all trajectories `j` of the clip, near or far, alive together or not, with
-/// `Ŵ_ij > ℓ max(δ_i, δ_j)` (or `min`). The paper prints `max(Ŵ_ij / δ_i, Ŵ_ji / δ_j) < ℓ`, which would average over all that is
-/// *unlike* `i`; with the sign turned it is the form `min`. Ŵ and δ are those of the discontinuities.
+/// `Ŵ_ij > ℓ max(δ_i, δ_j)` (or `min`). The paper prints `max(Ŵ_ij / δ_i, Ŵ_ji / δ_j) < ℓ`, which would average over
+/// all that is *unlike* `i`; with the sign turned it is the form `min`. Ŵ and δ are those of the discontinuities.
 ///
 /// Trajectories that are not embedded, and those of no density, have no such neighbourhood and keep their own saliency.
-/// Cost: O(n² K), in single precision and without branches, for vector registers: under 0.1 s in wasm for n = 5000, K = 6.
+/// Cost: O(n² K), in single precision and without branches, for vector registers: under 0.1 s in wasm for n = 5000, K =
+/// 6.
+///
+/// # Examples
+/// One of the right-hand trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example is not
+/// salient alone; those that move like it are.
+///
+/// ```
+/// # use tracecut::discontinuity::{DiscontinuityParams, discontinuities, neighborhoods};
+/// # use tracecut::embedding::{EmbeddingParams, embed};
+/// # use tracecut::sparse::SymCsr;
+/// # use tracecut::trajectory::Trajectories;
+/// #
+/// # // A trajectory for each digit; those of equal digits move alike.
+/// # let digits = ["00011", "00011", "00011"].concat().into_bytes();
+/// # let mut tracks = Trajectories::empty(1, (50, 30));
+/// # (0..15).for_each(|i| tracks.push(0, [(10.0 * (i % 5) as f32, 10.0 * (i / 5) as f32 + (i % 5 % 2) as f32, 0.0)]));
+/// # let pairs = (0..15_u32).flat_map(|i| (i + 1..15).map(move |j| (i, j)));
+/// # let alike = pairs.filter(|&(i, j)| digits[i as usize] == digits[j as usize]);
+/// # let a = SymCsr::from_upper(15, &alike.map(|(i, j)| (i, j, 1.0)).collect::<Vec<_>>());
+/// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
+/// # let embedding = embed(&a, &params, 0);
+/// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
+/// use tracecut::saliency::{SaliencyParams, context_saliency};
+///
+/// let alone: Vec<f32> = (0..15).map(|i| if i % 5 >= 3 && i != 4 { 0.9 } else { 0.0 }).collect();
+/// let saliency = context_saliency(alone, &embedding, &found, &SaliencyParams::default());
+/// assert!(saliency.foreground[4] && (saliency.in_context[4] - 0.75).abs() < 1e-6);
+/// assert!(!saliency.foreground[0]);
+/// ```
+#[must_use]
 pub fn context_saliency(
     alone: Vec<f32>,
     embedding: &Embedding,

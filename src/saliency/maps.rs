@@ -1,8 +1,8 @@
 //! Saliency maps of the frames of a clip: what is left of the flow, its bins, their contrast.
 
-use super::dominant::{DominantMotion, Search, dominant_motion};
 use super::surround::{Contrast, surround};
 use super::{Compensation, SaliencyParams};
+use crate::camera::{DominantMotion, Search, dominant_motion};
 use crate::flow::FlowField;
 use crate::image::Plane;
 
@@ -13,6 +13,23 @@ const COUNTS_PER_PIXEL: f32 = 64.0;
 const MOST_COUNTS: usize = 64 * 256;
 
 /// Saliency maps of the frames of one clip: first all flows are looked at, then maps can be made.
+///
+/// # Examples
+/// A square moves before a still scene.
+///
+/// ```
+/// use tracecut::flow::FlowField;
+/// use tracecut::image::Plane;
+/// use tracecut::saliency::{SaliencyMaps, SaliencyParams};
+///
+/// let inside = |x: usize, y: usize| (24..40).contains(&x) && (16..32).contains(&y);
+/// let u = Plane::from_fn(64, 48, |x, y| if inside(x, y) { 4.0 } else { 0.0 });
+/// let flow = FlowField { u, v: Plane::filled(64, 48, 0.0) };
+/// let mut maps = SaliencyMaps::new(&SaliencyParams::default());
+/// maps.look_at(&flow);
+/// let map = maps.map(0, &flow);
+/// assert!(map[(32, 24)] > 0.8 && map[(4, 4)] < 0.1);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SaliencyMaps {
     params: SaliencyParams,
@@ -28,7 +45,8 @@ impl SaliencyMaps {
         Self { params: params.clone(), motions: Vec::new(), counts: vec![0; MOST_COUNTS] }
     }
 
-    /// Takes note of the next frame's flow: its dominant motion and its magnitudes. Call once for each flow of the clip, in order.
+    /// Takes note of the next frame's flow: its dominant motion and its magnitudes. Call once for each flow of the
+    /// clip, in order.
     pub fn look_at(&mut self, flow: &FlowField) {
         let search = Search {
             perspective: self.params.compensation == Compensation::Homography,
@@ -46,7 +64,7 @@ impl SaliencyMaps {
     }
 
     /// The motion of the camera in each flow looked at.
-    pub fn motions(&self) -> &[DominantMotion] {
+    pub(crate) fn motions(&self) -> &[DominantMotion] {
         &self.motions
     }
 
@@ -68,8 +86,8 @@ impl SaliencyMaps {
 
     /// The saliency of each pixel of frame `t`, whose flow this is, in `0.0..=1.0`.
     ///
-    /// Windows are laid over magnitudes of every few pixels, but each pixel is looked up by its own, so that outlines are those of
-    /// the flow.
+    /// Windows are laid over magnitudes of every few pixels, but each pixel is looked up by its own, so that outlines
+    /// are those of the flow.
     pub fn map(&self, t: usize, flow: &FlowField) -> Plane<f32> {
         let motion = self.motions.get(t).copied().unwrap_or_else(|| DominantMotion::none(flow));
         let reduced = self.reduced(flow, &motion);

@@ -1,21 +1,23 @@
 //! Context-aware saliency (section 3): which trajectories stand out against what surrounds them.
 //!
-//! In: the flow of each frame, trajectories, their embedding. Out: a saliency in `0.0..=1.0` for each pixel and each trajectory, and
-//! the foreground.
+//! In: the flow of each frame, trajectories, their embedding. Out: a saliency in `0.0..=1.0` for each pixel and each
+//! trajectory, and the foreground.
 //!
-//! 1. The *dominant motion* of each frame, that of the camera, is taken from its flow; what is left has a magnitude (`dominant`).
+//! 1. The *dominant motion* of each frame, that of the camera, is taken from its flow; what is left has a magnitude
+//!    (`dominant`).
 //! 2. Magnitudes fall into bins over a range that the whole clip sets (`maps`).
-//! 3. A pixel is salient as far as its bin is commoner inside some window than in the ring around it (`surround`), and as far as it
-//!    differs from the dominant motion by more than noise (`maps`).
-//! 4. A trajectory's own saliency `s` is nearly the greatest of its points'. In context, as `s̄`, it is the mean over the
-//!    trajectories near it in the embedding; above a threshold it is foreground (`context`).
+//! 3. A pixel is salient as far as its bin is commoner inside some window than in the ring around it (`surround`), and
+//!    as far as it differs from the dominant motion by more than noise (`maps`).
+//! 4. A trajectory's own saliency `s` is nearly the greatest of its points'. In context, as `s̄`, it is the mean over
+//!    the trajectories near it in the embedding; above a threshold it is foreground (`context`).
 //!
-//! **Deviations from the paper**, which [`SaliencyParams::paper`] undoes but for the sign of step 4. The paper takes the magnitude of
-//! the flow as it is, over fixed bins, and has no difference in step 3. But contrast has no sense of which side is the object: ground
-//! seen between two large objects, or above one that fills half of the frame, differs from its ring as much as they do. With the
-//! dominant motion known, ground is what keeps to it. Nor is the greatest of a trajectory's points taken, as one blot of wrong flow
-//! in fifty frames would decide. Mean IoU of foreground trajectories with the truth, on 13 sequences of the Moseg benchmark and in
-//! every fifth frame of 8 of DAVIS, on which nothing was tuned but the bins' range and the prior:
+//! **Deviations from the paper**, which [`SaliencyParams::paper`] undoes but for the sign of step 4. The paper takes
+//! the magnitude of the flow as it is, over fixed bins, and has no difference in step 3. But contrast has no sense of
+//! which side is the object: ground seen between two large objects, or above one that fills half of the frame, differs
+//! from its ring as much as they do. With the dominant motion known, ground is what keeps to it. Nor is the greatest of
+//! a trajectory's points taken, as one blot of wrong flow in fifty frames would decide. Mean IoU of foreground
+//! trajectories with the truth, on 13 sequences of the Moseg benchmark and in every fifth frame of 8 of DAVIS, on which
+//! nothing was tuned but the bins' range and the prior:
 //!
 //! | | Moseg | DAVIS |
 //! |---|---|---|
@@ -27,20 +29,19 @@
 //! | `neighborhood` by the smaller density | 0.522 | 0.669 |
 //! | [`SaliencyParams::paper`] | 0.541 | 0.270 |
 //!
-//! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs from the
-//! dominant motion as objects do: trees before a running dog, rocks before a goat. What does not move cannot be found.
+//! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs
+//! from the dominant motion as objects do: trees before a running dog, rocks before a goat. What does not move cannot
+//! be found.
 //!
 //! Steps 1 to 3 give the same bits on every target.
 
 mod context;
-mod dominant;
 mod maps;
 mod surround;
 #[cfg(test)]
 mod tests;
 
-pub use context::{context_saliency, trajectory_saliency};
-pub use dominant::DominantMotion;
+pub use context::{context_saliency, look_up, trajectory_saliency};
 pub use maps::SaliencyMaps;
 
 crate::choices! {
@@ -70,17 +71,19 @@ crate::params! {
     pub struct SaliencyParams {
         /// Motion of the camera that is taken from the flow before its magnitude is looked at (the paper: off).
         pub compensation: Compensation = Compensation::Homography, in 0..=2;
-        /// Difference from the dominant motion at which a point of the flow counts half when that motion is fitted, in pixels a frame.
+        /// Difference from the dominant motion at which a point of the flow counts half when that motion is fitted, in
+        /// pixels a frame.
         pub tolerance: f64 = 0.5, in 0.01..=100.0;
         /// How many times as much a point at the frame's rim counts in that fit as one in its middle.
         pub rim_weight: f64 = 4.0, in 1.0..=100.0;
-        /// Difference from the dominant motion that halves a pixel's saliency, in pixels a frame, besides the part for noise. With
-        /// this and that part 0 the difference says nothing, as in the paper.
+        /// Difference from the dominant motion that halves a pixel's saliency, in pixels a frame, besides the part for
+        /// noise. With this and that part 0 the difference says nothing, as in the paper.
         pub difference: f64 = 0.1, in 0.0..=100.0;
-        /// The part for noise: so many times the mean difference of what keeps to the dominant motion. Higher finds less, with fewer
-        /// false alarms.
+        /// The part for noise: so many times the mean difference of what keeps to the dominant motion. Higher finds
+        /// less, with fewer false alarms.
         pub noise_factor: f64 = 3.0, in 0.0..=100.0;
-        /// Longest side of the maps that windows are laid over, in pixels; saliency is looked up for every pixel. Higher is slower.
+        /// Longest side of the maps that windows are laid over, in pixels; saliency is looked up for every pixel.
+        /// Higher is slower.
         pub map_side: u32 = 120, in 16..=1024;
         /// Bins of the magnitude (Rahtu et al.: 15). Higher is slower.
         pub bins: u32 = 15, in 2..=64;
@@ -88,7 +91,8 @@ crate::params! {
         pub range: f64 = 0.0, in 0.0..=250.0;
         /// Where the clip sets the range: this part of all its magnitudes lies within.
         pub range_quantile: f64 = 0.99, in 0.0..=1.0;
-        /// Where the clip sets the range: its least end, in pixels a frame. Lower makes smaller motions salient, and noise.
+        /// Where the clip sets the range: its least end, in pixels a frame. Lower makes smaller motions salient, and
+        /// noise.
         pub range_floor: f64 = 2.0, in 0.1..=250.0;
         /// Standard deviation of the smoothing of histograms, in bins (Rahtu et al.: 1).
         pub smoothing: f32 = 1.0, in 0.0..=10.0;
@@ -98,8 +102,8 @@ crate::params! {
         pub window_scale: f64 = 1.0, in 0.1..=2.0;
         /// A trajectory is as salient as this part of its points do not exceed; 1 is the greatest of all (section 3).
         pub quantile: f64 = 0.95, in 0.0..=1.0;
-        /// ℓ: trajectories count as close in the embedding while their embedding affinity is above this part of their density
-        /// (section 3; the value is not given there). Higher averages over fewer.
+        /// ℓ: trajectories count as close in the embedding while their embedding affinity is above this part of their
+        /// density (section 3; the value is not given there). Higher averages over fewer.
         pub neighborhood: f64 = 0.4, in 0.0..=1.0;
         /// Which of two trajectories' densities that is (the paper: min).
         pub form: Neighborhood = Neighborhood::Max, in 0..=1;
@@ -109,8 +113,9 @@ crate::params! {
 }
 
 impl SaliencyParams {
-    /// As the paper has it: the magnitude of the flow as it is, in 15 bins over 0 to 15 pixels, the greatest saliency of a
-    /// trajectory's points, and the neighbourhood as it is printed with its sign turned, ℓ as an earlier prototype found it best.
+    /// As the paper has it: the magnitude of the flow as it is, in 15 bins over 0 to 15 pixels, the greatest saliency
+    /// of a trajectory's points, and the neighbourhood as it is printed with its sign turned, ℓ as an earlier prototype
+    /// found it best.
     pub fn paper() -> Self {
         Self {
             compensation: Compensation::Off,

@@ -1,18 +1,22 @@
-//! Centre-surround contrast (Rahtu, Kannala, Salo and Heikkilä, "Segmenting salient objects from images and videos", ECCV 2010) of one
-//! number a pixel, given as its bin.
+//! Centre-surround contrast (Rahtu, Kannala, Salo and Heikkilä, "Segmenting salient objects from images and videos",
+//! ECCV 2010) of one number a pixel, given as its bin.
 //!
-//! In: the bin of each pixel. Out: for each bin and each pixel how salient a pixel there would be if it were in this bin.
+//! In: the bin of each pixel. Out: for each bin and each pixel how salient a pixel there would be if it were in this
+//! bin.
 //!
-//! 1. A window of [`SHAPES`] at every place of its grid: an inner rectangle K and a ring B around it, both cut at the frame.
+//! 1. A window of [`SHAPES`] at every place of its grid: an inner rectangle K and a ring B around it, both cut at the
+//!    frame.
 //! 2. The histograms of K and of B, smoothed along the bins, are `p(b | K)` and `p(b | B)`.
 //! 3. With the prior `p0`, a pixel of K in bin `b` is salient with `S = p(b|K) p0 / (p(b|K) p0 + p(b|B) (1 − p0))`.
 //! 4. A pixel takes the greatest `S` of all windows whose K covers it.
 //!
-//! Exact, but not by writing windows: `S` depends on the bin alone, so each window is a row of numbers, one a bin, found from
-//! integral histograms, and step 4 is a sliding maximum over the windows' grid, bin by bin. The windows that cover a pixel are
-//! contiguous along either axis; the greatest of a run comes from two overlapping runs of a power of two, which doubling yields.
+//! Exact, but not by writing windows: `S` depends on the bin alone, so each window is a row of numbers, one a bin,
+//! found from integral histograms, and step 4 is a sliding maximum over the windows' grid, bin by bin. The windows that
+//! cover a pixel are contiguous along either axis; the greatest of a run comes from two overlapping runs of a power of
+//! two, which doubling yields.
 //!
-//! Windows may exceed the frame, where they are cut, as long as [`LEAST_INNER`] of K and [`LEAST_RING`] of B remain to be compared.
+//! Windows may exceed the frame, where they are cut, as long as [`LEAST_INNER`] of K and [`LEAST_RING`] of B remain to
+//! be compared.
 
 use crate::image::Plane;
 
@@ -85,8 +89,8 @@ impl Places {
         (x.div_ceil(self.step), (x + self.length - 1) / self.step)
     }
 
-    /// The greatest power of two that is not more than the number of places that cover any pixel. Numbers differ by at most one, so
-    /// two runs of this length make up each.
+    /// The greatest power of two that is not more than the number of places that cover any pixel. Numbers differ by at
+    /// most one, so two runs of this length make up each.
     fn run(&self) -> usize {
         1 << (self.length / self.step).ilog2()
     }
@@ -199,7 +203,8 @@ fn smooth(counts: &[u32], kernel: &[f32], into: &mut [f32]) {
     }
 }
 
-/// For each bin and each pixel the saliency that a pixel of this bin has there: a plane for each bin, one after the other.
+/// For each bin and each pixel the saliency that a pixel of this bin has there: a plane for each bin, one after the
+/// other.
 pub(super) fn surround(bins: &Plane<u8>, contrast: &Contrast) -> Vec<f32> {
     let (width, height) = (bins.width(), bins.height());
     let mut found = vec![0.0_f32; contrast.num_bins * width * height];
@@ -262,8 +267,8 @@ fn spread(grid: &[f32], (across, down): (&Places, &Places), found: &mut [f32], w
     }
 }
 
-/// Each block of `size` values becomes the greatest, place by place, of itself and those after it, `length` blocks in all (a power of
-/// two); at the end of those that there are.
+/// Each block of `size` values becomes the greatest, place by place, of itself and those after it, `length` blocks in
+/// all (a power of two); at the end of those that there are.
 fn doubled(values: &mut [f32], size: usize, length: usize) {
     let mut reach = 1;
     while reach < length {

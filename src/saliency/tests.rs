@@ -92,7 +92,7 @@ impl Clip {
             let map = maps.map(t, &self.flow(t));
             assert!(map.data().iter().all(|s| (0.0..=1.0).contains(s)));
             for (i, x, y) in tracks.alive(t) {
-                of_points[tracks.points(i).start + t] = map[((x + 0.5) as usize % SIZE.0, (y + 0.5) as usize % SIZE.1)];
+                of_points[tracks.point(i, t)] = map[((x + 0.5) as usize % SIZE.0, (y + 0.5) as usize % SIZE.1)];
             }
         }
         let alone = trajectory_saliency(&tracks, &of_points, params.quantile);

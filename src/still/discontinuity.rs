@@ -1,9 +1,11 @@
-//! Discontinuities of a pixel embedding: `d` between the four neighbours of each pixel, and what it says of the pixels themselves.
+//! Discontinuities of a pixel embedding: `d` between the four neighbours of each pixel, and what it says of the pixels
+//! themselves.
 //!
-//! `d_ij = 1 − Ŵ_ij / max(δ_i, δ_j)` belongs to the crack between two pixels. To a pixel, the greater `d` of the cracks to its left and right says
-//! how much the embedding changes across, that of those above and below how much it changes downwards; the gradient of the
-//! eigenvectors says whether both go the same way. Together these are a tensor, and the change along a direction is the root of its
-//! quadratic form: with one eigenvector the size of a slope, relative to the density there.
+//! `d_ij = 1 − Ŵ_ij / max(δ_i, δ_j)` belongs to the crack between two pixels. To a pixel, the greater `d` of the cracks
+//! to its left and right says how much the embedding changes across, that of those above and below how much it changes
+//! downwards; the gradient of the eigenvectors says whether both go the same way. Together these are a tensor, and the
+//! change along a direction is the root of its quadratic form: with one eigenvector the size of a slope, relative to
+//! the density there.
 
 use crate::contour::{ORIENTATIONS, normals};
 use crate::discontinuity::drop_below;

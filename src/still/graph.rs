@@ -1,12 +1,13 @@
 //! The graph of an image's pixels: affinities by intervening contours, kept as one plane for each step to a neighbour.
 //!
-//! Pixels at most `r` apart are joined by `exp(-max Pb / σ)`, the maximum being over the boundaries that the line between them crosses.
-//! A boundary lies between pixels: a pixel of the thin map stands on the cracks to its left and above it, so that each pixel is on one
-//! side. As `exp` falls, the greatest Pb is the smallest of `exp(-Pb / σ)`, which is made once for each pixel and not for each pair.
-//! Where a line goes through a corner, all four cracks around it count: thin lines must not leak where they run diagonally.
+//! Pixels at most `r` apart are joined by `exp(-max Pb / σ)`, the maximum being over the boundaries that the line
+//! between them crosses. A boundary lies between pixels: a pixel of the thin map stands on the cracks to its left and
+//! above it, so that each pixel is on one side. As `exp` falls, the greatest Pb is the smallest of `exp(-Pb / σ)`,
+//! which is made once for each pixel and not for each pair. Where a line goes through a corner, all four cracks around
+//! it count: thin lines must not leak where they run diagonally.
 //!
-//! As a matrix the graph would have 80 entries a pixel at `r = 5`, each with its column. As planes, one for each of the 40 steps to
-//! the right or down, it needs half of them and no columns, and a product is a sum of shifted rows.
+//! As a matrix the graph would have 80 entries a pixel at `r = 5`, each with its column. As planes, one for each of the
+//! 40 steps to the right or down, it needs half of them and no columns, and a product is a sum of shifted rows.
 
 use crate::embedding::SymmetricOperator;
 use crate::image::Plane;
@@ -121,7 +122,8 @@ impl PixelGraph {
         }
     }
 
-    /// `out = W x` in row `y`, for a padded plane `x`: the neighbours that each step leads to, and those from which it leads here.
+    /// `out = W x` in row `y`, for a padded plane `x`: the neighbours that each step leads to, and those from which it
+    /// leads here.
     fn gather(&self, x: &[f32], y: usize, out: &mut [f32]) {
         out.fill(0.0);
         let (n, here) = (self.width, self.start(y) as isize);
@@ -197,8 +199,8 @@ fn steps(radius: u32) -> Vec<Step> {
 
 /// The cracks that the line to the pixel at `step` crosses.
 ///
-/// The line crosses the middle between columns `k` and `k + 1` at the row `(2 k + 1) dy / (2 |dx|)`, which is a corner where this is half of
-/// an odd number; likewise between rows. In whole numbers, so that nothing depends on rounding.
+/// The line crosses the middle between columns `k` and `k + 1` at the row `(2 k + 1) dy / (2 |dx|)`, which is a corner
+/// where this is half of an odd number; likewise between rows. In whole numbers, so that nothing depends on rounding.
 fn cracks_on(step: Step) -> Vec<Crack> {
     let (across, down, side) = (step.dx.unsigned_abs(), step.dy, step.dx.signum());
     // The crack between columns k and k + 1 of a line that goes to the right, in row y.
@@ -285,10 +287,12 @@ mod tests {
         graph.steps.iter().position(|&s| s == step).map_or(0.0, |k| graph.weights[k][graph.start(a.1) + a.0])
     }
 
-    /// The strength of the strongest crack that touches the segment between two pixel centres, by trying all cracks of the image.
+    /// The strength of the strongest crack that touches the segment between two pixel centres, by trying all cracks of
+    /// the image.
     fn strongest_between(pb: &Plane<f32>, a: (usize, usize), b: (usize, usize)) -> f32 {
         let (ax, ay, bx, by) = (a.0 as i64, a.1 as i64, b.0 as i64, b.1 as i64);
-        // Whether a crack of length 1 around `(2 along, 2 across)` / 2 touches the line, in coordinates along the side it cuts.
+        // Whether a crack of length 1 around `(2 along, 2 across)` / 2 touches the line, in coordinates along the side
+        // it cuts.
         let touches = |from: i64, to: i64, start: i64, end: i64, at: i64, centre: i64| {
             let (run, rise) = (to - from, end - start);
             let inside = (2 * at + 1 - 2 * from) * run.signum() > 0 && (2 * to - 2 * at - 1) * run.signum() > 0;

@@ -1,8 +1,9 @@
 //! Leading eigenvectors of an image's pixel graph, from coarse to fine.
 //!
-//! Eigenvalues of such graphs are crowded below 1: the larger the image, the closer. So the image is halved until it is small, solved there by
-//! block Lanczos, and each finer level starts from the coarser one's vectors, doubled in size. There a Chebyshev filter does what is left:
-//! it moves what doubling smeared across contours to the side where it belongs.
+//! Eigenvalues of such graphs are crowded below 1: the larger the image, the closer. So the image is halved until it is
+//! small, solved there by block Lanczos, and each finer level starts from the coarser one's vectors, doubled in size.
+//! There a Chebyshev filter does what is left: it moves what doubling smeared across contours to the side where it
+//! belongs.
 
 use super::StillParams;
 use super::graph::PixelGraph;

@@ -4,31 +4,33 @@
 //!
 //! 1. Pixels up to 5 apart have the affinity `exp(-max Pb / σ)`, the maximum along the line between them (`graph`).
 //! 2. The leading eigenvectors of `P = D^-1 W`, from coarse to fine (`levels`).
-//! 3. Embedding affinities `Ŵ = V Λ Vᵀ` of each pixel with the four around it, their greatest `δ`, and `d = 1 − Ŵ / max(δ, δ)`: as between
-//!    trajectories (`discontinuity`).
-//! 4. To compare with, the gradients of the same eigenvectors, by `1 / sqrt(1 - λ)`: the spectral part of the detector of Arbelaez et al.
-//!    (PAMI 2011).
+//! 3. Embedding affinities `Ŵ = V Λ Vᵀ` of each pixel with the four around it, their greatest `δ`, and `d = 1 − Ŵ /
+//!    max(δ, δ)`: as between trajectories (`discontinuity`).
+//! 4. To compare with, the gradients of the same eigenvectors, by `1 / sqrt(1 - λ)`: the spectral part of the detector
+//!    of Arbelaez et al. (PAMI 2011).
 //! 5. Pb with the discontinuities added, calibrated as Pb is.
 //!
-//! The maps are made by one procedure from their strengths along eight directions: a mean along the boundary, the strongest direction,
-//! thinning across it. There is no normalisation by image: a value means the same in all.
+//! The maps are made by one procedure from their strengths along eight directions: a mean along the boundary, the
+//! strongest direction, thinning across it. There is no normalisation by image: a value means the same in all.
 //!
-//! **Deviations.** The paper's figure has one `Ŵ` of all eigenvectors (`grouping` "joint"). With two eigenvectors at a time, the constant
-//! one and another, and a mean of the roots of `d` by the weights of step 4 ("single"), boundaries agree better with those that people drew.
-//! F on 40 images of BSDS500, one-to-one at the benchmark's tolerance, as `eval contours --embedding` prints it:
+//! **Deviations.** The paper's figure has one `Ŵ` of all eigenvectors (`grouping` "joint"). With two eigenvectors at a
+//! time, the constant one and another, and a mean of the roots of `d` by the weights of step 4 ("single"), boundaries
+//! agree better with those that people drew. F on 40 images of BSDS500, one-to-one at the benchmark's tolerance, as
+//! `eval contours --embedding` prints it:
 //!
 //! | Pb | d, single | d, joint | gradients | Pb with d, single |
 //! |---|---|---|---|---|
 //! | 0.686 | 0.693 | 0.668 | 0.699 | 0.696 |
 //!
-//! As a mean, the strength of "single" is one only where all eigenvectors change; between two flat halves of an image it is about
+//! As a mean, the strength of "single" is one only where all eigenvectors change; between two flat halves of an image
+//! it is about
 //! 0.7, where that of "joint" is 1.
 //!
-//! **Cost**: linear in pixels, `r²` and the number of eigenvectors; 1.5 to 2 seconds of processor time for 481x321 in Node. Memory: some
-//! 800 bytes a pixel. One piece of work, without steps between.
+//! **Cost**: linear in pixels, `r²` and the number of eigenvectors; 1.5 to 2 seconds of processor time for 481x321 in
+//! Node. Memory: some 800 bytes a pixel. One piece of work, without steps between.
 //!
-//! **Limits**: on the finer levels the eigenvectors are not iterated to convergence (`info` says how far they are); twice the `degree`
-//! changed F by at most 0.002 on half of these images.
+//! **Limits**: on the finer levels the eigenvectors are not iterated to convergence (`info` says how far they are);
+//! twice the `degree` changed F by at most 0.002 on half of these images.
 
 mod discontinuity;
 mod graph;
@@ -58,7 +60,8 @@ crate::choices! {
 crate::params! {
     /// Pixel embedding of single images, and its discontinuities.
     pub struct StillParams {
-        /// Longest side at which an image is looked at, in pixels; larger ones are reduced. Higher is slower and takes more memory.
+        /// Longest side at which an image is looked at, in pixels; larger ones are reduced. Higher is slower and takes
+        /// more memory.
         pub max_side: u32 = 640, in 16..=4096;
         /// Pixels at most this far apart are compared, in pixels. Higher is slower.
         pub radius: u32 = 5, in 1..=10;
@@ -66,11 +69,13 @@ crate::params! {
         pub sigma: f32 = 0.1, in 0.001..=10.0;
         /// Number of eigenvectors, the constant one included. Higher is slower.
         pub dimensions: u32 = 24, in 2..=64;
-        /// Products with each eigenvector on the finer levels of the image. Higher is slower and nearer to the exact eigenvectors.
+        /// Products with each eigenvector on the finer levels of the image. Higher is slower and nearer to the exact
+        /// eigenvectors.
         pub degree: u32 = 10, in 1..=200;
         /// Residual at which an eigenpair of the coarsest level is good enough. Lower is slower.
         pub tolerance: f64 = 1e-3, in 1e-10..=0.1;
-        /// What d is measured in: all eigenvectors at once (the paper: joint), or each beside the constant one and then a mean.
+        /// What d is measured in: all eigenvectors at once (the paper: joint), or each beside the constant one and then
+        /// a mean.
         pub grouping: Grouping = Grouping::Single, in 0..=1;
         /// How much the discontinuities count beside Pb in the combined map; 0 gives Pb.
         pub weight: f32 = 1.0, in 0.0..=100.0;
@@ -81,6 +86,7 @@ crate::params! {
 ///
 /// Law: both planes have the size of the image and values in `0.0..=1.0`; `thin` is `strength` or 0.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct StrengthMap {
     /// The largest over all directions.
     pub strength: Plane<f32>,
@@ -92,6 +98,7 @@ pub struct StrengthMap {
 ///
 /// Law: all planes have the size that the image was looked at.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct ImageDiscontinuities {
     /// Boundary probability, which the embedding comes from.
     pub pb: BoundaryMap,
@@ -111,8 +118,28 @@ pub struct ImageDiscontinuities {
 
 /// Boundaries of `frame` by the discontinuities of its pixel embedding.
 ///
-/// Images with a side longer than [`StillParams::max_side`] are reduced first. An image without any boundary has no discontinuities;
-/// nothing is embedded then.
+/// Images with a side longer than [`StillParams::max_side`] are reduced first. An image without any boundary has no
+/// discontinuities; nothing is embedded then.
+///
+/// # Examples
+/// A bright half and a dark half: the embedding changes between them, and nowhere else.
+///
+/// ```
+/// use tracecut::contour::ContourParams;
+/// use tracecut::image::Frame;
+/// use tracecut::still::{StillParams, image_discontinuities};
+///
+/// let rgb = (0..40 * 30).flat_map(|p| if p % 40 < 20 { [60; 3] } else { [180; 3] }).collect();
+/// let frame = Frame::from_rgb(rgb, 40, 30)?;
+/// let params = StillParams { dimensions: 4, ..StillParams::default() };
+/// let found = image_discontinuities(&frame, &ContourParams::default(), &params, 0);
+/// let row = found.d.strength.row(15);
+/// let strongest = (0..40).max_by(|&a, &b| row[a].total_cmp(&row[b]));
+/// assert!(strongest.is_some_and(|x| x.abs_diff(20) <= 1), "{row:?}");
+/// assert!(row[8] < 0.5 * row[20].max(row[19]));
+/// # Ok::<(), tracecut::Error>(())
+/// ```
+#[must_use]
 pub fn image_discontinuities(
     frame: &Frame,
     contour: &ContourParams,
@@ -160,8 +187,8 @@ const HALF_GRADIENT: f32 = 15.0;
 const NEAREST_TO_ONE: f64 = 1e-6;
 /// By what a discontinuity is multiplied to stand beside a strength of Pb.
 const BESIDE_PB: f32 = 2.5;
-/// How the logistic of Pb changes with the weight of the discontinuities: its slope is divided by one plus `FLATTER` times the weight, its
-/// centre moves by `HIGHER` times the weight. Fitted as those of Pb are, at weight 1.
+/// How the logistic of Pb changes with the weight of the discontinuities: its slope is divided by one plus `FLATTER`
+/// times the weight, its centre moves by `HIGHER` times the weight. Fitted as those of Pb are, at weight 1.
 const FLATTER: f32 = 1.333;
 const HIGHER: f32 = 0.5;
 

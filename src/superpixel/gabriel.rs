@@ -1,12 +1,37 @@
 //! The constrained Gabriel graph: its faces, and the pixels in each.
 //!
-//! Points are rounded to 1/256 pixel and all decisions made in whole numbers, so that they are exact and everywhere the same.
+//! Points are rounded to 1/256 pixel and all decisions made in whole numbers, so that they are exact and everywhere the
+//! same.
 
-use super::{EdgeKind, SuperpixelParams};
 use crate::contour::Segments;
 use crate::delaunay::{Triangulation, TriangulationEdge, constrained_delaunay};
 use crate::image::Plane;
 use crate::order::{pair, signed, sort_by_key};
+
+/// What an edge of the constrained Delaunay triangulation became.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EdgeKind {
+    /// A piece of a contour.
+    Constraint,
+    /// A piece of the image frame.
+    Frame,
+    /// A Delaunay edge with the Gabriel property: it bridges a gap.
+    Gabriel,
+    /// It separates nothing: a Delaunay edge without that property, or an edge across which superpixels were joined.
+    Deleted,
+}
+
+/// An edge of the triangulation that the superpixels come from, in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// One end.
+    pub from: (f32, f32),
+    /// The other end.
+    pub to: (f32, f32),
+    /// What became of it.
+    pub kind: EdgeKind,
+}
 
 /// Units in a pixel.
 pub(super) const UNIT: i64 = 256;
@@ -36,14 +61,15 @@ pub(super) struct Side {
 }
 
 impl Graph {
-    /// The graph of `segments` in an image of `width × height` pixels.
-    pub(super) fn new(segments: &Segments, width: usize, height: usize, params: &SuperpixelParams) -> Self {
+    /// The graph of `segments` in an image of `width × height` pixels, with points on its frame at most `frame_step`
+    /// apart.
+    pub(super) fn new(segments: &Segments, width: usize, height: usize, frame_step: f32) -> Self {
         let corner = (width as i64 * UNIT - UNIT / 2, height as i64 * UNIT - UNIT / 2);
         let mut points: Vec<Point> =
             segments.points.iter().map(|&(x, y)| (settle(x, corner.0), settle(y, corner.1))).collect();
         let in_range = |&(a, b): &(u32, u32)| (a.max(b) as usize) < segments.points.len();
         let lines: Vec<(u32, u32)> = segments.lines.iter().copied().filter(in_range).collect();
-        add_frame(&mut points, corner, f64::from(params.frame_step));
+        add_frame(&mut points, corner, f64::from(frame_step));
         let places: Vec<(f32, f32)> = points.iter().map(|&(x, y)| (to_pixels(x), to_pixels(y))).collect();
         let triangulation = constrained_delaunay(&places, &lines);
         let kinds: Vec<EdgeKind> = triangulation.edges.iter().map(|e| kind(e, &triangulation, &points)).collect();
@@ -52,12 +78,12 @@ impl Graph {
     }
 
     /// Ends in pixels and kind of each edge of the triangulation.
-    pub(super) fn edges(&self) -> impl Iterator<Item = super::Edge> {
+    pub(super) fn edges(&self) -> impl Iterator<Item = Edge> {
         let place = |i: u32| {
             let (x, y) = self.points[i as usize];
             (to_pixels(x), to_pixels(y))
         };
-        self.triangulation.edges.iter().zip(&self.kinds).map(move |(edge, &kind)| super::Edge {
+        self.triangulation.edges.iter().zip(&self.kinds).map(move |(edge, &kind)| Edge {
             from: place(edge.ends[0]),
             to: place(edge.ends[1]),
             kind,
@@ -78,7 +104,8 @@ impl Graph {
         sides
     }
 
-    /// The face of each pixel: that in which its centre lies, or of those that meet there the one to the right, or below.
+    /// The face of each pixel: that in which its centre lies, or of those that meet there the one to the right, or
+    /// below.
     pub(super) fn raster(&self, width: usize, height: usize) -> Plane<u32> {
         let mut label = Plane::filled(width, height, 0);
         for (triangle, &face) in self.triangulation.triangles.iter().zip(&self.face) {
@@ -87,8 +114,9 @@ impl Graph {
         label
     }
 
-    /// Top-left rule: of the rows from the top corner (included) to the bottom one (excluded), the pixels from the left side
-    /// (included) to the right one (excluded). Neighbouring triangles compute the same bound for their common side.
+    /// Top-left rule: of the rows from the top corner (included) to the bottom one (excluded), the pixels from the left
+    /// side (included) to the right one (excluded). Neighbouring triangles compute the same bound for their common
+    /// side.
     fn fill(&self, corners: [Point; 3], face: u32, label: &mut Plane<u32>) {
         let mut c = corners;
         sort_by_key(&mut c, |&(x, y)| pair(signed(y as i32), signed(x as i32)));
@@ -156,8 +184,9 @@ fn stops(mut on_side: Vec<i64>, end: i64, step: i64) -> impl Iterator<Item = i64
     between.chain([LOW, end])
 }
 
-/// Deletes what is neither given nor has the Gabriel property. An edge loses it to the third corner of a triangle beside it inside
-/// the circle around it: one that sees it under an obtuse angle. If neither corner does, no point that sees the edge does.
+/// Deletes what is neither given nor has the Gabriel property. An edge loses it to the third corner of a triangle
+/// beside it inside the circle around it: one that sees it under an obtuse angle. If neither corner does, no point that
+/// sees the edge does.
 fn kind(edge: &TriangulationEdge, triangulation: &Triangulation, points: &[Point]) -> EdgeKind {
     let [Some(s), Some(t)] = edge.triangles else {
         return EdgeKind::Frame;

@@ -1,4 +1,5 @@
-//! Joining regions across weak borders: very small ones, those hardly parted, and as many more as a wanted number asks for.
+//! Joining regions across weak borders: very small ones, those hardly parted, and as many more as a wanted number asks
+//! for.
 
 use super::gabriel::{Sets, Side};
 use crate::order;
@@ -41,7 +42,8 @@ impl Regions {
         self.sets.find(face)
     }
 
-    /// Joins every region of fewer than `min_pixels` pixels, the smallest first, with the one behind its weakest border.
+    /// Joins every region of fewer than `min_pixels` pixels, the smallest first, with the one behind its weakest
+    /// border.
     pub(super) fn join_small(&mut self, min_pixels: u32) {
         let mut small: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] < min_pixels).collect();
         order::sort_by_key(&mut small, |&r| u64::from(self.area[r as usize]));
@@ -81,13 +83,13 @@ impl Regions {
         }
     }
 
-    /// What joining a region with that of a link costs, as a number with the order of the costs. As in Ward's clustering
-    /// ("Hierarchical Grouping to Optimize an Objective Function", 1963) the areas count, so that none is left very small; the mean
-    /// Pb between them stands for the squared difference of their means.
+    /// What joining a region with that of a link costs, as a number with the order of the costs. As in Ward's
+    /// clustering ("Hierarchical Grouping to Optimize an Objective Function", 1963) the areas count, so that none is
+    /// left very small; the mean Pb between them stands for the squared difference of their means.
     fn cost(&self, region: u32, link: &Link) -> u32 {
         let [p, q] = [region, link.to].map(|r| self.area[r as usize] as f32);
-        // Bits of positive floats are ordered as the floats are. The strength is summed in the same order in both regions' links, so
-        // that both give the same cost.
+        // Bits of positive floats are ordered as the floats are. The strength is summed in the same order in both
+        // regions' links, so that both give the same cost.
         (link.strength / link.length * (p * q / (p + q))).to_bits()
     }
 

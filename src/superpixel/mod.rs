@@ -3,14 +3,16 @@
 //! In: [`Segments`] and the [`BoundaryMap`] that they come from. Out: [`Superpixels`].
 //!
 //! 1. The constrained Delaunay triangulation of the segments and the image rectangle.
-//! 2. Its edges without the Gabriel property are deleted, but for the segments themselves. What is left bridges the gaps of contours
-//!    where their geometry suggests it. (Gabriel and Sokal, "A New Statistical Approach to Geographic Variation Analysis", 1969)
+//! 2. Its edges without the Gabriel property are deleted, but for the segments themselves. What is left bridges the
+//!    gaps of contours where their geometry suggests it. (Gabriel and Sokal, "A New Statistical Approach to Geographic
+//!    Variation Analysis", 1969)
 //! 3. Every pixel goes to the face in which its centre lies.
 //! 4. Very small faces are joined with a neighbour, and neighbours with hardly any Pb between them with each other.
 //!
-//! **Deviations.** The paper takes thresholded contours and leaves all faces as they are. Faint contours and step 4 are better: on 40
-//! images of BSDS500 the under-segmentation error of some 740 superpixels falls from 0.086 to 0.062. `join_below` 0 and higher
-//! thresholds of the contours give the paper's. Points on the image border keep the regions along it apart.
+//! **Deviations.** The paper takes thresholded contours and leaves all faces as they are. Faint contours and step 4 are
+//! better: on 40 images of BSDS500 the under-segmentation error of some 740 superpixels falls from 0.086 to 0.062.
+//! `join_below` 0 and higher thresholds of the contours give the paper's. Points on the image border keep the regions
+//! along it apart.
 //!
 //! **Cost**: O(n log n) in the number of segments, and linear in pixels.
 
@@ -18,6 +20,8 @@ mod gabriel;
 mod merge;
 #[cfg(test)]
 mod tests;
+
+pub use gabriel::{Edge, EdgeKind};
 
 use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, contour_segments};
 use crate::image::{Frame, Plane};
@@ -30,36 +34,13 @@ crate::params! {
     pub struct SuperpixelParams {
         /// Superpixels of fewer pixels join the neighbour behind the weakest border.
         pub min_pixels: u32 = 4, in 1..=100000;
-        /// Largest gap between two points on the image border, in pixels, so that regions along it are not all one; 0 adds none.
+        /// Largest gap between two points on the image border, in pixels, so that regions along it are not all one; 0
+        /// adds none.
         pub frame_step: f32 = 25.0, in 0.0..=10000.0;
-        /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is below this.
-        /// 0 leaves the faces of the Gabriel graph as they are.
+        /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is
+        /// below this. 0 leaves the faces of the Gabriel graph as they are.
         pub join_below: f32 = 1.5, in 0.0..=1000000.0;
     }
-}
-
-/// What an edge of the constrained Delaunay triangulation became.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EdgeKind {
-    /// A piece of a contour.
-    Constraint,
-    /// A piece of the image frame.
-    Frame,
-    /// A Delaunay edge with the Gabriel property: it bridges a gap.
-    Gabriel,
-    /// It separates nothing: a Delaunay edge without that property, or an edge across which superpixels were joined.
-    Deleted,
-}
-
-/// An edge of the triangulation that the superpixels come from, in pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Edge {
-    /// One end.
-    pub from: (f32, f32),
-    /// The other end.
-    pub to: (f32, f32),
-    /// What became of it.
-    pub kind: EdgeKind,
 }
 
 /// The common border of two superpixels.
@@ -77,8 +58,8 @@ pub struct Border {
 
 /// A partition of an image.
 ///
-/// Law: `label` holds the numbers `0..count`, each at least once, in the order of first occurrence row by row; `borders` are sorted by
-/// `(a, b)`, `a < b`, each pair once.
+/// Law: `label` holds the numbers `0..count`, each at least once, in the order of first occurrence row by row;
+/// `borders` are sorted by `(a, b)`, `a < b`, each pair once.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Superpixels {
     /// The superpixel of each pixel.
@@ -93,18 +74,61 @@ pub struct Superpixels {
 
 /// The Gabriel superpixels of an image.
 ///
-/// A face of the Gabriel graph is connected, but the pixels whose centres lie in it need not be where it is thinner than a pixel.
+/// A face of the Gabriel graph is connected, but the pixels whose centres lie in it need not be where it is thinner
+/// than a pixel.
+///
+/// # Examples
+/// Of the block in [`boundary_map`]'s example: no superpixel holds both the block's middle
+/// and the ground.
+///
+/// ```
+/// # use tracecut::contour::{ContourParams, boundary_map};
+/// # use tracecut::image::Frame;
+/// #
+/// # let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
+/// # let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
+/// # let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
+/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, None, &ContourParams::default());
+/// use tracecut::contour::contour_segments;
+/// use tracecut::superpixel::{SuperpixelParams, gabriel_superpixels};
+///
+/// let segments = contour_segments(&map, &ContourParams::default());
+/// let superpixels = gabriel_superpixels(&segments, &map, &SuperpixelParams::default());
+/// assert!(superpixels.count >= 2);
+/// assert_ne!(superpixels.label[(42, 36)], superpixels.label[(6, 6)]);
+/// # Ok::<(), tracecut::Error>(())
+/// ```
+#[must_use]
 pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &SuperpixelParams) -> Superpixels {
     partition(segments, map, None, params)
 }
 
-/// Longest line and widest gap between points of the frame where a wanted number of superpixels needs more than contours give.
+/// Longest line and widest gap between points of the frame where a wanted number of superpixels needs more than
+/// contours give.
 const SHORT: f32 = 6.0;
 
-/// The superpixels of one image, on their own: `count` of them, or without it as many as the contours above the thresholds give.
+/// The superpixels of one image, on their own: `count` of them, or without it as many as the contours above the
+/// thresholds give.
 ///
-/// To come to a given count, faces of all contours however weak are joined across the weakest borders; an image with few contours has
-/// fewer.
+/// To come to a given count, faces of all contours however weak are joined across the weakest borders; an image with
+/// few contours has fewer.
+///
+/// # Examples
+/// ```
+/// use tracecut::contour::ContourParams;
+/// use tracecut::image::Frame;
+/// use tracecut::superpixel::{SuperpixelParams, superpixels_of};
+///
+/// let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
+/// let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
+/// let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
+/// let frame = Frame::from_rgb(rgb, 84, 60)?;
+/// let found = superpixels_of(&frame, Some(3), &ContourParams::default(), &SuperpixelParams::default());
+/// assert!(found.label.data().iter().all(|&label| (label as usize) < found.count));
+/// assert_ne!(found.label[(42, 36)], found.label[(6, 6)]);
+/// # Ok::<(), tracecut::Error>(())
+/// ```
+#[must_use]
 pub fn superpixels_of(
     frame: &Frame,
     count: Option<usize>,
@@ -115,6 +139,7 @@ pub fn superpixels_of(
 }
 
 /// As [`superpixels_of`], from a boundary map.
+#[must_use]
 pub fn superpixels_in(
     map: &BoundaryMap,
     count: Option<usize>,
@@ -141,7 +166,7 @@ fn partition(segments: &Segments, map: &BoundaryMap, count: Option<usize>, param
     if width == 0 || height == 0 {
         return Superpixels::default();
     }
-    let graph = Graph::new(segments, width, height, params);
+    let graph = Graph::new(segments, width, height, params.frame_step);
     let mut label = graph.raster(width, height);
     let mut area = vec![0; graph.num_faces];
     label.data().iter().for_each(|&f| area[f as usize] += 1);

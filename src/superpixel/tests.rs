@@ -158,8 +158,9 @@ fn random_segments(rng: &mut Rng, width: usize, height: usize, num_points: usize
     Segments { points, lines }
 }
 
-/// Checks that the triangulation covers the image and that each edge that is not given is locally Delaunay; with that it is the
-/// constrained Delaunay triangulation (Lee and Lin, "Generalized Delaunay Triangulation for Planar Graphs", 1986).
+/// Checks that the triangulation covers the image and that each edge that is not given is locally Delaunay; with that
+/// it is the constrained Delaunay triangulation (Lee and Lin, "Generalized Delaunay Triangulation for Planar Graphs",
+/// 1986).
 fn check_triangulation(graph: &Graph, segments: &Segments, width: usize, height: usize) {
     let p = |i: u32| graph.points[i as usize];
     let triangles = &graph.triangulation.triangles;
@@ -222,7 +223,7 @@ fn faces_equal_a_brute_force_construction_on_random_segments() {
         let (width, height) = (20 + rng.below(30), 20 + rng.below(30));
         let num_points = rng.below(30);
         let segments = random_segments(&mut rng, width, height, num_points);
-        let graph = Graph::new(&segments, width, height, &params);
+        let graph = Graph::new(&segments, width, height, params.frame_step);
         check_triangulation(&graph, &segments, width, height);
         let edges = &graph.triangulation.edges;
         let hull = |e: &crate::delaunay::TriangulationEdge| e.triangles.contains(&None);

@@ -2,7 +2,7 @@
 
 /// `(x, y) → (xx·x + xy·y + x0, yx·x + yy·y + y0)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Affine {
+pub(crate) struct Affine {
     xx: f64,
     xy: f64,
     yx: f64,
@@ -13,34 +13,35 @@ pub struct Affine {
 
 impl Affine {
     /// Leaves every point where it is.
-    pub const IDENTITY: Self = Self { xx: 1.0, xy: 0.0, yx: 0.0, yy: 1.0, x0: 0.0, y0: 0.0 };
+    pub(crate) const IDENTITY: Self = Self { xx: 1.0, xy: 0.0, yx: 0.0, yy: 1.0, x0: 0.0, y0: 0.0 };
 
     /// Moves by `(x, y)`.
-    pub fn translation(x: f64, y: f64) -> Self {
+    pub(crate) fn translation(x: f64, y: f64) -> Self {
         Self { x0: x, y0: y, ..Self::IDENTITY }
     }
 
     /// Scales about the origin, by `x` across and `y` down; neither may be zero.
-    pub fn scaling(x: f64, y: f64) -> Self {
+    pub(crate) fn scaling(x: f64, y: f64) -> Self {
         Self { xx: x, yy: y, ..Self::IDENTITY }
     }
 
     /// Rotates about the origin by `turns` full turns, clockwise on the screen (y points down).
     #[inline(never)]
-    pub fn rotation(turns: f64) -> Self {
+    pub(crate) fn rotation(turns: f64) -> Self {
         let (sin, cos) = (sin_turns(turns), sin_turns(turns + 0.25));
         Self { xx: cos, xy: -sin, yx: sin, yy: cos, ..Self::IDENTITY }
     }
 
-    /// Moves each row sideways by `slope` times its distance from the row `y0`: a ground plane seen by a camera that moves sideways.
-    pub fn shear(slope: f64, y0: f64) -> Self {
+    /// Moves each row sideways by `slope` times its distance from the row `y0`: a ground plane seen by a camera that
+    /// moves sideways.
+    pub(crate) fn shear(slope: f64, y0: f64) -> Self {
         Self { xy: slope, x0: -slope * y0, ..Self::IDENTITY }
     }
 
     /// This map first, then `next`.
     #[must_use]
     #[inline(never)]
-    pub fn then(&self, next: &Self) -> Self {
+    pub(crate) fn then(&self, next: &Self) -> Self {
         let (x0, y0) = next.apply(self.x0, self.y0);
         Self {
             xx: next.xx * self.xx + next.xy * self.yx,
@@ -53,18 +54,18 @@ impl Affine {
     }
 
     /// Where `(x, y)` goes.
-    pub fn apply(&self, x: f64, y: f64) -> (f64, f64) {
+    pub(crate) fn apply(&self, x: f64, y: f64) -> (f64, f64) {
         (self.xx * x + self.xy * y + self.x0, self.yx * x + self.yy * y + self.y0)
     }
 
     /// How much an area grows, with its sign.
-    pub fn determinant(&self) -> f64 {
+    pub(crate) fn determinant(&self) -> f64 {
         self.xx * self.yy - self.xy * self.yx
     }
 
     /// The map back. The determinant must not be zero.
     #[must_use]
-    pub fn inverse(&self) -> Self {
+    pub(crate) fn inverse(&self) -> Self {
         let scale = 1.0 / self.determinant();
         let (xx, xy) = (self.yy * scale, -self.xy * scale);
         let (yx, yy) = (-self.yx * scale, self.xx * scale);
@@ -74,9 +75,10 @@ impl Affine {
 
 /// The sine of an angle in full turns, to about 1e-9.
 ///
-/// `f64::sin` may differ in its last bit between platforms, which would show in the rounded pixels; sums and products do not.
+/// `f64::sin` may differ in its last bit between platforms, which would show in the rounded pixels; sums and products
+/// do not.
 #[inline(never)]
-pub fn sin_turns(turns: f64) -> f64 {
+pub(crate) fn sin_turns(turns: f64) -> f64 {
     let turns = turns - (turns + 0.5).floor();
     let folded = if turns > 0.25 {
         0.5 - turns

@@ -1,13 +1,14 @@
-//! What sprites are painted with: hashed noise, signed distances and mixing of colours. Sums, products and square roots only.
+//! What sprites are painted with: hashed noise, signed distances and mixing of colours. Sums, products and square roots
+//! only.
 
 use crate::rng::mix;
 
 /// A colour, red, green and blue in `0.0..=255.0`.
-pub type Colour = [f32; 3];
+pub(crate) type Colour = [f32; 3];
 
 /// Smooth pseudo-random fields, one for each seed.
 #[derive(Debug, Clone, Copy)]
-pub struct Noise(pub u64);
+pub(crate) struct Noise(pub u64);
 
 impl Noise {
     /// Noise of a wavelength of about two units, in `-1.0..=1.0`.
@@ -25,10 +26,10 @@ impl Noise {
         (hash >> 40) as f32 * (2.0 / 16_777_216.0) - 1.0
     }
 
-    /// A sum of octaves, about `-1.0..=1.0`: cells of `coarsest` units and ever half as wide, each half as strong, down to
-    /// `finest` units. Band-limited: nothing is finer, so that a sprite can be resampled.
+    /// A sum of octaves, about `-1.0..=1.0`: cells of `coarsest` units and ever half as wide, each half as strong, down
+    /// to `finest` units. Band-limited: nothing is finer, so that a sprite can be resampled.
     #[inline(never)]
-    pub fn fractal(self, x: f32, y: f32, coarsest: f32, finest: f32) -> f32 {
+    pub(crate) fn fractal(self, x: f32, y: f32, coarsest: f32, finest: f32) -> f32 {
         let (mut x, mut y, mut cell, mut strength, mut sum) = (x, y, coarsest, 0.62, 0.0);
         let mut octave = self;
         while cell >= finest && strength > 0.02 {
@@ -71,7 +72,8 @@ pub(super) fn ramp(low: f32, high: f32, value: f32) -> f32 {
     f * f * (3.0 - 2.0 * f)
 }
 
-/// Signed distance to a bar from `a` to `b` with round ends, of radius `ra` at `a` and `rb` at `b`; exact for equal radii.
+/// Signed distance to a bar from `a` to `b` with round ends, of radius `ra` at `a` and `rb` at `b`; exact for equal
+/// radii.
 #[inline(never)]
 pub(super) fn bar(x: f32, y: f32, a: (f32, f32), b: (f32, f32), ra: f32, rb: f32) -> f32 {
     let (px, py, bx, by) = (x - a.0, y - a.1, b.0 - a.0, b.1 - a.1);

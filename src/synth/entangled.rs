@@ -1,7 +1,7 @@
 //! Two players in a hall who move alike and reach for each other: motion alone cannot tell them apart.
 //!
-//! Laid out on a board of 320 × 240 units that is fitted into the frame; the middle frame of the clip shows the layout as written
-//! here. Motions are in units a frame.
+//! Laid out on a board of 320 × 240 units that is fitted into the frame; the middle frame of the clip shows the layout
+//! as written here. Motions are in units a frame.
 
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, blend, ramp, shade};
@@ -19,9 +19,11 @@ const RUN: f64 = 0.5;
 const APART: f64 = 84.0;
 
 impl Scene {
-    /// Two players who face each other and move sideways at one speed, as one guards the other. In the middle of the clip, from about
-    /// 0.42 to 0.65 of it, they stretch out their arms, which overlap; before and after that a gap lies between them. Legs step in
-    /// turn; hips, trunks and heads move alike to less than 0.1 units a frame at all times. Objects: 1 the left one, 2 the right one.
+    /// Two players who face each other and move sideways at one speed, as one guards the other. In the middle of the
+    /// clip, from about
+    /// 0.42 to 0.65 of it, they stretch out their arms, which overlap; before and after that a gap lies between them.
+    /// Legs step in turn; hips, trunks and heads move alike to less than 0.1 units a frame at all times. Objects: 1 the
+    /// left one, 2 the right one.
     ///
     /// This is the case of the paper's Figure 7: what moves alike is two things, and one thing does not move alike.
     pub fn entangled(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {

@@ -1,6 +1,7 @@
 //! A walking figure: a chain of rotated limbs, all of one object.
 //!
-//! Lengths are in the figure's own units, in which it is about 140 high; the hip is the origin, x points the way it walks.
+//! Lengths are in the figure's own units, in which it is about 140 high; the hip is the origin, x points the way it
+//! walks.
 
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, bar, blend, disc, ramp, rounded_box, shade};
@@ -17,7 +18,7 @@ pub(super) const LEG: f32 = THIGH + SHIN + 5.0;
 
 /// What a figure looks like.
 #[derive(Debug, Clone, Copy)]
-pub struct Figure {
+pub(crate) struct Figure {
     /// Main and second colour of the striped jumper.
     pub jumper: [Colour; 2],
     /// Colour of the trousers.
@@ -34,7 +35,7 @@ pub struct Figure {
 
 /// How a figure walks.
 #[derive(Debug, Clone, Copy)]
-pub struct Gait {
+pub(crate) struct Gait {
     /// Frames for two steps.
     pub period: f64,
     /// Where in the cycle it is at frame 0, in turns.
@@ -45,12 +46,13 @@ pub struct Gait {
 
 impl Figure {
     /// Adds the figure to a scene as object `label`: `hip(t)` is the pose of its hip at frame `t`.
-    pub fn add_to(&self, scene: &mut Scene, label: u8, gait: Gait, hip: impl Fn(f64) -> Affine) {
+    pub(crate) fn add_to(&self, scene: &mut Scene, label: u8, gait: Gait, hip: impl Fn(f64) -> Affine) {
         self.add_reaching(scene, label, gait, hip, |_| 0.0);
     }
 
-    /// The same, and `reach(t)` is how far both arms are stretched out: 0 swinging with the gait, 1 forward at shoulder height.
-    pub fn add_reaching(
+    /// The same, and `reach(t)` is how far both arms are stretched out: 0 swinging with the gait, 1 forward at shoulder
+    /// height.
+    pub(crate) fn add_reaching(
         &self,
         scene: &mut Scene,
         label: u8,

@@ -20,12 +20,13 @@ const PAN: f64 = 1.6;
 const MEADOW: (f64, f64) = (0.85, 0.0032);
 
 impl Scene {
-    /// The sample scene. Objects: 1 a large balloon (turns, grows and drifts: affine), 2 a small camper van (drives by), 3 a
-    /// walking hiker (articulated). The background pans with parallax: sky, two ranges of hills, trees and a meadow.
+    /// The sample scene. Objects: 1 a large balloon (turns, grows and drifts: affine), 2 a small camper van (drives
+    /// by), 3 a walking hiker (articulated). The background pans with parallax: sky, two ranges of hills, trees and a
+    /// meadow.
     ///
-    /// Motions scale with the frame. At 480 × 270 the background moves by 1 to 2 px a frame, objects by 1.5 to 4 px a frame
-    /// against it. The clip can have any number of frames: motions that would leave the frame swing back in 360 frames.
-    /// `seed` changes the textures, the hills and the trees, not the objects' motions.
+    /// Motions scale with the frame. At 480 × 270 the background moves by 1 to 2 px a frame, objects by 1.5 to 4 px a
+    /// frame against it. The clip can have any number of frames: motions that would leave the frame swing back in 360
+    /// frames. `seed` changes the textures, the hills and the trees, not the objects' motions.
     pub fn sample(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
         let board = Board::new(&scene, seed);
@@ -46,8 +47,8 @@ impl Scene {
         scene
     }
 
-    /// Two hikers side by side, touching, who walk alike for the first half of the clip; then the second one falls behind.
-    /// Objects: 1 the one in front, 2 the one behind.
+    /// Two hikers side by side, touching, who walk alike for the first half of the clip; then the second one falls
+    /// behind. Objects: 1 the one in front, 2 the one behind.
     pub fn two_walkers(width: usize, height: usize, num_frames: usize, seed: u64) -> Self {
         let mut scene = Self::new(width, height, num_frames);
         let board = Board::new(&scene, seed);
@@ -297,7 +298,8 @@ impl Board {
         })
     }
 
-    /// The envelope's colour at `side` (-1 left rim, 1 right rim) and height `y`, where it is `wide` units wide to either side.
+    /// The envelope's colour at `side` (-1 left rim, 1 right rim) and height `y`, where it is `wide` units wide to
+    /// either side.
     fn silk(&self, side: f32, y: f32, wide: f32, distance: f32) -> Colour {
         const GORES: [Colour; 4] =
             [[222.0, 74.0, 58.0], [248.0, 206.0, 92.0], [240.0, 236.0, 222.0], [36.0, 122.0, 142.0]];

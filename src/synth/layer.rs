@@ -6,19 +6,19 @@ use crate::image::Plane;
 
 /// A painted patch of the world: colour and signed distance to the edge of the shape, on a grid of texels.
 ///
-/// Distances are in the sprite's own units, negative inside. Between texels both are interpolated bilinearly; the shape *is*
-/// the zero line of the interpolated distance, so that masks and flow are exact by definition.
+/// Distances are in the sprite's own units, negative inside. Between texels both are interpolated bilinearly; the shape
+/// *is* the zero line of the interpolated distance, so that masks and flow are exact by definition.
 #[derive(Debug, Clone)]
-pub struct Sprite {
+pub(crate) struct Sprite {
     texels: Plane<[f32; 4]>,
     /// From the sprite's units to texels.
     to_texels: Affine,
 }
 
 impl Sprite {
-    /// Paints a patch from `(left, top)` to `(right, bottom)` in its own units, `density` texels a unit, by asking `paint` for
-    /// the colour and the signed distance at each texel.
-    pub fn paint(bounds: [f32; 4], density: f32, mut paint: impl FnMut(f32, f32) -> (Colour, f32)) -> Self {
+    /// Paints a patch from `(left, top)` to `(right, bottom)` in its own units, `density` texels a unit, by asking
+    /// `paint` for the colour and the signed distance at each texel.
+    pub(crate) fn paint(bounds: [f32; 4], density: f32, mut paint: impl FnMut(f32, f32) -> (Colour, f32)) -> Self {
         Self::paint_dyn(bounds, density, &mut paint)
     }
 
@@ -57,7 +57,7 @@ impl Sprite {
 
 /// A sprite in motion.
 #[derive(Debug, Clone)]
-pub struct Layer {
+pub(crate) struct Layer {
     /// Which of the scene's sprites it shows.
     pub(super) sprite: usize,
     /// Which object it belongs to; 0 is the background.
@@ -67,14 +67,15 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// The motion of this layer's points from frame `t` to `t + 1`, in pixels, as a map of pixel positions to new positions.
+    /// The motion of this layer's points from frame `t` to `t + 1`, in pixels, as a map of pixel positions to new
+    /// positions.
     pub(super) fn step(&self, t: usize) -> Affine {
         let last = self.poses.len() - 1;
         self.poses[t.min(last)].inverse().then(&self.poses[(t + 1).min(last)])
     }
 
-    /// Calls `visit(x, y, colour, coverage)` for every pixel of a frame of `size` that the layer covers at all at frame `t`.
-    /// A backdrop covers every pixel wholly.
+    /// Calls `visit(x, y, colour, coverage)` for every pixel of a frame of `size` that the layer covers at all at frame
+    /// `t`. A backdrop covers every pixel wholly.
     pub(super) fn cover(
         &self,
         sprite: &Sprite,

@@ -1,11 +1,11 @@
 //! Scenes made by rule, with known masks and known flow: for tests, benchmarks and the demo's first screen.
 //!
-//! In: a size in pixels, a number of frames and a seed. Out: for each frame the image ([`Scene::frame`]), which object each
-//! pixel belongs to ([`Scene::mask`]) and where each visible point goes ([`Scene::flow`]). No file is read.
+//! In: a size in pixels, a number of frames and a seed. Out: for each frame the image ([`Scene::frame`]), which object
+//! each pixel belongs to ([`Scene::mask`]) and where each visible point goes ([`Scene::flow`]). No file is read.
 //!
-//! A scene is a stack of [`Layer`]s, painted from back to front. A layer is a [`Sprite`], painted once with colour and the
-//! signed distance to the edge of its shape, and a pose for each frame: an affine map from the sprite's units to pixels.
-//! Everything follows from these:
+//! A scene is a stack of layers, painted from back to front. A layer is a sprite, painted once with colour and
+//! the signed distance to the edge of its shape, and a pose for each frame: an affine map from the sprite's units to
+//! pixels. Everything follows from these:
 //!
 //! ```text
 //! frame   each layer over the ones behind it, weighted by coverage = clamp(½ − distance, 0, 1): sub-pixel motion, soft edges
@@ -17,7 +17,7 @@
 //! (`figure`), so affine maps are all that is needed.
 //!
 //! The bytes are the same on every target: only sums, products, square roots and integer hashes go into them
-//! (see [`sin_turns`]). Cost: O(layers' area) a frame, 16 bytes a texel of memory.
+//! (see `affine::sin_turns`). Cost: O(layers' area) a frame, 16 bytes a texel of memory.
 //!
 //! Limits: no shadows, no motion blur, no change of light; objects are flat.
 
@@ -29,16 +29,14 @@ mod landscape;
 mod layer;
 mod toys;
 
-pub use affine::{Affine, sin_turns};
-pub use brush::{Colour, Noise};
-pub use figure::{Figure, Gait};
-pub use layer::{Layer, Sprite};
-
 use crate::flow::FlowField;
 use crate::image::{Frame, Plane};
+use affine::Affine;
+use brush::Colour;
+use layer::{Layer, Sprite};
 
 /// Longest side of a scene in pixels; larger ones are made this large.
-pub const MAX_SIDE: usize = 4096;
+pub(crate) const MAX_SIDE: usize = 4096;
 
 /// A clip with known masks and flow.
 #[derive(Debug, Clone)]
@@ -52,23 +50,23 @@ pub struct Scene {
 impl Scene {
     /// An empty scene; the first layer added becomes the backdrop and covers every pixel. Sides are clamped to
     /// `1..=`[`MAX_SIDE`].
-    pub fn new(width: usize, height: usize, num_frames: usize) -> Self {
+    pub(crate) fn new(width: usize, height: usize, num_frames: usize) -> Self {
         let size = (width.clamp(1, MAX_SIDE), height.clamp(1, MAX_SIDE));
         Self { size, num_frames, sprites: Vec::new(), layers: Vec::new() }
     }
 
     /// Adds a sprite and gives its number, for one or more layers to show.
-    pub fn add_sprite(&mut self, sprite: Sprite) -> usize {
+    pub(crate) fn add_sprite(&mut self, sprite: Sprite) -> usize {
         self.sprites.push(sprite);
         self.sprites.len() - 1
     }
 
-    /// Adds a layer in front of all others: sprite number `sprite` as part of object `label` (0: background), whose pose at
-    /// frame `t` is `pose(t)`, from the sprite's units to pixels. The pose must be invertible.
+    /// Adds a layer in front of all others: sprite number `sprite` as part of object `label` (0: background), whose
+    /// pose at frame `t` is `pose(t)`, from the sprite's units to pixels. The pose must be invertible.
     ///
     /// # Panics
     /// If there is no such sprite.
-    pub fn add_layer(&mut self, sprite: usize, label: u8, pose: impl Fn(f64) -> Affine) {
+    pub(crate) fn add_layer(&mut self, sprite: usize, label: u8, pose: impl Fn(f64) -> Affine) {
         self.add_layer_dyn(sprite, label, &pose);
     }
 
@@ -110,8 +108,8 @@ impl Scene {
         self.frontmost(t).map(|layer| self.layers.get(usize::from(layer)).map_or(0, |l| l.label))
     }
 
-    /// The true motion of what is seen at frame `t` to frame `t + 1`, in pixels. A point that disappears behind another, or
-    /// leaves the frame, has the motion of its surface all the same.
+    /// The true motion of what is seen at frame `t` to frame `t + 1`, in pixels. A point that disappears behind
+    /// another, or leaves the frame, has the motion of its surface all the same.
     pub fn flow(&self, t: usize) -> FlowField {
         let steps: Vec<Affine> = self.layers.iter().map(|l| l.step(t)).collect();
         let frontmost = self.frontmost(t);

@@ -1,15 +1,15 @@
 //! Small scenes with one thing in them each, for tests.
 
 use super::affine::Affine;
-use super::brush::{Noise, disc, shade};
-use super::{Colour, Scene, Sprite};
+use super::brush::{Colour, Noise, disc, shade};
+use super::{Scene, Sprite};
 
 /// Colours of the two planes.
 const PLANES: [Colour; 2] = [[150.0, 140.0, 120.0], [110.0, 130.0, 160.0]];
 
 impl Scene {
-    /// A textured plane in front of another, each moving by a known amount, `back` and `front` in pixels a frame to the right
-    /// and downwards. Object 1 is the front plane: the right half of the frame in the middle frame of the clip.
+    /// A textured plane in front of another, each moving by a known amount, `back` and `front` in pixels a frame to the
+    /// right and downwards. Object 1 is the front plane: the right half of the frame in the middle frame of the clip.
     pub fn two_planes(
         width: usize,
         height: usize,

@@ -1,11 +1,12 @@
 //! Point trajectories: where the points of the scene go, frame after frame (section 2.1).
 //!
-//! In: frames and their flow, forward and backward. Out: [`Trajectories`]. The tracker is that of Sundaram, Brox and Keutzer
-//! (ECCV 2010), which the paper uses:
+//! In: frames and their flow, forward and backward. Out: [`Trajectories`]. The tracker is that of Sundaram, Brox and
+//! Keutzer (ECCV 2010), which the paper uses:
 //!
 //! 1. Seed points on a grid where the structure tensor's smaller eigenvalue shows structure in two directions.
 //! 2. Move each point by the forward flow, sampled bilinearly.
-//! 3. End it where the backward flow does not lead back (occlusion) or where the flow changes too fast (motion boundary).
+//! 3. End it where the backward flow does not lead back (occlusion) or where the flow changes too fast (motion
+//!    boundary).
 //! 4. Seed again wherever no live point is near; drop tracks that are too short.
 //!
 //! Deviation from the published tracker: structure is measured on brightness instead of colour, and points are sampled
@@ -27,25 +28,28 @@ crate::params! {
         /// Spacing of the seed grid, in pixels of the processed frames. Lower is slower and finds smaller objects.
         /// Default: the published tracker's 8.
         pub grid_step: f32 = 8.0, in 2.0..=64.0;
-        /// Shortest trajectory kept, in frames (section 5: 7). Clips of fewer than 13 frames use half their length, but at least 2.
+        /// Shortest trajectory kept, in frames (section 5: 7). Clips of fewer than 13 frames use half their length, but
+        /// at least 2.
         pub min_length: u32 = 7, in 2..=1000;
         /// Spacing of the denser trajectories that the masks are made from, in pixels of the processed frames.
         pub mask_step: f32 = 4.0, in 2.0..=64.0;
         /// Shortest trajectory that the masks are made from, in frames.
         pub mask_min_length: u32 = 2, in 2..=1000;
-        /// A seed needs a structure of more than this fraction of the frame's mean, and ten times as much more on the border
-        /// (published tracker: 0.1). Lower tracks weaker texture, which the checks below then have to judge.
+        /// A seed needs a structure of more than this fraction of the frame's mean, and ten times as much more on the
+        /// border (published tracker: 0.1). Lower tracks weaker texture, which the checks below then have to judge.
         pub structure_mean: f32 = 0.03, in 0.0..=10.0;
-        /// A seed needs more than this structure, in grey levels squared (published tracker: 1). 0 seeds all but constant areas.
+        /// A seed needs more than this structure, in grey levels squared (published tracker: 1). 0 seeds all but
+        /// constant areas.
         pub structure_floor: f32 = 0.02, in 0.0..=1000.0;
-        /// A track ends where |w + w'|² is at least this times |w|² + |w'|² plus the absolute bound; w' is the backward flow
-        /// (published tracker: 0.01).
+        /// A track ends where |w + w'|² is at least this times |w|² + |w'|² plus the absolute bound; w' is the backward
+        /// flow (published tracker: 0.01).
         pub consistency_relative: f32 = 0.01, in 0.0..=10.0;
         /// Absolute part of the forward-backward bound, in pixels squared (published tracker: 0.5).
         pub consistency_absolute: f32 = 0.5, in 0.0..=100.0;
         /// A track ends where |∇u|² + |∇v|² exceeds this times |w|² plus the absolute bound (published tracker: 0.01).
         pub boundary_relative: f32 = 0.01, in 0.0..=10.0;
-        /// Absolute part of the motion-boundary bound, in squared pixels per frame per pixel (published tracker: 0.002).
+        /// Absolute part of the motion-boundary bound, in squared pixels per frame per pixel (published tracker:
+        /// 0.002).
         pub boundary_absolute: f32 = 0.002, in 0.0..=100.0;
     }
 }
@@ -57,7 +61,7 @@ impl TrajectoryParams {
     }
 
     /// The shortest length kept in a clip of `num_frames` frames: half of a short clip, never below 2.
-    pub fn min_length_for(&self, num_frames: usize) -> usize {
+    pub(crate) fn min_length_for(&self, num_frames: usize) -> usize {
         (self.min_length as usize).min(num_frames.div_ceil(2).max(2))
     }
 }
@@ -65,8 +69,8 @@ impl TrajectoryParams {
 /// Point trajectories as a struct of arrays.
 ///
 /// Law: the points of trajectory `i` are `offset[i]..offset[i + 1]`, one for each of the consecutive frames from
-/// `start_frame[i]` on; `offset.len() == len() + 1`; every trajectory has at least one point and ends before `num_frames`.
-/// Coordinates are finite, in pixels, pixel centres at integers.
+/// `start_frame[i]` on; `offset.len() == len() + 1`; every trajectory has at least one point and ends before
+/// `num_frames`. Coordinates are finite, in pixels, pixel centres at integers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trajectories {
     /// Number of frames of the clip.
@@ -112,10 +116,17 @@ impl Trajectories {
         start..start + self.points(i).len()
     }
 
+    /// Where the point of trajectory `i` in `frame` lies in `x`, `y` and `variation`; it must be alive there.
+    pub fn point(&self, i: usize, frame: usize) -> usize {
+        self.offset[i] as usize + frame - self.start_frame[i] as usize
+    }
+
     /// The position of trajectory `i` in `frame`, if it is alive there.
     pub fn at(&self, i: usize, frame: usize) -> Option<(f32, f32)> {
-        let p = self.points(i).start + frame.checked_sub(self.start_frame[i] as usize)?;
-        (p < self.points(i).end).then(|| (self.x[p], self.y[p]))
+        self.frames(i).contains(&frame).then(|| {
+            let p = self.point(i, frame);
+            (self.x[p], self.y[p])
+        })
     }
 
     /// Adds a trajectory that starts in `start_frame` with `points` of `(x, y, variation)`.

@@ -7,9 +7,25 @@ const PRE_SMOOTHING: f32 = 0.8;
 /// Smoothing of the tensor, in pixels (the published tracker's value).
 const TENSOR_SMOOTHING: f32 = 3.0;
 
-/// The smaller eigenvalue λmin of the smoothed structure tensor at each pixel, in grey levels squared per pixel squared.
+/// The smaller eigenvalue λmin of the smoothed structure tensor at each pixel, in grey levels squared per pixel
+/// squared.
 ///
-/// `luma` is in `0.0..=255.0`. Gradients are central differences with replicated borders (Sundaram, Brox and Keutzer 2010).
+/// `luma` is in `0.0..=255.0`. Gradients are central differences with replicated borders (Sundaram, Brox and Keutzer
+/// 2010).
+///
+/// # Examples
+/// A corner can be tracked, a straight edge cannot.
+///
+/// ```
+/// use tracecut::image::Plane;
+/// use tracecut::trajectory::structure;
+///
+/// let image = Plane::from_fn(60, 60, |x, y| if x >= 30 && y >= 30 { 200.0 } else { 50.0 });
+/// let structure = structure(&image);
+/// assert!(structure[(30, 30)] > 100.0);
+/// assert!(structure[(30, 55)] < 1.0 && structure[(5, 5)] < 1.0);
+/// ```
+#[must_use]
 pub fn structure(luma: &Plane<f32>) -> Plane<f32> {
     let image = gaussian_blur(luma, PRE_SMOOTHING);
     let (w, h) = (image.width(), image.height());

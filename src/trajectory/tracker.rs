@@ -2,6 +2,7 @@
 
 use super::{Trajectories, TrajectoryParams};
 use crate::flow::FlowField;
+use crate::grid::Grid;
 use crate::image::{Plane, sample_bilinear};
 use crate::order;
 
@@ -28,7 +29,28 @@ impl Live {
 /// Follows points through a clip, flow field by flow field.
 ///
 /// Call [`Tracker::seed`] for frame 0; then for every pair [`Tracker::follow`] and `seed` for the next frame; at last
-/// [`Tracker::finish`]. A clip may be followed in windows: [`Tracker::advance`] forgets its first frames.
+/// [`Tracker::finish`]. A clip may be followed in windows: between two windows it forgets its first frames.
+///
+/// # Examples
+/// Points of a frame whose flow is known, followed over four frames.
+///
+/// ```
+/// use tracecut::flow::FlowField;
+/// use tracecut::image::Plane;
+/// use tracecut::trajectory::{Tracker, TrajectoryParams, structure};
+///
+/// let checks = Plane::from_fn(64, 48, |x, y| if (x / 5 + y / 5) % 2 == 0 { 60.0 } else { 180.0 });
+/// let still = FlowField { u: Plane::filled(64, 48, 0.0), v: Plane::filled(64, 48, 0.0) };
+/// let mut tracker = Tracker::new((64, 48), &TrajectoryParams::default());
+/// tracker.seed(&structure(&checks));
+/// for _ in 1..4 {
+///     tracker.follow(&still, &still, &Plane::filled(32, 24, 0.0));
+///     tracker.seed(&structure(&checks));
+/// }
+/// let tracks = tracker.finish();
+/// assert!(tracks.len() > 20);
+/// assert_eq!((tracks.frames(0), tracks.at(0, 0)), (0..4, tracks.at(0, 3)));
+/// ```
 #[derive(Debug, Clone)]
 pub struct Tracker {
     params: TrajectoryParams,
@@ -47,24 +69,24 @@ impl Tracker {
     }
 
     /// A tracker for frames of `size` pixels that numbers its tracks from `first` on.
-    pub fn numbering_from(first: u32, size: (usize, usize), params: &TrajectoryParams) -> Self {
+    pub(crate) fn numbering_from(first: u32, size: (usize, usize), params: &TrajectoryParams) -> Self {
         Self { params: params.clone(), size, frame: 0, next: first, live: Vec::new(), ended: Vec::new() }
     }
 
     /// The number that the next new track will have.
-    pub fn next_number(&self) -> u32 {
+    pub(crate) fn next_number(&self) -> u32 {
         self.next
     }
 
-    /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track within one
-    /// grid step. `structure` is [`super::structure`] of the frame.
+    /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track
+    /// within one grid step. `structure` is [`super::structure`] of the frame.
     pub fn seed(&mut self, structure: &Plane<f32>) {
         let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
         let step = self.params.grid_step;
-        let mut occupied = Occupancy::new(self.size, step);
+        let mut occupied = Grid::new(self.size, step);
         for track in &self.live {
             if let Some(&(x, y, _)) = track.points.last() {
-                occupied.add(x, y);
+                occupied.add(track.number, x, y);
             }
         }
         let (w, h) = (self.size.0 as f32, self.size.1 as f32);
@@ -82,7 +104,7 @@ impl Tracker {
                 let lambda = structure[(x.round() as usize, y.round() as usize)];
                 let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
-                if structured && !occupied.within(x, y, step) {
+                if structured && occupied.around(x, y).all(|(_, distance_sq)| distance_sq >= step * step) {
                     let points = vec![(x, y, 0.0)];
                     self.live.push(Live { number: self.next, start: self.frame, points, past: 0 });
                     self.next = self.next.wrapping_add(1);
@@ -113,9 +135,10 @@ impl Tracker {
         self.frame += 1;
     }
 
-    /// Goes on to a window that begins `dropped` frames later: frames are numbered from there on. Tracks keep their numbers; of those that
-    /// reach into the new window the points before it are remembered, at most `remembered` of each.
-    pub fn advance(&mut self, dropped: usize, remembered: usize) {
+    /// Goes on to a window that begins `dropped` frames later: frames are numbered from there on. Tracks keep their
+    /// numbers; of those that reach into the new window the points before it are remembered, at most `remembered` of
+    /// each.
+    pub(crate) fn advance(&mut self, dropped: usize, remembered: usize) {
         self.frame = self.frame.saturating_sub(dropped);
         for track in self.live.iter_mut().chain(&mut self.ended) {
             track.past += dropped.saturating_sub(track.start).min(track.points.len() - track.past);
@@ -129,12 +152,13 @@ impl Tracker {
     }
 
     /// All tracks of at least the minimum length, ordered by first frame and, within it, by position.
+    #[must_use]
     pub fn finish(self) -> Trajectories {
         self.numbered().0
     }
 
     /// The same, with the number of each track; following may go on.
-    pub fn numbered(&self) -> (Trajectories, Vec<u32>) {
+    pub(crate) fn numbered(&self) -> (Trajectories, Vec<u32>) {
         let kept = self.kept();
         let mut tracks = Trajectories::empty(self.frame + 1, self.size);
         for track in &kept {
@@ -143,9 +167,9 @@ impl Tracker {
         (tracks, kept.iter().map(|track| track.number).collect())
     }
 
-    /// The same tracks in the same order, with the points from before the present window; frames are numbered from the first of these on.
-    /// `None` where there are none.
-    pub fn with_past(&self) -> Option<Trajectories> {
+    /// The same tracks in the same order, with the points from before the present window; frames are numbered from the
+    /// first of these on. `None` where there are none.
+    pub(crate) fn with_past(&self) -> Option<Trajectories> {
         let kept = self.kept();
         let past = kept.iter().map(|track| track.past).max().filter(|&past| past > 0)?;
         let mut tracks = Trajectories::empty(past + self.frame + 1, self.size);
@@ -165,7 +189,8 @@ impl Tracker {
     }
 }
 
-/// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion boundary.
+/// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion
+/// boundary.
 fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField, params: &TrajectoryParams) -> Option<(f32, f32)> {
     let at = |p: &Plane<f32>, dx: f32, dy: f32| sample_bilinear(p, x + dx, y + dy);
     let (u, v) = (at(&forward.u, 0.0, 0.0), at(&forward.v, 0.0, 0.0));
@@ -188,39 +213,6 @@ fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField, params: &Traj
         return None;
     }
     Some((nx, ny))
-}
-
-/// Points in square cells, to ask whether one lies within a distance not above the cell's side.
-struct Occupancy {
-    cell: f32,
-    columns: usize,
-    rows: usize,
-    points: Vec<Vec<(f32, f32)>>,
-}
-
-impl Occupancy {
-    fn new(size: (usize, usize), cell: f32) -> Self {
-        let (columns, rows) = ((size.0 as f32 / cell) as usize + 1, (size.1 as f32 / cell) as usize + 1);
-        Self { cell, columns, rows, points: vec![Vec::new(); columns * rows] }
-    }
-
-    fn cell_of(&self, x: f32, y: f32) -> (usize, usize) {
-        (((x / self.cell) as usize).min(self.columns - 1), ((y / self.cell) as usize).min(self.rows - 1))
-    }
-
-    fn add(&mut self, x: f32, y: f32) {
-        let (column, row) = self.cell_of(x, y);
-        self.points[row * self.columns + column].push((x, y));
-    }
-
-    /// Whether a point lies strictly nearer than `distance`, which must not exceed the cell's side.
-    fn within(&self, x: f32, y: f32, distance: f32) -> bool {
-        let (column, row) = self.cell_of(x, y);
-        let rows = row.saturating_sub(1)..=(row + 1).min(self.rows - 1);
-        rows.flat_map(|r| (column.saturating_sub(1)..=(column + 1).min(self.columns - 1)).map(move |c| (r, c)))
-            .flat_map(|(r, c)| &self.points[r * self.columns + c])
-            .any(|&(px, py)| (px - x).powi(2) + (py - y).powi(2) < distance * distance)
-    }
 }
 
 #[cfg(test)]

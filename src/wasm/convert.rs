@@ -2,10 +2,10 @@
 
 use crate::connectedness::{Components, NO_COMPONENT};
 use crate::contour::BoundaryMap;
-use crate::cut::Objects;
 use crate::discretize::Clusters;
 use crate::flow::FlowField;
 use crate::image::Plane;
+use crate::mask::Objects;
 use crate::params::ParamTree;
 use crate::saliency::Saliency;
 use crate::still::ImageDiscontinuities;
@@ -108,7 +108,7 @@ pub(super) fn trajectories(t: &Trajectories, numbers: &[u32]) -> JsValue {
 
 /// `{count, ofCluster, labels}`.
 pub(super) fn objects(o: &Objects) -> JsValue {
-    object([("count", o.count.into()), ("ofCluster", bytes(&o.of_cluster)), ("labels", bytes(&o.labels()))])
+    object([("count", o.highest_label.into()), ("ofCluster", bytes(&o.of_cluster)), ("labels", bytes(&o.labels()))])
 }
 
 /// Bytes of the instance's linear memory.

@@ -1,4 +1,5 @@
-//! Single images for JavaScript: boundary map, superpixels and embedding discontinuities with the parameters of a session.
+//! Single images for JavaScript: boundary map, superpixels and embedding discontinuities with the parameters of a
+//! session.
 
 use super::{JsSession, convert};
 use crate::contour::boundary_map;

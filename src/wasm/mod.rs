@@ -1,9 +1,9 @@
 //! The JavaScript interface: a thin newtype over [`Session`](crate::Session).
 //!
-//! Every method converts, makes one call of the core, and converts back; defaults, stepping, cancelling and the choice of worker
-//! or main thread belong to `www/lib`. Arrays come out as copies, never as views of wasm memory: memory that grows detaches views.
-//! Nothing here decodes image files, so that the decoders stay out of this wasm file; they are in one of their own, made of the package
-//! in `decoder/`.
+//! Every method converts, makes one call of the core, and converts back; defaults, stepping, cancelling and the choice
+//! of worker or main thread belong to `www/lib`. Arrays come out as copies, never as views of wasm memory: memory that
+//! grows detaches views. Nothing here decodes image files, so that the decoders stay out of this wasm file; they are in
+//! one of their own, made of the package in `decoder/`.
 
 mod convert;
 mod image;
@@ -49,8 +49,8 @@ struct Parameter {
     choices: &'static [&'static str],
 }
 
-/// All parameters in their order of declaration: `{name, doc, kind, min, max, default, choices}`; truth values read as 0 or 1, choices
-/// as their place among `choices`.
+/// All parameters in their order of declaration: `{name, doc, kind, min, max, default, choices}`; truth values read as
+/// 0 or 1, choices as their place among `choices`.
 #[wasm_bindgen]
 pub fn parameters() -> Result<JsValue, JsValue> {
     let mut list = Vec::new();

@@ -1,4 +1,5 @@
-//! Keeps the words of a panic, so that JavaScript can say more than "unreachable executed", and shows them in the console.
+//! Keeps the words of a panic, so that JavaScript can say more than "unreachable executed", and shows them in the
+//! console.
 
 use std::sync::Mutex;
 

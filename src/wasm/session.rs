@@ -38,14 +38,16 @@ impl JsSession {
         self.0.push_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))
     }
 
-    /// The same in a clip that is taken window by window: a frame that begins a new shot is held back. Gives whether it was.
+    /// The same in a clip that is taken window by window: a frame that begins a new shot is held back. Gives whether it
+    /// was.
     #[wasm_bindgen(js_name = pushInShot)]
     pub fn push_in_shot(&mut self, rgba: &[u8], width: usize, height: usize) -> Result<bool, JsValue> {
         let frame = Frame::from_rgba(rgba, width, height);
         frame.and_then(|frame| self.0.push_in_shot(frame)).map_err(|e| convert::to_js_error(&e))
     }
 
-    /// Goes on to the next window, which begins with the last `overlap` frames of this one, or with the frame held back.
+    /// Goes on to the next window, which begins with the last `overlap` frames of this one, or with the frame held
+    /// back.
     pub fn advance(&mut self, overlap: usize) -> Result<(), JsValue> {
         self.0.advance(overlap).map_err(|e| convert::to_js_error(&e))
     }
@@ -86,8 +88,9 @@ impl JsSession {
         self.correct(&Correction::Split { label, at: at.then_some((t, x, y)) })
     }
 
-    /// All that these strokes touch is one thing, or, with `apart`, each stroke is a thing of its own. Stroke `k` is painted in frame `t[k]`
-    /// with a brush of radius `radius[k]`, through the points `offset[k]..offset[k + 1]`, each x and y in `points`.
+    /// All that these strokes touch is one thing, or, with `apart`, each stroke is a thing of its own. Stroke `k` is
+    /// painted in frame `t[k]` with a brush of radius `radius[k]`, through the points `offset[k]..offset[k + 1]`, each
+    /// x and y in `points`.
     pub fn strokes(
         &mut self,
         apart: bool,
@@ -116,8 +119,8 @@ impl JsSession {
         self.0.clear();
     }
 
-    /// `{numFrames, width, height, workingWidth, workingHeight, corrections, memoryBytes}`; sizes are 0 before the first frame. The memory is that of
-    /// the whole instance, which never shrinks.
+    /// `{numFrames, width, height, workingWidth, workingHeight, corrections, memoryBytes}`; sizes are 0 before the
+    /// first frame. The memory is that of the whole instance, which never shrinks.
     pub fn info(&self) -> JsValue {
         let (width, height) = self.0.input_size().unwrap_or_default();
         let (working_width, working_height) = self.0.working_size().unwrap_or_default();
@@ -185,8 +188,8 @@ impl JsSession {
         self.0.saliency_map(t).map(|map| convert::saliency_map(&map)).map_err(|e| convert::to_js_error(&e))
     }
 
-    /// `{count, ofPoint}`: the components of the foreground in each frame, and which of them each trajectory point is in, -1 for none;
-    /// `undefined` as `saliency`.
+    /// `{count, ofPoint}`: the components of the foreground in each frame, and which of them each trajectory point is
+    /// in, -1 for none; `undefined` as `saliency`.
     pub fn components(&self) -> JsValue {
         self.0.components().map_or(JsValue::UNDEFINED, convert::components)
     }
@@ -209,7 +212,8 @@ impl JsSession {
         })
     }
 
-    /// Neighbour pairs and the edges of each frame, `{i, j, d, frameOffset, frameEdges}`; `undefined` until there are any.
+    /// Neighbour pairs and the edges of each frame, `{i, j, d, frameOffset, frameEdges}`; `undefined` until there are
+    /// any.
     pub fn edges(&self) -> JsValue {
         self.0.discontinuities().map_or(JsValue::UNDEFINED, |e| {
             let near = &e.neighborhoods;

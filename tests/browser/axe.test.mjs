@@ -2,7 +2,17 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { accessibilityFaults, ended, inPhase, layerSwitches, plainFrame, pngFile, run, screenshot, useSite } from './support.mjs';
+import {
+  accessibilityFaults,
+  ended,
+  inPhase,
+  layerSwitches,
+  plainFrame,
+  pngFile,
+  run,
+  screenshot,
+  useSite,
+} from './support.mjs';
 
 const looks = {
   'in the light': { colorScheme: 'light' },
@@ -34,7 +44,12 @@ describe('an accessibility checker finds nothing', () => {
       await page.click('#export-open');
       await page.click('#recipe-box > summary');
       assert.deepEqual(await accessibilityFaults(page), [], 'export');
-      assert.equal(await page.evaluate(() => document.querySelector('#export').scrollWidth <= document.querySelector('#export').clientWidth), true);
+      assert.equal(
+        await page.evaluate(
+          () => document.querySelector('#export').scrollWidth <= document.querySelector('#export').clientWidth,
+        ),
+        true,
+      );
       await page.click('#export-close');
       await run(page, [pngFile('plain.png', plainFrame(60, 40))]);
       assert.deepEqual(await accessibilityFaults(page), [], 'still image');

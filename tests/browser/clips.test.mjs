@@ -4,7 +4,20 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
-import { ended, inPhase, layerNames, paintedShare, picture, run, screenshot, sharedClips, showOnly, text, useSample, useSite } from './support.mjs';
+import {
+  ended,
+  inPhase,
+  layerNames,
+  paintedShare,
+  picture,
+  run,
+  screenshot,
+  sharedClips,
+  showOnly,
+  text,
+  useSample,
+  useSite,
+} from './support.mjs';
 
 const CARS = join(sharedClips, 'dashcam-cars-38f.mp4');
 const LANE = join(sharedClips, 'dashcam-lane-221f.mp4');
@@ -17,7 +30,11 @@ describe('video files', () => {
     const { page, faults } = sample;
     const bytes = await page.evaluate(recordSample);
     const file = { name: 'recording.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes) };
-    assert.equal(await run(page, [file]), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
+    assert.equal(
+      await run(page, [file]),
+      'done',
+      await page.evaluate(() => document.querySelector('#error').innerText),
+    );
     assert.match(await text(page, '#subline'), /trajector.* of 384 × 216/);
     assert.deepEqual(faults, []);
   });
@@ -67,18 +84,29 @@ describe('video files', () => {
 describe('clips dropped on the page, whole', () => {
   const sample = useSample(useSite());
 
-  for (const [name, frames, windows] of [['dashcam-cars-38f', 38, 1], ['dashcam-lane-221f', 221, 6], ['static-camera-cars-377f', 377, 10]]) {
+  for (const [name, frames, windows] of [
+    ['dashcam-cars-38f', 38, 1],
+    ['dashcam-lane-221f', 221, 6],
+    ['static-camera-cars-377f', 377, 10],
+  ]) {
     const file = join(sharedClips, `${name}.mp4`);
     test(`${name}: all ${frames} frames`, { skip: without(file) }, async () => {
       const { page, faults } = sample;
-      const dropped = await page.evaluateHandle(transferOf, { name: `${name}.mp4`, base64: readFileSync(file, 'base64') });
-      for (const type of ['dragenter', 'dragover', 'drop']) await page.dispatchEvent('body', type, { dataTransfer: dropped });
+      const dropped = await page.evaluateHandle(transferOf, {
+        name: `${name}.mp4`,
+        base64: readFileSync(file, 'base64'),
+      });
+      for (const type of ['dragenter', 'dragover', 'drop'])
+        await page.dispatchEvent('body', type, { dataTransfer: dropped });
       await inPhase(page, 'setup');
       await page.selectOption('#take-side', '320');
       await page.click('#take-all');
       await page.click('#start');
       assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
-      assert.match(await text(page, '#subline'), new RegExp(`${frames} frames of 320 × \\d+${windows > 1 ? ` in ${windows} windows` : ''} ·`));
+      assert.match(
+        await text(page, '#subline'),
+        new RegExp(`${frames} frames of 320 × \\d+${windows > 1 ? ` in ${windows} windows` : ''} ·`),
+      );
       assert.match(await text(page, '#counter'), new RegExp(`/ ${frames}$`));
       await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), frames - 1);
       await screenshot(page, name);

@@ -13,16 +13,26 @@ describe('a result is corrected', () => {
   let before;
 
   /** All masks of the result on screen, as one text. */
-  const masks = () => page.evaluate(() => Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.app.points.mask(t)].join('')).join('|'));
-  const counts = () => page.evaluate((t) => {
-    const found = {};
-    for (const label of globalThis.tracecutDemo.app.points.mask(t)) found[label] = (found[label] ?? 0) + 1;
-    return found;
-  }, FRAME);
-  const status = () => page.waitForFunction(() => /^(Corrected|That is not)/.test(document.querySelector('#correct-status').textContent)).then(() => text(page, '#correct-status'));
+  const masks = () =>
+    page.evaluate(() =>
+      Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.app.points.mask(t)].join('')).join('|'),
+    );
+  const counts = () =>
+    page.evaluate((t) => {
+      const found = {};
+      for (const label of globalThis.tracecutDemo.app.points.mask(t)) found[label] = (found[label] ?? 0) + 1;
+      return found;
+    }, FRAME);
+  const status = () =>
+    page
+      .waitForFunction(() => /^(Corrected|That is not)/.test(document.querySelector('#correct-status').textContent))
+      .then(() => text(page, '#correct-status'));
 
   /** The picture gives way to what is above it; waits until it has. */
-  const settled = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 50)))));
+  const settled = () =>
+    page.evaluate(
+      () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 50)))),
+    );
   const unit = () => page.evaluate(() => globalThis.tracecutDemo.app.viewer.view.unit);
 
   /** Waits for what `act` sets off. */
@@ -33,16 +43,19 @@ describe('a result is corrected', () => {
   }
 
   /** Runs in the page: a place in the middle of an object, in CSS pixels of the canvas. */
-  const placeOf = (object) => page.evaluate((label) => {
-    const { points, viewer, timeline } = globalThis.tracecutDemo.app;
-    const { width, unit } = viewer.view;
-    const own = [];
-    points.mask(timeline.frame).forEach((found, p) => found === label && own.push([p % width, Math.floor(p / width)]));
-    const mean = [0, 1].map((axis) => own.reduce((sum, place) => sum + place[axis], 0) / own.length);
-    const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
-    const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
-    return { x: (x + 0.5) / unit, y: (y + 0.5) / unit };
-  }, object);
+  const placeOf = (object) =>
+    page.evaluate((label) => {
+      const { points, viewer, timeline } = globalThis.tracecutDemo.app;
+      const { width, unit } = viewer.view;
+      const own = [];
+      points
+        .mask(timeline.frame)
+        .forEach((found, p) => found === label && own.push([p % width, Math.floor(p / width)]));
+      const mean = [0, 1].map((axis) => own.reduce((sum, place) => sum + place[axis], 0) / own.length);
+      const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
+      const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
+      return { x: (x + 0.5) / unit, y: (y + 0.5) / unit };
+    }, object);
 
   beforeEach(async () => {
     if (page) return;
@@ -157,10 +170,13 @@ describe('a result is corrected', () => {
     assert.equal(await page.locator('#strokes-apply').isDisabled(), true, 'one stroke parts nothing');
     await paint(second, { x: second.x + 3, y: second.y });
     assert.match(await corrected(() => page.click('#strokes-apply')), /^Corrected in .* 3 moving objects/);
-    const labels = await page.evaluate((places) => {
-      const { points, viewer, timeline } = globalThis.tracecutDemo.app;
-      return places.map(({ x, y }) => points.mask(timeline.frame)[Math.floor(y) * viewer.view.width + Math.floor(x)]);
-    }, [first, second].map(({ x, y }) => ({ x: x * (then / zoom), y: y * (then / zoom) })));
+    const labels = await page.evaluate(
+      (places) => {
+        const { points, viewer, timeline } = globalThis.tracecutDemo.app;
+        return places.map(({ x, y }) => points.mask(timeline.frame)[Math.floor(y) * viewer.view.width + Math.floor(x)]);
+      },
+      [first, second].map(({ x, y }) => ({ x: x * (then / zoom), y: y * (then / zoom) })),
+    );
     assert.ok(labels[0] > 0 && labels[1] > 0 && labels[0] !== labels[1], `labels ${labels} under the strokes`);
     await page.check('#correct-tools [value="pick"]', { force: true });
     await corrected(() => page.click('#correct-undo'));

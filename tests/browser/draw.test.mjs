@@ -26,31 +26,55 @@ async function prepare() {
   const labels = () => Uint8Array.from({ length: width * height }, (_, p) => label(p % width, Math.floor(p / width)));
   /** Four trajectories of three frames: two of object 1 (one ends early), one of the background, one of object 2. */
   const result = {
-    width, height, numFrames: 3, labels,
+    width,
+    height,
+    numFrames: 3,
+    labels,
     trajectories: {
-      count: 4, startFrame: Uint32Array.of(0, 0, 0, 1), offset: Uint32Array.of(0, 3, 5, 8, 10),
-      x: Float32Array.of(5, 10, 15, 12, 12, 30, 30, 30, 38, 38), y: Float32Array.of(12, 12, 12, 18, 18, 4, 4, 4, 20, 25),
+      count: 4,
+      startFrame: Uint32Array.of(0, 0, 0, 1),
+      offset: Uint32Array.of(0, 3, 5, 8, 10),
+      x: Float32Array.of(5, 10, 15, 12, 12, 30, 30, 30, 38, 38),
+      y: Float32Array.of(12, 12, 12, 18, 18, 4, 4, 4, 20, 25),
     },
     clusters: { count: 4, label: Uint32Array.of(1, 1, 0, 3) },
     objects: { count: 2, ofCluster: Uint8Array.of(0, 1, 1, 2) },
     edges: () => ({ i: Uint32Array.of(0, 0, 2), j: Uint32Array.of(2, 3, 3), d: Float32Array.of(0.95, 0.2, 0.7) }),
   };
-  const canvas = (kind, w, h) => (kind === 'OffscreenCanvas' ? new OffscreenCanvas(w, h) : Object.assign(document.createElement('canvas'), { width: w, height: h }));
+  const canvas = (kind, w, h) =>
+    kind === 'OffscreenCanvas'
+      ? new OffscreenCanvas(w, h)
+      : Object.assign(document.createElement('canvas'), { width: w, height: h });
   /** Draws on a canvas of `zoom` times the frame's size, and reads colours at places of the frame (pixel centres). */
   const drawn = (kind, zoom, draw, places) => {
     const context = canvas(kind, zoom * width, zoom * height).getContext('2d', { willReadFrequently: true });
     tracecut.fitFrame(context, result);
-    const before = [context.globalAlpha, context.lineWidth, context.fillStyle, JSON.stringify(context.getTransform())].join();
+    const before = [
+      context.globalAlpha,
+      context.lineWidth,
+      context.fillStyle,
+      JSON.stringify(context.getTransform()),
+    ].join();
     draw(context, tracecut);
-    const after = [context.globalAlpha, context.lineWidth, context.fillStyle, JSON.stringify(context.getTransform())].join();
+    const after = [
+      context.globalAlpha,
+      context.lineWidth,
+      context.fillStyle,
+      JSON.stringify(context.getTransform()),
+    ].join();
     if (before !== after) throw new Error(`settings were ${before} and are ${after}`);
-    return places.map(([x, y]) => [...context.getImageData(Math.floor(zoom * (x + 0.5)), Math.floor(zoom * (y + 0.5)), 1, 1).data]);
+    return places.map(([x, y]) => [
+      ...context.getImageData(Math.floor(zoom * (x + 0.5)), Math.floor(zoom * (y + 0.5)), 1, 1).data,
+    ]);
   };
   globalThis.kit = { tracecut, result, canvas, drawn };
 }
 
 function near(color, wanted, what, slack = 3) {
-  assert.ok(wanted.every((value, k) => Math.abs(value - color[k]) <= slack), `${what}: ${color} (expected about ${wanted})`);
+  assert.ok(
+    wanted.every((value, k) => Math.abs(value - color[k]) <= slack),
+    `${what}: ${color} (expected about ${wanted})`,
+  );
 }
 
 const CLEAR = [0, 0, 0, 0];
@@ -59,11 +83,21 @@ for (const kind of KINDS) {
   describe(`on a canvas of kind ${kind}`, () => {
     test('masks are filled and outlined, and nothing else is touched', async (t) => {
       const page = await open(t);
-      const look = (options, zoom = 1) => page.evaluate(([k, chosen, z]) => {
-        const { drawn, result } = globalThis.kit;
-        const places = [[14, 14], [9.5, 14], [25, 5], [38, 14], [12, 9.5]];
-        return drawn(k, z, (context, { drawLabels }) => drawLabels(context, result, 1, chosen), places);
-      }, [kind, options, zoom]);
+      const look = (options, zoom = 1) =>
+        page.evaluate(
+          ([k, chosen, z]) => {
+            const { drawn, result } = globalThis.kit;
+            const places = [
+              [14, 14],
+              [9.5, 14],
+              [25, 5],
+              [38, 14],
+              [12, 9.5],
+            ];
+            return drawn(k, z, (context, { drawLabels }) => drawLabels(context, result, 1, chosen), places);
+          },
+          [kind, options, zoom],
+        );
       const [inside, edge, outside, other] = await look({}, 8);
       near(inside, [...OBJECT_1, 128], 'half filled');
       near(edge, OBJECT_1, 'outline');
@@ -79,45 +113,96 @@ for (const kind of KINDS) {
 
     test('outlines lie between pixels, as wide as asked at every zoom', async (t) => {
       const page = await open(t);
-      const widths = await page.evaluate((k) => [1, 2].map((width) => [4, 16].map((zoom) => {
-        const { canvas, result, tracecut } = globalThis.kit;
-        const context = canvas(k, zoom * result.width, zoom * result.height).getContext('2d', { willReadFrequently: true });
-        const unit = tracecut.fitFrame(context, result);
-        tracecut.drawLabels(context, result, 0, { opacity: 0, objects: [1], outlineWidth: 4 * width * unit });
-        const row = context.getImageData(0, zoom * 15, zoom * 15, 1).data;
-        const painted = Array.from({ length: row.length / 4 }, (_, x) => row[4 * x] > 150 && row[4 * x + 3] > 150);
-        return [painted.indexOf(true) - 10 * zoom, painted.lastIndexOf(true) + 1 - 10 * zoom];
-      })), kind);
-      assert.deepEqual(widths, [[[-2, 2], [-2, 2]], [[-4, 4], [-4, 4]]]);
+      const widths = await page.evaluate(
+        (k) =>
+          [1, 2].map((width) =>
+            [4, 16].map((zoom) => {
+              const { canvas, result, tracecut } = globalThis.kit;
+              const context = canvas(k, zoom * result.width, zoom * result.height).getContext('2d', {
+                willReadFrequently: true,
+              });
+              const unit = tracecut.fitFrame(context, result);
+              tracecut.drawLabels(context, result, 0, { opacity: 0, objects: [1], outlineWidth: 4 * width * unit });
+              const row = context.getImageData(0, zoom * 15, zoom * 15, 1).data;
+              const painted = Array.from(
+                { length: row.length / 4 },
+                (_, x) => row[4 * x] > 150 && row[4 * x + 3] > 150,
+              );
+              return [painted.indexOf(true) - 10 * zoom, painted.lastIndexOf(true) + 1 - 10 * zoom];
+            }),
+          ),
+        kind,
+      );
+      assert.deepEqual(widths, [
+        [
+          [-2, 2],
+          [-2, 2],
+        ],
+        [
+          [-4, 4],
+          [-4, 4],
+        ],
+      ]);
     });
 
     test('points lie where their trajectories are, with their tails behind them', async (t) => {
       const page = await open(t);
-      const look = (frame, options, places) => page.evaluate(([k, f, chosen, spots]) => {
-        const { drawn, result } = globalThis.kit;
-        return drawn(k, 8, (context, { drawTrajectories }) => drawTrajectories(context, result, f, { radius: 1, ...chosen }), spots);
-      }, [kind, frame, options, places]);
-      const [now, tail, gone, background, far] = await look(2, {}, [[15, 12], [12.5, 12], [12, 18], [30, 4], [20, 25]]);
+      const look = (frame, options, places) =>
+        page.evaluate(
+          ([k, f, chosen, spots]) => {
+            const { drawn, result } = globalThis.kit;
+            return drawn(
+              k,
+              8,
+              (context, { drawTrajectories }) => drawTrajectories(context, result, f, { radius: 1, ...chosen }),
+              spots,
+            );
+          },
+          [kind, frame, options, places],
+        );
+      const [now, tail, gone, background, far] = await look(2, {}, [
+        [15, 12],
+        [12.5, 12],
+        [12, 18],
+        [30, 4],
+        [20, 25],
+      ]);
       near(now, [...OBJECT_1, 255], 'the point');
       near(tail, OBJECT_1, 'the tail', 4);
       assert.ok(tail[3] > 100 && tail[3] < 255, `the tail's opacity is ${tail[3]}`);
       assert.deepEqual([gone, far], [CLEAR, CLEAR]);
       near(background, [0xa3, 0xa7, 0xad, 255], 'the background');
-      const [alone, untold, second] = await look(1, { tail: 0, objects: [1] }, [[10, 12], [7.5, 12], [38, 20]]);
+      const [alone, untold, second] = await look(1, { tail: 0, objects: [1] }, [
+        [10, 12],
+        [7.5, 12],
+        [38, 20],
+      ]);
       near(alone, [...OBJECT_1, 255], 'an object alone');
       assert.deepEqual([untold, second], [CLEAR, CLEAR], 'no tail, no other object');
-      const [plain, cluster] = [await look(1, { color: 'rgb(10 20 30)' }, [[10, 12]]), await look(1, { color: 'cluster' }, [[38, 20]])];
+      const [plain, cluster] = [
+        await look(1, { color: 'rgb(10 20 30)' }, [[10, 12]]),
+        await look(1, { color: 'cluster' }, [[38, 20]]),
+      ];
       near(plain[0], [10, 20, 30, 255], 'a colour for all');
       near(cluster[0], [0xcc, 0x79, 0xa7, 255], 'the colour of cluster 3');
     });
 
     test('discontinuities are red above the threshold', async (t) => {
       const page = await open(t);
-      const look = (options) => page.evaluate(([k, chosen]) => {
-        const { drawn, result } = globalThis.kit;
-        // Between the points at (10, 12), (30, 4) and (38, 20).
-        return drawn(k, 8, (context, { drawDiscontinuities }) => drawDiscontinuities(context, result, 1, chosen), [[20, 8], [24, 16], [34, 12], [5, 5]]);
-      }, [kind, options]);
+      const look = (options) =>
+        page.evaluate(
+          ([k, chosen]) => {
+            const { drawn, result } = globalThis.kit;
+            // Between the points at (10, 12), (30, 4) and (38, 20).
+            return drawn(k, 8, (context, { drawDiscontinuities }) => drawDiscontinuities(context, result, 1, chosen), [
+              [20, 8],
+              [24, 16],
+              [34, 12],
+              [5, 5],
+            ]);
+          },
+          [kind, options],
+        );
       const [strong, calm, weak, none] = await look({});
       for (const color of [strong, weak]) near(color, RED, 'a cut', 4);
       assert.ok(strong[3] > weak[3], `${strong[3]} of ${weak[3]}`);
@@ -132,17 +217,42 @@ for (const kind of KINDS) {
       const page = await open(t);
       const colors = await page.evaluate((k) => {
         const { drawn, tracecut } = globalThis.kit;
-        // Two halves at half the frame's size, parted by a contour, with one edge that bridges a gap and one that parts nothing.
+        // Two halves at half the frame's size, parted by a contour, with one edge that bridges a gap and one that parts
+        // nothing.
         const superpixels = {
-          width: 20, height: 15, scaleX: 2, scaleY: 2, count: 2, label: Uint32Array.from({ length: 300 }, (_, p) => Number(p % 20 >= 10)),
-          edges: { x0: [9.5, 0, 0], y0: [0, 3, 11], x1: [9.5, 19, 19], y1: [14, 3, 11], kind: [tracecut.EdgeKind.Constraint, tracecut.EdgeKind.Gabriel, tracecut.EdgeKind.Deleted] },
+          width: 20,
+          height: 15,
+          scaleX: 2,
+          scaleY: 2,
+          count: 2,
+          label: Uint32Array.from({ length: 300 }, (_, p) => Number(p % 20 >= 10)),
+          edges: {
+            x0: [9.5, 0, 0],
+            y0: [0, 3, 11],
+            x1: [9.5, 19, 19],
+            y1: [14, 3, 11],
+            kind: [tracecut.EdgeKind.Constraint, tracecut.EdgeKind.Gabriel, tracecut.EdgeKind.Deleted],
+          },
         };
         const image = new OffscreenCanvas(40, 30);
         const own = image.getContext('2d');
         own.fillStyle = 'rgb(200 100 50)';
         own.fillRect(0, 0, 20, 30);
-        const look = (options) => drawn(k, 8, (context) => tracecut.drawSuperpixels(context, superpixels, options), [[5, 12], [30, 12], [19.4, 12], [19.5, 20], [10, 6.5], [10, 22.5]]);
-        return [look({ image }), look({}), look({ fill: 'none', borders: false, edges: true }), look({ fill: 'none', borders: false, deleted: true })];
+        const look = (options) =>
+          drawn(k, 8, (context) => tracecut.drawSuperpixels(context, superpixels, options), [
+            [5, 12],
+            [30, 12],
+            [19.4, 12],
+            [19.5, 20],
+            [10, 6.5],
+            [10, 22.5],
+          ]);
+        return [
+          look({ image }),
+          look({}),
+          look({ fill: 'none', borders: false, edges: true }),
+          look({ fill: 'none', borders: false, deleted: true }),
+        ];
       }, kind);
       const [mean, random, edges, deleted] = colors;
       near(mean[0], [200, 100, 50, 255], 'the mean on the left');
@@ -161,18 +271,40 @@ for (const kind of KINDS) {
         const { drawn, result, tracecut } = globalThis.kit;
         const grid = { width: 20, height: 15, scaleX: 2, scaleY: 2 };
         const half = (left, right) => Float32Array.from({ length: 300 }, (_, p) => (p % 20 < 10 ? left : right));
-        const places = [[5, 15], [35, 15]];
+        const places = [
+          [5, 15],
+          [35, 15],
+        ];
         const look = (draw) => drawn(k, 1, draw, places);
         return {
           boundary: look((context) => tracecut.drawBoundaries(context, { ...grid, pb: half(0, 0.6) })),
-          thin: look((context) => tracecut.drawBoundaries(context, { ...grid, thin: half(1, 0.2) }, { of: 'thin', white: 0.2, black: 1 })),
+          thin: look((context) =>
+            tracecut.drawBoundaries(context, { ...grid, thin: half(1, 0.2) }, { of: 'thin', white: 0.2, black: 1 }),
+          ),
           heat: look((context) => tracecut.drawSaliency(context, { ...grid, saliency: half(0, 1) })),
           flow: look((context) => tracecut.drawFlow(context, { ...grid, u: half(0, 3), v: half(0, 0) }, { scale: 3 })),
-          cells: drawn(k, 1, (context) => tracecut.drawCells(context, result, 1, { color: (i) => (i === 2 ? null : '#102030'), reach: 3 }), [[10, 13], [12, 17], [30, 4], [25, 25]]),
+          cells: drawn(
+            k,
+            1,
+            (context) =>
+              tracecut.drawCells(context, result, 1, { color: (i) => (i === 2 ? null : '#102030'), reach: 3 }),
+            [
+              [10, 13],
+              [12, 17],
+              [30, 4],
+              [25, 25],
+            ],
+          ),
         };
       }, kind);
-      assert.deepEqual(boundary, [[255, 255, 255, 255], [0, 0, 0, 255]]);
-      assert.deepEqual(thin, [[0, 0, 0, 255], [255, 255, 255, 255]]);
+      assert.deepEqual(boundary, [
+        [255, 255, 255, 255],
+        [0, 0, 0, 255],
+      ]);
+      assert.deepEqual(thin, [
+        [0, 0, 0, 255],
+        [255, 255, 255, 255],
+      ]);
       near(heat[0], [0x0b, 0x0b, 0x24, 255], 'no saliency');
       near(heat[1], [0xfd, 0xf3, 0xa0, 255], 'all saliency');
       near(flow[0], [255, 255, 255, 255], 'no motion');
@@ -201,7 +333,8 @@ test('a real run is drawn in the colours of its labels, in the page and by file 
     result.labels(4).forEach((label, p) => {
       const color = `#${[...data.subarray(4 * p, 4 * p + 3)].map((v) => v.toString(16).padStart(2, '0')).join('')}`;
       if (label > 0) count += 1;
-      if (label > 0 ? color !== tracecut.objectColor(label) || data[4 * p + 3] !== 255 : data[4 * p + 3] !== 0) bad += 1;
+      if (label > 0 ? color !== tracecut.objectColor(label) || data[4 * p + 3] !== 255 : data[4 * p + 3] !== 0)
+        bad += 1;
     });
     for (const draw of ['drawTrajectories', 'drawDiscontinuities']) tracecut[draw](context, result, 4);
     tracecut.drawSuperpixels(context, await result.superpixels(4), { image: bitmap, edges: true });
@@ -244,13 +377,27 @@ test('what cannot be drawn is refused in words, and the canvas left as it was', 
       () => tracecut.drawBoundaries(context, { width: 1, height: 1, pb: new Float32Array(2) }),
       () => tracecut.drawCells(context, result, 0, {}),
       () => tracecut.fitFrame(context, { width: 0, height: 1 }),
-    ].map(failure).concat(String(context.getTransform().isIdentity), String(context.globalAlpha));
+    ]
+      .map(failure)
+      .concat(String(context.getTransform().isIdentity), String(context.globalAlpha));
   });
   const expected = [
-    /^param: t = 3 \(expected a whole number, 0\.\.=2\)/, /^param: opacity = 2 \(expected a number, 0\.\.=1\)/, /^param: colour = "orange" \(expected #rrggbb\)/,
-    /^param: fill = 1 \(expected no such option; there are opacity/, /^param: context = null/, /^data: result = an Object/, /^param: tail = -1/,
-    /^param: color = 3/, /^param: threshold = "high"/, /^data: superpixels = an Object/, /^param: image = undefined/, /^data: map = an Object/,
-    /^param: color = undefined/, /^param: frame = an Object/, /^true$/, /^1$/,
+    /^param: t = 3 \(expected a whole number, 0\.\.=2\)/,
+    /^param: opacity = 2 \(expected a number, 0\.\.=1\)/,
+    /^param: colour = "orange" \(expected #rrggbb\)/,
+    /^param: fill = 1 \(expected no such option; there are opacity/,
+    /^param: context = null/,
+    /^data: result = an Object/,
+    /^param: tail = -1/,
+    /^param: color = 3/,
+    /^param: threshold = "high"/,
+    /^data: superpixels = an Object/,
+    /^param: image = undefined/,
+    /^data: map = an Object/,
+    /^param: color = undefined/,
+    /^param: frame = an Object/,
+    /^true$/,
+    /^1$/,
   ];
   assert.equal(messages.length, expected.length);
   expected.forEach((pattern, k) => assert.match(messages[k], pattern));

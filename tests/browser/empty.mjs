@@ -10,7 +10,9 @@ export async function emptyPage(t, site, policy = "script-src 'self' 'wasm-unsaf
   t.after(() => context.close());
   const page = await context.newPage();
   const body = '<!doctype html><title>empty</title>';
-  await page.route(`${site.url}empty`, (route) => route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }));
+  await page.route(`${site.url}empty`, (route) =>
+    route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
+  );
   await page.goto(`${site.url}empty`);
   return page;
 }

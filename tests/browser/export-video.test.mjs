@@ -1,4 +1,5 @@
-// Videos that the browser encodes, opened again by the browser: under a strict content security policy, as a page may have it.
+// Videos that the browser encodes, opened again by the browser: under a strict content security policy, as a page may
+// have it.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -39,13 +40,15 @@ async function prepare([width, height, times]) {
     const input = new media.Input({ formats: media.ALL_FORMATS, source: new media.BlobSource(blob) });
     const track = await input.getPrimaryVideoTrack();
     const starts = [];
-    for await (const { timestamp, sideData } of new media.EncodedPacketSink(track).packets()) starts.push([Math.round(1000 * timestamp), Boolean(sideData.alpha)]);
+    for await (const { timestamp, sideData } of new media.EncodedPacketSink(track).packets())
+      starts.push([Math.round(1000 * timestamp), Boolean(sideData.alpha)]);
     return { codec: track.codec, starts };
   };
   /** What a player shows at a time: colours and opacity of places. */
   const shown = async (blob, time, ...places) => {
     const video = Object.assign(document.createElement('video'), { muted: true, src: URL.createObjectURL(blob) });
-    const event = (name) => new Promise((done, failed) => Object.assign(video, { [`on${name}`]: done, onerror: () => failed(video.error) }));
+    const event = (name) =>
+      new Promise((done, failed) => Object.assign(video, { [`on${name}`]: done, onerror: () => failed(video.error) }));
     await event('loadeddata');
     const { videoWidth, videoHeight, duration } = video;
     const sought = event('seeked');
@@ -66,12 +69,18 @@ async function prepare([width, height, times]) {
 
 /** Encodes in the page and reads again what is at 0.12 s, in the third frame. */
 function encoded(page, options, places = [INSIDE, OUTSIDE]) {
-  return page.evaluate(async ([chosen, spots]) => {
-    const { encodeVideo: encode, masks, frames, packets, shown } = globalThis.kit;
-    const progress = [];
-    const blob = await encode(masks, chosen.style === 'masks' ? null : frames, { ...chosen, onProgress: ({ done, total }) => progress.push(`${done}/${total}`) });
-    return { type: blob.type, progress, ...(await packets(blob)), ...(await shown(blob, 0.12, ...spots)) };
-  }, [options, places]);
+  return page.evaluate(
+    async ([chosen, spots]) => {
+      const { encodeVideo: encode, masks, frames, packets, shown } = globalThis.kit;
+      const progress = [];
+      const blob = await encode(masks, chosen.style === 'masks' ? null : frames, {
+        ...chosen,
+        onProgress: ({ done, total }) => progress.push(`${done}/${total}`),
+      });
+      return { type: blob.type, progress, ...(await packets(blob)), ...(await shown(blob, 0.12, ...spots)) };
+    },
+    [options, places],
+  );
 }
 
 function near(color, wanted, what) {
@@ -87,7 +96,10 @@ test('an overlay has every frame at its own time, and the masks over it', async 
   const { type, codec, starts, size, duration, colors, progress } = await encoded(page, {});
   assert.equal(type, 'video/webm');
   assert.equal(codec, 'vp9');
-  assert.deepEqual(starts.map(([time]) => time), [0, 40, 100, 140, 200, 500]);
+  assert.deepEqual(
+    starts.map(([time]) => time),
+    [0, 40, 100, 140, 200, 500],
+  );
   assert.deepEqual(size, [WIDTH, HEIGHT]);
   assert.ok(Math.abs(duration - 0.8) < 0.01, `${duration}`);
   near(colors[0], mix(frameColor(INSIDE), OBJECT_1), 'inside');
@@ -97,10 +109,18 @@ test('an overlay has every frame at its own time, and the masks over it', async 
 
 test('cut-out objects are transparent around, with clean edges', async (t) => {
   const page = await open(t);
-  const edge = [[21, 20], [17, 20], [43, 33], [46, 36]];
+  const edge = [
+    [21, 20],
+    [17, 20],
+    [43, 33],
+    [46, 36],
+  ];
   const { codec, starts, size, colors } = await encoded(page, { style: 'cutout' }, [INSIDE, OUTSIDE, ...edge]);
   assert.equal(codec, 'vp9');
-  assert.deepEqual(starts, [0, 40, 100, 140, 200, 500].map((time) => [time, true]));
+  assert.deepEqual(
+    starts,
+    [0, 40, 100, 140, 200, 500].map((time) => [time, true]),
+  );
   assert.deepEqual(size, [WIDTH, HEIGHT]);
   near(colors[0], [...frameColor(INSIDE), 255], 'inside');
   near(colors[2], [...frameColor(edge[0]), 255], 'within the edge');
@@ -123,10 +143,17 @@ test('cut-out objects lie on any colour, in MP4 on green', async (t) => {
 
 test('MP4 has even sides, one more where they are odd, and the same times', async (t) => {
   const page = await open(t);
-  const { codec, starts, size, duration, colors } = await encoded(page, { format: 'mp4' }, [INSIDE, [WIDTH, 40], [6, HEIGHT]]);
+  const { codec, starts, size, duration, colors } = await encoded(page, { format: 'mp4' }, [
+    INSIDE,
+    [WIDTH, 40],
+    [6, HEIGHT],
+  ]);
   assert.equal(codec, 'avc');
   assert.deepEqual(size, [WIDTH + 1, HEIGHT + 1]);
-  assert.deepEqual(starts.map(([time]) => time), [0, 40, 100, 140, 200, 500]);
+  assert.deepEqual(
+    starts.map(([time]) => time),
+    [0, 40, 100, 140, 200, 500],
+  );
   assert.ok(Math.abs(duration - 0.8) < 0.01, `${duration}`);
   near(colors[1], frameColor([WIDTH - 1, 40]), 'the column added');
   near(colors[2], frameColor([6, HEIGHT - 1]), 'the row added');
@@ -140,51 +167,77 @@ test('masks alone need no frames, and a rate where there are no times', async (t
   const times = await page.evaluate(async () => {
     const { encodeVideo: encode, masks, packets } = globalThis.kit;
     const bare = { ...masks, times: undefined };
-    const starts = async (options) => (await packets(await encode(bare, null, { style: 'masks', ...options }))).starts.map(([time]) => time);
+    const starts = async (options) =>
+      (await packets(await encode(bare, null, { style: 'masks', ...options }))).starts.map(([time]) => time);
     return [await starts({}), await starts({ frameRate: 10 })];
   });
-  assert.deepEqual(times, [[0, 40, 80, 120, 160, 200], [0, 100, 200, 300, 400, 500]]);
+  assert.deepEqual(times, [
+    [0, 40, 80, 120, 160, 200],
+    [0, 100, 200, 300, 400, 500],
+  ]);
 });
 
 test('frames may be larger than their masks, of any kind, and come one by one', async (t) => {
   const page = await open(t);
-  const results = await page.evaluate(async ([inside, outside]) => {
-    const { encodeVideo: encode, masks, frames, shown } = globalThis.kit;
-    const large = await Promise.all(frames.map((frame) => createImageBitmap(frame, { resizeWidth: 2 * frame.width, resizeHeight: 2 * frame.height, resizeQuality: 'pixelated' })));
-    const canvas = (bitmap) => {
-      const own = new OffscreenCanvas(bitmap.width, bitmap.height);
-      own.getContext('2d').drawImage(bitmap, 0, 0);
-      return own;
-    };
-    const kinds = {
-      bitmap: (bitmap) => bitmap,
-      frame: (bitmap, k) => ({ frame: new VideoFrame(bitmap, { timestamp: k }), index: k }),
-      blob: (bitmap) => canvas(bitmap).convertToBlob(),
-      pixels: (bitmap) => {
-        const { data, width, height } = canvas(bitmap).getContext('2d').getImageData(0, 0, bitmap.width, bitmap.height);
-        return { data, width, height };
-      },
-    };
-    const found = [];
-    for (const [name, make] of Object.entries(kinds)) {
-      let open = 0;
-      const source = async function* () {
-        open += 1;
-        try {
-          for (const [k, bitmap] of [...large, ...large].entries()) {
-            const item = await make(bitmap, k);
-            yield item;
-            item.frame?.close();
-          }
-        } finally {
-          open -= 1;
-        }
+  const results = await page.evaluate(
+    async ([inside, outside]) => {
+      const { encodeVideo: encode, masks, frames, shown } = globalThis.kit;
+      const large = await Promise.all(
+        frames.map((frame) =>
+          createImageBitmap(frame, {
+            resizeWidth: 2 * frame.width,
+            resizeHeight: 2 * frame.height,
+            resizeQuality: 'pixelated',
+          }),
+        ),
+      );
+      const canvas = (bitmap) => {
+        const own = new OffscreenCanvas(bitmap.width, bitmap.height);
+        own.getContext('2d').drawImage(bitmap, 0, 0);
+        return own;
       };
-      const blob = await encode(masks, source(), { style: 'cutout', background: 'black' });
-      found.push([name, open, await shown(blob, 0.12, inside.map((v) => 2 * v), outside.map((v) => 2 * v))]);
-    }
-    return found;
-  }, [INSIDE, OUTSIDE]);
+      const kinds = {
+        bitmap: (bitmap) => bitmap,
+        frame: (bitmap, k) => ({ frame: new VideoFrame(bitmap, { timestamp: k }), index: k }),
+        blob: (bitmap) => canvas(bitmap).convertToBlob(),
+        pixels: (bitmap) => {
+          const { data, width, height } = canvas(bitmap)
+            .getContext('2d')
+            .getImageData(0, 0, bitmap.width, bitmap.height);
+          return { data, width, height };
+        },
+      };
+      const found = [];
+      for (const [name, make] of Object.entries(kinds)) {
+        let open = 0;
+        const source = async function* () {
+          open += 1;
+          try {
+            for (const [k, bitmap] of [...large, ...large].entries()) {
+              const item = await make(bitmap, k);
+              yield item;
+              item.frame?.close();
+            }
+          } finally {
+            open -= 1;
+          }
+        };
+        const blob = await encode(masks, source(), { style: 'cutout', background: 'black' });
+        found.push([
+          name,
+          open,
+          await shown(
+            blob,
+            0.12,
+            inside.map((v) => 2 * v),
+            outside.map((v) => 2 * v),
+          ),
+        ]);
+      }
+      return found;
+    },
+    [INSIDE, OUTSIDE],
+  );
   assert.equal(results.length, 4);
   for (const [name, still, { size, colors }] of results) {
     assert.deepEqual([still, size], [0, [2 * WIDTH, 2 * HEIGHT]], name);
@@ -209,8 +262,15 @@ test('an abort ends it, and the source of the frames is told', async (t) => {
         ended = true;
       }
     };
-    const options = { style: 'cutout', signal: controller.signal, onProgress: ({ done }) => done === 2 && controller.abort() };
-    const name = await encode(masks, source(), options).then(() => 'done', (error) => error.name);
+    const options = {
+      style: 'cutout',
+      signal: controller.signal,
+      onProgress: ({ done }) => done === 2 && controller.abort(),
+    };
+    const name = await encode(masks, source(), options).then(
+      () => 'done',
+      (error) => error.name,
+    );
     return { name, given, ended };
   });
   assert.deepEqual(outcome, { name: 'AbortError', given: 3, ended: true });
@@ -220,7 +280,11 @@ test('what cannot be encoded is refused in words', async (t) => {
   const page = await open(t);
   const messages = await page.evaluate(async () => {
     const { encodeVideo: encode, masks, frames } = globalThis.kit;
-    const failure = (...given) => encode(...given).then(() => 'no error', (error) => `${error.code}: ${error.message}`);
+    const failure = (...given) =>
+      encode(...given).then(
+        () => 'no error',
+        (error) => `${error.code}: ${error.message}`,
+      );
     const list = [
       await failure(masks, frames.slice(0, 4)),
       await failure(masks, [frames[0], new ImageData(3, 3)]),
@@ -253,9 +317,13 @@ test('takes the next codec where the browser lacks one, and says so where it lac
     const page = await open(t);
     await page.evaluate((names) => {
       const asked = VideoEncoder.isConfigSupported.bind(VideoEncoder);
-      VideoEncoder.isConfigSupported = (config) => (new RegExp(names).test(config.codec) ? Promise.resolve({ supported: false, config }) : asked(config));
+      VideoEncoder.isConfigSupported = (config) =>
+        new RegExp(names).test(config.codec) ? Promise.resolve({ supported: false, config }) : asked(config);
     }, pattern);
-    return encoded(page, options).then(({ codec, colors }) => ({ codec, colors }), (error) => ({ words: error.message }));
+    return encoded(page, options).then(
+      ({ codec, colors }) => ({ codec, colors }),
+      (error) => ({ words: error.message }),
+    );
   };
   const clear = await lacking('^vp09', { style: 'cutout' });
   assert.equal(clear.codec, 'vp8');
@@ -263,8 +331,14 @@ test('takes the next codec where the browser lacks one, and says so where it lac
   assert.ok(clear.colors[1][3] <= 8, `${clear.colors[1]} is not transparent`);
   assert.equal((await lacking('^(vp09|vp8)', {})).codec, 'av1');
   assert.equal((await lacking('^avc', { format: 'mp4' })).codec, 'vp9');
-  assert.match((await lacking('^vp', { style: 'cutout' })).words, /encodes none of vp9, vp8 for WebM files of 61 × 47 pixels; try a background colour and format: 'mp4', or take PNG files from masksZip/);
-  assert.match((await lacking('.', { format: 'mp4' })).words, /encodes none of avc, vp9, av1 for MP4 files of 62 × 48 pixels; try format: 'webm'/);
+  assert.match(
+    (await lacking('^vp', { style: 'cutout' })).words,
+    /encodes none of vp9, vp8 for WebM files of 61 × 47 pixels; try a background colour and format: 'mp4', or take PNG files from masksZip/,
+  );
+  assert.match(
+    (await lacking('.', { format: 'mp4' })).words,
+    /encodes none of avc, vp9, av1 for MP4 files of 62 × 48 pixels; try format: 'webm'/,
+  );
 });
 
 test('a video that was segmented is cut out, frame for frame', async (t) => {
@@ -273,25 +347,41 @@ test('a video that was segmented is cut out, frame for frame', async (t) => {
     const { encodeVideo: encode, packets, segmentVideo, shown, synthClip: synth, videoFrames } = globalThis.kit;
     const clip = await synth({ width: 128, height: 72, frames: 8, seed: 3 });
     const frames = Array.from({ length: 8 }, (_, k) => clip.frame(k));
-    const none = { width: 128, height: 72, numFrames: 8, labels: () => new Uint8Array(128 * 72), times: [0, 0.04, 0.1, 0.14, 0.2, 0.24, 0.3, 0.34] };
+    const none = {
+      width: 128,
+      height: 72,
+      numFrames: 8,
+      labels: () => new Uint8Array(128 * 72),
+      times: [0, 0.04, 0.1, 0.14, 0.2, 0.24, 0.3, 0.34],
+    };
     const video = await encode(none, frames, { quality: 'very-high' });
     const result = await segmentVideo(video).collect();
     const cutout = await encode(result, videoFrames(video), { style: 'cutout' });
     const mask = result.labels(2);
     const spots = Array.from({ length: 18 * 32 }, (_, k) => [4 * (k % 32) + 2, 4 * Math.floor(k / 32) + 2]);
     return {
-      shots: result.shots, starts: (await packets(cutout)).starts, colors: (await shown(cutout, 0.12, ...spots)).colors,
-      wanted: spots.map(([x, y]) => [...frames[2].data.subarray(4 * (128 * y + x), 4 * (128 * y + x) + 3)]), labels: spots.map(([x, y]) => mask[128 * y + x]),
+      shots: result.shots,
+      starts: (await packets(cutout)).starts,
+      colors: (await shown(cutout, 0.12, ...spots)).colors,
+      wanted: spots.map(([x, y]) => [...frames[2].data.subarray(4 * (128 * y + x), 4 * (128 * y + x) + 3)]),
+      labels: spots.map(([x, y]) => mask[128 * y + x]),
     };
   });
   assert.deepEqual(shots, [{ first: 0, last: 7 }]);
-  assert.deepEqual(starts, [0, 40, 100, 140, 200, 240, 300, 340].map((time) => [time, true]));
-  const inside = labels.map((label, k) => ({ label, color: colors[k], wanted: wanted[k] })).filter(({ label }) => label > 0);
+  assert.deepEqual(
+    starts,
+    [0, 40, 100, 140, 200, 240, 300, 340].map((time) => [time, true]),
+  );
+  const inside = labels
+    .map((label, k) => ({ label, color: colors[k], wanted: wanted[k] }))
+    .filter(({ label }) => label > 0);
   assert.ok(inside.length > 10, `${inside.length} places in objects`);
   const opacity = (list) => list.reduce((sum, color) => sum + color[3], 0) / list.length / 255;
   assert.ok(opacity(inside.map(({ color }) => color)) > 0.97);
   assert.ok(opacity(colors.filter((_, k) => labels[k] === 0)) < 0.03);
-  const errors = inside.map(({ color, wanted: own }) => Math.max(...own.map((value, c) => Math.abs(value - color[c])))).sort((a, b) => a - b);
+  const errors = inside
+    .map(({ color, wanted: own }) => Math.max(...own.map((value, c) => Math.abs(value - color[c]))))
+    .sort((a, b) => a - b);
   assert.ok(errors[errors.length >> 1] < 24, `colours are off by ${errors[errors.length >> 1]} in the middle`);
 });
 

@@ -12,20 +12,41 @@ const site = useServerAndBrowser();
 /** Runs in a page, in a worker, and in Node: every file of a clip whose masks are known, as text. */
 async function files(tracecut) {
   const clip = await tracecut.synthClip({ width: 120, height: 67, frames: 5 });
-  const masks = { width: 120, height: 67, numFrames: 5, labels: (t) => clip.mask(t), times: [0, 0.04, 0.08, 0.12, 0.2] };
+  const masks = {
+    width: 120,
+    height: 67,
+    numFrames: 5,
+    labels: (t) => clip.mask(t),
+    times: [0, 0.04, 0.08, 0.12, 0.2],
+  };
   const { maskPng, masksZip, cocoRle, labelsNpy } = tracecut;
-  const bytes = [await maskPng(masks, 2), await maskPng(masks, 2, { object: 1 }), await masksZip(masks), await masksZip(masks, { perObject: true }), labelsNpy(masks)];
-  return [...bytes.map((file) => Array.from(file, (byte) => String.fromCharCode(byte)).join('')), JSON.stringify(cocoRle(masks))];
+  const bytes = [
+    await maskPng(masks, 2),
+    await maskPng(masks, 2, { object: 1 }),
+    await masksZip(masks),
+    await masksZip(masks, { perObject: true }),
+    labelsNpy(masks),
+  ];
+  return [
+    ...bytes.map((file) => Array.from(file, (byte) => String.fromCharCode(byte)).join('')),
+    JSON.stringify(cocoRle(masks)),
+  ];
 }
 
 test('files of masks are the same everywhere', async (t) => {
   const page = await emptyPage(t, site);
-  const serve = (name, body) => page.route(`${site.url}${name}`, (route) => route.fulfill({ contentType: 'text/javascript', body }));
+  const serve = (name, body) =>
+    page.route(`${site.url}${name}`, (route) => route.fulfill({ contentType: 'text/javascript', body }));
   await serve('files.js', `export ${files}`);
-  await serve('worker.js', "import { files } from './files.js'; import('/dist/index.js').then(files).then((list) => postMessage(list));");
+  await serve(
+    'worker.js',
+    "import { files } from './files.js'; import('/dist/index.js').then(files).then((list) => postMessage(list));",
+  );
   const [inPage, inWorker] = await page.evaluate(async () => {
     const worker = new Worker('/worker.js', { type: 'module' });
-    const answer = new Promise((done, failed) => Object.assign(worker, { onmessage: ({ data }) => done(data), onerror: failed }));
+    const answer = new Promise((done, failed) =>
+      Object.assign(worker, { onmessage: ({ data }) => done(data), onerror: failed }),
+    );
     const { files: made } = await import('/files.js');
     return [await made(await import('/dist/index.js')), await answer];
   });

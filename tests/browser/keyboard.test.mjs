@@ -10,7 +10,8 @@ const site = useSite();
 const frames = Array.from({ length: 9 }, (_, t) =>
   plainFrame(96, 64, (x, y) => {
     const inside = x >= 12 + 2 * t && x < 40 + 2 * t && y >= 16 && y < 48;
-    const grain = (Math.imul(((inside ? x - 2 * t : x) >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263)) >>> 24;
+    const grain =
+      (Math.imul(((inside ? x - 2 * t : x) >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263)) >>> 24;
     return [grain, grain, inside ? 255 - grain : grain];
   }),
 );
@@ -27,7 +28,11 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
         const marked = focused.type === 'radio' ? focused.nextElementSibling : focused;
         const { outlineStyle, outlineWidth } = getComputedStyle(marked);
         const body = focused === document.body;
-        return { there: focused.matches(wanted), seen: body || (outlineStyle !== 'none' && outlineWidth !== '0px'), what: focused.outerHTML.slice(0, 80) };
+        return {
+          there: focused.matches(wanted),
+          seen: body || (outlineStyle !== 'none' && outlineWidth !== '0px'),
+          what: focused.outerHTML.slice(0, 80),
+        };
       }, selector);
       assert.ok(seen, `no mark on ${what}`);
       if (there) return;

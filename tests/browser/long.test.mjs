@@ -3,7 +3,18 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
-import { ended, inPhase, layerNames, paintedShare, plainFrame, pngFile, screenshot, text, useSample, useSite } from './support.mjs';
+import {
+  ended,
+  inPhase,
+  layerNames,
+  paintedShare,
+  plainFrame,
+  pngFile,
+  screenshot,
+  text,
+  useSample,
+  useSite,
+} from './support.mjs';
 
 const WIDTH = 96;
 const HEIGHT = 64;
@@ -44,8 +55,14 @@ describe('a clip of more than one window', () => {
   test('is shown as it comes, with its cut, and objects that keep their numbers', async () => {
     const { page, faults } = sample;
     await openAll(page, shots(130, 90));
-    await page.waitForFunction(() => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'error');
-    const during = await page.evaluate(() => ({ phase: document.body.dataset.phase, lanes: document.querySelectorAll('.lane').length, counter: document.querySelector('#counter').textContent }));
+    await page.waitForFunction(
+      () => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'error',
+    );
+    const during = await page.evaluate(() => ({
+      phase: document.body.dataset.phase,
+      lanes: document.querySelectorAll('.lane').length,
+      counter: document.querySelector('#counter').textContent,
+    }));
     assert.deepEqual({ ...during, lanes: during.lanes > 0 }, { phase: 'running', lanes: true, counter: '1 / 130' });
     assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
     assert.match(await text(page, '#subline'), /^130 frames of 96 × 64 in [34] windows and 2 shots/);
@@ -72,7 +89,14 @@ describe('a clip of more than one window', () => {
 
   test('shows the layers that it has, and says which it lacks', async () => {
     const { page, faults } = sample;
-    assert.deepEqual(await layerNames(page), ['masks', 'trajectories', 'superpixels', 'contours', 'boundaries', 'image']);
+    assert.deepEqual(await layerNames(page), [
+      'masks',
+      'trajectories',
+      'superpixels',
+      'contours',
+      'boundaries',
+      'image',
+    ]);
     assert.match(await text(page, '#missing-flow'), /at most 50 frames/);
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(128));
     for (const id of ['masks', 'image']) await page.locator(`[data-layer="${id}"]`).setChecked(false);
@@ -106,7 +130,9 @@ describe('a clip of more than one window', () => {
       return readFile(await (await coming).path());
     };
     await page.click('#correct-open');
-    const labels = await page.locator('#correct-object option').evaluateAll((options) => options.map(({ value }) => Number(value)).filter(Boolean));
+    const labels = await page
+      .locator('#correct-object option')
+      .evaluateAll((options) => options.map(({ value }) => Number(value)).filter(Boolean));
     await page.selectOption('#correct-object', String(labels[1]));
     await page.selectOption('#correct-into', String(labels[0]));
     assert.equal(await page.locator('#correct-split').isDisabled(), true);
@@ -125,7 +151,9 @@ describe('a clip of more than one window', () => {
   test('stopped early, it stays as far as it is', async () => {
     const { page, faults } = sample;
     await openAll(page, shots(130, 200));
-    await page.waitForFunction(() => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'done');
+    await page.waitForFunction(
+      () => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'done',
+    );
     await page.keyboard.press('Escape');
     await inPhase(page, 'done');
     assert.match(await text(page, '#notice'), /^Stopped early: \d+ of 130 frames/);

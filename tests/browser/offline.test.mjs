@@ -1,4 +1,5 @@
-// The page without a network: kept on the device after the first visit, complete, renewed when the site changes, and installable.
+// The page without a network: kept on the device after the first visit, complete, renewed when the site changes, and
+// installable.
 
 import assert from 'node:assert/strict';
 import { existsSync, rmSync, writeFileSync } from 'node:fs';
@@ -24,7 +25,18 @@ describe('without a network', () => {
     await page.reload();
     assert.equal(await ended(page), 'done');
     assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(7)].join('')), before);
-    assert.equal(await run(page, [0, 1, 2].map((k) => pngFile(`${k}.png`, plainFrame(48, 32, (x, y) => [(x * 5 + k * 9) % 256, y * 7, 0])))), 'done');
+    assert.equal(
+      await run(
+        page,
+        [0, 1, 2].map((k) =>
+          pngFile(
+            `${k}.png`,
+            plainFrame(48, 32, (x, y) => [(x * 5 + k * 9) % 256, y * 7, 0]),
+          ),
+        ),
+      ),
+      'done',
+    );
     await page.goto(`${page.url().replace(/[?#].*/, '')}?from=a-link`);
     assert.equal(await ended(page), 'done');
     assert.deepEqual(faults, []);
@@ -32,7 +44,10 @@ describe('without a network', () => {
 
   test('every file that the page asks for is kept', async () => {
     const { files } = precacheList();
-    assert.deepEqual(files.filter((file) => !existsSync(join(root, file.startsWith('./dist/') ? '' : 'www', file))), []);
+    assert.deepEqual(
+      files.filter((file) => !existsSync(join(root, file.startsWith('./dist/') ? '' : 'www', file))),
+      [],
+    );
     const { page } = await site.open();
     const asked = [];
     page.on('request', (request) => request.url().startsWith('http') && asked.push(request.url()));
@@ -40,7 +55,10 @@ describe('without a network', () => {
     assert.equal(await ended(page), 'done');
     const relative = asked.map((url) => `./${new URL(url).pathname.slice(1)}`);
     assert.ok(relative.length > 40, `${relative.length} files`);
-    assert.deepEqual(relative.filter((file) => !files.includes(file)), []);
+    assert.deepEqual(
+      relative.filter((file) => !files.includes(file)),
+      [],
+    );
   });
 
   test('a changed site is offered, and taken when the user wants it', async () => {
@@ -53,7 +71,9 @@ describe('without a network', () => {
     writeFileSync(extra, '// Another version of the site.\n');
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
     await page.locator('#update').click();
-    await page.waitForFunction(() => document.body.dataset.state === 'done' && document.querySelector('#update').hidden);
+    await page.waitForFunction(
+      () => document.body.dataset.state === 'done' && document.querySelector('#update').hidden,
+    );
     const second = await page.evaluate(() => caches.keys());
     assert.equal(second.length, 1);
     assert.notDeepEqual(second, first);
@@ -64,16 +84,20 @@ describe('without a network', () => {
     const found = await page.evaluate(async () => {
       const at = document.querySelector('link[rel="manifest"]').href;
       const manifest = await (await fetch(at)).json();
-      const sizes = await Promise.all(manifest.icons.map(async ({ src }) => {
-        const image = new Image();
-        image.src = new URL(src, at);
-        await image.decode();
-        return `${image.naturalWidth}x${image.naturalHeight}`;
-      }));
+      const sizes = await Promise.all(
+        manifest.icons.map(async ({ src }) => {
+          const image = new Image();
+          image.src = new URL(src, at);
+          await image.decode();
+          return `${image.naturalWidth}x${image.naturalHeight}`;
+        }),
+      );
       return { manifest, sizes };
     });
     assert.equal(found.manifest.display, 'standalone');
-    found.manifest.icons.forEach(({ sizes }, k) => assert.ok(sizes === 'any' || sizes === found.sizes[k], found.sizes[k]));
+    found.manifest.icons.forEach(({ sizes }, k) =>
+      assert.ok(sizes === 'any' || sizes === found.sizes[k], found.sizes[k]),
+    );
   });
 
   test('a browser without service workers shows the page all the same', async () => {

@@ -5,7 +5,17 @@ import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { fromCocoRle, version } from '../../dist/node.js';
-import { accessibilityFaults, ended, openSample, plainFrame, pngFile, run, screenshot, text, useSite } from './support.mjs';
+import {
+  accessibilityFaults,
+  ended,
+  openSample,
+  plainFrame,
+  pngFile,
+  run,
+  screenshot,
+  text,
+  useSite,
+} from './support.mjs';
 
 const FRAME = 12;
 
@@ -17,7 +27,9 @@ describe('exports', () => {
 
   test('are offered for the sample, in a dialog without accessibility faults', async () => {
     ({ page, faults } = await openSample(site, { bypassCSP: true, acceptDownloads: true }));
-    labels = await page.evaluate(() => Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.result.labels(t)]));
+    labels = await page.evaluate(() =>
+      Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.result.labels(t)]),
+    );
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     await page.keyboard.press('e');
     assert.equal(await page.locator('#export').isVisible(), true);
@@ -45,7 +57,9 @@ describe('exports', () => {
     const { name, bytes } = await save('zip');
     assert.equal(name, 'sample-clip-masks.zip');
     const files = unzipSync(bytes);
-    const pictures = Object.keys(files).filter((file) => file.endsWith('.png')).sort();
+    const pictures = Object.keys(files)
+      .filter((file) => file.endsWith('.png'))
+      .sort();
     assert.equal(pictures.length, 24);
     assert.equal(await page.evaluate(countWrongPixels, [[...files[pictures[7]]], labels[7]]), 0);
     const about = JSON.parse(new TextDecoder().decode(files['masks.json']));
@@ -56,7 +70,11 @@ describe('exports', () => {
   test('or a ZIP with a folder for each object', async () => {
     const { name, bytes } = await save('zip-objects');
     assert.equal(name, 'sample-clip-objects.zip');
-    const folders = new Set(Object.keys(unzipSync(bytes)).filter((file) => file.includes('/')).map((file) => file.split('/')[0]));
+    const folders = new Set(
+      Object.keys(unzipSync(bytes))
+        .filter((file) => file.includes('/'))
+        .map((file) => file.split('/')[0]),
+    );
     assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutDemo.result.objects.count));
   });
 
@@ -67,7 +85,10 @@ describe('exports', () => {
     assert.equal(coco.images.length, 24);
     const one = coco.annotations.find(({ track_id, image_id }) => track_id === 1 && image_id === coco.images[FRAME].id);
     assert.equal(one.area, labels[FRAME].filter((label) => label === 1).length);
-    assert.deepEqual([...fromCocoRle(one.segmentation)].map(Number), labels[FRAME].map((label) => Number(label === 1)));
+    assert.deepEqual(
+      [...fromCocoRle(one.segmentation)].map(Number),
+      labels[FRAME].map((label) => Number(label === 1)),
+    );
   });
 
   test('trajectories are a track file', async () => {
@@ -77,7 +98,12 @@ describe('exports', () => {
     assert.deepEqual(String(bytes).split('\n').slice(0, 2), ['24', String(count)]);
   });
 
-  const videos = { 'overlay-webm': 'overlay.webm', 'overlay-mp4': 'overlay.mp4', 'cutout-webm': 'cutout.webm', 'cutout-mp4': 'cutout.mp4' };
+  const videos = {
+    'overlay-webm': 'overlay.webm',
+    'overlay-mp4': 'overlay.mp4',
+    'cutout-webm': 'cutout.webm',
+    'cutout-mp4': 'cutout.mp4',
+  };
   for (const [id, file] of Object.entries(videos)) {
     test(`${file} plays, with the objects where they are`, async (t) => {
       if (id.endsWith('mp4') && !(await page.evaluate(canEncodeMp4))) return t.skip('this browser encodes no MP4');
@@ -87,7 +113,12 @@ describe('exports', () => {
       const inside = await page.evaluate(deepInside, [labels[FRAME], 1]);
       const outside = await page.evaluate(deepInside, [labels[FRAME], 0]);
       assert.ok(object >= 0);
-      const { size, duration, colors } = await page.evaluate(frameOf, [[...bytes], file.endsWith('mp4') ? 'video/mp4' : 'video/webm', (FRAME + 0.5) / 15, [inside, outside]]);
+      const { size, duration, colors } = await page.evaluate(frameOf, [
+        [...bytes],
+        file.endsWith('mp4') ? 'video/mp4' : 'video/webm',
+        (FRAME + 0.5) / 15,
+        [inside, outside],
+      ]);
       assert.deepEqual(size, [384, 216]);
       assert.ok(Math.abs(duration - 24 / 15) < 0.1, `${duration} s`);
       if (id.startsWith('cutout')) {
@@ -141,7 +172,9 @@ describe('exports', () => {
     await other.goto('about:blank');
     await other.goto(link);
     assert.equal(await ended(other), 'done');
-    assert.deepEqual(await other.evaluate(() => globalThis.tracecutDemo.app.job.options), { trajectory: { gridStep: 12 } });
+    assert.deepEqual(await other.evaluate(() => globalThis.tracecutDemo.app.job.options), {
+      trajectory: { gridStep: 12 },
+    });
     assert.deepEqual(faults, []);
   });
 
@@ -162,7 +195,8 @@ async function countWrongPixels([bytes, labels]) {
   const { data } = ctx.getImageData(0, 0, image.width, image.height);
   if (labels.length * 4 !== data.length) return Infinity;
   const wanted = (label) => (label === 0 ? 0 : Number.parseInt(objectColor(label).slice(1), 16));
-  return labels.filter((label, p) => ((data[4 * p] << 16) | (data[4 * p + 1] << 8) | data[4 * p + 2]) !== wanted(label)).length;
+  return labels.filter((label, p) => ((data[4 * p] << 16) | (data[4 * p + 1] << 8) | data[4 * p + 2]) !== wanted(label))
+    .length;
 }
 
 /** Runs in the page: a pixel all around which the label is the same. */
@@ -170,7 +204,8 @@ function deepInside([labels, wanted]) {
   const { width } = globalThis.tracecutDemo.result;
   for (let reach = 12; reach > 0; reach -= 1) {
     const at = labels.findIndex((_, p) => {
-      for (let dy = -reach; dy <= reach; dy += reach) for (let dx = -reach; dx <= reach; dx += reach) if (labels[p + dy * width + dx] !== wanted) return false;
+      for (let dy = -reach; dy <= reach; dy += reach)
+        for (let dx = -reach; dx <= reach; dx += reach) if (labels[p + dy * width + dx] !== wanted) return false;
       return true;
     });
     if (at >= 0) return [at % width, Math.floor(at / width)];
@@ -181,7 +216,10 @@ function deepInside([labels, wanted]) {
 /** Runs in the page: what a player shows of a file at a time. */
 async function frameOf([bytes, type, time, places]) {
   const video = document.createElement('video');
-  const event = (name) => new Promise((done, failed) => Object.assign(video, { [`on${name}`]: done, onerror: () => failed(new Error(video.error?.message)) }));
+  const event = (name) =>
+    new Promise((done, failed) =>
+      Object.assign(video, { [`on${name}`]: done, onerror: () => failed(new Error(video.error?.message)) }),
+    );
   const loaded = event('loadeddata');
   Object.assign(video, { muted: true, src: URL.createObjectURL(new Blob([new Uint8Array(bytes)], { type })) });
   await loaded;
@@ -196,7 +234,11 @@ async function frameOf([bytes, type, time, places]) {
     if (ctx.getImageData(...places[0], 1, 1).data[3] > 0) break;
     await new Promise((done) => setTimeout(done, 20));
   }
-  return { size: [videoWidth, videoHeight], duration, colors: places.map(([x, y]) => [...ctx.getImageData(x, y, 1, 1).data]) };
+  return {
+    size: [videoWidth, videoHeight],
+    duration,
+    colors: places.map(([x, y]) => [...ctx.getImageData(x, y, 1, 1).data]),
+  };
 }
 
 /** Runs in the page. */

@@ -52,7 +52,8 @@ describe('the page', () => {
     test(`fits a phone, ${colorScheme}`, async () => {
       const phone = { viewport: { width: 360, height: 740 }, isMobile: true, hasTouch: true, colorScheme };
       const { page, faults } = await openSample(site, phone);
-      const overflow = () => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+      const overflow = () =>
+        page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
       assert.equal(await overflow(), 0, 'with a result');
       await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
       await screenshot(page, `phone-${colorScheme}`);
@@ -61,7 +62,10 @@ describe('the page', () => {
       await run(page, [{ name: `${'long-name'.repeat(12)}.mp4`, mimeType: 'video/mp4', buffer: Buffer.from('x') }]);
       assert.equal(await overflow(), 0, 'with an error');
       await screenshot(page, `phone-error-${colorScheme}`);
-      assert.deepEqual(faults.filter((fault) => !fault.includes('blob:')), []);
+      assert.deepEqual(
+        faults.filter((fault) => !fault.includes('blob:')),
+        [],
+      );
     });
   }
 
@@ -114,7 +118,10 @@ describe('the page', () => {
       const script = document.createElement('script');
       script.textContent = 'globalThis.injected = true';
       document.body.append(script);
-      const fetched = await fetch('http://127.0.0.1:9/').then(() => 'answered', () => 'refused');
+      const fetched = await fetch('http://127.0.0.1:9/').then(
+        () => 'answered',
+        () => 'refused',
+      );
       await new Promise((resolve) => setTimeout(resolve, 300)); // Violations are reported later.
       return { injected: Boolean(globalThis.injected), answer: fetched, directives: violations };
     });

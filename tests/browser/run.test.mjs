@@ -75,7 +75,10 @@ describe('files', () => {
   const noise = Buffer.from(Array.from({ length: 4000 }, (_, k) => (k * 167 + (k >> 3)) % 256));
 
   const refused = {
-    'a text file': [[{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('not a video') }], 'unknown-file'],
+    'a text file': [
+      [{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('not a video') }],
+      'unknown-file',
+    ],
     'a damaged video': [[{ name: 'broken.mp4', mimeType: 'video/mp4', buffer: noise }], 'unreadable-video'],
     'an empty video': [[{ name: 'empty.webm', mimeType: 'video/webm', buffer: Buffer.alloc(0) }], 'unreadable-video'],
     'a truncated image': [
@@ -111,8 +114,14 @@ describe('files', () => {
   const still = movingSquare(1, 0)[0];
   const answered = {
     'two frames': [movingSquare(2, 2), /frames? of 96 × 64|background|Nothing/],
-    'a still video': [Array.from({ length: 9 }, () => still), /^No motion that differs from the background|^Nothing to follow/],
-    'black frames': [Array.from({ length: 9 }, () => plainFrame(64, 48)), /^No motion that differs from the background|^Nothing to follow/],
+    'a still video': [
+      Array.from({ length: 9 }, () => still),
+      /^No motion that differs from the background|^Nothing to follow/,
+    ],
+    'black frames': [
+      Array.from({ length: 9 }, () => plainFrame(64, 48)),
+      /^No motion that differs from the background|^Nothing to follow/,
+    ],
     'frames of one pixel': [Array.from({ length: 9 }, () => plainFrame(1, 1)), /^No motion|^Nothing to follow/],
     'frames of 17x3': [movingSquare(9, 1, 17, 3), /background|Nothing to follow/],
   };
@@ -120,7 +129,11 @@ describe('files', () => {
     test(`${what}: a result, with a remark where nothing moves`, async () => {
       const { page, faults } = shared;
       faults.length = 0;
-      assert.equal(await run(page, files(frames)), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
+      assert.equal(
+        await run(page, files(frames)),
+        'done',
+        await page.evaluate(() => document.querySelector('#error').innerText),
+      );
       const headline = await text(page, '#headline');
       assert.match(headline, words);
       assert.equal(await page.locator('#notice').isVisible(), /^No/.test(headline));
@@ -139,7 +152,10 @@ describe('files', () => {
       for await (const { frame } of source.frames(take, new AbortController().signal)) found.push(frame.data[0]);
       return found;
     });
-    assert.deepEqual(reds, shades.map((_, t) => 20 * t));
+    assert.deepEqual(
+      reds,
+      shades.map((_, t) => 20 * t),
+    );
   });
 
   test('an animated GIF is taken apart', async () => {
@@ -160,7 +176,8 @@ describe('files', () => {
     const given = files(movingSquare(8, 2)).map(({ name, buffer }) => ({ name, bytes: [...buffer] }));
     await page.evaluate((list) => {
       const transfer = new DataTransfer();
-      for (const { name, bytes } of list) transfer.items.add(new File([new Uint8Array(bytes)], name, { type: 'image/png' }));
+      for (const { name, bytes } of list)
+        transfer.items.add(new File([new Uint8Array(bytes)], name, { type: 'image/png' }));
       for (const type of ['dragenter', 'drop']) {
         document.body.dispatchEvent(new DragEvent(type, { dataTransfer: transfer, bubbles: true, cancelable: true }));
       }

@@ -1,11 +1,21 @@
-// The sample clip on the page: the objects are found and coloured, each layer shows something of its own, and the labels are
-// those that the package gives in Node.
+// The sample clip on the page: the objects are found and coloured, each layer shows something of its own, and the
+// labels are those that the package gives in Node.
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
 import { SAMPLE } from '../../www/demo/source.js';
-import { layerNames, layerSwitches, paintedShare, picture, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
+import {
+  layerNames,
+  layerSwitches,
+  paintedShare,
+  picture,
+  screenshot,
+  showOnly,
+  text,
+  useSample,
+  useSite,
+} from './support.mjs';
 
 const FRAME = 12;
 
@@ -43,8 +53,18 @@ describe('the sample', () => {
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     const ids = await layerNames(page);
     assert.deepEqual(ids, [
-      'masks', 'trajectories', 'superpixels', 'contours', 'boundaries', 'discontinuities', 'embedding', 'saliency', 'foreground',
-      'components', 'flow', 'image',
+      'masks',
+      'trajectories',
+      'superpixels',
+      'contours',
+      'boundaries',
+      'discontinuities',
+      'embedding',
+      'saliency',
+      'foreground',
+      'components',
+      'flow',
+      'image',
     ]);
     const pictures = new Map();
     for (const id of ids) {
@@ -81,7 +101,11 @@ describe('the sample', () => {
   test('changes each layer with its switches, and back', async () => {
     const { page } = sample;
     const switches = [
-      ['contours', 'deleted'], ['superpixels', 'mean'], ['boundaries', 'thin'], ['saliency', 'shown'], ['saliency', 'context'],
+      ['contours', 'deleted'],
+      ['superpixels', 'mean'],
+      ['boundaries', 'thin'],
+      ['saliency', 'shown'],
+      ['saliency', 'context'],
       ['components', 'links'],
     ];
     for (const [id, setting] of switches) {
@@ -102,7 +126,8 @@ describe('the sample', () => {
       await box.setChecked(['saliency', 'foreground', 'components'].includes(await box.getAttribute('data-layer')));
     }
     await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 1) });
-    const words = /^Object 1 · trajectory .* · saliency (0\.[5-9]\d|1\.00), trajectory’s \S+, in context \S+ · foreground · component \d of \d$/;
+    const words =
+      /^Object 1 · trajectory .* · saliency (0\.[5-9]\d|1\.00), trajectory’s \S+, in context \S+ · foreground · component \d of \d$/;
     await page.waitForFunction(() => /saliency/.test(document.querySelector('#readout').textContent));
     assert.match(await text(page, '#readout'), words);
     await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 0) });
@@ -152,14 +177,21 @@ describe('the sample', () => {
 
   test('hides an object, and shows one alone', async () => {
     const { page } = sample;
-    const colors = () => page.evaluate(paintedPixels, FRAME).then(({ counts }) => counts.map((row) => row.some((n) => n > 0)));
+    const colors = () =>
+      page.evaluate(paintedPixels, FRAME).then(({ counts }) => counts.map((row) => row.some((n) => n > 0)));
     const all = await colors();
     assert.ok(all.every(Boolean));
     await page.click('[data-object="1"] .object-main');
-    assert.deepEqual(await colors(), all.map((_, k) => k === 1));
+    assert.deepEqual(
+      await colors(),
+      all.map((_, k) => k === 1),
+    );
     await page.click('#show-all');
     await page.click('[data-object="0"] .eye');
-    assert.deepEqual(await colors(), all.map((_, k) => k > 0));
+    assert.deepEqual(
+      await colors(),
+      all.map((_, k) => k > 0),
+    );
   });
 
   test('has the same labels, masks, saliency and components as in Node, to the byte', async () => {
@@ -168,7 +200,9 @@ describe('the sample', () => {
       const { result } = globalThis.tracecutDemo;
       const masks = Array.from({ length: result.numFrames }, (_, t) => [...result.labels(t)].join(''));
       const { saliency, components } = result;
-      const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [...list]);
+      const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
+        ...list,
+      ]);
       return { label: [...result.clusters.label], x: [...result.trajectories.x], masks, salient };
     });
     const clip = await synthClip(SAMPLE);
@@ -179,15 +213,17 @@ describe('the sample', () => {
     assert.deepEqual([...result.clusters.label], inPage.label);
     assert.deepEqual([...result.trajectories.x], inPage.x);
     const { saliency, components } = result;
-    const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [...list]);
+    const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
+      ...list,
+    ]);
     assert.deepEqual(salient, inPage.salient);
     inPage.masks.forEach((mask, t) => assert.ok(mask === [...result.labels(t)].join(''), `masks of frame ${t} differ`));
   });
 });
 
 /**
- * Runs in the page. Draws nothing but the points of a frame and counts, for each object's colour, in which object of the
- * scene the painted pixels lie.
+ * Runs in the page. Draws nothing but the points of a frame and counts, for each object's colour, in which object of
+ * the scene the painted pixels lie.
  */
 function paintedPixels(frame) {
   const { app, source, result, objectColor } = globalThis.tracecutDemo;
@@ -229,7 +265,9 @@ function meanAlpha() {
 function middleOfObject(object) {
   const { points, viewer, timeline } = globalThis.tracecutDemo.app;
   const own = [];
-  points.mask(timeline.frame).forEach((label, p) => label === object && own.push([p % viewer.view.width, Math.floor(p / viewer.view.width)]));
+  points
+    .mask(timeline.frame)
+    .forEach((label, p) => label === object && own.push([p % viewer.view.width, Math.floor(p / viewer.view.width)]));
   const mean = [0, 1].map((axis) => own.reduce((sum, place) => sum + place[axis], 0) / own.length);
   const distance = ([x, y]) => Math.hypot(x - mean[0], y - mean[1]);
   const [x, y] = own.reduce((best, place) => (distance(place) < distance(best) ? place : best));
@@ -257,7 +295,7 @@ function redPixels(frame) {
 
 /** Runs in the page: how many steps trajectories take in components, and in how many of them the colour changes. */
 async function colorChanges() {
-  const { steadyColors } = await import('/demo/draw-components.js');
+  const { steadyColors } = await import('/demo/layers/components.js');
   const { points } = globalThis.tracecutDemo.app;
   const { count, startFrame, offset } = points.result.trajectories;
   const { ofPoint } = points.result.components;

@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { parameters } from '../../dist/node.js';
-import { Countdown, timeLeft } from '../../www/demo/estimate.js';
+import { Countdown, timeLeft } from '../../www/demo/run/estimate.js';
 import { ESSENTIALS, GROUPS } from '../../www/demo/settings-words.js';
-import { StageClock } from '../../www/demo/stage-clock.js';
+import { StageClock } from '../../www/demo/run/stage-clock.js';
 import { ended, inPhase, picture, plainFrame, pngFile, run, text, useSample, useSite } from './support.mjs';
 
 describe('settings', () => {
@@ -17,7 +17,9 @@ describe('settings', () => {
     await page.click('#settings-all > summary');
     for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
     // Rows are built when their group has opened.
-    await page.waitForFunction(() => [...document.querySelectorAll('.group:not([hidden])')].every((group) => group.querySelector('.setting')));
+    await page.waitForFunction(() =>
+      [...document.querySelectorAll('.group:not([hidden])')].every((group) => group.querySelector('.setting')),
+    );
     const shown = await page.locator('#settings-groups .group:not([hidden]) .setting').evaluateAll((rows) =>
       rows.map((row) => {
         const { min, max } = row.querySelector('input, select');
@@ -35,8 +37,14 @@ describe('settings', () => {
 
   test('name only parameters and groups that there are', () => {
     const names = parameters().map(({ name }) => name);
-    assert.deepEqual(ESSENTIALS.map(({ name }) => name).filter((name) => !names.includes(name)), []);
-    assert.deepEqual(GROUPS.map(({ id }) => id), [...new Set(names.map((name) => name.split('.')[0]))]);
+    assert.deepEqual(
+      ESSENTIALS.map(({ name }) => name).filter((name) => !names.includes(name)),
+      [],
+    );
+    assert.deepEqual(
+      GROUPS.map(({ id }) => id),
+      [...new Set(names.map((name) => name.split('.')[0]))],
+    );
   });
 
   test('are marked, applied by “Run again”, and reset', async () => {
@@ -64,7 +72,9 @@ describe('settings', () => {
 
   test('refuse what is out of range, and say what is legal', async () => {
     const { page } = sample;
-    await page.evaluate(() => document.querySelectorAll('#settings-all, [data-group="flow"]').forEach((details) => (details.open = true)));
+    await page.evaluate(() =>
+      document.querySelectorAll('#settings-all, [data-group="flow"]').forEach((details) => (details.open = true)),
+    );
     const field = page.locator('#setting-all-flow-smoothness');
     await field.fill('5000');
     assert.equal(await field.getAttribute('aria-invalid'), 'true');
@@ -80,7 +90,9 @@ describe('settings', () => {
 
   test('of still images count for still images', async () => {
     const { page } = sample;
-    const disc = plainFrame(80, 60, (x, y) => ((x - 40) ** 2 + (y - 30) ** 2 < 300 ? [200, 160, 90] : [40 + ((x * 7) % 9), 60, 110]));
+    const disc = plainFrame(80, 60, (x, y) =>
+      (x - 40) ** 2 + (y - 30) ** 2 < 300 ? [200, 160, 90] : [40 + ((x * 7) % 9), 60, 110],
+    );
     assert.equal(await run(page, [pngFile('disc.png', disc)]), 'done');
     assert.equal(await page.locator('[data-parameter="trajectory.gridStep"]:visible').count(), 0);
     const before = await page.evaluate(() => globalThis.tracecutDemo.app.job.found.superpixels.count);
@@ -100,11 +112,17 @@ describe('views and words', () => {
 
   test('the original stands beside the result, or under a slider that the keyboard moves', async () => {
     const { page } = sample;
-    const boxes = () => page.evaluate(() => ['original', 'canvas'].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()));
+    const boxes = () =>
+      page.evaluate(() =>
+        ['original', 'canvas'].map((id) => document.getElementById(id).getBoundingClientRect().toJSON()),
+      );
     await page.keyboard.press('v');
     await page.waitForFunction(() => document.querySelector('#screen').dataset.view === 'beside');
     const [left, right] = await boxes();
-    assert.ok(left.right <= right.left && Math.abs(left.width - right.width) < 1 && left.width > 200, JSON.stringify([left, right]));
+    assert.ok(
+      left.right <= right.left && Math.abs(left.width - right.width) < 1 && left.width > 200,
+      JSON.stringify([left, right]),
+    );
     const differ = await page.evaluate(() => {
       const [a, b] = ['original', 'canvas'].map((id) => document.getElementById(id).toDataURL());
       return a.length > 10000 && a !== b;
@@ -123,12 +141,17 @@ describe('views and words', () => {
 
   test('the clip, each object and the frame on screen are described', async () => {
     const { page } = sample;
-    assert.match(await text(page, '#summary'), /^Object \d \((orange|light blue|pink)\) (at|on|in) the [a-z ]+ (moves|stays|grows|shrinks)/);
+    assert.match(
+      await text(page, '#summary'),
+      /^Object \d \((orange|light blue|pink)\) (at|on|in) the [a-z ]+ (moves|stays|grows|shrinks)/,
+    );
     for (const facts of await page.locator('.object:not(:first-child) .object-facts').allInnerTexts()) {
       assert.match(facts, /^[a-z ]+, (moves|stays|grows|shrinks).* · \d\.\d–\d\.\d\ss/);
     }
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(11));
-    await page.waitForFunction(() => /^Frame 12 of 24, 0\.7\ss: Object 1 \(orange\)/.test(document.querySelector('#frame-text').textContent));
+    await page.waitForFunction(() =>
+      /^Frame 12 of 24, 0\.7\ss: Object 1 \(orange\)/.test(document.querySelector('#frame-text').textContent),
+    );
     assert.equal(await page.getAttribute('#canvas', 'aria-describedby'), 'frame-text');
   });
 
@@ -171,7 +194,11 @@ describe('views and words', () => {
 });
 
 describe('the estimate of the time left', () => {
-  const plan = [{ id: 'a', name: 'A', share: 0.5 }, { id: 'b', name: 'B', share: 0.25 }, { id: 'c', name: 'C', share: 0.25 }];
+  const plan = [
+    { id: 'a', name: 'A', share: 0.5 },
+    { id: 'b', name: 'B', share: 0.25 },
+    { id: 'c', name: 'C', share: 0.25 },
+  ];
   const clock = (/** @type {object[]} */ ...states) => {
     const made = new StageClock(plan);
     states.forEach((state, k) => Object.assign(made.stages[k], state));
@@ -186,7 +213,10 @@ describe('the estimate of the time left', () => {
   test('takes a stage by its own pace, later ones by their shares', () => {
     const guess = timeLeft(clock({ done: 10, total: 20, ms: 1000 }), 0);
     assert.equal(guess, 1000 + 1000 + 1000);
-    assert.equal(timeLeft(clock({ done: 20, total: 20, ms: 2000 }, { done: 1, total: 1, ms: 500 }), 0), (2500 / 0.75) * 0.25);
+    assert.equal(
+      timeLeft(clock({ done: 20, total: 20, ms: 2000 }, { done: 1, total: 1, ms: 500 }), 0),
+      (2500 / 0.75) * 0.25,
+    );
   });
 
   test('is over when all is through', () => {

@@ -3,7 +3,20 @@
 import assert from 'node:assert/strict';
 import { beforeEach, describe, test } from 'node:test';
 import {
-  ended, gifFile, inPhase, layerNames, paintedShare, picture, plainFrame, pngFile, run, screenshot, showOnly, text, useSample, useSite,
+  ended,
+  gifFile,
+  inPhase,
+  layerNames,
+  paintedShare,
+  picture,
+  plainFrame,
+  pngFile,
+  run,
+  screenshot,
+  showOnly,
+  text,
+  useSample,
+  useSite,
 } from './support.mjs';
 
 const WIDTH = 120;
@@ -24,11 +37,16 @@ describe('a still image', () => {
 
   test('shows its boundaries, superpixels and embedding discontinuities', async () => {
     const { page, faults } = sample;
-    assert.equal(await run(page, [pngFile('disc.png', disc)]), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
+    assert.equal(
+      await run(page, [pngFile('disc.png', disc)]),
+      'done',
+      await page.evaluate(() => document.querySelector('#error').innerText),
+    );
     assert.match(await text(page, '#headline'), /still image/);
     assert.match(await text(page, '#subline'), /^\d+ superpixels? · 120 × 80 · computed in \d/);
     assert.match(await text(page, '#notice'), /motion/);
-    for (const absent of ['#timeline', '.block-objects', '#take-frames']) assert.equal(await page.locator(absent).isVisible(), false, absent);
+    for (const absent of ['#timeline', '.block-objects', '#take-frames'])
+      assert.equal(await page.locator(absent).isVisible(), false, absent);
     assert.equal(await page.locator('#take-side').isVisible(), true);
     const ids = await layerNames(page);
     assert.deepEqual(ids, ['superpixels', 'contours', 'boundaries', 'still', 'image']);
@@ -58,7 +76,10 @@ describe('a still image', () => {
     assert.equal(pictures.size, KINDS.length);
     const box = await page.locator('#canvas').boundingBox();
     await page.hover('#canvas', { position: { x: (box.width * 74) / WIDTH, y: box.height / 2 } });
-    assert.match(await text(page, '#readout'), /^combined \d\.\d\d, discontinuity \d\.\d\d, spectral \d\.\d\d, Pb 0\.[1-9]\d$/);
+    assert.match(
+      await text(page, '#readout'),
+      /^combined \d\.\d\d, discontinuity \d\.\d\d, spectral \d\.\d\d, Pb 0\.[1-9]\d$/,
+    );
     await page.keyboard.press('6');
     assert.equal(await page.locator('[data-layer="still"]').isChecked(), false);
   });
@@ -80,10 +101,18 @@ describe('a still image', () => {
     assert.deepEqual(faults, []);
   });
 
-  for (const [what, frame] of Object.entries({ 'of one pixel': plainFrame(1, 1), 'of one colour': plainFrame(60, 40), 'of 2 × 90': plainFrame(2, 90) })) {
+  for (const [what, frame] of Object.entries({
+    'of one pixel': plainFrame(1, 1),
+    'of one colour': plainFrame(60, 40),
+    'of 2 × 90': plainFrame(2, 90),
+  })) {
     test(`${what} is answered too`, async () => {
       const { page, faults } = sample;
-      assert.equal(await run(page, [pngFile('plain.png', frame)]), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
+      assert.equal(
+        await run(page, [pngFile('plain.png', frame)]),
+        'done',
+        await page.evaluate(() => document.querySelector('#error').innerText),
+      );
       assert.deepEqual(faults, []);
     });
   }
@@ -104,9 +133,11 @@ function shades() {
   viewer.draw();
   const { canvas } = viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-  const grey = (x, y) => data[4 * (Math.round((y * canvas.height) / 80) * canvas.width + Math.round((x * canvas.width) / 120))];
+  const grey = (x, y) =>
+    data[4 * (Math.round((y * canvas.height) / 80) * canvas.width + Math.round((x * canvas.width) / 120))];
   const mean = (list) => list.reduce((sum, value) => sum + value, 0) / list.length;
   const turns = Array.from({ length: 24 }, (_, k) => (2 * Math.PI * k) / 24);
-  const nearRim = (turn) => Math.min(...[22, 23, 24, 25, 26].map((r) => grey(50 + r * Math.cos(turn), 40 + r * Math.sin(turn))));
+  const nearRim = (turn) =>
+    Math.min(...[22, 23, 24, 25, 26].map((r) => grey(50 + r * Math.cos(turn), 40 + r * Math.sin(turn))));
   return { rim: mean(turns.map(nearRim)), ground: mean([10, 20, 30, 40, 50, 60, 70].map((y) => grey(105, y))) };
 }

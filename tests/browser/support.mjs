@@ -17,13 +17,19 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
  * Server and browser for the tests of one file.
  *
  * @param {{args?: string[]}} [launch] further arguments of the browser
- * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open` gives a
- *   fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere else
+ * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open`
+ *   gives a fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere
+ *   else
  */
 export function useSite(launch) {
   const site = useServerAndBrowser(launch);
   const open = async (options = {}) => {
-    const context = await site.browser.newContext({ viewport: { width: 1280, height: 800 }, reducedMotion: 'reduce', serviceWorkers: 'block', ...options });
+    const context = await site.browser.newContext({
+      viewport: { width: 1280, height: 800 },
+      reducedMotion: 'reduce',
+      serviceWorkers: 'block',
+      ...options,
+    });
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     const faults = watch(page, site.url);
@@ -41,7 +47,8 @@ function watch(page, url) {
   });
   page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
   page.on('request', (request) => {
-    if (!request.url().startsWith(url) && !/^(blob|data):/.test(request.url())) faults.push(`request to ${request.url()}`);
+    if (!request.url().startsWith(url) && !/^(blob|data):/.test(request.url()))
+      faults.push(`request to ${request.url()}`);
   });
   page.on('requestfailed', (request) => {
     // A player that is told to let go of its file stops reading it.
@@ -56,7 +63,7 @@ export async function ended(page) {
   return page.evaluate(() => document.body.dataset.state);
 }
 
-/** Waits for one phase of the page (see demo/status.js). */
+/** Waits for one phase of the page (see demo/store.js). */
 export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);
 }
@@ -69,7 +76,9 @@ export async function openSample(site, options) {
   return opened;
 }
 
-/** One page with the finished sample for all tests of a suite that may share it; read `page` and `faults` in the tests. */
+/**
+ * One page with the finished sample for all tests of a suite that may share it; read `page` and `faults` in the tests.
+ */
 export function useSample(site) {
   const shared = { page: null, faults: null };
   before(async () => Object.assign(shared, await openSample(site)));
@@ -80,7 +89,9 @@ export function useSample(site) {
 export async function run(page, files) {
   await page.setInputFiles('#file', files);
   // A still image starts at once.
-  await page.waitForFunction(() => ['setup', 'error'].includes(document.body.dataset.phase) || globalThis.tracecutDemo.source?.kind === 'still');
+  await page.waitForFunction(
+    () => ['setup', 'error'].includes(document.body.dataset.phase) || globalThis.tracecutDemo.source?.kind === 'still',
+  );
   if ((await page.evaluate(() => document.body.dataset.phase)) === 'setup') await page.click('#start');
   return ended(page);
 }
@@ -134,7 +145,9 @@ export async function accessibilityFaults(page) {
   return page.evaluate(async () => {
     const { violations, passes } = await globalThis.axe.run(document);
     if (passes.length < 10) return [`only ${passes.length} rules had anything to check`];
-    return violations.flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`));
+    return violations.flatMap(({ id, nodes }) =>
+      nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`),
+    );
   });
 }
 
@@ -175,7 +188,11 @@ export function gifFile(name, frames) {
   const loop = [0x21, 0xff, 11, ...Buffer.from('NETSCAPE2.0'), 3, 1, 0, 0, 0];
   const parts = [Buffer.from('GIF89a'), Buffer.from([...size, 0xf6, 0, 0, ...greys, ...loop])];
   for (const { data } of frames) {
-    parts.push(Buffer.from([0x21, 0xf9, 4, 0, 7, 0, 0, 0, 0x2c, 0, 0, 0, 0, ...size, 0, 7]), gifCodes(data), Buffer.from([0]));
+    parts.push(
+      Buffer.from([0x21, 0xf9, 4, 0, 7, 0, 0, 0, 0x2c, 0, 0, 0, 0, ...size, 0, 7]),
+      gifCodes(data),
+      Buffer.from([0]),
+    );
   }
   return { name, mimeType: 'image/gif', buffer: Buffer.concat([...parts, Buffer.from([0x3b])]) };
 }

@@ -6,6 +6,9 @@ import { root } from '../../scripts/tools.mjs';
 
 test('the types in the comments of the page agree', () => {
   const compiler = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
-  const { status, stdout } = spawnSync(process.execPath, [compiler, '--project', 'www/demo/tsconfig.json'], { cwd: root, encoding: 'utf8' });
+  const { status, stdout } = spawnSync(process.execPath, [compiler, '--project', 'www/demo/tsconfig.json'], {
+    cwd: root,
+    encoding: 'utf8',
+  });
   assert.equal(status, 0, stdout);
 });

@@ -18,7 +18,9 @@ const upTo = (count) => Array.from({ length: count }, (_, k) => k);
 /** Times that containers round to their own units. */
 function assertTimes(found, expected, tolerance = 0.0006) {
   assert.equal(found.length, expected.length, `${found.length} times, not ${expected.length}`);
-  found.forEach((time, k) => assert.ok(Math.abs(time - expected[k]) <= tolerance, `frame ${k} at ${time} s, not ${expected[k]} s`));
+  found.forEach((time, k) =>
+    assert.ok(Math.abs(time - expected[k]) <= tolerance, `frame ${k} at ${time} s, not ${expected[k]} s`),
+  );
 }
 
 describe('clips from outside', { timeout: 240_000 }, () => {
@@ -32,13 +34,23 @@ describe('clips from outside', { timeout: 240_000 }, () => {
       const { page } = library;
       await giveFile(page, path);
       const info = await page.evaluate(() => tracecut.videoInfo(file));
-      assert.deepEqual([info.width, info.height, info.numFrames, info.frameRate, info.decodable], [width, height, frames, rate, true]);
+      assert.deepEqual(
+        [info.width, info.height, info.numFrames, info.frameRate, info.decodable],
+        [width, height, frames, rate, true],
+      );
       assert.ok(Math.abs(info.duration - frames / rate) < 1e-6, `${info.duration} s`);
       assert.match(info.codec, /^avc1\./);
       const seen = await page.evaluate(() => numbersOf(file, { size: 64 }));
-      assertTimes(seen.times, upTo(frames).map((k) => k / rate), 1e-6);
+      assertTimes(
+        seen.times,
+        upTo(frames).map((k) => k / rate),
+        1e-6,
+      );
       assert.deepEqual(seen.indices, upTo(frames));
-      assert.ok(seen.durations.every((duration) => Math.abs(duration - 1 / rate) < 1e-6), seen.durations.join());
+      assert.ok(
+        seen.durations.every((duration) => Math.abs(duration - 1 / rate) < 1e-6),
+        seen.durations.join(),
+      );
     });
 
     test(`${name}: WebCodecs and seeking give the same pixels`, { skip }, async () => {
@@ -73,11 +85,20 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
 
   test('every frame comes once and in order, by WebCodecs and by seeking, from WebM and MP4', async () => {
     const { page } = library;
-    for (const kind of [{ container: 'WebM', codec: 'vp8' }, { container: 'Mp4', codec: 'vp9' }]) {
+    for (const kind of [
+      { container: 'WebM', codec: 'vp8' },
+      { container: 'Mp4', codec: 'vp9' },
+    ]) {
       for (const decoding of ['webcodecs', 'seeking']) {
-        const seen = await page.evaluate(async ([made, how]) => numbersOf(await makeClip({ times: evenTimes(60, 25), ...made }), how), [kind, { decoding }]);
+        const seen = await page.evaluate(
+          async ([made, how]) => numbersOf(await makeClip({ times: evenTimes(60, 25), ...made }), how),
+          [kind, { decoding }],
+        );
         assert.deepEqual(seen.numbers, upTo(60), `${kind.container} by ${decoding}`);
-        assertTimes(seen.times, upTo(60).map((k) => k / 25));
+        assertTimes(
+          seen.times,
+          upTo(60).map((k) => k / 25),
+        );
       }
     }
   });
@@ -88,7 +109,11 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
     const seen = await page.evaluate(async (at) => numbersOf(await makeClip({ times: at })), times);
     assert.deepEqual(seen.numbers, upTo(times.length));
     assertTimes(seen.times, times);
-    assertTimes(seen.durations, [...times.slice(1), 1.28].map((time, k) => time - times[k]), 0.0012);
+    assertTimes(
+      seen.durations,
+      [...times.slice(1), 1.28].map((time, k) => time - times[k]),
+      0.0012,
+    );
   });
 
   test('start is in, end is out, step and maxFrames count the frames between', async () => {
@@ -106,7 +131,8 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
     for (const decoding of ['webcodecs', 'seeking']) {
       for (const [take, numbers] of cases) {
         const seen = await page.evaluate(
-          async (options) => numbersOf((globalThis.thirty ??= await makeClip({ times: evenTimes(30, 25), keyEvery: 10 })), options),
+          async (options) =>
+            numbersOf((globalThis.thirty ??= await makeClip({ times: evenTimes(30, 25), keyEvery: 10 })), options),
           { ...take, decoding },
         );
         assert.deepEqual(seen.numbers, numbers, JSON.stringify({ ...take, decoding }));
@@ -127,12 +153,15 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
   test('a clip filmed upright comes as it is shown', async () => {
     const { page } = library;
     for (const decoding of ['webcodecs', 'seeking']) {
-      const seen = await page.evaluate(async (how) => {
-        const turned = await makeClip({ times: evenTimes(3, 25), container: 'Mp4', codec: 'vp9', rotation: 90 });
-        const { value } = await tracecut.videoFrames(turned, how).next();
-        const { width, height } = await tracecut.videoInfo(turned, how);
-        return { size: [value.frame.width, value.frame.height], info: [width, height], edge: redEdge(value.frame) };
-      }, { decoding });
+      const seen = await page.evaluate(
+        async (how) => {
+          const turned = await makeClip({ times: evenTimes(3, 25), container: 'Mp4', codec: 'vp9', rotation: 90 });
+          const { value } = await tracecut.videoFrames(turned, how).next();
+          const { width, height } = await tracecut.videoInfo(turned, how);
+          return { size: [value.frame.width, value.frame.height], info: [width, height], edge: redEdge(value.frame) };
+        },
+        { decoding },
+      );
       assert.deepEqual(seen, { size: [64, 128], info: [64, 128], edge: 'top' }, decoding);
     }
   });
@@ -157,11 +186,16 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
     });
     const [byWebCodecs, bySeeking] = seen.both;
     assert.ok(byWebCodecs.numbers.length >= 5, byWebCodecs.numbers.join());
-    assert.deepEqual(byWebCodecs.numbers, [...byWebCodecs.numbers].sort((a, b) => a - b));
+    assert.deepEqual(
+      byWebCodecs.numbers,
+      [...byWebCodecs.numbers].sort((a, b) => a - b),
+    );
     assert.equal(seen.info.numFrames, byWebCodecs.numbers.length);
     // Its frames last unequally long, so a player that is sent to one may show the one before.
     assert.deepEqual(bySeeking.times, byWebCodecs.times);
-    bySeeking.numbers.forEach((number, k) => assert.ok([0, 1].includes(byWebCodecs.numbers[k] - number), bySeeking.numbers.join()));
+    bySeeking.numbers.forEach((number, k) =>
+      assert.ok([0, 1].includes(byWebCodecs.numbers[k] - number), bySeeking.numbers.join()),
+    );
   });
 
   test('no frame is left open, and nothing is complained about', async () => {

@@ -7,7 +7,10 @@ import { launchBrowser } from '../../scripts/browser.mjs';
 import { serve } from '../../scripts/serve.mjs';
 import { openLibrary, useLibrary } from './video-support.mjs';
 
-/** Runs `work` in a page of a browser of its own; `peak` is the most memory that the page's process ever took, null where that cannot be known. */
+/**
+ * Runs `work` in a page of a browser of its own; `peak` is the most memory that the page's process ever took, null
+ * where that cannot be known.
+ */
 async function alone(work, argument) {
   const server = await serve();
   const browser = await launchBrowser();
@@ -26,7 +29,9 @@ async function peakOfRenderers(browser) {
   const session = await browser.newBrowserCDPSession();
   const { processInfo } = await session.send('SystemInfo.getProcessInfo');
   try {
-    const peaks = processInfo.filter(({ type }) => type === 'renderer').map(({ id }) => /VmHWM:\s+(\d+)/.exec(readFileSync(`/proc/${id}/status`, 'utf8'))[1]);
+    const peaks = processInfo
+      .filter(({ type }) => type === 'renderer')
+      .map(({ id }) => /VmHWM:\s+(\d+)/.exec(readFileSync(`/proc/${id}/status`, 'utf8'))[1]);
     return Math.max(...peaks.map(Number)) * 1024;
   } catch {
     return null;
@@ -54,7 +59,9 @@ async function segmentLong(frames) {
   return { windows, indices };
 }
 
-/** Of an object's pixels in a window: its label, the share of the pixels that have it, and whether it was found at all. */
+/**
+ * Of an object's pixels in a window: its label, the share of the pixels that have it, and whether it was found at all.
+ */
 function verdict(votes) {
   const total = Object.values(votes).reduce((sum, count) => sum + count, 0);
   const [label, count] = Object.entries(votes).sort(([, a], [, b]) => b - a)[0];
@@ -65,27 +72,37 @@ describe('a clip of 320 frames', { timeout: 1_200_000 }, () => {
   test('takes hardly more memory than one of 100, and its objects keep their labels', async (t) => {
     const short = await alone(segmentLong, 100);
     const long = await alone(segmentLong, 320);
-    assert.deepEqual(long.indices, Array.from({ length: 320 }, (_, k) => k));
+    assert.deepEqual(
+      long.indices,
+      Array.from({ length: 320 }, (_, k) => k),
+    );
     assert.deepEqual([...short.faults, ...long.faults], []);
 
     const most = ({ windows }) => Math.max(...windows.map(({ memoryBytes }) => memoryBytes));
     const ratio = most(long) / most(short);
-    t.diagnostic(`wasm memory of 320 frames against 100: ${megabytes(most(long))} against ${megabytes(most(short))}, ${ratio.toFixed(3)}`);
+    t.diagnostic(
+      `wasm memory of 320 frames against 100: ${megabytes(most(long))} against ${megabytes(most(short))}, ${ratio.toFixed(3)}`,
+    );
     assert.ok(ratio <= 1.3, `${ratio} times the memory`);
     if (long.peak && short.peak) {
-      t.diagnostic(`peak of the whole process: ${megabytes(long.peak)} against ${megabytes(short.peak)}, ${(long.peak / short.peak).toFixed(3)}`);
+      t.diagnostic(
+        `peak of the whole process: ${megabytes(long.peak)} against ${megabytes(short.peak)}, ${(long.peak / short.peak).toFixed(3)}`,
+      );
       assert.ok(long.peak <= 1.3 * short.peak, `${long.peak} bytes against ${short.peak}`);
     }
 
     assert.deepEqual([...new Set(long.windows.map(({ shot }) => shot))], [0], 'a cut is seen where there is none');
-    const seen = [1, 2, 3].map((object) => long.windows.map(({ votes }) => verdict(votes[object])).filter(({ label }) => label > 0));
+    const seen = [1, 2, 3].map((object) =>
+      long.windows.map(({ votes }) => verdict(votes[object])).filter(({ label }) => label > 0),
+    );
     seen.forEach((verdicts, k) => {
       const shares = verdicts.map(({ label, share }) => `${label} (${(100 * share).toFixed(0)} %)`).join(', ');
       t.diagnostic(`object ${k + 1} is found in ${verdicts.length} of ${long.windows.length} windows, as ${shares}`);
       assert.ok(verdicts.length >= 4, `object ${k + 1} is found in ${verdicts.length} windows`);
     });
     const labels = seen.map((verdicts) => new Set(verdicts.map(({ label }) => label)));
-    // The first and the third are in sight all the time. The second goes behind another twice, where no trajectory survives.
+    // The first and the third are in sight all the time. The second goes behind another twice, where no trajectory
+    // survives.
     assert.deepEqual([labels[0].size, labels[2].size], [1, 1]);
     assert.ok(labels[1].size <= 2, `${labels[1].size} labels`);
     const all = labels.flatMap((set) => [...set]);
@@ -100,7 +117,9 @@ describe('a video file in windows', { timeout: 600_000 }, () => {
 
   test('a cut is found at its frame; both sides have objects, and none in common', async () => {
     const { shots, objects, times } = await library.page.evaluate(async () => {
-      const parts = await Promise.all([0, 5].map((seed) => tracecut.synthClip({ width: 320, height: 180, frames: 20, seed })));
+      const parts = await Promise.all(
+        [0, 5].map((seed) => tracecut.synthClip({ width: 320, height: 180, frames: 20, seed })),
+      );
       const media = await import('/dist/vendor/media.js');
       const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
       const source = new media.VideoSampleSource({ codec: 'vp8', bitrate: 4e6 });
@@ -115,13 +134,28 @@ describe('a video file in windows', { timeout: 600_000 }, () => {
         sample.close();
       }
       await output.finalize();
-      const result = await tracecut.segmentVideo(new Blob([output.target.buffer]), { window: 15, overlap: 5 }).collect();
-      return { shots: result.shots, objects: result.objects.map(({ areas, ...facts }) => facts), times: [...result.times] };
+      const result = await tracecut
+        .segmentVideo(new Blob([output.target.buffer]), { window: 15, overlap: 5 })
+        .collect();
+      return {
+        shots: result.shots,
+        objects: result.objects.map(({ areas, ...facts }) => facts),
+        times: [...result.times],
+      };
     });
-    assert.deepEqual(shots, [{ first: 0, last: 19 }, { first: 20, last: 39 }]);
+    assert.deepEqual(shots, [
+      { first: 0, last: 19 },
+      { first: 20, last: 39 },
+    ]);
     times.forEach((time, k) => assert.ok(Math.abs(time - k / 10) < 0.001, `frame ${k} at ${time} s`));
-    assert.ok(objects.some(({ lastFrame }) => lastFrame < 20) && objects.some(({ firstFrame }) => firstFrame >= 20), JSON.stringify(objects));
-    assert.deepEqual(objects.filter(({ firstFrame, lastFrame }) => firstFrame < 20 && lastFrame >= 20), []);
+    assert.ok(
+      objects.some(({ lastFrame }) => lastFrame < 20) && objects.some(({ firstFrame }) => firstFrame >= 20),
+      JSON.stringify(objects),
+    );
+    assert.deepEqual(
+      objects.filter(({ firstFrame, lastFrame }) => firstFrame < 20 && lastFrame >= 20),
+      [],
+    );
   });
 
   test('leaving early, an abort and close end the worker, and the page can segment again', async () => {
@@ -148,7 +182,9 @@ describe('a video file in windows', { timeout: 600_000 }, () => {
       }
       const controller = new AbortController();
       const onProgress = ({ window }) => window === 1 && controller.abort(new Error('enough'));
-      const aborted = await failure(tracecut.segmentVideo(frames, { ...options, signal: controller.signal, onProgress }).collect());
+      const aborted = await failure(
+        tracecut.segmentVideo(frames, { ...options, signal: controller.signal, onProgress }).collect(),
+      );
       counts.push(workers.open);
       const video = tracecut.segmentVideo(frames, options);
       const collecting = failure(video.collect());

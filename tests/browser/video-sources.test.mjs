@@ -10,7 +10,9 @@ const upTo = (count) => Array.from({ length: count }, (_, k) => k);
 
 /** In the page, under `clip`: thirty numbered frames at 25 a second. */
 function useClip(library) {
-  before(() => library.page.evaluate(async () => (globalThis.clip = await makeClip({ times: evenTimes(30, 25), keyEvery: 0.4 }))));
+  before(() =>
+    library.page.evaluate(async () => (globalThis.clip = await makeClip({ times: evenTimes(30, 25), keyEvery: 0.4 }))),
+  );
 }
 
 describe('sources', { timeout: 240_000 }, () => {
@@ -21,30 +23,59 @@ describe('sources', { timeout: 240_000 }, () => {
     const seen = await library.page.evaluate(async () => {
       const options = { start: 0.2, maxFrames: 5 };
       const bytes = await clip.arrayBuffer();
-      const sources = [clip, URL.createObjectURL(clip), new URL(URL.createObjectURL(clip)), bytes, new Uint8Array(bytes), new File([clip], 'clip.webm')];
+      const sources = [
+        clip,
+        URL.createObjectURL(clip),
+        new URL(URL.createObjectURL(clip)),
+        bytes,
+        new Uint8Array(bytes),
+        new File([clip], 'clip.webm'),
+      ];
       return Promise.all(sources.map(async (source) => (await numbersOf(source, options)).numbers));
     });
-    assert.deepEqual(seen, seen.map(() => [5, 6, 7, 8, 9]));
+    assert.deepEqual(
+      seen,
+      seen.map(() => [5, 6, 7, 8, 9]),
+    );
   });
 
   test('an animated GIF, frame by frame', async () => {
-    const { buffer } = gifFile('ramp.gif', upTo(6).map((k) => plainFrame(20, 10, () => [40 * k, 40 * k, 40 * k])));
-    const seen = await library.page.evaluate(async (bytes) => {
-      const gif = new Blob([Uint8Array.from(bytes)]);
-      const frames = [];
-      for await (const { frame, time, duration } of tracecut.videoFrames(gif)) frames.push([frame.data[0], time, duration]);
-      return { frames, info: await tracecut.videoInfo(gif) };
-    }, [...buffer]);
-    assert.deepEqual(seen.frames.map(([level]) => level), upTo(6).map((k) => 40 * k));
-    seen.frames.forEach(([, time, duration], k) => assert.ok(Math.abs(time - 0.07 * k) < 1e-6 && Math.abs(duration - 0.07) < 1e-6, `${time} ${duration}`));
+    const { buffer } = gifFile(
+      'ramp.gif',
+      upTo(6).map((k) => plainFrame(20, 10, () => [40 * k, 40 * k, 40 * k])),
+    );
+    const seen = await library.page.evaluate(
+      async (bytes) => {
+        const gif = new Blob([Uint8Array.from(bytes)]);
+        const frames = [];
+        for await (const { frame, time, duration } of tracecut.videoFrames(gif))
+          frames.push([frame.data[0], time, duration]);
+        return { frames, info: await tracecut.videoInfo(gif) };
+      },
+      [...buffer],
+    );
+    assert.deepEqual(
+      seen.frames.map(([level]) => level),
+      upTo(6).map((k) => 40 * k),
+    );
+    seen.frames.forEach(([, time, duration], k) =>
+      assert.ok(Math.abs(time - 0.07 * k) < 1e-6 && Math.abs(duration - 0.07) < 1e-6, `${time} ${duration}`),
+    );
     const { width, height, numFrames, codec, decodable } = seen.info;
-    assert.deepEqual({ width, height, numFrames, codec, decodable }, { width: 20, height: 10, numFrames: 6, codec: 'image/gif', decodable: true });
+    assert.deepEqual(
+      { width, height, numFrames, codec, decodable },
+      { width: 20, height: 10, numFrames: 6, codec: 'image/gif', decodable: true },
+    );
   });
 
   test('a video element gives its frames and is as it was afterwards', async () => {
     for (const decoding of ['auto', 'seeking']) {
       const seen = await library.page.evaluate(async (how) => {
-        const video = Object.assign(document.createElement('video'), { src: URL.createObjectURL(clip), preload: 'auto', loop: true });
+        const video = Object.assign(document.createElement('video'), {
+          src: URL.createObjectURL(clip),
+          preload: 'auto',
+          loop: true,
+        });
         await new Promise((resolve) => (video.onloadeddata = resolve));
         video.currentTime = 0.5;
         await new Promise((resolve) => (video.onseeked = resolve));
@@ -53,13 +84,21 @@ describe('sources', { timeout: 240_000 }, () => {
         const { currentTime, paused, loop, muted } = video;
         return { numbers, state: { currentTime, paused, loop, muted } };
       }, decoding);
-      assert.deepEqual(seen, { numbers: [0, 6, 12, 18, 24], state: { currentTime: 0.5, paused: true, loop: true, muted: false } }, decoding);
+      assert.deepEqual(
+        seen,
+        { numbers: [0, 6, 12, 18, 24], state: { currentTime: 0.5, paused: true, loop: true, muted: false } },
+        decoding,
+      );
     }
   });
 
   test('a playing element plays on', async () => {
     const seen = await library.page.evaluate(async () => {
-      const video = Object.assign(document.createElement('video'), { src: URL.createObjectURL(clip), muted: true, loop: true });
+      const video = Object.assign(document.createElement('video'), {
+        src: URL.createObjectURL(clip),
+        muted: true,
+        loop: true,
+      });
       await video.play();
       const { numbers } = await numbersOf(video, { decoding: 'seeking', maxFrames: 3 });
       await new Promise((resolve) => video.addEventListener('timeupdate', resolve));
@@ -84,7 +123,10 @@ describe('sources', { timeout: 240_000 }, () => {
     assert.deepEqual(seen.numbers, [5, 10, 15, 20, 25]);
     seen.times.forEach((time, k) => assert.ok(Math.abs(time - 0.2 * (k + 1)) < 1e-6, `${time} s`));
     const { frameRate, numFrames, codec, decodable } = seen.info;
-    assert.deepEqual({ frameRate, numFrames, codec, decodable }, { frameRate: 25, numFrames: 30, codec: null, decodable: true });
+    assert.deepEqual(
+      { frameRate, numFrames, codec, decodable },
+      { frameRate: 25, numFrames: 30, codec: null, decodable: true },
+    );
   });
 
   test('where WebCodecs is missing frames come by seeking, with the times of the container', async () => {
@@ -128,13 +170,20 @@ describe('sources', { timeout: 240_000 }, () => {
     assert.match(seen.fault, /^unsupported: a worker has no video element .*vp8.*open it in the page/);
   });
 
-  test('a stream of a canvas, with and without the browser\'s own reader of tracks, up to its end, a time and a number', async () => {
+  test("a stream of a canvas, with and without the browser's own reader of tracks, up to its end, a time and a number", async () => {
     for (const bare of [false, true]) {
       const seen = await library.page.evaluate(streamed, bare);
       const { ended, timed, counted } = seen;
       for (const { numbers, times } of [ended, timed, counted]) {
-        assert.deepEqual(numbers, [...new Set(numbers)].sort((a, b) => a - b), numbers.join());
-        assert.ok(times.every((time, k) => k === 0 || time > times[k - 1]), times.join());
+        assert.deepEqual(
+          numbers,
+          [...new Set(numbers)].sort((a, b) => a - b),
+          numbers.join(),
+        );
+        assert.ok(
+          times.every((time, k) => k === 0 || time > times[k - 1]),
+          times.join(),
+        );
         assert.equal(times[0], 0);
       }
       assert.ok(ended.numbers.length >= 6, `${ended.numbers.length} of 12 frames`);
@@ -152,7 +201,15 @@ describe('sources', { timeout: 240_000 }, () => {
         drawNumber(context, k);
         return new VideoFrame(context.canvas, { timestamp: time * 1e6 });
       });
-      const stream = new ReadableStream({ pull: (controller) => (frames.length ? controller.enqueue(frames[controller.next = (controller.next ?? -1) + 1] ?? controller.close()) : 0) }, { highWaterMark: 0 });
+      const stream = new ReadableStream(
+        {
+          pull: (controller) =>
+            frames.length
+              ? controller.enqueue(frames[(controller.next = (controller.next ?? -1) + 1)] ?? controller.close())
+              : 0,
+        },
+        { highWaterMark: 0 },
+      );
       const { numbers, times } = await numbersOf(stream, { step: 3 });
       return { numbers, times, open: frames.filter((frame) => frame.codedWidth > 0).length };
     });
@@ -213,7 +270,10 @@ describe('addresses', { timeout: 240_000 }, () => {
       const seen = await library.page.evaluate((url) => numbersOf(url, { start: 0.8, maxFrames: 3 }), address(path));
       assert.deepEqual(seen.numbers, [20, 21, 22], path);
     }
-    assert.ok(asked.some(({ path, range }) => path === '/ranges' && /^bytes=\d+-$/.test(range)), JSON.stringify(asked));
+    assert.ok(
+      asked.some(({ path, range }) => path === '/ranges' && /^bytes=\d+-$/.test(range)),
+      JSON.stringify(asked),
+    );
   });
 
   test('a site that does not allow it, and a missing file, are named', async () => {
@@ -232,8 +292,9 @@ function serveClip(bytes, request, response, asked) {
   const range = request.headers.range;
   asked.push({ path: request.url, range });
   const headers = { 'Content-Type': 'video/webm' };
-  if (request.url !== '/closed') Object.assign(headers, { 'Access-Control-Allow-Origin': '*', 'Access-Control-Expose-Headers': '*' });
-  const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.url === '/ranges' ? range ?? '' : '') ?? [];
+  if (request.url !== '/closed')
+    Object.assign(headers, { 'Access-Control-Allow-Origin': '*', 'Access-Control-Expose-Headers': '*' });
+  const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.url === '/ranges' ? (range ?? '') : '') ?? [];
   if (from === undefined) return response.writeHead(200, headers).end(bytes);
   const last = to ? Math.min(Number(to), bytes.length - 1) : bytes.length - 1;
   headers['Content-Range'] = `bytes ${from}-${last}/${bytes.length}`;
@@ -252,10 +313,25 @@ describe('faults', { timeout: 240_000 }, () => {
       sound.set(header('RIFF'), 0);
       view.setUint32(4, 1036, true);
       sound.set(header('WAVEfmt '), 8);
-      [[16, 16], [24, 8000], [28, 8000], [40, 1000]].forEach(([at, value]) => view.setUint32(at, value, true));
-      [[20, 1], [22, 1], [32, 1], [34, 8]].forEach(([at, value]) => view.setUint16(at, value, true));
+      [
+        [16, 16],
+        [24, 8000],
+        [28, 8000],
+        [40, 1000],
+      ].forEach(([at, value]) => view.setUint32(at, value, true));
+      [
+        [20, 1],
+        [22, 1],
+        [32, 1],
+        [34, 8],
+      ].forEach(([at, value]) => view.setUint16(at, value, true));
       sound.set(header('data'), 36);
-      const sources = { empty: new Blob([]), text: new Blob(['no video '.repeat(100)]), sound: new Blob([sound]), picture: new Blob([clip.slice(0, 0), '\x89PNG\r\n']) };
+      const sources = {
+        empty: new Blob([]),
+        text: new Blob(['no video '.repeat(100)]),
+        sound: new Blob([sound]),
+        picture: new Blob([clip.slice(0, 0), '\x89PNG\r\n']),
+      };
       const failures = {};
       for (const [name, source] of Object.entries(sources)) failures[name] = await failure(numbersOf(source));
       return failures;
@@ -275,9 +351,12 @@ describe('faults', { timeout: 240_000 }, () => {
       const results = [];
       for (const share of [0.5, 0.9]) {
         const numbers = [];
-        const fault = await failure((async () => {
-          for await (const { frame } of tracecut.videoFrames(whole.slice(0, whole.size * share))) numbers.push(numberOf(frame));
-        })());
+        const fault = await failure(
+          (async () => {
+            for await (const { frame } of tracecut.videoFrames(whole.slice(0, whole.size * share)))
+              numbers.push(numberOf(frame));
+          })(),
+        );
         results.push({ numbers, fault });
       }
       return results;
@@ -294,7 +373,10 @@ describe('faults', { timeout: 240_000 }, () => {
     const fault = await library.page.evaluate(async () => {
       const bytes = new Uint8Array(await clip.arrayBuffer());
       const text = String.fromCharCode(...bytes.subarray(0, 2000));
-      bytes.set([...'V_QQ9'].map((letter) => letter.charCodeAt(0)), text.indexOf('V_VP8'));
+      bytes.set(
+        [...'V_QQ9'].map((letter) => letter.charCodeAt(0)),
+        text.indexOf('V_VP8'),
+      );
       return failure(numbersOf(new Blob([bytes])));
     });
     assert.equal(fault.code, 'codec');
@@ -303,15 +385,21 @@ describe('faults', { timeout: 240_000 }, () => {
 
   test('a range without frames is named with the times that there are', async () => {
     const fault = await library.page.evaluate(() => failure(numbersOf(clip, { start: 9, end: 10 })));
-    assert.deepEqual(fault, { code: 'no-frames', message: 'the source has no frame from 9 s to 10 s; its frames are at 0 s to 1.16 s' });
+    assert.deepEqual(fault, {
+      code: 'no-frames',
+      message: 'the source has no frame from 9 s to 10 s; its frames are at 0 s to 1.16 s',
+    });
   });
 
   test('an abort while decoding rejects with its reason, and the page can decode again', async () => {
     const seen = await library.page.evaluate(async () => {
       const controller = new AbortController();
-      const fault = await failure((async () => {
-        for await (const { index } of tracecut.videoFrames(clip, { signal: controller.signal })) if (index === 3) controller.abort(new TypeError('enough'));
-      })());
+      const fault = await failure(
+        (async () => {
+          for await (const { index } of tracecut.videoFrames(clip, { signal: controller.signal }))
+            if (index === 3) controller.abort(new TypeError('enough'));
+        })(),
+      );
       return { fault, numbers: (await numbersOf(clip, { step: 10 })).numbers };
     });
     assert.deepEqual(seen, { fault: { code: 'TypeError', message: 'enough' }, numbers: [0, 10, 20] });

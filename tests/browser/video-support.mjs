@@ -25,7 +25,8 @@ export async function openLibrary({ url, browser }) {
   page.on('pageerror', (error) => faults.push(`page error: ${error.message}`));
   // Such as the demuxer's complaint about frames that nobody closed.
   page.on('console', (message) => {
-    if (['error', 'warning'].includes(message.type()) && !/404|net::ERR/.test(message.text())) faults.push(message.text());
+    if (['error', 'warning'].includes(message.type()) && !/404|net::ERR/.test(message.text()))
+      faults.push(message.text());
   });
   // A text of the site's own, shown as a page: what a test makes up itself may not ask other servers of this machine.
   await page.goto(`${url}dist/index.js`);
@@ -47,7 +48,10 @@ export async function giveFile(page, path) {
 function helpers() {
   const SIDE = { width: 128, height: 64 };
 
-  /** Eight fields, four in a row: white where the number has a bit. The left edge of the picture is red: one sees how it is turned. */
+  /**
+   * Eight fields, four in a row: white where the number has a bit. The left edge of the picture is red: one sees how it
+   * is turned.
+   */
   globalThis.drawNumber = (context, number) => {
     const { width, height } = context.canvas;
     context.fillStyle = '#000';
@@ -74,14 +78,32 @@ function helpers() {
   globalThis.redEdge = ({ data, width, height }) => {
     const at = (x, y) => data[4 * (y * width + x)] > 127 && data[4 * (y * width + x) + 1] < 100;
     const [right, bottom] = [width - 2, height - 2];
-    const places = { left: [2, bottom / 2], right: [right, bottom / 2], top: [right / 2, 2], bottom: [right / 2, bottom] };
-    return Object.keys(places).filter((name) => at(...places[name].map(Math.round))).join();
+    const places = {
+      left: [2, bottom / 2],
+      right: [right, bottom / 2],
+      top: [right / 2, 2],
+      bottom: [right / 2, bottom],
+    };
+    return Object.keys(places)
+      .filter((name) => at(...places[name].map(Math.round)))
+      .join();
   };
 
   /** A video file whose frame `k` shows the number `k` at `times[k]`. */
-  globalThis.makeClip = async ({ times, container = 'WebM', codec = 'vp8', rotation = 0, width = SIDE.width, height = SIDE.height, keyEvery = 1 }) => {
+  globalThis.makeClip = async ({
+    times,
+    container = 'WebM',
+    codec = 'vp8',
+    rotation = 0,
+    width = SIDE.width,
+    height = SIDE.height,
+    keyEvery = 1,
+  }) => {
     const media = await import('/dist/vendor/media.js');
-    const output = new media.Output({ format: new media[`${container}OutputFormat`](), target: new media.BufferTarget() });
+    const output = new media.Output({
+      format: new media[`${container}OutputFormat`](),
+      target: new media.BufferTarget(),
+    });
     const source = new media.VideoSampleSource({ codec, bitrate: 2e6, keyFrameInterval: keyEvery });
     output.addVideoTrack(source, { rotation });
     await output.start();

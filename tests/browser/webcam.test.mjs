@@ -31,7 +31,9 @@ describe('the camera', () => {
     await page.click('#camera-record');
     await page.waitForFunction(() => document.querySelector('#camera-count').textContent === '2');
     await screenshot(page, 'camera');
-    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'camera.webm' || document.body.dataset.state === 'error');
+    await page.waitForFunction(
+      () => globalThis.tracecutDemo.source?.name === 'camera.webm' || document.body.dataset.state === 'error',
+    );
     assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
     assert.deepEqual(await states(page), ['ended']);
     assert.match(await text(page, '#clip-facts'), /\d+ × \d+, [12]\.\d s/);
@@ -50,7 +52,11 @@ describe('the camera', () => {
     assert.equal(await page.evaluate(() => globalThis.tracecutDemo.source.kind), 'sample', 'nothing was recorded');
   });
 
-  const refusals = { NotAllowedError: /may not be used.*Allow it/, NotFoundError: /no camera.*Connect one/, NotReadableError: /no picture.*Close/ };
+  const refusals = {
+    NotAllowedError: /may not be used.*Allow it/,
+    NotFoundError: /no camera.*Connect one/,
+    NotReadableError: /no picture.*Close/,
+  };
   for (const [name, words] of Object.entries(refusals)) {
     test(`that answers ${name} is explained in words`, async () => {
       const { page } = await site.open();

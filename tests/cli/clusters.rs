@@ -24,7 +24,8 @@ fn five_discretizations_are_swept_printed_and_plotted() {
     assert_eq!(names, ["rot-disc", "K-means", "rot", "K-means-gap", "rot-gap"]);
     let toy = &report["sequences"][0];
     assert_eq!(toy["eigenvalues"].as_array().unwrap().len(), 6);
-    // Two objects, one cluster: the smaller of them at least is missed. With merging two are found at any number of eigenvectors.
+    // Two objects, one cluster: the smaller of them at least is missed. With merging two are found at any number of
+    // eigenvectors.
     for method in ["rotationMerge", "kMeans", "rotation"] {
         let errors = toy[method].as_array().unwrap();
         assert_eq!(errors.len(), 6, "{method}");
@@ -43,7 +44,8 @@ fn five_discretizations_are_swept_printed_and_plotted() {
     assert_refused(&tracecut(["eval", "discretization", folder("nothing").to_str().unwrap()]), 1, &["no sequence"]);
 }
 
-/// A sequence in the layout of `eval figment`, with a mask of every seventh frame: palette images, or grey ones of two bits a pixel.
+/// A sequence in the layout of `eval figment`, with a mask of every seventh frame: palette images, or grey ones of two
+/// bits a pixel.
 fn write_players(folder: &Path, scene: &Scene) {
     fs::create_dir_all(folder.join("frames")).unwrap();
     fs::create_dir_all(folder.join("masks")).unwrap();

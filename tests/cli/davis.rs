@@ -17,7 +17,7 @@ fn sequence(images: &Path, annotations: &Path, masks: &Path, truth: &dyn Fn(u8) 
 }
 
 /// Masks of the moving clip.
-fn masks_of_clip(name: &str) -> PathBuf {
+pub(super) fn masks_of_clip(name: &str) -> PathBuf {
     let (input, out) = (folder(&format!("{name}-clip")), folder(&format!("{name}-found")));
     clip(&input, FRAMES, SIZE, &moving);
     assert_done(&segment(&input, &out, &[]));
@@ -31,7 +31,7 @@ fn davis(folder: &Path, more: &[&str]) -> Output {
 }
 
 /// The words of the row that begins with `name`.
-fn row<'a>(table: &'a str, name: &str) -> Vec<&'a str> {
+pub(super) fn row<'a>(table: &'a str, name: &str) -> Vec<&'a str> {
     let line = table.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("no row {name}: {table}"));
     line.split_whitespace().collect()
 }

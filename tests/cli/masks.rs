@@ -35,7 +35,7 @@ fn masks_are_palette_images_of_the_sessions_labels() {
     clip(&input, FRAMES, SIZE, &moving);
     assert_done(&segment(&input, &out, &[]));
     let session = session(FRAMES);
-    let mut pixels = vec![0_u64; session.objects().unwrap().count + 1];
+    let mut pixels = vec![0_u64; session.objects().unwrap().highest_label + 1];
     for t in 0..FRAMES as usize {
         let (mask, palette) = read_mask(&out.join(format!("masks/{t:05}.png")));
         assert_eq!(mask, session.labels(t).unwrap(), "frame {t}");

@@ -17,11 +17,17 @@ function masksOf(result) {
 function isConsistent(result) {
   const { clusters, objects } = result;
   assert.equal(objects.ofCluster.length, clusters.count);
-  assert.deepEqual([...objects.labels], [...new Set(objects.ofCluster)].filter((l) => l > 0).sort((a, b) => a - b));
+  assert.deepEqual(
+    [...objects.labels],
+    [...new Set(objects.ofCluster)].filter((l) => l > 0).sort((a, b) => a - b),
+  );
   assert.equal(objects.count, Math.max(0, ...objects.labels));
   assert.deepEqual(new Set(clusters.label).size, clusters.count);
   const known = new Set([0, ...objects.labels]);
-  assert.ok(masksOf(result).every((label) => known.has(label)), 'a mask has a label that no object has');
+  assert.ok(
+    masksOf(result).every((label) => known.has(label)),
+    'a mask has a label that no object has',
+  );
 }
 
 async function segmented(t, options) {
@@ -37,7 +43,10 @@ test('merging renames one object, splitting it again brings both back, undoing r
 
   const merged = await session.merge(1, 2);
   isConsistent(merged);
-  assert.deepEqual(masksOf(merged), before.map((label) => (label === 2 ? 1 : label)));
+  assert.deepEqual(
+    masksOf(merged),
+    before.map((label) => (label === 2 ? 1 : label)),
+  );
   assert.ok(!merged.objects.labels.includes(2));
   assert.equal(session.corrections, 1);
   assert.deepEqual(masksOf(result), before, 'the result before stays');
@@ -48,7 +57,10 @@ test('merging renames one object, splitting it again brings both back, undoing r
   assert.deepEqual(split.objects.labels, result.objects.labels);
   assert.deepEqual([...stages], ['cut', 'masks'], 'nothing else is computed again');
   for (const [p, label] of masksOf(split).entries()) {
-    assert.ok(label === before[p] || (label < 3 && before[p] > 0 && before[p] < 3), `pixel ${p}: ${before[p]} became ${label}`);
+    assert.ok(
+      label === before[p] || (label < 3 && before[p] > 0 && before[p] < 3),
+      `pixel ${p}: ${before[p]} became ${label}`,
+    );
   }
 
   assert.deepEqual(masksOf(await session.undo()), masksOf(merged));
@@ -68,7 +80,10 @@ test('an object of one cluster parts in two, the part at the point gets the lowe
   assert.deepEqual([...split.objects.labels], [...result.objects.labels, fresh]);
   const after = masksOf(split);
   assert.ok(after.includes(1) && after.includes(fresh));
-  assert.ok(after.every((label, p) => label === before[p] || before[p] === 1), 'only pixels of the object change');
+  assert.ok(
+    after.every((label, p) => label === before[p] || before[p] === 1),
+    'only pixels of the object change',
+  );
   assert.deepEqual(masksOf(await session.undo()), before);
   assert.deepEqual(masksOf(await session.split(1, at)), after, 'the same correction gives the same masks');
 });
@@ -95,7 +110,10 @@ test('a correction that is aborted stays in force until it is finished or undone
   await rejects(session.merge(1, 2), 'state', /run the session first/);
   assert.deepEqual(masksOf(await session.run()), whole);
   await session.undo();
-  await assert.rejects(session.split(1, undefined, { ...stop, signal: AbortSignal.abort(reason) }), (error) => error === reason);
+  await assert.rejects(
+    session.split(1, undefined, { ...stop, signal: AbortSignal.abort(reason) }),
+    (error) => error === reason,
+  );
   assert.equal(session.corrections, 0, 'aborted before anything was done');
   assert.deepEqual(masksOf(await session.run()), masksOf(result));
 });
@@ -118,7 +136,14 @@ test('corrections that cannot be are refused, and nothing changes', async (t) =>
   }
   await rejects(session.split(0), 'param', /place/);
   await rejects(session.split(n + 1), 'param', /labels in use/);
-  for (const [wrong, name] of [[{ t: SMALL.frames }, 'at.t'], [{ t: -1 }, 'at.t'], [{ x: NaN }, 'x'], [{ x: SMALL.width }, 'x'], [{ y: -1 }, 'y'], [{ y: '3' }, 'at']]) {
+  for (const [wrong, name] of [
+    [{ t: SMALL.frames }, 'at.t'],
+    [{ t: -1 }, 'at.t'],
+    [{ x: NaN }, 'x'],
+    [{ x: SMALL.width }, 'x'],
+    [{ y: -1 }, 'y'],
+    [{ y: '3' }, 'at'],
+  ]) {
     await rejects(session.split(1, { ...at, ...wrong }), 'param', new RegExp(`^${name} = `));
   }
   await rejects(session.split(1, null), 'param', /^at = /);
@@ -172,8 +197,14 @@ test('strokes apart part an object, together they join it again, and the mask ob
   const apart = await session.apart(strokes);
   isConsistent(apart);
   const [left, right] = strokes.map((stroke) => labelsUnder(apart, stroke));
-  assert.deepEqual([left, right].flat().sort((a, b) => a - b), [1, result.objects.count + 1]);
-  assert.ok(masksOf(apart).every((label, p) => label === before[p] || before[p] === 1), 'nothing but the object changes');
+  assert.deepEqual(
+    [left, right].flat().sort((a, b) => a - b),
+    [1, result.objects.count + 1],
+  );
+  assert.ok(
+    masksOf(apart).every((label, p) => label === before[p] || before[p] === 1),
+    'nothing but the object changes',
+  );
 
   const together = await session.together([strokes[0], { ...strokes[1], t: 6 }]);
   isConsistent(together);

@@ -35,7 +35,13 @@ test('frames of changing size are refused and the session goes on', async (t) =>
   assert.equal((await session.run()).numFrames, 2);
 });
 
-for (const [width, height] of [[1, 1], [17, 3], [3, 17], [1, 40], [2, 2]]) {
+for (const [width, height] of [
+  [1, 1],
+  [17, 3],
+  [3, 17],
+  [1, 40],
+  [2, 2],
+]) {
   test(`a clip of ${width}x${height} pixels gives a result that fits together`, async () => {
     const frames = [0, 1, 2].map((t) => plain(width, height, (x, y) => (40 * (x + t) + 70 * y) % 256));
     const result = await segment(frames);
@@ -74,7 +80,7 @@ test('outside trajectories are clustered, and NaN in them is refused by place an
   await rejects(session.setTrajectories(broken), 'data', /x\[7\] = NaN/);
   await rejects(session.setTrajectories({ ...given, x: given.x.slice(1) }), 'data', /x/);
   await rejects(session.setTrajectories({ ...given, numFrames: 3 }), 'data', /frame/);
-  await rejects(session.setTrajectories({ ...given, numFrames: 1, }), 'too-few-frames');
+  await rejects(session.setTrajectories({ ...given, numFrames: 1 }), 'too-few-frames');
   await session.setTrajectories(given);
   const result = await session.run();
   assert.deepEqual([result.width, result.height, result.numFrames], [100, 100, 10]);
@@ -88,17 +94,33 @@ test('wrong types of trajectories are named', async (t) => {
   const session = await open(t);
   const given = twoGroups();
   await rejects(session.setTrajectories(null), 'data', /trajectories = null/);
-  await rejects(session.setTrajectories({ ...given, offset: 'many' }), 'data', /offset = "many" \(expected a Uint32Array/);
+  await rejects(
+    session.setTrajectories({ ...given, offset: 'many' }),
+    'data',
+    /offset = "many" \(expected a Uint32Array/,
+  );
   await rejects(session.setTrajectories({ ...given, startFrame: [0.5] }), 'data', /startFrame\[0\] = 0.5/);
-  await rejects(session.setTrajectories({ ...given, width: 0 }), 'frame-size', /width = 0 \(expected a whole number, 1\.\.=16384\)/);
+  await rejects(
+    session.setTrajectories({ ...given, width: 0 }),
+    'frame-size',
+    /width = 0 \(expected a whole number, 1\.\.=16384\)/,
+  );
 });
 
 test('misspelt options, wrong types and values out of range are named with what is legal', async () => {
   await rejects(createSession({ clip: { maxSize: 320 } }), 'param', /clip\.maxSize = 320 .*clip\.maxSide/);
   await rejects(createSession({ maxSide: 320 }), 'param', /maxSide = 320/);
-  await rejects(createSession({ clip: { maxSide: '320' } }), 'param', /clip\.maxSide = "320" \(expected a whole number, 16\.\.=4096\)/);
+  await rejects(
+    createSession({ clip: { maxSide: '320' } }),
+    'param',
+    /clip\.maxSide = "320" \(expected a whole number, 16\.\.=4096\)/,
+  );
   await rejects(createSession({ clip: { maxSide: 320.5 } }), 'param', /320\.5/);
-  await rejects(createSession({ clip: { maxSide: 8 } }), 'param', /clip\.maxSide = 8 \(expected a whole number, 16\.\.=4096\)/);
+  await rejects(
+    createSession({ clip: { maxSide: 8 } }),
+    'param',
+    /clip\.maxSide = 8 \(expected a whole number, 16\.\.=4096\)/,
+  );
   await rejects(createSession({ clip: { maxSide: NaN } }), 'param', /NaN/);
   await rejects(createSession({ clip: { maxSide: null } }), 'param', /clip\.maxSide = null/);
   await rejects(createSession({ clip: { maxSide: [320] } }), 'param', /clip\.maxSide = a list of 1/);
@@ -119,11 +141,19 @@ test('frames of wrong types and lengths are named', async (t) => {
   for (const wrong of [undefined, null, 5, 'frame.png', {}, [], new Uint8ClampedArray(4), new Float32Array(4)]) {
     await rejects(session.push(wrong), 'data', /frame = .*\(expected ImageData/);
   }
-  await rejects(session.push({ data: new Uint8Array(15), width: 2, height: 2 }), 'frame-bytes', /15 bytes \(expected 16\)/);
+  await rejects(
+    session.push({ data: new Uint8Array(15), width: 2, height: 2 }),
+    'frame-bytes',
+    /15 bytes \(expected 16\)/,
+  );
   await rejects(session.push({ data: [0, 0, 0, 0], width: 1, height: 1 }), 'frame-bytes', /a list of 4/);
   await rejects(session.push({ data: new Float32Array(4), width: 1, height: 1 }), 'frame-bytes', /Float32Array/);
   for (const width of [0, -1, 1.5, NaN, '2', 16385, 2 ** 32 + 1]) {
-    await rejects(session.push({ data: new Uint8Array(4), width, height: 1 }), 'frame-size', /frame\.width = .*1\.\.=16384/);
+    await rejects(
+      session.push({ data: new Uint8Array(4), width, height: 1 }),
+      'frame-size',
+      /frame\.width = .*1\.\.=16384/,
+    );
   }
   assert.equal(session.numFrames, 0);
 });
@@ -152,8 +182,15 @@ test('truncated and broken image files are refused and the session goes on', asy
 
 test('a picture that claims to be gigantic is refused before memory is taken', async (t) => {
   const session = await open(t);
-  for (const claim of [[65535, 65535], [16384, 16384], [0, 4]]) {
-    await assert.rejects(session.push(png(plain(4, 4), claim)), { name: 'TraceCutError', code: /^(decode|frame-size)$/ });
+  for (const claim of [
+    [65535, 65535],
+    [16384, 16384],
+    [0, 4],
+  ]) {
+    await assert.rejects(session.push(png(plain(4, 4), claim)), {
+      name: 'TraceCutError',
+      code: /^(decode|frame-size)$/,
+    });
   }
   await session.push(png(plain(4, 4)));
 });
@@ -203,7 +240,10 @@ function fitsTogether(result) {
   assert.equal(offset.length, count + 1);
   assert.equal(x.length, offset[count]);
   assert.equal(y.length, offset[count]);
-  assert.ok(x.every((v) => v >= -0.5 && v <= width) && y.every((v) => v >= -0.5 && v <= height), 'a point is outside of the frame');
+  assert.ok(
+    x.every((v) => v >= -0.5 && v <= width) && y.every((v) => v >= -0.5 && v <= height),
+    'a point is outside of the frame',
+  );
   assert.equal(clusters.label.length, count);
   assert.equal(thresholdClusters.label.length, count);
   assert.ok(thresholdClusters.label.every((label) => label < thresholdClusters.count));
@@ -215,6 +255,9 @@ function fitsTogether(result) {
   for (let t = 0; t < numFrames; t += 1) {
     const mask = result.labels(t);
     assert.equal(mask.length, width * height);
-    assert.ok(mask.every((label) => label <= objects.count), `a label above ${objects.count} in frame ${t}`);
+    assert.ok(
+      mask.every((label) => label <= objects.count),
+      `a label above ${objects.count} in frame ${t}`,
+    );
   }
 }

@@ -18,14 +18,25 @@ function isPartition({ width, height, count, label, borders, edges }) {
   for (let k = 0; k < borders.a.length; k += 1) {
     const [a, b] = [borders.a[k], borders.b[k]];
     assert.ok(a < b && b < count, `border of ${a} and ${b} of ${count}`);
-    assert.ok(k === 0 || borders.a[k - 1] < a || (borders.a[k - 1] === a && borders.b[k - 1] < b), 'borders are sorted');
+    assert.ok(
+      k === 0 || borders.a[k - 1] < a || (borders.a[k - 1] === a && borders.b[k - 1] < b),
+      'borders are sorted',
+    );
     assert.ok(borders.length[k] > 0 && borders.pb[k] >= 0 && borders.pb[k] <= 1);
   }
   const kinds = Object.values(EdgeKind);
   assert.ok(edges.kind.every((kind) => kinds.includes(kind)));
-  for (const [list, side] of [[edges.x0, width], [edges.x1, width], [edges.y0, height], [edges.y1, height]]) {
+  for (const [list, side] of [
+    [edges.x0, width],
+    [edges.x1, width],
+    [edges.y0, height],
+    [edges.y1, height],
+  ]) {
     assert.equal(list.length, edges.kind.length);
-    assert.ok(list.every((v) => v >= -0.5 && v <= side - 0.5), 'an edge leaves the image');
+    assert.ok(
+      list.every((v) => v >= -0.5 && v <= side - 0.5),
+      'an edge leaves the image',
+    );
   }
 }
 
@@ -82,7 +93,8 @@ test('superpixels and boundaries of a frame keep their laws', async (t) => {
   const result = await session.run();
   const regions = await result.superpixels(2);
   isPartition(regions);
-  for (const [name, kind] of Object.entries(EdgeKind)) assert.ok(regions.edges.kind.includes(kind), `no edge is a ${name}`);
+  for (const [name, kind] of Object.entries(EdgeKind))
+    assert.ok(regions.edges.kind.includes(kind), `no edge is a ${name}`);
   assert.deepEqual(await result.superpixels(2), await session.superpixels(2));
   assert.deepEqual(await result.boundaries(2), await session.boundaries(2));
 });
@@ -159,9 +171,14 @@ test('the number of superpixels can be set, and parameters change them', async (
   assert.ok(coarse.count < count, `${coarse.count} of ${count}`);
 });
 
-for (const [width, height] of [[1, 1], [1, 40], [40, 1], [17, 3]]) {
+for (const [width, height] of [
+  [1, 1],
+  [1, 40],
+  [40, 1],
+  [17, 3],
+]) {
   test(`an image of ${width}x${height} pixels is a valid partition`, async () => {
-    const image = plain(width, height, (x, y) => ((x >> 2) + y) % 2 * 255);
+    const image = plain(width, height, (x, y) => (((x >> 2) + y) % 2) * 255);
     isPartition(await superpixels(image));
     isBoundaryMap(await boundaries(image));
   });
@@ -170,7 +187,10 @@ for (const [width, height] of [[1, 1], [1, 40], [40, 1], [17, 3]]) {
 test('a flat image has no boundaries', async () => {
   const map = await boundaries(plain(40, 30, 128));
   isBoundaryMap(map);
-  assert.ok(map.pb.every((v) => v < 0.01), `largest ${Math.max(...map.pb)}`);
+  assert.ok(
+    map.pb.every((v) => v < 0.01),
+    `largest ${Math.max(...map.pb)}`,
+  );
   isPartition(await superpixels(plain(40, 30, 128)));
 });
 

@@ -14,12 +14,19 @@ test('the Node example writes a palette PNG for each frame of a folder', async (
   mkdirSync(join(folder, 'frames'));
   // Names as cameras give them: 2 comes before 10.
   frames.forEach((frame, k) => writeFileSync(join(folder, 'frames', `frame${k}.png`), png(frame)));
-  const { status, stdout, stderr } = spawnSync(process.execPath, ['masks.mjs', 'frames', 'masks'], { cwd: folder, encoding: 'utf8' });
+  const { status, stdout, stderr } = spawnSync(process.execPath, ['masks.mjs', 'frames', 'masks'], {
+    cwd: folder,
+    encoding: 'utf8',
+  });
   assert.equal(status, 0, stderr);
   assert.match(stdout, /12 of 12 frames, [1-9] objects/);
   assert.deepEqual(readdirSync(join(folder, 'masks')).sort(), frames.map((_, k) => `frame${k}.png`).sort());
   const file = readFileSync(join(folder, 'masks', 'frame11.png'));
-  assert.deepEqual([file.readUInt32BE(16), file.readUInt32BE(20), file[25]], [256, 144, 3], 'width, height, indexed colour');
+  assert.deepEqual(
+    [file.readUInt32BE(16), file.readUInt32BE(20), file[25]],
+    [256, 144, 3],
+    'width, height, indexed colour',
+  );
 });
 
 test('the Node example says how it is used', (t) => {

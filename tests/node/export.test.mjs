@@ -3,7 +3,18 @@
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { describe, test } from 'node:test';
-import { cocoRle, fromCocoRle, labelMaps, labelsNpy, maskPng, masksZip, objectColor, objectShape, TraceCutError, version } from 'tracecut';
+import {
+  cocoRle,
+  fromCocoRle,
+  labelMaps,
+  labelsNpy,
+  maskPng,
+  masksZip,
+  objectColor,
+  objectShape,
+  TraceCutError,
+  version,
+} from 'tracecut';
 import { unzipSync } from '../../dist/vendor/zip.js';
 import { readPng } from '../png.mjs';
 import { framesOf, open, segment } from './support.mjs';
@@ -35,18 +46,24 @@ describe('a mask as a PNG file', () => {
     assert.deepEqual([...pixels], [...TWO_FRAMES.labels(1)]);
     assert.equal(alpha, null);
     assert.equal(hex(palette.subarray(0, 3)), '#000000');
-    for (const label of [1, 2, 3, 255]) assert.equal(hex(palette.subarray(3 * label, 3 * label + 3)), objectColor(label));
+    for (const label of [1, 2, 3, 255])
+      assert.equal(hex(palette.subarray(3 * label, 3 * label + 3)), objectColor(label));
   });
 
   test('is one object in white on black', async () => {
     const { pixels, palette, colorType } = readPng(await maskPng(TWO_FRAMES, 1, { object: 2 }));
     assert.deepEqual([colorType, palette], [0, null]);
-    assert.deepEqual([...pixels], [...TWO_FRAMES.labels(1)].map((label) => (label === 2 ? 255 : 0)));
+    assert.deepEqual(
+      [...pixels],
+      [...TWO_FRAMES.labels(1)].map((label) => (label === 2 ? 255 : 0)),
+    );
     assert.equal(sum(readPng(await maskPng(TWO_FRAMES, 0, { object: 77 })).pixels), 0, 'an object that is not there');
   });
 
   test('can have a clear background, and colours of the caller', async () => {
-    const { order, alpha, palette } = readPng(await maskPng(TWO_FRAMES, 0, { transparent: true, palette: ['#010203', '#040506'] }));
+    const { order, alpha, palette } = readPng(
+      await maskPng(TWO_FRAMES, 0, { transparent: true, palette: ['#010203', '#040506'] }),
+    );
     assert.equal(order, 'IHDR PLTE tRNS IDAT IEND');
     assert.deepEqual([...alpha], [0]);
     assert.deepEqual([...palette.subarray(0, 6)], [1, 2, 3, 4, 5, 6]);
@@ -62,14 +79,29 @@ describe('a mask as a PNG file', () => {
   test('refuses what is wrong in words', async () => {
     await assert.rejects(maskPng(TWO_FRAMES, 2), refuses('param', /t = 2 \(expected a whole number, 0\.\.=1\)/));
     await assert.rejects(maskPng(TWO_FRAMES, 0, { object: 256 }), refuses('param', /object = 256 .*0\.\.=255/));
-    await assert.rejects(maskPng(TWO_FRAMES, 0, { objects: [1] }), refuses('param', /objects = a list of 1 .*no such option; there are object, palette, transparent/));
-    await assert.rejects(maskPng(TWO_FRAMES, 0, { transparent: 1 }), refuses('param', /transparent = 1 .*true or false/));
+    await assert.rejects(
+      maskPng(TWO_FRAMES, 0, { objects: [1] }),
+      refuses('param', /objects = a list of 1 .*no such option; there are object, palette, transparent/),
+    );
+    await assert.rejects(
+      maskPng(TWO_FRAMES, 0, { transparent: 1 }),
+      refuses('param', /transparent = 1 .*true or false/),
+    );
     await assert.rejects(maskPng(TWO_FRAMES, 0, { palette: ['red'] }), refuses('param', /"red" \(expected #rrggbb\)/));
     await assert.rejects(maskPng({ width: 2, height: 2 }, 0), refuses('data', /masks = an Object .*labels\(t\)/));
     await assert.rejects(maskPng({ ...TWO_FRAMES, width: 0 }, 0), refuses('data', /masks\.width = 0/));
-    await assert.rejects(maskPng({ ...TWO_FRAMES, labels: () => new Uint8Array(11) }, 0), refuses('data', /has 11 labels \(expected 12\)/));
-    await assert.rejects(maskPng({ ...TWO_FRAMES, labels: () => new Uint16Array(12).fill(256) }, 0), refuses('data', /\[0\] = 256 .*0\.\.=255/));
-    await assert.rejects(maskPng({ ...TWO_FRAMES, labels: () => 'labels' }, 0), refuses('data', /"labels" .*4 × 3 labels/));
+    await assert.rejects(
+      maskPng({ ...TWO_FRAMES, labels: () => new Uint8Array(11) }, 0),
+      refuses('data', /has 11 labels \(expected 12\)/),
+    );
+    await assert.rejects(
+      maskPng({ ...TWO_FRAMES, labels: () => new Uint16Array(12).fill(256) }, 0),
+      refuses('data', /\[0\] = 256 .*0\.\.=255/),
+    );
+    await assert.rejects(
+      maskPng({ ...TWO_FRAMES, labels: () => 'labels' }, 0),
+      refuses('data', /"labels" .*4 × 3 labels/),
+    );
   });
 });
 
@@ -79,25 +111,57 @@ describe('a ZIP of masks', () => {
     assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', 'masks.json']);
     for (const t of [0, 1]) assert.deepEqual([...readPng(files[`0000${t}.png`]).pixels], [...TWO_FRAMES.labels(t)]);
     assert.deepEqual(JSON.parse(text(files['masks.json'])), {
-      generator: 'tracecut', version, width: 4, height: 3, numFrames: 2, times: [0.5, 0.54], labels: [1, 2, 3],
-      palette: { 0: '#000000', 1: objectColor(1), 2: objectColor(2), 3: objectColor(3) }, files: ['00000.png', '00001.png'],
+      generator: 'tracecut',
+      version,
+      width: 4,
+      height: 3,
+      numFrames: 2,
+      times: [0.5, 0.54],
+      labels: [1, 2, 3],
+      palette: { 0: '#000000', 1: objectColor(1), 2: objectColor(2), 3: objectColor(3) },
+      files: ['00000.png', '00001.png'],
     });
   });
 
   test('has a folder for each object if asked, and leaves out those not chosen', async () => {
     const progress = [];
-    const files = unzipSync(await masksZip(TWO_FRAMES, { perObject: true, objects: [1, 3, 9], frameRate: 25, onProgress: (step) => progress.push(step) }));
+    const files = unzipSync(
+      await masksZip(TWO_FRAMES, {
+        perObject: true,
+        objects: [1, 3, 9],
+        frameRate: 25,
+        onProgress: (step) => progress.push(step),
+      }),
+    );
     const names = [1, 3].flatMap((label) => [0, 1].map((t) => `object-${label}/0000${t}.png`));
     assert.deepEqual(Object.keys(files).sort(), ['masks.json', ...names].sort());
-    assert.deepEqual([...readPng(files['object-3/00001.png']).pixels], [...TWO_FRAMES.labels(1)].map((label) => (label === 3 ? 255 : 0)));
+    assert.deepEqual(
+      [...readPng(files['object-3/00001.png']).pixels],
+      [...TWO_FRAMES.labels(1)].map((label) => (label === 3 ? 255 : 0)),
+    );
     const { labels, times, files: listed } = JSON.parse(text(files['masks.json']));
-    assert.deepEqual([labels, times], [[1, 3], [0, 0.04]]);
+    assert.deepEqual(
+      [labels, times],
+      [
+        [1, 3],
+        [0, 0.04],
+      ],
+    );
     assert.deepEqual(Object.values(listed).flat(), names);
-    assert.deepEqual(progress, [{ done: 1, total: 2 }, { done: 2, total: 2 }]);
-    const shots = [{ first: 0, last: 0 }, { first: 1, last: 1 }];
+    assert.deepEqual(progress, [
+      { done: 1, total: 2 },
+      { done: 2, total: 2 },
+    ]);
+    const shots = [
+      { first: 0, last: 0 },
+      { first: 1, last: 1 },
+    ];
     assert.deepEqual(JSON.parse(text(unzipSync(await masksZip({ ...TWO_FRAMES, shots }))['masks.json'])).shots, shots);
     const some = unzipSync(await masksZip(TWO_FRAMES, { objects: (label) => label === 2 }));
-    assert.deepEqual([...readPng(some['00000.png']).pixels], [...TWO_FRAMES.labels(0)].map((label) => (label === 2 ? 2 : 0)));
+    assert.deepEqual(
+      [...readPng(some['00000.png']).pixels],
+      [...TWO_FRAMES.labels(0)].map((label) => (label === 2 ? 2 : 0)),
+    );
   });
 
   test('is the same, byte for byte, whenever and in whatever zone of time it is made', async (t) => {
@@ -122,11 +186,20 @@ describe('a ZIP of masks', () => {
     const controller = new AbortController();
     const zip = masksZip(TWO_FRAMES, { signal: controller.signal, onProgress: () => controller.abort() });
     await assert.rejects(zip, { name: 'AbortError' });
-    await assert.rejects(masksZip({ ...TWO_FRAMES, times: [0] }), refuses('data', /has 1 times \(expected 2, one a frame\)/));
-    await assert.rejects(masksZip({ ...TWO_FRAMES, times: [1, 1] }), refuses('data', /times\[1\] = 1 \(expected seconds, ascending\)/));
+    await assert.rejects(
+      masksZip({ ...TWO_FRAMES, times: [0] }),
+      refuses('data', /has 1 times \(expected 2, one a frame\)/),
+    );
+    await assert.rejects(
+      masksZip({ ...TWO_FRAMES, times: [1, 1] }),
+      refuses('data', /times\[1\] = 1 \(expected seconds, ascending\)/),
+    );
     await assert.rejects(masksZip(TWO_FRAMES, { frameRate: 0 }), refuses('param', /frameRate = 0/));
     await assert.rejects(masksZip(TWO_FRAMES, { objects: [256] }), refuses('param', /objects = 256/));
-    await assert.rejects(masksZip(TWO_FRAMES, { objects: 1 }), refuses('param', /objects = 1 \(expected a list of labels/));
+    await assert.rejects(
+      masksZip(TWO_FRAMES, { objects: 1 }),
+      refuses('param', /objects = 1 \(expected a list of labels/),
+    );
   });
 });
 
@@ -158,23 +231,67 @@ describe('masks as COCO run lengths', () => {
       const [x, y] = [p % width, Math.floor(p / width)];
       return (x - 170) ** 2 + (y - 140) ** 2 < 100 ** 2 || x >= 395 ? 4 : 0;
     });
-    const [{ segmentation, area, bbox, track_id }] = cocoRle({ width, height, numFrames: 1, labels: () => labels }).annotations;
-    assert.ok(segmentation.counts.startsWith('bmd0m0Z8:F:H6I8I6K4K6K4L4L4L4L4L4M2M4M2M4M2N2M4M2N2N2M4M2N2N'), segmentation.counts);
-    assert.equal(createHash('sha256').update(segmentation.counts).digest('hex'), '8e6d0d69f08ca4259d93b78430620f7fbfa41716e59504035d2b60af8a6689f5');
+    const [{ segmentation, area, bbox, track_id }] = cocoRle({
+      width,
+      height,
+      numFrames: 1,
+      labels: () => labels,
+    }).annotations;
+    assert.ok(
+      segmentation.counts.startsWith('bmd0m0Z8:F:H6I8I6K4K6K4L4L4L4L4L4M2M4M2M4M2N2M4M2N2N2M4M2N2N'),
+      segmentation.counts,
+    );
+    assert.equal(
+      createHash('sha256').update(segmentation.counts).digest('hex'),
+      '8e6d0d69f08ca4259d93b78430620f7fbfa41716e59504035d2b60af8a6689f5',
+    );
     assert.deepEqual([area, bbox, track_id], [32897, [71, 0, 329, 300], 4]);
-    assert.deepEqual(fromCocoRle(segmentation), labels.map((label) => Number(label > 0)));
+    assert.deepEqual(
+      fromCocoRle(segmentation),
+      labels.map((label) => Number(label > 0)),
+    );
   });
 
   test('say frames, times, objects and categories', () => {
     const category = (label) => (label === 3 ? 'ball' : 'person');
-    const coco = cocoRle({ ...TWO_FRAMES, times: Float64Array.of(2, 2.5) }, { category, video: 'clip.mp4', fileName: (t) => `frames/${t}.jpg` });
+    const coco = cocoRle(
+      { ...TWO_FRAMES, times: Float64Array.of(2, 2.5) },
+      { category, video: 'clip.mp4', fileName: (t) => `frames/${t}.jpg` },
+    );
     assert.deepEqual(coco.videos, [{ id: 1, name: 'clip.mp4', width: 4, height: 3 }]);
-    assert.deepEqual(coco.images[1], { id: 2, video_id: 1, frame_index: 1, width: 4, height: 3, file_name: 'frames/1.jpg', timestamp: 2.5 });
-    assert.deepEqual(coco.categories, [{ id: 1, name: 'person' }, { id: 2, name: 'ball' }]);
-    assert.deepEqual(coco.tracks, [1, 2, 3].map((id) => ({ id, category_id: id === 3 ? 2 : 1, video_id: 1 })));
-    assert.deepEqual(coco.annotations.map(({ id, image_id, track_id, category_id, iscrowd }) => [id, image_id, track_id, category_id, iscrowd]), [
-      [1, 1, 1, 1, 0], [2, 1, 2, 1, 0], [3, 2, 1, 1, 0], [4, 2, 2, 1, 0], [5, 2, 3, 2, 0],
+    assert.deepEqual(coco.images[1], {
+      id: 2,
+      video_id: 1,
+      frame_index: 1,
+      width: 4,
+      height: 3,
+      file_name: 'frames/1.jpg',
+      timestamp: 2.5,
+    });
+    assert.deepEqual(coco.categories, [
+      { id: 1, name: 'person' },
+      { id: 2, name: 'ball' },
     ]);
+    assert.deepEqual(
+      coco.tracks,
+      [1, 2, 3].map((id) => ({ id, category_id: id === 3 ? 2 : 1, video_id: 1 })),
+    );
+    assert.deepEqual(
+      coco.annotations.map(({ id, image_id, track_id, category_id, iscrowd }) => [
+        id,
+        image_id,
+        track_id,
+        category_id,
+        iscrowd,
+      ]),
+      [
+        [1, 1, 1, 1, 0],
+        [2, 1, 2, 1, 0],
+        [3, 2, 1, 1, 0],
+        [4, 2, 2, 1, 0],
+        [5, 2, 3, 2, 0],
+      ],
+    );
     assert.equal(coco.info.version, version);
   });
 
@@ -183,8 +300,14 @@ describe('masks as COCO run lengths', () => {
     assert.deepEqual([none.annotations, none.tracks, none.images.length], [[], [], 1]);
     assert.ok(!('timestamp' in none.images[0]));
     const all = cocoRle(ALL_LABELS);
-    assert.deepEqual(all.annotations.map(({ track_id, area }) => [track_id, area]), Array.from({ length: 255 }, (_, k) => [k + 1, 1]));
-    assert.deepEqual(cocoRle(ALL_LABELS, { objects: [7] }).annotations.map(({ bbox }) => bbox), [[7, 0, 1, 1]]);
+    assert.deepEqual(
+      all.annotations.map(({ track_id, area }) => [track_id, area]),
+      Array.from({ length: 255 }, (_, k) => [k + 1, 1]),
+    );
+    assert.deepEqual(
+      cocoRle(ALL_LABELS, { objects: [7] }).annotations.map(({ bbox }) => bbox),
+      [[7, 0, 1, 1]],
+    );
     assert.equal(cocoRle(ALL_LABELS, { objects: [0] }).annotations[0].area, 1, 'the background if asked for');
   });
 
@@ -215,7 +338,10 @@ describe('masks as arrays', () => {
     const header = Buffer.from(file).readUInt16LE(8);
     assert.equal(Buffer.from(file).toString('latin1', 0, 8), '\x93NUMPY\x01\0');
     assert.equal((10 + header) % 64, 0);
-    assert.match(text(file.subarray(10, 10 + header)), /^\{'descr': '\|u1', 'fortran_order': False, 'shape': \(2, 3, 4\), \} +\n$/);
+    assert.match(
+      text(file.subarray(10, 10 + header)),
+      /^\{'descr': '\|u1', 'fortran_order': False, 'shape': \(2, 3, 4\), \} +\n$/,
+    );
     assert.deepEqual(file.subarray(10 + header), labelMaps(TWO_FRAMES).data);
   });
 });
@@ -226,7 +352,10 @@ describe('the palette', () => {
     assert.equal(new Set(colors).size, 256);
     assert.deepEqual(colors.slice(0, 3), ['#a3a7ad', '#e69f00', '#56b4e9']);
     assert.ok(colors.every((color) => /^#[0-9a-f]{6}$/.test(color)));
-    const distance = (a, b) => Math.hypot(...[1, 3, 5].map((k) => Number.parseInt(a.slice(k, k + 2), 16) - Number.parseInt(b.slice(k, k + 2), 16)));
+    const distance = (a, b) =>
+      Math.hypot(
+        ...[1, 3, 5].map((k) => Number.parseInt(a.slice(k, k + 2), 16) - Number.parseInt(b.slice(k, k + 2), 16)),
+      );
     const least = (list) => Math.min(...list.flatMap((a, k) => list.slice(k + 1).map((b) => distance(a, b))));
     assert.ok(least(colors.slice(0, 30)) > 50, `${least(colors.slice(0, 30))}`);
     assert.ok(least(colors) > 25, `${least(colors)}`);
@@ -235,7 +364,15 @@ describe('the palette', () => {
   });
 
   test('changes the shape of points where hues come close', () => {
-    assert.deepEqual([0, 1, 7, 8, 14, 15, 22].map(objectShape), ['disc', 'disc', 'disc', 'square', 'square', 'diamond', 'disc']);
+    assert.deepEqual([0, 1, 7, 8, 14, 15, 22].map(objectShape), [
+      'disc',
+      'disc',
+      'disc',
+      'square',
+      'square',
+      'diamond',
+      'disc',
+    ]);
     assert.throws(() => objectColor(256), refuses('param', /label = 256/));
     assert.throws(() => objectShape(-1), refuses('param', /label = -1/));
   });
@@ -243,7 +380,15 @@ describe('the palette', () => {
 
 test('a result without masks says so', async (t) => {
   const session = await open(t);
-  await session.setTrajectories({ numFrames: 2, width: 9, height: 9, startFrame: [0, 0], offset: [0, 2, 4], x: [1, 2, 6, 6], y: [1, 2, 6, 6] });
+  await session.setTrajectories({
+    numFrames: 2,
+    width: 9,
+    height: 9,
+    startFrame: [0, 0],
+    offset: [0, 2, 4],
+    x: [1, 2, 6, 6],
+    y: [1, 2, 6, 6],
+  });
   const result = await session.run();
   await assert.rejects(maskPng(result, 0), refuses('state', /no masks/));
   assert.throws(() => cocoRle(result), refuses('state', /no masks/));

@@ -1,5 +1,6 @@
-// What the wasm build said about two scenes when it was last looked at: labels and masks to the last one, positions in sum. A change that
-// is meant is taken over with `REGENERATE=1 npm test -- node`, which rewrites the files and fails so that nobody forgets to look.
+// What the wasm build said about two scenes when it was last looked at: labels and masks to the last one, positions in
+// sum. A change that is meant is taken over with `REGENERATE=1 npm test -- node`, which rewrites the files and fails so
+// that nobody forgets to look.
 
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
@@ -20,7 +21,10 @@ for (const [name, scene] of Object.entries(scenes)) {
     const actual = summary(frames, await segment(frames));
     const file = new URL(`../data/${name}.json`, import.meta.url);
     if (process.env.REGENERATE) {
-      writeFileSync(file, `${JSON.stringify({ scene, ...actual }, null, 1).replace(/\[[^\]]*\]/g, (list) => list.replace(/\s+/g, ' '))}\n`);
+      writeFileSync(
+        file,
+        `${JSON.stringify({ scene, ...actual }, null, 1).replace(/\[[^\]]*\]/g, (list) => list.replace(/\s+/g, ' '))}\n`,
+      );
       assert.fail(`${name}.json was rewritten: look at the difference, then run again without REGENERATE`);
     }
     assert.ok(existsSync(file), `${name}.json is missing; make it with REGENERATE=1`);

@@ -15,7 +15,10 @@ function isComplete(map, width, height) {
   assert.deepEqual([map.width, map.height], [width, height]);
   for (const name of MAPS) {
     assert.equal(map[name].length, width * height, name);
-    assert.ok(map[name].every((v) => v >= 0 && v <= 1), `${name} is outside of 0..1`);
+    assert.ok(
+      map[name].every((v) => v >= 0 && v <= 1),
+      `${name} is outside of 0..1`,
+    );
   }
 }
 
@@ -51,9 +54,15 @@ test('parameters change what is found, and large images are reduced', async () =
   assert.deepEqual([small.scaleX, small.scaleY], [2, 2]);
 });
 
-for (const [width, height] of [[1, 1], [1, 40], [40, 1], [2, 2], [17, 3]]) {
+for (const [width, height] of [
+  [1, 1],
+  [1, 40],
+  [40, 1],
+  [2, 2],
+  [17, 3],
+]) {
   test(`an image of ${width}x${height} pixels has maps of its size`, async () => {
-    isComplete(await imageDiscontinuities(plain(width, height, (x, y) => ((x >> 2) + y) % 2 * 255)), width, height);
+    isComplete(await imageDiscontinuities(plain(width, height, (x, y) => (((x >> 2) + y) % 2) * 255)), width, height);
     const flat = await imageDiscontinuities(plain(width, height, 90));
     isComplete(flat, width, height);
     assert.ok(MAPS.slice(1, 3).every((name) => flat[name].every((v) => v === 0)));
@@ -75,7 +84,7 @@ test('a worker finds what this thread finds', async (t) => {
   const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
   const engine = await createRemoteEngine(worker, module, { still: { dimensions: 6 } });
   const image = () => plain(50, 40, (x, y) => (x + y < 40 ? 40 : 200));
-  const found = await engine.discontinuitiesOf({ ...image(), kind: 'pixels' });
+  const found = await engine.request('discontinuitiesOf', { ...image(), kind: 'pixels' });
   assert.deepEqual(found, await imageDiscontinuities(image(), { still: { dimensions: 6 } }));
 });
 

@@ -10,10 +10,16 @@ import { installed } from '../package/installed.mjs';
 
 test('a project that installs the tarball segments a clip, and installs nothing else', async (t) => {
   const folder = installed(t, 'tests/package/app');
-  assert.deepEqual(readdirSync(join(folder, 'node_modules')).filter((name) => !name.startsWith('.')), ['tracecut']);
+  assert.deepEqual(
+    readdirSync(join(folder, 'node_modules')).filter((name) => !name.startsWith('.')),
+    ['tracecut'],
+  );
   assert.ok(!existsSync(join(folder, 'node_modules', 'tracecut', 'www')));
   const script = "import { outcome } from './segment.js'; console.log(JSON.stringify(await outcome()));";
-  const printed = execFileSync(process.execPath, ['--input-type=module', '--eval', script], { cwd: folder, encoding: 'utf8' });
+  const printed = execFileSync(process.execPath, ['--input-type=module', '--eval', script], {
+    cwd: folder,
+    encoding: 'utf8',
+  });
   assert.deepEqual(JSON.parse(printed), await outcome());
 });
 
@@ -25,6 +31,9 @@ test('a CommonJS project imports it, and the wasm files have names that resolve'
       const clip = await synthClip({ frames: 2, wasm });
       console.log(clip.numObjects, require.resolve('tracecut/decoder.wasm').endsWith('decoder_bg.wasm'));
     });`;
-  const printed = execFileSync(process.execPath, ['--input-type=commonjs', '--eval', script], { cwd: folder, encoding: 'utf8' });
+  const printed = execFileSync(process.execPath, ['--input-type=commonjs', '--eval', script], {
+    cwd: folder,
+    encoding: 'utf8',
+  });
   assert.equal(printed, '3 true\n');
 });

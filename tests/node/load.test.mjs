@@ -11,11 +11,14 @@ const wasmFile = new URL('../../dist/tracecut_bg.wasm', import.meta.url);
 
 test('the module needs no relaxed SIMD, which Safari and Node 20 refuse', async () => {
   const bytes = await readFile(wasmFile);
-  const relaxed = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 15, 1, 13, 0, 65, 1, 253, 15, 65, 2, 253, 15,
-    253, 128, 2, 11];
+  const relaxed = [
+    0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 15, 1, 13, 0, 65, 1, 253, 15, 65, 2, 253, 15,
+    253, 128, 2, 11,
+  ];
   assert.ok(WebAssembly.validate(bytes), 'this Node refuses the module');
   // Where the engine itself knows relaxed SIMD the check above proves nothing; CI runs a Node that does not.
-  if (process.version.startsWith('v20.')) assert.ok(!WebAssembly.validate(new Uint8Array(relaxed)), 'the probe is no probe');
+  if (process.version.startsWith('v20.'))
+    assert.ok(!WebAssembly.validate(new Uint8Array(relaxed)), 'the probe is no probe');
 });
 
 test('wasm can be given as bytes, as a module, as a file URL, as a web URL and as a response', async (t) => {
@@ -23,7 +26,15 @@ test('wasm can be given as bytes, as a module, as a file URL, as a web URL and a
   const server = await serve();
   t.after(() => server.close());
   const url = `${server.url}dist/tracecut_bg.wasm`;
-  for (const wasm of [bytes, bytes.buffer, await WebAssembly.compile(bytes), wasmFile, url, new URL(url), await fetch(url)]) {
+  for (const wasm of [
+    bytes,
+    bytes.buffer,
+    await WebAssembly.compile(bytes),
+    wasmFile,
+    url,
+    new URL(url),
+    await fetch(url),
+  ]) {
     (await createSession({ wasm })).close();
   }
 });

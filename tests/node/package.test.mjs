@@ -16,8 +16,16 @@ const manifest = JSON.parse(read('package.json'));
 /** Most bytes of the package when it is installed. */
 const MOST_UNPACKED = 2.5 * 1024 * 1024;
 
-/** Most bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads when that is first needed. */
-const MOST_ZIPPED = { 'index.js': 44 * 1024, 'worker.js': 9 * 1024, 'vendor/media.js': 150 * 1024, 'vendor/zip.js': 8 * 1024 };
+/**
+ * Most bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads when that is
+ * first needed.
+ */
+const MOST_ZIPPED = {
+  'index.js': 44 * 1024,
+  'worker.js': 9 * 1024,
+  'vendor/media.js': 150 * 1024,
+  'vendor/zip.js': 8 * 1024,
+};
 
 test('the versions of crate, package and built module are one', () => {
   assert.equal(/^version = "(.+)"$/m.exec(read('Cargo.toml'))[1], manifest.version);
@@ -40,8 +48,20 @@ test('browser and Node entries export the same names, and none is a thenable', a
 test('the tarball holds the built package and nothing else', () => {
   const sources = modules().flatMap((name) => [`dist/${name}`, `dist/${name.replace(/\.js$/, '.d.ts')}`]);
   const built = [
-    'glue.js', 'glue.d.ts', 'tracecut.d.ts', 'tracecut_bg.wasm', 'tracecut_bg.wasm.d.ts', 'decoder.js', 'decoder.d.ts', 'decoder_bg.wasm',
-    'decoder_bg.wasm.d.ts', 'parameters.js', 'parameters.d.ts', 'vendor/media.js', 'vendor/zip.js', 'vendor/LICENSES.txt',
+    'glue.js',
+    'glue.d.ts',
+    'tracecut.d.ts',
+    'tracecut_bg.wasm',
+    'tracecut_bg.wasm.d.ts',
+    'decoder.js',
+    'decoder.d.ts',
+    'decoder_bg.wasm',
+    'decoder_bg.wasm.d.ts',
+    'parameters.js',
+    'parameters.d.ts',
+    'vendor/media.js',
+    'vendor/zip.js',
+    'vendor/LICENSES.txt',
   ].map((name) => `dist/${name}`);
   const words = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
   const { files, unpackedSize } = packed();
@@ -56,16 +76,24 @@ test('every module of the source is in the build, unchanged', () => {
 test('no module of the package imports anything by a bare name, so that a page needs no bundler', () => {
   const names = modules().concat('vendor/media.js', 'vendor/zip.js', 'glue.js', 'decoder.js');
   const bare = names.flatMap((name) =>
-    importsOf(read(join('dist', name))).filter((specifier) => !/^\.{1,2}\//.test(specifier)).map((specifier) => `${name}: ${specifier}`),
+    importsOf(read(join('dist', name)))
+      .filter((specifier) => !/^\.{1,2}\//.test(specifier))
+      .map((specifier) => `${name}: ${specifier}`),
   );
   // The entry for Node, which no page loads, reads its files itself.
-  assert.deepEqual(bare.filter((line) => !line.includes('node:')), []);
+  assert.deepEqual(
+    bare.filter((line) => !line.includes('node:')),
+    [],
+  );
   assert.deepEqual(new Set(bare.map((line) => line.split(':')[0])), new Set(['node.js']));
 });
 
 test('what a page loads first is small, and what is loaded when it is needed lies in files of its own', async () => {
-  const zipped = Object.fromEntries(await Promise.all(Object.keys(MOST_ZIPPED).map(async (name) => [name, await zippedSize(name)])));
-  for (const [name, most] of Object.entries(MOST_ZIPPED)) assert.ok(zipped[name] <= most, `${name}: ${zipped[name]} bytes zipped, ${most} allowed`);
+  const zipped = Object.fromEntries(
+    await Promise.all(Object.keys(MOST_ZIPPED).map(async (name) => [name, await zippedSize(name)])),
+  );
+  for (const [name, most] of Object.entries(MOST_ZIPPED))
+    assert.ok(zipped[name] <= most, `${name}: ${zipped[name]} bytes zipped, ${most} allowed`);
 });
 
 test('importing the package touches nothing', () => {
@@ -77,7 +105,10 @@ test('importing the package touches nothing', () => {
     await import('./dist/index.js');
     if (Reflect.ownKeys(globalThis).length !== before) throw new Error('a global was added');
     console.log('quiet');`;
-  const { stdout, stderr } = spawnSync(process.execPath, ['--input-type=module', '--eval', script], { cwd: root, encoding: 'utf8' });
+  const { stdout, stderr } = spawnSync(process.execPath, ['--input-type=module', '--eval', script], {
+    cwd: root,
+    encoding: 'utf8',
+  });
   assert.equal(stdout, 'quiet\n', stderr);
 });
 
@@ -92,8 +123,8 @@ test('publint has nothing to say', () => {
   assert.match(stdout, /All good!/);
 });
 
-// .attw.json has the flags. `esm-only`: there is no CommonJS build, and none is missing, since Node from 20.19 on can require() this one; the
-// wasm files are no modules, so they have no types that every bundler would agree with.
+// .attw.json has the flags. `esm-only`: there is no CommonJS build, and none is missing, since Node from 20.19 on can
+// require() this one; the wasm files are no modules, so they have no types that every bundler would agree with.
 test('attw has nothing to say', () => {
   const { status, stdout } = tool('@arethetypeswrong/cli/dist/index.js', '--pack', '.', '--format', 'json');
   assert.equal(status, 0, stdout);
@@ -107,7 +138,9 @@ test('the lock file names no registry', () => {
 
 /** The modules below www/lib, which lie alike below dist. */
 function modules() {
-  return readdirSync(join(root, 'www', 'lib'), { recursive: true }).map((name) => name.replaceAll('\\', '/')).filter((name) => name.endsWith('.js'));
+  return readdirSync(join(root, 'www', 'lib'), { recursive: true })
+    .map((name) => name.replaceAll('\\', '/'))
+    .filter((name) => name.endsWith('.js'));
 }
 
 /** What a module imports, statically or not, as written. */
@@ -119,8 +152,16 @@ function importsOf(text) {
 /** Bytes of a file of dist/ with all that it imports statically, minified and zipped. */
 async function zippedSize(name) {
   const { metafile, outputFiles } = await bundle({
-    entryPoints: [`dist/${name}`], absWorkingDir: root, outdir: 'out', bundle: true, minify: true, splitting: true, format: 'esm', write: false,
-    metafile: true, logLevel: 'warning',
+    entryPoints: [`dist/${name}`],
+    absWorkingDir: root,
+    outdir: 'out',
+    bundle: true,
+    minify: true,
+    splitting: true,
+    format: 'esm',
+    write: false,
+    metafile: true,
+    logLevel: 'warning',
   });
   const chunks = new Set([`out/${basename(name)}`]);
   for (const chunk of chunks) {
@@ -133,7 +174,13 @@ async function zippedSize(name) {
 
 /** A module of these contents, bundled by a project that has installed the package. */
 async function bundled(contents) {
-  const { outputFiles } = await bundle({ stdin: { contents, resolveDir: root }, bundle: true, write: false, format: 'esm', logLevel: 'warning' });
+  const { outputFiles } = await bundle({
+    stdin: { contents, resolveDir: root },
+    bundle: true,
+    write: false,
+    format: 'esm',
+    logLevel: 'warning',
+  });
   return outputFiles[0].text;
 }
 
@@ -144,7 +191,11 @@ function tool(script, ...args) {
 
 function packed() {
   const windows = process.platform === 'win32';
-  const text = execFileSync('npm', ['pack', '--dry-run', '--json', '--ignore-scripts'], { cwd: root, encoding: 'utf8', shell: windows });
+  const text = execFileSync('npm', ['pack', '--dry-run', '--json', '--ignore-scripts'], {
+    cwd: root,
+    encoding: 'utf8',
+    shell: windows,
+  });
   const parsed = JSON.parse(text);
   return Array.isArray(parsed) ? parsed[0] : Object.values(parsed)[0];
 }

@@ -42,7 +42,12 @@ test('every block of JavaScript in the README is run by some test', () => {
 });
 
 test('the lines for a newcomer are few', () => {
-  const lines = (heading) => code.get(heading).trim().split('\n').filter((line) => line && !line.startsWith('import')).length;
+  const lines = (heading) =>
+    code
+      .get(heading)
+      .trim()
+      .split('\n')
+      .filter((line) => line && !line.startsWith('import')).length;
   assert.ok(lines('In Node') <= 10 && lines('In the browser') <= 10);
 });
 
@@ -51,7 +56,16 @@ test("the README's blocks for Node do what they say", async (t) => {
   mkdirSync(join(folder, 'frames'));
   (await framesOf(SCENE)).forEach((frame, k) => writeFileSync(join(folder, 'frames', `${k}.png`), png(frame)));
   run(folder, 'In Node');
-  assert.deepEqual(readdirSync(join(folder, 'masks')).sort(), ['0.png', '1.png', '2.png', '3.png', '4.png', '5.png', '6.png', '7.png']);
+  assert.deepEqual(readdirSync(join(folder, 'masks')).sort(), [
+    '0.png',
+    '1.png',
+    '2.png',
+    '3.png',
+    '4.png',
+    '5.png',
+    '6.png',
+    '7.png',
+  ]);
   assert.match(run(folder, 'Sessions'), /masks \d+ \d+\n\d{3,} trajectories, [1-9] objects\n$/);
   assert.equal(run(folder, 'Corrections'), '3 true true\n');
   assert.equal(run(folder, 'Single images'), '9216 9216 9216 true true 9216 9216\n');

@@ -1,4 +1,5 @@
-// The API reference: that it is what the package declares, that nothing public lacks a description, and the reader that it is made with.
+// The API reference: that it is what the package declares, that nothing public lacks a description, and the reader that
+// it is made with.
 
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -18,7 +19,10 @@ test('docs/reference.md says what the declarations say', () => {
     writeFileSync(file, text);
     assert.fail('docs/reference.md was rewritten: look at the difference, then run again without REGENERATE');
   }
-  assert.ok(readFileSync(file, 'utf8').replaceAll('\r', '') === text, 'docs/reference.md is out of date: run node scripts/reference.mjs');
+  assert.ok(
+    readFileSync(file, 'utf8').replaceAll('\r', '') === text,
+    'docs/reference.md is out of date: run node scripts/reference.mjs',
+  );
 });
 
 test('every public name, member and parameter has a description', () => {
@@ -26,10 +30,16 @@ test('every public name, member and parameter has a description', () => {
 });
 
 test('the reference has an entry for all that the package exports, and each of its links leads somewhere', () => {
-  assert.deepEqual(Object.keys(tracecut).filter((name) => !names.includes(name)), []);
+  assert.deepEqual(
+    Object.keys(tracecut).filter((name) => !names.includes(name)),
+    [],
+  );
   const anchors = new Set();
   for (const [, title] of text.matchAll(/^#+ (.+)$/gm)) {
-    const anchor = title.toLowerCase().replaceAll(' ', '-').replace(/[^\w-]/g, '');
+    const anchor = title
+      .toLowerCase()
+      .replaceAll(' ', '-')
+      .replace(/[^\w-]/g, '');
     let own = anchor;
     for (let k = 1; anchors.has(own); k += 1) own = `${anchor}-${k}`;
     anchors.add(own);
@@ -61,10 +71,24 @@ export * from '../all.js';
 `,
     'sub/m.js',
   );
-  assert.deepEqual(read.map(({ kind, name, from }) => [kind, name ?? from]), [['function', 'f'], ['class', 'C'], ['names', 'sub/deep/d.js'], ['all', 'all.js']]);
+  assert.deepEqual(
+    read.map(({ kind, name, from }) => [kind, name ?? from]),
+    [
+      ['function', 'f'],
+      ['class', 'C'],
+      ['names', 'sub/deep/d.js'],
+      ['all', 'all.js'],
+    ],
+  );
   assert.equal(read[0].doc.words, 'Says so; has a } in it.');
   assert.ok(read[0].text.endsWith('Promise<void>;'));
-  assert.deepEqual(read[1].members.map(({ name, doc }) => [name, doc.words]), [['size', 'Its size.'], ['[Symbol.dispose]', 'Ends it.']]);
+  assert.deepEqual(
+    read[1].members.map(({ name, doc }) => [name, doc.words]),
+    [
+      ['size', 'Its size.'],
+      ['[Symbol.dispose]', 'Ends it.'],
+    ],
+  );
 });
 
 test('comments are read with their tags', () => {
@@ -89,5 +113,11 @@ test('comments are read with their tags', () => {
  */
 /** @typedef {string} Silent */
 `;
-  assert.deepEqual([...descriptions(source)], [['One', 'In one line.'], ['Two', 'In more,\nhere two.']]);
+  assert.deepEqual(
+    [...descriptions(source)],
+    [
+      ['One', 'In one line.'],
+      ['Two', 'In more,\nhere two.'],
+    ],
+  );
 });

@@ -42,7 +42,10 @@ test('what moves in the scene is salient and foreground, what the camera pans ov
     sums[object > 0 ? 0 : 1] += map[Math.floor(p / SCENE.width) * width + (p % SCENE.width)];
     sums[object > 0 ? 2 : 3] += 1;
   });
-  assert.ok(sums[0] / sums[2] > 0.8 && sums[1] / sums[3] < 0.5, `objects ${sums[0] / sums[2]}, background ${sums[1] / sums[3]}`);
+  assert.ok(
+    sums[0] / sums[2] > 0.8 && sums[1] / sums[3] < 0.5,
+    `objects ${sums[0] / sums[2]}, background ${sums[1] / sums[3]}`,
+  );
 });
 
 test('a clip in which nothing moves has no foreground and no components', async () => {
@@ -56,7 +59,10 @@ test('components lie in the foreground, numbered in each frame', async () => {
   const { trajectories, saliency, components } = await segment(await framesOf(SCENE));
   const { count, startFrame, offset, x } = trajectories;
   assert.deepEqual([components.count.length, components.ofPoint.length], [SCENE.frames, x.length]);
-  assert.ok(components.count.every((n) => n >= 2), `components: ${components.count}`);
+  assert.ok(
+    components.count.every((n) => n >= 2),
+    `components: ${components.count}`,
+  );
   const seen = Array.from(components.count, () => new Set());
   for (let i = 0; i < count; i += 1) {
     for (let p = offset[i]; p < offset[i + 1]; p += 1) {
@@ -69,7 +75,12 @@ test('components lie in the foreground, numbered in each frame', async () => {
       seen[startFrame[i] + p - offset[i]].add(component);
     }
   }
-  seen.forEach((numbers, t) => assert.deepEqual([...numbers].sort((a, b) => a - b), Array.from({ length: components.count[t] }, (_, k) => k)));
+  seen.forEach((numbers, t) =>
+    assert.deepEqual(
+      [...numbers].sort((a, b) => a - b),
+      Array.from({ length: components.count[t] }, (_, k) => k),
+    ),
+  );
 });
 
 test('saliency maps have a value for each pixel, for the last frame too', async (t) => {
@@ -90,7 +101,12 @@ test('saliency maps have a value for each pixel, for the last frame too', async 
 
 test('trajectories from outside have no saliency and no components', async (t) => {
   const session = await open(t);
-  const tracks = { startFrame: [0, 0, 0], offset: [0, 3, 6, 9], x: [9, 9, 9, 30, 31, 32, 50, 50, 50], y: [9, 9, 9, 20, 20, 20, 40, 40, 40] };
+  const tracks = {
+    startFrame: [0, 0, 0],
+    offset: [0, 3, 6, 9],
+    x: [9, 9, 9, 30, 31, 32, 50, 50, 50],
+    y: [9, 9, 9, 20, 20, 20, 40, 40, 40],
+  };
   await session.setTrajectories({ numFrames: 3, width: 64, height: 48, ...tracks });
   const result = await session.run();
   assert.deepEqual([result.saliency, result.components], [null, null]);
@@ -103,6 +119,11 @@ test('choices are options by name; others are refused with the names that there 
   assert.ok(mode.choices.includes(mode.default));
   for (const choice of mode.choices) await open(t, { connectedness: { mode: choice } });
   const legal = new RegExp(`connectedness\\.mode = .* \\(expected one of ${mode.choices.join(', ')}\\)`);
-  for (const wrong of ['sometimes', 'Paper', '', 1, true]) await rejects(open(t, { connectedness: { mode: wrong } }), 'param', legal);
-  await rejects(open(t, { connectedness: { mode: ['paper'] } }), 'param', /connectedness\.mode = a list of 1 \(expected .* or a name\)/);
+  for (const wrong of ['sometimes', 'Paper', '', 1, true])
+    await rejects(open(t, { connectedness: { mode: wrong } }), 'param', legal);
+  await rejects(
+    open(t, { connectedness: { mode: ['paper'] } }),
+    'param',
+    /connectedness\.mode = a list of 1 \(expected .* or a name\)/,
+  );
 });

@@ -12,7 +12,9 @@ function raw(base, path, method = 'GET') {
     request({ hostname, port, path, method }, (response) => {
       response.resume();
       done({ status: response.statusCode, type: response.headers['content-type'] });
-    }).on('error', failed).end();
+    })
+      .on('error', failed)
+      .end();
   });
 }
 
@@ -29,8 +31,19 @@ test('no path leads out of the two folders', async (t) => {
   const server = await serve();
   t.after(() => server.close());
   for (const path of [
-    '/../package.json', '/%2e%2e/package.json', '/..%2fpackage.json', '/dist/../../package.json', '/dist/..%2f..%2fpackage.json',
-    '/dist/..%5c..%5cpackage.json', '//package.json', '/%00', '/%', '/dist', '/dist/', '/nothing.js', '/package.json',
+    '/../package.json',
+    '/%2e%2e/package.json',
+    '/..%2fpackage.json',
+    '/dist/../../package.json',
+    '/dist/..%2f..%2fpackage.json',
+    '/dist/..%5c..%5cpackage.json',
+    '//package.json',
+    '/%00',
+    '/%',
+    '/dist',
+    '/dist/',
+    '/nothing.js',
+    '/package.json',
   ]) {
     assert.equal((await raw(server.url, path)).status, 404, path);
   }

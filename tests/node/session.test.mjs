@@ -54,7 +54,10 @@ test('a run that was aborted goes on to the same result', async (t) => {
       signal: controller.signal,
       onProgress: (progress) => progress.stage === stage && controller.abort(reason),
     });
-    await run.then(() => {}, (error) => assert.equal(error, reason));
+    await run.then(
+      () => {},
+      (error) => assert.equal(error, reason),
+    );
   }
   assert.equal(fingerprint(await session.run()), fresh);
 });
@@ -82,7 +85,14 @@ test('a cancelled run, cleared and filled anew, equals a fresh one', async (t) =
 
 test('an error thrown by onProgress ends the run and is what it rejects with', async (t) => {
   const session = await ready(t);
-  await assert.rejects(session.run({ onProgress: () => { throw new RangeError('mine'); } }), { name: 'RangeError', message: 'mine' });
+  await assert.rejects(
+    session.run({
+      onProgress: () => {
+        throw new RangeError('mine');
+      },
+    }),
+    { name: 'RangeError', message: 'mine' },
+  );
   assert.equal((await session.run()).numFrames, SMALL.frames);
 });
 
@@ -92,7 +102,8 @@ test('two sessions at once do not disturb each other', async (t) => {
   const alone = [fingerprint(await segment(frames)), fingerprint(await segment(others))];
   const sessions = await Promise.all([createSession(), createSession()]);
   t.after(() => sessions.forEach((session) => session.close()));
-  for (let i = 0; i < frames.length; i += 1) await Promise.all([sessions[0].push(frames[i]), sessions[1].push(others[i])]);
+  for (let i = 0; i < frames.length; i += 1)
+    await Promise.all([sessions[0].push(frames[i]), sessions[1].push(others[i])]);
   const results = await Promise.all(sessions.map((session) => session.run()));
   assert.deepEqual(results.map(fingerprint), alone);
 });

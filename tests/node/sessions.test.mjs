@@ -6,14 +6,27 @@ import { setFlagsFromString } from 'node:v8';
 import { runInNewContext } from 'node:vm';
 import { createSession, synthClip } from 'tracecut';
 import { Session } from '../../dist/session.js';
-import { fingerprint, framesOf, open, plain, ready, rejects, segment, trappingWasm, watchMemories } from './support.mjs';
+import {
+  fingerprint,
+  framesOf,
+  open,
+  plain,
+  ready,
+  rejects,
+  segment,
+  trappingWasm,
+  watchMemories,
+} from './support.mjs';
 
 setFlagsFromString('--expose-gc');
 const collectGarbage = runInNewContext('gc');
 
 const task = () => new Promise((resolve) => setTimeout(resolve, 5));
 
-/** Collects garbage until `gone` says so: in a task of its own, for a task keeps what it asks a `WeakRef` for, and finalizers come later. */
+/**
+ * Collects garbage until `gone` says so: in a task of its own, for a task keeps what it asks a `WeakRef` for, and
+ * finalizers come later.
+ */
 async function until(gone) {
   for (let i = 0; i < 30 && !gone(); i += 1) {
     await task();

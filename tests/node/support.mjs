@@ -13,8 +13,17 @@ export const SMALL = { width: 128, height: 72, frames: 8, seed: 3 };
 
 /** The stages of a run with masks, in order. */
 export const STAGES = [
-  'flow', 'trajectories', 'affinities', 'embedding', 'discontinuities', 'saliency', 'connectedness', 'clusters',
-  'superpixels', 'cut', 'masks',
+  'flow',
+  'trajectories',
+  'affinities',
+  'embedding',
+  'discontinuities',
+  'saliency',
+  'connectedness',
+  'clusters',
+  'superpixels',
+  'cut',
+  'masks',
 ];
 
 /** The frames of a synthetic clip. */
@@ -75,10 +84,16 @@ export function png(frame, claim) {
 
 /** The wasm file with a fault: a run stops at its first step. */
 export async function trappingWasm() {
-  return withTrap(new Uint8Array(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url))), 'session_step');
+  return withTrap(
+    new Uint8Array(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url))),
+    'session_step',
+  );
 }
 
-/** The memories of the instances that start from now on until the test ends, in their order, for as long as anything else keeps them. */
+/**
+ * The memories of the instances that start from now on until the test ends, in their order, for as long as anything
+ * else keeps them.
+ */
 export function watchMemories(t) {
   const memories = [];
   const { instantiate } = WebAssembly;

@@ -1,4 +1,5 @@
-// Never run: it has to compile in a project for Node that knows no browser types, as `types.ts` does in one that knows them.
+// Never run: it has to compile in a project for Node that knows no browser types, as `types.ts` does in one that knows
+// them.
 
 import { createSession, maskPng, segmentVideo, synthClip, type Result } from 'tracecut';
 

@@ -1,17 +1,70 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
 import {
-  boundaries, cocoRle, createSession, drawBoundaries, drawCells, drawDiscontinuities, drawFlow, drawLabels, drawSaliency, drawSuperpixels,
-  drawTrajectories, EdgeKind, encodeVideo, fitFrame, fromCocoRle, imageDiscontinuities, labelMaps, labelsNpy, maskPng, masksZip,
-  objectColor, objectShape, parameters, segmentVideo, superpixels, synthClip, TraceCutError, version, videoFrames, videoInfo,
+  boundaries,
+  cocoRle,
+  createSession,
+  drawBoundaries,
+  drawCells,
+  drawDiscontinuities,
+  drawFlow,
+  drawLabels,
+  drawSaliency,
+  drawSuperpixels,
+  drawTrajectories,
+  EdgeKind,
+  encodeVideo,
+  fitFrame,
+  fromCocoRle,
+  imageDiscontinuities,
+  labelMaps,
+  labelsNpy,
+  maskPng,
+  masksZip,
+  objectColor,
+  objectShape,
+  parameters,
+  segmentVideo,
+  superpixels,
+  synthClip,
+  TraceCutError,
+  version,
+  videoFrames,
+  videoInfo,
 } from 'tracecut';
 import type {
-  BoundaryMap, CocoMasks, ComponentTable, DiscontinuityOptions, ErrorCode, FlowField, ImageDiscontinuities, ImageOptions, MaskSource,
-  ObjectList, Progress, Result, SaliencyMap, SaliencyTable, Session, SessionOptions, Stage, Stroke, Superpixels, VideoInfo, VideoProgress,
-  VideoResult, VideoSegmentation, WindowResult,
+  BoundaryMap,
+  CocoMasks,
+  ComponentTable,
+  DiscontinuityOptions,
+  ErrorCode,
+  FlowField,
+  ImageDiscontinuities,
+  ImageOptions,
+  MaskSource,
+  ObjectList,
+  Progress,
+  Result,
+  SaliencyMap,
+  SaliencyTable,
+  Session,
+  SessionOptions,
+  Stage,
+  Stroke,
+  Superpixels,
+  VideoInfo,
+  VideoProgress,
+  VideoResult,
+  VideoSegmentation,
+  WindowResult,
 } from 'tracecut';
 
-const options: SessionOptions = { clip: { maxSide: 320, seed: 1 }, trajectory: { gridStep: 6 }, connectedness: { mode: 'paper' }, worker: false };
+const options: SessionOptions = {
+  clip: { maxSide: 320, seed: 1 },
+  trajectory: { gridStep: 6 },
+  connectedness: { mode: 'paper' },
+  worker: false,
+};
 const session: Session = await createSession(options);
 const clip = await synthClip({ width: 320, height: 180, frames: 10, seed: 2 });
 await session.push(clip.frame(0));
@@ -26,8 +79,11 @@ const report = ({ stage, done, total }: Progress): void => console.log(stage, do
 const result: Result = await session.run({ onProgress: report, signal: controller.signal });
 const stroke: Stroke = { t: 0, points: [1, 2, 3, 4], radius: 3 };
 const corrected: Result[] = [
-  await session.merge(1, 2), await session.split(1, { t: 0, x: 1, y: 2 }, { onProgress: report, signal: controller.signal }),
-  await session.together([stroke]), await session.apart([stroke, { ...stroke, points: new Float32Array(4) }]), await session.undo(),
+  await session.merge(1, 2),
+  await session.split(1, { t: 0, x: 1, y: 2 }, { onProgress: report, signal: controller.signal }),
+  await session.together([stroke]),
+  await session.apart([stroke, { ...stroke, points: new Float32Array(4) }]),
+  await session.undo(),
 ];
 console.log(session.corrections, corrected.length);
 const labels: Uint32Array = result.clusters.label;
@@ -46,9 +102,19 @@ const pieces: ComponentTable | null = result.components;
 const pieceOfPoint: Int32Array | undefined = pieces?.ofPoint;
 const heat: SaliencyMap = await result.saliencyMap(0);
 const stages: Stage[] = ['saliency', 'connectedness'];
-console.log(salient?.foreground, salient?.inContext, pieceOfPoint, heat.saliency, heat.scaleX, await session.saliencyMap(0), stages);
+console.log(
+  salient?.foreground,
+  salient?.inContext,
+  pieceOfPoint,
+  heat.saliency,
+  heat.scaleX,
+  await session.saliencyMap(0),
+  stages,
+);
 const still: ImageOptions = { contour: { low: 0.05 }, superpixel: {}, worker: false };
-const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter((kind) => kind === EdgeKind.Gabriel).length;
+const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).edges.kind.filter(
+  (kind) => kind === EdgeKind.Gabriel,
+).length;
 const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
 const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' }, contour: { sigma: 2 } };
 const found: ImageDiscontinuities = await imageDiscontinuities(clip.frame(0), embedded);
@@ -58,7 +124,15 @@ const names: string[] = parameters().map((parameter) => parameter.name);
 console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
 
 try {
-  await session.setTrajectories({ numFrames: 2, width: 9, height: 9, startFrame: [0], offset: [0, 2], x: [1, 2], y: [1, 2] });
+  await session.setTrajectories({
+    numFrames: 2,
+    width: 9,
+    height: 9,
+    startFrame: [0],
+    offset: [0, 2],
+    x: [1, 2],
+    y: [1, 2],
+  });
 } catch (error) {
   if (error instanceof TraceCutError) {
     const code: ErrorCode = error.code;
@@ -67,18 +141,40 @@ try {
 }
 
 const watch = ({ stage, window, frames }: VideoProgress): void => console.log(stage, window, frames.total ?? '?');
-const video: VideoSegmentation = segmentVideo(new Blob(), { start: 1, end: 2.5, step: 2, size: 480, window: 40, overlap: 8, clip: { seed: 1 }, onProgress: watch });
+const video: VideoSegmentation = segmentVideo(new Blob(), {
+  start: 1,
+  end: 2.5,
+  step: 2,
+  size: 480,
+  window: 40,
+  overlap: 8,
+  clip: { seed: 1 },
+  onProgress: watch,
+});
 for await (const window of video) {
   const seen: WindowResult = window;
-  for (const { index, time, labels: settled } of seen.frames()) console.log(index, time, settled.length, seen.trajectories.x);
+  for (const { index, time, labels: settled } of seen.frames())
+    console.log(index, time, settled.length, seen.trajectories.x);
 }
 async function* generated() {
   yield { frame: clip.frame(0), time: 0.1 };
 }
 const collected: VideoResult = await segmentVideo(generated(), { signal: controller.signal }).collect();
-console.log(collected.merge(1, 2).objects[0]?.areas, collected.relabel({ 3: 1 }).toTracksDat(), collected.shots[0]?.first, collected.trajectories.label);
-for (const source of ['clip.mp4', new URL('https://example.org/clip.mp4'), [clip.frame(0)], new MediaStream(), document.createElement('video')]) {
-  for await (const { frame, time, duration } of videoFrames(source, { size: 64 })) await session.push(frame), console.log(time + duration);
+console.log(
+  collected.merge(1, 2).objects[0]?.areas,
+  collected.relabel({ 3: 1 }).toTracksDat(),
+  collected.shots[0]?.first,
+  collected.trajectories.label,
+);
+for (const source of [
+  'clip.mp4',
+  new URL('https://example.org/clip.mp4'),
+  [clip.frame(0)],
+  new MediaStream(),
+  document.createElement('video'),
+]) {
+  for await (const { frame, time, duration } of videoFrames(source, { size: 64 }))
+    (await session.push(frame), console.log(time + duration));
 }
 const facts: VideoInfo = await videoInfo(new Blob());
 console.log(facts.codec, facts.numFrames ?? 0);
@@ -93,8 +189,10 @@ const own: MaskSource = { width: 1, height: 1, numFrames: 1, labels: () => new U
 const whole = await segmentVideo(new Blob()).collect();
 if (drawing && onPage) {
   const unit: number = fitFrame(drawing, result);
-  for (const masks of [result, whole, own]) drawLabels(onPage, masks, 0, { objects: [1], outlineWidth: 2 * unit, colors: [objectColor(0)] });
-  for (const source of [result, whole]) drawTrajectories(drawing, source, 0, { color: 'cluster', which: (i) => i > 0, shape: objectShape(1) });
+  for (const masks of [result, whole, own])
+    drawLabels(onPage, masks, 0, { objects: [1], outlineWidth: 2 * unit, colors: [objectColor(0)] });
+  for (const source of [result, whole])
+    drawTrajectories(drawing, source, 0, { color: 'cluster', which: (i) => i > 0, shape: objectShape(1) });
   drawDiscontinuities(drawing, result, 0, { calm: null });
   drawSuperpixels(drawing, regions, { image: drawing.canvas, edges: true });
   drawBoundaries(drawing, found, { of: 'combined' });
@@ -103,10 +201,17 @@ if (drawing && onPage) {
   drawCells(drawing, whole, 0, { color: () => null });
 }
 const png: Uint8Array = await maskPng(whole, 0, { object: 1 });
-const zip: Uint8Array = await masksZip(own, { perObject: true, onProgress: ({ done, total }) => console.log(done / total) });
+const zip: Uint8Array = await masksZip(own, {
+  perObject: true,
+  onProgress: ({ done, total }) => console.log(done / total),
+});
 const coco: CocoMasks = cocoRle(result, { category: 'car' });
 const pixels: Uint8Array = fromCocoRle(coco.annotations[0]!.segmentation);
-const film: Blob = await encodeVideo(whole, videoFrames(new Blob()), { style: 'cutout', background: 'transparent', signal: controller.signal });
+const film: Blob = await encodeVideo(whole, videoFrames(new Blob()), {
+  style: 'cutout',
+  background: 'transparent',
+  signal: controller.signal,
+});
 await encodeVideo(own, null, { style: 'masks', format: 'mp4' });
 console.log(png, zip, pixels, film, labelMaps(own).data, labelsNpy(own));
 // @ts-expect-error: styles by the names that they have

@@ -15,6 +15,10 @@ class CountingEngine {
     Object.assign(this, { cuts, window });
   }
 
+  request(name, argument) {
+    return this[name](argument);
+  }
+
   async pushInShot({ number }) {
     assert.equal(this.held, null, 'a frame is pushed while another is held back');
     const held = this.cuts.includes(number);
@@ -42,7 +46,16 @@ async function drive({ frames, window, overlap, cuts = [], known = false }) {
   let number = 0;
   const nextFrame = async () => (number < frames ? { raw: { number: number++ }, time: (number - 1) / 10 } : null);
   const stop = new AbortController().signal;
-  const driver = new Driver({ engine, nextFrame, left: () => (known ? frames - number : null), window, overlap, stop, onStage() {}, onFrame() {} });
+  const driver = new Driver({
+    engine,
+    nextFrame,
+    left: () => (known ? frames - number : null),
+    window,
+    overlap,
+    stop,
+    onStage() {},
+    onFrame() {},
+  });
   const windows = [];
   for (let result = await driver.next(); result; result = await driver.next()) windows.push(result);
   return { engine, windows, settled: windows.flatMap((result) => [...result.frames()]) };
@@ -56,14 +69,37 @@ test('each frame is settled once, in order, with its own time and mask, however 
           const known = frames % 2 === 0;
           const { engine, windows, settled } = await drive({ frames, window, overlap, cuts, known });
           const where = JSON.stringify({ frames, window, overlap, cuts, known });
-          assert.deepEqual(settled.map(({ index }) => index), Array.from({ length: frames }, (_, k) => k), where);
-          assert.deepEqual(settled.map(({ labels }) => labels[0]), Array.from({ length: frames }, (_, k) => k), where);
-          assert.deepEqual(settled.map(({ time }) => time), Array.from({ length: frames }, (_, k) => k / 10), where);
+          assert.deepEqual(
+            settled.map(({ index }) => index),
+            Array.from({ length: frames }, (_, k) => k),
+            where,
+          );
+          assert.deepEqual(
+            settled.map(({ labels }) => labels[0]),
+            Array.from({ length: frames }, (_, k) => k),
+            where,
+          );
+          assert.deepEqual(
+            settled.map(({ time }) => time),
+            Array.from({ length: frames }, (_, k) => k / 10),
+            where,
+          );
           assert.ok(engine.most <= window, `${engine.most} frames in a window: ${where}`);
           assert.equal(engine.runs, windows.length, where);
-          assert.deepEqual(windows.map(({ index }) => index), [...windows.keys()], where);
-          const shots = settled.map(({ index }) => windows.find((w) => w.firstFrame + w.settled.from <= index && index < w.firstFrame + w.settled.to).shot);
-          assert.deepEqual(shots, settled.map(({ index }) => cuts.filter((cut) => cut <= index).length), where);
+          assert.deepEqual(
+            windows.map(({ index }) => index),
+            [...windows.keys()],
+            where,
+          );
+          const shots = settled.map(
+            ({ index }) =>
+              windows.find((w) => w.firstFrame + w.settled.from <= index && index < w.firstFrame + w.settled.to).shot,
+          );
+          assert.deepEqual(
+            shots,
+            settled.map(({ index }) => cuts.filter((cut) => cut <= index).length),
+            where,
+          );
         }
       }
     }
@@ -72,46 +108,80 @@ test('each frame is settled once, in order, with its own time and mask, however 
 
 test('of frames that two windows share the first half is settled by the earlier one', async () => {
   const { windows } = await drive({ frames: 90, window: 50, overlap: 10 });
-  assert.deepEqual(windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]), [
-    [0, 50, { from: 0, to: 45 }],
-    [40, 50, { from: 5, to: 50 }],
-  ]);
+  assert.deepEqual(
+    windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]),
+    [
+      [0, 50, { from: 0, to: 45 }],
+      [40, 50, { from: 5, to: 50 }],
+    ],
+  );
 });
 
 test('a clip of just a window, and one more frame, are one window and two', async () => {
   assert.equal((await drive({ frames: 50, window: 50, overlap: 10 })).windows.length, 1);
   const { windows } = await drive({ frames: 51, window: 50, overlap: 10 });
-  assert.deepEqual(windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]), [
-    [0, 50, { from: 0, to: 45 }],
-    [40, 11, { from: 5, to: 11 }],
-  ]);
+  assert.deepEqual(
+    windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]),
+    [
+      [0, 50, { from: 0, to: 45 }],
+      [40, 11, { from: 5, to: 11 }],
+    ],
+  );
 });
 
 test('where the number of frames is known the last window is full too, and each window settles what it is in the middle of', async () => {
   for (const [frames, expected] of [
-    [51, [[0, 50, { from: 0, to: 25 }], [1, 50, { from: 24, to: 50 }]]],
-    [90, [[0, 50, { from: 0, to: 45 }], [40, 50, { from: 5, to: 50 }]]],
-    [97, [[0, 50, { from: 0, to: 45 }], [40, 50, { from: 5, to: 28 }], [47, 50, { from: 21, to: 50 }]]],
+    [
+      51,
+      [
+        [0, 50, { from: 0, to: 25 }],
+        [1, 50, { from: 24, to: 50 }],
+      ],
+    ],
+    [
+      90,
+      [
+        [0, 50, { from: 0, to: 45 }],
+        [40, 50, { from: 5, to: 50 }],
+      ],
+    ],
+    [
+      97,
+      [
+        [0, 50, { from: 0, to: 45 }],
+        [40, 50, { from: 5, to: 28 }],
+        [47, 50, { from: 21, to: 50 }],
+      ],
+    ],
   ]) {
     const { windows } = await drive({ frames, window: 50, overlap: 10, known: true });
-    assert.deepEqual(windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]), expected);
+    assert.deepEqual(
+      windows.map(({ firstFrame, numFrames, settled }) => [firstFrame, numFrames, settled]),
+      expected,
+    );
   }
 });
 
 test('a cut right after a full window runs nothing twice: the full window settles all of its frames', async () => {
   const { windows, engine } = await drive({ frames: 12, window: 8, overlap: 4, cuts: [8] });
-  assert.deepEqual(windows.map(({ firstFrame, shot, times, settled }) => [firstFrame, shot, times.length, settled]), [
-    [0, 0, 8, { from: 0, to: 8 }],
-    [8, 1, 4, { from: 0, to: 4 }],
-  ]);
+  assert.deepEqual(
+    windows.map(({ firstFrame, shot, times, settled }) => [firstFrame, shot, times.length, settled]),
+    [
+      [0, 0, 8, { from: 0, to: 8 }],
+      [8, 1, 4, { from: 0, to: 4 }],
+    ],
+  );
   assert.equal(engine.runs, 2);
 });
 
 test('a cut elsewhere ends the window at hand, whose frames are all settled', async () => {
   const { windows } = await drive({ frames: 10, window: 8, overlap: 4, cuts: [3, 4] });
-  assert.deepEqual(windows.map(({ firstFrame, shot, times, settled }) => [firstFrame, shot, times.length, settled]), [
-    [0, 0, 3, { from: 0, to: 3 }],
-    [3, 1, 1, { from: 0, to: 1 }],
-    [4, 2, 6, { from: 0, to: 6 }],
-  ]);
+  assert.deepEqual(
+    windows.map(({ firstFrame, shot, times, settled }) => [firstFrame, shot, times.length, settled]),
+    [
+      [0, 0, 3, { from: 0, to: 3 }],
+      [3, 1, 1, { from: 0, to: 1 }],
+      [4, 2, 6, { from: 0, to: 6 }],
+    ],
+  );
 });

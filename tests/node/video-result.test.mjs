@@ -11,7 +11,7 @@ const identity = Uint8Array.from({ length: 256 }, (_, k) => k);
 
 /** Numbers that look random and are the same each time. */
 function* noise(seed) {
-  for (let state = seed; ; ) {
+  for (let state = seed; ;) {
     state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
     yield state >>> 8;
   }
@@ -19,8 +19,15 @@ function* noise(seed) {
 
 test('label maps come back from runs as they were, whatever they hold', () => {
   const random = noise(7);
-  const maps = [new Uint8Array(0), new Uint8Array(1), Uint8Array.of(255), identity, new Uint8Array(2 ** 24 + 9).fill(3)];
-  for (let k = 0; k < 30; k += 1) maps.push(Uint8Array.from({ length: 500 }, () => (random.next().value % (k + 1)) * 8));
+  const maps = [
+    new Uint8Array(0),
+    new Uint8Array(1),
+    Uint8Array.of(255),
+    identity,
+    new Uint8Array(2 ** 24 + 9).fill(3),
+  ];
+  for (let k = 0; k < 30; k += 1)
+    maps.push(Uint8Array.from({ length: 500 }, () => (random.next().value % (k + 1)) * 8));
   for (const map of maps) {
     const runs = encodeRuns(map);
     assert.deepEqual(decodeRuns(runs, map.length, identity), map);
@@ -33,7 +40,13 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
   const random = noise(3);
   const frame = { width: 7, height: 5, data: Uint8Array.from({ length: 4 * 35 }, () => random.next().value % 256) };
   assert.deepEqual(reduced(frame, 7, 5), frame.data);
-  for (const [width, height] of [[1, 1], [3, 2], [7, 1], [4, 5], [6, 4]]) {
+  for (const [width, height] of [
+    [1, 1],
+    [3, 2],
+    [7, 1],
+    [4, 5],
+    [6, 4],
+  ]) {
     const small = reduced(frame, width, height);
     // The same by brute force, over 420 × 420 points of the picture.
     for (let y = 0; y < height; y += 1) {
@@ -46,7 +59,10 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
           }
         }
         const found = small[4 * (y * width + x)];
-        assert.ok(Math.abs(found - sum / count) <= 0.51, `${width}x${height} at ${x},${y}: ${found}, not ${sum / count}`);
+        assert.ok(
+          Math.abs(found - sum / count) <= 0.51,
+          `${width}x${height} at ${x},${y}: ${found}, not ${sum / count}`,
+        );
       }
     }
   }
@@ -92,7 +108,10 @@ describe('a collected clip', () => {
 
   test('joins trajectories over windows: some are longer than any window, and all points are those of the windows', () => {
     const { count, startFrame, offset, x, y, label } = result.trajectories;
-    assert.deepEqual([startFrame.length, offset.length, label.length, offset[count]], [count, count + 1, count, x.length]);
+    assert.deepEqual(
+      [startFrame.length, offset.length, label.length, offset[count]],
+      [count, count + 1, count, x.length],
+    );
     const points = new Set();
     let longest = 0;
     for (let i = 0; i < count; i += 1) {
@@ -103,12 +122,16 @@ describe('a collected clip', () => {
     const ofWindows = new Set();
     for (const { trajectories: own, firstFrame } of windows) {
       for (let i = 0; i < own.count; i += 1) {
-        for (let p = own.offset[i]; p < own.offset[i + 1]; p += 1) ofWindows.add(`${own.x[p]} ${own.y[p]} ${firstFrame + own.startFrame[i] + p - own.offset[i]}`);
+        for (let p = own.offset[i]; p < own.offset[i + 1]; p += 1)
+          ofWindows.add(`${own.x[p]} ${own.y[p]} ${firstFrame + own.startFrame[i] + p - own.offset[i]}`);
       }
     }
     assert.deepEqual([...points].sort(), [...ofWindows].sort());
     const known = new Set([0, ...result.objects.map((object) => object.label)]);
-    assert.ok(label.every((value) => known.has(value)), [...new Set(label)].join());
+    assert.ok(
+      label.every((value) => known.has(value)),
+      [...new Set(label)].join(),
+    );
     assert.ok(new Set(label).size > 1, 'all trajectories have one label');
   });
 
@@ -130,14 +153,20 @@ describe('a collected clip', () => {
     const [{ label, areas }] = result.objects;
     const renamed = result.relabel({ [label]: 200 });
     assert.deepEqual(renamed.objects.map((object) => object.label).includes(200), true);
-    assert.deepEqual(renamed.labels(3), result.labels(3).map((value) => (value === label ? 200 : value)));
+    assert.deepEqual(
+      renamed.labels(3),
+      result.labels(3).map((value) => (value === label ? 200 : value)),
+    );
     const gone = renamed.merge(0, 200);
     assert.ok(!gone.objects.some((object) => object.label === 200));
     assert.ok(gone.labels(3).every((value) => value !== 200));
     assert.ok(gone.trajectories.label.every((value) => value !== 200));
     const both = result.relabel({ 0: 7 }).merge(label, 7);
     assert.ok(both.labels(0).every((value) => value !== 7 && value !== 0));
-    assert.equal(both.objects.find((object) => object.label === label).areas[0], 160 * 90 - result.objects.slice(1).reduce((sum, object) => sum + object.areas[0], 0));
+    assert.equal(
+      both.objects.find((object) => object.label === label).areas[0],
+      160 * 90 - result.objects.slice(1).reduce((sum, object) => sum + object.areas[0], 0),
+    );
     assert.deepEqual(result.objects[0].areas, areas);
     assert.throws(() => result.merge(1, 77), { code: 'param', message: /b = 77 \(expected the label of an object: / });
     assert.throws(() => result.relabel({ 1: 300 }), { code: 'param', message: /map\[1\] = 300/ });
@@ -148,10 +177,17 @@ describe('a collected clip', () => {
 test('videoFrames gives the frames of a list as pixels, chosen and reduced', async () => {
   const frames = Array.from({ length: 10 }, (_, k) => plain(40, 20, 20 * k));
   const seen = [];
-  for await (const { frame, index, time } of videoFrames(frames.map((frame) => png(frame)), { frameRate: 10, start: 0.2, step: 3, size: 20 })) {
+  for await (const { frame, index, time } of videoFrames(
+    frames.map((frame) => png(frame)),
+    { frameRate: 10, start: 0.2, step: 3, size: 20 },
+  )) {
     seen.push([frame.width, frame.height, frame.data.length, frame.data[0], frame.data[3], index, time]);
   }
-  assert.deepEqual(seen, [[20, 10, 800, 40, 255, 0, 0.2], [20, 10, 800, 100, 255, 1, 0.5], [20, 10, 800, 160, 255, 2, 0.8]]);
+  assert.deepEqual(seen, [
+    [20, 10, 800, 40, 255, 0, 0.2],
+    [20, 10, 800, 100, 255, 1, 0.5],
+    [20, 10, 800, 160, 255, 2, 0.8],
+  ]);
   await rejects(videoFrames([]).next(), 'no-frames');
   await rejects(videoFrames('clip.mp4').next(), 'unsupported');
   await rejects(videoInfo([plain(8, 8)]), 'unsupported', /list or stream of frames/);

@@ -2,7 +2,16 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { createSession, Result, segmentVideo, synthClip, TraceCutError, VideoResult, VideoSegmentation, WindowResult } from 'tracecut';
+import {
+  createSession,
+  Result,
+  segmentVideo,
+  synthClip,
+  TraceCutError,
+  VideoResult,
+  VideoSegmentation,
+  WindowResult,
+} from 'tracecut';
 import { framesOf, plain, png, rejects, STAGES } from './support.mjs';
 
 /** Windows that are run in a moment. */
@@ -23,14 +32,23 @@ const numbers = (count) => Array.from({ length: count }, (_, k) => k);
 
 test('a list of frames comes out window by window, each frame once and in order, with its time', async () => {
   const windows = await windowsOf(await framesOf(TINY), { ...WINDOWS, frameRate: 10 });
-  assert.deepEqual(windows.map(({ index, shot, firstFrame, numFrames, settled }) => ({ index, shot, firstFrame, numFrames, settled })), [
-    { index: 0, shot: 0, firstFrame: 0, numFrames: 6, settled: { from: 0, to: 5 } },
-    { index: 1, shot: 0, firstFrame: 4, numFrames: 6, settled: { from: 1, to: 5 } },
-    { index: 2, shot: 0, firstFrame: 8, numFrames: 6, settled: { from: 1, to: 6 } },
-  ]);
+  assert.deepEqual(
+    windows.map(({ index, shot, firstFrame, numFrames, settled }) => ({ index, shot, firstFrame, numFrames, settled })),
+    [
+      { index: 0, shot: 0, firstFrame: 0, numFrames: 6, settled: { from: 0, to: 5 } },
+      { index: 1, shot: 0, firstFrame: 4, numFrames: 6, settled: { from: 1, to: 5 } },
+      { index: 2, shot: 0, firstFrame: 8, numFrames: 6, settled: { from: 1, to: 6 } },
+    ],
+  );
   const settled = settledFrames(windows);
-  assert.deepEqual(settled.map(({ index }) => index), numbers(14));
-  assert.deepEqual(settled.map(({ time }) => time), numbers(14).map((k) => k / 10));
+  assert.deepEqual(
+    settled.map(({ index }) => index),
+    numbers(14),
+  );
+  assert.deepEqual(
+    settled.map(({ time }) => time),
+    numbers(14).map((k) => k / 10),
+  );
   for (const window of windows) {
     assert.ok(window instanceof WindowResult && window instanceof Result);
     assert.ok(window.times instanceof Float64Array && window.times.length === window.numFrames);
@@ -59,15 +77,25 @@ test('frames come from lists, generators, streams and promises, as pixels, files
   }
   const sources = {
     generator: generator(),
-    stream: new ReadableStream({ start: (controller) => (frames.forEach((frame) => controller.enqueue(frame)), controller.close()) }),
+    stream: new ReadableStream({
+      start: (controller) => (frames.forEach((frame) => controller.enqueue(frame)), controller.close()),
+    }),
     files: frames.map((frame) => png(frame)),
     promises: frames.map(async (frame) => png(frame)),
     set: new Set(frames),
   };
   for (const [name, source] of Object.entries(sources)) {
     const settled = settledFrames(await windowsOf(source));
-    assert.deepEqual(settled.map(({ labels }) => labels), expected, name);
-    assert.deepEqual(settled.map(({ time }) => time), name === 'generator' ? [5, 5.5, 6] : [0, 0.04, 0.08], name);
+    assert.deepEqual(
+      settled.map(({ labels }) => labels),
+      expected,
+      name,
+    );
+    assert.deepEqual(
+      settled.map(({ time }) => time),
+      name === 'generator' ? [5, 5.5, 6] : [0, 0.04, 0.08],
+      name,
+    );
   }
 });
 
@@ -77,7 +105,10 @@ test('start, end, step, maxFrames and size choose and reduce the frames', async 
   const [window] = await windowsOf(frames, options);
   assert.deepEqual([window.width, window.height], [32, 24]);
   assert.deepEqual([...window.times], [0.2, 0.4, 0.6, 0.8]);
-  const [files] = await windowsOf(frames.map((frame) => png(frame)), options);
+  const [files] = await windowsOf(
+    frames.map((frame) => png(frame)),
+    options,
+  );
   for (let t = 0; t < 4; t += 1) assert.deepEqual(files.labels(t), window.labels(t));
 });
 
@@ -87,7 +118,12 @@ test('superpixels, boundaries and saliency maps are there for the last window, w
   for await (const window of segmentVideo(await framesOf(TINY), WINDOWS)) {
     windows.push(window);
     if (window.index < 2) await rejects(window.superpixels(0), 'state', /superpixels of this window are gone/);
-    else sizes.push((await window.superpixels(2)).label.length, (await window.boundaries(2)).pb.length, (await window.saliencyMap(2)).saliency.length);
+    else
+      sizes.push(
+        (await window.superpixels(2)).label.length,
+        (await window.boundaries(2)).pb.length,
+        (await window.saliencyMap(2)).saliency.length,
+      );
   }
   assert.deepEqual(sizes, [64 * 48, 64 * 48, 64 * 48]);
   for (const window of windows) await rejects(window.saliencyMap(0), 'state', /gone/);
@@ -105,7 +141,10 @@ test('progress tells of decoding and of every stage, window by window', async ()
   }
   assert.ok(heard.every(({ frames }) => frames.total === 14));
   const counts = heard.map(({ frames }) => frames.done);
-  assert.deepEqual(counts, [...counts].sort((a, b) => a - b));
+  assert.deepEqual(
+    counts,
+    [...counts].sort((a, b) => a - b),
+  );
   assert.equal(counts.at(-1), 14);
 });
 
@@ -167,13 +206,20 @@ test('an abort in the middle rejects with its reason and ends the source; the sa
     await moment(50);
     assert.ok(source.ended, stage);
   }
-  assert.deepEqual(settledFrames(await windowsOf(frames, WINDOWS)).map(({ labels }) => labels), expected);
+  assert.deepEqual(
+    settledFrames(await windowsOf(frames, WINDOWS)).map(({ labels }) => labels),
+    expected,
+  );
 });
 
 test('an abort is heard before the first frame, and while the source is silent', async () => {
   await assert.rejects(windowsOf([plain(8, 8)], { signal: AbortSignal.abort() }), { name: 'AbortError' });
   const controller = new AbortController();
-  const silent = { async *[Symbol.asyncIterator]() { await new Promise(() => {}); } };
+  const silent = {
+    async *[Symbol.asyncIterator]() {
+      await new Promise(() => {});
+    },
+  };
   const waiting = windowsOf(silent, { signal: controller.signal });
   setTimeout(() => controller.abort(), 20);
   await assert.rejects(waiting, { name: 'AbortError' });
@@ -224,7 +270,14 @@ test('one frame is all background; no frame is an error, and so are frames of di
   await rejects(windowsOf([plain(8, 8)], { start: 3, end: 4 }), 'no-frames', /from 3 s to 4 s.*at 0 s to 0 s/);
   await rejects(windowsOf([plain(24, 16), plain(16, 24)]), 'frame-size-changed', /16.*24/);
   await rejects(windowsOf([plain(24, 16), 'two']), 'data', /frame = "two"/);
-  await rejects(windowsOf([{ frame: plain(8, 8), time: 1 }, { frame: plain(8, 8), time: 1 }]), 'data', /frame 1 has time = 1/);
+  await rejects(
+    windowsOf([
+      { frame: plain(8, 8), time: 1 },
+      { frame: plain(8, 8), time: 1 },
+    ]),
+    'data',
+    /frame 1 has time = 1/,
+  );
   await rejects(windowsOf([{ frame: plain(8, 8), time: NaN }]), 'data', /time = NaN/);
 });
 
@@ -248,32 +301,51 @@ test('options out of range are named with their range, at once', () => {
     ['fast', /options = "fast"/],
   ];
   for (const [options, message] of cases) {
-    assert.throws(() => segmentVideo([], options), (error) => error instanceof TraceCutError && error.code === 'param' && message.test(error.message), `${message}`);
+    assert.throws(
+      () => segmentVideo([], options),
+      (error) => error instanceof TraceCutError && error.code === 'param' && message.test(error.message),
+      `${message}`,
+    );
   }
 });
 
 test('an unknown parameter is refused when the work begins, and a small window gets a small overlap', async () => {
   await rejects(windowsOf([plain(8, 8)], { flow: { speed: 1 } }), 'param', /flow.speed/);
   const windows = await windowsOf(await framesOf(TINY), { window: 7 });
-  assert.deepEqual(windows.map(({ firstFrame }) => firstFrame), [0, 1, 2, 3, 4, 5, 6, 7]);
+  assert.deepEqual(
+    windows.map(({ firstFrame }) => firstFrame),
+    [0, 1, 2, 3, 4, 5, 6, 7],
+  );
 });
 
 test('files and addresses are refused in Node, with what to do instead', async () => {
   for (const source of ['clip.mp4', new URL('https://example.org/clip.mp4'), new Blob(['x']), new Uint8Array(9)]) {
     await rejects(segmentVideo(source).collect(), 'unsupported', /browsers only.*PNG or JPEG/);
   }
-  for (const source of [undefined, null, 7, {}]) await rejects(segmentVideo(source).collect(), 'data', /source = .*expected a File or Blob/);
+  for (const source of [undefined, null, 7, {}])
+    await rejects(segmentVideo(source).collect(), 'data', /source = .*expected a File or Blob/);
 });
 
 test('a cut begins a new shot at its frame, with new labels', async () => {
   const one = await framesOf({ ...MOVING, frames: 12, seed: 0 });
   const other = await framesOf({ ...MOVING, frames: 10, seed: 5 });
   const result = await segmentVideo([...one, ...other]).collect();
-  assert.deepEqual(result.shots, [{ first: 0, last: 11 }, { first: 12, last: 21 }]);
-  const labels = (from, to) => new Set(result.objects.filter(({ firstFrame, lastFrame }) => firstFrame <= to && lastFrame >= from).map(({ label }) => label));
+  assert.deepEqual(result.shots, [
+    { first: 0, last: 11 },
+    { first: 12, last: 21 },
+  ]);
+  const labels = (from, to) =>
+    new Set(
+      result.objects
+        .filter(({ firstFrame, lastFrame }) => firstFrame <= to && lastFrame >= from)
+        .map(({ label }) => label),
+    );
   const [before, after] = [labels(0, 11), labels(12, 21)];
   assert.ok(before.size > 0 && after.size > 0, 'no objects were found');
-  assert.deepEqual([...before].filter((label) => after.has(label)), []);
+  assert.deepEqual(
+    [...before].filter((label) => after.has(label)),
+    [],
+  );
   assert.ok(result instanceof VideoResult);
 });
 
@@ -307,5 +379,6 @@ test('many windows leave no listeners behind', async () => {
 
 /** Small plain frames: nothing to find, so that windows take no time. */
 function* flat(count) {
-  for (let t = 0; t < count; t += 1) yield { data: new Uint8ClampedArray(4 * 24 * 16).fill(120), width: 24, height: 16 };
+  for (let t = 0; t < count; t += 1)
+    yield { data: new Uint8ClampedArray(4 * 24 * 16).fill(120), width: 24, height: 16 };
 }

@@ -9,7 +9,8 @@ import { serve } from '../../dist/serve.js';
 import { Session } from '../../dist/session.js';
 import { SMALL, STAGES, fingerprint, framesOf, ready, rejects, segment, trappingWasm } from './support.mjs';
 
-const compiled = async (name) => WebAssembly.compile(await readFile(new URL(`../../dist/${name}_bg.wasm`, import.meta.url)));
+const compiled = async (name) =>
+  WebAssembly.compile(await readFile(new URL(`../../dist/${name}_bg.wasm`, import.meta.url)));
 const module = await compiled('tracecut');
 
 /** A stand-in for a `Worker`: its far side answers as worker.js does. */
@@ -40,15 +41,23 @@ async function open(t, parameters = {}, wasm = module) {
   return { session, worker };
 }
 
-test('corrections in a worker give what they give in this thread, and strokes stay the caller\'s', async (t) => {
+test("corrections in a worker give what they give in this thread, and strokes stay the caller's", async (t) => {
   const frames = await framesOf();
   const points = new Float32Array([30, 30, 60, 40]);
-  const strokes = [{ t: 4, points, radius: 3 }, { t: 4, points: [100, 60], radius: 3 }];
+  const strokes = [
+    { t: 4, points, radius: 3 },
+    { t: 4, points: [100, 60], radius: 3 },
+  ];
   const prints = [];
   for (const session of [(await open(t)).session, await ready(t, undefined, [])]) {
     for (const frame of frames) await session.push(frame);
     await session.run();
-    const results = [await session.apart(strokes), await session.split(0, { t: 2, x: 10, y: 10 }), await session.merge(0, 1), await session.undo()];
+    const results = [
+      await session.apart(strokes),
+      await session.split(0, { t: 2, x: 10, y: 10 }),
+      await session.merge(0, 1),
+      await session.undo(),
+    ];
     prints.push(results.map(fingerprint));
     assert.equal(session.corrections, 2);
     await rejects(session.merge(0, 99), 'param', /labels in use/);
@@ -82,6 +91,20 @@ test('errors cross with code and message', async (t) => {
   const { session } = await open(t);
   await rejects(session.run(), 'too-few-frames');
   await rejects(session.push(new Uint8Array(5)), 'decode');
+});
+
+test('a worker answers what is in the table, and nothing else', async () => {
+  for (const type of ['background', 'toString']) {
+    const worker = startWorker();
+    const answered = new Promise((resolve) => worker.addEventListener('message', ({ data }) => resolve(data)));
+    worker.postMessage({ id: 7, type, data: [0] }, []);
+    assert.deepEqual(await answered, {
+      id: 7,
+      type: 'failed',
+      data: { code: 'state', message: `unknown request "${type}"` },
+    });
+    worker.terminate();
+  }
 });
 
 test('an abort reaches the worker between steps and the run goes on later', async (t) => {

@@ -1,5 +1,5 @@
-// The package in a browser: every kind of frame, the worker and the calling thread, the same bytes as in Node, content security, what
-// is said when the wasm file is not there. The demo page has tests of its own in tests/browser.
+// The package in a browser: every kind of frame, the worker and the calling thread, the same bytes as in Node, content
+// security, what is said when the wasm file is not there. The demo page has tests of its own in tests/browser.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -19,9 +19,15 @@ async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-sr
   t.after(() => context.close());
   const page = await context.newPage();
   await page.route(`${site.url}empty`, (route) =>
-    route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body: '<!doctype html><title>empty</title>' }),
+    route.fulfill({
+      contentType: 'text/html',
+      headers: { 'Content-Security-Policy': policy },
+      body: '<!doctype html><title>empty</title>',
+    }),
   );
-  await page.route(`${site.url}fingerprint.mjs`, (route) => route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }));
+  await page.route(`${site.url}fingerprint.mjs`, (route) =>
+    route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }),
+  );
   await page.goto(`${site.url}empty`);
   await page.evaluate(async (scene) => {
     const tracecut = await import('/dist/index.js');
@@ -39,7 +45,11 @@ async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-sr
         session.close();
       }
     };
-    const failure = (promise) => promise.then(() => 'no error', (error) => `${error.name} ${error.code}: ${error.message}`);
+    const failure = (promise) =>
+      promise.then(
+        () => 'no error',
+        (error) => `${error.name} ${error.code}: ${error.message}`,
+      );
     globalThis.kit = { ...tracecut, fingerprint, fnv1a, frames, segment, failure };
   }, SCENE);
   return page;
@@ -65,7 +75,12 @@ test('every kind of frame gives the same result as its pixels', async (t) => {
       ImageBitmap: (frame) => createImageBitmap(image(frame)),
       'PNG Blob': (frame) => drawn(new OffscreenCanvas(1, 1), frame).convertToBlob(),
       VideoFrame: (frame) =>
-        new VideoFrame(frame.data, { format: 'RGBX', codedWidth: frame.width, codedHeight: frame.height, timestamp: 0 }),
+        new VideoFrame(frame.data, {
+          format: 'RGBX',
+          codedWidth: frame.width,
+          codedHeight: frame.height,
+          timestamp: 0,
+        }),
     };
     const wrong = [];
     for (const [name, convert] of Object.entries(kinds)) {
@@ -106,7 +121,8 @@ async function denseHashes() {
   const result = await session.run();
   const ofFrame = parts(await result.superpixels(2), await result.boundaries(2));
   // The last frame has no flow of its own.
-  for (const t of [1, list.length - 1]) ofFrame.push(hash(new Uint8Array((await result.saliencyMap(t)).saliency.buffer)));
+  for (const t of [1, list.length - 1])
+    ofFrame.push(hash(new Uint8Array((await result.saliencyMap(t)).saliency.buffer)));
   session.close();
   const ofImage = parts(await superpixels(list[2]), await boundaries(list[2], { worker: false }));
   return { run: whole(result), ofFrame, ofImage };
@@ -121,7 +137,10 @@ test('an abort is answered at once and a second run goes on; closing ends a run'
     for (const frame of list) await session.push(frame);
     const controller = new AbortController();
     setTimeout(() => controller.abort(), 15);
-    const aborted = await session.run({ signal: controller.signal }).then(() => 'done', (error) => error.name);
+    const aborted = await session.run({ signal: controller.signal }).then(
+      () => 'done',
+      (error) => error.name,
+    );
     const same = fingerprint(await session.run()) === (await segment(list));
     const clip = await synthClip({ width: 320, height: 180, frames: 4 });
     await session.clear();
@@ -137,7 +156,9 @@ test('an abort is answered at once and a second run goes on; closing ends a run'
 
 test('a wasm file that is missing, or that the policy forbids, is a wasm-load error in words', async (t) => {
   const page = await open(t);
-  const missing = await page.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/dist/none.wasm' })));
+  const missing = await page.evaluate(() =>
+    globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/dist/none.wasm' })),
+  );
   assert.match(missing, /^TraceCutError wasm-load: .*none\.wasm could not be fetched: the server answered 404/);
   const html = await page.evaluate(() => globalThis.kit.failure(globalThis.kit.createSession({ wasm: '/empty' })));
   assert.match(html, /^TraceCutError wasm-load: .*HTML.*optimizeDeps.exclude/);

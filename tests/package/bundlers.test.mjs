@@ -1,5 +1,5 @@
-// The packed tarball, installed in an empty folder, in a browser: through Vite, webpack and esbuild, and without a bundler. Each must
-// give what Node gives.
+// The packed tarball, installed in an empty folder, in a browser: through Vite, webpack and esbuild, and without a
+// bundler. Each must give what Node gives.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -36,12 +36,21 @@ test('a production build of Vite', async (t) => {
   await gives(t, await served(t, outDir));
 });
 
-for (const [how, settings] of [['as it comes', 'export default {};'], ['as the README has it for older ones', readmeCode().get('Bundlers')]]) {
+for (const [how, settings] of [
+  ['as it comes', 'export default {};'],
+  ['as the README has it for older ones', readmeCode().get('Bundlers')],
+]) {
   test(`the development server of Vite, ${how}`, async (t) => {
     const configFile = join(folder, 'vite.config.js');
     writeFileSync(configFile, settings);
     const cacheDir = join(folder, `.vite-${settings.length}`);
-    const server = await vite.createServer({ root: folder, cacheDir, configFile, logLevel: 'error', server: { port: 0, host: '127.0.0.1', hmr: false } });
+    const server = await vite.createServer({
+      root: folder,
+      cacheDir,
+      configFile,
+      logLevel: 'error',
+      server: { port: 0, host: '127.0.0.1', hmr: false },
+    });
     assert.deepEqual(server.config.optimizeDeps.exclude ?? [], settings.includes('exclude') ? ['tracecut'] : []);
     t.after(() => server.close());
     await server.listen();
@@ -52,7 +61,9 @@ for (const [how, settings] of [['as it comes', 'export default {};'], ['as the R
 test('webpack, without a setting for the package', async (t) => {
   const path = join(folder, 'out-webpack');
   const stats = await new Promise((done, fail) => {
-    webpack({ mode: 'production', context: folder, entry: './main.js', output: { path } }, (error, result) => (error ? fail(error) : done(result)));
+    webpack({ mode: 'production', context: folder, entry: './main.js', output: { path } }, (error, result) =>
+      error ? fail(error) : done(result),
+    );
   });
   assert.ok(!stats.hasErrors(), stats.toString());
   cpSync(join(folder, 'index.html'), join(path, 'index.html'));
@@ -61,14 +72,19 @@ test('webpack, without a setting for the package', async (t) => {
 
 test('esbuild, told what the README says', async (t) => {
   // The project has no esbuild of its own; this one's is named in full.
-  const script = readmeCode().get('Bundlers 2').replace("'esbuild'", JSON.stringify(import.meta.resolve('esbuild')));
+  const script = readmeCode()
+    .get('Bundlers 2')
+    .replace("'esbuild'", JSON.stringify(import.meta.resolve('esbuild')));
   execFileSync(process.execPath, ['--input-type=module', '--eval', script], { cwd: folder });
   cpSync(join(folder, 'index.html'), join(folder, 'out', 'index.html'));
   await gives(t, await served(t, join(folder, 'out')));
 });
 
 test('a page without a bundler, under a strict content security policy', async (t) => {
-  const headers = { 'Content-Security-Policy': "default-src 'none'; connect-src 'self'; img-src data:; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'" };
+  const headers = {
+    'Content-Security-Policy':
+      "default-src 'none'; connect-src 'self'; img-src data:; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'",
+  };
   await gives(t, await served(t, folder, { headers, edit: naming('/node_modules/tracecut/dist/index.js') }));
 });
 

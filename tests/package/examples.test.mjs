@@ -31,15 +31,25 @@ const status = (page, text) => page.getByRole('status').filter({ hasText: text }
 test('the plain page segments the images that are chosen and plays them with their objects coloured', async (t) => {
   const page = await open(t, await served(t, installed(t, 'examples/page')));
   const clip = await synthClip({ width: 256, height: 144, frames: 8, seed: 1 });
-  const images = Array.from({ length: clip.numFrames }, (_, k) => ({ name: `${k}.png`, mimeType: 'image/png', buffer: Buffer.from(pngBytes(clip.frame(k))) }));
+  const images = Array.from({ length: clip.numFrames }, (_, k) => ({
+    name: `${k}.png`,
+    mimeType: 'image/png',
+    buffer: Buffer.from(pngBytes(clip.frame(k))),
+  }));
   await page.locator('input').setInputFiles(images);
   await status(page, '3 objects in 8 frames');
   await page.waitForFunction(() => !document.querySelector('input').disabled);
-  const shown = await page.evaluate(() => [...document.querySelector('canvas').getContext('2d').getImageData(0, 0, 256, 144).data]);
+  const shown = await page.evaluate(() => [
+    ...document.querySelector('canvas').getContext('2d').getImageData(0, 0, 256, 144).data,
+  ]);
   const [last, mask] = [clip.frame(7).data, clip.mask(7)];
-  const changed = (p) => Math.abs(shown[4 * p] - last[4 * p]) + Math.abs(shown[4 * p + 1] - last[4 * p + 1]) + Math.abs(shown[4 * p + 2] - last[4 * p + 2]) > 3;
+  const changed = (p) =>
+    Math.abs(shown[4 * p] - last[4 * p]) +
+      Math.abs(shown[4 * p + 1] - last[4 * p + 1]) +
+      Math.abs(shown[4 * p + 2] - last[4 * p + 2]) >
+    3;
   const share = (wanted) => {
-    const pixels = [...mask.keys()].filter((p) => (mask[p] > 0) === wanted);
+    const pixels = [...mask.keys()].filter((p) => mask[p] > 0 === wanted);
     return pixels.filter(changed).length / pixels.length;
   };
   assert.ok(share(true) > 0.9, `${share(true)} of the objects is coloured`);
@@ -48,8 +58,14 @@ test('the plain page segments the images that are chosen and plays them with the
 
 test('the plain page says what is wrong with a file that is no video', async (t) => {
   const page = await open(t, await served(t, installed(t, 'examples/page')));
-  await page.locator('input').setInputFiles({ name: 'notes.mp4', mimeType: 'video/mp4', buffer: Buffer.from('no video at all') });
-  await page.waitForFunction(() => !document.querySelector('input').disabled && !document.querySelector('[role=status]').textContent.startsWith('Nothing'));
+  await page
+    .locator('input')
+    .setInputFiles({ name: 'notes.mp4', mimeType: 'video/mp4', buffer: Buffer.from('no video at all') });
+  await page.waitForFunction(
+    () =>
+      !document.querySelector('input').disabled &&
+      !document.querySelector('[role=status]').textContent.startsWith('Nothing'),
+  );
   assert.match(await page.getByRole('status').textContent(), /this is no video that the browser can play/);
 });
 
@@ -63,7 +79,10 @@ test('the Vite example makes an object background by a click, takes it back, and
   await status(page, /^2 objects/);
   await page.getByRole('button', { name: 'Undo' }).click();
   await status(page, /^3 objects/);
-  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', { name: 'Save' }).click()]);
+  const [download] = await Promise.all([
+    page.waitForEvent('download'),
+    page.getByRole('button', { name: 'Save' }).click(),
+  ]);
   const archive = readFileSync(await download.path());
   assert.equal(download.suggestedFilename(), 'masks.zip');
   assert.equal(archive.toString('latin1', 0, 2), 'PK');

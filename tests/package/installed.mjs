@@ -1,4 +1,5 @@
-// The packed tarball in a project of its own, outside of this one, as a user has it; and a server for what such projects build.
+// The packed tarball in a project of its own, outside of this one, as a user has it; and a server for what such
+// projects build.
 
 import { execFileSync } from 'node:child_process';
 import { cpSync, mkdtempSync, readFileSync, readdirSync, realpathSync, rmSync, statSync, writeFileSync } from 'node:fs';
@@ -8,7 +9,12 @@ import { extname, join, resolve, sep } from 'node:path';
 import { root } from '../../scripts/tools.mjs';
 
 const windows = process.platform === 'win32';
-const types = { '.html': 'text/html', '.js': 'text/javascript', '.wasm': 'application/wasm', '.json': 'application/json' };
+const types = {
+  '.html': 'text/html',
+  '.js': 'text/javascript',
+  '.wasm': 'application/wasm',
+  '.json': 'application/json',
+};
 
 /**
  * Copies `source` (or starts from nothing) into a new folder and installs the tarball there, without network.
@@ -22,7 +28,8 @@ export function installed(t, source) {
   if (source) cpSync(join(root, source), folder, { recursive: true });
   npm(root, 'pack', '--silent', '--ignore-scripts', '--pack-destination', folder);
   const [tarball] = readdirSync(folder).filter((name) => name.endsWith('.tgz'));
-  // What else an example's package.json names, such as a bundler, is this project's own: npm installs the tarball alone.
+  // What else an example's package.json names, such as a bundler, is this project's own: npm installs the tarball
+  // alone.
   const manifest = JSON.parse(source ? readOr(join(folder, 'package.json'), '{}') : '{}');
   writeFileSync(join(folder, 'package.json'), JSON.stringify({ type: manifest.type ?? 'module', private: true }));
   npm(folder, 'install', '--offline', '--no-audit', '--no-fund', `./${tarball}`);
@@ -40,7 +47,8 @@ export async function served(t, folder, { headers = {}, edit = (text) => text } 
   const server = createServer((request, response) => {
     const path = decodeURIComponent(request.url.split('?')[0]);
     const file = resolve(folder, `.${path.endsWith('/') ? `${path}index.html` : path}`);
-    if (!file.startsWith(folder + sep) || !statSync(file, { throwIfNoEntry: false })?.isFile()) return response.writeHead(404).end();
+    if (!file.startsWith(folder + sep) || !statSync(file, { throwIfNoEntry: false })?.isFile())
+      return response.writeHead(404).end();
     const type = types[extname(file)] ?? 'application/octet-stream';
     response.writeHead(200, { 'Content-Type': type, ...headers });
     response.end(extname(file) === '.js' ? edit(readFileSync(file, 'utf8')) : readFileSync(file));

@@ -1,4 +1,5 @@
-// The README's blocks of code for browsers, run as they stand on a page that has installed the package, and its moving picture.
+// The README's blocks of code for browsers, run as they stand on a page that has installed the package, and its moving
+// picture.
 
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -49,7 +50,9 @@ async function open(t, script) {
 async function madeClip() {
   if (clip) return clip;
   const page = await site.browser.newPage();
-  await page.route(`${site.url}empty`, (route) => route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }));
+  await page.route(`${site.url}empty`, (route) =>
+    route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }),
+  );
   await page.goto(`${site.url}empty`);
   const bytes = await page.evaluate(async () => {
     const { encodeVideo, synthClip } = await import('/dist/index.js');
@@ -66,12 +69,15 @@ async function madeClip() {
 
 /** Runs a block that takes `file` and the package's names for granted, and then `check`. */
 async function runWithFile(t, heading, check) {
-  const { page, lines } = await open(t, `
+  const { page, lines } = await open(
+    t,
+    `
     import * as tracecut from 'tracecut';
     Object.assign(globalThis, tracecut);
     const file = await new Promise((chosen) => { document.querySelector('input').onchange = ({ target }) => chosen(target.files[0]); });
     ${code.get(heading)}
-    globalThis.outcome = ${check};`);
+    globalThis.outcome = ${check};`,
+  );
   await page.waitForFunction(() => document.querySelector('input').onchange);
   await page.locator('input').setInputFiles(await madeClip());
   await page.waitForFunction(() => 'outcome' in globalThis);
@@ -92,14 +98,23 @@ test("the README's lines for the browser show a video with its objects coloured"
   });
   await page.locator('input').setInputFiles(await madeClip());
   await page.waitForFunction(() => globalThis.drawn >= 8);
-  assert.deepEqual(await page.evaluate(() => [document.querySelector('canvas').width, document.querySelector('canvas').height]), [256, 144]);
+  assert.deepEqual(
+    await page.evaluate(() => [document.querySelector('canvas').width, document.querySelector('canvas').height]),
+    [256, 144],
+  );
 });
 
 test("the README's windows come with the times and masks of all frames", async (t) => {
   const { lines } = await runWithFile(t, 'Video', 'true');
-  assert.ok(lines.some((line) => line.startsWith('shot 0, objects 1')), lines.join('\n'));
+  assert.ok(
+    lines.some((line) => line.startsWith('shot 0, objects 1')),
+    lines.join('\n'),
+  );
   const frames = lines.filter((line) => line.endsWith(` ${256 * 144}`));
-  assert.deepEqual(frames.map((line) => Number(line.split(' ')[0]).toFixed(1)), ['0.0', '0.1', '0.2', '0.3', '0.4', '0.5', '0.6', '0.7']);
+  assert.deepEqual(
+    frames.map((line) => Number(line.split(' ')[0]).toFixed(1)),
+    ['0.0', '0.1', '0.2', '0.3', '0.4', '0.5', '0.6', '0.7'],
+  );
 });
 
 test("the README's list of what comes out", async (t) => {
@@ -112,7 +127,10 @@ test('the moving picture is small enough to load and moves', async () => {
   const file = readFileSync(join(root, 'docs', 'tracecut.webp'));
   assert.ok(file.length < 1.5e6, `${file.length} bytes`);
   const { frames, width, height, duration } = await decoded(file);
-  assert.ok(frames >= 20 && width > 1000 && height > 200 && duration === 80_000, JSON.stringify({ frames, width, height, duration }));
+  assert.ok(
+    frames >= 20 && width > 1000 && height > 200 && duration === 80_000,
+    JSON.stringify({ frames, width, height, duration }),
+  );
 });
 
 test('the script that draws the picture draws one', async () => {

@@ -13,12 +13,17 @@ function file(name) {
   return fileURLToPath(new URL(name, import.meta.url));
 }
 
-/** An empty page of the server with the package, two clips' worth of helpers and a module that traps, in `globalThis.kit`. */
+/**
+ * An empty page of the server with the package, two clips' worth of helpers and a module that traps, in
+ * `globalThis.kit`.
+ */
 async function open(t) {
   const context = await site.browser.newContext();
   t.after(() => context.close());
   const page = await context.newPage();
-  await page.route(`${site.url}empty`, (route) => route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }));
+  await page.route(`${site.url}empty`, (route) =>
+    route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }),
+  );
   for (const [name, path] of Object.entries(KIT)) {
     await page.route(site.url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
   }
@@ -40,8 +45,13 @@ async function open(t) {
       session.close();
       return text;
     };
-    const trap = async () => withTrap(new Uint8Array(await (await fetch('/dist/tracecut_bg.wasm')).arrayBuffer()), 'session_step');
-    const failure = (promise) => promise.then(() => 'no error', (error) => `${error.name} ${error.code}`);
+    const trap = async () =>
+      withTrap(new Uint8Array(await (await fetch('/dist/tracecut_bg.wasm')).arrayBuffer()), 'session_step');
+    const failure = (promise) =>
+      promise.then(
+        () => 'no error',
+        (error) => `${error.name} ${error.code}`,
+      );
     globalThis.kit = { ...tracecut, fingerprint, frames, filled, alone, trap, failure };
   });
   return page;
@@ -61,7 +71,11 @@ test('sessions with different parameters, in workers and on the page, give in tu
   const page = await open(t);
   const [together, apart] = await page.evaluate(async () => {
     const { createSession, fingerprint, frames, alone } = globalThis.kit;
-    const settings = [{ trajectory: { gridStep: 5 } }, { clip: { maxSide: 96 } }, { cut: { spatialWeight: 1 }, worker: false }];
+    const settings = [
+      { trajectory: { gridStep: 5 } },
+      { clip: { maxSide: 96 } },
+      { cut: { spatialWeight: 1 }, worker: false },
+    ];
     const sessions = await Promise.all(settings.map((options) => createSession(options)));
     for (const frame of frames) for (const session of sessions) await session.push(frame);
     const results = await Promise.all(sessions.map((session) => session.run()));
@@ -83,7 +97,12 @@ for (const worker of [true, false]) {
       const refused = await failure(good.push({ ...frames[0], width: 3 }));
       globalThis.good = good;
       const running = good.run();
-      const errors = [refused, await failure(hurt.run()), await failure(hurt.push(frames[0])), await failure(hurt.run())];
+      const errors = [
+        refused,
+        await failure(hurt.run()),
+        await failure(hurt.push(frames[0])),
+        await failure(hurt.run()),
+      ];
       return { errors, same: fingerprint(await running) === (await alone({ worker: inWorker })) };
     }, worker);
     assert.deepEqual(outcome.errors, ['TraceCutError frame-bytes', ...Array(3).fill('TraceCutError poisoned')]);

@@ -6,15 +6,15 @@
 /**
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
- * @param {Record<string, string | boolean | number | ((event: any) => void)>} [props] attributes; functions are listeners
- *   under the event's name; `false` leaves an attribute out
+ * @param {Record<string, string | boolean | number | ((event: never) => void)>} [props] attributes; functions are
+ *   listeners under the event's name; `false` leaves an attribute out
  * @param {...(Node | string)} children
  * @returns {HTMLElementTagNameMap[K]}
  */
 export function h(tag, props = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(props)) {
-    if (typeof value === 'function') element.addEventListener(name, value);
+    if (typeof value === 'function') element.addEventListener(name, /** @type {EventListener} */ (value));
     else if (value === true) element.setAttribute(name, '');
     else if (value !== false) element.setAttribute(name, String(value));
   }
@@ -45,6 +45,20 @@ export function icon(symbol) {
   svg.setAttribute('aria-hidden', 'true');
   svg.append(use);
   return svg;
+}
+
+/**
+ * A block of the side panel, put below the others.
+ *
+ * @param {string} id
+ * @param {string} title
+ * @param {Node} note beside the title
+ * @param {...Node} content
+ */
+export function addBlock(id, title, note, ...content) {
+  const head = h('div', { class: 'block-head' }, h('h2', { id: `${id}-title` }, title), note);
+  const block = h('section', { class: `block block-${id}`, 'aria-labelledby': `${id}-title` }, head, ...content);
+  byId('panel').append(block);
 }
 
 /**

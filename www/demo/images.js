@@ -18,16 +18,21 @@ export async function openImages(files) {
   const size = { width: first.width, height: first.height };
   first.close();
   const grabber = new Grabber();
-  return pictureSource(`${sorted[0].name} … ${sorted[sorted.length - 1].name}`, sorted.length, size, async (k, side) => {
-    const picture = await decode(sorted[k]);
-    if (picture.width !== size.width || picture.height !== size.height) {
-      const found = `${sorted[k].name} is ${picture.width}×${picture.height}`;
-      throw new PageError('mixed-sizes', `${found}, the first is ${size.width}×${size.height}`);
-    }
-    const pixels = grabber.grab(picture, size, side);
-    picture.close();
-    return pixels;
-  });
+  return pictureSource(
+    `${sorted[0].name} … ${sorted[sorted.length - 1].name}`,
+    sorted.length,
+    size,
+    async (k, side) => {
+      const picture = await decode(sorted[k]);
+      if (picture.width !== size.width || picture.height !== size.height) {
+        const found = `${sorted[k].name} is ${picture.width}×${picture.height}`;
+        throw new PageError('mixed-sizes', `${found}, the first is ${size.width}×${size.height}`);
+      }
+      const pixels = grabber.grab(picture, size, side);
+      picture.close();
+      return pixels;
+    },
+  );
 }
 
 /**
@@ -38,15 +43,15 @@ export async function openImages(files) {
  */
 async function openOne(file) {
   const picture = await decode(file);
-  const Decoder = /** @type {any} */ (globalThis).ImageDecoder;
-  if (!Decoder || !(await Decoder.isTypeSupported(file.type))) {
+  // Not every browser has one.
+  if (typeof ImageDecoder === 'undefined' || !(await ImageDecoder.isTypeSupported(file.type))) {
     // Whether a GIF holds more than one frame is not to be known here.
     if (file.type === 'image/gif') throw new PageError('one-frame', file.name);
     return stillSource(file.name, picture);
   }
-  const decoder = new Decoder({ data: await file.arrayBuffer(), type: file.type });
+  const decoder = new ImageDecoder({ data: await file.arrayBuffer(), type: file.type });
   await Promise.all([decoder.tracks.ready, decoder.completed]);
-  const { frameCount } = decoder.tracks.selectedTrack;
+  const { frameCount } = decoder.tracks.selectedTrack ?? { frameCount: 1 };
   if (frameCount < 2) {
     decoder.close();
     return stillSource(file.name, picture);
@@ -63,20 +68,21 @@ async function openOne(file) {
 function stillSource(name, picture) {
   const { width, height } = picture;
   const grabber = new Grabber();
-  const read = async (/** @type {number} */ _, /** @type {number} */ side) => grabber.grab(picture, { width, height }, side);
+  const read = async (/** @type {number} */ _, /** @type {number} */ side) =>
+    grabber.grab(picture, { width, height }, side);
   return { ...pictureSource(name, 1, { width, height }, read), kind: 'still', close: () => picture.close() };
 }
 
 /**
  * @param {string} name
- * @param {any} decoder an `ImageDecoder`
+ * @param {ImageDecoder} decoder
  * @param {number} frameCount
  * @returns {Promise<import('./source.js').Source>}
  */
 async function animationSource(name, decoder, frameCount) {
   const { image } = await decoder.decode({ frameIndex: 0 });
   const size = { width: image.displayWidth, height: image.displayHeight };
-  const fps = image.duration > 0 ? 1e6 / image.duration : SEQUENCE_FPS;
+  const fps = image.duration ? 1e6 / image.duration : SEQUENCE_FPS;
   image.close();
   const grabber = new Grabber();
   const read = async (/** @type {number} */ k, /** @type {number} */ side) => {

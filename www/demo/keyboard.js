@@ -1,44 +1,56 @@
-/** Keys of the page; help.js lists them. @module */
+/** Keys of the page: whoever does something registers the key for it. panels/help.js lists them. @module */
 
-import { byId } from './dom.js';
-import { openHelp } from './help.js';
-import { phase } from './status.js';
+/** @typedef {{act: () => unknown, when: () => boolean}} Action */
 
-/** @param {import('./app.js').App} app */
-export function connectKeys(app) {
-  /** @type {Record<string, () => unknown>} */
-  const actions = {
-    ' ': () => app.timeline.toggle(),
-    ArrowLeft: () => app.timeline.step(-1),
-    ArrowRight: () => app.timeline.step(1),
-    Home: () => app.timeline.jump(0),
-    End: () => app.timeline.jump(app.timeline.numFrames - 1),
-    Escape: () => app.cancel(),
-    '?': openHelp,
-    v: () => app.compare.next(),
-    m: () => app.correction.toggle(),
-    e: () => app.exports.open(),
-    o: () => byId('open').click(),
-    r: () => ['done', 'stopped'].includes(phase()) && app.start(),
-  };
-  // Whether the focus got where it is by the keyboard: then the space bar belongs to the button that has it.
-  let tabbed = false;
-  addEventListener('pointerdown', () => (tabbed = false), true);
-  addEventListener('keydown', (event) => {
-    if (event.key === 'Tab') tabbed = true;
-    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === 'z' && app.correction.on) {
-      event.preventDefault();
-      app.correction.undo();
-    }
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (document.querySelector('dialog[open]')) return;
-    const action = actions[event.key] ?? actions[event.key.toLowerCase()] ?? app.panel.action(event.key);
-    if (!action || keepsKey(event, tabbed)) return;
-    event.preventDefault();
+export class Keys {
+  constructor() {
+    /** @type {Map<string, Action>} */
+    this.actions = new Map();
+    /** Whether the focus got where it is by the keyboard: then the space bar belongs to the button that has it. */
+    this.tabbed = false;
+    addEventListener('pointerdown', () => (this.tabbed = false), true);
+    addEventListener('keydown', (event) => this.press(event));
+  }
+
+  /**
+   * @param {string} key as in `KeyboardEvent.key`, letters small; `Ctrl+z` with the control or the command key
+   * @param {() => unknown} act
+   * @param {() => boolean} [when] else the key is left to the browser
+   */
+  on(key, act, when = () => true) {
+    this.actions.set(key, { act, when });
+  }
+
+  /**
+   * @param {string} key
+   * @returns {Action | undefined}
+   */
+  actionOf(key) {
+    const action = this.actions.get(key);
+    return action?.when() ? action : undefined;
+  }
+
+  /** @param {KeyboardEvent} event */
+  press(event) {
+    const { key } = event;
+    if (key === 'Tab') this.tabbed = true;
+    if (event.ctrlKey || event.metaKey) return this.perform(event, this.actionOf(`Ctrl+${key.toLowerCase()}`));
+    if (event.altKey || document.querySelector('dialog[open]') || keepsKey(event, this.tabbed)) return;
+    const action = this.actionOf(key) ?? this.actionOf(key.toLowerCase());
     // A button that was clicked with the mouse would still answer to the space bar.
-    if (event.key === ' ') /** @type {HTMLElement} */ (event.target).blur();
-    action();
-  });
+    if (action && key === ' ') /** @type {HTMLElement} */ (event.target).blur();
+    this.perform(event, action);
+  }
+
+  /**
+   * @param {KeyboardEvent} event
+   * @param {Action | undefined} action
+   */
+  perform(event, action) {
+    if (!action) return;
+    event.preventDefault();
+    action.act();
+  }
 }
 
 /**

@@ -7,7 +7,9 @@ export async function stayOffline() {
   const workers = navigator.serviceWorker;
   if (!workers || !isSecureContext) return;
   try {
-    const registration = await workers.register(new URL('../service-worker.js', import.meta.url), { updateViaCache: 'none' });
+    const registration = await workers.register(new URL('../service-worker.js', import.meta.url), {
+      updateViaCache: 'none',
+    });
     // Private windows and test drivers may answer with nothing.
     if (!registration) return;
     offer(registration);

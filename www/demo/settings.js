@@ -1,16 +1,29 @@
-/** The parameters of the package as the user has set them. @module */
+/** The parameters of the package as the user has set them; what differs from the defaults lies in the store. @module */
 
-/** @typedef {{name: string, doc: string, kind: 'number' | 'integer' | 'boolean' | 'choice', min: number, max: number, default: number | boolean | string, choices?: readonly string[]}} Parameter */
+import { GROUPS } from './settings-words.js';
+import { kindOf } from './source.js';
 
-/** Fires `change` whenever a value does; the event's `detail` is the parameter's name. */
-export class Settings extends EventTarget {
-  /** @param {Parameter[]} parameters */
-  constructor(parameters) {
-    super();
+/** @typedef {number | boolean | string} Value */
+
+/**
+ * @typedef {{name: string, doc: string, kind: 'number' | 'integer' | 'boolean' | 'choice', min: number, max: number,
+ *   default: Value, choices?: readonly string[]}} Parameter
+ */
+
+export class Settings {
+  /**
+   * @param {import('./store.js').Store} store
+   * @param {Parameter[]} parameters
+   */
+  constructor(store, parameters) {
+    this.store = store;
     /** @type {Map<string, Parameter>} */
     this.parameters = new Map(parameters.map((parameter) => [parameter.name, parameter]));
-    /** @type {Map<string, number | boolean | string>} What differs from the default. */
-    this.changed = new Map();
+  }
+
+  /** What differs from the default. */
+  get changed() {
+    return this.store.state.changed;
   }
 
   /** @param {string} name */
@@ -20,50 +33,58 @@ export class Settings extends EventTarget {
 
   /**
    * @param {string} name
-   * @param {number | boolean | string} value
+   * @param {Value} value
    * @returns {boolean} false where it is not legal; then nothing changes
    */
   set(name, value) {
     const parameter = this.parameters.get(name);
     if (!parameter || !isLegal(parameter, value)) return false;
-    if (value === parameter.default) this.changed.delete(name);
-    else this.changed.set(name, value);
-    this.tell(name);
+    const changed = new Map(this.changed);
+    if (value === parameter.default) changed.delete(name);
+    else changed.set(name, value);
+    this.store.set({ changed });
     return true;
   }
 
   /** @param {string} name */
   reset(name) {
-    if (this.changed.delete(name)) this.tell(name);
+    const changed = new Map(this.changed);
+    if (changed.delete(name)) this.store.set({ changed });
   }
 
   resetAll() {
-    for (const name of [...this.changed.keys()]) this.reset(name);
-  }
-
-  /**
-   * @param {(group: string) => boolean} [wanted] which groups of the parameter tree; all if not said
-   * @returns {Record<string, Record<string, number | boolean | string>>} what differs from the defaults, as options of the package
-   */
-  tree(wanted = () => true) {
-    /** @type {Record<string, Record<string, number | boolean | string>>} */
-    const tree = {};
-    for (const name of [...this.changed.keys()].sort()) {
-      const [group, field] = name.split('.');
-      if (wanted(group)) (tree[group] ??= {})[field] = this.get(name);
-    }
-    return tree;
-  }
-
-  /** @param {string} name */
-  tell(name) {
-    this.dispatchEvent(new CustomEvent('change', { detail: name }));
+    this.store.set({ changed: new Map() });
   }
 }
 
 /**
+ * @param {'clip' | 'still'} kind of source
+ * @returns {(group: string) => boolean} which groups of parameters count for it
+ */
+export function groupsFor(kind) {
+  const ids = GROUPS.filter(({ only }) => (only ?? kind) === kind).map(({ id }) => id);
+  return (id) => ids.includes(id);
+}
+
+/**
+ * @param {Pick<import('./store.js').State, 'changed' | 'source'>} state
+ * @returns {import('./run/job.js').Options} what differs from the defaults and counts for this source
+ */
+export function optionsOf({ changed, source }) {
+  const wanted = groupsFor(kindOf(source));
+  /** @type {Record<string, Record<string, Value | undefined>>} */
+  const tree = {};
+  for (const name of [...changed.keys()].sort()) {
+    const [group, field] = name.split('.');
+    if (wanted(group)) (tree[group] ??= {})[field] = changed.get(name);
+  }
+  // Only legal values of known parameters come in, see `Settings.set`.
+  return /** @type {import('./run/job.js').Options} */ (tree);
+}
+
+/**
  * @param {Parameter} parameter
- * @param {number | boolean | string} value
+ * @param {Value} value
  * @returns {boolean}
  */
 function isLegal({ kind, min, max, choices }, value) {

@@ -7,6 +7,8 @@ import { openImages } from './images.js';
 import { openVideo } from './video.js';
 import { PageError } from './words.js';
 
+/** @typedef {import('./run/job.js').Library} Library */
+
 /**
  * What to take from a source.
  *
@@ -26,20 +28,37 @@ import { PageError } from './words.js';
  * @property {number} fps frames per second; a convention for images
  * @property {number} count frames there are (for a video: about)
  * @property {(frame: number, side: number) => Promise<ImageData>} preview
- * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with their times in seconds,
- *   null where nothing says
+ * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with
+ *   their times in seconds, null where nothing says
  * @property {() => void} close
  */
 
 /** What is taken when nobody chooses. @type {Take} */
 export const DEFAULT_TAKE = { start: 0, frames: 50, step: 1, side: 480 };
 
+/**
+ * @param {Source | null} source
+ * @returns {'clip' | 'still'} whether it has motion
+ */
+export function kindOf(source) {
+  return source?.kind === 'still' ? 'still' : 'clip';
+}
+
+/**
+ * @param {Source} source
+ * @returns {Take} what is taken of it when nobody chooses
+ */
+export function usualTake(source) {
+  const isSample = source.kind === 'sample';
+  return fitTake(isSample ? { start: 0, frames: source.count, step: 1, side: source.width } : DEFAULT_TAKE, source);
+}
+
 /** The sample: small enough to be through in seconds, large enough to look at. */
 export const SAMPLE = { width: 384, height: 216, frames: 24, seed: 0 };
 
 /**
- * @param {(options: typeof SAMPLE) => Promise<any>} synthClip
- * @returns {Promise<Source & {clip: any}>} the library's own scene, with its known masks under `clip`
+ * @param {Library['synthClip']} synthClip
+ * @returns {Promise<Source & {clip: import('../dist/index.js').Clip}>} the library's own scene, with its known masks under `clip`
  */
 export async function sampleSource(synthClip) {
   const clip = await synthClip(SAMPLE);
@@ -69,11 +88,11 @@ export async function sampleSource(synthClip) {
 
 /**
  * @param {File[]} files
- * @param {any} library the tracecut package
+ * @param {Library} library
  * @returns {Promise<Source>}
  */
 export async function openFiles(files, library) {
-  const kinds = files.map(kindOf);
+  const kinds = files.map(fileKindOf);
   if (files.length === 0 || kinds.includes('other')) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
@@ -86,7 +105,7 @@ export async function openFiles(files, library) {
  * @param {File} file
  * @returns {'video' | 'image' | 'other'}
  */
-function kindOf(file) {
+function fileKindOf(file) {
   if (file.type.startsWith('image/')) return 'image';
   if (file.type.startsWith('video/')) return 'video';
   // Systems that do not know a container leave the type empty.

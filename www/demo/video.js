@@ -7,7 +7,7 @@ const USUAL_FPS = 30;
 
 /**
  * @param {File} file
- * @param {any} library the tracecut package
+ * @param {import('./run/job.js').Library} library
  * @returns {Promise<import('./source.js').Source>}
  */
 export async function openVideo(file, library) {
@@ -26,17 +26,26 @@ export async function openVideo(file, library) {
     count,
     async preview(frame, side) {
       const frames = library.videoFrames(file, { ...startOf(frame), maxFrames: 1, size: side });
-      for await (const { frame: pixels } of frames) return pixels;
+      for await (const one of frames) return pixelsOf(one);
       throw new PageError('no-frames', file.name);
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
-      for await (const { frame, time } of library.videoFrames(file, { ...startOf(start), step, maxFrames, size: side, signal })) yield { frame, time };
+      const options = { ...startOf(start), step, maxFrames, size: side, signal };
+      for await (const one of library.videoFrames(file, options)) yield { frame: pixelsOf(one), time: one.time };
     },
     close() {},
   };
   // Whether it can be decoded is not known before one frame has been.
   await understood(() => source.preview(0, 32), file.name);
   return source;
+}
+
+/**
+ * @param {import('../dist/index.js').DecodedFrame} decoded
+ * @returns {ImageData} as the package gives them in browsers
+ */
+function pixelsOf({ frame }) {
+  return /** @type {ImageData} */ (frame);
 }
 
 /**

@@ -1,9 +1,16 @@
-/** The canvas: fits the clip into its box, draws the layers over each other, finds what lies under the pointer. @module */
+/**
+ * The canvas: fits the clip into its box, draws the layers over each other, finds what lies under the pointer. @module
+ */
 
-import { NO_ANSWERS } from './layer.js';
-import { drawLayers } from './layers.js';
+import { byId } from './dom.js';
+import { NO_ANSWERS } from './layers/layer.js';
+import { drawLayers } from './layers/layers.js';
+import { Compare } from './panels/compare.js';
+import { NOWHERE } from './store.js';
 
-/** @typedef {import('./layer.js').View} View */
+/** @typedef {import('./layers/layer.js').View} View */
+/** @typedef {import('./layers/layer.js').Spot} Spot */
+/** @typedef {import('./store.js').State} State */
 
 /** Device pixels per CSS pixel are not followed above this: nobody sees it, and drawing costs its square. */
 const MAX_DENSITY = 2;
@@ -11,54 +18,35 @@ const MAX_DENSITY = 2;
 /** How near the pointer must be to a point, in CSS pixels. */
 const REACH_PX = 14;
 
-/** @typedef {import('./layer.js').Spot} Spot */
-
-/**
- * Frames to show: `get` gives null for one that is still on its way; then `onReady` is called.
- *
- * @typedef {{get: (frame: number) => CanvasImageSource | null, has: (frame: number) => boolean, onReady: () => void}} Frames
- */
-
-/** @type {Frames} */
-const NO_FRAMES = { get: () => null, has: () => false, onReady() {} };
-
 /**
  * @param {CanvasImageSource} image
- * @returns {Frames} it alone
+ * @returns {import('./store.js').Frames} it alone
  */
 export function oneFrame(image) {
   return { get: (frame) => (frame === 0 ? image : null), has: (frame) => frame === 0, onReady() {} };
 }
 
-/** @type {Spot} */
-export const NOWHERE = { x: -1, y: -1, object: -1, trajectory: -1 };
-
 export class Viewer {
   /**
-   * @param {object} parts
-   * @param {HTMLCanvasElement} parts.canvas
-   * @param {HTMLElement} parts.box the element that the canvas is fitted into
-   * @param {import('./layer.js').Layer[]} parts.layers
-   * @param {import('./compare.js').Compare} parts.compare shows the frame as it came
-   * @param {(object: number) => boolean} parts.visible
-   * @param {(ctx: CanvasRenderingContext2D, view: View) => void} parts.onDraw draws over the layers
-   * @param {(spot: Spot) => void} parts.onHover
-   * @param {(spot: Spot) => void} parts.onPick
+   * @param {import('./store.js').Store} store
+   * @param {import('./layers/layer.js').Layer[]} layers
    */
-  constructor({ canvas, box, layers, compare, visible, onDraw, onHover, onPick }) {
-    this.canvas = canvas;
-    this.box = box;
+  constructor(store, layers) {
+    this.store = store;
     this.layers = layers;
-    this.compare = compare;
-    this.onDraw = onDraw;
-    this.onHover = onHover;
-    this.onPick = onPick;
-    this.ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: false }));
-    /** @type {Frames} */
-    this.images = NO_FRAMES;
+    this.canvas = /** @type {HTMLCanvasElement} */ (byId('canvas'));
+    /** The element that the canvas is fitted into. */
+    this.box = byId('pane-result');
+    this.ctx = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext('2d', { willReadFrequently: false }));
+    /** Shows the frame as it came. */
+    this.compare = new Compare(store);
+    /** @type {((ctx: CanvasRenderingContext2D, view: View) => void)[]} Draw over the layers, in clip pixels. */
+    this.painters = [];
     this.queued = 0;
     /** @type {{offsetX: number, offsetY: number} | null} Where the pointer is, in CSS pixels. */
     this.pointer = null;
+    /** @type {Readonly<State>} What was shown last. */
+    this.shown = store.state;
     /** @type {View} */
     this.view = {
       points: null,
@@ -68,53 +56,51 @@ export class Viewer {
       width: 16,
       height: 9,
       unit: 1,
-      visible,
+      visible: (object) => !store.state.hidden.has(object),
       answers: NO_ANSWERS,
       redraw: () => this.redraw(),
     };
-    new ResizeObserver(() => this.fit()).observe(box);
-    canvas.addEventListener('pointermove', ({ offsetX, offsetY }) => {
+    new ResizeObserver(() => this.fit()).observe(this.box);
+    this.connectPointer();
+    store.watch(['picture', 'found', 'frame', 'hidden', 'view'], (state) => this.show(state));
+  }
+
+  connectPointer() {
+    this.canvas.addEventListener('pointermove', ({ offsetX, offsetY }) => {
       this.pointer = { offsetX, offsetY };
-      this.onHover(this.spotAt(this.pointer));
+      this.store.set({ spot: this.spotAt(this.pointer) });
     });
-    canvas.addEventListener('pointerleave', () => {
+    this.canvas.addEventListener('pointerleave', () => {
       this.pointer = null;
-      this.onHover(NOWHERE);
+      this.store.set({ spot: NOWHERE });
     });
-    canvas.addEventListener('click', (event) => this.onPick(this.spotAt(event)));
   }
 
-  /**
-   * Starts a new clip; the result of the last one is forgotten.
-   *
-   * @param {number} width in pixels
-   * @param {number} height
-   * @param {Frames} [images] the frames, which may still be arriving
-   */
-  setClip(width, height, images = NO_FRAMES) {
-    this.images = images;
+  /** @param {(spot: Spot) => void} pick told where the picture is clicked */
+  onPick(pick) {
+    this.canvas.addEventListener('click', (event) => pick(this.spotAt(event)));
+  }
+
+  /** @param {Readonly<State>} state */
+  show(state) {
+    const { picture, found, frame, view } = state;
+    const before = this.shown;
+    this.shown = state;
+    const { width, height, images } = picture;
+    const isOther = picture !== before.picture || found !== before.found;
+    if (isOther) for (const layer of this.layers) layer.reset?.();
+    Object.assign(this.view, {
+      points: found?.points ?? null,
+      windows: found?.windows ?? false,
+      answers: { ...NO_ANSWERS, ...found?.answers },
+      frame,
+      width,
+      height,
+    });
     images.onReady = () => this.redraw();
-    Object.assign(this.view, { points: null, windows: false, answers: NO_ANSWERS, frame: 0, width, height });
-    this.compare.setAspect(width / height);
-    for (const layer of this.layers) layer.reset?.();
-    this.fit();
-  }
-
-  /**
-   * @param {import('./points.js').Points | null} points null for a still image
-   * @param {Partial<import('./layer.js').Answers>} answers
-   * @param {boolean} [windows] whether the clip was taken window by window
-   */
-  setResult(points, answers, windows = false) {
-    Object.assign(this.view, { points, windows, answers: { ...NO_ANSWERS, ...answers } });
-    for (const layer of this.layers) layer.reset?.();
-    this.redraw();
-  }
-
-  /** @param {number} frame */
-  show(frame) {
-    this.view.frame = frame;
-    this.redraw();
+    if (picture !== before.picture || view !== before.view) this.fit();
+    else if (isOther) this.draw();
+    else this.redraw();
   }
 
   /** Draws before the next screen refresh, once however often it is asked. */
@@ -127,19 +113,20 @@ export class Viewer {
     cancelAnimationFrame(this.queued);
     this.queued = 0;
     const { ctx, canvas, view } = this;
-    view.image = this.images.get(view.frame);
+    const { images } = this.shown.picture;
+    view.image = images.get(view.frame);
     // What is on screen stays until the frame has come.
-    if (!view.image && this.images.has(view.frame)) return;
+    if (!view.image && images.has(view.frame)) return;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
     const scale = canvas.width / view.width;
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
     ctx.setTransform(scale, 0, 0, scale, scale / 2, scale / 2);
     drawLayers(ctx, this.layers, view);
-    this.onDraw(ctx, view);
+    for (const paint of this.painters) paint(ctx, view);
     this.compare.draw(view.image, canvas);
     // What lies under a pointer that rests changes with the frame.
-    if (this.pointer) this.onHover(this.spotAt(this.pointer));
+    if (this.pointer) this.store.set({ spot: this.spotAt(this.pointer) });
   }
 
   /** Sizes the canvas to the largest rectangle of the clip's shape inside the box. */

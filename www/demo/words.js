@@ -16,7 +16,9 @@ export class PageError extends Error {
   }
 }
 
-/** Title and advice for each error code, from the page and from the library. @type {Record<string, [string, string]>} */
+/**
+ * Title and advice for each error code, from the page and from the library. @type {Record<string, [string, string]>}
+ */
 const ADVICE = {
   'unreadable-video': [
     'This file cannot be played as a video here',
@@ -69,10 +71,16 @@ const ADVICE = {
   'no-video': ['There is no picture in this file', 'Open a video file: MP4, WebM, MOV or MKV.'],
   truncated: ['This file is cut off or damaged', 'Choose frames before the damage, or copy or convert the file again.'],
   fetch: ['The file cannot be read', 'Copy it to this device, and open it again.'],
-  'camera-denied': ['The camera may not be used', 'Allow it for this page in the browser’s address bar, then open this again.'],
+  'camera-denied': [
+    'The camera may not be used',
+    'Allow it for this page in the browser’s address bar, then open this again.',
+  ],
   'no-camera': ['There is no camera', 'Connect one and open this again, or open a video file instead.'],
   'camera-busy': ['The camera gives no picture', 'Close whatever else uses it, then open this again.'],
-  'camera-unsupported': ['This browser cannot record here', 'Open the page over https or from localhost, or open a video file instead.'],
+  'camera-unsupported': [
+    'This browser cannot record here',
+    'Open the page over https or from localhost, or open a video file instead.',
+  ],
   unfinished: ['The clip was not segmented to its end', 'Run it again, to the end.'],
   poisoned: [
     'The computation broke down',
@@ -90,8 +98,10 @@ export const STILL = {
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
   remark: 'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.',
-  nothing: 'Nothing in this clip moves differently from the background. Choose another part of it, or every second frame for slow motion.',
-  partial: (/** @type {number} */ done, /** @type {number} */ all) => `Stopped early: ${done} of ${all} frames have masks.`,
+  nothing:
+    'Nothing in this clip moves differently from the background. Choose another part of it, or every second frame for slow motion.',
+  partial: (/** @type {number} */ done, /** @type {number} */ all) =>
+    `Stopped early: ${done} of ${all} frames have masks.`,
 };
 
 /** Why a layer has nothing to show. */
@@ -163,7 +173,7 @@ export function remaining(ms) {
 }
 
 /**
- * @param {import('./times.js').Times} times
+ * @param {import('./result/times.js').Times} times
  * @param {number} frame
  * @returns {string} `, 0.8 s`; empty where frames have no time
  */
@@ -184,7 +194,7 @@ export function percent(share) {
  * What the page sees, in one sentence.
  *
  * @param {{objects: {count: number} | null, clusters: {count: number}, trajectories: {count: number}}} result
- * @param {import('./presence.js').Facts[]} facts
+ * @param {import('./result/presence.js').Facts[]} facts
  * @returns {string}
  */
 export function headline(result, facts) {
@@ -193,7 +203,7 @@ export function headline(result, facts) {
 }
 
 /**
- * @param {import('./presence.js').Facts[]} facts
+ * @param {import('./result/presence.js').Facts[]} facts
  * @returns {string}
  */
 export function countObjects(facts) {

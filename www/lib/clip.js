@@ -17,10 +17,17 @@ import { isPlainObject, wholeNumber } from './options.js';
  */
 export async function makeClip(options, platform) {
   const given = options ?? {};
-  if (!isPlainObject(given)) throw illegal('param', 'options', options, 'an object such as {width: 320, height: 180, frames: 30}');
+  if (!isPlainObject(given))
+    throw illegal('param', 'options', options, 'an object such as {width: 320, height: 180, frames: 30}');
   const { width = 320, height = 180, frames = 30, seed = 0, wasm, ...others } = /** @type {ClipOptions} */ (given);
   const unknown = Object.keys(others)[0];
-  if (unknown) throw illegal('param', unknown, /** @type {Record<string, unknown>} */ (others)[unknown], 'width, height, frames or seed');
+  if (unknown)
+    throw illegal(
+      'param',
+      unknown,
+      /** @type {Record<string, unknown>} */ (others)[unknown],
+      'width, height, frames or seed',
+    );
   wholeNumber('param', 'width', width, 1, 4096);
   wholeNumber('param', 'height', height, 1, 4096);
   wholeNumber('param', 'frames', frames, 1, 10000);

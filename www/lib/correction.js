@@ -9,8 +9,8 @@ import { wholeNumber } from './options.js';
  */
 
 /**
- * A line painted in frame `t`, in input pixels: `points` are x0, y0, x1, y1 and so on along its middle, `radius` is half the width of the
- * brush. A single point is a dot. Points may lie outside of the frame, but not all of them.
+ * A line painted in frame `t`, in input pixels: `points` are x0, y0, x1, y1 and so on along its middle, `radius` is
+ * half the width of the brush. A single point is a dot. Points may lie outside of the frame, but not all of them.
  * @typedef {{t: number, points: ArrayLike<number>, radius: number}} Stroke
  */
 
@@ -49,13 +49,15 @@ export function mergeOf(into, from) {
 export function splitOf(label, at, clip) {
   wholeNumber('param', 'label', label, 0, 255);
   if (at === undefined) {
-    if (label === 0) throw illegal('param', 'label', label, 'an object, or the background with a place {t, x, y} of what is none');
+    if (label === 0)
+      throw illegal('param', 'label', label, 'an object, or the background with a place {t, x, y} of what is none');
     return { kind: 'split', label, at: null };
   }
   if (typeof at !== 'object' || at === null) throw illegal('param', 'at', at, '{t, x, y}');
   const { t, x, y } = at;
   wholeNumber('param', 'at.t', t, 0, Math.max(0, clip.numFrames - 1));
-  if (typeof x !== 'number' || typeof y !== 'number') throw illegal('param', 'at', at, '{t, x, y}, all of them numbers');
+  if (typeof x !== 'number' || typeof y !== 'number')
+    throw illegal('param', 'at', at, '{t, x, y}, all of them numbers');
   return { kind: 'split', label, at: { t, x, y } };
 }
 
@@ -92,7 +94,8 @@ export function strokesOf(kind, strokes, clip) {
  * @param {number} numFrames
  */
 function pointsOf(stroke, name, numFrames) {
-  if (typeof stroke !== 'object' || stroke === null) throw illegal('param', name, stroke, 'a stroke {t, points, radius}');
+  if (typeof stroke !== 'object' || stroke === null)
+    throw illegal('param', name, stroke, 'a stroke {t, points, radius}');
   const { t, points, radius } = stroke;
   wholeNumber('param', `${name}.t`, t, 0, Math.max(0, numFrames - 1));
   const all = Array.from(typeof points === 'object' && points !== null ? points : []);

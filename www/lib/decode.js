@@ -6,10 +6,12 @@ import { TraceCutError } from './errors.js';
 /** @type {Promise<unknown> | undefined} */
 let started;
 
+/** @typedef {{data: Uint8Array<ArrayBuffer>, width: number, height: number}} Pixels */
+
 /**
  * The pixels of a frame on its way to the engine.
  * @param {import('./frames.js').RawFrame} frame
- * @returns {Promise<{data: Uint8Array<ArrayBuffer>, width: number, height: number}>}
+ * @returns {Promise<Pixels>}
  */
 export async function toPixels(frame) {
   if (frame.kind === 'pixels') return frame;
@@ -30,6 +32,10 @@ function decoded(file) {
     }
     // A panic or a trap: the next file gets a fresh instance.
     glue.__wbg_reset_state();
-    throw new TraceCutError('decode', `image cannot be decoded: the decoder stopped on an internal error: ${String(error)}`, { cause: error });
+    throw new TraceCutError(
+      'decode',
+      `image cannot be decoded: the decoder stopped on an internal error: ${String(error)}`,
+      { cause: error },
+    );
   }
 }

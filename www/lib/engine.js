@@ -1,29 +1,30 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
-import { applyCorrection } from './correction.js';
-import { toPixels } from './decode.js';
 import { end, guarded, instance } from './instance.js';
+import { lineOf } from './requests.js';
 
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
 const SLICE_MS = 30;
 
 /**
  * The stages of a run, in their order.
- * @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'saliency' | 'connectedness' | 'clusters'
- *   | 'superpixels' | 'cut' | 'masks'} Stage
+ * @typedef {'flow' | 'trajectories' | 'affinities' | 'embedding' | 'discontinuities' | 'saliency' | 'connectedness'
+ *   | 'clusters' | 'superpixels' | 'cut' | 'masks'} Stage
  */
 /**
- * How far a run is: `done` of `total` steps of a stage. `done` only grows, `total` stays; steps differ in how long they take.
+ * How far a run is: `done` of `total` steps of a stage. `done` only grows, `total` stays; steps differ in how long they
+ * take.
  * @typedef {{stage: Stage, done: number, total: number}} Progress
  */
 /**
- * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance, which never shrinks.
- * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number, corrections: number,
- *   memoryBytes: number}} Info
+ * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance,
+ * which never shrinks.
+ * @typedef {{numFrames: number, width: number, height: number, workingWidth: number, workingHeight: number,
+ *   corrections: number, memoryBytes: number}} Info
  */
 /**
- * Where each pixel goes from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` × `height` is the size
- * that frames are processed at.
+ * Where each pixel goes from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` ×
+ * `height` is the size that frames are processed at.
  * @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField
  */
 
@@ -48,22 +49,12 @@ const SLICE_MS = 30;
 /** @typedef {Omit<import('./result.js').SaliencyMap, 'scaleX' | 'scaleY'>} RawSaliencyMap */
 
 /**
- * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the abort.
+ * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the
+ * abort.
  * @typedef {object} Engine
- * @property {(frame: import('./frames.js').RawFrame) => Promise<Info>} push
- * @property {(frame: import('./frames.js').RawFrame) => Promise<Info & {held: boolean}>} pushInShot for clips taken window by window
- * @property {(overlap: number) => Promise<Info>} advance goes on to the next window
- * @property {(trajectories: import('./trajectories.js').RawTrajectories) => Promise<Info>} setTrajectories
- * @property {(correction: import('./correction.js').RawCorrection) => Promise<Info>} correct decides; `run` then does what follows
+ * @property {<N extends import('./requests.js').RequestName>(name: N, ...args: import('./requests.js').Arguments<N>) =>
+ *   Promise<import('./requests.js').Answer<N>>} request
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
- * @property {(t: number) => Promise<FlowField>} flow
- * @property {(t: number) => Promise<RawBoundaryMap>} boundaries
- * @property {(t: number) => Promise<RawSuperpixels>} superpixels
- * @property {(t: number) => Promise<RawSaliencyMap>} saliencyMap
- * @property {(image: import('./frames.js').RawFrame) => Promise<RawBoundaryMap>} boundariesOf of an image of its own
- * @property {(image: import('./frames.js').RawFrame, count?: number) => Promise<RawSuperpixels>} superpixelsOf
- * @property {(image: import('./frames.js').RawFrame) => Promise<import('./image.js').ImageDiscontinuities>} discontinuitiesOf
- * @property {() => Promise<Info>} clear
  * @property {() => void} close
  */
 
@@ -74,13 +65,18 @@ const SLICE_MS = 30;
  */
 export async function createLocalEngine(module, parameters) {
   const owner = await instance(module);
-  return new LocalEngine(owner, guarded(owner, (glue) => new glue.Session(parameters)));
+  return new LocalEngine(
+    owner,
+    guarded(owner, (glue) => new glue.Session(parameters)),
+  );
 }
 
 /** @implements {Engine} */
 export class LocalEngine {
   #owner;
-  /** @type {import('./tracecut.js').Session | undefined} None once it is closed: it would keep the instance's memory. */
+  /**
+   * @type {import('./tracecut.js').Session | undefined} None once it is closed: it would keep the instance's memory.
+   */
   #session;
   /** @type {Promise<unknown>} */
   #last = Promise.resolve();
@@ -97,98 +93,22 @@ export class LocalEngine {
     this.#session = session;
   }
 
-  /** @param {import('./frames.js').RawFrame} frame */
-  push(frame) {
-    return this.#withPixels(frame, (session, data, width, height) => {
-      session.pushRgba(data, width, height);
-      return session.info();
-    });
-  }
-
-  /** @param {import('./frames.js').RawFrame} frame */
-  pushInShot(frame) {
-    return this.#withPixels(frame, (session, data, width, height) => {
-      const held = session.pushInShot(data, width, height);
-      return { ...session.info(), held };
-    });
-  }
-
-  /** @param {number} overlap */
-  advance(overlap) {
-    return this.#queued((session) => {
-      this.#seconds = {};
-      session.advance(overlap);
-      return session.info();
-    });
-  }
-
-  /** @param {import('./trajectories.js').RawTrajectories} t */
-  setTrajectories(t) {
-    return this.#queued((session) => {
-      session.setTrajectories(t.numFrames, t.width, t.height, t.startFrame, t.offset, t.x, t.y);
-      return session.info();
-    });
-  }
-
-  /** @param {import('./correction.js').RawCorrection} correction */
-  correct(correction) {
-    return this.#queued((session) => {
-      applyCorrection(session, correction);
-      return session.info();
-    });
-  }
-
-  /** @param {number} t */
-  flow(t) {
-    return this.#queued((session) => session.flow(t));
-  }
-
-  /** @param {number} t */
-  boundaries(t) {
-    return this.#queued((session) => session.boundaries(t));
-  }
-
-  /** @param {number} t */
-  superpixels(t) {
-    return this.#queued((session) => session.superpixels(t));
-  }
-
-  /** @param {number} t */
-  saliencyMap(t) {
-    return this.#queued((session) => session.saliencyMap(t));
-  }
-
-  /** @param {import('./frames.js').RawFrame} image */
-  boundariesOf(image) {
-    return this.#withPixels(image, (session, data, width, height) => session.boundariesOf(data, width, height));
-  }
-
   /**
-   * @param {import('./frames.js').RawFrame} image
-   * @param {number} [count]
+   * @template {import('./requests.js').RequestName} N
+   * @param {N} name
+   * @param {import('./requests.js').Arguments<N>} args
+   * @returns {Promise<import('./requests.js').Answer<N>>}
    */
-  superpixelsOf(image, count) {
-    return this.#withPixels(image, (session, data, width, height) => session.superpixelsOf(data, width, height, count));
-  }
-
-  /** @param {import('./frames.js').RawFrame} image */
-  discontinuitiesOf(image) {
-    return this.#withPixels(image, (session, data, width, height) => session.discontinuitiesOf(data, width, height));
-  }
-
-  clear() {
-    return this.#queued((session) => {
-      this.#seconds = {};
-      session.clear();
-      return session.info();
+  request(name, ...args) {
+    const { work, restarts } = lineOf(name);
+    return this.#inOrder(async () => {
+      const call = await work(...args);
+      if (restarts) this.#seconds = {};
+      return this.#call(call);
     });
   }
 
-  /**
-   * @param {(progress: Progress) => void} onProgress
-   * @param {AbortSignal} signal
-   * @returns {Promise<RawResult | null>}
-   */
+  /** @type {Engine['run']} */
   run(onProgress, signal) {
     return this.#inOrder(async () => {
       while (!signal.aborted && !this.#closed) {
@@ -208,7 +128,8 @@ export class LocalEngine {
   }
 
   /**
-   * Steps until the slice is over; false when nothing is left to do. Reports the last step of each stage and of the slice.
+   * Steps until the slice is over; false when nothing is left to do. Reports the last step of each stage and of the
+   * slice.
    * @param {(progress: Progress) => void} onProgress
    */
   #slice(onProgress) {
@@ -262,22 +183,6 @@ export class LocalEngine {
   }
 
   /**
-   * @param {import('./frames.js').RawFrame} frame
-   * @param {(session: import('./tracecut.js').Session, data: Uint8Array, width: number, height: number) => any} call
-   */
-  #withPixels(frame, call) {
-    return this.#inOrder(async () => {
-      const { data, width, height } = await toPixels(frame);
-      return this.#call((session) => call(session, data, width, height));
-    });
-  }
-
-  /** @param {(session: import('./tracecut.js').Session) => any} call */
-  #queued(call) {
-    return this.#inOrder(async () => this.#call(call));
-  }
-
-  /**
    * Runs `work` when everything before it is over, however that ended.
    * @template T
    * @param {() => Promise<T>} work
@@ -305,7 +210,8 @@ let nextTask;
 
 /** Lets waiting messages and events in. `setTimeout` would do, but browsers make nested ones wait 4 ms. */
 function macrotask() {
-  nextTask ??= typeof setImmediate === 'function' ? () => new Promise((resolve) => setImmediate(resolve)) : channelTask();
+  nextTask ??=
+    typeof setImmediate === 'function' ? () => new Promise((resolve) => setImmediate(resolve)) : channelTask();
   return nextTask();
 }
 

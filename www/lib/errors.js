@@ -1,11 +1,12 @@
 /**
- * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`, `too-few-frames`,
- * `decode`, `param`, `data`, `state`. From this layer: `unsupported` (the engine lacks something), `wasm-load` (the wasm file
- * cannot be fetched or compiled), `poisoned` (the engine stopped on an internal error), `closed`, `busy`. Of videos: `no-video` (nothing in it
- * that could be shown), `codec` (it cannot be decoded here), `truncated` (cut off or damaged), `no-frames` (none in the range), `fetch` (the
- * address cannot be fetched).
- * @typedef {'frame-size' | 'frame-bytes' | 'frame-size-changed' | 'too-few-frames' | 'decode' | 'param' | 'data' | 'state'
- *   | 'unsupported' | 'wasm-load' | 'poisoned' | 'closed' | 'busy' | 'no-video' | 'codec' | 'truncated' | 'no-frames' | 'fetch'} ErrorCode
+ * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`,
+ * `too-few-frames`, `decode`, `param`, `data`, `state`. From this layer: `unsupported` (the engine lacks something),
+ * `wasm-load` (the wasm file cannot be fetched or compiled), `poisoned` (the engine stopped on an internal error),
+ * `closed`, `busy`. Of videos: `no-video` (nothing in it that could be shown), `codec` (it cannot be decoded here),
+ * `truncated` (cut off or damaged), `no-frames` (none in the range), `fetch` (the address cannot be fetched).
+ * @typedef {'frame-size' | 'frame-bytes' | 'frame-size-changed' | 'too-few-frames' | 'decode' | 'param' | 'data'
+ *   | 'state' | 'unsupported' | 'wasm-load' | 'poisoned' | 'closed' | 'busy' | 'no-video' | 'codec' | 'truncated'
+ *   | 'no-frames' | 'fetch'} ErrorCode
  */
 
 /** An error with a stable `code` and a message that names the value and what is legal. */

@@ -7,8 +7,8 @@ import { wholeNumber } from './options.js';
  */
 
 /**
- * What `push` takes: pixels, anything a canvas can draw, or the bytes of a PNG or JPEG file. Files are decoded in wasm, so the
- * same file gives the same pixels everywhere; canvases and video frames are decoded by the browser.
+ * What `push` takes: pixels, anything a canvas can draw, or the bytes of a PNG or JPEG file. Files are decoded in wasm,
+ * so the same file gives the same pixels everywhere; canvases and video frames are decoded by the browser.
  * @typedef {PixelFrame | ImageData | HTMLCanvasElement | OffscreenCanvas | VideoFrame | ImageBitmap | HTMLVideoElement
  *   | Uint8Array | ArrayBuffer | Blob} FrameSource
  */
@@ -23,7 +23,8 @@ const MAX_SIDE = 16384;
 const LEGAL = 'ImageData, {data, width, height}, a canvas, VideoFrame, ImageBitmap, or the bytes of a PNG or JPEG file';
 
 /**
- * Copies a frame out of whatever holds it. Pixels and bytes are copied before this returns, so the caller may reuse them at once.
+ * Copies a frame out of whatever holds it. Pixels and bytes are copied before this returns, so the caller may reuse
+ * them at once.
  * @param {FrameSource} frame
  * @param {() => Promise<WebAssembly.Module>} loadDecoder asked for files only
  * @returns {Promise<RawFrame>}
@@ -85,8 +86,8 @@ function fromPixels(frame) {
 }
 
 /**
- * `copyTo` gives the decoder's own colours without a canvas that privacy settings may add noise to; where it cannot give RGBA
- * (Safari), or where the frame is to be shown turned or stretched, a canvas has to do.
+ * `copyTo` gives the decoder's own colours without a canvas that privacy settings may add noise to; where it cannot
+ * give RGBA (Safari), or where the frame is to be shown turned or stretched, a canvas has to do.
  * @param {VideoFrame} frame
  * @returns {Promise<RawFrame>}
  */
@@ -114,7 +115,10 @@ function draw(image, width, height) {
   wholeNumber('frame-size', 'frame.width', width, 1, MAX_SIDE);
   wholeNumber('frame-size', 'frame.height', height, 1, MAX_SIDE);
   if (typeof OffscreenCanvas === 'undefined') {
-    throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas to read the frame with; push {data, width, height}');
+    throw new TraceCutError(
+      'unsupported',
+      'this engine has no OffscreenCanvas to read the frame with; push {data, width, height}',
+    );
   }
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to read the frame with');

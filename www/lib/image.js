@@ -1,4 +1,5 @@
-// Boundary maps, superpixels and embedding discontinuities: their types, and the functions that make them of a single image.
+// Boundary maps, superpixels and embedding discontinuities: their types, and the functions that make them of a single
+// image.
 
 import { illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
@@ -6,27 +7,29 @@ import { isPlainObject, splitOptions, wholeNumber } from './options.js';
 import { openEngine } from './platform.js';
 
 /**
- * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its pixels covers
- * `scaleX` × `scaleY` input pixels, so that its place `x` is `(x + 0.5) * scaleX - 0.5` in the input.
+ * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its
+ * pixels covers `scaleX` × `scaleY` input pixels, so that its place `x` is `(x + 0.5) * scaleX - 0.5` in the input.
  * @typedef {{width: number, height: number, scaleX: number, scaleY: number}} Grid
  */
 
 /**
- * How likely each pixel lies on a boundary between two things, 0 to 1, row by row: `pb`, and `thin`, the same on ridges one pixel
- * wide and 0 elsewhere.
+ * How likely each pixel lies on a boundary between two things, 0 to 1, row by row: `pb`, and `thin`, the same on ridges
+ * one pixel wide and 0 elsewhere.
  * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, thin: Float32Array<ArrayBuffer>}} BoundaryMap
  */
 
 /**
- * Where the embedding of an image's pixels changes, 0 to 1, row by row: `discontinuity`, the root of the discontinuities `d`; beside it
- * `pb`, the boundary probability that the embedding comes from, `spectral`, the gradients of its eigenvectors to compare with, and
- * `combined`, the boundary probability by `pb` and `discontinuity` together.
- * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, discontinuity: Float32Array<ArrayBuffer>, spectral: Float32Array<ArrayBuffer>,
- *   combined: Float32Array<ArrayBuffer>}} ImageDiscontinuities
+ * Where the embedding of an image's pixels changes, 0 to 1, row by row: `discontinuity`, the root of the
+ * discontinuities `d`; beside it `pb`, the boundary probability that the embedding comes from, `spectral`, the
+ * gradients of its eigenvectors to compare with, and `combined`, the boundary probability by `pb` and `discontinuity`
+ * together.
+ * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, discontinuity: Float32Array<ArrayBuffer>, spectral:
+ *   Float32Array<ArrayBuffer>, combined: Float32Array<ArrayBuffer>}} ImageDiscontinuities
  */
 
 /**
- * Which superpixels touch: `a < b`, the length of their common border in pixels of the grid, and the mean of `pb` along it.
+ * Which superpixels touch: `a < b`, the length of their common border in pixels of the grid, and the mean of `pb` along
+ * it.
  * @typedef {{a: Uint32Array<ArrayBuffer>, b: Uint32Array<ArrayBuffer>, length: Float32Array<ArrayBuffer>,
  *   pb: Float32Array<ArrayBuffer>}} SuperpixelBorders
  */
@@ -39,7 +42,8 @@ import { openEngine } from './platform.js';
 
 /**
  * A partition of an image: `label` holds the superpixel of each pixel, `0` to `count - 1`, row by row.
- * @typedef {Grid & {count: number, label: Uint32Array<ArrayBuffer>, borders: SuperpixelBorders, edges: SuperpixelEdges}} Superpixels
+ * @typedef {Grid & {count: number, label: Uint32Array<ArrayBuffer>, borders: SuperpixelBorders, edges:
+ *   SuperpixelEdges}} Superpixels
  */
 
 /** What an edge of the triangulation became; the values of `edges.kind`. */
@@ -56,18 +60,21 @@ export const EdgeKind = Object.freeze({
 
 /**
  * Options of a single image: two groups of the parameter tree, and `wasm`, `decoder` and `worker` as for a session.
- * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'decoder' | 'worker'>} ImageOptions
+ * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'decoder' | 'worker'>}
+ *   ImageOptions
  */
 
 /**
- * Options of the superpixels of a single image. With `count` they are joined across their weakest borders until so many are left;
- * an image with few contours has fewer.
+ * Options of the superpixels of a single image. With `count` they are joined across their weakest borders until so many
+ * are left; an image with few contours has fewer.
  * @typedef {ImageOptions & {count?: number}} SuperpixelOptions
  */
 
 /**
- * Options of the discontinuities of a single image: groups of the parameter tree, and `wasm`, `decoder` and `worker` as for a session.
- * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'still' | 'wasm' | 'decoder' | 'worker'>} DiscontinuityOptions
+ * Options of the discontinuities of a single image: groups of the parameter tree, and `wasm`, `decoder` and `worker` as
+ * for a session.
+ * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'still' | 'wasm' | 'decoder' | 'worker'>}
+ *   DiscontinuityOptions
  */
 
 const LEGAL = ['contour', 'superpixel', 'wasm', 'decoder', 'worker'];
@@ -81,7 +88,7 @@ const MAX_COUNT = 2 ** 26;
  * @returns {Promise<BoundaryMap>}
  */
 export function boundariesOf(image, options, platform) {
-  return ask(image, options, platform, async (engine, raw) => unscaled(await engine.boundariesOf(raw)));
+  return ask(image, options, platform, async (engine, raw) => unscaled(await engine.request('boundariesOf', raw)));
 }
 
 /**
@@ -91,9 +98,13 @@ export function boundariesOf(image, options, platform) {
  * @returns {Promise<Superpixels>}
  */
 export async function superpixelsOf(image, options, platform) {
-  const { count, ...others } = isPlainObject(options) ? /** @type {SuperpixelOptions} */ (options) : { count: undefined };
+  const { count, ...others } = isPlainObject(options)
+    ? /** @type {SuperpixelOptions} */ (options)
+    : { count: undefined };
   if (count !== undefined) wholeNumber('param', 'count', count, 1, MAX_COUNT);
-  return ask(image, isPlainObject(options) ? others : options, platform, async (engine, raw) => unscaled(await engine.superpixelsOf(raw, count)));
+  return ask(image, isPlainObject(options) ? others : options, platform, async (engine, raw) =>
+    unscaled(await engine.request('superpixelsOf', raw, count)),
+  );
 }
 
 /**
@@ -103,7 +114,7 @@ export async function superpixelsOf(image, options, platform) {
  * @returns {Promise<ImageDiscontinuities>}
  */
 export function discontinuitiesOf(image, options, platform) {
-  return ask(image, options, platform, (engine, raw) => engine.discontinuitiesOf(raw), LEGAL_STILL);
+  return ask(image, options, platform, (engine, raw) => engine.request('discontinuitiesOf', raw), LEGAL_STILL);
 }
 
 /**

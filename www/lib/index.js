@@ -39,7 +39,8 @@ function startWorker() {
   try {
     return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
   } catch {
-    // Browsers start no worker from another origin, such as a CDN's, but let one of the page's own import it from there.
+    // Browsers start no worker from another origin, such as a CDN's, but let one of the page's own import it from
+    // there.
     foreignWorker ??= URL.createObjectURL(
       new Blob([`import ${JSON.stringify(new URL('worker.js', packagedFile()).href)};`], { type: 'text/javascript' }),
     );
@@ -89,7 +90,8 @@ export function superpixels(image, options) {
 }
 
 /**
- * Boundaries of a single image by the discontinuities of its pixel embedding, at its own size or reduced to `still.maxSide`.
+ * Boundaries of a single image by the discontinuities of its pixel embedding, at its own size or reduced to
+ * `still.maxSide`.
  * @param {import('./frames.js').FrameSource} image
  * @param {import('./image.js').DiscontinuityOptions} [options]
  * @returns {Promise<import('./image.js').ImageDiscontinuities>}
@@ -99,8 +101,9 @@ export function imageDiscontinuities(image, options) {
 }
 
 /**
- * Segments a video: a file, an address, a video element, a stream, or frames one by one (Node takes the last only). Long clips are run window by
- * window, in bounded memory; labels keep their meaning from window to window, and a cut begins a new shot with new ones.
+ * Segments a video: a file, an address, a video element, a stream, or frames one by one (Node takes the last only).
+ * Long clips are run window by window, in bounded memory; labels keep their meaning from window to window, and a cut
+ * begins a new shot with new ones.
  *
  * ```js
  * const video = segmentVideo(file, { size: 480, end: 10 });
@@ -117,8 +120,8 @@ export function segmentVideo(source, options) {
 }
 
 /**
- * The frames of a video, in order, each with its time in seconds; none is lost or doubled. Nothing is read before the first is asked for, and
- * leaving the loop closes the source.
+ * The frames of a video, in order, each with its time in seconds; none is lost or doubled. Nothing is read before the
+ * first is asked for, and leaving the loop closes the source.
  * @param {import('./video/source.js').VideoSource} source
  * @param {import('./video/options.js').TakeOptions} [options]
  * @returns {AsyncGenerator<import('./video/frames.js').DecodedFrame, void, undefined>}

@@ -1,5 +1,5 @@
-// Instances of the wasm module, each with a memory of its own: what fails in one leaves the others alone, and a memory, which cannot
-// shrink, goes when its session does.
+// Instances of the wasm module, each with a memory of its own: what fails in one leaves the others alone, and a memory,
+// which cannot shrink, goes when its session does.
 
 import { makeGlue } from './glue.js';
 import { TraceCutError } from './errors.js';
@@ -19,8 +19,8 @@ export async function instance(module) {
 }
 
 /**
- * Calls into an instance. An error that Rust returned has a code. Anything else is a panic or a trap, after which the instance
- * cannot be trusted: it ends, with every object in it.
+ * Calls into an instance. An error that Rust returned has a code. Anything else is a panic or a trap, after which the
+ * instance cannot be trusted: it ends, with every object in it.
  * @template T
  * @param {Instance} owner
  * @param {(glue: Glue) => T} call
@@ -37,13 +37,18 @@ export function guarded(owner, call) {
     }
     const words = panicWords(glue) ?? String(error);
     owner.glue = undefined;
-    owner.ended = new TraceCutError('poisoned', `the engine stopped on an internal error: ${words}. Create a new session.`, { cause: error });
+    owner.ended = new TraceCutError(
+      'poisoned',
+      `the engine stopped on an internal error: ${words}. Create a new session.`,
+      { cause: error },
+    );
     throw owner.ended;
   }
 }
 
 /**
- * Gives up an instance: its memory is freed when nothing else refers to its objects. Calls into it say that its owner is closed.
+ * Gives up an instance: its memory is freed when nothing else refers to its objects. Calls into it say that its owner
+ * is closed.
  * @param {Instance} owner
  * @param {string} what
  */

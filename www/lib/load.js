@@ -1,7 +1,9 @@
 import { TraceCutError, illegal, typeTag } from './errors.js';
 
 /** The smallest module with a SIMD instruction in it. */
-const SIMD_PROBE = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11];
+const SIMD_PROBE = [
+  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
+];
 
 /**
  * Compiles the wasm module from wherever it is.
@@ -9,7 +11,8 @@ const SIMD_PROBE = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1
  * @returns {Promise<WebAssembly.Module>}
  */
 export async function loadModule(source) {
-  if (typeof WebAssembly === 'undefined') throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly');
+  if (typeof WebAssembly === 'undefined')
+    throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly');
   if (source instanceof WebAssembly.Module) return source;
   if (typeof source === 'string' || source instanceof URL) return fromResponse(await fetched(source), String(source));
   if (typeTag(source) === 'Response') return fromResponse(/** @type {Response} */ (source), 'the response');
@@ -31,7 +34,8 @@ async function fetched(url) {
  * @param {string} name
  */
 async function fromResponse(response, name) {
-  if (!response.ok) throw new TraceCutError('wasm-load', `${name} could not be fetched: the server answered ${response.status}`);
+  if (!response.ok)
+    throw new TraceCutError('wasm-load', `${name} could not be fetched: the server answered ${response.status}`);
   if (response.headers.get('Content-Type') === 'application/wasm') {
     const spare = response.clone();
     try {
@@ -48,13 +52,19 @@ async function fromResponse(response, name) {
  * @param {string} name
  */
 async function compile(bytes, name) {
-  const view = ArrayBuffer.isView(bytes) ? new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength) : new Uint8Array(bytes);
+  const view = ArrayBuffer.isView(bytes)
+    ? new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength)
+    : new Uint8Array(bytes);
   if (view[0] === 0x3c) {
-    const hint = "check that the .wasm file is where the URL says (with Vite before 8, set optimizeDeps.exclude to ['tracecut'])";
+    const hint =
+      "check that the .wasm file is where the URL says (with Vite before 8, set optimizeDeps.exclude to ['tracecut'])";
     throw new TraceCutError('wasm-load', `${name} is a page of HTML, not WebAssembly: ${hint}`);
   }
   if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE))) {
-    throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 20)');
+    throw new TraceCutError(
+      'unsupported',
+      'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 20)',
+    );
   }
   try {
     return await WebAssembly.compile(bytes);

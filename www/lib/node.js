@@ -40,89 +40,23 @@ async function readModule(url) {
   }
 }
 
-/**
- * Opens a session.
- * @param {import('./options.js').SessionOptions} [options]
- * @returns {Promise<import('./session.js').Session>}
- */
-export function createSession(options) {
-  return openSession(options, platform);
-}
+// Types and descriptions are those of the browsers' entry, which is what `types` in package.json names; one constant
+// for each function, so that bundlers can drop what is not used.
+/** @typedef {typeof import('./index.js')} Browser */
 
-/**
- * Makes a clip of moving objects with known masks and known flow, on the calling thread.
- * @param {import('./clip.js').ClipOptions} [options]
- * @returns {Promise<import('./clip.js').Clip>}
- */
-export function synthClip(options) {
-  return makeClip(options, platform);
-}
-
-/**
- * The boundary probability of a single image, at its own size.
- * @param {import('./frames.js').FrameSource} image
- * @param {import('./image.js').ImageOptions} [options]
- * @returns {Promise<import('./image.js').BoundaryMap>}
- */
-export function boundaries(image, options) {
-  return boundariesOf(image, options, platform);
-}
-
-/**
- * The Gabriel superpixels of a single image, at its own size.
- * @param {import('./frames.js').FrameSource} image
- * @param {import('./image.js').SuperpixelOptions} [options]
- * @returns {Promise<import('./image.js').Superpixels>}
- */
-export function superpixels(image, options) {
-  return superpixelsOf(image, options, platform);
-}
-
-/**
- * Boundaries of a single image by the discontinuities of its pixel embedding, at its own size or reduced to `still.maxSide`.
- * @param {import('./frames.js').FrameSource} image
- * @param {import('./image.js').DiscontinuityOptions} [options]
- * @returns {Promise<import('./image.js').ImageDiscontinuities>}
- */
-export function imageDiscontinuities(image, options) {
-  return discontinuitiesOf(image, options, platform);
-}
-
-/**
- * Segments a video: a file, an address, a video element, a stream, or frames one by one (Node takes the last only). Long clips are run window by
- * window, in bounded memory; labels keep their meaning from window to window, and a cut begins a new shot with new ones.
- *
- * ```js
- * const video = segmentVideo(file, { size: 480, end: 10 });
- * for await (const window of video) {
- *   for (const { time, labels } of window.frames()) console.log(time, labels);
- * }
- * ```
- * @param {import('./video/source.js').VideoSource} source
- * @param {import('./video/segment.js').VideoOptions} [options]
- * @returns {import('./video/segment.js').VideoSegmentation}
- */
-export function segmentVideo(source, options) {
-  return segment(source, options, platform);
-}
-
-/**
- * The frames of a video, in order, each with its time in seconds; none is lost or doubled. Nothing is read before the first is asked for, and
- * leaving the loop closes the source.
- * @param {import('./video/source.js').VideoSource} source
- * @param {import('./video/options.js').TakeOptions} [options]
- * @returns {AsyncGenerator<import('./video/frames.js').DecodedFrame, void, undefined>}
- */
-export function videoFrames(source, options) {
-  return framesOf(source, options, platform);
-}
-
-/**
- * Size, duration, frame rate and codec of a video, read from its container where there is one.
- * @param {import('./video/source.js').VideoSource} source
- * @param {Pick<import('./video/options.js').TakeOptions, 'decoding'>} [options]
- * @returns {Promise<import('./video/reader.js').VideoInfo>}
- */
-export function videoInfo(source, options) {
-  return infoOf(source, options, platform);
-}
+/** @type {Browser['createSession']} */
+export const createSession = (options) => openSession(options, platform);
+/** @type {Browser['synthClip']} */
+export const synthClip = (options) => makeClip(options, platform);
+/** @type {Browser['boundaries']} */
+export const boundaries = (image, options) => boundariesOf(image, options, platform);
+/** @type {Browser['superpixels']} */
+export const superpixels = (image, options) => superpixelsOf(image, options, platform);
+/** @type {Browser['imageDiscontinuities']} */
+export const imageDiscontinuities = (image, options) => discontinuitiesOf(image, options, platform);
+/** @type {Browser['segmentVideo']} */
+export const segmentVideo = (source, options) => segment(source, options, platform);
+/** @type {Browser['videoFrames']} */
+export const videoFrames = (source, options) => framesOf(source, options, platform);
+/** @type {Browser['videoInfo']} */
+export const videoInfo = (source, options) => infoOf(source, options, platform);

@@ -8,20 +8,25 @@ import { illegal, typeTag } from './errors.js';
  */
 
 /**
- * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does), and settings
- * of this layer. `wasm` says where the wasm file is, `decoder` where the one is that reads PNG and JPEG files (it is fetched when the
- * first file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does).
- * @typedef {ParameterOptions & {preset?: 'default' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?: boolean}} SessionOptions
+ * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does),
+ * and settings of this layer. `wasm` says where the wasm file is, `decoder` where the one is that reads PNG and JPEG
+ * files (it is fetched when the first file is pushed); `worker: false` runs a browser's session on the calling thread
+ * (Node always does).
+ * @typedef {ParameterOptions & {preset?: 'default' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?:
+ *   boolean}} SessionOptions
  */
 
-/** @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean, parameters: Record<string, unknown>}} SplitOptions */
+/**
+ * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean, parameters: Record<string, unknown>}}
+ *   SplitOptions
+ */
 
 /** Parameters are two levels deep; anything much deeper is a mistake, or an object that contains itself. */
 const MAX_DEPTH = 4;
 
 /**
- * Separates this layer's settings from the parameters and copies the latter, leaving out what is `undefined`. Names, types and
- * ranges of parameters are checked in Rust; here only what cannot get that far is refused.
+ * Separates this layer's settings from the parameters and copies the latter, leaving out what is `undefined`. Names,
+ * types and ranges of parameters are checked in Rust; here only what cannot get that far is refused.
  * @param {SessionOptions} [options]
  * @returns {SplitOptions}
  */

@@ -35,7 +35,10 @@ export function once(load) {
  */
 export async function openEngine({ wasm, worker, parameters }, platform) {
   if (worker && !platform.startWorker) {
-    throw new TraceCutError('unsupported', 'worker = true (expected false or nothing: this engine has no module workers; the session runs in-process)');
+    throw new TraceCutError(
+      'unsupported',
+      'worker = true (expected false or nothing: this engine has no module workers; the session runs in-process)',
+    );
   }
   const module = await platform.loadModule(wasm);
   return platform.startWorker && worker !== false

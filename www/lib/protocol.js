@@ -7,21 +7,29 @@
 //                                     <-     {id, type: 'progress', data}   (any number)
 //   {id, type: 'abort'}               ->                                    (id of the run; has no answer of its own)
 //                                     <-     {id, type: 'done', data: null}
-//   {id, type: 'push', data}          ->
+//   {id, type: 'push', data: [frame]} ->
 //                                     <-     {id, type: 'failed', data: {code, message}}
 
+/** @typedef {import('./requests.js').RequestName} RequestName */
+
 /**
- * @typedef {'create' | 'push' | 'pushInShot' | 'advance' | 'setTrajectories' | 'correct' | 'run' | 'abort' | 'flow' | 'boundaries'
- *   | 'superpixels' | 'saliencyMap' | 'boundariesOf' | 'superpixelsOf' | 'discontinuitiesOf' | 'clear'} RequestType
+ * What the page asks, beside `abort`. The arguments of a request are those of its line in `requests.js`.
+ * @typedef {{type: 'create', data: {module: WebAssembly.Module, parameters: Record<string, unknown>}}
+ *   | {type: 'run', data?: undefined}
+ *   | {type: RequestName, data: import('./requests.js').Arguments<RequestName>}} Message
  */
-/** @typedef {{id: number, type: RequestType, data?: any}} Request */
-/** @typedef {{id: number, type: 'done' | 'progress' | 'failed', data: any}} Reply */
+/** @typedef {{id: number} & (Message | {type: 'abort'})} Request */
+/**
+ * @typedef {{id: number, type: 'done', data: unknown}
+ *   | {id: number, type: 'progress', data: import('./engine.js').Progress}
+ *   | {id: number, type: 'failed', data: {code: import('./errors.js').ErrorCode, message: string}}} Reply
+ */
 
 /**
  * The part of a `MessagePort`, a `Worker` or a worker's global scope that the protocol uses.
  * @typedef {object} Port
- * @property {(message: any, transfer: Transferable[]) => void} postMessage
- * @property {(type: 'message', listener: (event: MessageEvent) => void) => void} addEventListener
+ * @property {(message: unknown, transfer: Transferable[]) => void} postMessage
+ * @property {(type: 'message', listener: (event: MessageEvent<Request>) => void) => void} addEventListener
  */
 
 /**

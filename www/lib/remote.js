@@ -4,11 +4,10 @@ import { TraceCutError } from './errors.js';
 import { transferables } from './protocol.js';
 
 /** @typedef {import('./engine.js').Engine} Engine */
-/** @typedef {import('./protocol.js').RequestType} RequestType */
 
 /**
  * @typedef {object} Pending
- * @property {(value: any) => void} resolve
+ * @property {(value: unknown) => void} resolve
  * @property {(error: unknown) => void} reject
  * @property {(progress: import('./engine.js').Progress) => void} [onProgress]
  */
@@ -55,84 +54,25 @@ export class RemoteEngine {
    * @param {Record<string, unknown>} parameters
    */
   create(module, parameters) {
-    return this.#request('create', { module, parameters });
-  }
-
-  /** @param {import('./frames.js').RawFrame} frame */
-  push(frame) {
-    return this.#request('push', frame);
-  }
-
-  /** @param {import('./frames.js').RawFrame} frame */
-  pushInShot(frame) {
-    return this.#request('pushInShot', frame);
-  }
-
-  /** @param {number} overlap */
-  advance(overlap) {
-    return this.#request('advance', overlap);
-  }
-
-  /** @param {import('./trajectories.js').RawTrajectories} trajectories */
-  setTrajectories(trajectories) {
-    return this.#request('setTrajectories', trajectories);
-  }
-
-  /** @param {import('./correction.js').RawCorrection} correction */
-  correct(correction) {
-    return this.#request('correct', correction);
-  }
-
-  /** @param {number} t */
-  flow(t) {
-    return this.#request('flow', t);
-  }
-
-  /** @param {number} t */
-  boundaries(t) {
-    return this.#request('boundaries', t);
-  }
-
-  /** @param {number} t */
-  superpixels(t) {
-    return this.#request('superpixels', t);
-  }
-
-  /** @param {number} t */
-  saliencyMap(t) {
-    return this.#request('saliencyMap', t);
-  }
-
-  /** @param {import('./frames.js').RawFrame} image */
-  boundariesOf(image) {
-    return this.#request('boundariesOf', image);
+    return this.#send({ type: 'create', data: { module, parameters } });
   }
 
   /**
-   * @param {import('./frames.js').RawFrame} image
-   * @param {number} [count]
+   * @template {import('./requests.js').RequestName} N
+   * @param {N} name
+   * @param {import('./requests.js').Arguments<N>} args
+   * @returns {Promise<import('./requests.js').Answer<N>>}
    */
-  superpixelsOf(image, count) {
-    return this.#request('superpixelsOf', { image, count });
+  request(name, ...args) {
+    return this.#send({ type: name, data: args });
   }
 
-  /** @param {import('./frames.js').RawFrame} image */
-  discontinuitiesOf(image) {
-    return this.#request('discontinuitiesOf', image);
-  }
-
-  clear() {
-    return this.#request('clear');
-  }
-
-  /**
-   * @param {(progress: import('./engine.js').Progress) => void} onProgress
-   * @param {AbortSignal} signal
-   */
+  /** @type {Engine['run']} */
   async run(onProgress, signal) {
     const id = this.#nextId;
     const abort = () => this.#worker.postMessage({ id, type: 'abort' });
-    const running = this.#request('run', undefined, onProgress);
+    /** @type {ReturnType<Engine['run']>} */
+    const running = this.#send({ type: 'run' }, onProgress);
     signal.addEventListener('abort', abort);
     try {
       return await running;
@@ -146,17 +86,18 @@ export class RemoteEngine {
   }
 
   /**
-   * @param {RequestType} type
-   * @param {unknown} [data]
+   * @template T what this message is answered with
+   * @param {import('./protocol.js').Message} message
    * @param {Pending['onProgress']} [onProgress]
-   * @returns {Promise<any>}
+   * @returns {Promise<T>}
    */
-  #request(type, data, onProgress) {
+  #send(message, onProgress) {
     if (this.#ended) return Promise.reject(this.#ended);
     const id = this.#nextId++;
-    return new Promise((resolve, reject) => {
+    return new Promise((done, reject) => {
+      const resolve = /** @type {Pending['resolve']} */ (done);
       this.#pending.set(id, { resolve, reject, onProgress });
-      this.#worker.postMessage({ id, type, data }, transferables(data));
+      this.#worker.postMessage({ id, ...message }, transferables(message));
     });
   }
 

@@ -1,10 +1,13 @@
 import { TraceCutError } from './errors.js';
 import { wholeNumber } from './options.js';
+import { REQUESTS } from './requests.js';
 
 /**
- * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels, one for
- * each of the consecutive frames from `startFrame[i]` on. `id[i]` is its number in the clip, which it keeps from window to window.
- * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, id: Uint32Array}} TrajectoryList
+ * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
+ * one for each of the consecutive frames from `startFrame[i]` on. `id[i]` is its number in the clip, which it keeps
+ * from window to window.
+ * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, id:
+ *   Uint32Array}} TrajectoryList
  */
 
 /**
@@ -14,13 +17,14 @@ import { wholeNumber } from './options.js';
 
 /**
  * The spectral embedding: `dimensions` eigenvalues, largest first, and one row of as many numbers per trajectory.
- * @typedef {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array, converged: boolean, residual: number}}
- *   EmbeddingTable
+ * @typedef {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array, converged: boolean, residual:
+ *   number}} EmbeddingTable
  */
 
 /**
  * Neighbour pairs with their discontinuities, and which of them are Delaunay edges of which frame.
- * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array, frameOffset: Uint32Array, frameEdges: Uint32Array}} EdgeTable
+ * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array, frameOffset: Uint32Array, frameEdges: Uint32Array}}
+ *   EdgeTable
  */
 
 /**
@@ -29,22 +33,23 @@ import { wholeNumber } from './options.js';
  */
 
 /**
- * The objects of the masks: the highest label, for each cluster the label that it has in the masks (0 for the background), and the labels
- * of all objects, lowest first. Several clusters may be one object, or the background. Labels run from 1 on without gaps, but not in
- * later windows of a long clip and after corrections.
+ * The objects of the masks: the highest label, for each cluster the label that it has in the masks (0 for the
+ * background), and the labels of all objects, lowest first. Several clusters may be one object, or the background.
+ * Labels run from 1 on without gaps, but not in later windows of a long clip and after corrections.
  * @typedef {{count: number, ofCluster: Uint8Array, labels: Uint8Array}} ObjectList
  */
 
 /**
- * How much each trajectory stands out against what surrounds it, 0 to 1: `ofPoints`, the greatest saliency of the pixels that it went
- * over (the paper's s), and `inContext`, the mean of that over the trajectories that move like it (s̄). `foreground` is 1 where s̄ is
- * above `saliency.threshold`, else 0.
+ * How much each trajectory stands out against what surrounds it, 0 to 1: `ofPoints`, the greatest saliency of the
+ * pixels that it went over (the paper's s), and `inContext`, the mean of that over the trajectories that move like it
+ * (s̄). `foreground` is 1 where s̄ is above `saliency.threshold`, else 0.
  * @typedef {{ofPoints: Float32Array, inContext: Float32Array, foreground: Uint8Array}} SaliencyTable
  */
 
 /**
- * The connected pieces of the foreground: their number in each frame, and the piece of each trajectory point in its frame (points as
- * in `trajectories.x`), `0` to `count[t] - 1`. It is -1 for points that are in none: background, and foreground too small to count.
+ * The connected pieces of the foreground: their number in each frame, and the piece of each trajectory point in its
+ * frame (points as in `trajectories.x`), `0` to `count[t] - 1`. It is -1 for points that are in none: background, and
+ * foreground too small to count.
  * @typedef {{count: Uint32Array, ofPoint: Int32Array}} ComponentTable
  */
 
@@ -53,25 +58,17 @@ import { wholeNumber } from './options.js';
  * @typedef {import('./image.js').Grid & {saliency: Float32Array<ArrayBuffer>}} SaliencyMap
  */
 
-/**
- * Questions that only the session can answer.
- * @typedef {object} Lookups
- * @property {(t: number) => Promise<import('./image.js').BoundaryMap>} boundaries
- * @property {(t: number) => Promise<import('./image.js').Superpixels>} superpixels
- * @property {(t: number) => Promise<SaliencyMap>} saliencyMap
- */
-
 /** What a run found. */
 export class Result {
   #edges;
   #labels;
-  #lookups;
+  #askMap;
 
   /**
    * @param {import('./engine.js').RawResult} raw
-   * @param {Lookups} lookups
+   * @param {import('./requests.js').AskMap} askMap
    */
-  constructor(raw, lookups) {
+  constructor(raw, askMap) {
     /** Width of the input in pixels. */
     this.width = raw.info.width;
     /** Height of the input in pixels. */
@@ -82,7 +79,9 @@ export class Result {
     this.trajectories = raw.trajectories;
     /** The label of each trajectory. */
     this.clusters = raw.clusters;
-    /** The simpler segmentation by thresholded discontinuities alone (`discontinuity.threshold`); strays are clusters. */
+    /**
+     * The simpler segmentation by thresholded discontinuities alone (`discontinuity.threshold`); strays are clusters.
+     */
     this.thresholdClusters = raw.thresholdClusters;
     /** The embedding coordinates of each trajectory. */
     this.embedding = raw.embedding;
@@ -90,61 +89,67 @@ export class Result {
     this.seconds = raw.seconds;
     /** The objects of the masks; null when there are no masks (`clip.dense` off, or trajectories from outside). */
     this.objects = raw.objects;
-    /** How salient each trajectory is, and which are foreground; null for trajectories from outside, which have no flow. */
+    /**
+     * How salient each trajectory is, and which are foreground; null for trajectories from outside, which have no flow.
+     */
     this.saliency = raw.saliency;
     /** The connected pieces of the foreground in each frame; null for trajectories from outside. */
     this.components = raw.components;
     this.#edges = raw.edges;
     this.#labels = raw.labels;
-    this.#lookups = lookups;
+    this.#askMap = askMap;
   }
 
   /**
-   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background, `1` to `objects.count` are the
-   * objects.
+   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background, `1` to
+   * `objects.count` are the objects.
    * @param {number} t
    * @returns {Uint8Array<ArrayBuffer>}
    */
   labels(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    if (!this.#labels) throw noMasks('masks');
+    if (!this.#labels) throw without('masks', 'masks');
     const size = this.width * this.height;
     return this.#labels.slice(t * size, (t + 1) * size);
   }
 
   /**
-   * The Gabriel superpixels of frame `t`, at the size that frames are processed at. They are fetched from the session, which must
-   * still be open and hold the same clip.
+   * The Gabriel superpixels of frame `t`, at the size that frames are processed at. They are fetched from the session,
+   * which must still be open and hold the same clip.
    * @param {number} t
    * @returns {Promise<import('./image.js').Superpixels>}
    */
   async superpixels(t) {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    if (!this.#labels) throw noMasks('superpixels');
-    return this.#lookups.superpixels(t);
+    return this.#map('superpixels', t);
   }
 
   /**
-   * The boundary probability of frame `t`, at the size that frames are processed at. The session computes it at each call; it must
-   * still be open and hold the same clip.
+   * The boundary probability of frame `t`, at the size that frames are processed at. The session computes it at each
+   * call; it must still be open and hold the same clip.
    * @param {number} t
    * @returns {Promise<import('./image.js').BoundaryMap>}
    */
   async boundaries(t) {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    return this.#lookups.boundaries(t);
+    return this.#map('boundaries', t);
   }
 
   /**
-   * How salient each pixel of frame `t` is, at the size that frames are processed at; the last frame is seen through the flow that leads
-   * to it. The session computes it at each call; it must still be open and hold the same clip.
+   * How salient each pixel of frame `t` is, at the size that frames are processed at; the last frame is seen through
+   * the flow that leads to it. The session computes it at each call; it must still be open and hold the same clip.
    * @param {number} t
    * @returns {Promise<SaliencyMap>}
    */
   async saliencyMap(t) {
+    return this.#map('saliencyMap', t);
+  }
+
+  /** @type {import('./requests.js').AskMap} */
+  async #map(name, t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    if (!this.saliency) throw new TraceCutError('state', 'this result has no saliency maps (they need frames, not trajectories from outside)');
-    return this.#lookups.saliencyMap(t);
+    const { called, from } = REQUESTS[name];
+    const there = { frames: true, saliency: this.saliency, masks: this.#labels };
+    if (!there[from]) throw without(called, from);
+    return this.#askMap(name, t);
   }
 
   /**
@@ -164,8 +169,8 @@ export class Result {
   }
 
   /**
-   * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track its label
-   * and length and, line by line, `x y frame`.
+   * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track
+   * its label and length and, line by line, `x y frame`.
    * @returns {string}
    */
   toTracksDat() {
@@ -174,15 +179,21 @@ export class Result {
     for (let i = 0; i < count; i += 1) {
       const [begin, end, start] = [at(offset, i), at(offset, i + 1), at(startFrame, i)];
       lines.push(`${at(this.clusters.label, i)} ${end - begin}`);
-      for (let p = begin; p < end; p += 1) lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
+      for (let p = begin; p < end; p += 1)
+        lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
     }
     return `${lines.join('\n')}\n`;
   }
 }
 
-/** @param {string} what */
-function noMasks(what) {
-  return new TraceCutError('state', `this result has no ${what} (they need frames, not trajectories from outside, and clip.dense = true)`);
+/**
+ * @param {string} what
+ * @param {string} from what it is made from, which is not there
+ */
+function without(what, from) {
+  const dense = from === 'masks' ? ', and clip.dense = true' : '';
+  const needs = `frames, not trajectories from outside${dense}`;
+  return new TraceCutError('state', `this result has no ${what} (they need ${needs})`);
 }
 
 /**

@@ -4,6 +4,7 @@ import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
 import { once, openEngine } from './platform.js';
+import { REQUESTS, requestMap } from './requests.js';
 import { Result } from './result.js';
 import { toRawTrajectories } from './trajectories.js';
 
@@ -20,7 +21,15 @@ export async function openSession(options, platform) {
 }
 
 /** @type {import('./engine.js').Info} */
-const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHeight: 0, corrections: 0, memoryBytes: 0 };
+const NOTHING = {
+  numFrames: 0,
+  width: 0,
+  height: 0,
+  workingWidth: 0,
+  workingHeight: 0,
+  corrections: 0,
+  memoryBytes: 0,
+};
 
 /**
  * How a run or a correction reports and is stopped.
@@ -28,16 +37,16 @@ const NOTHING = { numFrames: 0, width: 0, height: 0, workingWidth: 0, workingHei
  */
 
 /**
- * Closes the engines of sessions that were dropped without `close`: nothing else would end their workers. A run or a push under way, and
- * a result that may still ask, keep their session.
+ * Closes the engines of sessions that were dropped without `close`: nothing else would end their workers. A run or a
+ * push under way, and a result that may still ask, keep their session.
  * @type {FinalizationRegistry<import('./engine.js').Engine>}
  */
 const forgotten = /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
 
 /**
- * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work, results are
- * plain arrays that stay when the session is closed; only superpixels, boundaries and
- * saliency maps are made and fetched when they are asked for.
+ * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work,
+ * results are plain arrays that stay when the session is closed; only superpixels, boundaries and saliency maps are
+ * made and fetched when they are asked for.
  */
 export class Session {
   #engine;
@@ -90,7 +99,7 @@ export class Session {
     await before;
     const raw = await copying;
     this.#check('push');
-    this.#info = await this.#engine.push(raw);
+    this.#info = await this.#engine.request('push', raw);
   }
 
   /**
@@ -100,12 +109,12 @@ export class Session {
    */
   async setTrajectories(trajectories) {
     this.#check('setTrajectories');
-    this.#info = await this.#engine.setTrajectories(toRawTrajectories(trajectories));
+    this.#info = await this.#engine.request('setTrajectories', toRawTrajectories(trajectories));
   }
 
   /**
-   * Does everything that is left to do. `onProgress` hears of each stage. When `signal` aborts, the promise rejects with its
-   * reason and the session keeps what it has: the next `run` goes on from there, to the same result.
+   * Does everything that is left to do. `onProgress` hears of each stage. When `signal` aborts, the promise rejects
+   * with its reason and the session keeps what it has: the next `run` goes on from there, to the same result.
    * @param {RunOptions} [options]
    * @returns {Promise<Result>}
    */
@@ -120,8 +129,9 @@ export class Session {
   }
 
   /**
-   * Makes object `b` a part of object `a`; with `a` = 0 it becomes background. Like every correction it needs the masks of a finished run,
-   * and gives a new result; earlier results stay as they are. Labels that it does not speak of keep their meaning and their pixels.
+   * Makes object `b` a part of object `a`; with `a` = 0 it becomes background. Like every correction it needs the masks
+   * of a finished run, and gives a new result; earlier results stay as they are. Labels that it does not speak of keep
+   * their meaning and their pixels.
    * @param {number} a the label that stays, 0 to 255
    * @param {number} b the label that goes, 1 to 255
    * @param {RunOptions} [options]
@@ -133,9 +143,10 @@ export class Session {
   }
 
   /**
-   * Parts an object in two: into the clusters that it consists of, or else where its motion and its extent are weakest. With `at`, the part
-   * there gets a new label, the lowest that is free; otherwise the smaller part does. `split(0, at)` makes an object of what is at a place of
-   * the background. Rejects with code `data` where there is nothing to part.
+   * Parts an object in two: into the clusters that it consists of, or else where its motion and its extent are weakest.
+   * With `at`, the part there gets a new label, the lowest that is free; otherwise the smaller part does. `split(0,
+   * at)` makes an object of what is at a place of the background. Rejects with code `data` where there is nothing to
+   * part.
    *
    * If `signal` aborts, the correction stays in force: `run` finishes it, `undo` takes it back.
    * @param {number} label 0 to 255
@@ -149,9 +160,9 @@ export class Session {
   }
 
   /**
-   * All that these strokes touch is one thing. The objects that they lie over to a good part become one, with the lowest label; what else
-   * is under them, such as a part of an object that was taken for background, joins it there and wherever its trajectories go. Under the
-   * middle of a stroke the mask has the label in any case.
+   * All that these strokes touch is one thing. The objects that they lie over to a good part become one, with the
+   * lowest label; what else is under them, such as a part of an object that was taken for background, joins it there
+   * and wherever its trajectories go. Under the middle of a stroke the mask has the label in any case.
    * @param {readonly import('./correction.js').Stroke[]} strokes 1 to 255, at least one over an object
    * @param {RunOptions} [options]
    * @returns {Promise<Result>}
@@ -162,9 +173,10 @@ export class Session {
   }
 
   /**
-   * Each of these strokes is a thing of its own. Of strokes over one object, that with the larger part keeps its label, each other becomes
-   * a new object with the lowest label that is free; one that also lies over background is background. Between the strokes, trajectories go
-   * with the stroke that they are bound to more closely by motion and place.
+   * Each of these strokes is a thing of its own. Of strokes over one object, that with the larger part keeps its label,
+   * each other becomes a new object with the lowest label that is free; one that also lies over background is
+   * background. Between the strokes, trajectories go with the stroke that they are bound to more closely by motion and
+   * place.
    * @param {readonly import('./correction.js').Stroke[]} strokes 2 to 255
    * @param {RunOptions} [options]
    * @returns {Promise<Result>}
@@ -191,8 +203,10 @@ export class Session {
    * @returns {Promise<Result>}
    */
   async #work({ onProgress, signal } = {}, correction) {
-    if (onProgress !== undefined && typeof onProgress !== 'function') throw illegal('param', 'onProgress', onProgress, 'a function');
-    if (signal !== undefined && typeof signal?.addEventListener !== 'function') throw illegal('param', 'signal', signal, 'an AbortSignal');
+    if (onProgress !== undefined && typeof onProgress !== 'function')
+      throw illegal('param', 'onProgress', onProgress, 'a function');
+    if (signal !== undefined && typeof signal?.addEventListener !== 'function')
+      throw illegal('param', 'signal', signal, 'an AbortSignal');
     signal?.throwIfAborted();
 
     const inner = new AbortController();
@@ -211,7 +225,7 @@ export class Session {
       if (correction) await Promise.race([this.#apply(correction), stopped]);
       const raw = await Promise.race([this.#engine.run(report, inner.signal), stopped]);
       if (raw === null) throw new TraceCutError('closed', 'the session was closed');
-      return new Result(raw, this.#lookups());
+      return new Result(raw, this.#asker());
     } finally {
       signal?.removeEventListener('abort', onAbort);
       this.#stopRun = undefined;
@@ -220,7 +234,7 @@ export class Session {
 
   /** @param {import('./correction.js').RawCorrection} correction */
   async #apply(correction) {
-    this.#info = await this.#engine.correct(correction);
+    this.#info = await this.#engine.request('correct', correction);
   }
 
   /**
@@ -231,18 +245,17 @@ export class Session {
   async flow(t) {
     this.#check('flow');
     wholeNumber('param', 't', t, 0, Math.max(0, this.#info.numFrames - 2));
-    return this.#engine.flow(t);
+    return this.#engine.request('flow', t);
   }
 
   /**
-   * The boundary probability of frame `t`, at the size that frames are processed at; computed at each call, before the run too.
+   * The boundary probability of frame `t`, at the size that frames are processed at; computed at each call, before the
+   * run too.
    * @param {number} t
    * @returns {Promise<import('./image.js').BoundaryMap>}
    */
   async boundaries(t) {
-    this.#check('boundaries');
-    this.#checkFrame(t);
-    return onGrid(await this.#engine.boundaries(t), this.#info.width, this.#info.height);
+    return this.#map('boundaries', t);
   }
 
   /**
@@ -251,47 +264,42 @@ export class Session {
    * @returns {Promise<import('./image.js').Superpixels>}
    */
   async superpixels(t) {
-    this.#check('superpixels');
-    this.#checkFrame(t);
-    return onGrid(await this.#engine.superpixels(t), this.#info.width, this.#info.height);
+    return this.#map('superpixels', t);
   }
 
   /**
-   * How salient each pixel of frame `t` is, at the size that frames are processed at; known once a run has got that far, and computed at
-   * each call.
+   * How salient each pixel of frame `t` is, at the size that frames are processed at; known once a run has got that
+   * far, and computed at each call.
    * @param {number} t
    * @returns {Promise<import('./result.js').SaliencyMap>}
    */
   async saliencyMap(t) {
-    this.#check('saliencyMap');
-    this.#checkFrame(t);
-    return onGrid(await this.#engine.saliencyMap(t), this.#info.width, this.#info.height);
+    return this.#map('saliencyMap', t);
+  }
+
+  /** @type {import('./requests.js').AskMap} */
+  async #map(name, t) {
+    this.#check(name);
+    wholeNumber('param', 't', t, 0, Math.max(0, this.#info.numFrames - 1));
+    return onGrid(await requestMap(this.#engine, name, t), this.#info.width, this.#info.height);
   }
 
   /**
-   * What a result may ask for later, as long as this session is open and holds the same clip.
-   * @returns {import('./result.js').Lookups}
+   * How a result asks for maps later, as long as this session is open and holds the same clip.
+   * @returns {import('./requests.js').AskMap}
    */
-  #lookups() {
+  #asker() {
     const clip = this.#clip;
-    /** @param {string} what */
-    const check = (what) => {
-      if (this.#closed) throw new TraceCutError('closed', `${what} of a result come from its session, which is closed; ask before closing it`);
-      if (clip !== this.#clip) throw new TraceCutError('state', `${what} of a result come from its session, which was cleared since`);
-    };
-    return {
-      boundaries: async (t) => {
-        check('boundaries');
-        return this.boundaries(t);
-      },
-      superpixels: async (t) => {
-        check('superpixels');
-        return this.superpixels(t);
-      },
-      saliencyMap: async (t) => {
-        check('saliency maps');
-        return this.saliencyMap(t);
-      },
+    return async (name, t) => {
+      const { called } = REQUESTS[name];
+      if (this.#closed)
+        throw new TraceCutError(
+          'closed',
+          `${called} of a result come from its session, which is closed; ask before closing it`,
+        );
+      if (clip !== this.#clip)
+        throw new TraceCutError('state', `${called} of a result come from its session, which was cleared since`);
+      return this.#map(name, t);
     };
   }
 
@@ -302,7 +310,7 @@ export class Session {
   async clear() {
     this.#check('clear');
     this.#clip += 1;
-    this.#info = await this.#engine.clear();
+    this.#info = await this.#engine.request('clear');
   }
 
   /** Frees the session's memory. A run under way rejects with code `closed`; closing twice is fine. */
@@ -324,15 +332,11 @@ export class Session {
     this.close();
   }
 
-  /** @param {number} t */
-  #checkFrame(t) {
-    wholeNumber('param', 't', t, 0, Math.max(0, this.#info.numFrames - 1));
-  }
-
   /** @param {string} call */
   #check(call) {
     if (this.#closed) throw new TraceCutError('closed', `${call} was called on a closed session; create a new one`);
-    if (this.#stopRun) throw new TraceCutError('busy', `${call} was called while a run is under way; wait for it or abort it`);
+    if (this.#stopRun)
+      throw new TraceCutError('busy', `${call} was called while a run is under way; wait for it or abort it`);
   }
 }
 

@@ -2,8 +2,8 @@ import { describe, illegal } from './errors.js';
 import { isPlainObject, wholeNumber } from './options.js';
 
 /**
- * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
- * one for each of the consecutive frames from `startFrame[i]` on; `offset` is one longer than `startFrame`.
+ * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input
+ * pixels, one for each of the consecutive frames from `startFrame[i]` on; `offset` is one longer than `startFrame`.
  * @typedef {object} TrajectoryInput
  * @property {number} numFrames
  * @property {number} width

@@ -18,11 +18,12 @@ use tracecut::still::image_discontinuities;
 pub(crate) struct BoundariesArgs {
     /// Image: PNG, JPEG or PPM
     image: PathBuf,
-    /// Where to write: a file ending in .png takes the thin map (with --embedding the combined one); a folder takes pb.png and thin.png, with --embedding also
-    /// discontinuity.png, spectral.png, combined.png and combined_thin.png
+    /// Where to write: a file ending in .png takes the thin map (with --embedding the combined one); a folder takes
+    /// pb.png and thin.png, with --embedding also discontinuity.png, spectral.png, combined.png and combined_thin.png
     #[arg(long, value_name = "DIR|FILE")]
     out: PathBuf,
-    /// Add the discontinuities of the pixel embedding, the gradients of its eigenvectors, and Pb with the discontinuities
+    /// Add the discontinuities of the pixel embedding, the gradients of its eigenvectors, and Pb with the
+    /// discontinuities
     #[arg(long)]
     embedding: bool,
     /// Runs; the fastest counts

@@ -50,7 +50,8 @@ fn thread_seconds() -> Option<f64> {
     (nanoseconds > 0.0).then_some(nanoseconds * 1e-9)
 }
 
-/// The most memory that this process has held so far, in bytes; `None` where the system does not say (it does on Linux).
+/// The most memory that this process has held so far, in bytes; `None` where the system does not say (it does on
+/// Linux).
 pub(crate) fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

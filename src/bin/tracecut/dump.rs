@@ -12,7 +12,8 @@ use tracecut::sparse::SymCsr;
 
 type Lines<'a> = &'a mut dyn Write;
 
-/// Writes what the session has of: `affinity.mtx`, `eigenvalues.txt`, `eigenvectors.txt`, `neighbours.txt`, `saliency.txt`.
+/// Writes what the session has of: `affinity.mtx`, `eigenvalues.txt`, `eigenvectors.txt`, `neighbours.txt`,
+/// `saliency.txt`.
 pub(crate) fn write_all(folder: &Path, session: &Session) -> Result<()> {
     create_folder(folder)?;
     if let Some(affinities) = session.affinities() {
@@ -40,7 +41,8 @@ fn write_lines(path: &Path, lines: impl FnOnce(Lines<'_>) -> std::io::Result<()>
     write().map_err(|e| cannot_write(path, &e))
 }
 
-/// `N = D^-1/2 A D^-1/2` in MatrixMarket form: the lower triangle, counted from 1. It has the eigenvalues of `P = D^-1 A`.
+/// `N = D^-1/2 A D^-1/2` in MatrixMarket form: the lower triangle, counted from 1. It has the eigenvalues of `P = D^-1
+/// A`.
 fn write_affinities(out: Lines<'_>, affinities: &SymCsr) -> std::io::Result<()> {
     let n = affinities.len();
     let root: Vec<f64> = affinities.degrees().iter().map(|d| d.sqrt()).collect();

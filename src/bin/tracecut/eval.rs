@@ -1,14 +1,18 @@
 //! `tracecut eval`: scores against ground truth.
 
+mod ablate;
 mod batch;
+mod clips;
 mod contours;
 mod davis;
 mod discretization;
 mod figment;
 mod flow;
 mod foreground;
+mod masks;
 mod mat;
 mod moseg;
+mod stability;
 mod superpixels;
 
 use crate::failure::{Failure, Result, print, read, read_text};
@@ -28,11 +32,21 @@ pub(crate) enum EvalCommand {
     Moseg(moseg::MosegArgs),
     /// Run every sequence of such a folder and score which trajectories are foreground
     Foreground(foreground::ForegroundArgs),
-    /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary measure F
+    /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary
+    /// measure F
     Davis(davis::DavisArgs),
-    /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's Figure 10)
+    /// Run clips of many kinds, with masks of some or all frames, and score the masks: J, F, recall, false share, objects
+    /// found; per clip, per kind and in all
+    Masks(masks::MasksArgs),
+    /// How far J of the masks moves under changes of a clip that do not matter: seed, crop, mirror, light, JPEG, start
+    Stability(stability::StabilityArgs),
+    /// What each rule and constant that is not the paper's is worth on clips of many kinds, written into docs/choices.md
+    Ablate(ablate::AblateArgs),
+    /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's
+    /// Figure 10)
     Discretization(discretization::DiscretizationArgs),
-    /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table 1)
+    /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table
+    /// 1)
     Figment(figment::FigmentArgs),
     /// Score a track file
     Tracks {
@@ -46,7 +60,8 @@ pub(crate) enum EvalCommand {
     },
     /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
     Flow(flow::FlowArgs),
-    /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people segmented
+    /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people
+    /// segmented
     Superpixels(superpixels::SuperpixelArgs),
     /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
     Contours(contours::ContoursArgs),
@@ -57,6 +72,9 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Moseg(args) => moseg::eval(args),
         EvalCommand::Foreground(args) => foreground::eval(args),
         EvalCommand::Davis(args) => davis::eval(args),
+        EvalCommand::Masks(args) => masks::eval(args),
+        EvalCommand::Ablate(args) => ablate::eval(args),
+        EvalCommand::Stability(args) => stability::eval(args),
         EvalCommand::Discretization(args) => discretization::eval(args),
         EvalCommand::Figment(args) => figment::eval(args),
         EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),

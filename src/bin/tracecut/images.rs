@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 /// Images taken from a folder. Masks in other formats may lie beside them.
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "ppm"];
 
-/// The images of a folder in the order of their names; runs of digits count as numbers, so that `2.png` comes before `10.png`.
+/// The images of a folder in the order of their names; runs of digits count as numbers, so that `2.png` comes before
+/// `10.png`.
 pub(crate) fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
     let mut paths = Vec::new();

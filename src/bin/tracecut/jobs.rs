@@ -4,8 +4,8 @@ use crate::failure::Result;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
-/// Calls `work` on every item, up to `jobs` at a time, and `report` on every result in the items' order as soon as it and all
-/// before it are there. Ends at the first failure in that order.
+/// Calls `work` on every item, up to `jobs` at a time, and `report` on every result in the items' order as soon as it
+/// and all before it are there. Ends at the first failure in that order.
 pub(crate) fn in_order<I: Sync, O: Send>(
     items: &[I],
     jobs: usize,

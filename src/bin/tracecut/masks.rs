@@ -6,8 +6,8 @@ use crate::pictures::{Pixels, Series};
 use serde::Serialize;
 use std::path::PathBuf;
 use tracecut::Session;
-use tracecut::cut::Objects;
 use tracecut::image::{Frame, Plane};
+use tracecut::mask::Objects;
 
 /// How much of a tinted pixel is the label's colour.
 const TINT_SHARE: f32 = 0.5;
@@ -72,10 +72,11 @@ pub(crate) fn write_all(folder: PathBuf, session: &Session) -> Result<Option<Mas
 fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
     let clusters = |label: u8| (0..objects.of_cluster.len()).filter(|&c| objects.of_cluster[c] == label).collect();
     let entry = |label: u8| MaskedObject { label, clusters: clusters(label), ..MaskedObject::default() };
-    (0..=255).take(objects.count + 1).map(entry).collect()
+    (0..=255).take(objects.highest_label + 1).map(entry).collect()
 }
 
-/// The frame with the pixels of each label other than 0 tinted, and outlined in the full colour; RGB. `labels` has the frame's size.
+/// The frame with the pixels of each label other than 0 tinted, and outlined in the full colour; RGB. `labels` has the
+/// frame's size.
 pub(crate) fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
     let mut rgb = frame.rgb().to_vec();
     for y in 0..labels.height() {

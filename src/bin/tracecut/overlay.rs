@@ -12,8 +12,9 @@ use tracecut::discretize::Clusters;
 use tracecut::image::Frame;
 use tracecut::trajectory::Trajectories;
 
-/// Colours of labels 0, 1, ...: a pale grey for the largest cluster, which is mostly the background, then the palette of Okabe
-/// and Ito (2008), made to be told apart with any colour vision, then darker and lighter kin of it. Starts again after the last.
+/// Colours of labels 0, 1, ...: a pale grey for the largest cluster, which is mostly the background, then the palette
+/// of Okabe and Ito (2008), made to be told apart with any colour vision, then darker and lighter kin of it. Starts
+/// again after the last.
 pub(crate) const PALETTE: [[u8; 3]; 16] = [
     [222, 222, 222],
     [230, 159, 0],
@@ -36,8 +37,8 @@ pub(crate) const PALETTE: [[u8; 3]; 16] = [
 /// How much of the frame's own brightness stays under the points, so that pale and dark points both stand out.
 const FRAME_SHARE: f32 = 0.75;
 
-/// Draws over each frame of `input`: the trajectories into `overlay`, and where the session has masks these into `overlay-masks`, as
-/// `%05d.png` in folders of `out`.
+/// Draws over each frame of `input`: the trajectories into `overlay`, and where the session has masks these into
+/// `overlay-masks`, as `%05d.png` in folders of `out`.
 pub(crate) fn write_all(
     out: &Path,
     input: &Input,
@@ -76,7 +77,8 @@ fn draw(frame: &Frame, index: usize, tracks: &Trajectories, clusters: &Clusters)
         width: frame.width(),
         height: frame.height(),
     };
-    // About 2 pixels in a 640-pixel image: apart at the default spacing, and still visible when the image is shown small.
+    // About 2 pixels in a 640-pixel image: apart at the default spacing, and still visible when the image is shown
+    // small.
     let radius = (frame.width().max(frame.height()) as f32 / 280.0).max(0.9);
     for (i, x, y) in tracks.alive(index) {
         canvas.disc((x, y), radius + 0.35 * radius.min(2.5), [0, 0, 0], 0.6);

@@ -2,7 +2,7 @@
 
 use crate::clock::{Clock, Seconds};
 use crate::failure::{Failure, Result};
-use crate::input::Input;
+use crate::input::{Input, NamedFrame};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage, Step};
@@ -27,11 +27,21 @@ impl Timing {
 
 /// Reads all frames of `input` and steps a session to its end.
 pub(crate) fn run(input: &Input, params: Params, bar: &ProgressBar) -> Result<(Session, Timing)> {
+    run_frames(input.frames()?, input.num_frames(), params, bar)
+}
+
+/// Steps a session to its end over `frames`, whose number is `count` where known.
+pub(crate) fn run_frames(
+    frames: impl Iterator<Item = Result<NamedFrame>>,
+    count: Option<usize>,
+    params: Params,
+    bar: &ProgressBar,
+) -> Result<(Session, Timing)> {
     let mut timing = Timing::default();
     let clock = Clock::start();
     let mut session = Session::new(params)?;
-    set_stage(bar, "reading", input.num_frames().unwrap_or(0));
-    for frame in input.frames()? {
+    set_stage(bar, "reading", count.unwrap_or(0));
+    for frame in frames {
         let (name, frame) = frame?;
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
         bar.inc(1);

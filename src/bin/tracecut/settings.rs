@@ -11,7 +11,8 @@ pub(crate) struct Settings {
     /// JSON file of parameters, e.g. {"flow": {"patchStride": 5}}; `tracecut params` lists them
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
-    /// Set one parameter, after those of the file; may be repeated. preset=paper sets all to the paper's saliency, connectedness and dense half
+    /// Set one parameter, after those of the file; may be repeated. preset=paper sets all to the paper's saliency,
+    /// connectedness and dense half
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
     settings: Vec<(String, ParamValue)>,
 }

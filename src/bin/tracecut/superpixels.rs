@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use tracecut::image::{Frame, Plane};
 use tracecut::superpixel::{Edge, EdgeKind, Superpixels, superpixels_of};
 
-/// Pictures are enlarged by a whole number, until a side has about so many pixels: lines would hide the image otherwise.
+/// Pictures are enlarged by a whole number, until a side has about so many pixels: lines would hide the image
+/// otherwise.
 const PICTURE_SIDE: usize = 1280;
 /// Colours as in Figure 8 of the paper.
 const CONTOUR: [u8; 3] = [255, 40, 40];
@@ -22,8 +23,8 @@ const BRIDGE: [u8; 3] = [60, 230, 60];
 pub(crate) struct SuperpixelArgs {
     /// PNG, JPEG or PPM file
     image: PathBuf,
-    /// Folder for NAME_superpixels.png, a 16-bit grey PNG with the number of each pixel's superpixel, and NAME_edges.png, the image with
-    /// contours red and the Gabriel edges that bridge their gaps green
+    /// Folder for NAME_superpixels.png, a 16-bit grey PNG with the number of each pixel's superpixel, and
+    /// NAME_edges.png, the image with contours red and the Gabriel edges that bridge their gaps green
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Number of superpixels; without it, as many as the contours above the thresholds give

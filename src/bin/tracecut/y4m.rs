@@ -1,7 +1,7 @@
 //! YUV4MPEG2 (`.y4m`): uncompressed video as many tools pipe it. 8 bits, 4:2:0, 4:2:2, 4:4:4 or brightness only.
 //!
-//! Colour is ITU-R BT.601, in the limited range (16..=235) unless the header says `XCOLORRANGE=FULL`. Chroma samples are repeated over the
-//! pixels that they belong to; siting is ignored, as motion is found in the brightness.
+//! Colour is ITU-R BT.601, in the limited range (16..=235) unless the header says `XCOLORRANGE=FULL`. Chroma samples
+//! are repeated over the pixels that they belong to; siting is ignored, as motion is found in the brightness.
 
 use crate::input::advice;
 use std::io::{BufRead, Read};

@@ -1,4 +1,5 @@
-// What a user's project may ask of the installed package; the tests run it in Node and, through each bundler, in a browser, and compare.
+// What a user's project may ask of the installed package; the tests run it in Node and, through each bundler, in a
+// browser, and compare.
 
 import { createSession, encodeVideo, masksZip, segmentVideo, synthClip } from 'tracecut';
 
@@ -13,7 +14,12 @@ export async function outcome() {
   for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
   const result = await session.run();
   session.close();
-  return { objects: result.objects?.count, ...compared(result, clip), decoded: await decodedSize(), zip: sumOf(await masksZip(result)) };
+  return {
+    objects: result.objects?.count,
+    ...compared(result, clip),
+    decoded: await decodedSize(),
+    zip: sumOf(await masksZip(result)),
+  };
 }
 
 /** A video file written and read again; where there is no WebCodecs, as in Node, there is none. */
@@ -23,7 +29,11 @@ export async function throughVideo() {
   const truth = { width: clip.width, height: clip.height, numFrames: clip.numFrames, labels: (t) => clip.mask(t) };
   const file = await encodeVideo(truth, frames, { opacity: 0, outline: false, frameRate: 10 });
   const found = await segmentVideo(file, { decoding: 'webcodecs' }).collect();
-  return { type: file.type, times: [...found.times].map((time) => Math.round(1000 * time)), overlap: compared(found, clip).overlap };
+  return {
+    type: file.type,
+    times: [...found.times].map((time) => Math.round(1000 * time)),
+    overlap: compared(found, clip).overlap,
+  };
 }
 
 /** How well the masks cover the true objects, and sums that any other mask would change. */

@@ -1,14 +1,16 @@
 /**
- * What the drawing helpers share. Their unit is one pixel of the input and their origin the upper left corner of the first one, as a
- * canvas has it: on a canvas of the frame's size a helper draws where `drawImage(frame, 0, 0)` does. Positions in results are those of
- * pixel centres, whole numbers for pixels themselves; {@link onPixelCentres} is the one place where that half pixel is added.
+ * What the drawing helpers share. Their unit is one pixel of the input and their origin the upper left corner of the
+ * first one, as a canvas has it: on a canvas of the frame's size a helper draws where `drawImage(frame, 0, 0)` does.
+ * Positions in results are those of pixel centres, whole numbers for pixels themselves; {@link onPixelCentres} is the
+ * one place where that half pixel is added.
  */
 
 import { TraceCutError, illegal } from '../errors.js';
 
 /**
  * Any 2D canvas context: of a canvas element, of an `OffscreenCanvas`, or of a canvas library.
- * @typedef {Pick<CanvasRenderingContext2D, 'save' | 'restore' | 'translate' | 'scale' | 'beginPath' | 'closePath' | 'moveTo' | 'lineTo' | 'rect'
+ * @typedef {Pick<CanvasRenderingContext2D, 'save' | 'restore' | 'translate' | 'scale' | 'beginPath' | 'closePath'
+ *   | 'moveTo' | 'lineTo' | 'rect'
  *   | 'arc' | 'fill' | 'stroke' | 'drawImage' | 'createImageData' | 'putImageData' | 'getImageData' | 'fillStyle' | 'strokeStyle' | 'lineWidth' | 'lineCap'
  *   | 'globalAlpha' | 'globalCompositeOperation' | 'imageSmoothingEnabled'> & {readonly canvas: {width: number, height: number}}} Context2D
  */
@@ -16,15 +18,17 @@ import { TraceCutError, illegal } from '../errors.js';
 /** @typedef {CanvasImageSource & {width: number, height: number}} Scratch */
 
 /**
- * Scales a context so that a frame fills its canvas: the transform that the drawing helpers want on a canvas that is not of the frame's
- * size. Replaces the context's transform.
+ * Scales a context so that a frame fills its canvas: the transform that the drawing helpers want on a canvas that is
+ * not of the frame's size. Replaces the context's transform.
  * @param {Pick<CanvasRenderingContext2D, 'setTransform'> & {readonly canvas: {width: number, height: number}}} context
  * @param {{width: number, height: number}} frame a result, or any object that has its size in pixels
- * @returns {number} how many pixels of the frame one of the canvas covers: a line width times this looks the same at every size
+ * @returns {number} how many pixels of the frame one of the canvas covers: a line width times this looks the same at
+ *   every size
  */
 export function fitFrame(context, frame) {
   const [x, y] = [context.canvas.width / frame.width, context.canvas.height / frame.height];
-  if (!(x > 0 && y > 0 && Number.isFinite(x * y))) throw illegal('param', 'frame', frame, 'an object {width, height} in pixels, and a canvas that is not empty');
+  if (!(x > 0 && y > 0 && Number.isFinite(x * y)))
+    throw illegal('param', 'frame', frame, 'an object {width, height} in pixels, and a canvas that is not empty');
   context.setTransform(x, 0, 0, y, 0, 0);
   return 1 / Math.sqrt(x * y);
 }
@@ -35,7 +39,8 @@ export function fitFrame(context, frame) {
  * @param {() => void} draw
  */
 export function asideFrom(context, draw) {
-  if (typeof context?.save !== 'function' || typeof context.drawImage !== 'function') throw illegal('param', 'context', context, 'a 2D canvas context');
+  if (typeof context?.save !== 'function' || typeof context.drawImage !== 'function')
+    throw illegal('param', 'context', context, 'a 2D canvas context');
   context.save();
   try {
     draw();
@@ -80,11 +85,17 @@ export function scratch(context, width, height, read = false) {
 function emptyCanvas({ canvas }, width, height) {
   if (typeof OffscreenCanvas !== 'undefined') return new OffscreenCanvas(width, height);
   if (typeof document !== 'undefined') return Object.assign(document.createElement('canvas'), { width, height });
-  const Canvas = /** @type {new (width: number, height: number) => {getContext: (kind: '2d') => unknown}} */ (canvas?.constructor);
+  const Canvas = /** @type {new (width: number, height: number) => {getContext: (kind: '2d') => unknown}} */ (
+    canvas?.constructor
+  );
   try {
     return new Canvas(width, height);
   } catch (cause) {
-    throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas to paint on, and the canvas given makes no others', { cause });
+    throw new TraceCutError(
+      'unsupported',
+      'this engine has no OffscreenCanvas to paint on, and the canvas given makes no others',
+      { cause },
+    );
   }
 }
 
@@ -93,8 +104,8 @@ function emptyCanvas({ canvas }, width, height) {
  * @param {Context2D} context
  * @param {number} width
  * @param {number} height
- * @param {(data: Uint8ClampedArray, packed: Uint32Array) => void} paint fills red, green, blue and alpha, byte by byte, or pixel by pixel
- *   with colours as `pack` makes them
+ * @param {(data: Uint8ClampedArray, packed: Uint32Array) => void} paint fills red, green, blue and alpha, byte by byte,
+ *   or pixel by pixel with colours as `pack` makes them
  * @returns {Scratch}
  */
 export function painted(context, width, height, paint) {

@@ -6,9 +6,15 @@ import { strokePieces } from './outlines.js';
 import { CUT_RED } from './palette.js';
 import { FramePoints, choice } from './trajectories.js';
 
-/** Two trajectories each, and the discontinuity between them. @typedef {{i: ArrayLike<number>, j: ArrayLike<number>, d: ArrayLike<number>}} EdgeEnds */
+/**
+ * Two trajectories each, and the discontinuity between them. @typedef {{i: ArrayLike<number>, j: ArrayLike<number>, d:
+ * ArrayLike<number>}} EdgeEnds
+ */
 
-/** What discontinuities are drawn of: a result. @typedef {import('./trajectories.js').TrajectorySource & {edges: (t: number) => EdgeEnds}} EdgeSource */
+/**
+ * What discontinuities are drawn of: a result. @typedef {import('./trajectories.js').TrajectorySource & {edges: (t:
+ * number) => EdgeEnds}} EdgeSource
+ */
 
 /**
  * @typedef {object} DrawDiscontinuitiesOptions
@@ -16,7 +22,8 @@ import { FramePoints, choice } from './trajectories.js';
  * @property {number} [width] of a middling one, in pixels of the input; 2 if not given. Stronger ones are wider
  * @property {string} [color] CSS; red if not given
  * @property {string | null} [calm] CSS colour of the edges below the threshold; faint white if not given, null for none
- * @property {Iterable<number> | ((object: number) => boolean)} [objects] of which an edge must touch one; all if not given
+ * @property {Iterable<number> | ((object: number) => boolean)} [objects] of which an edge must touch one; all if not
+ *   given
  */
 
 const LEGAL = ['threshold', 'width', 'color', 'calm', 'objects'];
@@ -30,8 +37,8 @@ const GRADES = 5;
 const CALM = { color: 'rgb(255 255 255 / 0.14)', width: 0.3 };
 
 /**
- * Draws the discontinuities between neighbouring trajectories of frame `t`. The context's unit is one pixel of the input, its origin the
- * frame's upper left corner (see `fitFrame`).
+ * Draws the discontinuities between neighbouring trajectories of frame `t`. The context's unit is one pixel of the
+ * input, its origin the frame's upper left corner (see `fitFrame`).
  * @param {import('./canvas.js').Context2D} context
  * @param {EdgeSource} result
  * @param {number} t
@@ -70,7 +77,9 @@ export function drawDiscontinuities(context, result, t, options = {}) {
 function sortEdges(points, { i, j, d }, threshold, shown) {
   const { x, y, t } = points;
   const ends = Array.from(i, (_, e) => [points.index(Number(i[e]), t), points.index(Number(j[e]), t)]);
-  const lengths = ends.map(([a = -1, b = -1]) => (a < 0 || b < 0 ? Infinity : Math.hypot(Number(x[a]) - Number(x[b]), Number(y[a]) - Number(y[b]))));
+  const lengths = ends.map(([a = -1, b = -1]) =>
+    a < 0 || b < 0 ? Infinity : Math.hypot(Number(x[a]) - Number(x[b]), Number(y[a]) - Number(y[b])),
+  );
   const finite = Float64Array.from(lengths.filter(Number.isFinite)).sort();
   const longest = MAX_STEPS * Number(finite[finite.length >> 1] ?? 0);
   /** @type {number[]} */

@@ -1,6 +1,14 @@
 // Masks on a canvas: every pixel of an object in its colour, with an outline.
 
-import { MAX_LABEL, checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, labelsOf } from '../export/mask-source.js';
+import {
+  MAX_LABEL,
+  checkFlag,
+  checkMasks,
+  checkNumber,
+  checkedOptions,
+  chosenLabels,
+  labelsOf,
+} from '../export/mask-source.js';
 import { asideFrom, onPixelCentres, pack, painted } from './canvas.js';
 import { outlines, strokePieces } from './outlines.js';
 import { colorsOf, rgbOf } from './palette.js';
@@ -9,7 +17,8 @@ import { colorsOf, rgbOf } from './palette.js';
  * @typedef {object} DrawLabelsOptions
  * @property {number} [opacity] of the fill, 0 to 1; 0.5 if not given
  * @property {boolean} [outline] true if not given
- * @property {number} [outlineWidth] in pixels of the input; 1.5 if not given. A dark rim of nearly the same width goes beyond it
+ * @property {number} [outlineWidth] in pixels of the input; 1.5 if not given. A dark rim of nearly the same width goes
+ *   beyond it
  * @property {import('./palette.js').LabelColors} [colors] `objectColor` if not given
  * @property {import('../export/mask-source.js').ObjectChoice} [objects] all but the background if not given
  */
@@ -22,7 +31,8 @@ const RIM = { color: 'rgb(0 0 0 / 0.3)', width: 1.9 };
 const MAX_WIDTH = 1000;
 
 /**
- * Draws the masks of frame `t`. The context's unit is one pixel of the input, its origin the frame's upper left corner (see `fitFrame`).
+ * Draws the masks of frame `t`. The context's unit is one pixel of the input, its origin the frame's upper left corner
+ * (see `fitFrame`).
  * @param {import('./canvas.js').Context2D} context
  * @param {import('../export/mask-source.js').MaskSource} masks
  * @param {number} t
@@ -43,7 +53,10 @@ export function drawLabels(context, masks, t, options = {}) {
   onPixelCentres(context, () => {
     context.lineCap = 'round';
     for (const [label, pieces] of [...outlines(labels, width, height, chosen)].sort(([a], [b]) => a - b)) {
-      for (const [style, stroke] of /** @type {const} */ ([[RIM.color, RIM.width * outlineWidth], [color(label), outlineWidth]])) {
+      for (const [style, stroke] of /** @type {const} */ ([
+        [RIM.color, RIM.width * outlineWidth],
+        [color(label), outlineWidth],
+      ])) {
         context.strokeStyle = style;
         context.lineWidth = stroke;
         strokePieces(context, pieces);

@@ -1,5 +1,5 @@
-// Numbers of each pixel as pictures: boundaries dark on white, saliency as heat, motion in the colours of a wheel; and each pixel like the
-// nearest trajectory.
+// Numbers of each pixel as pictures: boundaries dark on white, saliency as heat, motion in the colours of a wheel; and
+// each pixel like the nearest trajectory.
 
 import { illegal } from '../errors.js';
 import { checkNumber, checkedOptions } from '../export/mask-source.js';
@@ -9,21 +9,26 @@ import { FramePoints } from './trajectories.js';
 
 /** @typedef {import('./canvas.js').Context2D} Context2D */
 
-/** The grid of a map; `scaleX` and `scaleY` are 1 if not given. @typedef {{width: number, height: number, scaleX?: number, scaleY?: number}} MapGrid */
-
 /**
- * @typedef {object} DrawBoundariesOptions
- * @property {'pb' | 'thin' | 'discontinuity' | 'spectral' | 'combined'} [of] which of the map's arrays; `pb` if not given
- * @property {number} [white] strength up to which pixels stay white; 0 if not given
- * @property {number} [black] strength from which they are black; 0.6 if not given: stronger boundaries are rare, and weak ones are what matters
+ * The grid of a map; `scaleX` and `scaleY` are 1 if not given. @typedef {{width: number, height: number, scaleX?:
+ * number, scaleY?: number}} MapGrid
  */
 
 /**
- * Draws a boundary map, of a frame or of a single image: strong boundaries dark on white. The context's unit is one pixel of the input, its
- * origin the frame's upper left corner (see `fitFrame`).
+ * @typedef {object} DrawBoundariesOptions
+ * @property {'pb' | 'thin' | 'discontinuity' | 'spectral' | 'combined'} [of] which of the map's arrays; `pb` if not
+ *   given
+ * @property {number} [white] strength up to which pixels stay white; 0 if not given
+ * @property {number} [black] strength from which they are black; 0.6 if not given: stronger boundaries are rare, and
+ *   weak ones are what matters
+ */
+
+/**
+ * Draws a boundary map, of a frame or of a single image: strong boundaries dark on white. The context's unit is one
+ * pixel of the input, its origin the frame's upper left corner (see `fitFrame`).
  * @param {Context2D} context
- * @param {MapGrid & {pb?: Float32Array, thin?: Float32Array, discontinuity?: Float32Array, spectral?: Float32Array, combined?: Float32Array}} map
- *   what `boundaries()` or `imageDiscontinuities()` gives
+ * @param {MapGrid & {pb?: Float32Array, thin?: Float32Array, discontinuity?: Float32Array, spectral?: Float32Array,
+ *   combined?: Float32Array}} map what `boundaries()` or `imageDiscontinuities()` gives
  * @param {DrawBoundariesOptions} [options]
  */
 export function drawBoundaries(context, map, options = {}) {
@@ -56,7 +61,8 @@ export function drawSaliency(context, map) {
  * Draws a flow field: the hue is the direction, white is no motion.
  * @param {Context2D} context as for `drawBoundaries`
  * @param {MapGrid & {u: Float32Array, v: Float32Array}} field what `flow()` gives
- * @param {{scale?: number}} [options] `scale` is the motion that gets full colour, in pixels; if not given, nearly the fastest of the field
+ * @param {{scale?: number}} [options] `scale` is the motion that gets full colour, in pixels; if not given, nearly the
+ *   fastest of the field
  */
 export function drawFlow(context, field, options = {}) {
   const { scale = fast(field) } = checkedOptions(options, ['scale']);
@@ -95,7 +101,9 @@ function valuesOf(name, map, values, expected) {
  * @param {(data: Uint8ClampedArray, packed: Uint32Array) => void} paint
  */
 function drawMap(context, { width, height, scaleX = 1, scaleY = 1 }, paint) {
-  asideFrom(context, () => context.drawImage(painted(context, width, height, paint), 0, 0, width * scaleX, height * scaleY));
+  asideFrom(context, () =>
+    context.drawImage(painted(context, width, height, paint), 0, 0, width * scaleX, height * scaleY),
+  );
 }
 
 /**
@@ -103,8 +111,8 @@ function drawMap(context, { width, height, scaleX = 1, scaleY = 1 }, paint) {
  * @param {Context2D} context as for `drawBoundaries`
  * @param {import('./trajectories.js').TrajectorySource} result
  * @param {number} t
- * @param {{color: (trajectory: number) => string | null, reach?: number}} options `color` gives `#rrggbb`, or null for cells that stay clear;
- *   `reach`, in pixels, is the distance of neighbouring points if not given
+ * @param {{color: (trajectory: number) => string | null, reach?: number}} options `color` gives `#rrggbb`, or null for
+ *   cells that stay clear; `reach`, in pixels, is the distance of neighbouring points if not given
  */
 export function drawCells(context, result, t, options) {
   const { color, reach: asked } = checkedOptions(options, ['color', 'reach']);

@@ -1,17 +1,23 @@
 /**
- * Outlines of labelled regions by marching squares: straight lines between the middles of neighbouring pixels of different labels, so
- * that stairs become slopes. They stay open along the rim.
+ * Outlines of labelled regions by marching squares: straight lines between the middles of neighbouring pixels of
+ * different labels, so that stairs become slopes. They stay open along the rim.
  */
 
 /** Middles of the sides of a square between four pixel centres, clockwise from the upper one. */
-const MIDDLES = /** @type {const} */ ([[0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5]]);
+const MIDDLES = /** @type {const} */ ([
+  [0.5, 0],
+  [1, 0.5],
+  [0.5, 1],
+  [0, 0.5],
+]);
 
 /**
  * @param {Uint8Array} labels row by row
  * @param {number} width
  * @param {number} height
  * @param {Uint8Array} chosen 1 for each label that is to have an outline
- * @returns {Map<number, number[]>} for each label its pieces, each as x0, y0, x1, y1; pixel centres have whole coordinates
+ * @returns {Map<number, number[]>} for each label its pieces, each as x0, y0, x1, y1; pixel centres have whole
+ *   coordinates
  */
 export function outlines(labels, width, height, chosen) {
   /** @type {Map<number, number[]>} */
@@ -29,7 +35,12 @@ export function outlines(labels, width, height, chosen) {
         if (!chosen[own] || corners.indexOf(own) !== k) return;
         const known = pieces.get(own) ?? [];
         pieces.set(own, known);
-        addSquare(known, x, y, corners.map((other) => other === own));
+        addSquare(
+          known,
+          x,
+          y,
+          corners.map((other) => other === own),
+        );
       });
     }
   }

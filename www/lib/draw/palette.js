@@ -5,14 +5,20 @@ import { wholeNumber } from '../options.js';
 
 /** A point's shape. @typedef {'disc' | 'square' | 'diamond'} Shape */
 
-/** A colour for each label: a list that starts with label 0's, or a function; each `#rrggbb`. @typedef {readonly string[] | ((label: number) => string)} LabelColors */
+/**
+ * A colour for each label: a list that starts with label 0's, or a function; each `#rrggbb`. @typedef {readonly
+ * string[] | ((label: number) => string)} LabelColors
+ */
 
 const MAX_LABEL = 255;
 
 /** The background, muted. */
 const BACKGROUND = '#a3a7ad';
 
-/** Okabe and Ito's hues, which stay apart for people with the common colour-vision deficiencies; the ones furthest apart on film first. */
+/**
+ * Okabe and Ito's hues, which stay apart for people with the common colour-vision deficiencies; the ones furthest apart
+ * on film first.
+ */
 const FIRST_HUES = ['#e69f00', '#56b4e9', '#cc79a7', '#f0e442', '#009e73', '#d55e00', '#0072b2'];
 
 /** Red of discontinuities and of the foreground; no object has it. */
@@ -28,8 +34,8 @@ const SHAPES = ['disc', 'square', 'diamond'];
 const colors = made(allColors);
 
 /**
- * The colour of a label: grey for the background, then seven hues that stay apart for people with the common colour-vision
- * deficiencies, then ever closer ones; no two labels have the same.
+ * The colour of a label: grey for the background, then seven hues that stay apart for people with the common
+ * colour-vision deficiencies, then ever closer ones; no two labels have the same.
  * @param {number} label 0 to 255
  * @returns {string} `#rrggbb`
  */
@@ -48,8 +54,8 @@ export function objectShape(label) {
 }
 
 /**
- * From the eighth object on: of all colours on a grid, again and again the one furthest from those that are taken. Whole numbers only,
- * so it comes out the same everywhere.
+ * From the eighth object on: of all colours on a grid, again and again the one furthest from those that are taken.
+ * Whole numbers only, so it comes out the same everywhere.
  * @returns {string[]}
  */
 function allColors() {
@@ -100,7 +106,8 @@ export function rgbOf(color) {
 export function colorsOf(given) {
   if (given === undefined) return objectColor;
   if (typeof given === 'function') return (label) => given(label) ?? objectColor(label);
-  if (!Array.isArray(given)) throw illegal('param', 'colors', given, 'a list of colours #rrggbb, or a function of a label');
+  if (!Array.isArray(given))
+    throw illegal('param', 'colors', given, 'a list of colours #rrggbb, or a function of a label');
   return (label) => given[label] ?? objectColor(label);
 }
 
@@ -138,7 +145,14 @@ export function flowColor(u, v, scale, out, at = 0) {
   const stops = wheel();
   const turn = ((Math.atan2(v, u) / (2 * Math.PI) + 1) % 1) * stops.length;
   const below = Math.floor(turn) % stops.length;
-  blend(stops[below], stops[(below + 1) % stops.length], turn - Math.floor(turn), Math.min(1, Math.hypot(u, v) / scale), out, at);
+  blend(
+    stops[below],
+    stops[(below + 1) % stops.length],
+    turn - Math.floor(turn),
+    Math.min(1, Math.hypot(u, v) / scale),
+    out,
+    at,
+  );
 }
 
 /**

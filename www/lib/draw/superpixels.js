@@ -1,4 +1,5 @@
-// Superpixels on a canvas: their colours, the lines between them, and the edges that they are made of (as in Figure 8 of the paper).
+// Superpixels on a canvas: their colours, the lines between them, and the edges that they are made of (as in Figure 8
+// of the paper).
 
 import { illegal } from '../errors.js';
 import { EdgeKind } from '../image.js';
@@ -11,17 +12,18 @@ import { flowColor } from './palette.js';
 
 /**
  * The part of superpixels that drawing needs.
- * @typedef {import('./maps.js').MapGrid & {count: number, label: ArrayLike<number>, edges: {x0: ArrayLike<number>, y0: ArrayLike<number>,
- *   x1: ArrayLike<number>, y1: ArrayLike<number>, kind: ArrayLike<number>}}} SuperpixelPicture
+ * @typedef {import('./maps.js').MapGrid & {count: number, label: ArrayLike<number>, edges: {x0: ArrayLike<number>, y0:
+ *   ArrayLike<number>, x1: ArrayLike<number>, y1: ArrayLike<number>, kind: ArrayLike<number>}}} SuperpixelPicture
  */
 
 /**
  * @typedef {object} DrawSuperpixelsOptions
- * @property {'mean' | 'random' | 'none'} [fill] the mean colours of `image`, colours at random, or nothing; `mean` if there is an image, else
- *   `random`
+ * @property {'mean' | 'random' | 'none'} [fill] the mean colours of `image`, colours at random, or nothing; `mean` if
+ *   there is an image, else `random`
  * @property {CanvasImageSource} [image] the frame that the superpixels are of
  * @property {boolean} [borders] lines between superpixels; true if not given
- * @property {boolean} [edges] the edges that they are made of, contours in red, edges that bridge gaps in green; false if not given
+ * @property {boolean} [edges] the edges that they are made of, contours in red, edges that bridge gaps in green; false
+ *   if not given
  * @property {boolean} [deleted] also the edges of the triangulation that separate nothing; false if not given
  * @property {number} [width] of these edges, in pixels of the input; 1.6 if not given
  */
@@ -40,23 +42,40 @@ export const EDGE_STYLES = Object.freeze({
 const FINE = 3;
 
 /**
- * Draws superpixels. The context's unit is one pixel of the input, its origin the frame's upper left corner (see `fitFrame`).
+ * Draws superpixels. The context's unit is one pixel of the input, its origin the frame's upper left corner (see
+ * `fitFrame`).
  * @param {Context2D} context
  * @param {SuperpixelPicture} superpixels
  * @param {DrawSuperpixelsOptions} [options]
  */
 export function drawSuperpixels(context, superpixels, options = {}) {
-  const { image, fill = image ? 'mean' : 'random', borders = true, edges = false, deleted = false, width = 1.6 } = checkedOptions(options, LEGAL);
-  if (!superpixels?.label || !(superpixels.count > 0)) throw illegal('data', 'superpixels', superpixels, 'what superpixels() gives');
+  const {
+    image,
+    fill = image ? 'mean' : 'random',
+    borders = true,
+    edges = false,
+    deleted = false,
+    width = 1.6,
+  } = checkedOptions(options, LEGAL);
+  if (!superpixels?.label || !(superpixels.count > 0))
+    throw illegal('data', 'superpixels', superpixels, 'what superpixels() gives');
   if (!FILLS.includes(fill)) throw illegal('param', 'fill', fill, FILLS.map((word) => `'${word}'`).join(', '));
   if (fill === 'mean' && !image) throw illegal('param', 'image', image, "the frame, for fill: 'mean'");
   for (const [name, value] of Object.entries({ borders, edges, deleted })) checkFlag(name, value);
   checkNumber('width', width, 0, 1000);
   if (fill !== 'none' || borders) {
-    const colors = fill === 'mean' && image ? meanColors(context, superpixels, image) : fill === 'random' ? randomColors(superpixels) : new Uint32Array(superpixels.count);
+    const colors =
+      fill === 'mean' && image
+        ? meanColors(context, superpixels, image)
+        : fill === 'random'
+          ? randomColors(superpixels)
+          : new Uint32Array(superpixels.count);
     asideFrom(context, () => drawRegions(context, superpixels, colors, borders));
   }
-  if (edges || deleted) onPixelCentres(context, () => strokeEdges(context, superpixels, { Deleted: deleted, Gabriel: edges, Constraint: edges }, width));
+  if (edges || deleted)
+    onPixelCentres(context, () =>
+      strokeEdges(context, superpixels, { Deleted: deleted, Gabriel: edges, Constraint: edges }, width),
+    );
 }
 
 /**
@@ -68,7 +87,8 @@ export function drawSuperpixels(context, superpixels, options = {}) {
 function drawRegions(context, { label, width, height, scaleX = 1, scaleY = 1 }, colors, borders) {
   const line = borders ? pack([20, 22, 26], 200) : null;
   const picture = painted(context, FINE * width, FINE * height, (_, pixels) => {
-    for (let y = 0; y < height; y += 1) for (let x = 0; x < width; x += 1) paintCell(pixels, { label, width, height }, colors, line, x, y);
+    for (let y = 0; y < height; y += 1)
+      for (let x = 0; x < width; x += 1) paintCell(pixels, { label, width, height }, colors, line, x, y);
   });
   context.drawImage(picture, 0, 0, width * scaleX, height * scaleY);
 }
@@ -87,12 +107,15 @@ function paintCell(pixels, { label, width, height }, colors, line, x, y) {
   const at = y * width + x;
   const own = Number(label[at]);
   const corner = FINE * (y * stride + x);
-  for (let row = 0; row < FINE; row += 1) pixels.fill(Number(colors[own]), corner + row * stride, corner + row * stride + FINE);
+  for (let row = 0; row < FINE; row += 1)
+    pixels.fill(Number(colors[own]), corner + row * stride, corner + row * stride + FINE);
   if (line === null) return;
   if (x > 0 && label[at - 1] !== own) for (let k = 0; k < FINE; k += 1) pixels[corner + k * stride] = line;
-  if (x + 1 < width && label[at + 1] !== own) for (let k = 0; k < FINE; k += 1) pixels[corner + k * stride + FINE - 1] = line;
+  if (x + 1 < width && label[at + 1] !== own)
+    for (let k = 0; k < FINE; k += 1) pixels[corner + k * stride + FINE - 1] = line;
   if (y > 0 && label[at - width] !== own) pixels.fill(line, corner, corner + FINE);
-  if (y + 1 < height && label[at + width] !== own) pixels.fill(line, corner + (FINE - 1) * stride, corner + (FINE - 1) * stride + FINE);
+  if (y + 1 < height && label[at + width] !== own)
+    pixels.fill(line, corner + (FINE - 1) * stride, corner + (FINE - 1) * stride + FINE);
 }
 
 /**
@@ -110,7 +133,9 @@ function meanColors(context, { label, width, height, count }, image) {
     for (let c = 0; c < 3; c += 1) sums[at + c] = Number(sums[at + c]) + Number(data[4 * p + c]);
     sums[at + 3] = Number(sums[at + 3]) + 1;
   }
-  return Uint32Array.from({ length: count }, (_, k) => pack([...sums.subarray(4 * k, 4 * k + 3)].map((sum) => sum / Number(sums[4 * k + 3]))));
+  return Uint32Array.from({ length: count }, (_, k) =>
+    pack([...sums.subarray(4 * k, 4 * k + 3)].map((sum) => sum / Number(sums[4 * k + 3]))),
+  );
 }
 
 /**
@@ -140,7 +165,9 @@ function strokeEdges(context, { edges, scaleX = 1, scaleY = 1 }, wanted, width) 
     const pieces = [];
     for (let e = 0; e < edges.kind.length; e += 1) {
       if (edges.kind[e] !== EdgeKind[kind]) continue;
-      const [x0, y0, x1, y1] = [edges.x0, edges.y0, edges.x1, edges.y1].map((list, k) => (Number(list[e]) + 0.5) * (k % 2 ? scaleY : scaleX) - 0.5);
+      const [x0, y0, x1, y1] = [edges.x0, edges.y0, edges.x1, edges.y1].map(
+        (list, k) => (Number(list[e]) + 0.5) * (k % 2 ? scaleY : scaleX) - 0.5,
+      );
       pieces.push(Number(x0), Number(y0), Number(x1), Number(y1));
     }
     context.strokeStyle = EDGE_STYLES[kind].color;

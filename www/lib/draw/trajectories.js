@@ -7,13 +7,15 @@ import { onPixelCentres } from './canvas.js';
 import { objectColor, objectShape } from './palette.js';
 
 /**
- * What trajectories are drawn of: a result of a session, of a window or of a whole video, or the part of one that it takes. The object of a
- * trajectory is `trajectories.label` or else that of its cluster, numbered as in the masks; without masks each cluster is taken for an object.
+ * What trajectories are drawn of: a result of a session, of a window or of a whole video, or the part of one that it
+ * takes. The object of a trajectory is `trajectories.label` or else that of its cluster, numbered as in the masks;
+ * without masks each cluster is taken for an object.
  * @typedef {object} TrajectorySource
  * @property {number} width in pixels
  * @property {number} height in pixels
  * @property {number} numFrames
- * @property {{count: number, startFrame: ArrayLike<number>, offset: ArrayLike<number>, x: ArrayLike<number>, y: ArrayLike<number>, label?: ArrayLike<number>}} trajectories
+ * @property {{count: number, startFrame: ArrayLike<number>, offset: ArrayLike<number>, x: ArrayLike<number>, y:
+ *   ArrayLike<number>, label?: ArrayLike<number>}} trajectories
  * @property {{label: ArrayLike<number>}} [clusters]
  * @property {{ofCluster: ArrayLike<number>} | readonly object[] | null} [objects]
  */
@@ -24,15 +26,19 @@ import { objectColor, objectShape } from './palette.js';
  * @property {number} [width] of the tail, in pixels of the input; 1.5 if not given
  * @property {number} [radius] of the points, in pixels of the input; by their distance if not given
  * @property {boolean} [rim] a dark rim that keeps points legible on bright footage; true if not given
- * @property {'object' | 'cluster' | string | ((trajectory: number) => string)} [color] by object, with the background smaller and fainter, if
- *   not given; by cluster; a CSS colour for all, or of each trajectory
- * @property {import('./palette.js').Shape | ((trajectory: number) => import('./palette.js').Shape)} [shape] of the points; with `color` by
- *   object or cluster their own, else discs, if not given
- * @property {Iterable<number> | ((object: number) => boolean)} [objects] whose trajectories are drawn; all, the background's too, if not given
+ * @property {'object' | 'cluster' | string | ((trajectory: number) => string)} [color] by object, with the background
+ *   smaller and fainter, if not given; by cluster; a CSS colour for all, or of each trajectory
+ * @property {import('./palette.js').Shape | ((trajectory: number) => import('./palette.js').Shape)} [shape] of the
+ *   points; with `color` by object or cluster their own, else discs, if not given
+ * @property {Iterable<number> | ((object: number) => boolean)} [objects] whose trajectories are drawn; all, the
+ *   background's too, if not given
  * @property {(trajectory: number) => boolean} [which] leaves out others
  */
 
-/** @typedef {{color: string, shape: import('./palette.js').Shape, muted: boolean, ids: number[]}} Group Trajectories that look alike. */
+/**
+ * @typedef {{color: string, shape: import('./palette.js').Shape, muted: boolean, ids: number[]}} Group Trajectories
+ *   that look alike.
+ */
 
 const LEGAL = ['tail', 'width', 'radius', 'rim', 'color', 'shape', 'objects', 'which'];
 
@@ -49,8 +55,8 @@ const STRENGTH = 0.9;
 const RADIUS = { share: 0.17, least: 1 };
 
 /**
- * Draws the trajectories that are alive in frame `t`. The context's unit is one pixel of the input, its origin the frame's upper left corner
- * (see `fitFrame`).
+ * Draws the trajectories that are alive in frame `t`. The context's unit is one pixel of the input, its origin the
+ * frame's upper left corner (see `fitFrame`).
  * @param {import('./canvas.js').Context2D} context
  * @param {TrajectorySource} result
  * @param {number} t
@@ -83,8 +89,18 @@ export class FramePoints {
    * @param {number} t
    */
   constructor(result, t) {
-    if (typeof result !== 'object' || result === null || typeof result.trajectories?.count !== 'number' || !(result.clusters ?? result.trajectories.label)) {
-      throw illegal('data', 'result', result, 'a result, or an object {width, height, numFrames, trajectories, clusters, objects}');
+    if (
+      typeof result !== 'object' ||
+      result === null ||
+      typeof result.trajectories?.count !== 'number' ||
+      !(result.clusters ?? result.trajectories.label)
+    ) {
+      throw illegal(
+        'data',
+        'result',
+        result,
+        'a result, or an object {width, height, numFrames, trajectories, clusters, objects}',
+      );
     }
     wholeNumber('param', 't', t, 0, result.numFrames - 1);
     this.result = result;
@@ -139,12 +155,23 @@ export class FramePoints {
  * @returns {Group[]} those of the background first, then by object
  */
 function grouped(points, { color = 'object', shape, objects, which }) {
-  if (typeof color !== 'string' && typeof color !== 'function') throw illegal('param', 'color', color, "'object', 'cluster', a CSS colour, or a function of a trajectory");
+  if (typeof color !== 'string' && typeof color !== 'function')
+    throw illegal('param', 'color', color, "'object', 'cluster', a CSS colour, or a function of a trajectory");
   const shown = choice(objects);
-  const label = color === 'cluster' ? (/** @type {number} */ i) => points.cluster(i) : (/** @type {number} */ i) => points.object(i);
+  const label =
+    color === 'cluster'
+      ? (/** @type {number} */ i) => points.cluster(i)
+      : (/** @type {number} */ i) => points.object(i);
   const own = color === 'object' || color === 'cluster';
-  const colorOf = own ? (/** @type {number} */ i) => objectColor(inPalette(label(i))) : typeof color === 'function' ? color : () => color;
-  const shapeOf = typeof shape === 'function' ? shape : (/** @type {number} */ i) => shape ?? (own ? objectShape(inPalette(label(i))) : 'disc');
+  const colorOf = own
+    ? (/** @type {number} */ i) => objectColor(inPalette(label(i)))
+    : typeof color === 'function'
+      ? color
+      : () => color;
+  const shapeOf =
+    typeof shape === 'function'
+      ? shape
+      : (/** @type {number} */ i) => shape ?? (own ? objectShape(inPalette(label(i))) : 'disc');
   /** @type {Map<string, Group & {first: number}>} */
   const groups = new Map();
   for (const i of points.ids) {

@@ -14,19 +14,24 @@ import { runsOf, toCounts } from './rle.js';
  * @property {number} [frameRate] frames per second, where the masks have no times
  */
 
-/** A frame; `timestamp` is its time in seconds and missing where none is known. @typedef {{id: number, video_id: number, frame_index: number, width: number, height: number, file_name: string, timestamp?: number}} CocoImage */
+/**
+ * A frame; `timestamp` is its time in seconds and missing where none is known. @typedef {{id: number, video_id: number,
+ * frame_index: number, width: number, height: number, file_name: string, timestamp?: number}} CocoImage
+ */
 
 /**
- * An object in a frame. `track_id` is its label, the same in all frames; `bbox` is left, top, width and height in pixels.
+ * An object in a frame. `track_id` is its label, the same in all frames; `bbox` is left, top, width and height in
+ * pixels.
  * @typedef {{id: number, image_id: number, video_id: number, track_id: number, category_id: number, area: number,
- *   bbox: [number, number, number, number], iscrowd: 0, segmentation: {size: [number, number], counts: string}}} CocoAnnotation
+ *   bbox: [number, number, number, number], iscrowd: 0, segmentation: {size: [number, number], counts: string}}}
+ *   CocoAnnotation
  */
 
 /**
  * A clip's masks as COCO has them: images are its frames, tracks its objects.
- * @typedef {{info: {description: string, version: string}, videos: {id: number, name: string, width: number, height: number}[],
- *   images: CocoImage[], tracks: {id: number, category_id: number, video_id: number}[],
- *   categories: {id: number, name: string}[], annotations: CocoAnnotation[]}} CocoMasks
+ * @typedef {{info: {description: string, version: string}, videos: {id: number, name: string, width: number, height:
+ *   number}[], images: CocoImage[], tracks: {id: number, category_id: number, video_id: number}[], categories: {id:
+ *   number, name: string}[], annotations: CocoAnnotation[]}} CocoMasks
  */
 
 const LEGAL = ['objects', 'fileName', 'video', 'category', 'frameRate'];
@@ -35,15 +40,21 @@ const LEGAL = ['objects', 'fileName', 'video', 'category', 'frameRate'];
 const VIDEO = 1;
 
 /**
- * The masks as a COCO JSON for videos: an image for each frame, an annotation for each object in each frame where it is, its pixels as
- * compressed run lengths that pycocotools reads.
+ * The masks as a COCO JSON for videos: an image for each frame, an annotation for each object in each frame where it
+ * is, its pixels as compressed run lengths that pycocotools reads.
  * @param {import('./mask-source.js').MaskSource} masks
  * @param {CocoOptions} [options]
  * @returns {CocoMasks} for `JSON.stringify`
  */
 export function cocoRle(masks, options = {}) {
   checkMasks(masks);
-  const { objects, fileName = pngName, video = 'video', category = 'object', frameRate } = checkedOptions(options, LEGAL);
+  const {
+    objects,
+    fileName = pngName,
+    video = 'video',
+    category = 'object',
+    frameRate,
+  } = checkedOptions(options, LEGAL);
   const chosen = chosenLabels(objects);
   const times = timesOf(masks, frameRate);
   const categories = new Categories(category);
@@ -60,15 +71,29 @@ export function cocoRle(masks, options = {}) {
     for (const { label, counts, area, bbox } of runsOf(labelsOf(masks, t), width, height)) {
       if (!chosen[label]) continue;
       tracks.add(label);
-      const ids = { id: annotations.length + 1, image_id: t + 1, video_id: VIDEO, track_id: label, category_id: categories.of(label) };
-      annotations.push({ ...ids, area, bbox, iscrowd: 0, segmentation: { size: [height, width], counts: toCounts(counts) } });
+      const ids = {
+        id: annotations.length + 1,
+        image_id: t + 1,
+        video_id: VIDEO,
+        track_id: label,
+        category_id: categories.of(label),
+      };
+      annotations.push({
+        ...ids,
+        area,
+        bbox,
+        iscrowd: 0,
+        segmentation: { size: [height, width], counts: toCounts(counts) },
+      });
     }
   }
   return {
     info: { description: 'Masks of moving objects by TraceCut', version: VERSION },
     videos: [{ id: VIDEO, name: video, width, height }],
     images,
-    tracks: [...tracks].sort((a, b) => a - b).map((label) => ({ id: label, category_id: categories.of(label), video_id: VIDEO })),
+    tracks: [...tracks]
+      .sort((a, b) => a - b)
+      .map((label) => ({ id: label, category_id: categories.of(label), video_id: VIDEO })),
     categories: categories.list,
     annotations,
   };
@@ -78,7 +103,8 @@ export function cocoRle(masks, options = {}) {
 class Categories {
   /** @param {string | ((label: number) => string)} category */
   constructor(category) {
-    if (typeof category !== 'string' && typeof category !== 'function') throw illegal('param', 'category', category, 'a name, or a function of a label');
+    if (typeof category !== 'string' && typeof category !== 'function')
+      throw illegal('param', 'category', category, 'a name, or a function of a label');
     this.name = typeof category === 'function' ? category : () => category;
     /** @type {{id: number, name: string}[]} */
     this.list = typeof category === 'string' ? [{ id: 1, name: category }] : [];

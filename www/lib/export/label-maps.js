@@ -3,9 +3,10 @@
 import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
 
 /**
- * All masks in one array: the label of pixel (x, y) of frame `t` is `data[(t * height + y) * width + x]`. `times` are the frames' times in
- * seconds, null where none are known.
- * @typedef {{width: number, height: number, numFrames: number, data: Uint8Array<ArrayBuffer>, times: Float64Array<ArrayBuffer> | null}} LabelMaps
+ * All masks in one array: the label of pixel (x, y) of frame `t` is `data[(t * height + y) * width + x]`. `times` are
+ * the frames' times in seconds, null where none are known.
+ * @typedef {{width: number, height: number, numFrames: number, data: Uint8Array<ArrayBuffer>, times:
+ *   Float64Array<ArrayBuffer> | null}} LabelMaps
  */
 
 /**
@@ -36,7 +37,10 @@ export function labelsNpy(masks) {
   const { width, height, numFrames, data } = labelMaps(masks);
   const about = `{'descr': '|u1', 'fortran_order': False, 'shape': (${numFrames}, ${height}, ${width}), }`;
   const length = Math.ceil((10 + about.length + 1) / ALIGNMENT) * ALIGNMENT;
-  const text = `\x93NUMPY\x01\x00${String.fromCharCode((length - 10) & 255, (length - 10) >> 8)}${about}`.padEnd(length - 1, ' ');
+  const text = `\x93NUMPY\x01\x00${String.fromCharCode((length - 10) & 255, (length - 10) >> 8)}${about}`.padEnd(
+    length - 1,
+    ' ',
+  );
   const file = new Uint8Array(length + data.length);
   for (let k = 0; k < length; k += 1) file[k] = k < length - 1 ? text.charCodeAt(k) : 10;
   file.set(data, length);

@@ -4,8 +4,9 @@ import { TraceCutError, describe, illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
 
 /**
- * Masks of a clip: a `Result`, a window or the whole of a segmented video, or an object of the caller's. `labels(t)` holds a label for
- * each pixel of frame `t`, row by row, 0 for the background and 1 to 255 for objects; `times` the frames' times in seconds, ascending.
+ * Masks of a clip: a `Result`, a window or the whole of a segmented video, or an object of the caller's. `labels(t)`
+ * holds a label for each pixel of frame `t`, row by row, 0 for the background and 1 to 255 for objects; `times` the
+ * frames' times in seconds, ascending.
  * @typedef {object} MaskSource
  * @property {number} width in pixels
  * @property {number} height in pixels
@@ -15,7 +16,10 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @property {ArrayLike<number> | null} [times] one for each frame, in seconds; null or absent where none are known
  */
 
-/** Which labels are meant: a list of them, or a function that says so of each. @typedef {Iterable<number> | ((label: number) => boolean)} ObjectChoice */
+/**
+ * Which labels are meant: a list of them, or a function that says so of each. @typedef {Iterable<number> | ((label:
+ * number) => boolean)} ObjectChoice
+ */
 
 /** The highest label there can be. */
 export const MAX_LABEL = 255;
@@ -46,10 +50,12 @@ export function labelsOf(masks, t) {
   wholeNumber('param', 't', t, 0, masks.numFrames - 1);
   const labels = /** @type {unknown} */ (masks.labels(t));
   const expected = `${masks.width} × ${masks.height} labels, 0..=${MAX_LABEL}`;
-  if (!ArrayBuffer.isView(labels) && !Array.isArray(labels)) throw illegal('data', `masks.labels(${t})`, labels, expected);
+  if (!ArrayBuffer.isView(labels) && !Array.isArray(labels))
+    throw illegal('data', `masks.labels(${t})`, labels, expected);
   const list = /** @type {ArrayLike<number>} */ (labels);
   const size = masks.width * masks.height;
-  if (list.length !== size) throw new TraceCutError('data', `masks.labels(${t}) has ${list.length} labels (expected ${size})`);
+  if (list.length !== size)
+    throw new TraceCutError('data', `masks.labels(${t}) has ${list.length} labels (expected ${size})`);
   if (labels instanceof Uint8Array) return labels;
   return Uint8Array.from(list, (label, p) => wholeNumber('data', `masks.labels(${t})[${p}]`, label, 0, MAX_LABEL));
 }
@@ -68,7 +74,8 @@ export function timesOf(masks, frameRate) {
   if (times === undefined || times === null) {
     return frameRate === undefined ? null : Float64Array.from({ length: numFrames }, (_, t) => t / frameRate);
   }
-  if (times.length !== numFrames) throw new TraceCutError('data', `masks.times has ${times.length} times (expected ${numFrames}, one a frame)`);
+  if (times.length !== numFrames)
+    throw new TraceCutError('data', `masks.times has ${times.length} times (expected ${numFrames}, one a frame)`);
   const seconds = Float64Array.from(times);
   const wrong = seconds.findIndex((time, t) => !Number.isFinite(time) || (t > 0 && time <= Number(seconds[t - 1])));
   if (wrong >= 0) throw illegal('data', `masks.times[${wrong}]`, seconds[wrong], 'seconds, ascending');
@@ -101,7 +108,8 @@ export function chosenLabels(objects) {
 export function checkedOptions(options, legal) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
   const stray = Object.keys(options).find((key) => !legal.includes(key));
-  if (stray !== undefined) throw illegal('param', stray, options[stray], `no such option; there are ${legal.join(', ')}`);
+  if (stray !== undefined)
+    throw illegal('param', stray, options[stray], `no such option; there are ${legal.join(', ')}`);
   return /** @type {T} */ (options);
 }
 
@@ -111,7 +119,8 @@ export function checkedOptions(options, legal) {
  * @param {unknown} value
  */
 export function checkFlag(name, value) {
-  if (typeof value !== 'boolean') throw new TraceCutError('param', `${name} = ${describe(value)} (expected true or false)`);
+  if (typeof value !== 'boolean')
+    throw new TraceCutError('param', `${name} = ${describe(value)} (expected true or false)`);
 }
 
 /**
@@ -122,5 +131,6 @@ export function checkFlag(name, value) {
  * @param {number} max
  */
 export function checkNumber(name, value, min, max) {
-  if (typeof value !== 'number' || !(value >= min && value <= max)) throw illegal('param', name, value, `a number, ${min}..=${max}`);
+  if (typeof value !== 'number' || !(value >= min && value <= max))
+    throw illegal('param', name, value, `a number, ${min}..=${max}`);
 }

@@ -10,18 +10,21 @@ import { encodePng } from './png.js';
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
 /**
- * With `object` the file is grey: 255 where that label is, else 0. Without it the file's pixel values are the labels, shown in the
- * colours of a palette; label 0 is black unless `palette` says otherwise, or shown as nothing with `transparent`.
- * @typedef {{object?: number, palette?: import('../draw/palette.js').LabelColors, transparent?: boolean}} MaskPngOptions
+ * With `object` the file is grey: 255 where that label is, else 0. Without it the file's pixel values are the labels,
+ * shown in the colours of a palette; label 0 is black unless `palette` says otherwise, or shown as nothing with
+ * `transparent`.
+ * @typedef {{object?: number, palette?: import('../draw/palette.js').LabelColors, transparent?: boolean}}
+ *   MaskPngOptions
  */
 
 /**
- * With `perObject` there is a folder for each object, `object-1/00000.png` and so on, of files that are 255 where it is and else 0;
- * without, a file for each frame whose pixel values are the labels. `objects` leaves others out (they become 0), `palette` and
- * `transparent` are as for single files. `frameRate`, in frames per second, gives times to masks that have none. `onProgress` is told of
- * each frame; `signal` aborts.
- * @typedef {{perObject?: boolean, objects?: import('./mask-source.js').ObjectChoice, palette?: import('../draw/palette.js').LabelColors,
- *   transparent?: boolean, frameRate?: number, onProgress?: (progress: ExportProgress) => void, signal?: AbortSignal}} MasksZipOptions
+ * With `perObject` there is a folder for each object, `object-1/00000.png` and so on, of files that are 255 where it is
+ * and else 0; without, a file for each frame whose pixel values are the labels. `objects` leaves others out (they
+ * become 0), `palette` and `transparent` are as for single files. `frameRate`, in frames per second, gives times to
+ * masks that have none. `onProgress` is told of each frame; `signal` aborts.
+ * @typedef {{perObject?: boolean, objects?: import('./mask-source.js').ObjectChoice, palette?:
+ *   import('../draw/palette.js').LabelColors, transparent?: boolean, frameRate?: number, onProgress?: (progress:
+ *   ExportProgress) => void, signal?: AbortSignal}} MasksZipOptions
  */
 
 /** How far an export is, in frames. @typedef {{done: number, total: number}} ExportProgress */
@@ -80,8 +83,8 @@ function fileColors(palette) {
 }
 
 /**
- * All masks in one ZIP archive: PNG files, and `masks.json`, which says the frames' times and files, the labels and their colours. The
- * same masks give the same bytes.
+ * All masks in one ZIP archive: PNG files, and `masks.json`, which says the frames' times and files, the labels and
+ * their colours. The same masks give the same bytes.
  * @param {MaskSource} masks
  * @param {MasksZipOptions} [options]
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
@@ -89,7 +92,15 @@ function fileColors(palette) {
 export async function masksZip(masks, options = {}) {
   checkMasks(masks);
   const legal = ['perObject', 'objects', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
-  const { perObject = false, objects, palette, transparent = false, frameRate, onProgress, signal } = checkedOptions(options, legal);
+  const {
+    perObject = false,
+    objects,
+    palette,
+    transparent = false,
+    frameRate,
+    onProgress,
+    signal,
+  } = checkedOptions(options, legal);
   checkFlag('perObject', perObject);
   checkFlag('transparent', transparent);
   const times = timesOf(masks, frameRate);
@@ -103,8 +114,14 @@ export async function masksZip(masks, options = {}) {
   for (let t = 0; t < numFrames; t += 1) {
     signal?.throwIfAborted();
     const labels = labelsOf(masks, t);
-    if (perObject) for (const label of present) files[objectFile(label, t)] = encodePng({ pixels: only(labels, label), width, height }, zlibSync);
-    else files[pngName(t)] = encodePng({ pixels: labels.map((label) => (chosen[label] ? label : 0)), width, height, ...colors }, zlibSync);
+    if (perObject)
+      for (const label of present)
+        files[objectFile(label, t)] = encodePng({ pixels: only(labels, label), width, height }, zlibSync);
+    else
+      files[pngName(t)] = encodePng(
+        { pixels: labels.map((label) => (chosen[label] ? label : 0)), width, height, ...colors },
+        zlibSync,
+      );
     onProgress?.({ done: t + 1, total: numFrames });
     if (t % BATCH === BATCH - 1) await breath();
   }
@@ -134,7 +151,9 @@ function description({ width, height, numFrames, shots }, times, labels, { palet
     ...(Array.isArray(shots) ? { shots: shots.map(({ first, last }) => ({ first, last })) } : {}),
     labels,
     palette: Object.fromEntries([0, ...labels].map((label) => [label, color(label)])),
-    files: perObject ? Object.fromEntries(labels.map((label) => [label, named((t) => objectFile(label, t))])) : named(pngName),
+    files: perObject
+      ? Object.fromEntries(labels.map((label) => [label, named((t) => objectFile(label, t))]))
+      : named(pngName),
   };
 }
 

@@ -1,6 +1,9 @@
 // Writes PNG files of one byte a pixel. The same pixels give the same bytes everywhere.
 
-/** @typedef {(data: Uint8Array, options?: {level?: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9}) => Uint8Array<ArrayBuffer>} Deflate */
+/**
+ * @typedef {(data: Uint8Array, options?: {level?: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9}) => Uint8Array<ArrayBuffer>}
+ *   Deflate
+ */
 
 const MAGIC = [0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a];
 
@@ -29,7 +32,10 @@ export function encodePng({ pixels, width, height, palette, alpha }, deflate) {
   return joined(parts);
 }
 
-/** Number of the filter that takes from each byte the one above: of labels nothing is left but edges, which is quick to deflate. */
+/**
+ * Number of the filter that takes from each byte the one above: of labels nothing is left but edges, which is quick to
+ * deflate.
+ */
 const UP = 2;
 
 /**
@@ -43,7 +49,8 @@ function rowsOf(pixels, width, height) {
     const to = y * (width + 1);
     const from = y * width;
     rows[to] = UP;
-    for (let x = 0; x < width; x += 1) rows[to + 1 + x] = Number(pixels[from + x]) - (y > 0 ? Number(pixels[from - width + x]) : 0);
+    for (let x = 0; x < width; x += 1)
+      rows[to + 1 + x] = Number(pixels[from + x]) - (y > 0 ? Number(pixels[from - width + x]) : 0);
   }
   return rows;
 }

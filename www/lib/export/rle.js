@@ -1,7 +1,7 @@
 /**
- * Run lengths of masks as COCO has them: columns from left to right, each from top to bottom; first a run of 0, which may be empty,
- * then of 1, and so on. As a string, each length is a signed number in groups of five bits, from the third on as its difference from
- * the last but one, so that pycocotools reads it.
+ * Run lengths of masks as COCO has them: columns from left to right, each from top to bottom; first a run of 0, which
+ * may be empty, then of 1, and so on. As a string, each length is a signed number in groups of five bits, from the
+ * third on as its difference from the last but one, so that pycocotools reads it.
  */
 
 import { TraceCutError, illegal } from '../errors.js';
@@ -80,7 +80,7 @@ export function toCounts(counts) {
   const codes = [];
   for (let i = 0; i < counts.length; i += 1) {
     let rest = Number(counts[i]) - (i > 2 ? Number(counts[i - 2]) : 0);
-    for (let more = true; more; ) {
+    for (let more = true; more;) {
       const five = rest & 31;
       rest >>= 5;
       // Bit 16 is the sign: what is left is over when it is nothing but that.
@@ -98,11 +98,12 @@ export function toCounts(counts) {
 function fromCounts(text) {
   /** @type {number[]} */
   const counts = [];
-  for (let at = 0; at < text.length; ) {
+  for (let at = 0; at < text.length;) {
     let value = 0;
     for (let shift = 0, more = true; more; shift += 5) {
       const code = text.charCodeAt(at) - FIRST_CHARACTER;
-      if (!(code >= 0 && code < 64) || shift > 30) throw illegal('data', 'counts', text, 'run lengths as COCO writes them');
+      if (!(code >= 0 && code < 64) || shift > 30)
+        throw illegal('data', 'counts', text, 'run lengths as COCO writes them');
       value |= (code & 31) << shift;
       more = (code & 32) !== 0;
       if (!more && code & 16 && shift < 27) value |= -1 << (shift + 5);
@@ -126,13 +127,17 @@ export function fromCocoRle(segmentation) {
   const height = wholeNumber('data', 'size[0]', size[0], 1, MAX_SIDE);
   const width = wholeNumber('data', 'size[1]', size[1], 1, MAX_SIDE);
   const lengths = typeof counts === 'string' ? fromCounts(counts) : counts;
-  const total = lengths.reduce((sum, length, i) => sum + wholeNumber('data', `counts[${i}]`, length, 0, width * height), 0);
-  if (total !== width * height) throw new TraceCutError('data', `counts cover ${total} pixels (expected ${width * height})`);
+  const total = lengths.reduce(
+    (sum, length, i) => sum + wholeNumber('data', `counts[${i}]`, length, 0, width * height),
+    0,
+  );
+  if (total !== width * height)
+    throw new TraceCutError('data', `counts cover ${total} pixels (expected ${width * height})`);
   const mask = new Uint8Array(width * height);
   let k = 0;
   lengths.forEach((length, i) => {
-    for (const end = k + length; k < end; k += 1) if (i % 2 === 1) mask[(k % height) * width + Math.floor(k / height)] = 1;
+    for (const end = k + length; k < end; k += 1)
+      if (i % 2 === 1) mask[(k % height) * width + Math.floor(k / height)] = 1;
   });
   return mask;
 }
-

@@ -1,7 +1,7 @@
 /**
- * A video that is transparent: WebM keeps the alpha of each frame as a second picture beside the first, whose brightness it is. Both are
- * encoded here and not by the muxer's library, because that splits frames in a worker of its own making, which a strict content security
- * policy forbids.
+ * A video that is transparent: WebM keeps the alpha of each frame as a second picture beside the first, whose
+ * brightness it is. Both are encoded here and not by the muxer's library, because that splits frames in a worker of its
+ * own making, which a strict content security policy forbids.
  */
 
 import { TraceCutError } from '../errors.js';
@@ -16,7 +16,10 @@ const MOST_WAITING = 4;
 
 const MICROSECONDS = 1e6;
 
-/** Takes a coded picture and the coded alpha that belongs to it. @typedef {(color: EncodedVideoChunk, alpha: Uint8Array, meta?: EncodedVideoChunkMetadata) => Promise<void>} WritePair */
+/**
+ * Takes a coded picture and the coded alpha that belongs to it. @typedef {(color: EncodedVideoChunk, alpha: Uint8Array,
+ * meta?: EncodedVideoChunkMetadata) => Promise<void>} WritePair
+ */
 
 /** Encodes what a painter has painted, colours and alpha, and hands both on together. */
 export class AlphaEncoder {
@@ -68,9 +71,19 @@ export class AlphaEncoder {
     const init = { timestamp: Math.round(time * MICROSECONDS), duration: Math.round(duration * MICROSECONDS) };
     encode(this.color, new VideoFrame(this.painter.canvas, { ...init, alpha: 'discard' }), keyFrame);
     const { width, height } = this.painter.size;
-    encode(this.alpha, new VideoFrame(brightness(this.painter.alpha(), width, height), { ...init, format: 'I420', codedWidth: width, codedHeight: height }), keyFrame);
+    encode(
+      this.alpha,
+      new VideoFrame(brightness(this.painter.alpha(), width, height), {
+        ...init,
+        format: 'I420',
+        codedWidth: width,
+        codedHeight: height,
+      }),
+      keyFrame,
+    );
     for (const encoder of [this.color, this.alpha]) {
-      while (encoder.encodeQueueSize > MOST_WAITING && !this.failure) await new Promise((done) => encoder.addEventListener('dequeue', done, { once: true }));
+      while (encoder.encodeQueueSize > MOST_WAITING && !this.failure)
+        await new Promise((done) => encoder.addEventListener('dequeue', done, { once: true }));
     }
     await this.written;
     this.check();
@@ -79,11 +92,15 @@ export class AlphaEncoder {
   /** Hands on what has come of both; encoders keep the order. */
   pair() {
     while (this.colors.length > 0 && this.alphas.length > 0) {
-      const [chunk, meta] = /** @type {[EncodedVideoChunk, EncodedVideoChunkMetadata | undefined]} */ (this.colors.shift());
+      const [chunk, meta] = /** @type {[EncodedVideoChunk, EncodedVideoChunkMetadata | undefined]} */ (
+        this.colors.shift()
+      );
       const beside = /** @type {EncodedVideoChunk} */ (this.alphas.shift());
       const alpha = new Uint8Array(beside.byteLength);
       beside.copyTo(alpha);
-      this.written = this.written.then(() => this.write(chunk, alpha, meta)).catch((error) => void (this.failure ??= error));
+      this.written = this.written
+        .then(() => this.write(chunk, alpha, meta))
+        .catch((error) => void (this.failure ??= error));
     }
   }
 

@@ -5,12 +5,15 @@ import { AlphaEncoder } from './video-alpha.js';
 
 /** @typedef {'vp9' | 'vp8' | 'av1' | 'avc'} Codec */
 
-/** What a file may hold, best first: what browsers play, then what is small. @type {Record<'webm' | 'mp4' | 'alpha', Codec[]>} */
+/**
+ * What a file may hold, best first: what browsers play, then what is small. @type {Record<'webm' | 'mp4' | 'alpha',
+ * Codec[]>}
+ */
 const CODECS = { webm: ['vp9', 'vp8', 'av1'], mp4: ['avc', 'vp9', 'av1'], alpha: ['vp9', 'vp8'] };
 
 /**
- * For each quality how coarsely each codec may round, on its own scale, and the bits a second for a pixel where the encoder wants to know
- * that instead.
+ * For each quality how coarsely each codec may round, on its own scale, and the bits a second for a pixel where the
+ * encoder wants to know that instead.
  * @type {Record<'low' | 'medium' | 'high' | 'very-high', {bitsPerPixel: number} & Partial<Record<Codec, number>>>}
  */
 const QUALITY = {
@@ -25,7 +28,10 @@ const NAME = { webm: 'WebM', mp4: 'MP4' };
 /** Small pictures need more for each of their pixels. */
 const LEAST_BITRATE = 500_000;
 
-/** A file that is being written; times are in seconds. @typedef {{add: (time: number, duration: number) => Promise<void>, finish: () => Promise<Blob>, cancel: () => Promise<void>}} VideoFile */
+/**
+ * A file that is being written; times are in seconds. @typedef {{add: (time: number, duration: number) =>
+ * Promise<void>, finish: () => Promise<Blob>, cancel: () => Promise<void>}} VideoFile
+ */
 
 /**
  * @param {import('./video-painter.js').Painter} painter that has painted the first frame
@@ -37,14 +43,19 @@ export async function openFile(painter, plan) {
   const { width, height } = painter.canvas;
   const bitrate = Math.max(LEAST_BITRATE, Math.round(QUALITY[plan.quality].bitsPerPixel * width * height));
   const codecs = plan.alpha ? CODECS.alpha : CODECS[plan.format];
-  const codec = /** @type {Codec | null} */ (await media.getFirstEncodableVideoCodec(codecs, { width, height, quality: new media.Quality({ bitrate }) }));
+  const codec = /** @type {Codec | null} */ (
+    await media.getFirstEncodableVideoCodec(codecs, { width, height, quality: new media.Quality({ bitrate }) })
+  );
   if (!codec) throw noEncoder(plan, width, height, codecs);
   const quantizer = QUALITY[plan.quality][codec];
   const quality = new media.Quality(quantizer === undefined ? { bitrate } : { bitrate, quantizer });
   const target = new media.BufferTarget();
-  const format = plan.format === 'mp4' ? new media.Mp4OutputFormat({ fastStart: 'in-memory' }) : new media.WebMOutputFormat();
+  const format =
+    plan.format === 'mp4' ? new media.Mp4OutputFormat({ fastStart: 'in-memory' }) : new media.WebMOutputFormat();
   const output = new media.Output({ format, target });
-  const encoder = plan.alpha ? withAlpha(media, output, painter, codec, bitrate) : opaque(media, output, painter, codec, quality);
+  const encoder = plan.alpha
+    ? withAlpha(media, output, painter, codec, bitrate)
+    : opaque(media, output, painter, codec, quality);
   await output.start();
   return {
     add: encoder.add,

@@ -5,9 +5,15 @@ import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { labelsOf } from './mask-source.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
-/** What a canvas can draw; `close` where it was made of a frame and is to be let go. @typedef {{image: CanvasImageSource, width: number, height: number, close?: () => void}} Drawable */
+/**
+ * What a canvas can draw; `close` where it was made of a frame and is to be let go. @typedef {{image:
+ * CanvasImageSource, width: number, height: number, close?: () => void}} Drawable
+ */
 
-/** Cut-out objects keep so many of their surrounding pixels under a transparent mask: colours are coded for blocks of pixels. */
+/**
+ * Cut-out objects keep so many of their surrounding pixels under a transparent mask: colours are coded for blocks of
+ * pixels.
+ */
 const MARGIN = 4;
 
 const BLACK = '#000000';
@@ -28,7 +34,11 @@ export class Painter {
     this.size = { width: 0, height: 0 };
     this.t = 0;
     // A canvas passes over what it does not know as a colour.
-    if (plan.style === 'cutout' && !plan.alpha && [BLACK, WHITE].every((other) => this.fills(plan.background, other) === other)) {
+    if (
+      plan.style === 'cutout' &&
+      !plan.alpha &&
+      [BLACK, WHITE].every((other) => this.fills(plan.background, other) === other)
+    ) {
       throw illegal('param', 'background', plan.background, "'transparent' or a CSS colour");
     }
   }
@@ -66,7 +76,10 @@ export class Painter {
     const { width, height } = frame ?? this.masks;
     if (t === 0) this.begin(width, height);
     if (width !== this.size.width || height !== this.size.height) {
-      throw new TraceCutError('frame-size-changed', `frame ${t} is ${width} × ${height} pixels (expected ${this.size.width} × ${this.size.height}, as the first)`);
+      throw new TraceCutError(
+        'frame-size-changed',
+        `frame ${t} is ${width} × ${height} pixels (expected ${this.size.width} × ${this.size.height}, as the first)`,
+      );
     }
     this.t = t;
     this.context.globalCompositeOperation = 'source-over';
@@ -103,7 +116,10 @@ export class Painter {
     this.context.drawImage(image, 0, 0, width, height);
     this.context.save();
     this.context.scale(width / this.masks.width, height / this.masks.height);
-    drawLabels(this.context, this.masks, t, { ...this.drawing(), outlineWidth: (this.plan.outlineWidth * this.masks.width) / width });
+    drawLabels(this.context, this.masks, t, {
+      ...this.drawing(),
+      outlineWidth: (this.plan.outlineWidth * this.masks.width) / width,
+    });
     this.context.restore();
   }
 
@@ -212,7 +228,12 @@ async function drawable(item, t) {
 function fromPixels(frame, t) {
   const { data, width, height } = /** @type {Partial<import('../frames.js').PixelFrame>} */ (frame ?? {});
   if (!ArrayBuffer.isView(data) || !(Number(width) > 0) || data.length !== 4 * Number(width) * Number(height)) {
-    throw illegal('data', `frame ${t}`, frame, 'something a canvas can draw, ImageData, {data, width, height} in RGBA, or a Blob of an image');
+    throw illegal(
+      'data',
+      `frame ${t}`,
+      frame,
+      'something a canvas can draw, ImageData, {data, width, height} in RGBA, or a Blob of an image',
+    );
   }
   const canvas = new OffscreenCanvas(Number(width), Number(height));
   context2d(canvas).putImageData(new ImageData(new Uint8ClampedArray(data), Number(width), Number(height)), 0, 0);

@@ -9,20 +9,23 @@ import { Painter } from './video-painter.js';
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
 /**
- * A frame to encode: anything a canvas can draw, pixels, the bytes of an image file, or an object with one of these as its `frame`, as
- * `videoFrames` gives them.
+ * A frame to encode: anything a canvas can draw, pixels, the bytes of an image file, or an object with one of these as
+ * its `frame`, as `videoFrames` gives them.
  * @typedef {CanvasImageSource | import('../frames.js').PixelFrame | Blob} EncodeFrame
  */
 
-/** The frames of a clip, one for each frame of the masks, in order. @typedef {Iterable<EncodeFrame | {frame: EncodeFrame}> | AsyncIterable<EncodeFrame | {frame: EncodeFrame}>} EncodeFrames */
+/**
+ * The frames of a clip, one for each frame of the masks, in order. @typedef {Iterable<EncodeFrame | {frame:
+ * EncodeFrame}> | AsyncIterable<EncodeFrame | {frame: EncodeFrame}>} EncodeFrames
+ */
 
 /**
  * @typedef {object} EncodeVideoOptions
- * @property {'overlay' | 'cutout' | 'masks'} [style] `overlay`, the frames with the masks drawn over them, if not given; `cutout`, the objects
- *   alone; `masks`, the masks' colours on black, without frames
+ * @property {'overlay' | 'cutout' | 'masks'} [style] `overlay`, the frames with the masks drawn over them, if not
+ *   given; `cutout`, the objects alone; `masks`, the masks' colours on black, without frames
  * @property {'webm' | 'mp4'} [format] `webm` if not given
- * @property {string} [background] of cut-out objects: `transparent` (WebM only, and its default) or any CSS colour (`#00b140`, the green of
- *   screens, in MP4 if not given)
+ * @property {string} [background] of cut-out objects: `transparent` (WebM only, and its default) or any CSS colour
+ *   (`#00b140`, the green of screens, in MP4 if not given)
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
@@ -35,7 +38,18 @@ import { Painter } from './video-painter.js';
  */
 
 const LEGAL = [
-  'style', 'format', 'background', 'objects', 'colors', 'opacity', 'outline', 'outlineWidth', 'frameRate', 'quality', 'onProgress', 'signal',
+  'style',
+  'format',
+  'background',
+  'objects',
+  'colors',
+  'opacity',
+  'outline',
+  'outlineWidth',
+  'frameRate',
+  'quality',
+  'onProgress',
+  'signal',
 ];
 
 const STYLES = /** @type {const} */ (['overlay', 'cutout', 'masks']);
@@ -45,8 +59,9 @@ const GREEN = '#00b140';
 const FRAME_RATE = 25;
 
 /**
- * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames' size; MP4 wants even
- * numbers, so an odd side gets one more row or column, a copy of the last. Frames are neither kept nor closed.
+ * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
+ * size; MP4 wants even numbers, so an odd side gets one more row or column, a copy of the last. Frames are neither kept
+ * nor closed.
  * @param {MaskSource} masks
  * @param {EncodeFrames | null} frames null for the style `masks`, which needs none
  * @param {EncodeVideoOptions} [options]
@@ -56,7 +71,10 @@ export async function encodeVideo(masks, frames, options = {}) {
   checkMasks(masks);
   const plan = planned(masks, frames, checkedOptions(options, LEGAL));
   if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
-    throw new TraceCutError('unsupported', 'encodeVideo needs WebCodecs and OffscreenCanvas, which this engine does not have; masksZip gives the masks as PNG files');
+    throw new TraceCutError(
+      'unsupported',
+      'encodeVideo needs WebCodecs and OffscreenCanvas, which this engine does not have; masksZip gives the masks as PNG files',
+    );
   }
   const { onProgress, signal } = options;
   /** @type {import('./video-file.js').VideoFile | null} */
@@ -74,7 +92,11 @@ export async function encodeVideo(masks, frames, options = {}) {
       onProgress?.({ done: t, total: masks.numFrames });
       if (t === masks.numFrames) break;
     }
-    if (t < masks.numFrames) throw new TraceCutError('data', `the frames ended after ${t} of ${masks.numFrames} (expected one for each frame of the masks)`);
+    if (t < masks.numFrames)
+      throw new TraceCutError(
+        'data',
+        `the frames ended after ${t} of ${masks.numFrames} (expected one for each frame of the masks)`,
+      );
     signal?.throwIfAborted();
     return await /** @type {import('./video-file.js').VideoFile} */ (file).finish();
   } catch (error) {
@@ -99,7 +121,16 @@ async function* blanks(count) {
  * @param {EncodeVideoOptions} options
  */
 function planned(masks, frames, options) {
-  const { style = 'overlay', format = 'webm', quality = 'high', objects, colors, opacity = 0.5, outline = true, outlineWidth = 2 } = options;
+  const {
+    style = 'overlay',
+    format = 'webm',
+    quality = 'high',
+    objects,
+    colors,
+    opacity = 0.5,
+    outline = true,
+    outlineWidth = 2,
+  } = options;
   oneOf('style', style, STYLES);
   oneOf('format', format, ['webm', 'mp4']);
   oneOf('quality', quality, QUALITIES);
@@ -109,12 +140,21 @@ function planned(masks, frames, options) {
   const { background = format === 'webm' ? 'transparent' : GREEN } = options;
   if (typeof background !== 'string') throw illegal('param', 'background', background, "'transparent' or a CSS colour");
   const alpha = style === 'cutout' && background === 'transparent';
-  if (alpha && format === 'mp4') throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
-  if (style !== 'masks' && !isIterable(frames)) throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
+  if (alpha && format === 'mp4')
+    throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
+  if (style !== 'masks' && !isIterable(frames))
+    throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
   const times = timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE);
   return {
-    style, format, quality, background, alpha, chosen: chosenLabels(objects),
-    labels: { colors, opacity, outline }, outlineWidth, timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
+    style,
+    format,
+    quality,
+    background,
+    alpha,
+    chosen: chosenLabels(objects),
+    labels: { colors, opacity, outline },
+    outlineWidth,
+    timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
   };
 }
 
@@ -124,7 +164,8 @@ function planned(masks, frames, options) {
  * @param {readonly string[]} legal
  */
 function oneOf(name, value, legal) {
-  if (!legal.includes(/** @type {string} */ (value))) throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
+  if (!legal.includes(/** @type {string} */ (value)))
+    throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
 }
 
 /** @param {unknown} frames */

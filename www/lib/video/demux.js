@@ -1,4 +1,5 @@
-// Video files whose container is read here and whose frames WebCodecs decodes: each frame exactly once, with its own time.
+// Video files whose container is read here and whose frames WebCodecs decodes: each frame exactly once, with its own
+// time.
 
 import { TraceCutError } from '../errors.js';
 import { readAndClose } from './pixels.js';
@@ -33,7 +34,8 @@ export async function openDemuxed(source) {
     }
     const track = await input.getPrimaryVideoTrack();
     if (track) return await demuxed(media, input, track);
-    if ((await input.getAudioTracks()).length) throw new TraceCutError('no-video', 'the file has no video track, only sound');
+    if ((await input.getAudioTracks()).length)
+      throw new TraceCutError('no-video', 'the file has no video track, only sound');
     // Perhaps one that is not known here, but to the browser's player.
     input.dispose();
     return null;
@@ -49,7 +51,10 @@ export async function openDemuxed(source) {
  */
 function sourceOf(media, source) {
   if (!(source instanceof URL)) return new media.BlobSource(source, { handleUnhandledError: () => {} });
-  return new media.UrlSource(source, { getRetryDelay: (attempts) => (attempts > RETRIES ? null : 1), handleUnhandledError: () => {} });
+  return new media.UrlSource(source, {
+    getRetryDelay: (attempts) => (attempts > RETRIES ? null : 1),
+    handleUnhandledError: () => {},
+  });
 }
 
 /**
@@ -60,8 +65,10 @@ function sourceOf(media, source) {
  */
 async function demuxed(media, input, track) {
   const codec = (await track.getCodecParameterString()) ?? String((await track.getInternalCodecId()) ?? 'unknown');
-  // Transparency is merged in a worker made from text, which a strict security policy forbids, and nobody looks at it here.
-  const decodable = typeof VideoDecoder !== 'undefined' && !(await track.canBeTransparent()) && (await track.canDecode());
+  // Transparency is merged in a worker made from text, which a strict security policy forbids, and nobody looks at it
+  // here.
+  const decodable =
+    typeof VideoDecoder !== 'undefined' && !(await track.canBeTransparent()) && (await track.canDecode());
   /** @type {Promise<PacketList> | undefined} */
   let list;
   const packets = () => (list ??= packetList(new media.EncodedPacketSink(track)));
@@ -153,7 +160,8 @@ async function* decodedFrames(media, track, { start, end }, packets) {
 }
 
 /**
- * A clip that was cut out of another may begin before 0: what ends there is not shown, what reaches beyond is the first that is.
+ * A clip that was cut out of another may begin before 0: what ends there is not shown, what reaches beyond is the first
+ * that is.
  * @param {number} timestamp
  * @param {number} duration
  */
@@ -198,7 +206,9 @@ function readable(error, source) {
   if (source instanceof URL && /fetch/i.test(words(error))) {
     return new TraceCutError('fetch', `${source.href} cannot be fetched: ${words(error)}`, { cause: error });
   }
-  return new TraceCutError('truncated', `the file cannot be read: it is cut off or damaged (${words(error)})`, { cause: error });
+  return new TraceCutError('truncated', `the file cannot be read: it is cut off or damaged (${words(error)})`, {
+    cause: error,
+  });
 }
 
 /** @param {unknown} error */

@@ -4,12 +4,14 @@
 //   window 0 [============================]          settles 0..45
 //   window 1                         [40 ============================ 89]     settles 45..
 //
-// A window is full when it has `window` frames and one more comes. It is run, then all but its last `overlap` frames are dropped, and the
-// new frame is the next. The engine holds a frame back when it begins a new shot: then the shot ends with the window at hand, and the new
-// one begins with nothing but that frame. Where the clip's length is known the last window is full too: it reaches further back.
+// A window is full when it has `window` frames and one more comes. It is run, then all but its last `overlap` frames
+// are dropped, and the new frame is the next. The engine holds a frame back when it begins a new shot: then the shot
+// ends with the window at hand, and the new one begins with nothing but that frame. Where the clip's length is known
+// the last window is full too: it reaches further back.
 
 import { TraceCutError } from '../errors.js';
 import { onGrid } from '../image.js';
+import { REQUESTS, requestMap } from '../requests.js';
 import { WindowResult } from './window.js';
 
 /** @typedef {import('../frames.js').RawFrame} RawFrame */
@@ -17,7 +19,7 @@ import { WindowResult } from './window.js';
 
 /**
  * @typedef {object} DriverOptions
- * @property {Pick<import('../engine.js').Engine, 'pushInShot' | 'advance' | 'run' | 'boundaries' | 'superpixels' | 'saliencyMap'>} engine
+ * @property {Pick<import('../engine.js').Engine, 'request' | 'run'>} engine
  * @property {() => Promise<ClipFrame | null>} nextFrame null after the last
  * @property {() => number | null} left how many frames `nextFrame` will still give, where that is known
  * @property {number} window
@@ -78,7 +80,7 @@ export class Driver {
   async #pushAhead() {
     const { raw, time } = /** @type {ClipFrame} */ (this.#ahead);
     this.#ahead = null;
-    const { held } = await this.#options.engine.pushInShot(raw);
+    const { held } = await this.#options.engine.request('pushInShot', raw);
     if (held) this.#held = time;
     else this.#times.push(time);
   }
@@ -86,7 +88,7 @@ export class Driver {
   /** The shot goes on, as far as is known: the masks of the last few frames are left to the next window. */
   async #fullWindow() {
     const raw = await this.#run();
-    const lookups = this.#lookups(raw.info);
+    const askMap = this.#asker(raw.info);
     const facts = this.#facts();
     const kept = this.#overlap();
     await this.#advance(kept);
@@ -96,10 +98,13 @@ export class Driver {
     await this.#pushAhead();
     if (this.#held !== null) this.#settled = kept;
     else facts.settled.to -= kept - this.#settled;
-    return this.#result(raw, lookups, facts);
+    return this.#result(raw, askMap, facts);
   }
 
-  /** How many frames the next window shares with this one: more when few are left, since a window of few frames sees little motion. */
+  /**
+   * How many frames the next window shares with this one: more when few are left, since a window of few frames sees
+   * little motion.
+   */
   #overlap() {
     const { window, overlap, left } = this.#options;
     const fresh = 1 + (left() ?? Infinity);
@@ -109,10 +114,10 @@ export class Driver {
   /** The shot ends here. */
   async #lastWindow() {
     const raw = await this.#run();
-    const lookups = this.#lookups(raw.info);
+    const askMap = this.#asker(raw.info);
     const facts = this.#facts();
     this.#settled = this.#times.length;
-    return this.#result(raw, lookups, facts);
+    return this.#result(raw, askMap, facts);
   }
 
   /** @param {number} time of the frame held back */
@@ -128,7 +133,7 @@ export class Driver {
   /** @param {number} overlap */
   #advance(overlap) {
     this.#advances += 1;
-    return this.#options.engine.advance(overlap);
+    return this.#options.engine.request('advance', overlap);
   }
 
   async #run() {
@@ -145,33 +150,36 @@ export class Driver {
 
   /**
    * @param {import('../engine.js').RawResult} raw
-   * @param {import('../result.js').Lookups} lookups
+   * @param {import('../requests.js').AskMap} askMap
    * @param {Omit<import('./window.js').WindowFacts, 'index'>} facts
    */
-  #result(raw, lookups, facts) {
+  #result(raw, askMap, facts) {
     const index = this.#index;
     this.#index += 1;
-    return new WindowResult(raw, lookups, { index, ...facts });
+    return new WindowResult(raw, askMap, { index, ...facts });
   }
 
   /**
-   * A window may be asked for more as long as the engine has not gone on, which it has by the time that any but the last is seen.
+   * A window may be asked for more as long as the engine has not gone on, which it has by the time that any but the
+   * last is seen.
    * @param {import('../engine.js').Info} info
-   * @returns {import('../result.js').Lookups}
+   * @returns {import('../requests.js').AskMap}
    */
-  #lookups({ width, height }) {
+  #asker({ width, height }) {
     const { engine, stop } = this.#options;
     const advances = this.#advances;
-    /** @param {string} what */
-    const check = (what) => {
-      if (advances === this.#advances && !stop.aborted) return;
-      const until = 'only those of the last window are there, until the loop is left';
-      throw new TraceCutError('state', `${what} of this window are gone, since the next is computed already (${until}); a session keeps them`);
-    };
-    return {
-      boundaries: async (t) => (check('boundaries'), onGrid(await engine.boundaries(t), width, height)),
-      superpixels: async (t) => (check('superpixels'), onGrid(await engine.superpixels(t), width, height)),
-      saliencyMap: async (t) => (check('saliency maps'), onGrid(await engine.saliencyMap(t), width, height)),
+    return async (name, t) => {
+      if (advances !== this.#advances || stop.aborted) throw gone(REQUESTS[name].called);
+      return onGrid(await requestMap(engine, name, t), width, height);
     };
   }
+}
+
+/** @param {string} what */
+function gone(what) {
+  const until = 'only those of the last window are there, until the loop is left';
+  return new TraceCutError(
+    'state',
+    `${what} of this window are gone, since the next is computed already (${until}); a session keeps them`,
+  );
 }

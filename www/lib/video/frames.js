@@ -8,8 +8,8 @@ import { nothingTaken, taken, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
- * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and how long it is shown, in
- * seconds.
+ * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and
+ * how long it is shown, in seconds.
  * @typedef {{frame: import('../frames.js').PixelFrame, index: number, time: number, duration: number}} DecodedFrame
  */
 
@@ -23,8 +23,18 @@ export function framesOf(source, options, platform) {
   const { decoder, ...given } = asOptions(options);
   const { take, others } = splitTake(given);
   const stray = Object.keys(others)[0];
-  if (stray) throw illegal('param', stray, others[stray], 'start, end, step, maxFrames, size, frameRate, decoding, decoder or signal');
-  return decoded(source, take, decoderLoader(/** @type {import('../options.js').WasmSource | undefined} */ (decoder), platform));
+  if (stray)
+    throw illegal(
+      'param',
+      stray,
+      others[stray],
+      'start, end, step, maxFrames, size, frameRate, decoding, decoder or signal',
+    );
+  return decoded(
+    source,
+    take,
+    decoderLoader(/** @type {import('../options.js').WasmSource | undefined} */ (decoder), platform),
+  );
 }
 
 /**

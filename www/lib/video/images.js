@@ -45,7 +45,15 @@ export async function openImage(file, type) {
   return {
     async info() {
       const { end, width, height } = await measured();
-      return { width, height, duration: end, frameRate: count > 1 ? count / end : NaN, numFrames: count, codec: type, decodable: true };
+      return {
+        width,
+        height,
+        duration: end,
+        frameRate: count > 1 ? count / end : NaN,
+        numFrames: count,
+        codec: type,
+        decodable: true,
+      };
     },
     async times() {
       return (await measured()).times;
@@ -55,7 +63,12 @@ export async function openImage(file, type) {
       for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
         const image = await frameAt(decoder, frameIndex);
         const length = lengthOf(image);
-        yield { time: begin / 1e6, duration: length / 1e6, read: () => readAndClose(image), close: () => image.close() };
+        yield {
+          time: begin / 1e6,
+          duration: length / 1e6,
+          read: () => readAndClose(image),
+          close: () => image.close(),
+        };
         begin += length;
       }
     },
@@ -71,7 +84,10 @@ export async function openImage(file, type) {
 async function decoderOf(file, type) {
   const Kind = /** @type {{ImageDecoder?: DecoderClass}} */ (globalThis).ImageDecoder;
   if (!Kind || !(await Kind.isTypeSupported(type))) {
-    throw new TraceCutError('unsupported', `this browser cannot take ${type} apart; convert it to MP4 or WebM, or pass its frames as a list`);
+    throw new TraceCutError(
+      'unsupported',
+      `this browser cannot take ${type} apart; convert it to MP4 or WebM, or pass its frames as a list`,
+    );
   }
   const decoder = new Kind({ data: await file.arrayBuffer(), type });
   try {
@@ -120,4 +136,5 @@ async function frameAt(decoder, frameIndex) {
 const lengthOf = (image) => image.duration || USUAL_LENGTH;
 
 /** @param {unknown} cause */
-const cutOff = (cause) => new TraceCutError('truncated', `the image cannot be decoded: it is cut off or damaged (${String(cause)})`, { cause });
+const cutOff = (cause) =>
+  new TraceCutError('truncated', `the image cannot be decoded: it is cut off or damaged (${String(cause)})`, { cause });

@@ -22,7 +22,10 @@ import { TraceCutError } from '../errors.js';
 export function openListed(list, { frameRate, loadDecoder }) {
   return {
     async info() {
-      throw new TraceCutError('unsupported', 'a list or stream of frames has no facts before its frames are read; ask the frames themselves');
+      throw new TraceCutError(
+        'unsupported',
+        'a list or stream of frames has no facts before its frames are read; ask the frames themselves',
+      );
     },
     async *frames() {
       let index = 0;
@@ -31,11 +34,19 @@ export function openListed(list, { frameRate, loadDecoder }) {
         const { frame, time } = placed(item, index / frameRate);
         if (!(time > before)) {
           closeFrame(frame);
-          throw new TraceCutError('data', `frame ${index} has time = ${time} s (expected more than ${before} s, the time of the frame before)`);
+          throw new TraceCutError(
+            'data',
+            `frame ${index} has time = ${time} s (expected more than ${before} s, the time of the frame before)`,
+          );
         }
         before = time;
         index += 1;
-        yield { time, duration: 1 / frameRate, read: () => toRawFrame(frame, loadDecoder), close: () => closeFrame(frame) };
+        yield {
+          time,
+          duration: 1 / frameRate,
+          read: () => toRawFrame(frame, loadDecoder),
+          close: () => closeFrame(frame),
+        };
       }
     },
     async times() {
@@ -84,7 +95,8 @@ function placed(item, otherwise) {
     }
     return { frame: /** @type {FrameAtTime} */ (item).frame, time };
   }
-  if (typeTag(item) === 'VideoFrame') return { frame: /** @type {VideoFrame} */ (item), time: /** @type {VideoFrame} */ (item).timestamp / 1e6 };
+  if (typeTag(item) === 'VideoFrame')
+    return { frame: /** @type {VideoFrame} */ (item), time: /** @type {VideoFrame} */ (item).timestamp / 1e6 };
   return { frame: /** @type {import('../frames.js').FrameSource} */ (item), time: otherwise };
 }
 

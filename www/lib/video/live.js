@@ -1,4 +1,5 @@
-// Streams of a camera, a screen or a canvas. They do not wait: frames are read as they come and queue until they are taken.
+// Streams of a camera, a screen or a canvas. They do not wait: frames are read as they come and queue until they are
+// taken.
 
 import { TraceCutError } from '../errors.js';
 import { toRawFrame } from '../frames.js';
@@ -15,7 +16,8 @@ const WATCH_MS = 100;
 
 /**
  * @param {MediaStream} stream
- * @param {(raw: import('../frames.js').RawFrame) => Promise<import('../frames.js').RawFrame>} reduce applied to what waits
+ * @param {(raw: import('../frames.js').RawFrame) => Promise<import('../frames.js').RawFrame>} reduce applied to what
+ *   waits
  * @returns {import('./reader.js').Reader}
  */
 export function openLive(stream, reduce) {
@@ -61,10 +63,12 @@ async function* liveFrames(track, { end }, reduce, closed) {
   const stop = new AbortController();
   closed.addEventListener('abort', () => stop.abort(), { once: true });
   const feeding = hasProcessor() ? byProcessor(track, take, stop.signal) : byElement(track, take, stop.signal);
-  feeding.catch((error) => (fault = error)).finally(() => {
-    over = true;
-    wake();
-  });
+  feeding
+    .catch((error) => (fault = error))
+    .finally(() => {
+      over = true;
+      wake();
+    });
   try {
     for (;;) {
       const next = queue.shift();
@@ -89,7 +93,9 @@ const hasProcessor = () => 'MediaStreamTrackProcessor' in globalThis;
  * @param {AbortSignal} stop
  */
 async function byProcessor(track, take, stop) {
-  const { MediaStreamTrackProcessor } = /** @type {{MediaStreamTrackProcessor: Processor}} */ (/** @type {unknown} */ (globalThis));
+  const { MediaStreamTrackProcessor } = /** @type {{MediaStreamTrackProcessor: Processor}} */ (
+    /** @type {unknown} */ (globalThis)
+  );
   const reader = new MediaStreamTrackProcessor({ track }).readable.getReader();
   const cancel = () => void reader.cancel().catch(() => {});
   stop.addEventListener('abort', cancel, { once: true });
@@ -115,7 +121,8 @@ async function byProcessor(track, take, stop) {
  * @param {AbortSignal} stop
  */
 async function byElement(track, take, stop) {
-  if (typeof document === 'undefined') throw new TraceCutError('unsupported', 'a worker of this browser cannot read a stream; read it in the page');
+  if (typeof document === 'undefined')
+    throw new TraceCutError('unsupported', 'a worker of this browser cannot read a stream; read it in the page');
   const video = document.createElement('video');
   Object.assign(video, { muted: true, playsInline: true, srcObject: new MediaStream([track]) });
   /** @type {ReturnType<typeof setInterval> | undefined} */

@@ -11,7 +11,7 @@ const MAX_RUN = 2 ** (32 - LABEL_BITS) - 1;
 export function encodeRuns(labels) {
   /** @type {number[]} */
   const runs = [];
-  for (let from = 0; from < labels.length; ) {
+  for (let from = 0; from < labels.length;) {
     const label = /** @type {number} */ (labels[from]);
     let to = from + 1;
     while (to < labels.length && labels[to] === label && to - from < MAX_RUN) to += 1;

@@ -4,7 +4,8 @@ import { illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
 
 /**
- * What is taken of a source: the frames whose time lies in `[start, end)`, every `step`-th of them, at most `maxFrames`.
+ * What is taken of a source: the frames whose time lies in `[start, end)`, every `step`-th of them, at most
+ * `maxFrames`.
  * @typedef {object} TakeOptions
  * @property {number} [start] seconds; the clip's begin if not given
  * @property {number} [end] seconds; the clip's end if not given
@@ -12,9 +13,10 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @property {number} [maxFrames] at most so many frames; all if not given
  * @property {number} [size] the long side in pixels that frames are reduced to; a smaller frame stays as it is
  * @property {number} [frameRate] frames per second of a list of frames that carry no times; 25 if not given
- * @property {'auto' | 'webcodecs' | 'seeking'} [decoding] how a video file is decoded: `'auto'` takes WebCodecs and falls back to seeking a
- *   video element
- * @property {import('../options.js').WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files, when not beside the package
+ * @property {'auto' | 'webcodecs' | 'seeking'} [decoding] how a video file is decoded: `'auto'` takes WebCodecs and
+ *   falls back to seeking a video element
+ * @property {import('../options.js').WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files, when
+ *   not beside the package
  * @property {AbortSignal} [signal] ends the work: what is awaited rejects with its reason
  */
 
@@ -43,7 +45,8 @@ const MAX_WINDOW = 400;
  */
 export function asOptions(options) {
   if (options === undefined) return {};
-  if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {start: 0, end: 2, size: 480}');
+  if (!isPlainObject(options))
+    throw illegal('param', 'options', options, 'an object such as {start: 0, end: 2, size: 480}');
   return options;
 }
 
@@ -53,7 +56,17 @@ export function asOptions(options) {
  * @returns {{take: Take, others: Record<string, unknown>}}
  */
 export function splitTake(options) {
-  const { start = -Infinity, end = Infinity, step = 1, maxFrames = Infinity, size, frameRate = 25, decoding = 'auto', signal, ...others } = options;
+  const {
+    start = -Infinity,
+    end = Infinity,
+    step = 1,
+    maxFrames = Infinity,
+    size,
+    frameRate = 25,
+    decoding = 'auto',
+    signal,
+    ...others
+  } = options;
   if (start !== -Infinity) seconds('start', start);
   if (end !== Infinity) seconds('end', end);
   if (Number(end) <= Number(start)) throw illegal('param', 'end', end, `more than start = ${start}`);
@@ -63,7 +76,8 @@ export function splitTake(options) {
   if (typeof frameRate !== 'number' || !(frameRate > 0 && frameRate <= 1000)) {
     throw illegal('param', 'frameRate', frameRate, 'frames per second, above 0 and at most 1000');
   }
-  if (!DECODINGS.includes(/** @type {string} */ (decoding))) throw illegal('param', 'decoding', decoding, "'auto', 'webcodecs' or 'seeking'");
+  if (!DECODINGS.includes(/** @type {string} */ (decoding)))
+    throw illegal('param', 'decoding', decoding, "'auto', 'webcodecs' or 'seeking'");
   if (signal !== undefined && !isSignal(signal)) throw illegal('param', 'signal', signal, 'an AbortSignal');
   const take = /** @type {Take} */ ({ start, end, step, maxFrames, size, frameRate, decoding, signal });
   return { take, others };
@@ -77,7 +91,8 @@ export function splitWindow(options) {
   const { window = 50, overlap = 10, ...others } = options;
   const frames = wholeNumber('param', 'window', window, 2, MAX_WINDOW);
   // A small window gets a small overlap without having to ask for it.
-  const shared = options.overlap === undefined ? Math.min(10, frames - 1) : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
+  const shared =
+    options.overlap === undefined ? Math.min(10, frames - 1) : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
   return { window: frames, overlap: shared, others };
 }
 

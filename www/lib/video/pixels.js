@@ -58,7 +58,8 @@ export async function readAndClose(frame) {
 const noDecoder = () => Promise.reject(new Error('a video frame needs no decoder'));
 
 /**
- * Each pixel of the answer is the mean of what it covers, so nothing aliases; a canvas would do this differently in each browser.
+ * Each pixel of the answer is the mean of what it covers, so nothing aliases; a canvas would do this differently in
+ * each browser.
  * @param {{data: Uint8Array, width: number, height: number}} frame RGBA
  * @param {number} width at most the frame's
  * @param {number} height

@@ -16,12 +16,13 @@ import { TraceCutError } from '../errors.js';
 
 /**
  * A frame that is not read yet: `read` copies its pixels, `close` gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void}} TimedFrame
+ * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void}}
+ *   TimedFrame
  */
 
 /**
- * A source of frames. `frames` gives them in the order of their times, those before `start` left out or not; `times` gives the times of all
- * frames where they are known without decoding.
+ * A source of frames. `frames` gives them in the order of their times, those before `start` left out or not; `times`
+ * gives the times of all frames where they are known without decoding.
  * @typedef {object} Reader
  * @property {() => Promise<VideoInfo>} info
  * @property {(range: {start: number, end: number}) => AsyncGenerator<TimedFrame, void, unknown>} frames
@@ -31,7 +32,9 @@ import { TraceCutError } from '../errors.js';
 
 /** @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number}} TakenFrame */
 
-/** Times are often sums of rounded numbers: a frame this much before `start` is still in. WebCodecs counts microseconds. */
+/**
+ * Times are often sums of rounded numbers: a frame this much before `start` is still in. WebCodecs counts microseconds.
+ */
 const SLACK = 1e-6;
 
 /**

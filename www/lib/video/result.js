@@ -4,9 +4,10 @@ import { areasOf, decodeRuns, encodeRuns } from './masks.js';
 import { TrackCollector, tracksDat } from './tracks.js';
 
 /**
- * An object of a clip: its label in the masks, the first and last frame it is in, the number of frames it is in, its mean area over these in
- * pixels, and its area in each frame of the clip.
- * @typedef {{label: number, firstFrame: number, lastFrame: number, frames: number, meanArea: number, areas: Uint32Array<ArrayBuffer>}} VideoObject
+ * An object of a clip: its label in the masks, the first and last frame it is in, the number of frames it is in, its
+ * mean area over these in pixels, and its area in each frame of the clip.
+ * @typedef {{label: number, firstFrame: number, lastFrame: number, frames: number, meanArea: number, areas:
+ *   Uint32Array<ArrayBuffer>}} VideoObject
  */
 
 /**
@@ -47,7 +48,10 @@ export class VideoResult {
     /** The shots of the clip, in order. */
     this.shots = collected.shots;
     /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
-    this.trajectories = { ...collected.trajectories, label: collected.trajectories.label.map((label) => /** @type {number} */ (table[label])) };
+    this.trajectories = {
+      ...collected.trajectories,
+      label: collected.trajectories.label.map((label) => /** @type {number} */ (table[label])),
+    };
     /** The objects, by their labels. */
     this.objects = objectsOf(collected.runs, table);
     this.#collected = collected;
@@ -66,7 +70,8 @@ export class VideoResult {
   }
 
   /**
-   * The same with other labels, at no cost: `{3: 1}` makes 3 the same object as 1, `{3: 0}` makes it background. This result stays as it is.
+   * The same with other labels, at no cost: `{3: 1}` makes 3 the same object as 1, `{3: 0}` makes it background. This
+   * result stays as it is.
    * @param {Record<number, number>} map from present labels to others, both 0 to 255
    * @returns {VideoResult}
    */
@@ -93,8 +98,8 @@ export class VideoResult {
   }
 
   /**
-   * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track its label and length and,
-   * line by line, `x y frame`.
+   * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track
+   * its label and length and, line by line, `x y frame`.
    * @returns {string}
    */
   toTracksDat() {
@@ -108,7 +113,12 @@ export class VideoResult {
   #checkObject(name, label) {
     if (this.objects.some((object) => object.label === label)) return;
     const labels = this.objects.map((object) => object.label).join(', ');
-    throw illegal('param', name, label, labels ? `the label of an object: ${labels}` : 'the label of an object; there are none');
+    throw illegal(
+      'param',
+      name,
+      label,
+      labels ? `the label of an object: ${labels}` : 'the label of an object; there are none',
+    );
   }
 }
 
@@ -136,7 +146,12 @@ function objectsOf(runs, table) {
 function presence(areas) {
   const present = [...areas.keys()].filter((t) => areas[t]);
   const sum = areas.reduce((total, area) => total + area, 0);
-  return { firstFrame: present[0] ?? 0, lastFrame: present[present.length - 1] ?? 0, frames: present.length, meanArea: sum / present.length };
+  return {
+    firstFrame: present[0] ?? 0,
+    lastFrame: present[present.length - 1] ?? 0,
+    frames: present.length,
+    meanArea: sum / present.length,
+  };
 }
 
 /** Collects window after window. */

@@ -1,5 +1,6 @@
-// Frames by seeking a video element: slower than WebCodecs, but it plays whatever the browser plays. Where the player tells which frame it
-// shows, that is checked; where it does not, frames are exact as long as all last equally long and the machine is not too busy.
+// Frames by seeking a video element: slower than WebCodecs, but it plays whatever the browser plays. Where the player
+// tells which frame it shows, that is checked; where it does not, frames are exact as long as all last equally long and
+// the machine is not too busy.
 
 import { TraceCutError } from '../errors.js';
 import { toRawFrame } from '../frames.js';
@@ -20,7 +21,10 @@ import { frameRate, until } from './element.js';
 export async function openSeeking(url, { times, codec, release }) {
   if (typeof document === 'undefined') {
     release?.();
-    throw new TraceCutError('unsupported', `a worker has no video element to fall back to for ${codec ?? 'this file'}; open it in the page`);
+    throw new TraceCutError(
+      'unsupported',
+      `a worker has no video element to fall back to for ${codec ?? 'this file'}; open it in the page`,
+    );
   }
   const video = document.createElement('video');
   Object.assign(video, { muted: true, playsInline: true, preload: 'auto' });
@@ -73,7 +77,10 @@ export async function openElement(video, options) {
 async function seekingReader(video, { times, codec }, close) {
   if (video.videoWidth === 0) throw new TraceCutError('no-video', 'the file has no video track, only sound');
   const duration = await durationOf(video);
-  const fps = times && times.length > 1 ? (times.length - 1) / (at(times, times.length - 1) - at(times, 0)) : await frameRate(video);
+  const fps =
+    times && times.length > 1
+      ? (times.length - 1) / (at(times, times.length - 1) - at(times, 0))
+      : await frameRate(video);
   const known = times ?? Float64Array.from({ length: Math.max(1, Math.round(duration * fps)) }, (_, k) => k / fps);
   const { videoWidth: width, videoHeight: height } = video;
   return {
@@ -87,12 +94,15 @@ async function seekingReader(video, { times, codec }, close) {
 }
 
 /**
- * Where in a frame's time to seek to, one after the other until the player shows that frame: far from both its neighbours, and late, since a
- * browser may take the one before for longer than it is.
+ * Where in a frame's time to seek to, one after the other until the player shows that frame: far from both its
+ * neighbours, and late, since a browser may take the one before for longer than it is.
  */
 const WITHIN = [0.75, 0.9, 0.6];
 
-/** How long a player may take to tell which frame it shows, in milliseconds. Some never tell, of elements that are not on the screen. */
+/**
+ * How long a player may take to tell which frame it shows, in milliseconds. Some never tell, of elements that are not
+ * on the screen.
+ */
 const TELLS_MS = 250;
 
 /** A player that has been silent, or at odds with the container, so often is not asked again. */
@@ -175,7 +185,8 @@ async function seek(video, time) {
   // Seeking to where it already is gives no event.
   if (Math.abs(video.currentTime - target) < 1e-6 && video.readyState >= 2 && !video.seeking) return false;
   video.currentTime = target;
-  const stuck = () => new TraceCutError('truncated', `the player does not get to ${target.toFixed(2)} s: the file is cut off or damaged`);
+  const stuck = () =>
+    new TraceCutError('truncated', `the player does not get to ${target.toFixed(2)} s: the file is cut off or damaged`);
   await until(video, 'seeked', stuck);
   return true;
 }
@@ -186,7 +197,8 @@ async function readElement(video) {
     return await toRawFrame(video, () => Promise.reject(new Error('no file')));
   } catch (error) {
     if (!(error instanceof DOMException) || error.name !== 'SecurityError') throw error;
-    const words = 'the video comes from another site, which has to let its pixels be read (Access-Control-Allow-Origin, and crossOrigin set)';
+    const words =
+      'the video comes from another site, which has to let its pixels be read (Access-Control-Allow-Origin, and crossOrigin set)';
     throw new TraceCutError('unsupported', words, { cause: error });
   }
 }
@@ -211,9 +223,15 @@ async function durationOf(video) {
 function unplayable(video, codec) {
   const detail = video.error?.message ? ` (${video.error.message})` : '';
   if (codec === null) {
-    return new TraceCutError('no-video', `this is no video that the browser can play${detail}; convert it to MP4 (H.264) or WebM`);
+    return new TraceCutError(
+      'no-video',
+      `this is no video that the browser can play${detail}; convert it to MP4 (H.264) or WebM`,
+    );
   }
-  return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser${detail}; convert it to MP4 (H.264) or WebM`);
+  return new TraceCutError(
+    'codec',
+    `the codec ${codec} cannot be decoded by this browser${detail}; convert it to MP4 (H.264) or WebM`,
+  );
 }
 
 /**

@@ -12,18 +12,19 @@ import { Collector } from './result.js';
 import { openReader } from './source.js';
 
 /**
- * Where the work is: `done` of `total` steps of a stage of window `window`; `'decode'` counts the frames read for it. `frames` are the frames
- * read so far and their number in all, null where nothing says.
+ * Where the work is: `done` of `total` steps of a stage of window `window`; `'decode'` counts the frames read for it.
+ * `frames` are the frames read so far and their number in all, null where nothing says.
  * @typedef {{stage: import('../engine.js').Stage | 'decode', done: number, total: number, window: number,
  *   frames: {done: number, total: number | null}}} VideoProgress
  */
 
 /**
- * Options of `segmentVideo`: what to take of the source, how to cut it into windows, and the options of a session. `window` is the number of
- * frames that are segmented together, 2 to 400, 50 if not given; `overlap` how many of them the next window shares, 1 to `window - 1`, 10 if not
- * given (the last window of a clip of known length shares more when it would not be full otherwise). Memory grows with the window, not with the clip.
- * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & {window?: number, overlap?: number,
- *   onProgress?: (progress: VideoProgress) => void}} VideoOptions
+ * Options of `segmentVideo`: what to take of the source, how to cut it into windows, and the options of a session.
+ * `window` is the number of frames that are segmented together, 2 to 400, 50 if not given; `overlap` how many of them
+ * the next window shares, 1 to `window - 1`, 10 if not given (the last window of a clip of known length shares more
+ * when it would not be full otherwise). Memory grows with the window, not with the clip.
+ * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & {window?: number, overlap?:
+ *   number, onProgress?: (progress: VideoProgress) => void}} VideoOptions
  */
 
 /**
@@ -43,9 +44,17 @@ function checked(options) {
   const { take, others } = splitTake(asOptions(options));
   const { window, overlap, others: rest } = splitWindow(others);
   const { onProgress, ...engine } = rest;
-  if (onProgress !== undefined && typeof onProgress !== 'function') throw illegal('param', 'onProgress', onProgress, 'a function');
-  if (isPlainObject(engine.clip) && engine.clip.dense === false) throw illegal('param', 'clip.dense', false, 'true: segmentVideo makes masks');
-  return { take, window, overlap, onProgress: /** @type {Checked['onProgress']} */ (onProgress), engine: splitOptions(engine) };
+  if (onProgress !== undefined && typeof onProgress !== 'function')
+    throw illegal('param', 'onProgress', onProgress, 'a function');
+  if (isPlainObject(engine.clip) && engine.clip.dense === false)
+    throw illegal('param', 'clip.dense', false, 'true: segmentVideo makes masks');
+  return {
+    take,
+    window,
+    overlap,
+    onProgress: /** @type {Checked['onProgress']} */ (onProgress),
+    engine: splitOptions(engine),
+  };
 }
 
 /**
@@ -58,9 +67,9 @@ export function segment(source, options, platform) {
 }
 
 /**
- * A clip on its way to masks; made by `segmentVideo`. Iterate over it for the windows' results as they come, or `collect` them; either once.
- * Nothing begins before that. While one result is looked at the next window is computed, and no more than that. Leaving the loop early,
- * `close`, an abort and an error end the work and free its memory.
+ * A clip on its way to masks; made by `segmentVideo`. Iterate over it for the windows' results as they come, or
+ * `collect` them; either once. Nothing begins before that. While one result is looked at the next window is computed,
+ * and no more than that. Leaving the loop early, `close`, an abort and an error end the work and free its memory.
  */
 export class VideoSegmentation {
   #source;
@@ -95,20 +104,25 @@ export class VideoSegmentation {
    * @returns {AsyncGenerator<import('./window.js').WindowResult, void, undefined>}
    */
   [Symbol.asyncIterator]() {
-    if (this.#begun) throw new TraceCutError('state', 'a video segmentation can be iterated over or collected once; call segmentVideo again');
+    if (this.#begun)
+      throw new TraceCutError(
+        'state',
+        'a video segmentation can be iterated over or collected once; call segmentVideo again',
+      );
     if (this.#closed) throw new TraceCutError('closed', 'this video segmentation is closed; call segmentVideo again');
     this.#begun = true;
     return this.#windows();
   }
 
   /**
-   * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories. `onWindow` is told of each
-   * window's result on the way.
+   * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories.
+   * `onWindow` is told of each window's result on the way.
    * @param {(window: import('./window.js').WindowResult) => void} [onWindow]
    * @returns {Promise<import('./result.js').VideoResult>}
    */
   async collect(onWindow) {
-    if (onWindow !== undefined && typeof onWindow !== 'function') throw illegal('param', 'onWindow', onWindow, 'a function');
+    if (onWindow !== undefined && typeof onWindow !== 'function')
+      throw illegal('param', 'onWindow', onWindow, 'a function');
     const collector = new Collector();
     for await (const window of this) {
       collector.add(window);
@@ -117,7 +131,10 @@ export class VideoSegmentation {
     return collector.finish();
   }
 
-  /** Ends the work and frees its memory; what is awaited rejects with code `closed`. Results stay. Closing twice is fine. */
+  /**
+   * Ends the work and frees its memory; what is awaited rejects with code `closed`. Results stay. Closing twice is
+   * fine.
+   */
   close() {
     if (this.#closed) return;
     this.#end(new TraceCutError('closed', 'the video segmentation was closed'));
@@ -180,7 +197,8 @@ export class VideoSegmentation {
       overlap,
       stop: this.#stop.signal,
       onStage: ({ stage, done, total }, index) => this.#report({ stage, done, total, window: index }),
-      onFrame: (done, index) => this.#report({ stage: 'decode', done, total: Math.max(done, this.#inWindow(done)), window: index }),
+      onFrame: (done, index) =>
+        this.#report({ stage: 'decode', done, total: Math.max(done, this.#inWindow(done)), window: index }),
     });
   }
 

@@ -9,9 +9,11 @@ import { atSize } from './pixels.js';
 import { openElement, openSeeking } from './seek.js';
 
 /**
- * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its bytes or its address; a
- * video element; a stream of a camera, a screen or a canvas; or frames one by one, as a list, a generator or a stream. Node takes the last only.
- * @typedef {Blob | ArrayBuffer | Uint8Array | string | URL | HTMLVideoElement | MediaStream | ReadableStream<import('./listed.js').ListedFrame>
+ * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its
+ * bytes or its address; a video element; a stream of a camera, a screen or a canvas; or frames one by one, as a list, a
+ * generator or a stream. Node takes the last only.
+ * @typedef {Blob | ArrayBuffer | Uint8Array | string | URL | HTMLVideoElement | MediaStream
+ *   | ReadableStream<import('./listed.js').ListedFrame>
  *   | AsyncIterable<import('./listed.js').ListedFrame> | Iterable<import('./listed.js').ListedFrame | Promise<import('./listed.js').ListedFrame>>}
  *   VideoSource
  */
@@ -115,7 +117,10 @@ async function byBestMeans(source, { decoding }, address) {
   demuxed?.close();
   if (decoding === 'webcodecs') {
     const what = codec ?? 'the file, whose container is unknown,';
-    throw new TraceCutError('codec', `${what} cannot be decoded by WebCodecs here; decoding = 'auto' can fall back to the browser's player`);
+    throw new TraceCutError(
+      'codec',
+      `${what} cannot be decoded by WebCodecs here; decoding = 'auto' can fall back to the browser's player`,
+    );
   }
   return openSeeking(address().url, { ...address(), times, codec });
 }
@@ -126,7 +131,8 @@ async function byBestMeans(source, { decoding }, address) {
  * @returns {Promise<Reader>}
  */
 async function openVideoElement(video, take) {
-  if (typeTag(video.srcObject) === 'MediaStream') return openLive(/** @type {MediaStream} */ (video.srcObject), (raw) => atSize(raw, take.size));
+  if (typeTag(video.srcObject) === 'MediaStream')
+    return openLive(/** @type {MediaStream} */ (video.srcObject), (raw) => atSize(raw, take.size));
   const address = video.currentSrc || video.src;
   if (!address) throw new TraceCutError('no-video', 'the video element has nothing loaded; set its src first');
   const url = new URL(address);
@@ -171,7 +177,8 @@ async function answered(url, request) {
     const hint = url.origin === location.origin ? '' : '; another site has to allow it (Access-Control-Allow-Origin)';
     throw new TraceCutError('fetch', `${name} cannot be fetched: ${String(cause)}${hint}`, { cause });
   }
-  if (!response.ok) throw new TraceCutError('fetch', `${name} cannot be fetched: ${response.status} ${response.statusText}`);
+  if (!response.ok)
+    throw new TraceCutError('fetch', `${name} cannot be fetched: ${response.status} ${response.statusText}`);
   return response;
 }
 
@@ -188,7 +195,7 @@ function needsBrowser() {
   if (typeof document !== 'undefined' || typeof VideoDecoder !== 'undefined') return;
   throw new TraceCutError(
     'unsupported',
-    'video files and addresses are decoded by browsers only; here pass the frames one by one, such as the bytes of PNG or JPEG files '
-      + '(for example `ffmpeg -i clip.mp4 %05d.png`, then a list of what readFile gives)',
+    'video files and addresses are decoded by browsers only; here pass the frames one by one, such as the bytes of PNG or JPEG files ' +
+      '(for example `ffmpeg -i clip.mp4 %05d.png`, then a list of what readFile gives)',
   );
 }

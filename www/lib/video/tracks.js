@@ -1,9 +1,11 @@
 // The trajectories of all windows joined to those of the clip.
 
 /**
- * Trajectories of a whole clip, shaped as `Result.trajectories`: the points of trajectory `i` are `offset[i]` to `offset[i + 1]`, one for each of
- * the consecutive frames from `startFrame[i]` on. `label[i]` is the object that most of its points were on, 0 for the background.
- * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, label: Uint8Array}} ClipTrajectories
+ * Trajectories of a whole clip, shaped as `Result.trajectories`: the points of trajectory `i` are `offset[i]` to
+ * `offset[i + 1]`, one for each of the consecutive frames from `startFrame[i]` on. `label[i]` is the object that most
+ * of its points were on, 0 for the background.
+ * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, label:
+ *   Uint8Array}} ClipTrajectories
  */
 
 /** @typedef {{start: number, x: number[], y: number[], votes: Map<number, number>}} Track */
@@ -84,7 +86,8 @@ export function tracksDat({ count, startFrame, offset, x, y, label }, numFrames)
   for (let i = 0; i < count; i += 1) {
     const [begin, end, start] = [at(offset, i), at(offset, i + 1), at(startFrame, i)];
     lines.push(`${at(label, i)} ${end - begin}`);
-    for (let p = begin; p < end; p += 1) lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
+    for (let p = begin; p < end; p += 1)
+      lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
   }
   return `${lines.join('\n')}\n`;
 }

@@ -1,7 +1,8 @@
 import { Result } from '../result.js';
 
 /**
- * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte for each pixel.
+ * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte
+ * for each pixel.
  * @typedef {{index: number, t: number, time: number, labels: Uint8Array<ArrayBuffer>}} SettledFrame
  */
 
@@ -15,17 +16,17 @@ import { Result } from '../result.js';
  */
 
 /**
- * What a window of a clip's frames gave: a `Result` whose frames are counted from the window's first, with labels that mean the same object in
- * every window of the shot.
+ * What a window of a clip's frames gave: a `Result` whose frames are counted from the window's first, with labels that
+ * mean the same object in every window of the shot.
  */
 export class WindowResult extends Result {
   /**
    * @param {import('../engine.js').RawResult} raw
-   * @param {import('../result.js').Lookups} lookups
+   * @param {import('../requests.js').AskMap} askMap
    * @param {WindowFacts} facts
    */
-  constructor(raw, lookups, facts) {
-    super(raw, lookups);
+  constructor(raw, askMap, facts) {
+    super(raw, askMap);
     /** Number of this window, from 0. */
     this.index = facts.index;
     /** Number of the shot that it lies in, from 0: labels of one shot say nothing about another. */
@@ -35,8 +36,8 @@ export class WindowResult extends Result {
     /** The time of each of its frames, in seconds. */
     this.times = facts.times;
     /**
-     * The frames, `from <= t < to`, whose masks are settled by this window. Windows overlap; the masks of frames outside of this range are
-     * better in the window before or after, which sees more of what goes on around them.
+     * The frames, `from <= t < to`, whose masks are settled by this window. Windows overlap; the masks of frames
+     * outside of this range are better in the window before or after, which sees more of what goes on around them.
      */
     this.settled = facts.settled;
     /** Bytes of memory that the engine held at the end of this window. */

@@ -20,8 +20,8 @@ pub(super) struct Batch {
     pub(super) settings: Settings,
 }
 
-/// What `open` makes of the sub-folders of `folder`, by name; `None` where one is no sequence. With `only` not empty, those with these
-/// names. None at all, or one of `only` missing, is an error; `expected` says what a sequence is.
+/// What `open` makes of the sub-folders of `folder`, by name; `None` where one is no sequence. With `only` not empty,
+/// those with these names. None at all, or one of `only` missing, is an error; `expected` says what a sequence is.
 pub(super) fn sequences<T>(
     folder: &Path,
     only: &[String],

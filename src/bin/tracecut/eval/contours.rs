@@ -17,9 +17,11 @@ use tracecut::still::image_discontinuities;
 
 #[derive(Args, Debug)]
 pub(crate) struct ContoursArgs {
-    /// Folder in the layout of BSDS500: images/*.jpg and groundTruth/*.mat, or both in train, val and test below these two
+    /// Folder in the layout of BSDS500: images/*.jpg and groundTruth/*.mat, or both in train, val and test below these
+    /// two
     folder: PathBuf,
-    /// Also score the discontinuities of the pixel embedding, the gradients of its eigenvectors, and both beside Pb; slow
+    /// Also score the discontinuities of the pixel embedding, the gradients of its eigenvectors, and both beside Pb;
+    /// slow
     #[arg(long)]
     embedding: bool,
     /// Also write the numbers as JSON

@@ -1,6 +1,6 @@
 //! `tracecut eval davis`: every sequence of a folder through the pipeline, its masks against the true ones.
 
-mod folder;
+pub(super) mod folder;
 mod published;
 
 use super::batch::Batch;
@@ -153,7 +153,7 @@ fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
     Ok(Outcome {
         name: String::new(),
         frames: truth.len(),
-        objects: session.objects().map_or(0, |o| o.count),
+        objects: session.objects().map_or(0, |o| o.highest_label),
         j: Summary::of(&j),
         f: Summary::of(&f),
         oracle_j: Summary::of(&oracle),

@@ -1,9 +1,9 @@
 //! Human segmentations of the Berkeley benchmark: the MATLAB files of `groundTruth/`.
 //!
-//! A file of level 5 holds, after a header of 128 bytes, elements of one tag (type and length) and its bytes each, most often packed
-//! by zlib. The benchmark's files hold one cell array `groundTruth` with a structure for each person: `Segmentation`, the number of the
-//! region that each pixel belongs to, and `Boundaries`, true on the pixels of the outlines. Arrays are stored column by column.
-//! Source: "MAT-File Format", The MathWorks, 2023.
+//! A file of level 5 holds, after a header of 128 bytes, elements of one tag (type and length) and its bytes each, most
+//! often packed by zlib. The benchmark's files hold one cell array `groundTruth` with a structure for each person:
+//! `Segmentation`, the number of the region that each pixel belongs to, and `Boundaries`, true on the pixels of the
+//! outlines. Arrays are stored column by column. Source: "MAT-File Format", The MathWorks, 2023.
 
 use crate::failure::{Failure, Result, read as read_bytes};
 use flate2::read::ZlibDecoder;
@@ -212,8 +212,8 @@ impl<'a> Cursor<'a> {
         self.take(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
     }
 
-    /// Type and bytes of the next element. Short ones share eight bytes with their tag; others are filled up to a multiple of eight,
-    /// except compressed ones.
+    /// Type and bytes of the next element. Short ones share eight bytes with their tag; others are filled up to a
+    /// multiple of eight, except compressed ones.
     fn element(&mut self) -> Parsed<(u32, &'a [u8])> {
         let word = self.word()?;
         if word >> 16 != 0 {

@@ -184,7 +184,7 @@ fn score_pixels(shot: &Shot, session: &Session) -> Result<Dense<Scores>> {
     let frames = || shot.definition.labelled_within(num_frames).map(|frame| frame.index);
     let clusters = frames().map(|t| session.cluster_labels(t)).collect::<std::result::Result<Vec<_>, _>>()?;
     let masks = frames().map(|t| Ok(session.labels(t)?.map(u32::from))).collect::<Result<Vec<_>>>()?;
-    let num_labels = session.objects().map_or(0, |o| o.count + 1);
+    let num_labels = session.objects().map_or(0, |o| o.highest_label + 1);
     let score = |labels: &[_], count| score_dense(&shot.definition, &shot.maps, labels, count, num_frames);
     Ok(Dense { pixels: score(&clusters, num_clusters(session))?, masks: score(&masks, num_labels)? })
 }

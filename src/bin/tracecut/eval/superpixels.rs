@@ -1,4 +1,5 @@
-//! `tracecut eval superpixels`: superpixels against human segmentations, at several counts and beside those of other programs.
+//! `tracecut eval superpixels`: superpixels against human segmentations, at several counts and beside those of other
+//! programs.
 
 use super::mat;
 use crate::failure::{Failure, Result, print, read};
@@ -24,8 +25,8 @@ pub(crate) struct SuperpixelArgs {
     /// Numbers of superpixels
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_values_t = [100, 200, 400, 700, 1000, 1500])]
     counts: Vec<usize>,
-    /// Label maps of another program, FOLDER/NAME_COUNT.png (8 or 16-bit grey, a number for each superpixel), scored beside ours at the
-    /// number of superpixels that each has; may be repeated. benches/slic.py writes such maps
+    /// Label maps of another program, FOLDER/NAME_COUNT.png (8 or 16-bit grey, a number for each superpixel), scored
+    /// beside ours at the number of superpixels that each has; may be repeated. benches/slic.py writes such maps
     #[arg(long, value_name = "PROGRAM=FOLDER", value_parser = parse_program)]
     compare: Vec<(String, PathBuf)>,
     #[command(flatten)]

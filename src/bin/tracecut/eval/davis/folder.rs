@@ -9,14 +9,14 @@ use tracecut::image::Plane;
 
 /// A sequence's folders.
 #[derive(Debug)]
-pub(super) struct Sequence {
-    pub(super) name: String,
-    pub(super) images: PathBuf,
-    annotations: PathBuf,
+pub(crate) struct Sequence {
+    pub(crate) name: String,
+    pub(crate) images: PathBuf,
+    pub(crate) annotations: PathBuf,
 }
 
 /// The sequences of `folder` by name, or those that `only` names.
-pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
+pub(crate) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
     let all = folder.join("JPEGImages").join("480p");
     let mut sequences = Vec::new();
     for name in sub_folders(if all.is_dir() { &all } else { folder })? {
@@ -56,7 +56,7 @@ fn sub_folders(folder: &Path) -> Result<Vec<String>> {
 
 impl Sequence {
     /// The true masks of the first `frames` frames, or of all.
-    pub(super) fn truth(&self, frames: Option<u32>) -> Result<Vec<Plane<bool>>> {
+    pub(crate) fn truth(&self, frames: Option<u32>) -> Result<Vec<Plane<bool>>> {
         let mut images = images::in_folder(&self.images)?;
         images.truncate(frames.map_or(usize::MAX, |n| n as usize));
         if scored_frames(images.len()).is_empty() {

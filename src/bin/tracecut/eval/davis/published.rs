@@ -6,8 +6,9 @@ use std::path::Path;
 
 /// The paper's own program.
 const PAPER: &str = "trc";
-/// Methods on the benchmark's site that use no trained part: trc and msg trace trajectories (this paper; Ochs and Brox), fst is by
-/// Papazoglou and Ferrari, nlc by Faktor and Irani, cvos by Taylor et al., key by Lee et al., sal by Wang et al., tis by Griffin and Corso.
+/// Methods on the benchmark's site that use no trained part: trc and msg trace trajectories (this paper; Ochs and
+/// Brox), fst is by Papazoglou and Ferrari, nlc by Faktor and Irani, cvos by Taylor et al., key by Lee et al., sal by
+/// Wang et al., tis by Griffin and Corso.
 const UNLEARNED: [&str; 8] = ["trc", "msg", "fst", "nlc", "cvos", "key", "sal", "tis"];
 
 /// J and F of one method on one sequence.

@@ -1,0 +1,129 @@
+//! The whole method in straight lines, to be read with the paper in one hand: `cargo run --release --example method --
+//! FRAMES`.
+//!
+//! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. For each frame a line is printed:
+//! its mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels are those of
+//! [`tracecut::Session`], which does the same step by step, reduces large frames, and takes long clips window by window;
+//! clips whose camera stands still it also judges by their background, which is left out here (`background.still`).
+
+use std::error::Error;
+use std::{env, fs};
+use tracecut::Params;
+use tracecut::affinity::affinities;
+use tracecut::connectedness::{Separation, components, constrain, settle};
+use tracecut::cut::{CutInput, forget_strangers, gabriel_cut, labels_for, paint};
+use tracecut::discontinuity::{discontinuities, neighborhoods};
+use tracecut::discretize::discretize;
+use tracecut::embedding::embed;
+use tracecut::flow::{CompactFlow, FlowPyramid, flow_between, local_flow_variation};
+use tracecut::image::{Frame, Plane};
+use tracecut::mask::{find_objects, refine};
+use tracecut::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
+use tracecut::superpixel::superpixels_of;
+use tracecut::trajectory::{Tracker, structure};
+
+/// A label for every pixel of at least two frames of one size.
+fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut::Error> {
+    // Counts of trajectories are stated at a grid step of 8 pixels.
+    let (params, seed) = (params.at_spacing(params.trajectory.grid_step), params.clip.seed);
+    let size = (frames[0].width(), frames[0].height());
+
+    // 2.1 Trajectories: points that follow the optical flow from frame to frame; denser ones are for the masks.
+    let mut tracker = Tracker::new(size, &params.trajectory);
+    let mut denser = Tracker::new(size, &params.trajectory.for_masks());
+    let mut flows = Vec::new();
+    for pair in frames.windows(2) {
+        let (from, to) = (pair[0].luma(), pair[1].luma());
+        let structure = structure(&from);
+        let (from, to) = (FlowPyramid::new(&from, &params.flow), FlowPyramid::new(&to, &params.flow));
+        let (forward, backward) = (flow_between(&from, &to, &params.flow), flow_between(&to, &from, &params.flow));
+        let variation = local_flow_variation(&forward);
+        for tracker in [&mut tracker, &mut denser] {
+            tracker.seed(&structure);
+            tracker.follow(&forward, &backward, &variation);
+        }
+        flows.push(CompactFlow::new(&forward));
+    }
+    let (tracks, denser) = (tracker.finish(), denser.finish());
+
+    // 2.1 The embedding: affinities A of motion, eigenvectors V of the normalised A.
+    let mut a = affinities(&tracks, params.spacing(), &params.affinity, seed)?;
+    let mut v = embed(&a, &params.embedding, seed);
+
+    // 2.2 Discontinuities d of the embedding between Delaunay neighbours.
+    let mut d = discontinuities(neighborhoods(&tracks), &v, &params.discontinuity);
+
+    // 3. Saliency: what the flow around a point does not do, averaged over what is near in the embedding.
+    let mut maps = SaliencyMaps::new(&params.saliency);
+    flows.iter().for_each(|flow| maps.look_at(&flow.unpack(1.0, 1.0)));
+    let (mut of_points, mut of_denser) = (vec![-1.0; tracks.x.len()], vec![-1.0; denser.x.len()]);
+    for (t, flow) in flows.iter().enumerate() {
+        let map = maps.map(t, &flow.unpack(1.0, 1.0));
+        look_up(&map, &tracks, t, &mut of_points);
+        look_up(&map, &denser, t, &mut of_denser);
+    }
+    let alone = trajectory_saliency(&tracks, &of_points, params.saliency.quantile);
+    let foreground = context_saliency(alone, &v, &d, &params.saliency).foreground;
+
+    // 3. Connectedness: pieces of the foreground keep trajectories apart, which changes A, V and d.
+    let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
+    let pieces = components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
+    let separation = Separation::new(&tracks, &pieces, &params.connectedness);
+    if let Some((kept, _)) = constrain(&a, &tracks, &separation, &foreground, &params.connectedness) {
+        a = kept;
+        v = embed(&a, &params.embedding, seed);
+        d = discontinuities(d.neighborhoods, &v, &params.discontinuity);
+    }
+
+    // 2.3 Labels of the trajectories: V is rotated, clusters without discontinuities between them are merged.
+    let clusters = discretize(&tracks, &v, &d, &params.discretize, seed);
+    let clusters = settle(&tracks, clusters, &d, &separation, &foreground, &params.connectedness);
+
+    // 4.1 Superpixels: faces of the constrained Gabriel graph of each frame's contours.
+    let superpixels: Vec<_> =
+        frames.iter().map(|frame| superpixels_of(frame, None, &params.contour, &params.superpixel)).collect();
+
+    // 4.2 The Gabriel cut, from the denser trajectories, which take the labels of the clustered ones around them.
+    let mut label = labels_for(&denser, &tracks, &clusters.label, clusters.count.max(1), &params.cut);
+    let salience = trajectory_saliency(&denser, &of_denser, 1.0);
+    forget_strangers(&mut label, &salience, params.saliency.threshold);
+    let objects = find_objects(&tracks, &clusters).of_cluster;
+    let input = CutInput {
+        superpixels: &superpixels,
+        tracks: &denser,
+        label: &label,
+        num_labels: clusters.count.max(1),
+        objects: &objects.iter().map(|&label| label > 0).collect::<Vec<_>>(),
+        evidence: &[],
+        flows: &flows,
+        frames,
+    };
+    let cut = gabriel_cut(&input, &params.cut).labels;
+
+    // Masks: clusters that are objects, with borders to the pixel (not in the paper).
+    let object = |cluster: u32| objects.get(cluster as usize).copied().unwrap_or(0);
+    let coarse = (superpixels.iter().zip(&cut)).map(|(superpixels, label)| paint(superpixels, label).map(object));
+    Ok(coarse.zip(frames).map(|(mask, frame)| refine(&mask, frame, &params.refine)).collect())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = env::args().nth(1).ok_or("expected a folder of frames")?;
+    let mut files = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, std::io::Error>>()?;
+    files.sort();
+    let frames =
+        files.iter().map(|file| Ok(Frame::decode(&fs::read(file)?)?)).collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+
+    let (params, size) = (Params::default(), frames.first().map(|frame| (frame.width(), frame.height())));
+    let side = params.clip.max_side as usize;
+    if frames.len() < 2 || frames.iter().any(|frame| Some((frame.width(), frame.height())) != size) {
+        return Err("expected at least two frames, all of one size".into());
+    }
+    if size.is_some_and(|(width, height)| width.max(height) > side) {
+        return Err(format!("frames are too large (expected sides of at most {side} pixels): reduce them first").into());
+    }
+    for (t, mask) in segment(&frames, &params)?.iter().enumerate() {
+        let runs = mask.data().chunk_by(|a, b| a == b).map(|run| format!(" {}x{}", run[0], run.len()));
+        println!("{t:05}{}", runs.collect::<String>());
+    }
+    Ok(())
+}

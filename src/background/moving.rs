@@ -1,0 +1,124 @@
+//! Which clusters move before a scene that stands still.
+
+use crate::discretize::{Clusters, canonical};
+use crate::trajectory::Trajectories;
+
+/// A trajectory that ends this far from where it began, in pixels, is as much an object's as the scene's.
+const HALF: f32 = 1.0;
+/// A cluster is an object if its trajectories have this mean of `r² / (r² + half²)`.
+const MOVING: f32 = 0.5;
+/// Mean distance from the plate of what is the plate itself.
+const SAME: f32 = 0.08;
+/// A trajectory of the scene's clusters that moves at least so much, so far from the plate, is none of the scene.
+const ASTRAY: f32 = 0.8;
+const FAR: f32 = 0.4;
+
+/// Clusters of a clip whose camera stands still.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Parted {
+    /// The clusters, with what does not belong to them in clusters of its own.
+    pub(crate) clusters: Clusters,
+    /// Whether each is an object.
+    pub(crate) is_object: Vec<bool>,
+}
+
+/// Tells moving clusters from the scene. `along` is how far the plate is along each trajectory, 0 to 1.
+///
+/// Where no cluster belongs to the scene, trajectories along which the plate never changes are the ground's, and a
+/// cluster of their own. In clusters of the scene, trajectories that move far from the plate are taken out, into one
+/// cluster.
+pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) -> Parted {
+    let moved: Vec<f32> = (0..tracks.len()).map(|i| moved(tracks, i)).collect();
+    let (ground, astray) = (clusters.count as u32, clusters.count as u32 + 1);
+    let mut label = clusters.label.clone();
+    let mut moves = means(tracks, clusters, |i| moved[i]);
+    let has_scene = moves.iter().any(|&m| m < MOVING);
+    if !has_scene {
+        moves = means(tracks, clusters, |i| if along[i] < SAME { 0.0 } else { moved[i] });
+    }
+    for (i, label) in label.iter_mut().enumerate() {
+        let of_object = moves[*label as usize] >= MOVING;
+        if !has_scene && of_object && along[i] < SAME {
+            *label = ground;
+        } else if !of_object && moved[i] > ASTRAY && along[i] > FAR {
+            *label = astray;
+        }
+    }
+    let mut is_object: Vec<bool> = moves.iter().map(|&m| m >= MOVING).collect();
+    is_object.extend([false, true]);
+    let clusters = canonical(tracks, label.clone());
+    let mut renamed = vec![false; clusters.count];
+    for (&new, &old) in clusters.label.iter().zip(&label) {
+        renamed[new as usize] = is_object[old as usize];
+    }
+    Parted { clusters, is_object: renamed }
+}
+
+/// How surely a trajectory moves, 0 to 1, by how far from its beginning it ends: what only sways comes back.
+fn moved(tracks: &Trajectories, i: usize) -> f32 {
+    let points = tracks.points(i);
+    let (first, last) = (points.start, points.end - 1);
+    let away = (tracks.x[last] - tracks.x[first]).powi(2) + (tracks.y[last] - tracks.y[first]).powi(2);
+    away / (away + HALF * HALF)
+}
+
+/// The mean of a number over the points of each cluster's trajectories.
+fn means(tracks: &Trajectories, clusters: &Clusters, of: impl Fn(usize) -> f32) -> Vec<f32> {
+    let mut sums = vec![(0.0, 0.0); clusters.count];
+    for (i, &c) in clusters.label.iter().enumerate() {
+        let (count, sum) = (tracks.points(i).len() as f32, &mut sums[c as usize]);
+        *sum = (sum.0 + count * of(i), sum.1 + count);
+    }
+    sums.iter().map(|&(sum, count): &(f32, f32)| sum / count.max(1.0)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Trajectories of eleven frames that move by so many pixels in all.
+    fn tracks(ways: &[f32]) -> Trajectories {
+        let mut tracks = Trajectories::empty(11, (100, 100));
+        for (k, way) in ways.iter().enumerate() {
+            tracks.push(0, (0..11).map(|t| (10.0 + way * t as f32 / 10.0, 9.0 * k as f32, 0.0)));
+        }
+        tracks
+    }
+
+    #[test]
+    fn what_moves_is_an_object_whatever_its_place() {
+        let clusters = Clusters { count: 2, label: vec![0, 0, 0, 1, 1] };
+        let found = part(&tracks(&[0.1, 0.2, 0.0, 30.0, 30.0]), &clusters, &[0.0, 0.0, 0.0, 0.9, 0.02]);
+        // A plain object is like the plate in places, and stays one thing.
+        assert_eq!(found, Parted { clusters, is_object: vec![false, true] });
+    }
+
+    #[test]
+    fn where_all_clusters_move_the_ground_is_what_stays_like_the_plate() {
+        let clusters = Clusters { count: 2, label: vec![0, 0, 0, 1, 1] };
+        let found = part(&tracks(&[20.0, 20.0, 20.0, 30.0, 30.0]), &clusters, &[0.0, 0.01, 0.9, 0.9, 0.8]);
+        // What moves far from the plate in the ground's own cluster is taken out of it.
+        let is_object: Vec<bool> = found.clusters.label.iter().map(|&c| found.is_object[c as usize]).collect();
+        assert_eq!(is_object, [false, false, true, true, true], "{found:?}");
+    }
+
+    #[test]
+    fn who_moves_among_the_scene_far_from_the_plate_is_none_of_it() {
+        let clusters = Clusters { count: 1, label: vec![0; 4] };
+        let found = part(&tracks(&[0.0, 0.1, 0.0, 25.0]), &clusters, &[0.0, 0.0, 0.0, 0.8]);
+        assert_eq!(found.clusters.label, [0, 0, 0, 1]);
+        assert_eq!(found.is_object, [false, true]);
+    }
+
+    #[test]
+    fn every_cluster_has_a_trajectory() {
+        for along in [0.0, 0.5, 1.0] {
+            let clusters = Clusters { count: 2, label: vec![0, 1, 0] };
+            let found = part(&tracks(&[9.0, 9.0, 9.0]), &clusters, &[along; 3]);
+            assert_eq!(found.is_object.len(), found.clusters.count);
+            assert!((0..found.clusters.count as u32).all(|c| found.clusters.label.contains(&c)));
+        }
+        let none = part(&tracks(&[]), &Clusters::default(), &[]);
+        assert_eq!((none.clusters.count, none.is_object.len()), (0, 0));
+    }
+}

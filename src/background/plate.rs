@@ -1,0 +1,161 @@
+//! The background plate of a still camera: the scene without what moves before it.
+//!
+//! Each pixel has the median of what frames all over the clip show there, and the median distance from that as its
+//! noise: high where leaves move or water flows. A median over time is the oldest of background models.
+
+use crate::image::{Frame, Plane};
+use crate::order;
+
+/// Frames that the plate is made of, at most.
+const MOST_SOURCES: usize = 25;
+/// Least noise, in grey levels: that of rounding and of compression.
+const LEAST_NOISE: f32 = 1.5;
+/// Standard deviation over median distance, of a normal distribution.
+const DEVIATION: f32 = 1.4826;
+
+/// A frame reduced, a colour a pixel.
+type Picture = Plane<[u8; 3]>;
+
+/// The plate.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Plate {
+    /// Pixels of a frame a pixel of the plate, along a side.
+    step: usize,
+    colour: Picture,
+    /// Variance of the noise at each pixel and around it, in grey levels squared, that of the clip with it.
+    variance: Plane<f32>,
+}
+
+impl Plate {
+    /// The plate of frames of equal size, their longest side reduced to about `side`. `None` without any.
+    pub(super) fn new(frames: &[Frame], side: usize) -> Option<Self> {
+        let first = frames.first()?;
+        let step = first.width().max(first.height()).div_ceil(side).max(1);
+        let count = MOST_SOURCES.min(frames.len());
+        let sources = (0..count).map(|k| &frames[k * (frames.len() - 1) / (count - 1).max(1)]);
+        let pictures: Vec<Picture> = sources.map(|frame| picture(frame, step)).collect();
+        let size = &pictures[0];
+        let mut colour = Plane::filled(size.width(), size.height(), [0; 3]);
+        let mut noise = Plane::filled(size.width(), size.height(), 0.0);
+        let mut seen = vec![[0; 3]; count];
+        for y in 0..size.height() {
+            for x in 0..size.width() {
+                seen.iter_mut().zip(&pictures).for_each(|(value, picture)| *value = picture[(x, y)]);
+                (colour.row_mut(y)[x], noise.row_mut(y)[x]) = median_of(&seen);
+            }
+        }
+        let of_clip = clip_noise(&noise);
+        let variance = largest_around(&noise).map(|n| n * n + of_clip * of_clip);
+        Some(Self { step, colour, variance })
+    }
+
+    /// How far each pixel of a reduced frame is from the plate, in 255ths: one half at `factor` standard deviations of
+    /// the noise there.
+    pub(super) fn distance(&self, frame: &Frame, factor: f32) -> Plane<u8> {
+        let picture = picture(frame, self.step);
+        Plane::from_fn(picture.width(), picture.height(), |x, y| {
+            let apart = f32::from(apart(picture[(x, y)], self.colour[(x, y)]));
+            let half = factor * factor * self.variance[(x, y)];
+            (255.0 * apart * apart / (apart * apart + half)) as u8
+        })
+    }
+}
+
+/// The largest difference of any channel.
+fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
+    a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])).max(a[2].abs_diff(b[2]))
+}
+
+fn picture(frame: &Frame, step: usize) -> Picture {
+    let small = frame.resized((frame.width() / step).max(1), (frame.height() / step).max(1));
+    let at = |x: usize, y: usize| 3 * (y * small.width() + x);
+    Plane::from_fn(small.width(), small.height(), |x, y| std::array::from_fn(|c| small.rgb()[at(x, y) + c]))
+}
+
+/// The median of each channel, and the standard deviation that the median distance from it stands for.
+fn median_of(seen: &[[u8; 3]]) -> ([u8; 3], f32) {
+    let mut line = [0; MOST_SOURCES];
+    let line = &mut line[..seen.len()];
+    let median = std::array::from_fn(|c| {
+        line.iter_mut().zip(seen).for_each(|(value, colour)| *value = colour[c]);
+        *line.select_nth_unstable(seen.len() / 2).1
+    });
+    line.iter_mut().zip(seen).for_each(|(value, &colour)| *value = apart(colour, median));
+    (median, DEVIATION * f32::from(*line.select_nth_unstable(seen.len() / 2).1))
+}
+
+/// The noise of the pixel in the middle, when all are ordered by it.
+fn clip_noise(noise: &Plane<f32>) -> f32 {
+    let mut sorted = noise.data().to_vec();
+    order::sort_by_key(&mut sorted, |&n| order::double(f64::from(n)));
+    sorted[sorted.len() / 2].max(LEAST_NOISE)
+}
+
+/// The largest value of the 3×3 pixels around each: beside what moves a little the plate is not sure either.
+fn largest_around(plane: &Plane<f32>) -> Plane<f32> {
+    let around = |v: usize, side: usize| v.saturating_sub(1)..(v + 2).min(side);
+    Plane::from_fn(plane.width(), plane.height(), |x, y| {
+        let rows = around(y, plane.height()).map(|y| &plane.row(y)[around(x, plane.width())]);
+        rows.flatten().copied().fold(0.0, f32::max)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    const SIZE: (usize, usize) = (48, 32);
+
+    /// A scene of random colours with a square that moves before it, and noise of up to two grey levels.
+    fn frames() -> (Vec<u8>, Vec<Frame>) {
+        let mut rng = Rng::for_stage(7, "plate");
+        let scene: Vec<u8> = (0..3 * SIZE.0 * SIZE.1).map(|_| 20 + rng.below(100) as u8).collect();
+        let frame = |t: usize| {
+            let mut rgb = scene.clone();
+            for (i, value) in rgb.iter_mut().enumerate() {
+                let (x, y) = (i / 3 % SIZE.0, i / 3 / SIZE.0);
+                let inside = (4 * t..4 * t + 8).contains(&x) && (10..18).contains(&y);
+                *value = if inside { 220 } else { *value + rng.below(3) as u8 };
+            }
+            Frame::from_rgb(rgb, SIZE.0, SIZE.1).unwrap()
+        };
+        let frames = (0..10).map(frame).collect();
+        (scene, frames)
+    }
+
+    #[test]
+    fn the_plate_is_the_scene_without_what_moves() {
+        let (scene, frames) = frames();
+        let plate = Plate::new(&frames, 320).unwrap();
+        let furthest = plate.colour.data().iter().flatten().zip(&scene).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(furthest <= Some(2), "{furthest:?}");
+    }
+
+    #[test]
+    fn what_moves_is_far_from_it_and_what_does_not_is_near() {
+        let (_, frames) = frames();
+        let plate = Plate::new(&frames, 320).unwrap();
+        for (t, frame) in frames.iter().enumerate() {
+            let distance = plate.distance(frame, 5.0);
+            for y in 0..SIZE.1 {
+                for x in 0..SIZE.0 {
+                    let inside = (4 * t..4 * t + 8).contains(&x) && (10..18).contains(&y);
+                    let found = distance[(x, y)];
+                    assert!(if inside { found > 200 } else { found < 60 }, "{found} at {x}, {y} of frame {t}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn large_frames_are_reduced_and_any_number_of_them_is_enough() {
+        let (_, frames) = frames();
+        for count in 1..=3 {
+            let plate = Plate::new(&frames[..count], 16).unwrap();
+            assert_eq!((plate.colour.width(), plate.colour.height()), (16, 10));
+            assert_eq!(plate.distance(&frames[0], 5.0).width(), 16);
+        }
+        assert_eq!(Plate::new(&[], 16), None);
+    }
+}

@@ -1,0 +1,100 @@
+//! The ledger: what each choice is, and what it is worth.
+
+use super::choices::Choice;
+use std::fmt::Write;
+
+/// What is known of the defaults, or of what taking a choice away does.
+#[derive(Debug, Clone)]
+pub(super) struct Effect {
+    /// Kind by kind, then the mean over the kinds: a value for each seed; `None` where some run is missing.
+    pub(super) columns: Vec<Option<Vec<f64>>>,
+}
+
+/// The ledger as Markdown. `effects` has an entry for each choice; `command` made it.
+pub(super) fn markdown(
+    choices: &[Choice],
+    kinds: &[&str],
+    base: &Effect,
+    effects: &[Option<Effect>],
+    command: &str,
+) -> String {
+    let mut text = INTRODUCTION.to_owned();
+    text += "\n## What they are\n\n| choice | the paper | ours | why | without it |\n|---|---|---|---|---|\n";
+    for choice in choices {
+        let arguments = choice.arguments();
+        let without = if arguments.is_empty() { "not to be taken away".to_owned() } else { format!("`{arguments}`") };
+        line(&mut text, &[&choice.name, &choice.paper, &choice.ours(), &choice.why, &without]);
+    }
+    text += "\n## What they are worth\n\n";
+    if base.columns.iter().all(Option::is_none) {
+        text += "Not measured on this build.\n";
+        return text;
+    }
+    let _ = write!(text, "{EFFECTS}\n\n```text\n{command}\n```\n\n| choice | mean of kinds |");
+    kinds.iter().for_each(|kind| text += &format!(" {kind} |"));
+    text += &format!("\n|---{}|\n", "|---:".repeat(kinds.len() + 1));
+    effect_row(&mut text, "*J with all of them*", base, false);
+    for (choice, effect) in choices.iter().zip(effects) {
+        if let Some(effect) = effect {
+            effect_row(&mut text, &choice.name, effect, true);
+        }
+    }
+    text
+}
+
+const INTRODUCTION: &str = "\
+# Choices
+
+Rules and constants that are not the paper's, or that the paper leaves open. Written by `tracecut eval ablate` from
+[choices.json](choices.json); do not edit it by hand.
+";
+
+const EFFECTS: &str = "\
+How J moves when a choice is taken away (below 0: the choice helps), as a mean over the seeds, and in brackets the largest
+less the smallest of the seeds. The first row is J itself. A dash: not measured on this build.";
+
+fn effect_row(text: &mut String, title: &str, effect: &Effect, signed: bool) {
+    let Some((mean, kinds)) = effect.columns.split_last() else { return };
+    let cells = std::iter::once(mean).chain(kinds).map(|values| cell(values.as_deref(), signed));
+    let cells: Vec<String> = std::iter::once(title.to_owned()).chain(cells).collect();
+    line(text, &cells.iter().map(String::as_str).collect::<Vec<_>>());
+}
+
+fn cell(values: Option<&[f64]>, signed: bool) -> String {
+    let Some(values) = values.filter(|v| !v.is_empty()) else { return "–".to_owned() };
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+    if signed { format!("{mean:+.3} ({:.3})", high - low) } else { format!("{mean:.3} ({:.3})", high - low) }
+}
+
+fn line(text: &mut String, cells: &[&str]) {
+    *text += &format!("| {} |\n", cells.join(" | "));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_stand_beside_their_spread_and_what_is_not_measured_is_a_dash() {
+        let choice = |name: &str| -> Choice {
+            let text =
+                format!(r#"{{"name": "{name}", "paper": "0", "why": "w", "without": {{"refine": {{"band": 0}}}}}}"#);
+            serde_json::from_str(&text).unwrap()
+        };
+        let base = Effect { columns: vec![Some(vec![0.5, 0.6]), None, Some(vec![0.25, 0.25])] };
+        let effect = Effect { columns: vec![Some(vec![-0.1, -0.3]), None, Some(vec![0.125, 0.125])] };
+        let text = markdown(&[choice("one"), choice("two")], &["a", "b"], &base, &[Some(effect), None], "run it");
+        for row in [
+            "| one | 0 | `refine.band` 8 | w | `--set refine.band=0` |",
+            "| choice | mean of kinds | a | b |",
+            "| *J with all of them* | 0.250 (0.000) | 0.550 (0.100) | – |",
+            "| one | +0.125 (0.000) | -0.200 (0.200) | – |",
+        ] {
+            assert!(text.lines().any(|l| l == row), "{row} is missing:\n{text}");
+        }
+        assert_eq!(text.matches("| two |").count(), 1, "{text}");
+        let none = Effect { columns: vec![None, None, None] };
+        assert!(markdown(&[], &["a", "b"], &none, &[], "").contains("Not measured"));
+    }
+}

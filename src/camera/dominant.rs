@@ -1,0 +1,403 @@
+//! The dominant motion of a frame: that of the camera, where the world seen behind the objects is near to a plane or
+//! far away.
+//!
+//! In: a flow field. Out: a [`DominantMotion`], affine or a homography, which predicts the flow of each pixel that
+//! stands still in the world.
+//!
+//! 1. The flow is sampled on a grid of at most [`GRID`] points along the longer side. Points near the frame's rim count
+//!    for more, as the world surrounds objects more often than objects surround the world.
+//! 2. Affine motions through three points drawn at random compete with no motion, the mean motion, and the motion of
+//!    the frame before. The one of the least robust cost `Σ w r² / (r² + τ²)` wins (Geman and McClure; `r` the residual
+//!    in pixels): what is far off costs the same however far, so the motion that most points share wins, and an object
+//!    of nearly half of the frame does not matter.
+//! 3. Least squares, reweighted by the same cost, refine it, last with the two numbers more of a homography where
+//!    wanted.
+//!
+//! All in `f64` with sums in a fixed order; only `+ - * /`, square roots and comparisons.
+
+use super::Homography;
+use crate::flow::FlowField;
+use crate::rng::Rng;
+
+/// Samples along the longer side of the frame. More would be slower and change the motion by less than the flow is
+/// wrong.
+const GRID: usize = 40;
+
+/// Triples of samples tried. If objects fill 60 % of the frame, one triple in 16 lies on the ground.
+const TRIPLES: usize = 150;
+
+/// Rounds of reweighted least squares for each model.
+const ROUNDS: usize = 8;
+
+/// Larger perspective terms than this, at a frame's rim, are no motion of a camera between two frames.
+const MOST_PERSPECTIVE: f64 = 0.25;
+
+/// A motion of the whole frame.
+///
+/// In coordinates `X, Y` from the frame's centre, in halves of its longer side, a point goes to
+/// `((1 + p0) X + p1 Y + p2, p3 X + (1 + p4) Y + p5) / (1 + p6 X + p7 Y)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DominantMotion {
+    p: [f64; 8],
+    frame: Coordinates,
+}
+
+/// Where the coordinates of a motion have their origin, and their unit in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Coordinates {
+    center: (f64, f64),
+    unit: f64,
+}
+
+impl Coordinates {
+    fn of(flow: &FlowField) -> Self {
+        let (width, height) = (flow.u.width() as f64, flow.u.height() as f64);
+        Self { center: (0.5 * (width - 1.0), 0.5 * (height - 1.0)), unit: 0.5 * width.max(height).max(1.0) }
+    }
+}
+
+/// How the dominant motion is looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Search {
+    /// With the terms of a homography.
+    pub(crate) perspective: bool,
+    /// Residual in pixels at which a point counts half.
+    pub(crate) tolerance: f64,
+    /// How many times as much a point at the rim counts as one in the middle.
+    pub(crate) rim_weight: f64,
+}
+
+/// The flow at one point, in a frame's coordinates, and how much it counts.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    x: f64,
+    y: f64,
+    u: f64,
+    v: f64,
+    weight: f64,
+}
+
+impl DominantMotion {
+    /// No motion in frames of this flow's size.
+    pub(crate) fn none(flow: &FlowField) -> Self {
+        Self { p: [0.0; 8], frame: Coordinates::of(flow) }
+    }
+
+    /// The same motion as a map of pixels.
+    pub(super) fn homography(&self) -> Homography {
+        let p = &self.p;
+        let ((cx, cy), unit) = (self.frame.center, self.frame.unit);
+        let to = Homography([1.0 / unit, 0.0, -cx / unit, 0.0, 1.0 / unit, -cy / unit, 0.0, 0.0, 1.0]);
+        let from = Homography([unit, 0.0, cx, 0.0, unit, cy, 0.0, 0.0, 1.0]);
+        let motion = Homography([1.0 + p[0], p[1], p[2], p[3], 1.0 + p[4], p[5], p[6], p[7], 1.0]);
+        from.after(&motion.after(&to))
+    }
+
+    /// The displacement of the point at `(x, y)`, in pixels.
+    #[cfg(test)]
+    pub(crate) fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        let (x, y) = ((x - self.frame.center.0) / self.frame.unit, (y - self.frame.center.1) / self.frame.unit);
+        let (u, v) = displacement(&self.p, x, y);
+        (u * self.frame.unit, v * self.frame.unit)
+    }
+
+    /// Fills `magnitudes` with how far the flow of each of the pixels `(x0 + k step, y)` is from this motion, in
+    /// pixels.
+    pub(crate) fn residuals(&self, flow: &FlowField, y: usize, (x0, step): (usize, usize), magnitudes: &mut [f32]) {
+        let p = &self.p;
+        let unit = self.frame.unit;
+        let row = (y as f64 - self.frame.center.1) / unit;
+        // Numerators and denominator along the row: each is a start and a slope.
+        let begin = [p[1] * row + p[2], (1.0 + p[4]) * row + p[5], 1.0 + p[7] * row].map(|v| v as f32);
+        let slope = [1.0 + p[0], p[3], p[6]].map(|v| v as f32);
+        let (left, unit, row) = (self.frame.center.0 as f32, unit as f32, row as f32);
+        let (u, v) = (&flow.u.row(y)[x0..], &flow.v.row(y)[x0..]);
+        let samples = u.chunks(step).zip(v.chunks(step));
+        for (k, (magnitude, (u, v))) in magnitudes.iter_mut().zip(samples).enumerate() {
+            let x = ((x0 + k * step) as f32 - left) / unit;
+            let scale = 1.0 / (begin[2] + slope[2] * x);
+            let du = u[0] - unit * ((begin[0] + slope[0] * x) * scale - x);
+            let dv = v[0] - unit * ((begin[1] + slope[1] * x) * scale - row);
+            *magnitude = (du * du + dv * dv).sqrt();
+        }
+    }
+}
+
+fn displacement(p: &[f64; 8], x: f64, y: f64) -> (f64, f64) {
+    let scale = 1.0 / (1.0 + p[6] * x + p[7] * y);
+    (((1.0 + p[0]) * x + p[1] * y + p[2]) * scale - x, (p[3] * x + (1.0 + p[4]) * y + p[5]) * scale - y)
+}
+
+/// The dominant motion of `flow`; `before` is that of the frame before, and takes part in the choice.
+pub(crate) fn dominant_motion(flow: &FlowField, search: &Search, before: Option<&DominantMotion>) -> DominantMotion {
+    let frame = Coordinates::of(flow);
+    let samples = samples(flow, &frame, search.rim_weight);
+    let tau_sq = (search.tolerance / frame.unit).powi(2);
+    let mut best = choose(&samples, tau_sq, before.map(|b| b.p));
+    for count in [6, 8] {
+        if count == 6 || search.perspective {
+            best = refine(&samples, best, count, tau_sq);
+        }
+    }
+    DominantMotion { p: best, frame }
+}
+
+/// Step 1.
+fn samples(flow: &FlowField, frame: &Coordinates, rim_weight: f64) -> Vec<Sample> {
+    let (width, height) = (flow.u.width(), flow.u.height());
+    let step = width.max(height).div_ceil(GRID).max(1);
+    let places = |side: usize| (step / 2).min(side.saturating_sub(1))..side;
+    let mut samples = Vec::new();
+    for y in places(height).step_by(step) {
+        for x in places(width).step_by(step) {
+            let (u, v) = (f64::from(flow.u[(x, y)]), f64::from(flow.v[(x, y)]));
+            if !(u.is_finite() && v.is_finite()) {
+                continue;
+            }
+            // 0 at the rim, 1 in the middle.
+            let depth = |at: usize, side: usize| 2.0 * at.min(side - 1 - at) as f64 / side as f64;
+            let depth = depth(x, width).min(depth(y, height));
+            samples.push(Sample {
+                x: (x as f64 - frame.center.0) / frame.unit,
+                y: (y as f64 - frame.center.1) / frame.unit,
+                u: u / frame.unit,
+                v: v / frame.unit,
+                weight: rim_weight + (1.0 - rim_weight) * depth,
+            });
+        }
+    }
+    samples
+}
+
+/// Step 2.
+fn choose(samples: &[Sample], tau_sq: f64, before: Option<[f64; 8]>) -> [f64; 8] {
+    let mut best = ([0.0; 8], cost(samples, &[0.0; 8], tau_sq, f64::INFINITY));
+    let mut compete = |p: [f64; 8]| {
+        let cost = cost(samples, &p, tau_sq, best.1);
+        if cost < best.1 {
+            best = (p, cost);
+        }
+    };
+    if let Some(p) = before {
+        compete(p);
+    }
+    compete(mean_motion(samples));
+    let mut rng = Rng::for_stage(0, "dominant");
+    for _ in 0..if samples.len() < 3 { 0 } else { TRIPLES } {
+        let triple = [0; 3].map(|_| samples[rng.below(samples.len())]);
+        if let Some(p) = through(&triple) {
+            compete(p);
+        }
+    }
+    best.0
+}
+
+/// The robust cost of a motion, or any number not below `limit` as soon as it is known to reach that.
+fn cost(samples: &[Sample], p: &[f64; 8], tau_sq: f64, limit: f64) -> f64 {
+    let mut cost = 0.0;
+    for chunk in samples.chunks(64) {
+        for s in chunk {
+            let r_sq = residual_sq(s, p);
+            cost += s.weight * r_sq / (r_sq + tau_sq);
+        }
+        if cost >= limit {
+            break;
+        }
+    }
+    cost
+}
+
+fn residual_sq(s: &Sample, p: &[f64; 8]) -> f64 {
+    let (u, v) = displacement(p, s.x, s.y);
+    (s.u - u).powi(2) + (s.v - v).powi(2)
+}
+
+/// The weighted mean of all samples, as a translation.
+fn mean_motion(samples: &[Sample]) -> [f64; 8] {
+    let (mut u, mut v, mut weight) = (0.0, 0.0, 0.0);
+    for s in samples {
+        u += s.weight * s.u;
+        v += s.weight * s.v;
+        weight += s.weight;
+    }
+    let mut p = [0.0; 8];
+    if weight > 0.0 {
+        (p[2], p[5]) = (u / weight, v / weight);
+    }
+    p
+}
+
+/// The affine motion through three samples, unless they lie near one line.
+fn through([a, b, c]: &[Sample; 3]) -> Option<[f64; 8]> {
+    let (bx, by, cx, cy) = (b.x - a.x, b.y - a.y, c.x - a.x, c.y - a.y);
+    let area = bx * cy - by * cx;
+    if area.abs() < 0.02 {
+        return None;
+    }
+    let mut p = [0.0; 8];
+    for (at, [fa, fb, fc]) in [(0, [a.u, b.u, c.u]), (3, [a.v, b.v, c.v])] {
+        p[at] = ((fb - fa) * cy - (fc - fa) * by) / area;
+        p[at + 1] = ((fc - fa) * bx - (fb - fa) * cx) / area;
+        p[at + 2] = fa - p[at] * a.x - p[at + 1] * a.y;
+    }
+    Some(p)
+}
+
+/// Step 3: the first `count` numbers of the motion, 6 or 8. What does not lower the cost is not taken.
+fn refine(samples: &[Sample], mut p: [f64; 8], count: usize, tau_sq: f64) -> [f64; 8] {
+    let mut best = cost(samples, &p, tau_sq, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let next = least_squares(samples, &p, count, tau_sq);
+        let found = next.map(|next| (next, cost(samples, &next, tau_sq, f64::INFINITY)));
+        match found {
+            Some((next, cost)) if cost < best && next[6].abs() + next[7].abs() <= MOST_PERSPECTIVE => {
+                (p, best) = (next, cost);
+            }
+            _ => break,
+        }
+    }
+    p
+}
+
+/// One round: the motion of least squares, samples weighted by how well `p` fits them.
+fn least_squares(samples: &[Sample], p: &[f64; 8], count: usize, tau_sq: f64) -> Option<[f64; 8]> {
+    let mut normal = [[0.0; 8]; 8];
+    let mut right = [0.0; 8];
+    for s in samples {
+        let weight = s.weight * (tau_sq / (residual_sq(s, p) + tau_sq)).powi(2);
+        let (to_x, to_y) = (s.x + s.u, s.y + s.v);
+        let rows = [
+            ([s.x, s.y, 1.0, 0.0, 0.0, 0.0, -s.x * to_x, -s.y * to_x], s.u),
+            ([0.0, 0.0, 0.0, s.x, s.y, 1.0, -s.x * to_y, -s.y * to_y], s.v),
+        ];
+        for (row, value) in rows {
+            for i in 0..count {
+                for j in 0..=i {
+                    normal[i][j] += weight * row[i] * row[j];
+                }
+                right[i] += weight * row[i] * value;
+            }
+        }
+    }
+    solve(normal, right, count)
+}
+
+/// Solves the symmetric system of the first `count` unknowns by Cholesky's method; only the lower triangle is read. A
+/// slight pull to 0 decides what the samples leave open.
+fn solve(mut a: [[f64; 8]; 8], mut x: [f64; 8], count: usize) -> Option<[f64; 8]> {
+    let trace: f64 = (0..count).map(|i| a[i][i]).sum();
+    for i in 0..count {
+        a[i][i] += 1e-9 * trace;
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
+            let rest = a[i][j] - sum;
+            if i > j {
+                a[i][j] = rest / a[j][j];
+            } else if rest > 0.0 {
+                a[i][i] = rest.sqrt();
+            } else {
+                return None;
+            }
+        }
+        let sum: f64 = (0..i).map(|k| a[i][k] * x[k]).sum();
+        x[i] = (x[i] - sum) / a[i][i];
+    }
+    for i in (0..count).rev() {
+        let sum: f64 = (i + 1..count).map(|k| a[k][i] * x[k]).sum();
+        x[i] = (x[i] - sum) / a[i][i];
+    }
+    x[count..].fill(0.0);
+    x.iter().all(|v| v.is_finite()).then_some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::Plane;
+
+    const SEARCH: Search = Search { perspective: false, tolerance: 0.5, rim_weight: 2.0 };
+
+    fn field(width: usize, height: usize, motion: impl Fn(f64, f64) -> (f64, f64)) -> FlowField {
+        let at = |x: usize, y: usize| motion(x as f64, y as f64);
+        FlowField {
+            u: Plane::from_fn(width, height, |x, y| at(x, y).0 as f32),
+            v: Plane::from_fn(width, height, |x, y| at(x, y).1 as f32),
+        }
+    }
+
+    /// The furthest that a found motion is from the true one, at the corners and the middle.
+    fn furthest(found: &DominantMotion, (width, height): (f64, f64), truth: impl Fn(f64, f64) -> (f64, f64)) -> f64 {
+        [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height), (width / 2.0, height / 2.0)]
+            .map(|(x, y)| {
+                let (a, b) = (found.at(x, y), truth(x, y));
+                (a.0 - b.0).abs().max((a.1 - b.1).abs())
+            })
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn an_object_of_two_fifths_of_the_frame_leaves_the_motion_as_it_is() {
+        let ground = |x: f64, y: f64| (0.02 * x - 0.01 * y + 1.5, 0.005 * x + 0.015 * y - 2.0);
+        let flow = field(160, 120, |x, y| {
+            let object = (x - 70.0).abs() < 50.0 && (y - 62.0).abs() < 38.0;
+            if object { (6.0, 3.0) } else { ground(x, y) }
+        });
+        let found = dominant_motion(&flow, &SEARCH, None);
+        assert!(furthest(&found, (160.0, 120.0), ground) < 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn a_homography_is_found_where_an_affine_motion_is_not_enough() {
+        let ground = |x: f64, y: f64| {
+            let scale = 1.0 / (1.0 + 2e-4 * x - 1e-4 * y);
+            ((1.01 * x + 2.0) * scale - x, (0.99 * y - 1.0) * scale - y)
+        };
+        let flow = field(160, 120, ground);
+        let error = |perspective| {
+            let found = dominant_motion(&flow, &Search { perspective, ..SEARCH }, None);
+            furthest(&found, (160.0, 120.0), ground)
+        };
+        assert!(error(true) < 0.02, "{}", error(true));
+        assert!(error(false) > 0.3, "{}", error(false));
+    }
+
+    #[test]
+    fn residuals_are_the_distances_from_the_motion() {
+        let flow = field(50, 40, |x, y| (0.1 * x, 0.02 * x * y));
+        let motion = dominant_motion(&flow, &Search { perspective: true, ..SEARCH }, None);
+        let mut row = [0.0; 10];
+        motion.residuals(&flow, 7, (2, 5), &mut row);
+        for (k, &r) in row.iter().enumerate() {
+            let x = 2.0 + 5.0 * k as f64;
+            let (u, v) = motion.at(x, 7.0);
+            let expected = ((0.1 * x - u).powi(2) + (0.14 * x - v).powi(2)).sqrt();
+            assert!((f64::from(r) - expected).abs() < 1e-4, "{k}: {r} not {expected}");
+        }
+    }
+
+    #[test]
+    fn still_and_constant_flow_of_any_size_is_its_own_motion() {
+        for (width, height) in [(1, 1), (1, 7), (9, 1), (2, 2), (64, 48)] {
+            for motion in [(0.0, 0.0), (5.0, -3.0)] {
+                for perspective in [false, true] {
+                    let flow = field(width, height, |_, _| motion);
+                    let found = dominant_motion(&flow, &Search { perspective, ..SEARCH }, None);
+                    let (u, v) = found.at(0.0, 0.0);
+                    let error = (u - motion.0).abs().max((v - motion.1).abs());
+                    assert!(error < 1e-3, "{width} x {height}, {motion:?}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_do_not_count() {
+        let flow = field(60, 40, |x, y| if x < 20.0 { (f64::NAN, y) } else { (2.0, f64::from(u8::from(x > 1e9))) });
+        let found = dominant_motion(&flow, &SEARCH, None);
+        let (u, v) = found.at(30.0, 20.0);
+        assert!((u - 2.0).abs() < 1e-6 && v.abs() < 1e-6, "{found:?}");
+        let nothing = dominant_motion(&field(9, 9, |_, _| (f64::NAN, 0.0)), &SEARCH, None);
+        assert_eq!(nothing.at(3.0, 3.0), (0.0, 0.0));
+    }
+}

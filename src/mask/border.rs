@@ -1,0 +1,480 @@
+//! Borders of a mask to the pixel: what superpixels could not part, colours and contrast decide.
+//!
+//! In: a mask and its frame. Out: a mask with the same labels, changed at most within a band around the borders between
+//! labels.
+//!
+//! 1. The depth of each pixel: its distance to the nearest pixel of another label. The band is what is no deeper than a
+//!    few pixels.
+//! 2. In a window around each tile of the band: the colours of each label, away from the border itself (`cut::colour`), and
+//!    how well they tell the labels apart there.
+//! 3. A Potts energy over the pixels of the band. A label costs `−ln p(label | colour)`, as far as colours tell labels
+//!    apart; leaving the present label costs more the deeper the pixel lies; to part neighbours costs `exp(−|difference
+//!    of colours|² / 2σ²)`, where σ² is the mean square of the band. Pixels beyond the band keep their label.
+//! 4. The labelling of least energy by alpha-expansion; with two labels, one cut.
+//!
+//! After Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009) in that colours are local and are believed as
+//! far as they separate, and Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004) in the energy. Not in the paper.
+
+use crate::cut::{Colour, Expansion, Histogram, Potts, UNSEEN, rounded};
+use crate::image::{Frame, Plane};
+
+crate::params! {
+    /// Borders to the pixel.
+    pub struct RefineParams {
+        /// Furthest that a border may move to either side, in pixels of the processed frames; 0 leaves masks as they
+        /// are. Higher is slower.
+        pub band: u32 = 8, in 0..=64;
+        /// Weight of local colours.
+        pub colour_weight: f32 = 2.0, in 0.0..=1000.0;
+        /// Cost of moving the border by the whole band; it grows with the square of the distance.
+        pub keep_weight: f32 = 2.0, in 0.0..=1000.0;
+        /// Cost of a border between two pixels of the same colour.
+        pub smoothness: f32 = 2.0, in 0.0..=1000.0;
+    }
+}
+
+/// Side of a tile: pixels that share their colour models.
+const TILE: usize = 24;
+/// How far colours are gathered beyond a tile.
+const MARGIN: usize = 12;
+/// Of the pixels around, one of this many is looked at, in each direction.
+const STRIDE: usize = 2;
+/// Pixels nearer to a border than this may be on its wrong side, and are no samples.
+const LEAST_SAMPLE_DEPTH: u32 = 3;
+/// Of the samples, one of this many is asked how well colours tell the labels apart.
+const TEST_STRIDE: usize = 4;
+/// Fewer samples than this make no model.
+const LEAST_SAMPLES: f32 = 8.0;
+/// Cost of a label that is not there.
+const FORBIDDEN: f32 = 1000.0;
+
+/// The mask with its borders where colours part. `mask` has the size of `frame`; otherwise it stays as it is.
+///
+/// # Examples
+/// A mask that is three pixels off takes the border of the picture.
+///
+/// ```
+/// use tracecut::image::{Frame, Plane};
+/// use tracecut::mask::{RefineParams, refine};
+///
+/// let (w, h) = (64, 48);
+/// let rgb = (0..w * h).flat_map(|p| if p % w < 32 { [60, 90, 50] } else { [150, 120, 100] }).collect();
+/// let frame = Frame::from_rgb(rgb, w, h)?;
+/// let mask = Plane::from_fn(w, h, |x, _| u8::from(x >= 35));
+/// let refined = refine(&mask, &frame, &RefineParams::default());
+/// assert_eq!(refined, Plane::from_fn(w, h, |x, _| u8::from(x >= 32)));
+/// # Ok::<(), tracecut::Error>(())
+/// ```
+#[must_use]
+pub fn refine(mask: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Plane<u8> {
+    // Nothing was parted in a mask of one label.
+    refine_since(mask, &Plane::filled(mask.width(), mask.height(), 0), frame, params)
+}
+
+/// The same only along borders that were none in the mask `before`, of equal size: what had one label before shares out
+/// the labels that it has now.
+pub(crate) fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Plane<u8> {
+    let size = (mask.width(), mask.height());
+    if params.band == 0 || size != (frame.width(), frame.height()) || size != (before.width(), before.height()) {
+        return mask.clone();
+    }
+    let depth = depths(mask, before, params.band.max(LEAST_SAMPLE_DEPTH));
+    let band = Band::new(mask, &depth, params.band);
+    if band.pixels.is_empty() {
+        return mask.clone();
+    }
+    let mut problem = band.problem(mask, frame, &depth, params);
+    band.add_contrast(&mut problem, mask, frame, params.smoothness);
+    // The expansion begins with the mask as it is, so that a draw changes nothing.
+    let own = band.pixels.iter().map(|&p| band.place[usize::from(mask.data()[p as usize])]).collect();
+    let label = Expansion::new(problem, own).finish();
+    // Labels are shared out only among pixels that had one label before: elsewhere the border was there already, and
+    // the user may have drawn it.
+    let mut shared = vec![false; 1 << 16];
+    let pair = |p: usize, label: u8| usize::from(before.data()[p]) << 8 | usize::from(label);
+    mask.data().iter().enumerate().for_each(|(p, &l)| shared[pair(p, l)] = true);
+    let mut refined = mask.clone();
+    for (&p, &l) in band.pixels.iter().zip(&label) {
+        let (p, label) = (p as usize, band.labels[l as usize]);
+        if shared[pair(p, label)] {
+            refined.data_mut()[p] = label;
+        }
+    }
+    refined
+}
+
+/// Step 1: the chessboard distance of each pixel to the nearest one of another label that had the same label before;
+/// `limit + 1` for all that are further away.
+fn depths(mask: &Plane<u8>, before: &Plane<u8>, limit: u32) -> Plane<u32> {
+    let (w, h) = (mask.width(), mask.height());
+    let far = limit + 1;
+    let mut depth = Plane::filled(w, h, far);
+    for y in 0..h {
+        let rows = [y.saturating_sub(1), y, (y + 1).min(h - 1)].map(|y| (mask.row(y), before.row(y)));
+        let out = depth.row_mut(y);
+        for x in 0..w {
+            let near = [x.saturating_sub(1), x, (x + 1).min(w - 1)];
+            let (own, had) = (rows[1].0[x], rows[1].1[x]);
+            // The first question alone is enough nearly everywhere, and reads only one of the masks.
+            if rows.iter().any(|(row, _)| near.iter().any(|&k| row[k] != own))
+                && rows.iter().any(|(row, before)| near.iter().any(|&k| row[k] != own && before[k] == had))
+            {
+                out[x] = 1;
+            }
+        }
+    }
+    // Two sweeps carry distances everywhere. They may pass through other labels, whose pixels there are as near to the
+    // border.
+    for y in 0..h {
+        for x in 0..w {
+            let mut least = depth[(x, y)];
+            if x > 0 {
+                least = least.min(depth[(x - 1, y)] + 1);
+            }
+            if y > 0 {
+                for k in x.saturating_sub(1)..(x + 2).min(w) {
+                    least = least.min(depth[(k, y - 1)] + 1);
+                }
+            }
+            depth[(x, y)] = least;
+        }
+    }
+    for y in (0..h).rev() {
+        for x in (0..w).rev() {
+            let mut least = depth[(x, y)];
+            if x + 1 < w {
+                least = least.min(depth[(x + 1, y)] + 1);
+            }
+            if y + 1 < h {
+                for k in x.saturating_sub(1)..(x + 2).min(w) {
+                    least = least.min(depth[(k, y + 1)] + 1);
+                }
+            }
+            depth[(x, y)] = least;
+        }
+    }
+    depth
+}
+
+/// No node: a pixel beyond the band.
+const BEYOND: u32 = u32::MAX;
+
+/// The pixels that may change, and the labels among them.
+struct Band {
+    width: usize,
+    height: usize,
+    /// Pixel of each node, row by row.
+    pixels: Vec<u32>,
+    /// Node of each pixel.
+    node: Vec<u32>,
+    /// The labels in the band.
+    labels: Vec<u8>,
+    /// Place of each label in `labels`.
+    place: [u32; 256],
+}
+
+impl Band {
+    fn new(mask: &Plane<u8>, depth: &Plane<u32>, band: u32) -> Self {
+        let mut pixels = Vec::new();
+        let mut node = vec![BEYOND; depth.data().len()];
+        let mut seen = [false; 256];
+        for (p, _) in depth.data().iter().enumerate().filter(|&(_, &d)| d <= band) {
+            node[p] = pixels.len() as u32;
+            pixels.push(p as u32);
+            seen[usize::from(mask.data()[p])] = true;
+        }
+        let labels: Vec<u8> = (0..=255).filter(|&l| seen[usize::from(l)]).collect();
+        let mut place = [0; 256];
+        for (k, &l) in (0..).zip(&labels) {
+            place[usize::from(l)] = k;
+        }
+        Self { width: mask.width(), height: mask.height(), pixels, node, labels, place }
+    }
+
+    /// Steps 2 and 3, but for the edges.
+    fn problem(&self, mask: &Plane<u8>, frame: &Frame, depth: &Plane<u32>, params: &RefineParams) -> Potts {
+        let num_labels = self.labels.len();
+        let mut unary = vec![0; self.pixels.len() * num_labels];
+        let mut models = Models::new(num_labels);
+        for top in (0..self.height).step_by(TILE) {
+            for left in (0..self.width).step_by(TILE) {
+                let rows = top..(top + TILE).min(self.height);
+                let columns = left..(left + TILE).min(self.width);
+                let inside = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * self.width + x));
+                // Most tiles lie off the band: gathering colours there would cost more than all the rest.
+                if inside().all(|p| self.node[p] == BEYOND) {
+                    continue;
+                }
+                models.gather(self, mask, frame, depth, (left, top));
+                for p in inside().filter(|&p| self.node[p] != BEYOND) {
+                    let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
+                    let own = self.place[usize::from(mask.data()[p])] as usize;
+                    let depth = depth.data()[p] as f32 / params.band as f32;
+                    models.costs(Colour::of(&frame.rgb()[3 * p..]), own, params.colour_weight, costs);
+                    let keep = rounded(params.keep_weight * depth * depth);
+                    for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != own).map(|(_, cost)| cost) {
+                        *cost += keep;
+                    }
+                }
+            }
+        }
+        Potts { num_nodes: self.pixels.len(), num_labels, unary, ..Potts::default() }
+    }
+
+    /// Step 3: edges to four of the eight neighbours, the other four have them in turn.
+    fn add_contrast(&self, problem: &mut Potts, mask: &Plane<u8>, frame: &Frame, smoothness: f32) {
+        let mut pairs: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(4 * self.pixels.len());
+        let mut total = 0_u64;
+        for y in 0..self.height {
+            for x in 0..self.width {
+                let p = y * self.width + x;
+                let (right, down, left) = (x + 1 < self.width, y + 1 < self.height, x > 0);
+                let below = p + self.width;
+                let others =
+                    [(right, p + 1), (down, below), (down && left, below.wrapping_sub(1)), (down && right, below + 1)];
+                for (k, (_, q)) in others.into_iter().enumerate().filter(|(_, (there, _))| *there) {
+                    // Also pairs with one end beyond the band: they hold its rim to the labels outside.
+                    if self.node[p] != BEYOND || self.node[q] != BEYOND {
+                        let difference = difference_sq(frame.rgb(), p, q);
+                        total += u64::from(difference);
+                        pairs.push((p as u32, q as u32, difference, k >= 2));
+                    }
+                }
+            }
+        }
+        // A perfectly flat band has no contrast to go by.
+        let mean = (total as f32 / pairs.len().max(1) as f32).max(1.0);
+        for (p, q, difference, diagonal) in pairs {
+            let length = if diagonal { std::f32::consts::FRAC_1_SQRT_2 } else { 1.0 };
+            let weight = rounded(smoothness * length * libm::expf(-(difference as f32) / (2.0 * mean)));
+            match (self.node[p as usize], self.node[q as usize]) {
+                (BEYOND, node) => self.bind(problem, node, mask.data()[p as usize], weight),
+                (node, BEYOND) => self.bind(problem, node, mask.data()[q as usize], weight),
+                ends => {
+                    problem.edges.push(ends);
+                    problem.weights.push(weight);
+                }
+            }
+        }
+    }
+
+    /// An edge to a pixel whose label is fixed: all other labels cost its weight.
+    fn bind(&self, problem: &mut Potts, node: u32, label: u8, weight: i32) {
+        let num_labels = self.labels.len();
+        let costs = &mut problem.unary[node as usize * num_labels..][..num_labels];
+        for (cost, _) in costs.iter_mut().zip(&self.labels).filter(|(_, l)| **l != label) {
+            *cost += weight;
+        }
+    }
+}
+
+fn difference_sq(rgb: &[u8], p: usize, q: usize) -> u32 {
+    (0..3).map(|c| u32::from(rgb[3 * p + c].abs_diff(rgb[3 * q + c])).pow(2)).sum()
+}
+
+/// Step 2: the colours of each label around a tile.
+struct Models {
+    histograms: Vec<Histogram>,
+    samples: Vec<(u32, Colour)>,
+    /// How well colours tell the labels apart, 0 to 1.
+    confidence: f32,
+}
+
+impl Models {
+    fn new(num_labels: usize) -> Self {
+        Self { histograms: vec![Histogram::new(); num_labels], samples: Vec::new(), confidence: 0.0 }
+    }
+
+    /// Gathers the samples around the tile at `(left, top)`.
+    fn gather(
+        &mut self,
+        band: &Band,
+        mask: &Plane<u8>,
+        frame: &Frame,
+        depth: &Plane<u32>,
+        (left, top): (usize, usize),
+    ) {
+        self.samples.clear();
+        self.histograms.iter_mut().for_each(Histogram::clear);
+        for y in (top.saturating_sub(MARGIN)..(top + TILE + MARGIN).min(band.height)).step_by(STRIDE) {
+            for x in (left.saturating_sub(MARGIN)..(left + TILE + MARGIN).min(band.width)).step_by(STRIDE) {
+                let p = y * band.width + x;
+                let label = mask.data()[p];
+                if depth.data()[p] >= LEAST_SAMPLE_DEPTH && band.labels.contains(&label) {
+                    let place = band.place[usize::from(label)];
+                    let colour = Colour::of(&frame.rgb()[3 * p..]);
+                    self.histograms[place as usize].add(colour, 1.0);
+                    self.samples.push((place, colour));
+                }
+            }
+        }
+        self.confidence = self.separation();
+    }
+
+    /// What is left of the probability of a sample's own label, on average, if chance is taken out: 0 if colours tell
+    /// nothing, 1 if they tell everything. Each label counts the same.
+    fn separation(&self) -> f32 {
+        let mut right = vec![(0.0, 0_u32); self.histograms.len()];
+        for &(label, colour) in self.samples.iter().step_by(TEST_STRIDE) {
+            // A sample is no witness for itself.
+            let own = self.histograms[label as usize].share_of_others(colour) + UNSEEN;
+            let others = self.sum(colour) - self.share(label as usize, colour);
+            let (sum, count) = &mut right[label as usize];
+            *sum += own / (own + others);
+            *count += 1;
+        }
+        let known = |l: &usize| self.histograms[*l].total() >= LEAST_SAMPLES && right[*l].1 > 0;
+        let known: Vec<usize> = (0..right.len()).filter(known).collect();
+        if known.len() < 2 {
+            return 0.0;
+        }
+        let mean = known.iter().map(|&l| right[l].0 / right[l].1 as f32).sum::<f32>() / known.len() as f32;
+        let chance = 1.0 / known.len() as f32;
+        ((mean - chance) / (1.0 - chance)).clamp(0.0, 1.0)
+    }
+
+    fn share(&self, label: usize, colour: Colour) -> f32 {
+        let histogram = &self.histograms[label];
+        if histogram.total() >= LEAST_SAMPLES { histogram.share(colour) + UNSEEN } else { 0.0 }
+    }
+
+    fn sum(&self, colour: Colour) -> f32 {
+        (0..self.histograms.len()).map(|l| self.share(l, colour)).sum()
+    }
+
+    /// The cost of each label at a pixel of this colour and of label `own`. Without a model of both, a label is out of
+    /// the question.
+    fn costs(&self, colour: Colour, own: usize, weight: f32, costs: &mut [i32]) {
+        let known = |l: usize| self.histograms[l].total() >= LEAST_SAMPLES;
+        let sum = self.sum(colour);
+        for (l, cost) in costs.iter_mut().enumerate() {
+            *cost = rounded(match known(l) && known(own) {
+                true => -weight * self.confidence * libm::logf(self.share(l, colour) / sum),
+                false if l == own => 0.0,
+                false => FORBIDDEN,
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    const W: usize = 64;
+    const H: usize = 48;
+
+    /// A frame whose pixels are of the colour of their label, with noise.
+    fn painted(truth: &Plane<u8>, colours: &[[i32; 3]], noise: usize) -> Frame {
+        let mut rng = Rng::for_stage(3, "refine");
+        let mut rgb = Vec::new();
+        for &l in truth.data() {
+            for c in colours[usize::from(l)] {
+                rgb.push((c + rng.below(2 * noise + 1) as i32 - noise as i32).clamp(0, 255) as u8);
+            }
+        }
+        Frame::from_rgb(rgb, truth.width(), truth.height()).unwrap()
+    }
+
+    fn wrong(mask: &Plane<u8>, truth: &Plane<u8>) -> usize {
+        mask.data().iter().zip(truth.data()).filter(|(a, b)| a != b).count()
+    }
+
+    const COLOURS: [[i32; 3]; 3] = [[60, 90, 50], [150, 120, 100], [60, 60, 140]];
+
+    #[test]
+    fn a_border_a_few_pixels_off_moves_to_the_contour() {
+        let truth = Plane::from_fn(W, H, |x, y| u8::from((x as i32 - 32).pow(2) + (y as i32 - 24).pow(2) < 225));
+        let mask = Plane::from_fn(W, H, |x, y| u8::from((18..44).contains(&x) && (13..41).contains(&y)));
+        let frame = painted(&truth, &COLOURS, 12);
+        let refined = refine(&mask, &frame, &RefineParams::default());
+        assert!(wrong(&mask, &truth) > 150, "{}", wrong(&mask, &truth));
+        assert!(wrong(&refined, &truth) < 15, "{} wrong", wrong(&refined, &truth));
+    }
+
+    #[test]
+    fn three_labels_meet_where_their_colours_do() {
+        let part = |x: usize, y: usize, cx: usize, cy: usize| if y < cy { 0 } else { 1 + u8::from(x > cx) };
+        let truth = Plane::from_fn(W, H, |x, y| part(x, y, 30, 20));
+        let mask = Plane::from_fn(W, H, |x, y| part(x, y, 33, 17));
+        let refined = refine(&mask, &painted(&truth, &COLOURS, 12), &RefineParams::default());
+        assert!(wrong(&refined, &truth) * 10 < wrong(&mask, &truth), "{} wrong", wrong(&refined, &truth));
+    }
+
+    #[test]
+    fn pixels_beyond_the_band_keep_their_label_and_no_label_is_new() {
+        let mut rng = Rng::for_stage(4, "refine");
+        let blocks: Vec<u8> = (0..12).map(|_| [0, 1, 2, 7][rng.below(4)]).collect();
+        let mask = Plane::from_fn(W, H, |x, y| blocks[x / 16 + 4 * (y / 16)]);
+        let noise = Plane::filled(W, H, 0);
+        let frame = painted(&noise, &[[128; 3]], 127);
+        let params = RefineParams { band: 3, keep_weight: 0.0, ..RefineParams::default() };
+        let refined = refine(&mask, &frame, &params);
+        let depth = depths(&mask, &Plane::filled(W, H, 0), 3);
+        let mut changed = 0;
+        for (p, (new, old)) in refined.data().iter().zip(mask.data()).enumerate() {
+            assert!(blocks.contains(new));
+            assert!(new == old || depth.data()[p] <= 3);
+            changed += usize::from(new != old);
+        }
+        assert!(changed > 0);
+        assert_eq!(refine(&mask, &frame, &RefineParams { band: 0, ..params }), mask);
+    }
+
+    #[test]
+    fn where_colours_tell_nothing_a_straight_border_hardly_moves() {
+        let mask = Plane::from_fn(W, H, |x, _| u8::from(x >= 30));
+        for (noise, limit) in [(0, 0), (20, 2 * H)] {
+            let frame = painted(&Plane::filled(W, H, 0), &[[128; 3]], noise);
+            let moved = wrong(&refine(&mask, &frame, &RefineParams::default()), &mask);
+            assert!(moved <= limit, "{moved} moved");
+        }
+    }
+
+    #[test]
+    fn depth_is_the_distance_to_the_nearest_pixel_of_another_label() {
+        let mut rng = Rng::for_stage(5, "refine");
+        let spots: Vec<(usize, usize)> = (0..4).map(|_| (rng.below(30), rng.below(20))).collect();
+        let mask = Plane::from_fn(30, 20, |x, y| u8::from(spots.contains(&(x, y))) + 2 * u8::from(x > 22));
+        let depth = depths(&mask, &Plane::filled(30, 20, 0), 6);
+        for y in 0..20_usize {
+            for x in 0..30_usize {
+                let others = (0..20_usize).flat_map(|v| (0..30_usize).map(move |u| (u, v)));
+                let least = others
+                    .filter(|&p| mask[p] != mask[(x, y)])
+                    .map(|(u, v)| u.abs_diff(x).max(v.abs_diff(y)) as u32)
+                    .min();
+                assert_eq!(depth[(x, y)], least.unwrap_or(7).min(7), "at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn borders_that_were_there_before_stay() {
+        let truth = Plane::from_fn(W, H, |x, y| if x < 20 { 0 } else { 1 + u8::from(y >= 24) });
+        let frame = painted(&truth, &[[40; 3], [140; 3], [240; 3]], 20);
+        // Both borders are three pixels off; that on the left is old.
+        let before = Plane::from_fn(W, H, |x, _| u8::from(x >= 23));
+        let mask = Plane::from_fn(W, H, |x, y| if x < 23 { 0 } else { 1 + u8::from(y >= 27) });
+        let refined = refine_since(&mask, &before, &frame, &RefineParams::default());
+        let expected = Plane::from_fn(W, H, |x, y| if x < 23 { 0 } else { 1 + u8::from(y >= 24) });
+        assert!(wrong(&refined, &expected) <= 20, "{} pixels", wrong(&refined, &expected));
+        assert_eq!(refine_since(&mask, &mask, &frame, &RefineParams::default()), mask);
+    }
+
+    #[test]
+    fn masks_of_one_label_tiny_ones_and_those_of_another_size_stay() {
+        for (w, h) in [(1, 1), (1, 9), (9, 1), (5, 4)] {
+            let mask = Plane::filled(w, h, 3);
+            let frame = Frame::from_rgb(vec![9; 3 * w * h], w, h).unwrap();
+            assert_eq!(refine(&mask, &frame, &RefineParams::default()), mask);
+        }
+        let frame = Frame::from_rgb(vec![9; 12], 2, 2).unwrap();
+        let other = Plane::from_fn(5, 4, |x, _| x as u8);
+        assert_eq!(refine(&other, &frame, &RefineParams::default()), other);
+        // Too narrow for any model of colours: nothing is known, nothing changes.
+        let narrow = Plane::from_fn(2, 2, |x, _| x as u8);
+        assert_eq!(refine(&narrow, &frame, &RefineParams::default()), narrow);
+    }
+}

@@ -1,0 +1,14 @@
+//! Masks: which labels they bear, where their borders run, how they are stored.
+//!
+//! The cut gives every superpixel a cluster. What a mask shows is decided here: which clusters are objects
+//! ([`find_objects`]), and where, between superpixels, a border really runs ([`refine`]).
+
+mod border;
+mod objects;
+mod runs;
+
+pub(crate) use border::refine_since;
+pub use border::{RefineParams, refine};
+pub(crate) use objects::number_objects;
+pub use objects::{Objects, find_objects};
+pub(crate) use runs::Runs;

@@ -1,0 +1,145 @@
+//! The clip that a session runs on: frames at working size, their flow, and what goes along from window to window.
+
+use super::geometry::Scale;
+use super::params::{Params, ScaledParams};
+use super::trackers::Trackers;
+use crate::Error;
+use crate::flow::CompactFlow;
+use crate::image::Frame;
+use crate::window::{Identities, Thumbnail, unmatched_share};
+
+/// What a run works on.
+#[derive(Debug)]
+pub(super) struct Clip {
+    pub(super) params: ScaledParams,
+    pub(super) scale: Scale,
+    /// The frames at working size; none where trajectories come from outside.
+    pub(super) frames: Vec<Frame>,
+    /// The flow of each pair of them, as far as it is known.
+    pub(super) flows: Vec<CompactFlow>,
+    /// Where the clip is taken window by window.
+    pub(super) windows: Option<Box<Windows>>,
+}
+
+/// What a clip that is taken window by window carries along.
+#[derive(Debug, Default)]
+pub(super) struct Windows {
+    /// The last frame pushed, to compare the next one with.
+    last: Option<Thumbnail>,
+    /// A frame of the next shot, at working size.
+    held: Option<Frame>,
+    /// The trackers after the present window.
+    trackers: Option<Trackers>,
+    /// How many frames were in the window before too.
+    pub(super) overlap: usize,
+    /// The number of the first trajectory that starts in this shot.
+    first_number: u32,
+    pub(super) identities: Identities,
+}
+
+impl Clip {
+    /// No frames yet. `spacing` is the distance of neighbouring trajectories in working pixels.
+    pub(super) fn new(scale: Scale, spacing: f32, params: &Params) -> Self {
+        Self { params: params.at_spacing(spacing), scale, frames: Vec::new(), flows: Vec::new(), windows: None }
+    }
+
+    /// The frame at working size, if it can be added.
+    fn accepted(&self, frame: &Frame) -> Result<Frame, Error> {
+        let (actual, Scale { input, working }) = ((frame.width(), frame.height()), self.scale);
+        if input != actual {
+            return Err(Error::FrameSizeChanged { index: self.frames.len(), expected: input, actual });
+        }
+        Ok(frame.resized(working.0, working.1))
+    }
+
+    pub(super) fn push(&mut self, frame: &Frame) -> Result<(), Error> {
+        let frame = self.accepted(frame)?;
+        self.frames.push(frame);
+        Ok(())
+    }
+
+    /// The same, unless the frame begins a new shot: then it is held back. Returns whether it was.
+    pub(super) fn push_in_shot(&mut self, frame: &Frame) -> Result<bool, Error> {
+        let frame = self.accepted(frame)?;
+        let thumbnail = Thumbnail::new(&frame);
+        let bound = self.params.shot.unmatched;
+        let windows = self.windows.get_or_insert_default();
+        let is_cut = windows.last.as_ref().is_some_and(|last| bound < 1.0 && unmatched_share(last, &thumbnail) > bound);
+        windows.last = Some(thumbnail);
+        if is_cut {
+            windows.held = Some(frame);
+        } else {
+            self.frames.push(frame);
+        }
+        Ok(is_cut)
+    }
+
+    pub(super) fn holds_frame(&self) -> bool {
+        self.windows.as_ref().is_some_and(|w| w.held.is_some())
+    }
+
+    /// Whether these are all frames of a window that was seen to its end already: the frame after it begins a new shot.
+    pub(super) fn is_seen(&self) -> bool {
+        self.windows.as_ref().is_some_and(|w| w.held.is_some() && w.overlap > 0 && w.overlap == self.frames.len())
+    }
+
+    /// A shot of a single frame has no motion, and so no trajectories.
+    pub(super) fn is_lone_frame(&self) -> bool {
+        self.windows.is_some() && self.frames.len() == 1 && self.flows.is_empty()
+    }
+
+    /// Checks that there are enough frames for a run.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let needed = (self.windows.as_ref().map_or(0, |w| w.overlap) + 1).max(2);
+        match self.frames.len() {
+            got if got < needed && !self.is_lone_frame() => Err(Error::TooFewFrames { got, needed }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Trackers for the present window, and how many frames they have seen.
+    pub(super) fn trackers(&mut self) -> (Trackers, usize) {
+        let fresh = |first| (Trackers::new(first, self.scale.working, &self.params), 0);
+        match &mut self.windows {
+            None => fresh(0),
+            Some(windows) => match windows.trackers.take() {
+                Some(trackers) => (trackers, windows.overlap),
+                None => fresh(windows.first_number),
+            },
+        }
+    }
+
+    /// Keeps the trackers for the next window, if there can be one.
+    pub(super) fn keep(&mut self, trackers: Trackers) {
+        if let Some(windows) = &mut self.windows {
+            windows.trackers = Some(trackers);
+        }
+    }
+
+    /// Drops all frames but the last `overlap`, or, if a frame of a new shot is held back, all of them.
+    pub(super) fn advance(&mut self, overlap: usize) {
+        let dropped = self.dropped_by(overlap);
+        let Some(windows) = &mut self.windows else { return };
+        if let Some(first) = windows.held.take() {
+            windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.next_number());
+            windows.overlap = 0;
+            self.frames = vec![first];
+            self.flows = Vec::new();
+        } else {
+            windows.overlap = overlap;
+            windows.trackers.iter_mut().for_each(|trackers| trackers.advance(dropped));
+            self.frames = self.frames.split_off(dropped);
+            self.flows = self.flows.split_off(dropped);
+        }
+    }
+
+    /// How many frames [`Clip::advance`] drops.
+    pub(super) fn dropped_by(&self, overlap: usize) -> usize {
+        if self.holds_frame() { self.frames.len() } else { self.frames.len() - overlap }
+    }
+
+    /// The flow from frame `t` to the next; for the last frame, that which leads to it.
+    pub(super) fn flow_at(&self, t: usize) -> Option<&CompactFlow> {
+        self.flows.get(t).or(self.flows.last())
+    }
+}

@@ -1,0 +1,230 @@
+//! What the stages find, phase by phase: each type holds what is certainly there once its phase is over.
+
+use crate::background::Background;
+use crate::connectedness::{Components, Separation};
+use crate::correction::Held;
+use crate::cut::CutLabels;
+use crate::discontinuity::Discontinuities;
+use crate::discretize::Clusters;
+use crate::embedding::Embedding;
+use crate::image::Plane;
+use crate::mask::{Objects, Runs};
+use crate::saliency::{Saliency, SaliencyMaps};
+use crate::sparse::SymCsr;
+use crate::superpixel::Superpixels;
+use crate::trajectory::Trajectories;
+
+/// What can be read of a session: the outputs so far, none where they are yet to come.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Found<'a> {
+    pub(super) tracked: Option<&'a Tracked>,
+    pub(super) affinities: Option<&'a SymCsr>,
+    pub(super) embedding: Option<&'a Embedding>,
+    pub(super) discontinuities: Option<&'a Discontinuities>,
+    pub(super) salient: Option<&'a Salient>,
+    pub(super) components: Option<&'a Components>,
+    pub(super) clusters: Option<&'a Clusters>,
+    pub(super) superpixels: &'a [Superpixels],
+    pub(super) cut: Option<&'a Cut>,
+    pub(super) masks: &'a [Plane<u8>],
+    pub(super) num_corrections: usize,
+}
+
+/// The trajectories of the clip.
+#[derive(Debug)]
+pub(super) struct Tracked {
+    /// In working pixels.
+    pub(super) tracks: Trajectories,
+    /// The same in input pixels.
+    pub(super) input: Trajectories,
+    /// The clip-wide number of each.
+    pub(super) numbers: Vec<u32>,
+    /// The same in working pixels with what is remembered from before the window; `None` where nothing is.
+    pub(super) with_past: Option<Trajectories>,
+    /// Denser and shorter ones that masks are made from, in working pixels; `None` without masks.
+    pub(super) denser: Option<Trajectories>,
+}
+
+impl Tracked {
+    /// The whole life of the trajectories, as far as it is remembered.
+    pub(super) fn lived(&self) -> &Trajectories {
+        self.with_past.as_ref().unwrap_or(&self.tracks)
+    }
+
+    pub(super) fn found(&self) -> Found<'_> {
+        Found { tracked: Some(self), ..Found::default() }
+    }
+}
+
+/// Trajectories with their affinities.
+#[derive(Debug)]
+pub(super) struct Linked {
+    pub(super) tracked: Tracked,
+    pub(super) affinities: SymCsr,
+}
+
+impl Linked {
+    pub(super) fn found(&self) -> Found<'_> {
+        Found { affinities: Some(&self.affinities), ..self.tracked.found() }
+    }
+}
+
+/// These with their embedding.
+#[derive(Debug)]
+pub(super) struct Placed {
+    pub(super) linked: Linked,
+    pub(super) embedding: Embedding,
+}
+
+impl Placed {
+    pub(super) fn found(&self) -> Found<'_> {
+        Found { embedding: Some(&self.embedding), ..self.linked.found() }
+    }
+}
+
+/// What motion says of the trajectories; once the foreground keeps some apart, without what it keeps apart.
+#[derive(Debug)]
+pub(super) struct Embedded {
+    pub(super) tracked: Tracked,
+    pub(super) affinities: SymCsr,
+    pub(super) embedding: Embedding,
+    pub(super) discontinuities: Discontinuities,
+}
+
+impl Embedded {
+    pub(super) fn found(&self) -> Found<'_> {
+        Found {
+            affinities: Some(&self.affinities),
+            embedding: Some(&self.embedding),
+            discontinuities: Some(&self.discontinuities),
+            ..self.tracked.found()
+        }
+    }
+}
+
+/// What stands out.
+#[derive(Debug)]
+pub(super) struct Salient {
+    pub(super) maps: SaliencyMaps,
+    /// The greatest saliency of each of the denser trajectories.
+    pub(super) of_denser: Vec<f32>,
+    pub(super) saliency: Saliency,
+}
+
+/// What stands out, and in which pieces.
+#[derive(Debug)]
+pub(super) struct Foreground {
+    pub(super) salient: Salient,
+    pub(super) components: Components,
+    /// Who is kept apart by them; `None` where connectedness is off.
+    pub(super) separation: Option<Separation>,
+}
+
+impl Foreground {
+    /// What is found with this on top of what `motion` has.
+    pub(super) fn found<'a>(&'a self, motion: Found<'a>) -> Found<'a> {
+        Found { salient: Some(&self.salient), components: Some(&self.components), ..motion }
+    }
+}
+
+/// Trajectories with their labels.
+#[derive(Debug)]
+pub(super) struct Clustered {
+    pub(super) embedded: Embedded,
+    /// `None` without flow.
+    pub(super) foreground: Option<Foreground>,
+    pub(super) clusters: Clusters,
+}
+
+impl Clustered {
+    pub(super) fn found(&self) -> Found<'_> {
+        let motion = self.embedded.found();
+        let found = self.foreground.as_ref().map_or(motion, |foreground| foreground.found(motion));
+        Found { clusters: Some(&self.clusters), ..found }
+    }
+
+    /// The greatest saliency of each of the denser trajectories; empty where it is not known.
+    pub(super) fn salience(&self) -> &[f32] {
+        self.foreground.as_ref().map_or(&[], |foreground| &foreground.salient.of_denser)
+    }
+}
+
+/// What a cut is made from, at working size: labelled trajectories, and the superpixels of all frames.
+#[derive(Debug)]
+pub(super) struct Parts {
+    pub(super) clustered: Clustered,
+    pub(super) superpixels: Vec<Superpixels>,
+    /// `None` unless the camera stands still.
+    pub(super) background: Option<Background>,
+    pub(super) corrections: Corrections,
+}
+
+impl Parts {
+    pub(super) fn found(&self) -> Found<'_> {
+        Found {
+            superpixels: &self.superpixels,
+            num_corrections: self.corrections.before.len(),
+            ..self.clustered.found()
+        }
+    }
+}
+
+/// A cluster for each superpixel, and which clusters are which objects.
+#[derive(Debug, Clone)]
+pub(super) struct Cut {
+    pub(super) labels: CutLabels,
+    pub(super) objects: Objects,
+}
+
+/// All that is found of a clip with masks.
+#[derive(Debug)]
+pub(super) struct Segmented {
+    pub(super) parts: Parts,
+    pub(super) cut: Cut,
+    pub(super) masks: Vec<Plane<u8>>,
+}
+
+impl Segmented {
+    pub(super) fn found(&self) -> Found<'_> {
+        Found { cut: Some(&self.cut), masks: &self.masks, ..self.parts.found() }
+    }
+}
+
+/// The corrections in force.
+#[derive(Debug, Default)]
+pub(super) struct Corrections {
+    /// What was before each of them, the first correction first.
+    pub(super) before: Vec<Snapshot>,
+    /// What strokes hold.
+    pub(super) held: Vec<Held>,
+}
+
+/// What was before a correction, masks in little memory.
+#[derive(Debug)]
+pub(super) struct Snapshot {
+    clusters: Clusters,
+    cut: Cut,
+    masks: Vec<Runs>,
+    held: Vec<Held>,
+}
+
+impl Segmented {
+    /// What is found now, to be restored later.
+    pub(super) fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            clusters: self.parts.clustered.clusters.clone(),
+            cut: self.cut.clone(),
+            masks: self.masks.iter().map(Runs::of).collect(),
+            held: self.parts.corrections.held.clone(),
+        }
+    }
+}
+
+impl Snapshot {
+    /// All as it was.
+    pub(super) fn restore(self, mut parts: Parts) -> Segmented {
+        parts.clustered.clusters = self.clusters;
+        parts.corrections.held = self.held;
+        Segmented { parts, cut: self.cut, masks: self.masks.iter().map(Runs::mask).collect() }
+    }
+}

@@ -1,0 +1,317 @@
+//! The parameters of all stages in one tree, set by name; and the same at a clip's spacing of trajectories.
+
+use crate::Error;
+use crate::affinity::AffinityParams;
+use crate::background::BackgroundParams;
+use crate::connectedness::ConnectednessParams;
+use crate::contour::ContourParams;
+use crate::cut::CutParams;
+use crate::discontinuity::DiscontinuityParams;
+use crate::discretize::DiscretizeParams;
+use crate::embedding::EmbeddingParams;
+use crate::flow::FlowParams;
+use crate::mask::RefineParams;
+use crate::params::{ParamField, ParamGroup, ParamTree, ParamValue};
+use crate::saliency::SaliencyParams;
+use crate::still::StillParams;
+use crate::superpixel::SuperpixelParams;
+use crate::trajectory::TrajectoryParams;
+use crate::window::ShotParams;
+use serde::Serialize;
+use std::ops::Deref;
+
+crate::params! {
+    /// Settings of the clip as a whole.
+    pub struct ClipParams {
+        /// Longest side at which frames are processed, in pixels; larger frames are reduced and every result is mapped
+        /// back to input pixels. Higher is slower and finds smaller objects.
+        pub max_side: u32 = 640, in 16..=4096;
+        /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
+        pub dense: bool = true, in 0..=1;
+        /// Seed of all pseudo-random choices.
+        pub seed: u32 = 0, in 0..=4294967295_u32;
+    }
+}
+
+/// Declares the tree: `/// meaning` `name: group,`. Names are sections from outside.
+macro_rules! tree {
+    ($(#[$meta:meta])* pub struct $tree:ident { $($(#[$doc:meta])* $name:ident: $group:ty,)* }) => {
+        $(#[$meta])*
+        pub struct $tree {
+            $($(#[$doc])* pub $name: $group,)*
+        }
+
+        impl ParamGroup for $tree {
+            fn visit(&mut self, _: &str, visit: &mut dyn FnMut(ParamField<'_>)) {
+                $(self.$name.visit(stringify!($name), visit);)*
+            }
+        }
+    };
+}
+
+tree! {
+    /// All parameters, one group a stage. Start from `Params::default()` and change fields, or set them by name.
+    #[derive(Debug, Clone, PartialEq, Default, Serialize)]
+    #[serde(rename_all = "camelCase")]
+    pub struct Params {
+        /// The clip as a whole.
+        clip: ClipParams,
+        /// Cuts between shots.
+        shot: ShotParams,
+        /// Dense optical flow.
+        flow: FlowParams,
+        /// Point trajectories.
+        trajectory: TrajectoryParams,
+        /// Motion affinities.
+        affinity: AffinityParams,
+        /// Spectral embedding.
+        embedding: EmbeddingParams,
+        /// Embedding discontinuities.
+        discontinuity: DiscontinuityParams,
+        /// Saliency and foreground.
+        saliency: SaliencyParams,
+        /// Object connectedness.
+        connectedness: ConnectednessParams,
+        /// Discontinuity-aware discretization.
+        discretize: DiscretizeParams,
+        /// Boundary probability and contours.
+        contour: ContourParams,
+        /// Gabriel superpixels.
+        superpixel: SuperpixelParams,
+        /// The Gabriel cut.
+        cut: CutParams,
+        /// The background of still cameras.
+        background: BackgroundParams,
+        /// Borders to the pixel.
+        refine: RefineParams,
+        /// Pixel embedding of single images.
+        still: StillParams,
+    }
+}
+
+/// The name under which a preset is chosen from outside.
+const PRESET: &str = "preset";
+
+impl Params {
+    /// Saliency and connectedness as the paper has them ([`SaliencyParams::paper`], [`ConnectednessParams::paper`]),
+    /// and the dense half: contours above a threshold that is not low, superpixels as the Gabriel graph leaves them,
+    /// the energy of [`CutParams::paper`], masks from the clustered trajectories alone, borders where the superpixels
+    /// have them, and no background of still cameras. Everything else is as by default.
+    pub fn paper() -> Self {
+        let mut params = Self {
+            saliency: SaliencyParams::paper(),
+            connectedness: ConnectednessParams::paper(),
+            cut: CutParams::paper(),
+            ..Self::default()
+        };
+        params.trajectory.mask_step = params.trajectory.grid_step;
+        params.trajectory.mask_min_length = params.trajectory.min_length;
+        (params.contour.low, params.contour.high) = (0.03, 0.08);
+        params.superpixel.join_below = 0.0;
+        params.refine.band = 0;
+        params.background.still = false;
+        params
+    }
+
+    /// Sets the parameter `name` (e.g. `flow.patchStride`). The name `preset` sets all parameters, to `default` or to
+    /// `paper` ([`Params::paper`]).
+    ///
+    /// # Errors
+    /// [`Error::Param`] when no parameter has this name (the message lists near ones) or the value is not legal.
+    pub fn set(&mut self, name: &str, value: &ParamValue) -> Result<(), Error> {
+        if name == PRESET {
+            return self.choose(value);
+        }
+        let mut outcome = None;
+        let mut names = Vec::new();
+        self.visit("", &mut |mut field| {
+            if field.name == name {
+                outcome = Some(field.set(value));
+            }
+            names.push(field.name);
+        });
+        outcome.unwrap_or_else(|| {
+            Err(Error::Param {
+                name: name.to_owned(),
+                value: value.to_string(),
+                expected: format!("a known parameter, such as {}", nearest(name, &names)),
+            })
+        })
+    }
+
+    fn choose(&mut self, preset: &ParamValue) -> Result<(), Error> {
+        *self = match preset {
+            ParamValue::Text(name) if name == "default" => Self::default(),
+            ParamValue::Text(name) if name == "paper" => Self::paper(),
+            other => {
+                let expected = "default or paper".to_owned();
+                return Err(Error::Param { name: PRESET.to_owned(), value: other.to_string(), expected });
+            }
+        };
+        Ok(())
+    }
+
+    /// Sets every parameter named in `tree`, e.g. from `{"flow": {"patchStride": 5}}`; a `preset` goes first, whatever
+    /// its place. On an error nothing is changed.
+    ///
+    /// # Errors
+    /// As [`Params::set`].
+    pub fn apply(&mut self, tree: &ParamTree) -> Result<(), Error> {
+        let mut changed = self.clone();
+        if let Some(preset) = tree.0.get(PRESET) {
+            changed.choose(preset)?;
+        }
+        for (name, value) in tree.flatten() {
+            if name != PRESET {
+                changed.set(&name, value)?;
+            }
+        }
+        *self = changed;
+        Ok(())
+    }
+
+    /// Checks every value against its range.
+    ///
+    /// # Errors
+    /// [`Error::Param`] for the first value that is out of range or not a number.
+    pub fn validate(&self) -> Result<(), Error> {
+        let mut first = Ok(());
+        self.clone().visit("", &mut |field| {
+            if first.is_ok() {
+                first = field.check();
+            }
+        });
+        first
+    }
+
+    /// The same for trajectories that are `spacing` pixels of the processed frames apart.
+    pub fn at_spacing(&self, spacing: f32) -> ScaledParams {
+        let mut params = self.clone();
+        let density = (REFERENCE_STEP / spacing).powi(2);
+        for count in [
+            &mut params.embedding.min_component,
+            &mut params.discretize.min_cluster,
+            &mut params.connectedness.min_component,
+        ] {
+            *count = (*count as f32 * density).round() as u32;
+        }
+        ScaledParams { params, spacing }
+    }
+}
+
+/// The grid step at which counts of trajectories are stated in the parameters, in pixels.
+pub(super) const REFERENCE_STEP: f32 = 8.0;
+
+/// The parameters of one run: counts of trajectories, which [`Params`] states at a grid step of 8 pixels, are those at
+/// the spacing that the clip's trajectories have. Made by [`Params::at_spacing`]; reads as [`Params`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScaledParams {
+    params: Params,
+    spacing: f32,
+}
+
+impl ScaledParams {
+    /// Distance of neighbouring trajectories, in pixels of the processed frames.
+    pub fn spacing(&self) -> f32 {
+        self.spacing
+    }
+}
+
+impl Deref for ScaledParams {
+    type Target = Params;
+
+    fn deref(&self) -> &Params {
+        &self.params
+    }
+}
+
+/// The few of `names` most like `name`, by common letter pairs.
+fn nearest(name: &str, names: &[String]) -> String {
+    let pairs = |s: &str| -> Vec<[char; 2]> {
+        let letters: Vec<char> = s.to_ascii_lowercase().chars().collect();
+        letters.windows(2).map(|w| [w[0], w[1]]).collect()
+    };
+    let wanted = pairs(name);
+    let mut scored: Vec<(usize, &String)> =
+        names.iter().map(|n| (pairs(n).iter().filter(|p| wanted.contains(p)).count(), n)).collect();
+    crate::order::sort_by_key(&mut scored, |&(common, _)| u64::MAX - common as u64);
+    scored.iter().take(3).map(|(_, n)| n.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_legal_and_every_parameter_is_documented() {
+        Params::default().validate().unwrap();
+        let mut count = 0;
+        Params::default().visit("", &mut |field| {
+            assert!(field.doc.len() > 10, "{} has no doc", field.name);
+            count += 1;
+        });
+        assert!(count > 20, "{count} parameters");
+    }
+
+    #[test]
+    fn names_values_and_ranges_are_checked() {
+        let mut params = Params::default();
+        params.set("clip.maxSide", &ParamValue::Number(320.0)).unwrap();
+        assert_eq!(params.clip.max_side, 320);
+        let misspelt = params.set("clip.maxSize", &ParamValue::Number(320.0)).unwrap_err().to_string();
+        assert!(misspelt.contains("clip.maxSide"), "{misspelt}");
+        let message = params.set("clip.maxSide", &ParamValue::Number(2.0)).unwrap_err().to_string();
+        assert_eq!(message, "clip.maxSide = 2 (expected a whole number, 16..=4096)");
+        assert!(params.set("clip.maxSide", &ParamValue::Number(320.5)).is_err());
+        assert!(params.set("clip.maxSide", &ParamValue::Text("big".into())).is_err());
+        assert_eq!(params.clip.max_side, 320);
+    }
+
+    #[test]
+    fn a_tree_with_one_bad_name_changes_nothing() {
+        let tree: ParamTree = serde_json::from_str(r#"{"clip": {"maxSide": 100, "oops": 1}}"#).unwrap();
+        let mut params = Params::default();
+        assert!(params.apply(&tree).is_err());
+        assert_eq!(params, Params::default());
+    }
+
+    #[test]
+    fn serialized_parameters_can_be_applied_again() {
+        let mut params = Params::default();
+        params.clip.max_side = 123;
+        let text = serde_json::to_string(&params).unwrap();
+        let mut again = Params::default();
+        again.apply(&serde_json::from_str(&text).unwrap()).unwrap();
+        assert_eq!(again, params);
+    }
+
+    #[test]
+    fn a_preset_comes_before_what_is_set_beside_it() {
+        let tree: ParamTree = serde_json::from_str(r#"{"cut": {"byLength": true}, "preset": "paper"}"#).unwrap();
+        let mut params = Params::default();
+        params.apply(&tree).unwrap();
+        assert!(params.cut.by_length && params.cut.ambiguous_share == 0.3 && params.refine.band == 0);
+        params.set("preset", &ParamValue::Text("default".into())).unwrap();
+        assert_eq!(params, Params::default());
+        let message = params.set("preset", &ParamValue::Number(1.0)).unwrap_err().to_string();
+        assert_eq!(message, "preset = 1 (expected default or paper)");
+    }
+
+    #[test]
+    fn not_a_number_is_out_of_every_range() {
+        let mut params = Params::default();
+        params.affinity.lambda = f32::NAN;
+        assert_eq!(params.validate().unwrap_err().code(), "param");
+    }
+
+    #[test]
+    fn counts_of_trajectories_follow_their_spacing() {
+        let params = Params::default();
+        assert_eq!(*params.at_spacing(8.0), params);
+        let dense = params.at_spacing(4.0);
+        assert_eq!(dense.discretize.min_cluster, 4 * params.discretize.min_cluster);
+        assert_eq!(dense.embedding.min_component, 4 * params.embedding.min_component);
+        assert_eq!(dense.connectedness.min_component, 4 * params.connectedness.min_component);
+        assert_eq!((dense.spacing(), &dense.cut), (4.0, &params.cut));
+    }
+}

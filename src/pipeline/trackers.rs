@@ -1,0 +1,61 @@
+//! The two trackers of a clip, side by side.
+
+use super::params::Params;
+use crate::flow::{FlowField, local_flow_variation};
+use crate::image::Plane;
+use crate::trajectory::Tracker;
+
+/// Frames before a window that trajectories remember.
+const REMEMBERED: usize = 100;
+
+/// Flow of one frame pair, both ways, with its variation: it depends on the two frames alone.
+#[derive(Debug)]
+pub(super) struct PairFlow {
+    pub(super) forward: FlowField,
+    backward: FlowField,
+    variation: Plane<f32>,
+}
+
+impl PairFlow {
+    pub(super) fn new(forward: FlowField, backward: FlowField) -> Self {
+        let variation = local_flow_variation(&forward);
+        Self { forward, backward, variation }
+    }
+}
+
+/// The trackers of a clip, both through the same frames.
+#[derive(Debug, Clone)]
+pub(super) struct Trackers {
+    pub(super) tracks: Tracker,
+    /// Follows the denser trajectories that the masks are made from.
+    pub(super) masks: Option<Tracker>,
+}
+
+impl Trackers {
+    /// For frames of `size` pixels; trajectories are numbered from `first` on.
+    pub(super) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
+        let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
+        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks }
+    }
+
+    fn each(&mut self) -> impl Iterator<Item = &mut Tracker> {
+        std::iter::once(&mut self.tracks).chain(&mut self.masks)
+    }
+
+    /// Starts tracks in the present frame, which has this structure.
+    pub(super) fn seed(&mut self, structure: &Plane<f32>) {
+        self.each().for_each(|tracker| tracker.seed(structure));
+    }
+
+    /// Goes on to the next frame.
+    pub(super) fn follow(&mut self, flow: &PairFlow) {
+        self.each().for_each(|tracker| tracker.follow(&flow.forward, &flow.backward, &flow.variation));
+    }
+
+    /// Goes on to a window that begins `dropped` frames later. The past is for the affinities; masks are made without
+    /// them.
+    pub(super) fn advance(&mut self, dropped: usize) {
+        self.tracks.advance(dropped, REMEMBERED);
+        self.masks.iter_mut().for_each(|tracker| tracker.advance(dropped, 0));
+    }
+}

@@ -1,0 +1,41 @@
+//! What a step of some work comes to.
+
+use super::stage::{Progress, Stage};
+
+/// The work with one step more done, or what it was for.
+#[derive(Debug)]
+pub(super) struct Turn<W, O> {
+    progress: Progress,
+    outcome: Outcome<W, O>,
+}
+
+#[derive(Debug)]
+enum Outcome<W, O> {
+    More(W),
+    Done(O),
+}
+
+impl<W, O> Turn<W, O> {
+    /// Some of the work is left.
+    pub(super) fn more(progress: Progress, work: W) -> Self {
+        Self { progress, outcome: Outcome::More(work) }
+    }
+
+    /// It is done.
+    pub(super) fn done(progress: Progress, output: O) -> Self {
+        Self { progress, outcome: Outcome::Done(output) }
+    }
+
+    /// It took this one step, all that `stage` has.
+    pub(super) fn whole(stage: Stage, output: O) -> Self {
+        Self::done(Progress { stage, done: 1, total: 1 }, output)
+    }
+
+    /// How far it is, and what follows: `more` of the same, or `done`.
+    pub(super) fn then<S>(self, more: impl FnOnce(W) -> S, done: impl FnOnce(O) -> S) -> (Progress, S) {
+        match self.outcome {
+            Outcome::More(work) => (self.progress, more(work)),
+            Outcome::Done(output) => (self.progress, done(output)),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+/**
+ * What a layer of the viewer is, and what it may look at.
+ * @module
+ */
+
+/** @typedef {import('../result/points.js').Points} Points */
+
+/** @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Canvas2D */
+
+/**
+ * What a layer may look at while it draws. The context's unit is one pixel of the clip and its origin the centre of the
+ * first one: a point of the result is drawn at its own coordinates, a picture of the frame from (-0.5, -0.5).
+ *
+ * @typedef {object} View
+ * @property {Points | null} points the result by frame; null before there is one
+ * @property {boolean} windows whether the clip was taken window by window: then little is known beyond masks
+ * @property {CanvasImageSource | null} image the frame itself, at clip size
+ * @property {number} frame
+ * @property {number} width of the clip in pixels
+ * @property {number} height
+ * @property {number} unit clip pixels in one CSS pixel: line widths times this look the same at every zoom
+ * @property {(object: number) => boolean} visible
+ * @property {Answers} answers
+ * @property {() => void} redraw asks for another `draw`, when something that was missing has come
+ */
+
+/**
+ * What can be asked about a frame.
+ *
+ * @typedef {{flow: Flow, boundaries: Boundaries, superpixels: Superpixels, saliencyMap: SaliencyMap, imageEdges:
+ *   ImageEdges}} Answer
+ */
+
+/**
+ * What the session, or what was made of a still image, answers about a frame; null where it knows no such thing.
+ *
+ * @typedef {{[What in keyof Answer]: ((frame: number) => Promise<Answer[What]>) | null}} Answers
+ */
+
+/** @type {Answers} */
+export const NO_ANSWERS = { flow: null, boundaries: null, superpixels: null, saliencyMap: null, imageEdges: null };
+
+/**
+ * @typedef {{x: number, y: number, object: number, trajectory: number}} Spot A place in clip pixels, with the object
+ *   and the nearest trajectory there; -1 for none.
+ */
+
+/**
+ * @typedef {{width: number, height: number, pb: Float32Array, thin: Float32Array}} Boundaries Boundary probability of
+ *   each pixel, and the same on ridges alone; pixels may be larger than those of the clip.
+ */
+
+/**
+ * Superpixels, and the edges that they come from. Pixels may be larger than those of the clip: `x` is `(x + 0.5) *
+ * scaleX - 0.5` there.
+ *
+ * @typedef {object} Superpixels
+ * @property {number} width
+ * @property {number} height
+ * @property {number} scaleX
+ * @property {number} scaleY
+ * @property {number} count
+ * @property {Uint32Array} label
+ * @property {{x0: Float32Array, y0: Float32Array, x1: Float32Array, y1: Float32Array, kind: Uint8Array}} edges
+ */
+
+/**
+ * @typedef {{width: number, height: number, saliency: Float32Array}} SaliencyMap Saliency of each pixel, 0 to 1; pixels
+ *   as for boundaries.
+ */
+
+/**
+ * @typedef {{width: number, height: number, pb: Float32Array, discontinuity: Float32Array, spectral: Float32Array,
+ *   combined: Float32Array}} ImageEdges Four kinds of boundary strength of a still image's pixels, 0 to 1.
+ */
+
+/**
+ * @typedef {{width: number, height: number, u: Float32Array, v: Float32Array}} Flow Motion in clip pixels per frame.
+ */
+
+/**
+ * A number that the user may change, shown as a slider, as a switch, or as a list of names.
+ *
+ * @typedef {object} Setting
+ * @property {string} name
+ * @property {number} value
+ * @property {number} min
+ * @property {number} max
+ * @property {number} step
+ * @property {(value: number) => string} text
+ * @property {boolean} [toggle] it is 0 or 1
+ * @property {string[]} [choices] it is the place of one of these names
+ */
+
+/**
+ * @typedef {object} Layer
+ * @property {string} id
+ * @property {string} name
+ * @property {string} key on the keyboard; of layers that share one only one can be there at a time
+ * @property {'clip' | 'still'} [only] for which kind of source it is there; both if not said
+ * @property {boolean} [ofWindows] whether a clip that was taken window by window can show it
+ * @property {string} about one sentence on what the layer shows
+ * @property {number} z layers with larger z are drawn over those with smaller
+ * @property {boolean} on
+ * @property {Record<string, Setting>} settings each layer has at least `opacity`
+ * @property {() => Node[]} legend
+ * @property {(ctx: Canvas2D, view: View) => void} draw
+ * @property {(view: View) => string} [missing] why there is nothing to show of this result; empty where there is
+ * @property {(view: View, spot: Spot) => string} [readout] words about a place; empty for none
+ * @property {() => void} [reset] forgets everything about the last result
+ * @property {() => void} [changed] set by the panel: the layer calls it when its legend has new figures
+ */
+
+/**
+ * @param {number} [value] in 0..1
+ * @returns {Setting}
+ */
+export function opacity(value = 1) {
+  return { name: 'Opacity', value, min: 0, max: 1, step: 0.05, text: (v) => `${Math.round(v * 100)} %` };
+}
+
+/**
+ * @param {string} name
+ * @param {boolean} on
+ * @returns {Setting}
+ */
+export function toggle(name, on) {
+  return { name, value: on ? 1 : 0, min: 0, max: 1, step: 1, text: (v) => (v > 0 ? 'on' : 'off'), toggle: true };
+}
+
+/**
+ * @param {string} name
+ * @param {string[]} choices the first is chosen
+ * @param {number} [value] or the one at this place
+ * @returns {Setting}
+ */
+export function choice(name, choices, value = 0) {
+  return { name, value, min: 0, max: choices.length - 1, step: 1, text: (v) => choices[v], choices };
+}
+
+/**
+ * Draws as the package's helpers do, whose origin is the frame's upper left corner and not the centre of its first
+ * pixel.
+ *
+ * @param {Canvas2D} ctx
+ * @param {() => void} draw
+ */
+export function fromCorner(ctx, draw) {
+  ctx.save();
+  ctx.translate(-0.5, -0.5);
+  draw();
+  ctx.restore();
+}

@@ -1,0 +1,102 @@
+/**
+ * Saliency, section 3 of the paper: of each pixel as heat, of each trajectory as a point of the same colours. @module
+ */
+
+import { drawSaliency, drawTrajectories } from '../../dist/index.js';
+import { h } from '../dom.js';
+import { Fetched } from './fetched.js';
+import { fromCorner, opacity, toggle } from './layer.js';
+import { markerSize } from './markers.js';
+import { heatColor } from '../result/palette.js';
+import { picture, valueAt } from './regions.js';
+import { NOTHING } from '../words.js';
+
+/** Points are drawn in this many groups of like saliency, because a fill for each is slow. */
+const GRADES = 24;
+
+/** Size of the legend's ramp in CSS pixels. */
+const RAMP = { width: 120, height: 10 };
+
+/** @returns {import('./layer.js').Layer} */
+export function saliencyLayer() {
+  const heat = { ...opacity(0.75), name: 'Pixels' };
+  const shown = toggle('Trajectories', true);
+  const context = toggle('Trajectories in context (s̄)', true);
+  const maps = new Fetched('saliencyMap', (map) => ({
+    map,
+    canvas: picture(map, (ctx) => drawSaliency(ctx, { ...map, scaleX: 1, scaleY: 1 })),
+  }));
+  return {
+    id: 'saliency',
+    name: 'Saliency',
+    key: 's',
+    only: 'clip',
+    about: 'How much the motion of a pixel, or of a trajectory in all its life, stands out against what surrounds it.',
+    z: 22,
+    on: false,
+    settings: { opacity: opacity(), heat, shown, context },
+    legend: () => [h('span', { class: 'key' }, '0', ramp(), '1')],
+    missing: ({ points }) => (points && !points.result.saliency ? NOTHING.motion : ''),
+    reset: () => maps.reset(),
+    draw(ctx, view) {
+      if (!view.points?.result.saliency) return;
+      const known = maps.get(view, view.frame);
+      if (known) {
+        ctx.globalAlpha = heat.value;
+        ctx.drawImage(known.canvas, -0.5, -0.5, view.width, view.height);
+        ctx.globalAlpha = 1;
+      }
+      const { inContext, ofPoints } = view.points.result.saliency;
+      if (shown.value > 0) drawPoints(ctx, view, context.value > 0 ? inContext : ofPoints);
+    },
+    readout(view, spot) {
+      const { map } = maps.get(view, view.frame) ?? {};
+      const here = map && valueAt(map, map.saliency, view, spot);
+      const words = here === undefined ? [] : [`saliency ${here.toFixed(2)}`];
+      const { ofPoints, inContext } = view.points?.result.saliency ?? {};
+      const { trajectory } = spot;
+      if (trajectory >= 0 && ofPoints && inContext) {
+        words.push(`trajectory’s ${ofPoints[trajectory].toFixed(2)}, in context ${inContext[trajectory].toFixed(2)}`);
+      }
+      return words.join(', ');
+    },
+  };
+}
+
+/**
+ * @param {import('./layer.js').Canvas2D} ctx
+ * @param {import('./layer.js').View} view
+ * @param {Float32Array} saliency of each trajectory
+ */
+function drawPoints(ctx, view, saliency) {
+  const points = /** @type {import('../result/points.js').Points} */ (view.points);
+  const grade = (/** @type {number} */ i) => Math.min(GRADES - 1, Math.floor(saliency[i] * GRADES));
+  const rgba = new Uint8ClampedArray(4);
+  const colors = Array.from({ length: GRADES }, (_, k) => {
+    heatColor((k + 0.5) / GRADES, rgba);
+    return `rgb(${rgba[0]} ${rgba[1]} ${rgba[2]})`;
+  });
+  const options = {
+    color: (/** @type {number} */ i) => colors[grade(i)],
+    objects: view.visible,
+    tail: 0,
+    ...markerSize(view),
+  };
+  fromCorner(ctx, () => drawTrajectories(ctx, points.result, view.frame, options));
+}
+
+/** @returns {HTMLCanvasElement} the legend: colours from 0 to 1 */
+function ramp() {
+  const { width, height } = RAMP;
+  const image = new ImageData(width, height);
+  for (let p = 0; p < width * height; p++) heatColor((p % width) / (width - 1), image.data, 4 * p);
+  const canvas = h('canvas', {
+    class: 'ramp',
+    width,
+    height,
+    role: 'img',
+    'aria-label': 'Colours of saliency, dark for none to bright for most',
+  });
+  canvas.getContext('2d')?.putImageData(image, 0, 0);
+  return canvas;
+}

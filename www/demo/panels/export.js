@@ -1,0 +1,184 @@
+/**
+ * The dialog in which results are saved: files, a link with the settings, and what it takes to get the same result
+ * again. @module
+ */
+
+import { byId, h } from '../dom.js';
+import { stemOf, subjectOf } from '../result/export.js';
+import { EXPORTS } from '../result/exports.js';
+import { linkOf, recipeOf } from '../result/recipe.js';
+import { explain, plural } from '../words.js';
+import { connectDialog } from './help.js';
+
+/** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
+const KEPT_MS = 60_000;
+
+/** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'keys'>} page */
+export function exportPanel(page) {
+  const panel = new ExportPanel(page);
+  page.keys.on('e', () => panel.open());
+}
+
+class ExportPanel {
+  /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection'>} page */
+  constructor({ store, library, selection }) {
+    this.store = store;
+    this.library = library;
+    this.selection = selection;
+    this.dialog = /** @type {HTMLDialogElement} */ (byId('export'));
+    this.shownOnly = /** @type {HTMLInputElement} */ (byId('export-shown'));
+    this.recipeBox = /** @type {HTMLDetailsElement} */ (byId('recipe-box'));
+    /** What it takes to get the same result again. */
+    this.recipe = '';
+    /** @type {AbortController | null} */
+    this.abort = null;
+    const rows = EXPORTS.map((one) => this.row(one));
+    byId('export-list').replaceChildren(...rows.map(({ element }) => element));
+    /** @type {HTMLButtonElement[]} */
+    this.buttons = rows.flatMap(({ buttons }) => buttons);
+    this.connect();
+  }
+
+  connect() {
+    byId('export-open').addEventListener('click', () => this.open());
+    byId('export-close').addEventListener('click', () => this.dialog.close());
+    byId('export-cancel').addEventListener('click', () => this.abort?.abort());
+    byId('copy-link').addEventListener('click', () => this.copy(linkOf(this.store.state.changed), 'The link'));
+    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'The recipe'));
+    this.recipeBox.addEventListener('toggle', () => this.showRecipe());
+    this.dialog.addEventListener('close', () => this.abort?.abort());
+    connectDialog(this.dialog);
+  }
+
+  /** What there is to save; null without a result. */
+  subject() {
+    return subjectOf(this.store.state, this.library);
+  }
+
+  open() {
+    if (!this.subject() || this.dialog.open) return;
+    this.tell('');
+    this.setBusy(false);
+    this.recipeBox.open = false;
+    this.dialog.showModal();
+  }
+
+  /** @param {import('../result/export.js').Export} one */
+  row({ title, about, choices }) {
+    const buttons = choices.map((choice) =>
+      h(
+        'button',
+        {
+          type: 'button',
+          class: 'save',
+          'data-export': choice.id,
+          'aria-label': choice.says ?? `${title}: ${choice.label}`,
+          click: () => this.save(choice),
+        },
+        choice.label,
+      ),
+    );
+    const element = h(
+      'li',
+      { class: 'export' },
+      h('h3', {}, title),
+      h('p', { class: 'about' }, about),
+      h('div', { class: 'saves' }, ...buttons),
+    );
+    return { element, buttons };
+  }
+
+  /** @param {import('../result/export.js').Choice} choice */
+  async save(choice) {
+    const found = this.subject();
+    if (!found || this.abort) return;
+    const subject = {
+      ...found,
+      objects: (/** @type {number} */ object) => object > 0 && (!this.shownOnly.checked || this.selection.has(object)),
+    };
+    const file = `${stemOf(subject.name)}-${choice.file(subject)}`;
+    this.abort = new AbortController();
+    const { signal } = this.abort;
+    this.setBusy(true);
+    this.tell(`Making ${file}…`);
+    try {
+      const blob = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
+      signal.throwIfAborted();
+      download(blob, file);
+      this.tell(`Saved ${file}, ${sizeOf(blob)}.`);
+    } catch (error) {
+      if (signal.aborted) this.tell('Cancelled; nothing was saved.');
+      else this.tell(wordsOf(error), true);
+    } finally {
+      this.abort = null;
+      this.setBusy(false);
+    }
+  }
+
+  /** @param {boolean} busy */
+  setBusy(busy) {
+    for (const button of this.buttons) button.disabled = busy;
+    byId('export-progress').hidden = !busy;
+    showProgress({ done: 0, total: 0 });
+  }
+
+  /**
+   * @param {string} text
+   * @param {boolean} [wrong]
+   */
+  tell(text, wrong = false) {
+    byId('export-status').textContent = text;
+    byId('export-status').classList.toggle('is-wrong', wrong);
+  }
+
+  async showRecipe() {
+    const { state } = this.store;
+    const masks = this.subject()?.masks;
+    if (!this.recipeBox.open || !masks || !state.job) return;
+    const corrections = state.job.corrector?.count() ?? 0;
+    this.recipe = await recipeOf({ version: this.library.version, job: state.job, masks, corrections });
+    byId('recipe').textContent = this.recipe;
+  }
+
+  /**
+   * @param {string} text
+   * @param {string} what
+   */
+  async copy(text, what) {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.tell(`${what} is on the clipboard.`);
+    } catch {
+      this.tell(`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
+    }
+  }
+}
+
+/** @param {{done: number, total: number}} progress a total of 0 before the first step */
+function showProgress({ done, total }) {
+  const share = total > 0 ? done / total : 0;
+  byId('export-bar').style.setProperty('--share', String(share));
+  byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
+  byId('export-count').textContent = total > 0 ? `${done} of ${plural(total, 'frame')}` : '';
+}
+
+/**
+ * @param {Blob} blob
+ * @param {string} file
+ */
+function download(blob, file) {
+  const url = URL.createObjectURL(blob);
+  h('a', { href: url, download: file }).click();
+  setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
+}
+
+/** @param {unknown} error */
+function wordsOf(error) {
+  const { title, advice, detail } = explain(error);
+  return [title, advice, detail].filter(Boolean).join('. ');
+}
+
+/** @param {Blob} blob */
+function sizeOf({ size }) {
+  return size < 1e6 ? `${Math.max(1, Math.round(size / 1e3))}\u00a0KB` : `${(size / 1e6).toFixed(1)}\u00a0MB`;
+}

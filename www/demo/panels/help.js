@@ -1,0 +1,50 @@
+/** The dialog that lists the keys. @module */
+
+import { byId, h } from '../dom.js';
+
+/** @type {[keys: string[], what: string][]} */
+const KEYS = [
+  [['Space'], 'play or pause'],
+  [['←', '→'], 'one frame back or forward'],
+  [['Home', 'End'], 'first or last frame'],
+  [['V'], 'overlay, side by side, slider'],
+  [['1', '…', '9'], 'layers, by their numbers'],
+  [['S', 'F', 'C'], 'saliency, foreground, components'],
+  [['O'], 'open a file'],
+  [['M'], 'correct the result'],
+  [['Ctrl', 'Z'], 'undo a correction'],
+  [['E'], 'export'],
+  [['R'], 'run again'],
+  [['Esc'], 'cancel a run, close a dialog'],
+  [['Tab'], 'next control'],
+  [['?'], 'this list'],
+];
+
+/** @param {Pick<import('./panels.js').Page, 'keys'>} page */
+export function helpPanel({ keys }) {
+  const dialog = /** @type {HTMLDialogElement} */ (byId('help'));
+  const entries = KEYS.flatMap(([names, what]) => [
+    h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
+    h('dd', {}, what),
+  ]);
+  const open = () => dialog.open || dialog.showModal();
+  byId('help-keys').replaceChildren(...entries);
+  byId('help-open').addEventListener('click', open);
+  byId('help-close').addEventListener('click', () => dialog.close());
+  keys.on('?', open);
+  connectDialog(dialog);
+}
+
+/**
+ * A click beside a dialog closes it.
+ *
+ * @param {HTMLDialogElement} dialog
+ */
+export function connectDialog(dialog) {
+  dialog.addEventListener('click', (event) => {
+    if (event.target !== dialog) return;
+    const { left, right, top, bottom } = dialog.getBoundingClientRect();
+    const inside = event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
+    if (!inside) dialog.close();
+  });
+}

@@ -1,0 +1,87 @@
+/** The list of objects: colour, size, when and where they are there; show or hide, and show alone. @module */
+
+import { byId, h, icon } from '../dom.js';
+import { moveOf, nameAndColour, placeName, spanOf } from '../result/describe.js';
+import { objectColor, objectName, objectShape } from '../result/palette.js';
+import { listed } from '../result/selection.js';
+import { percent, plural } from '../words.js';
+
+/** @typedef {import('../result/presence.js').Facts} Facts */
+/** @typedef {import('../result/selection.js').Selection} Selection */
+/** @typedef {import('../result/times.js').Times} Times */
+
+/** @param {Pick<import('./panels.js').Page, 'store' | 'selection' | 'viewer'>} page */
+export function objectsPanel({ store, selection, viewer }) {
+  /** @type {ReturnType<typeof objectRow>[]} */
+  let rows = [];
+  store.watch(['found'], ({ found, film }) => {
+    const motionsOf = (/** @type {number} */ object) => found?.points?.clustersOf(object) ?? 1;
+    rows = listed(found?.facts ?? []).map((one) => objectRow(one, motionsOf(one.object), film.times, selection));
+    byId('object-list').replaceChildren(...rows.map((row) => row.element));
+  });
+  store.watch(['found', 'hidden'], ({ hidden }) => {
+    rows.forEach((row) => row.update());
+    byId('show-all').hidden = hidden.size === 0;
+  });
+  byId('show-all').addEventListener('click', () => selection.reset());
+  viewer.onPick(({ object }) => {
+    if (store.state.correcting) return;
+    if (object > 0) selection.isolate(object);
+    // The background brings all back.
+    else if (object === 0) selection.reset();
+  });
+}
+
+/**
+ * @param {Facts} facts
+ * @param {number} motions
+ * @param {Times} times
+ * @param {Selection} selection
+ */
+function objectRow(facts, motions, times, selection) {
+  const { object, share } = facts;
+  const name = objectName(object);
+  const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
+  swatch.style.setProperty('--mark', objectColor(object));
+  const bar = h('span', { class: 'share-bar', 'aria-hidden': 'true' });
+  bar.style.setProperty('--mark', objectColor(object));
+  bar.style.setProperty('--share', String(share));
+  const alone = h(
+    'button',
+    { type: 'button', class: 'object-main', title: `Show ${name} alone`, click: () => selection.isolate(object) },
+    swatch,
+    h('span', { class: 'object-name' }, name, h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`)),
+    h('span', { class: 'object-share' }, percent(share)),
+    bar,
+    h('span', { class: 'object-facts' }, factsOf(facts, motions, times)),
+  );
+  const eye = h(
+    'button',
+    { type: 'button', class: 'icon-button eye', click: () => selection.toggle(object) },
+    icon('icon-eye'),
+    icon('icon-eye-off'),
+  );
+  const element = h('li', { class: 'object', 'data-object': object }, alone, eye);
+  const update = () => {
+    const shown = selection.has(object);
+    element.classList.toggle('is-hidden', !shown);
+    alone.setAttribute('aria-pressed', String(selection.isAlone(object)));
+    eye.setAttribute('aria-label', `${shown ? 'Hide' : 'Show'} ${name}`);
+    eye.title = shown ? 'Hide' : 'Show';
+  };
+  return { element, update };
+}
+
+/**
+ * @param {Facts} facts
+ * @param {number} motions
+ * @param {Times} times
+ * @returns {string} `top, moves left · 0.0–1.6 s`
+ */
+function factsOf(facts, motions, times) {
+  const parts =
+    facts.object > 0 && facts.first >= 0 ? [`${placeName(facts.from)}, ${moveOf(facts)}`, spanOf(facts, times)] : [];
+  if (facts.first < 0) parts.push('not seen');
+  if (motions > 1) parts.push(plural(motions, 'motion'));
+  return parts.join(' · ');
+}

@@ -1,0 +1,48 @@
+/**
+ * The list of panels: whatever shows a part of the store or changes it. To add one, write its file and list it here. A
+ * panel is a function; it takes of the page what it needs, watches the store, and registers its keys.
+ * @module
+ */
+
+import { clipPanel } from './clip.js';
+import { comparePanel } from './compare.js';
+import { correctPanel } from './correct.js';
+import { exportPanel } from './export.js';
+import { helpPanel } from './help.js';
+import { layersPanel } from './layers.js';
+import { objectsPanel } from './objects.js';
+import { readoutPanel } from './readout.js';
+import { runPanel } from './run.js';
+import { settingsPanel } from './settings.js';
+import { stagesPanel } from './stages.js';
+import { timelinePanel } from './timeline.js';
+import { webcamPanel } from './webcam.js';
+
+/**
+ * @typedef {object} Page
+ * @property {import('../run/job.js').Library} library
+ * @property {import('../store.js').Store} store
+ * @property {import('../app.js').App} app what can be done
+ * @property {import('../keyboard.js').Keys} keys
+ * @property {import('../settings.js').Settings} settings
+ * @property {import('../result/selection.js').Selection} selection
+ * @property {import('../layers/layer.js').Layer[]} layers
+ * @property {import('../viewer.js').Viewer} viewer
+ */
+
+/** @type {((page: Page) => void)[]} */
+export const PANELS = [
+  runPanel,
+  comparePanel,
+  timelinePanel,
+  readoutPanel,
+  objectsPanel,
+  layersPanel,
+  clipPanel,
+  settingsPanel,
+  stagesPanel,
+  correctPanel,
+  exportPanel,
+  helpPanel,
+  webcamPanel,
+];

@@ -1,0 +1,64 @@
+/** Opening, starting and cancelling: the buttons of the heading, files that are picked, dropped or pasted. @module */
+
+import { byId } from '../dom.js';
+
+/** @typedef {import('../app.js').App} App */
+
+/** @param {Pick<import('./panels.js').Page, 'app' | 'store' | 'keys'>} page */
+export function runPanel({ app, store, keys }) {
+  /** @type {[ids: string[], act: () => unknown][]} */
+  const buttons = [
+    [['sample', 'error-sample'], () => app.openSample()],
+    [['start', 'again', 'pending-run'], () => app.start()],
+    [['resume'], () => app.resume()],
+    [['cancel'], () => app.cancel()],
+  ];
+  for (const [ids, act] of buttons) for (const id of ids) byId(id).addEventListener('click', act);
+  keys.on('Escape', () => app.cancel());
+  keys.on('r', () => ['done', 'stopped'].includes(store.state.phase) && app.start());
+  connectPicker(app, keys);
+  connectDrop(app);
+  addEventListener('paste', (event) => openAll(app, event.clipboardData?.files));
+}
+
+/**
+ * @param {App} app
+ * @param {Iterable<File> | null | undefined} files
+ */
+function openAll(app, files) {
+  const all = [...(files ?? [])];
+  if (all.length > 0) app.openFiles(all);
+}
+
+/**
+ * @param {App} app
+ * @param {import('../keyboard.js').Keys} keys
+ */
+function connectPicker(app, keys) {
+  const picker = /** @type {HTMLInputElement} */ (byId('file'));
+  picker.addEventListener('change', () => {
+    const files = [...(picker.files ?? [])];
+    // The same file may be picked again.
+    picker.value = '';
+    openAll(app, files);
+  });
+  for (const id of ['open', 'error-open']) byId(id).addEventListener('click', () => picker.click());
+  keys.on('o', () => picker.click());
+}
+
+/** @param {App} app */
+function connectDrop(app) {
+  let depth = 0;
+  const hover = (/** @type {number} */ by) => {
+    depth = Math.max(0, depth + by);
+    document.body.classList.toggle('is-dropping', depth > 0);
+  };
+  addEventListener('dragenter', () => hover(1));
+  addEventListener('dragleave', () => hover(-1));
+  addEventListener('dragover', (event) => event.preventDefault());
+  addEventListener('drop', (event) => {
+    event.preventDefault();
+    hover(-depth);
+    openAll(app, event.dataTransfer?.files);
+  });
+}

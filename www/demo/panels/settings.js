@@ -1,0 +1,131 @@
+/**
+ * The panel of settings: the few that matter first, then all of them by stage, each with its meaning and a reset.
+ * @module
+ */
+
+import { byId, h, icon } from '../dom.js';
+import { ESSENTIALS, GROUPS, labelOf } from '../settings-words.js';
+import { groupsFor, optionsOf } from '../settings.js';
+import { kindOf } from '../source.js';
+import { plural } from '../words.js';
+import { controlOf } from './settings-controls.js';
+
+/** @typedef {import('../settings.js').Settings} Settings */
+/** @typedef {import('../store.js').State} State */
+
+/** @param {Pick<import('./panels.js').Page, 'store' | 'settings'>} page */
+export function settingsPanel({ store, settings }) {
+  const few = ESSENTIALS.map(({ name, label, about, range, unit, only }) => ({
+    only,
+    element: row(settings, name, { label, about, range, unit }),
+  }));
+  const groups = GROUPS.map((group) => groupOf(settings, group));
+  byId('settings-groups').append(...groups.map(({ element }) => element));
+  byId('settings-reset').addEventListener('click', () => settings.resetAll());
+  store.watch(['source'], ({ source }) => {
+    const wanted = groupsFor(kindOf(source));
+    const shown = few.filter(({ only }) => only === kindOf(source));
+    byId('settings-few').replaceChildren(...shown.map(({ element }) => element));
+    for (const { element, group } of groups) element.hidden = !wanted(group.id);
+  });
+  store.watch(['source', 'changed'], showCount);
+  store.watch(['phase', 'job', 'take', 'source', 'changed'], showPending);
+}
+
+/** @param {Readonly<State>} state */
+function showCount({ changed, source }) {
+  const wanted = groupsFor(kindOf(source));
+  const count = [...changed.keys()].filter((name) => wanted(name.split('.')[0])).length;
+  byId('settings-count').textContent = count > 0 ? `${count} changed` : '';
+  byId('settings-reset').hidden = changed.size === 0;
+  byId('settings-reset').title = plural(changed.size, 'changed setting');
+}
+
+/**
+ * Whether the result on screen was made with other settings than those chosen now.
+ *
+ * @param {Readonly<State>} state
+ */
+function showPending(state) {
+  const { phase, job, take } = state;
+  const isPending = phase === 'done' && job !== null && !job.isFor(take, optionsOf(state));
+  byId('pending').hidden = !isPending;
+  document.body.toggleAttribute('data-pending', isPending);
+}
+
+/**
+ * One stage. Its rows are built when it is first opened.
+ *
+ * @param {Settings} settings
+ * @param {import('../settings-words.js').Group} group
+ */
+function groupOf(settings, group) {
+  const names = [...settings.parameters.keys()].filter((name) => name.startsWith(`${group.id}.`));
+  const note = h('span', { class: 'block-note' });
+  const rows = h('div', { class: 'settings' });
+  let isFilled = false;
+  const fill = () => {
+    if (isFilled) return;
+    isFilled = true;
+    rows.append(h('p', { class: 'about' }, group.about));
+    for (const name of names)
+      rows.append(row(settings, name, { label: labelOf(name), about: settings.parameters.get(name)?.doc ?? '' }));
+  };
+  const element = h(
+    'details',
+    { class: 'group', 'data-group': group.id, toggle: fill },
+    h('summary', {}, group.title, ' ', note),
+    rows,
+  );
+  settings.store.watch(['changed'], ({ changed }) => {
+    const count = names.filter((name) => changed.has(name)).length;
+    note.textContent = count > 0 ? `${count} changed` : '';
+  });
+  return { element, group };
+}
+
+/**
+ * @param {Settings} settings
+ * @param {string} name
+ * @param {{label: string, about: string, range?: [number, number, number], unit?: string}} words
+ * @returns {HTMLElement}
+ */
+function row(settings, name, { label, about, range, unit = '' }) {
+  const parameter = /** @type {import('../settings.js').Parameter} */ (settings.parameters.get(name));
+  const id = `setting-${range ? 'few' : 'all'}-${name.replace('.', '-')}`;
+  const control = controlOf(parameter, { id, range, unit, set: (value) => settings.set(name, value) });
+  const reset = h(
+    'button',
+    {
+      type: 'button',
+      class: 'icon-button reset',
+      'aria-label': `Reset ${label}`,
+      title: `Back to ${parameter.default}`,
+      click: () => {
+        settings.reset(name);
+        control.input.focus();
+      },
+    },
+    icon('icon-reset'),
+  );
+  const element = h(
+    'div',
+    { class: 'setting', 'data-parameter': name },
+    h('label', { class: 'setting-name', for: id }, label),
+    reset,
+    control.element,
+    h('p', { class: 'about', id: `${id}-about` }, about),
+  );
+  control.input.setAttribute('aria-describedby', `${id}-about`);
+  /** @type {import('../settings.js').Value | undefined} */
+  let shown;
+  settings.store.watch(['changed'], ({ changed }) => {
+    const value = settings.get(name);
+    // What is being typed here stays when another setting changes.
+    if (value !== shown) control.show(value);
+    shown = value;
+    element.classList.toggle('is-changed', changed.has(name));
+    reset.hidden = !changed.has(name);
+  });
+  return element;
+}

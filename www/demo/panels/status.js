@@ -1,0 +1,99 @@
+/**
+ * The heading, the bar of the whole run, notices, the card for errors, what screen readers are told, and the attributes
+ * of the body that the style sheets go by.
+ * @module
+ */
+
+import { byId } from '../dom.js';
+import { explain } from '../words.js';
+
+/** @typedef {import('../store.js').State} State */
+/** @typedef {import('../store.js').Store} Store */
+
+/**
+ * The public state of each phase: opening, setup and stopped are all `loading`, as no result is on screen.
+ *
+ * @type {Record<import('../store.js').Phase, 'loading' | 'running' | 'done' | 'error'>}
+ */
+const STATE = {
+  opening: 'loading',
+  setup: 'loading',
+  running: 'running',
+  stopped: 'loading',
+  done: 'done',
+  error: 'error',
+};
+
+/** @param {{store: Store}} page */
+export function statusPanel({ store }) {
+  store.watch(['name'], ({ name }) => write('clip-name', name));
+  store.watch(['headline'], ({ headline }) => write('headline', headline));
+  store.watch(['subline'], ({ subline }) => write('subline', subline));
+  store.watch(['summary'], ({ summary }) => writeOrHide('summary', summary));
+  store.watch(['notice'], ({ notice }) => writeOrHide('notice', notice));
+  // Read aloud by screen readers when they are idle.
+  store.watch(['live'], ({ live }) => write('live', live));
+  store.watch(['share'], ({ share }) => showShare(share));
+  store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
+  store.watch(['source', 'found', 'streaming'], showFacts);
+  // Last, so that whoever waits for the state finds everything else in place.
+  store.watch(['phase', 'error'], showPhase, { last: true });
+}
+
+/**
+ * @param {string} id
+ * @param {string} text
+ */
+function write(id, text) {
+  byId(id).textContent = text;
+}
+
+/**
+ * @param {string} id
+ * @param {string} text
+ */
+function writeOrHide(id, text) {
+  write(id, text);
+  byId(id).hidden = text === '';
+}
+
+/** @param {number} share of the run, in 0..1 */
+function showShare(share) {
+  const bar = byId('progress');
+  bar.style.setProperty('--share', String(share));
+  bar.setAttribute('aria-valuenow', String(Math.round(share * 100)));
+}
+
+/** @param {unknown} error */
+function showError(error) {
+  const { code, title, advice, detail } = explain(error);
+  write('error-title', title);
+  write('error-advice', advice);
+  writeOrHide('error-detail', detail);
+  byId('error').dataset.code = code;
+}
+
+/** @param {Readonly<State>} state */
+function showFacts({ source, found, streaming }) {
+  const { body } = document;
+  if (source) body.dataset.source = source.kind;
+  else delete body.dataset.source;
+  body.toggleAttribute('data-masks', found?.points?.hasMasks ?? false);
+  body.toggleAttribute('data-streaming', streaming);
+}
+
+/** @param {Readonly<State>} state */
+function showPhase({ phase }) {
+  document.body.dataset.phase = phase;
+  keepFocus();
+  document.body.dataset.state = STATE[phase];
+  if (phase === 'error') byId('error').focus();
+}
+
+/** Buttons of the heading come and go with the phase; the keyboard's place stays among them. */
+function keepFocus() {
+  const buttons = /** @type {HTMLElement[]} */ ([...document.querySelectorAll('.heading-actions button')]);
+  const focused = buttons.find((button) => button === document.activeElement);
+  if (!focused || focused.offsetParent) return;
+  buttons.find((button) => button.offsetParent)?.focus();
+}

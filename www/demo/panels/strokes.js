@@ -1,0 +1,117 @@
+/** Strokes painted over the picture with mouse, finger or pen. @module */
+
+/**
+ * @typedef {{t: number, points: number[], radius: number}} Stroke In frame t, x0, y0, x1, y1, … and half the width, in
+ *   clip pixels.
+ */
+
+/** Half the width of the brush in CSS pixels. */
+const BRUSH_PX = 7;
+
+/** Points of a stroke are at least this far apart, in CSS pixels. */
+const STEP_PX = 2;
+
+const COLOURS = { together: ['#ffffff'], apart: ['#ff2b3d', '#ffffff', '#3a45c4', '#ffd400'] };
+
+export class Strokes {
+  /**
+   * @param {import('../viewer.js').Viewer} viewer
+   * @param {() => void} onChange
+   */
+  constructor(viewer, onChange) {
+    this.viewer = viewer;
+    this.onChange = onChange;
+    /** @type {Stroke[]} */
+    this.list = [];
+    /** @type {'together' | 'apart' | null} */
+    this.tool = null;
+    /** @type {Stroke | null} The one under the pointer. */
+    this.current = null;
+    const { canvas } = viewer;
+    canvas.addEventListener('pointerdown', (event) => this.begin(event));
+    canvas.addEventListener('pointermove', (event) => this.extend(event));
+    for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => this.end());
+  }
+
+  /** @param {'together' | 'apart' | null} tool null paints nothing */
+  use(tool) {
+    if (tool !== this.tool) this.list = [];
+    this.tool = tool;
+    this.current = null;
+    this.viewer.canvas.classList.toggle('is-painting', tool !== null);
+    this.viewer.redraw();
+  }
+
+  clear() {
+    this.list = [];
+    this.current = null;
+    this.onChange();
+    this.viewer.redraw();
+  }
+
+  /** @param {PointerEvent} event */
+  begin(event) {
+    if (!this.tool || event.button !== 0) return;
+    const { canvas, view } = this.viewer;
+    canvas.setPointerCapture(event.pointerId);
+    this.current = { t: view.frame, points: this.at(event), radius: BRUSH_PX * view.unit };
+    this.viewer.redraw();
+  }
+
+  /** @param {PointerEvent} event */
+  extend(event) {
+    if (!this.current) return;
+    const { points } = this.current;
+    const [x, y] = this.at(event);
+    const far = Math.hypot(x - points[points.length - 2], y - points[points.length - 1]);
+    if (far < STEP_PX * this.viewer.view.unit) return;
+    points.push(x, y);
+    this.viewer.redraw();
+  }
+
+  end() {
+    if (!this.current) return;
+    this.list = [...this.list, this.current];
+    this.current = null;
+    this.onChange();
+  }
+
+  /**
+   * @param {PointerEvent} event
+   * @returns {[x: number, y: number]} clip pixels
+   */
+  at({ offsetX, offsetY }) {
+    const { unit } = this.viewer.view;
+    return [offsetX * unit - 0.5, offsetY * unit - 0.5];
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} ctx scaled to clip pixels
+   * @param {import('../layers/layer.js').View} view
+   */
+  draw(ctx, view) {
+    const { tool } = this;
+    if (!tool) return;
+    const all = this.current ? [...this.list, this.current] : this.list;
+    ctx.lineCap = 'round';
+    ctx.lineJoin = 'round';
+    all.forEach(({ t, points, radius }, k) => {
+      const colours = COLOURS[tool];
+      for (const [style, width] of /** @type {[string, number][]} */ ([
+        ['rgb(0 0 0 / 0.7)', 2 * radius + 3 * view.unit],
+        [colours[k % colours.length], 2 * radius],
+      ])) {
+        // A stroke of another frame is only hinted at.
+        ctx.globalAlpha = t === view.frame ? 0.75 : 0.2;
+        ctx.strokeStyle = style;
+        ctx.lineWidth = width;
+        ctx.beginPath();
+        ctx.moveTo(points[0], points[1]);
+        ctx.lineTo(points[0], points[1]);
+        for (let p = 2; p < points.length; p += 2) ctx.lineTo(points[p], points[p + 1]);
+        ctx.stroke();
+      }
+    });
+    ctx.globalAlpha = 1;
+  }
+}

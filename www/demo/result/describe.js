@@ -1,0 +1,121 @@
+/** What is seen, in words: each object, the whole clip, one frame. @module */
+
+import { objectName } from './palette.js';
+import { atTime, percent, plural } from '../words.js';
+
+/** @typedef {import('./presence.js').Facts} Facts */
+/** @typedef {import('./presence.js').Presence} Presence */
+
+/** Names of the seven colours of objects, in their order (see palette.js). */
+const COLOURS = ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue'];
+
+/** Part of the picture's height or width that counts as a move. */
+const MOVE = 0.04;
+
+/** Objects that the summary speaks of one by one. */
+const SPOKEN_OF = 3;
+
+/**
+ * @param {number} object
+ * @returns {string} `Object 1 (orange)`
+ */
+export function nameAndColour(object) {
+  return object === 0 ? 'Background (grey)' : `${objectName(object)} (${COLOURS[(object - 1) % COLOURS.length]})`;
+}
+
+/**
+ * @param {{x: number, y: number}} place in parts of the picture
+ * @returns {string} `upper left`, `middle`, …
+ */
+export function placeName({ x, y }) {
+  const across = ['left', '', 'right'][third(x)];
+  const down = ['upper', '', 'lower'][third(y)];
+  if (across && down) return `${down} ${across}`;
+  return across || { upper: 'top', lower: 'bottom', '': 'middle' }[down] || 'middle';
+}
+
+/** @param {number} part */
+function third(part) {
+  return Math.min(2, Math.max(0, Math.floor(3 * part)));
+}
+
+/**
+ * @param {{x: number, y: number}} place
+ * @returns {string} `at the upper left`, `in the middle`, …
+ */
+function placePhrase(place) {
+  const name = placeName(place);
+  const before = name === 'middle' ? 'in' : ['left', 'right'].includes(name) ? 'on' : 'at';
+  return `${before} the ${name}`;
+}
+
+/**
+ * @param {Facts} facts
+ * @returns {string} `moves left`, `grows`, `stays in place`
+ */
+export function moveOf({ from, to, growth }) {
+  const right = to.x - from.x;
+  const down = to.y - from.y;
+  const words = [];
+  // A slant is named only where it is one.
+  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down)) words.push(right > 0 ? 'right' : 'left');
+  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right)) words.unshift(down > 0 ? 'down' : 'up');
+  const size = growth > 1.5 ? 'grows' : growth < 0.67 ? 'shrinks' : '';
+  const move = words.length > 0 ? `moves ${words.join(' and ')}` : '';
+  return [move, size].filter(Boolean).join(' and ') || 'stays in place';
+}
+
+/**
+ * @param {Facts} facts
+ * @param {import('./times.js').Times} times
+ * @returns {string} `0.0–1.6 s`, `frames 1–9`
+ */
+export function spanOf({ first, last }, times) {
+  return first < 0 ? 'never' : times.span(first, last);
+}
+
+/**
+ * @param {Facts} facts
+ * @param {number} numFrames
+ * @param {import('./times.js').Times} times
+ * @returns {string} `Object 1 (orange) at the top moves left`
+ */
+function clause(facts, numFrames, times) {
+  const when = facts.frames >= numFrames - 1 ? '' : `, ${spanOf(facts, times)}`;
+  return `${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${moveOf(facts)}${when}`;
+}
+
+/**
+ * The clip in one or two sentences, objects by size.
+ *
+ * @param {Facts[]} facts of all objects, the background among them
+ * @param {number} numFrames
+ * @param {import('./times.js').Times} times
+ * @returns {string} empty without objects
+ */
+export function summaryOf(facts, numFrames, times) {
+  const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).sort((a, b) => b.share - a.share);
+  const spoken = objects.slice(0, SPOKEN_OF).map((one) => clause(one, numFrames, times));
+  const rest = objects.length - spoken.length;
+  if (rest > 0) spoken.push(`and ${plural(rest, 'smaller one')}`);
+  return spoken.length > 0 ? `${spoken.join('; ')}.` : '';
+}
+
+/**
+ * One frame, for those who do not see it.
+ *
+ * @param {Presence} presence
+ * @param {number} count of objects, the background among them
+ * @param {number} frame
+ * @param {import('./times.js').Times} times
+ * @returns {string}
+ */
+export function frameText(presence, count, frame, times) {
+  const there = [];
+  for (let object = 1; object < count; object++) {
+    const part = presence.part(object, frame);
+    if (part > 0)
+      there.push(`${nameAndColour(object)} ${placeName(presence.middle(object, [frame]))}, ${percent(part)}`);
+  }
+  return `Frame ${frame + 1} of ${presence.frames.length}${atTime(times, frame)}: ${there.length > 0 ? there.join('; ') : 'background alone'}.`;
+}

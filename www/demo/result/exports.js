@@ -1,0 +1,12 @@
+/**
+ * The list of exports, in the order of the dialog. To add one, write its file, a value of type `Export` (see export.js),
+ * and list it here; the dialog knows them only through this type.
+ * @module
+ */
+
+import { data } from './export-data.js';
+import { frameMask, masks } from './export-masks.js';
+import { cutoutVideo, overlayVideo } from './export-video.js';
+
+/** @type {import('./export.js').Export[]} */
+export const EXPORTS = [overlayVideo, cutoutVideo, masks, frameMask, data];

@@ -1,0 +1,142 @@
+/** Where each object is, frame by frame: how large, and its middle. Frames may come one after the other. @module */
+
+/**
+ * What is known of one object over the clip.
+ *
+ * @typedef {object} Facts
+ * @property {number} object
+ * @property {number} first frame in which it is there; -1 if it never is
+ * @property {number} last
+ * @property {number} peak frame in which it is largest
+ * @property {number} frames in how many it is there
+ * @property {number} share of the picture while it is there, in 0..1
+ * @property {{x: number, y: number}} from its middle when it is first there, in parts of the picture's width and height
+ * @property {{x: number, y: number}} to and at last
+ * @property {number} growth its size at last over that at first
+ */
+
+/** @typedef {{n: number[], x: number[], y: number[]}} FrameCount Pixels of each object in a frame, and their middle. */
+
+/** A trace of this part of an object's largest size does not count: single pixels come and go. */
+const TRACE = 0.02;
+
+/** Frames at either end of an object's time that are taken together, as one frame's mask may be off. */
+const ENDS = 3;
+
+export class Presence {
+  /** @param {{width: number, height: number}} size of the clip */
+  constructor({ width, height }) {
+    this.width = width;
+    this.height = height;
+    /** @type {FrameCount[]} */
+    this.frames = [];
+  }
+
+  /** @param {Uint8Array} mask of the next frame */
+  addMask(mask) {
+    const { width, height } = this;
+    const n = new Float64Array(256);
+    const x = new Float64Array(256);
+    const y = new Float64Array(256);
+    for (let row = 0, at = 0; row < height; row++) {
+      for (let column = 0; column < width; column++, at++) {
+        const object = mask[at];
+        n[object] += 1;
+        x[object] += column;
+        y[object] += row;
+      }
+    }
+    this.add(n, x, y);
+  }
+
+  /**
+   * Without masks points stand for pixels.
+   *
+   * @param {import('./points.js').FramePoints} points of the next frame
+   * @param {Uint32Array} objects of each trajectory
+   */
+  addPoints(points, objects) {
+    const most = objects.reduce((a, b) => Math.max(a, b), 0) + 1;
+    const [n, x, y] = [0, 1, 2].map(() => new Float64Array(most));
+    points.id.forEach((id, k) => {
+      n[objects[id]] += 1;
+      x[objects[id]] += points.x[k];
+      y[objects[id]] += points.y[k];
+    });
+    this.add(n, x, y);
+  }
+
+  /**
+   * @param {Float64Array} n
+   * @param {Float64Array} x sums
+   * @param {Float64Array} y
+   */
+  add(n, x, y) {
+    let most = n.length;
+    while (most > 0 && n[most - 1] === 0) most -= 1;
+    const counts = [...n.subarray(0, most)];
+    const { width, height } = this;
+    this.frames.push({
+      n: counts,
+      x: counts.map((count, k) => (count > 0 ? (x[k] / count + 0.5) / width : 0)),
+      y: counts.map((count, k) => (count > 0 ? (y[k] / count + 0.5) / height : 0)),
+    });
+  }
+
+  /**
+   * @param {number} object
+   * @param {number} frame
+   * @returns {number} pixels, without masks points
+   */
+  size(object, frame) {
+    return this.frames[frame]?.n[object] ?? 0;
+  }
+
+  /**
+   * @param {number} object
+   * @param {number} frame
+   * @returns {number} its part of the frame, in 0..1
+   */
+  part(object, frame) {
+    const all = this.frames[frame]?.n.reduce((sum, n) => sum + n, 0) ?? 0;
+    return all > 0 ? this.size(object, frame) / all : 0;
+  }
+
+  /**
+   * @param {number} object
+   * @param {number[]} frames
+   * @returns {{x: number, y: number}}
+   */
+  middle(object, frames) {
+    const mean = (/** @type {'x' | 'y'} */ axis) =>
+      frames.reduce((sum, t) => sum + this.frames[t][axis][object], 0) / frames.length;
+    return { x: mean('x'), y: mean('y') };
+  }
+
+  /**
+   * @param {number} object
+   * @returns {Facts}
+   */
+  facts(object) {
+    const sizes = this.frames.map((_, t) => this.size(object, t));
+    const largest = sizes.reduce((a, b) => Math.max(a, b), 0);
+    const there = sizes.flatMap((n, t) => (n > 0 && n >= TRACE * largest ? [t] : []));
+    const nowhere = { x: 0.5, y: 0.5 };
+    if (there.length === 0)
+      return { object, first: -1, last: -1, peak: 0, frames: 0, share: 0, from: nowhere, to: nowhere, growth: 1 };
+    const begin = there.slice(0, ENDS);
+    const end = there.slice(-ENDS);
+    const sum = (/** @type {number[]} */ list) => list.reduce((total, t) => total + sizes[t], 0);
+    return {
+      object,
+      first: there[0],
+      last: there[there.length - 1],
+      peak: sizes.indexOf(largest),
+      frames: there.length,
+      share: there.reduce((total, t) => total + this.part(object, t), 0) / there.length,
+      from: this.middle(object, begin),
+      to: this.middle(object, end),
+      growth: sum(end) / end.length / (sum(begin) / begin.length),
+    };
+  }
+}

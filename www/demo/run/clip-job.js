@@ -1,0 +1,157 @@
+/**
+ * One run: frames of a source into a session, the session to its end, and the time that each stage took. A cancelled
+ * run may be run again and goes on where it was.
+ * @module
+ */
+
+import { PageError, headline, plural, remark } from '../words.js';
+import { Job, remembered } from './job.js';
+import { untilAborted } from './stage-clock.js';
+
+/**
+ * Stages in order, with the share of the whole time that each usually takes; after a run, its own shares are taken.
+ *
+ * @type {import('./stage-clock.js').StagePlan[]}
+ */
+export const CLIP_STAGES = [
+  { id: 'frames', name: 'Reading frames', share: 0.14 },
+  { id: 'flow', name: 'Optical flow', share: 0.33 },
+  { id: 'trajectories', name: 'Trajectories', share: 0.12 },
+  { id: 'affinities', name: 'Motion affinities', share: 0.02 },
+  { id: 'embedding', name: 'Embedding', share: 0.04 },
+  { id: 'discontinuities', name: 'Discontinuities', share: 0.02 },
+  { id: 'saliency', name: 'Saliency', share: 0.06 },
+  { id: 'connectedness', name: 'Connectedness', share: 0.03 },
+  { id: 'clusters', name: 'Clusters', share: 0.03 },
+  { id: 'superpixels', name: 'Superpixels', share: 0.16 },
+  { id: 'cut', name: 'Gabriel cut', share: 0.05 },
+  { id: 'masks', name: 'Masks', share: 0.07 },
+];
+
+/** @typedef {import('../../dist/index.js').Result} Result */
+
+export class ClipJob extends Job {
+  static stages = CLIP_STAGES;
+
+  /** Whatever no other kind takes. */
+  static fits() {
+    return true;
+  }
+
+  /** @param {ConstructorParameters<typeof Job>} parts */
+  constructor(...parts) {
+    super(...parts);
+    /** @type {import('../../dist/index.js').Session | null} */
+    this.session = null;
+    /** @type {Result | null} */
+    this.result = null;
+    this.allPushed = false;
+    /** @type {import('./job.js').Corrector} */
+    this.corrector = {
+      merge: (a, b) => this.corrected(this.opened.merge(a, b)),
+      split: (label, at) => this.corrected(this.opened.split(label, at)),
+      together: (strokes) => this.corrected(this.opened.together(strokes)),
+      apart: (strokes) => this.corrected(this.opened.apart(strokes)),
+      undo: () => this.corrected(this.opened.undo()),
+      count: () => this.session?.corrections ?? 0,
+    };
+    /** @type {Promise<unknown>} What a cancelled run still does. */
+    this.ending = Promise.resolve();
+  }
+
+  /** @returns {import('../../dist/index.js').Session} */
+  get opened() {
+    if (!this.session) throw new PageError('closed');
+    return this.session;
+  }
+
+  /**
+   * Runs to the end. Rejects with the signal's reason as soon as it is aborted, without waiting for the worker.
+   *
+   * @param {AbortSignal} signal
+   * @param {() => void} report called after each step
+   */
+  async run(signal, report) {
+    await untilAborted(this.ending, signal);
+    const work = this.work(signal, report);
+    this.ending = work.catch(() => {});
+    await untilAborted(work, signal);
+  }
+
+  /**
+   * @param {AbortSignal} signal
+   * @param {() => void} report
+   */
+  async work(signal, report) {
+    this.start();
+    if (!this.allPushed) await this.pushFrames(signal, report);
+    this.result = await this.opened.run({
+      signal,
+      onProgress: ({ stage, done, total }) => {
+        if (signal.aborted) return;
+        this.mark(stage, done, total);
+        report();
+      },
+    });
+  }
+
+  /**
+   * @param {AbortSignal} signal
+   * @param {() => void} report
+   */
+  async pushFrames(signal, report) {
+    this.session?.close();
+    this.images.clear();
+    this.times = [];
+    this.stages[0].ms = 0;
+    const session = await this.library.createSession(this.options);
+    this.session = session;
+    for await (const { frame, time } of this.source.frames(this.take, signal)) {
+      signal.throwIfAborted();
+      // The picture is copied before the session gets the bytes, which it may hand on to its worker.
+      await this.images.add(frame);
+      if (time !== null) this.times.push(time);
+      await session.push(frame);
+      this.mark('frames', this.images.length, this.take.frames);
+      report();
+    }
+    signal.throwIfAborted();
+    if (this.images.length === 0) throw new PageError('no-frames');
+    if (this.images.length === 1) throw new PageError('one-frame');
+    this.stages[0].total = this.images.length;
+    this.allPushed = true;
+  }
+
+  /** @returns {import('./job.js').Shown} */
+  get shown() {
+    const { result, opened: session } = this;
+    if (!result) throw new PageError('unfinished');
+    return {
+      result,
+      presence: null,
+      windows: false,
+      answers: {
+        flow: (t) => session.flow(t),
+        boundaries: (t) => result.boundaries(t),
+        superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
+        saliencyMap: (t) => result.saliencyMap(t),
+      },
+      numbers: [
+        plural(result.trajectories.count, 'trajectory', 'trajectories'),
+        `${plural(this.images.length, 'frame')} of ${this.size}`,
+      ],
+      headline: (facts) => headline(result, facts),
+      notice: () => remark(result),
+    };
+  }
+
+  /** @param {Promise<Result>} result */
+  async corrected(result) {
+    this.result = await result;
+  }
+
+  close() {
+    this.session?.close();
+    super.close();
+  }
+}

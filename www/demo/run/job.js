@@ -1,0 +1,114 @@
+/**
+ * What all kinds of runs have in common, and what the page may ask of them. Each kind is a file; jobs.js lists them.
+ * @module
+ */
+
+import { FrameStore } from './frame-store.js';
+import { StageClock } from './stage-clock.js';
+
+/** @typedef {typeof import('../../dist/index.js')} Library The tracecut package. */
+/** @typedef {import('../source.js').Source} Source */
+/** @typedef {import('../source.js').Take} Take */
+/** @typedef {import('../../dist/index.js').SessionOptions} Options Parameters that differ from their defaults. */
+/** @typedef {import('../result/presence.js').Facts} Facts */
+
+/**
+ * What a run has found so far, as the page shows it.
+ *
+ * @typedef {object} Shown
+ * @property {import('../result/points.js').Result | null} result null for a still image
+ * @property {import('../result/presence.js').Presence | null} presence where each object is, if that is known already
+ * @property {boolean} windows whether the clip was taken window by window
+ * @property {Partial<import('../layers/layer.js').Answers>} answers
+ * @property {string[]} numbers for the line of facts
+ * @property {(facts: Facts[]) => string} headline
+ * @property {(facts: Facts[]) => string} notice what else there is to say, empty for nothing
+ */
+
+/**
+ * What can be corrected. What a kind of run cannot do is left out.
+ *
+ * @typedef {object} Corrector
+ * @property {(a: number, b: number) => Promise<unknown>} merge
+ * @property {(label: number, at?: {t: number, x: number, y: number}) => Promise<unknown>} [split]
+ * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<unknown>} [together]
+ * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<unknown>} [apart]
+ * @property {() => Promise<unknown>} undo
+ * @property {() => number} count corrections in force
+ */
+
+/** Besides what is here a kind has `run`, `shown`, and the static `fits` and `stages`, which jobs.js asks for. */
+export class Job extends StageClock {
+  /**
+   * @param {Library} library
+   * @param {Source} source
+   * @param {Take} take
+   * @param {Options} options
+   * @param {import('./stage-clock.js').StagePlan[]} plan
+   */
+  constructor(library, source, take, options, plan) {
+    super(plan);
+    this.library = library;
+    this.source = source;
+    this.take = take;
+    this.options = options;
+    /** The frames as they are shown. */
+    this.images = new FrameStore();
+    /** @type {number[]} When they are shown, in seconds; none where nobody knows. */
+    this.times = [];
+    /** @type {number[]} First frames of further shots. */
+    this.cuts = [];
+    /** @type {Corrector | null} What can be corrected of the result. */
+    this.corrector = null;
+  }
+
+  /** Frames that are settled while others are still to come. */
+  get settled() {
+    return 0;
+  }
+
+  /**
+   * After a cancel: keeps what is settled as the result, where that is one.
+   *
+   * @returns {boolean} whether it is; else the run may be run again, and goes on
+   */
+  stop() {
+    return false;
+  }
+
+  /**
+   * @param {Take} take
+   * @param {Options} options
+   * @returns {boolean} whether this is a run with these settings
+   */
+  isFor(take, options) {
+    return JSON.stringify([take, options]) === JSON.stringify([this.take, this.options]);
+  }
+
+  /** @returns {string} of its frames: `480 × 270` */
+  get size() {
+    return `${this.images.width} × ${this.images.height}`;
+  }
+
+  /** Frees what it holds. */
+  close() {
+    this.images.close();
+  }
+}
+
+/**
+ * Superpixels serve two layers; each frame's are fetched once.
+ *
+ * @template T
+ * @param {(frame: number) => Promise<T>} ask
+ * @returns {(frame: number) => Promise<T>}
+ */
+export function remembered(ask) {
+  /** @type {Map<number, Promise<T>>} */
+  const known = new Map();
+  return (frame) => {
+    const answer = known.get(frame) ?? ask(frame);
+    known.set(frame, answer);
+    return answer;
+  };
+}

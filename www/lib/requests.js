@@ -1,0 +1,145 @@
+// What can be asked of a session, a line for each request. The engine in this thread, the engine in a worker, the worker
+// and what results ask later are built from this table: a new question is a line here, a method of the wasm session, and
+// one of `Session` (and of `Result`) with its description.
+//
+// A worker gets arguments and gives answers by transfer: their typed arrays must be nobody else's.
+
+import { applyCorrection } from './correction.js';
+import { toPixels } from './decode.js';
+
+/** @typedef {import('./engine.js').Info} Info */
+/** @typedef {import('./frames.js').RawFrame} RawFrame */
+/** @typedef {import('./tracecut.js').Session} WasmSession */
+
+/**
+ * What is done with the wasm module's session.
+ * @template R
+ * @typedef {(session: WasmSession) => R} Work
+ */
+
+/**
+ * A request with arguments `A` and answer `R`; `work` says what its arguments mean to the session. With `restarts` the
+ * seconds of the stages are counted from here on.
+ * @template {unknown[]} A
+ * @template R
+ * @typedef {{work: (...args: A) => Work<R> | Promise<Work<R>>, restarts?: true}} Line
+ */
+
+/**
+ * A request for a map of frame `t`, at the size that frames are processed at. Results may ask for it too: `called` is
+ * what they call it when they cannot, `from` what must be there, which is also when a session can answer first.
+ * @template {{width: number, height: number}} R
+ * @typedef {Line<[t: number], R> & {called: string, from: 'frames' | 'saliency' | 'masks'}} MapLine
+ */
+
+export const REQUESTS = {
+  /** @type {Line<[frame: RawFrame], Info>} */
+  push: {
+    work: withPixels((frame) => order((session) => session.pushRgba(frame.data, frame.width, frame.height))),
+  },
+  /** @type {Line<[frame: RawFrame], Info & {held: boolean}>} for clips taken window by window */
+  pushInShot: {
+    work: withPixels((frame) => (session) => {
+      const held = session.pushInShot(frame.data, frame.width, frame.height);
+      return { ...session.info(), held };
+    }),
+  },
+  /** @type {Line<[overlap: number], Info>} goes on to the next window */
+  advance: { restarts: true, work: (overlap) => order((session) => session.advance(overlap)) },
+  /** @type {Line<[trajectories: import('./trajectories.js').RawTrajectories], Info>} */
+  setTrajectories: {
+    work: ({ numFrames, width, height, startFrame, offset, x, y }) =>
+      order((session) => session.setTrajectories(numFrames, width, height, startFrame, offset, x, y)),
+  },
+  /** @type {Line<[correction: import('./correction.js').RawCorrection], Info>} decides; `run` then does what follows */
+  correct: { work: (correction) => order((session) => applyCorrection(session, correction)) },
+  /** @type {Line<[], Info>} */
+  clear: { restarts: true, work: () => order((session) => session.clear()) },
+
+  /** @type {Line<[t: number], import('./engine.js').FlowField>} */
+  flow: { work: (t) => (session) => session.flow(t) },
+  /** @type {MapLine<import('./engine.js').RawBoundaryMap>} */
+  boundaries: { called: 'boundaries', from: 'frames', work: (t) => (session) => session.boundaries(t) },
+  /** @type {MapLine<import('./engine.js').RawSuperpixels>} */
+  superpixels: { called: 'superpixels', from: 'masks', work: (t) => (session) => session.superpixels(t) },
+  /** @type {MapLine<import('./engine.js').RawSaliencyMap>} */
+  saliencyMap: { called: 'saliency maps', from: 'saliency', work: (t) => (session) => session.saliencyMap(t) },
+
+  /** @type {Line<[image: RawFrame], import('./engine.js').RawBoundaryMap>} of an image of its own, as those below */
+  boundariesOf: {
+    work: withPixels((image) => (session) => session.boundariesOf(image.data, image.width, image.height)),
+  },
+  /** @type {Line<[image: RawFrame, count?: number], import('./engine.js').RawSuperpixels>} */
+  superpixelsOf: {
+    work: withPixels(
+      (image, /** @type {number | undefined} */ count) => (session) =>
+        session.superpixelsOf(image.data, image.width, image.height, count),
+    ),
+  },
+  /** @type {Line<[image: RawFrame], import('./image.js').ImageDiscontinuities>} */
+  discontinuitiesOf: {
+    work: withPixels((image) => (session) => session.discontinuitiesOf(image.data, image.width, image.height)),
+  },
+};
+
+/**
+ * The work of a request whose first argument is a frame: files are decoded before the session sees them.
+ * @template {unknown[]} A
+ * @template R
+ * @param {(pixels: import('./decode.js').Pixels, ...rest: A) => Work<R>} work
+ * @returns {(frame: RawFrame, ...rest: A) => Promise<Work<R>>}
+ */
+function withPixels(work) {
+  return async (frame, ...rest) => work(await toPixels(frame), ...rest);
+}
+
+/**
+ * Work that changes the session; the answer is what it holds then.
+ * @param {Work<void>} change
+ * @returns {Work<Info>}
+ */
+function order(change) {
+  return (session) => {
+    change(session);
+    return session.info();
+  };
+}
+
+/** @typedef {typeof REQUESTS} Requests */
+/** @typedef {keyof Requests} RequestName */
+/** @typedef {{[N in RequestName]: Requests[N] extends {called: string} ? N : never}[RequestName]} MapName */
+/**
+ * @template {RequestName} N
+ * @typedef {Parameters<Requests[N]['work']>} Arguments
+ */
+/**
+ * @template {RequestName} N
+ * @typedef {ReturnType<Awaited<ReturnType<Requests[N]['work']>>>} Answer
+ */
+
+/**
+ * Asks for a map of a frame, and gives it with its grid.
+ * @typedef {<N extends MapName>(name: N, t: number) => Promise<Answer<N> & import('./image.js').Grid>} AskMap
+ */
+
+/**
+ * The line of a request.
+ * @template {RequestName} N
+ * @param {N} name
+ * @returns {Line<Arguments<N>, Answer<N>>}
+ */
+export function lineOf(name) {
+  return /** @type {Line<Arguments<N>, Answer<N>>} */ (/** @type {unknown} */ (REQUESTS[name]));
+}
+
+/**
+ * Asks an engine for a map of frame `t`.
+ * @template {MapName} N
+ * @param {Pick<import('./engine.js').Engine, 'request'>} engine
+ * @param {N} name
+ * @param {number} t
+ * @returns {Promise<Answer<N>>}
+ */
+export function requestMap(engine, name, t) {
+  return engine.request(name, .../** @type {Arguments<N>} */ ([t]));
+}
