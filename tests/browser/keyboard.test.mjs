@@ -41,8 +41,11 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   }
 
   await tabTo('#open');
-  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.keyboard.press('Enter')]);
-  await chooser.setFiles(frames.map((frame, k) => pngFile(`frame${k}.png`, frame)));
+  const chosen = page.waitForEvent('filechooser');
+  // The browser must have heard that somebody waits before the key comes, or its own dialog opens, which no one sees.
+  await page.evaluate(() => new Promise(requestAnimationFrame));
+  await page.keyboard.press('Enter');
+  await (await chosen).setFiles(frames.map((frame, k) => pngFile(`frame${k}.png`, frame)));
   await inPhase(page, 'setup');
   await tabTo('#start');
   await page.keyboard.press('Enter');
