@@ -24,9 +24,9 @@ use tracecut::trajectory::{Tracker, structure};
 
 /// A label for every pixel of at least two frames of one size.
 fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut::Error> {
-    // Counts of trajectories are stated at a grid step of 8 pixels.
-    let (params, seed) = (params.at_spacing(params.trajectory.grid_step), params.clip.seed);
+    // Lengths are stated for large frames, counts of trajectories for a grid step of 8 pixels there.
     let size = (frames[0].width(), frames[0].height());
+    let (params, seed) = (params.for_size(size), params.clip.seed);
 
     // 2.1 Trajectories: points that follow the optical flow from frame to frame; denser ones are for the masks.
     let mut tracker = Tracker::new(size, &params.trajectory);

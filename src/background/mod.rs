@@ -18,8 +18,9 @@ mod moving;
 mod odds;
 mod plate;
 
-pub(crate) use moving::part;
+pub(crate) use moving::{correct, part};
 
+use crate::cut::STRANGER;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
@@ -122,7 +123,8 @@ fn witnesses_in(
     let mut found = vec![Witness::default(); superpixels.count];
     superpixels.label.data().iter().for_each(|&s| found[s as usize].area += 1);
     for (i, x, y) in tracks.alive(t) {
-        let Some(&object) = label.get(i).and_then(|&l| is_object.get(l as usize)) else { continue };
+        let of = |&l: &u32| if l == STRANGER { Some(true) } else { is_object.get(l as usize).copied() };
+        let Some(object) = label.get(i).and_then(of) else { continue };
         let witness = &mut found[superpixels.label.data()[crate::cut::pixel_of(&superpixels.label, x, y)] as usize];
         if object {
             witness.object += 1;

@@ -1,5 +1,6 @@
 //! Which clusters move before a scene that stands still.
 
+use crate::cut::STRANGER;
 use crate::discretize::{Clusters, canonical};
 use crate::trajectory::Trajectories;
 
@@ -7,6 +8,9 @@ use crate::trajectory::Trajectories;
 const HALF: f32 = 1.0;
 /// A cluster is an object if its trajectories have this mean of `r² / (r² + half²)`.
 const MOVING: f32 = 0.5;
+/// A trajectory that moves less surely than this rests, and this share of all rests where the ground is tracked.
+const RESTING: f32 = 0.2;
+const TRACKED: f32 = 0.25;
 /// Mean distance from the plate of what is the plate itself.
 const SAME: f32 = 0.08;
 /// A trajectory of the scene's clusters that moves at least so much, so far from the plate, is none of the scene.
@@ -24,23 +28,19 @@ pub(crate) struct Parted {
 
 /// Tells moving clusters from the scene. `along` is how far the plate is along each trajectory, 0 to 1.
 ///
-/// Where no cluster belongs to the scene, trajectories along which the plate never changes are the ground's, and a
-/// cluster of their own. In clusters of the scene, trajectories that move far from the plate are taken out, into one
-/// cluster.
+/// Where hardly any trajectory rests, the ground is too plain to be tracked and flow follows what moves before it:
+/// trajectories along which the plate never changes are the ground's then, and a cluster of their own. In clusters of
+/// the scene, trajectories that move far from the plate are taken out, into one cluster.
 pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) -> Parted {
-    let moved: Vec<f32> = (0..tracks.len()).map(|i| moved(tracks, i)).collect();
     let (ground, astray) = (clusters.count as u32, clusters.count as u32 + 1);
+    let Motion { moved, is_tracked, far } = Motion::of(tracks);
+    let is_ground = |i: usize| !is_tracked && along[i] < SAME;
+    let moves = means(tracks, clusters, |i| (!is_ground(i)).then_some(moved[i]));
     let mut label = clusters.label.clone();
-    let mut moves = means(tracks, clusters, |i| moved[i]);
-    let has_scene = moves.iter().any(|&m| m < MOVING);
-    if !has_scene {
-        moves = means(tracks, clusters, |i| if along[i] < SAME { 0.0 } else { moved[i] });
-    }
     for (i, label) in label.iter_mut().enumerate() {
-        let of_object = moves[*label as usize] >= MOVING;
-        if !has_scene && of_object && along[i] < SAME {
+        if is_ground(i) {
             *label = ground;
-        } else if !of_object && moved[i] > ASTRAY && along[i] > FAR {
+        } else if moves[*label as usize] < MOVING && moved[i] > ASTRAY && along[i] > far {
             *label = astray;
         }
     }
@@ -54,6 +54,44 @@ pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) ->
     Parted { clusters, is_object: renamed }
 }
 
+/// The same for denser trajectories, which took the labels of those around them: flow that follows what moves nearby
+/// makes ground and object alike. Who moves far from the plate with the scene's label becomes a stranger.
+pub(crate) fn correct(label: &mut [u32], tracks: &Trajectories, along: &[f32], is_object: &[bool]) {
+    let Motion { moved, is_tracked, far } = Motion::of(tracks);
+    let is_scene = |label: u32| is_object.get(label as usize) == Some(&false);
+    let mut counts = vec![0_u32; is_object.len()];
+    for (&label, _) in label.iter().zip(along).filter(|&(&l, &a)| is_scene(l) && a < SAME) {
+        counts[label as usize] += 1;
+    }
+    let ground = (0..counts.len()).rev().max_by_key(|&l| counts[l]).filter(|&l| counts[l] > 0);
+    for (i, label) in label.iter_mut().enumerate() {
+        match ground {
+            Some(ground) if !is_tracked && along[i] < SAME => *label = ground as u32,
+            _ if is_scene(*label) && moved[i] > ASTRAY && along[i] > far => *label = STRANGER,
+            _ => {}
+        }
+    }
+}
+
+/// What trajectories do before a scene that stands still.
+struct Motion {
+    /// How surely each moves.
+    moved: Vec<f32>,
+    /// Whether the ground is tracked.
+    is_tracked: bool,
+    /// Distance from the plate that is not the scene's.
+    far: f32,
+}
+
+impl Motion {
+    fn of(tracks: &Trajectories) -> Self {
+        let moved: Vec<f32> = (0..tracks.len()).map(|i| moved(tracks, i)).collect();
+        let resting = moved.iter().filter(|&&m| m < RESTING).count();
+        let is_tracked = resting as f32 >= TRACKED * moved.len() as f32;
+        Self { moved, is_tracked, far: if is_tracked { FAR } else { SAME } }
+    }
+}
+
 /// How surely a trajectory moves, 0 to 1, by how far from its beginning it ends: what only sways comes back.
 fn moved(tracks: &Trajectories, i: usize) -> f32 {
     let points = tracks.points(i);
@@ -62,12 +100,14 @@ fn moved(tracks: &Trajectories, i: usize) -> f32 {
     away / (away + HALF * HALF)
 }
 
-/// The mean of a number over the points of each cluster's trajectories.
-fn means(tracks: &Trajectories, clusters: &Clusters, of: impl Fn(usize) -> f32) -> Vec<f32> {
+/// The mean of a number over the points of each cluster's trajectories that have one.
+fn means(tracks: &Trajectories, clusters: &Clusters, of: impl Fn(usize) -> Option<f32>) -> Vec<f32> {
     let mut sums = vec![(0.0, 0.0); clusters.count];
     for (i, &c) in clusters.label.iter().enumerate() {
-        let (count, sum) = (tracks.points(i).len() as f32, &mut sums[c as usize]);
-        *sum = (sum.0 + count * of(i), sum.1 + count);
+        if let Some(value) = of(i) {
+            let (count, sum) = (tracks.points(i).len() as f32, &mut sums[c as usize]);
+            *sum = (sum.0 + count * value, sum.1 + count);
+        }
     }
     sums.iter().map(|&(sum, count): &(f32, f32)| sum / count.max(1.0)).collect()
 }

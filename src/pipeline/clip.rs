@@ -1,7 +1,7 @@
 //! The clip that a session runs on: frames at working size, their flow, and what goes along from window to window.
 
 use super::geometry::Scale;
-use super::params::{Params, ScaledParams};
+use super::params::ScaledParams;
 use super::trackers::Trackers;
 use crate::Error;
 use crate::flow::CompactFlow;
@@ -38,9 +38,9 @@ pub(super) struct Windows {
 }
 
 impl Clip {
-    /// No frames yet. `spacing` is the distance of neighbouring trajectories in working pixels.
-    pub(super) fn new(scale: Scale, spacing: f32, params: &Params) -> Self {
-        Self { params: params.at_spacing(spacing), scale, frames: Vec::new(), flows: Vec::new(), windows: None }
+    /// No frames yet.
+    pub(super) fn new(scale: Scale, params: ScaledParams) -> Self {
+        Self { params, scale, frames: Vec::new(), flows: Vec::new(), windows: None }
     }
 
     /// The frame at working size, if it can be added.

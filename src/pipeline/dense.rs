@@ -7,7 +7,7 @@ use super::params::Params;
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::background::{Background, part};
+use crate::background::{Background, correct, part};
 use crate::camera::Camera;
 use crate::contour::{BoundaryMap, boundary_map};
 use crate::cut::{CutInput, GabrielCut, forget_strangers, labels_for, paint};
@@ -105,6 +105,9 @@ impl Cutting {
             recut.vote(denser, voted, &superpixels[0].label);
         }
         let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
+        if let (Some(background), Some(denser), Some(voted)) = (background, &tracked.denser, &mut voted) {
+            correct(voted, denser, &background.along(denser), &is_object);
+        }
         let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
         let label = voted.as_ref().unwrap_or(&clusters.label);
         let evidence = background.as_ref().map_or_else(Vec::new, |background| {

@@ -26,6 +26,10 @@ crate::params! {
         /// Longest side at which frames are processed, in pixels; larger frames are reduced and every result is mapped
         /// back to input pixels. Higher is slower and finds smaller objects.
         pub max_side: u32 = 640, in 16..=4096;
+        /// Side of a square frame for which lengths are meant, in pixels: in a frame of less area trajectories are
+        /// closer together in proportion, down to three eighths, and so are radii around them, so that an object has as
+        /// many points at any size. 0 leaves lengths as they are. Default: the area of 640×360.
+        pub reference: u32 = 480, in 0..=4096;
         /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
         pub dense: bool = true, in 0..=1;
         /// Seed of all pseudo-random choices.
@@ -110,6 +114,7 @@ impl Params {
         params.superpixel.join_below = 0.0;
         params.refine.band = 0;
         params.background.still = false;
+        params.clip.reference = 0;
         params
     }
 
@@ -184,10 +189,30 @@ impl Params {
         first
     }
 
-    /// The same for trajectories that are `spacing` pixels of the processed frames apart.
-    pub fn at_spacing(&self, spacing: f32) -> ScaledParams {
+    /// The same for processed frames of `size` pixels: lengths are those of such frames.
+    pub fn for_size(&self, size: (usize, usize)) -> ScaledParams {
+        let scale = self.length_scale(size);
+        self.scaled(scale, self.trajectory.grid_step * scale)
+    }
+
+    /// The same for processed frames of `size` pixels whose trajectories are `spacing` pixels apart.
+    pub fn at_spacing(&self, size: (usize, usize), spacing: f32) -> ScaledParams {
+        self.scaled(self.length_scale(size), spacing)
+    }
+
+    /// What lengths are to be multiplied with in frames of `size` pixels.
+    fn length_scale(&self, (width, height): (usize, usize)) -> f32 {
+        let side = ((width * height) as f32).sqrt();
+        (side / self.clip.reference.max(1) as f32).clamp(LEAST_SCALE, 1.0)
+    }
+
+    fn scaled(&self, scale: f32, spacing: f32) -> ScaledParams {
         let mut params = self.clone();
-        let density = (REFERENCE_STEP / spacing).powi(2);
+        params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_STEP);
+        params.trajectory.mask_step = (params.trajectory.mask_step * scale).max(LEAST_STEP);
+        params.cut.vote_radius *= scale;
+        params.refine.band = (params.refine.band as f32 * scale).round() as u32;
+        let density = (REFERENCE_STEP * scale / spacing).powi(2);
         for count in [
             &mut params.embedding.min_component,
             &mut params.discretize.min_cluster,
@@ -199,11 +224,17 @@ impl Params {
     }
 }
 
+/// Least scale of lengths: below, neighbouring trajectories see the same pixels.
+const LEAST_SCALE: f32 = 0.375;
+/// Least spacing of trajectories, in pixels.
+const LEAST_STEP: f32 = 2.0;
+
 /// The grid step at which counts of trajectories are stated in the parameters, in pixels.
 pub(super) const REFERENCE_STEP: f32 = 8.0;
 
-/// The parameters of one run: counts of trajectories, which [`Params`] states at a grid step of 8 pixels, are those at
-/// the spacing that the clip's trajectories have. Made by [`Params::at_spacing`]; reads as [`Params`].
+/// The parameters of one run: lengths are those of frames of the clip's size, and counts of trajectories, which
+/// [`Params`] states at a grid step of 8 pixels in large frames, are those at the spacing that the clip's trajectories
+/// have. Made by [`Params::for_size`] and [`Params::at_spacing`]; reads as [`Params`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaledParams {
     params: Params,
@@ -307,11 +338,26 @@ mod tests {
     #[test]
     fn counts_of_trajectories_follow_their_spacing() {
         let params = Params::default();
-        assert_eq!(*params.at_spacing(8.0), params);
-        let dense = params.at_spacing(4.0);
+        let large = (640, 360);
+        assert_eq!(*params.for_size(large), params);
+        let dense = params.at_spacing(large, 4.0);
         assert_eq!(dense.discretize.min_cluster, 4 * params.discretize.min_cluster);
         assert_eq!(dense.embedding.min_component, 4 * params.embedding.min_component);
         assert_eq!(dense.connectedness.min_component, 4 * params.connectedness.min_component);
         assert_eq!((dense.spacing(), &dense.cut), (4.0, &params.cut));
+    }
+
+    #[test]
+    fn lengths_follow_the_size_of_the_frame_and_counts_do_not() {
+        let params = Params::default();
+        let half = params.for_size((320, 180));
+        assert_eq!((half.spacing(), half.trajectory.grid_step, half.trajectory.mask_step), (4.0, 4.0, 2.0));
+        assert_eq!((half.cut.vote_radius, half.refine.band), (12.0, 4));
+        assert_eq!(half.discretize, params.discretize);
+        // Twice as dense as such frames have it by default.
+        assert_eq!(params.at_spacing((320, 180), 2.0).discretize.min_cluster, 4 * params.discretize.min_cluster);
+        assert_eq!(params.for_size((32, 18)).spacing(), 3.0);
+        assert_eq!(*params.for_size((1280, 720)), params);
+        assert_eq!(*Params::paper().for_size((32, 18)), Params::paper());
     }
 }

@@ -100,8 +100,8 @@ impl Session {
     pub(super) fn open_for(&mut self, frame: &Frame) -> Result<&mut Clip, Error> {
         if matches!(self.phase, Phase::Empty) {
             let scale = Scale::new((frame.width(), frame.height()), self.params.clip.max_side as usize);
-            let spacing = self.params.trajectory.grid_step;
-            self.phase = Phase::Frames(Box::new(Clip::new(scale, spacing, &self.params)));
+            let params = self.params.for_size(scale.working);
+            self.phase = Phase::Frames(Box::new(Clip::new(scale, params)));
         }
         match &mut self.phase {
             Phase::Frames(clip) => Ok(clip),
@@ -131,7 +131,7 @@ impl Session {
         }
         trajectories.check()?;
         let tracks = scale.to_working(&trajectories);
-        let clip = Clip::new(scale, typical_spacing(&tracks), &self.params);
+        let clip = Clip::new(scale, self.params.at_spacing(scale.working, typical_spacing(&tracks)));
         let numbers = (0..tracks.len() as u32).collect();
         let tracked = Tracked { tracks, input: trajectories, numbers, with_past: None, denser: None };
         self.phase = Phase::Tracks(Box::new(clip), Box::new(tracked));
