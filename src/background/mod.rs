@@ -14,54 +14,160 @@
 //! Not in the paper, which has no background. Over the static clips that it was chosen on (seven of SBI 2015, two of
 //! CDnet 2014) see CHANGELOG.md. **Limits.** What stands still for more than half of the clip is the plate.
 
+mod compare;
 mod moving;
 mod odds;
 mod plate;
 
-pub(crate) use moving::{correct, part};
+pub(crate) use moving::part;
 
-use crate::cut::STRANGER;
+use crate::cut::{STRANGER, UNKNOWN};
+use crate::camera::Camera;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
+use moving::correct;
 use odds::{Witness, log_odds};
-use plate::Plate;
+use compare::{Accounts, Verdict, accounts};
+use plate::{Picture, Plate, picture};
 
 crate::params! {
-    /// The background of still cameras.
+    /// The background.
     pub struct BackgroundParams {
-        /// Whether clips whose camera stands still are judged by their background. Not in the paper.
-        pub still: bool = true, in 0..=1;
-        /// Longest side of the background plate, in pixels. Higher is slower.
+        /// Whether clips are judged by their background. Not in the paper.
+        pub judge: bool = true, in 0..=1;
+        /// Longest side at which backgrounds are compared, in pixels. Higher is slower.
         pub side: u32 = 320, in 16..=4096;
-        /// Distance from the plate that is as much object as background, in standard deviations of the noise.
+        /// Where the camera stands still: distance from the plate that is as much object as background, in standard
+        /// deviations of the noise.
         pub noise_factor: f32 = 5.0, in 0.1..=100.0;
-        /// Motion that is as much object as background, in pixels a frame.
+        /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
         pub motion: f32 = 0.4, in 0.01..=100.0;
-        /// Weight of the log-odds by the distance from the plate.
+        /// Where the camera stands still: weight of the log-odds by the distance from the plate.
         pub plate_weight: f32 = 0.8, in 0.0..=100.0;
-        /// Weight of the log-odds by motion.
+        /// Where the camera stands still: weight of the log-odds by motion.
         pub motion_weight: f32 = 0.3, in 0.0..=100.0;
+        /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
+        /// objects'.
+        pub account_weight: f32 = 1.0, in 0.0..=100.0;
+        /// Where the camera moves: what speaks against an object in each superpixel before anything is known.
+        pub doubt: f32 = 0.0, in 0.0..=100.0;
+        /// A trajectory does not vote for what its pixels speak against by more than this, of at most 1.
+        pub correction: f32 = 0.5, in 0.0..=2.0;
+        /// Clusters that their own motion explains better than the scene's by less than this, of at most 1, are no
+        /// objects where the scene is explained as badly: water, smoke, leaves. -1 lets all be.
+        pub coherence: f32 = 0.22, in -1.0..=1.0;
     }
 }
 
-/// What pixels say in a clip whose camera stands still.
+/// What differs from its place in the scene by this many times the scene's own mean square is none of it.
+const APART: f32 = 4.0;
+/// The least of which, in grey levels squared.
+const LEAST: f32 = 100.0;
+
+/// What pixels say in a clip.
 #[derive(Debug, Clone)]
 pub(crate) struct Background {
-    /// How far each pixel of each frame is from the plate, in 255ths; may be smaller than frames.
+    camera: Camera,
+    /// The frames, reduced by `step`.
+    pictures: Vec<Picture>,
+    step: usize,
+    /// How well the motions of scene and objects explain the pixels of each frame, once there are objects.
+    accounts: Vec<Accounts>,
+    /// What differs from its place in the scene by this mean square is as much none of it as not.
+    strange: f32,
+    /// Where the camera stands still: how far each pixel of each frame is from the plate, in 255ths; may be smaller
+    /// than frames.
     distance: Vec<Plane<u8>>,
 }
 
 impl Background {
-    /// Steps 1: of all frames of a clip, which have equal sizes.
-    pub(crate) fn new(frames: &[Frame], params: &BackgroundParams) -> Self {
-        let plate = Plate::new(frames, params.side as usize);
-        let of = |plate: &Plate| frames.iter().map(|frame| plate.distance(frame, params.noise_factor)).collect();
-        Self { distance: plate.as_ref().map_or_else(Vec::new, of) }
+    /// Of all frames of a clip, which have equal sizes.
+    pub(crate) fn new(frames: &[Frame], camera: Camera, params: &BackgroundParams) -> Self {
+        let side = frames.first().map_or(1, |f| f.width().max(f.height()));
+        let step = side.div_ceil(params.side as usize).max(1);
+        let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
+        let plate = if camera.still { Plate::new(&pictures) } else { None };
+        let of = |plate: &Plate| pictures.iter().map(|p| plate.distance(p, params.noise_factor)).collect();
+        let distance = plate.as_ref().map_or_else(Vec::new, of);
+        Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance }
     }
 
-    /// The mean distance from the plate along each trajectory, 0 to 1; 1 where a trajectory is in a frame unknown.
+    /// Whether the camera stands still.
+    pub(crate) fn is_still(&self) -> bool {
+        self.camera.still
+    }
+
+    /// Accounts for the pixels of all frames by these trajectories, whose labels are objects or not.
+    pub(crate) fn account(&mut self, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
+        let frames = if is_object.contains(&true) { 0..self.pictures.len() } else { 0..0 };
+        let (pictures, camera) = (&self.pictures, &self.camera);
+        self.accounts = frames.map(|t| accounts(pictures, self.step, t, camera, labelled, is_object)).collect();
+        let mut scene = Verdict::default();
+        for (i, &label) in labelled.1.iter().enumerate() {
+            if object(label, is_object) == Some(false) {
+                self.add_along(labelled.0, i, &mut scene);
+            }
+        }
+        self.strange = APART * scene.unlike_scene().max(LEAST);
+    }
+
+    /// Which labels go with their own trajectories from frame to frame, or at least not with the scene: what flows,
+    /// flickers or sways does neither, and is explained by the scene's motion as badly as the scene itself.
+    pub(crate) fn coherent(
+        &self,
+        (tracks, label): (&Trajectories, &[u32]),
+        is_object: &[bool],
+        params: &BackgroundParams,
+    ) -> Vec<bool> {
+        let mut verdicts = vec![Verdict::default(); is_object.len()];
+        for (i, &label) in label.iter().enumerate() {
+            if let Some(verdict) = verdicts.get_mut(label as usize) {
+                self.add_along(tracks, i, verdict);
+            }
+        }
+        let is_coherent = |v: &Verdict| v.value() >= params.coherence || v.unlike_scene() > self.strange;
+        verdicts.iter().map(is_coherent).collect()
+    }
+
+    /// Corrects the labels of dense trajectories, which took them from those around: flow that follows what moves nearby
+    /// makes ground and object alike.
+    pub(crate) fn correct(
+        &self,
+        tracks: &Trajectories,
+        label: &mut [u32],
+        is_object: &[bool],
+        params: &BackgroundParams,
+    ) {
+        if self.is_still() {
+            return correct(label, tracks, &self.along(tracks), is_object);
+        }
+        for (i, label) in label.iter_mut().enumerate() {
+            let mut sum = Verdict::default();
+            self.add_along(tracks, i, &mut sum);
+            match object(*label, is_object) {
+                Some(true) if sum.value() < -params.correction => *label = UNKNOWN,
+                Some(false) if sum.value() > params.correction => *label = STRANGER,
+                _ => {}
+            }
+        }
+    }
+
+    /// The accounts around each point of trajectory `i`.
+    fn add_along(&self, tracks: &Trajectories, i: usize, sum: &mut Verdict) {
+        for t in tracks.frames(i) {
+            let (Some((x, y)), Some(map)) = (tracks.at(i, t), self.accounts.get(t)) else { continue };
+            let place = |v: f32, side: usize| (((v + 0.5).max(0.0) as usize) / self.step).min(side - 1);
+            let (x, y) = (place(x, map.width()), place(y, map.height()));
+            for y in y.saturating_sub(1)..(y + 2).min(map.height()) {
+                map.row(y)[x.saturating_sub(1)..(x + 2).min(map.width())].iter().for_each(|&a| sum.add(a));
+            }
+        }
+    }
+
+    /// Where the camera stands still: the mean distance from the plate along each trajectory, 0 to 1; 1 where a
+    /// trajectory is in a frame unknown.
     pub(crate) fn along(&self, tracks: &Trajectories) -> Vec<f32> {
         (0..tracks.len()).map(|i| self.along_one(tracks, i).unwrap_or(1.0)).collect()
     }
@@ -87,6 +193,14 @@ impl Background {
         is_object: &[bool],
         params: &BackgroundParams,
     ) -> Vec<f32> {
+        let mut evidence = Vec::new();
+        if !self.is_still() {
+            for (t, s) in superpixels.iter().enumerate() {
+                evidence.extend(self.accounts.get(t).map_or_else(|| vec![0.0; s.count], |map| verdicts(s, map, self.strange)));
+            }
+            evidence.iter_mut().for_each(|e| *e = *e * params.account_weight - params.doubt);
+            return evidence;
+        }
         let (mut witnesses, mut by_plate, mut by_motion) = (Vec::new(), Vec::new(), Vec::new());
         for (t, s) in superpixels.iter().enumerate() {
             witnesses.extend(witnesses_in(s, t, tracks, label, is_object));
@@ -94,13 +208,31 @@ impl Background {
             let flow = flows.get(t).or(flows.last());
             by_motion.extend(flow.map_or_else(|| vec![0.0; s.count], |flow| means(s, &motion(flow, params.motion))));
         }
-        let mut evidence = vec![0.0; witnesses.len()];
+        evidence.resize(witnesses.len(), 0.0);
         for (cue, weight) in [(by_plate, params.plate_weight), (by_motion, params.motion_weight)] {
             let odds = log_odds(&cue, &witnesses);
             evidence.iter_mut().zip(odds).for_each(|(sum, odds)| *sum += weight * odds);
         }
         evidence
     }
+}
+
+/// Whether a label is an object's; of unknown ones it is not known.
+fn object(label: u32, is_object: &[bool]) -> Option<bool> {
+    if label == STRANGER { Some(true) } else { is_object.get(label as usize).copied() }
+}
+
+/// What accounts of its pixels come to for each superpixel; the map may be smaller.
+fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32> {
+    let (w, h) = (superpixels.label.width(), superpixels.label.height());
+    let mut sums = vec![Verdict::default(); superpixels.count];
+    for y in 0..h {
+        let line = map.row(y * map.height() / h);
+        for (x, &s) in superpixels.label.row(y).iter().enumerate() {
+            sums[s as usize].add(line[x * map.width() / w]);
+        }
+    }
+    sums.iter().map(|v| v.value().max(v.strangeness(strange))).collect()
 }
 
 /// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
@@ -123,8 +255,7 @@ fn witnesses_in(
     let mut found = vec![Witness::default(); superpixels.count];
     superpixels.label.data().iter().for_each(|&s| found[s as usize].area += 1);
     for (i, x, y) in tracks.alive(t) {
-        let of = |&l: &u32| if l == STRANGER { Some(true) } else { is_object.get(l as usize).copied() };
-        let Some(object) = label.get(i).and_then(of) else { continue };
+        let Some(object) = label.get(i).and_then(|&l| object(l, is_object)) else { continue };
         let witness = &mut found[superpixels.label.data()[crate::cut::pixel_of(&superpixels.label, x, y)] as usize];
         if object {
             witness.object += 1;

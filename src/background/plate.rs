@@ -14,27 +14,22 @@ const LEAST_NOISE: f32 = 1.5;
 const DEVIATION: f32 = 1.4826;
 
 /// A frame reduced, a colour a pixel.
-type Picture = Plane<[u8; 3]>;
+pub(super) type Picture = Plane<[u8; 3]>;
 
 /// The plate.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plate {
-    /// Pixels of a frame a pixel of the plate, along a side.
-    step: usize,
     colour: Picture,
     /// Variance of the noise at each pixel and around it, in grey levels squared, that of the clip with it.
     variance: Plane<f32>,
 }
 
 impl Plate {
-    /// The plate of frames of equal size, their longest side reduced to about `side`. `None` without any.
-    pub(super) fn new(frames: &[Frame], side: usize) -> Option<Self> {
-        let first = frames.first()?;
-        let step = first.width().max(first.height()).div_ceil(side).max(1);
+    /// The plate of frames of equal size, which may be reduced. `None` without any.
+    pub(super) fn new(frames: &[Picture]) -> Option<Self> {
+        let size = frames.first()?;
         let count = MOST_SOURCES.min(frames.len());
-        let sources = (0..count).map(|k| &frames[k * (frames.len() - 1) / (count - 1).max(1)]);
-        let pictures: Vec<Picture> = sources.map(|frame| picture(frame, step)).collect();
-        let size = &pictures[0];
+        let pictures: Vec<_> = (0..count).map(|k| &frames[k * (frames.len() - 1) / (count - 1).max(1)]).collect();
         let mut colour = Plane::filled(size.width(), size.height(), [0; 3]);
         let mut noise = Plane::filled(size.width(), size.height(), 0.0);
         let mut seen = vec![[0; 3]; count];
@@ -46,13 +41,11 @@ impl Plate {
         }
         let of_clip = clip_noise(&noise);
         let variance = largest_around(&noise).map(|n| n * n + of_clip * of_clip);
-        Some(Self { step, colour, variance })
+        Some(Self { colour, variance })
     }
 
-    /// How far each pixel of a reduced frame is from the plate, in 255ths: one half at `factor` standard deviations of
-    /// the noise there.
-    pub(super) fn distance(&self, frame: &Frame, factor: f32) -> Plane<u8> {
-        let picture = picture(frame, self.step);
+    /// How far each pixel is from the plate, in 255ths: one half at `factor` standard deviations of the noise there.
+    pub(super) fn distance(&self, picture: &Picture, factor: f32) -> Plane<u8> {
         Plane::from_fn(picture.width(), picture.height(), |x, y| {
             let apart = f32::from(apart(picture[(x, y)], self.colour[(x, y)]));
             let half = factor * factor * self.variance[(x, y)];
@@ -62,11 +55,12 @@ impl Plate {
 }
 
 /// The largest difference of any channel.
-fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
+pub(super) fn apart(a: [u8; 3], b: [u8; 3]) -> u8 {
     a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])).max(a[2].abs_diff(b[2]))
 }
 
-fn picture(frame: &Frame, step: usize) -> Picture {
+/// A frame reduced by `step`.
+pub(super) fn picture(frame: &Frame, step: usize) -> Picture {
     let small = frame.resized((frame.width() / step).max(1), (frame.height() / step).max(1));
     let at = |x: usize, y: usize| 3 * (y * small.width() + x);
     Plane::from_fn(small.width(), small.height(), |x, y| std::array::from_fn(|c| small.rgb()[at(x, y) + c]))
@@ -108,7 +102,7 @@ mod tests {
     const SIZE: (usize, usize) = (48, 32);
 
     /// A scene of random colours with a square that moves before it, and noise of up to two grey levels.
-    fn frames() -> (Vec<u8>, Vec<Frame>) {
+    fn frames() -> (Vec<u8>, Vec<Picture>) {
         let mut rng = Rng::for_stage(7, "plate");
         let scene: Vec<u8> = (0..3 * SIZE.0 * SIZE.1).map(|_| 20 + rng.below(100) as u8).collect();
         let frame = |t: usize| {
@@ -118,7 +112,7 @@ mod tests {
                 let inside = (4 * t..4 * t + 8).contains(&x) && (10..18).contains(&y);
                 *value = if inside { 220 } else { *value + rng.below(3) as u8 };
             }
-            Frame::from_rgb(rgb, SIZE.0, SIZE.1).unwrap()
+            picture(&Frame::from_rgb(rgb, SIZE.0, SIZE.1).unwrap(), 1)
         };
         let frames = (0..10).map(frame).collect();
         (scene, frames)
@@ -127,7 +121,7 @@ mod tests {
     #[test]
     fn the_plate_is_the_scene_without_what_moves() {
         let (scene, frames) = frames();
-        let plate = Plate::new(&frames, 320).unwrap();
+        let plate = Plate::new(&frames).unwrap();
         let furthest = plate.colour.data().iter().flatten().zip(&scene).map(|(a, b)| a.abs_diff(*b)).max();
         assert!(furthest <= Some(2), "{furthest:?}");
     }
@@ -135,7 +129,7 @@ mod tests {
     #[test]
     fn what_moves_is_far_from_it_and_what_does_not_is_near() {
         let (_, frames) = frames();
-        let plate = Plate::new(&frames, 320).unwrap();
+        let plate = Plate::new(&frames).unwrap();
         for (t, frame) in frames.iter().enumerate() {
             let distance = plate.distance(frame, 5.0);
             for y in 0..SIZE.1 {
@@ -149,13 +143,11 @@ mod tests {
     }
 
     #[test]
-    fn large_frames_are_reduced_and_any_number_of_them_is_enough() {
+    fn any_number_of_frames_is_enough() {
         let (_, frames) = frames();
         for count in 1..=3 {
-            let plate = Plate::new(&frames[..count], 16).unwrap();
-            assert_eq!((plate.colour.width(), plate.colour.height()), (16, 10));
-            assert_eq!(plate.distance(&frames[0], 5.0).width(), 16);
+            assert_eq!(Plate::new(&frames[..count]).unwrap().distance(&frames[0], 5.0).width(), SIZE.0);
         }
-        assert_eq!(Plate::new(&[], 16), None);
+        assert_eq!(Plate::new(&[]), None);
     }
 }

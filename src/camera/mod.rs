@@ -14,9 +14,11 @@
 
 mod dominant;
 mod homography;
+mod warp;
 
 pub(crate) use dominant::{DominantMotion, Search, dominant_motion};
-use homography::Homography;
+pub(crate) use homography::Homography;
+pub(crate) use warp::Warp;
 
 use crate::image::{Frame, Plane, gaussian_blur, sample_bilinear};
 use crate::order;
@@ -32,14 +34,16 @@ const STEEPEST: f64 = 0.2;
 /// Slopes agree if they differ by less than this part of the first.
 const ALIKE: f32 = 0.5;
 /// The camera stands still if no motion agrees this well as compared with the chain, and with this share at all.
-const AS_GOOD: f64 = 0.9;
+const AS_GOOD: f64 = 0.95;
 const LEAST_AGREEMENT: f64 = 0.15;
 
 /// The camera of a clip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Camera {
     /// Whether it stands still.
     pub(crate) still: bool,
+    /// From each frame to the first.
+    to_first: Vec<Homography>,
 }
 
 impl Camera {
@@ -49,7 +53,7 @@ impl Camera {
         let last = frames.len().min(motions.len() + 1).saturating_sub(1);
         let apart = APART.min(last);
         if apart == 0 {
-            return Self { still: false };
+            return Self { still: false, to_first: Vec::new() };
         }
         let pairs = PAIRS.min(last / apart).max(1);
         let starts = (0..pairs).map(|k| if pairs > 1 { k * (last - apart) / (pairs - 1) } else { 0 });
@@ -62,7 +66,21 @@ impl Camera {
             none.push(share_alike(&pair, &Homography::IDENTITY));
         }
         let (chain, none) = (median(chain), median(none));
-        Self { still: none >= LEAST_AGREEMENT && none >= AS_GOOD * chain }
+        let still = none >= LEAST_AGREEMENT && none >= AS_GOOD * chain;
+        let mut to_first = vec![Homography::IDENTITY];
+        for motion in motions {
+            let last = to_first[to_first.len() - 1];
+            to_first.push(if still { last } else { last.after(&motion.homography().inverse()) });
+        }
+        Self { still, to_first }
+    }
+
+    /// Where the scene of frame `from` is in frame `to`.
+    pub(crate) fn between(&self, from: usize, to: usize) -> Homography {
+        match (self.to_first.get(from), self.to_first.get(to)) {
+            (Some(a), Some(b)) => b.inverse().after(a),
+            _ => Homography::IDENTITY,
+        }
     }
 }
 
@@ -150,7 +168,7 @@ mod tests {
         for (speed, still) in [(0, true), (1, false), (3, false)] {
             let frames: Vec<Frame> = (0..14).map(|t| frame(t, speed)).collect();
             let motions = vec![motion(-(speed as f32)); 13];
-            assert_eq!(Camera::new(&motions, &frames), Camera { still }, "{speed} pixels a frame");
+            assert_eq!(Camera::new(&motions, &frames).still, still, "{speed} pixels a frame");
         }
     }
 

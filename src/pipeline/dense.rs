@@ -7,7 +7,7 @@ use super::params::Params;
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::background::{Background, correct, part};
+use crate::background::{Background, BackgroundParams, part};
 use crate::camera::Camera;
 use crate::contour::{BoundaryMap, boundary_map};
 use crate::cut::{CutInput, GabrielCut, forget_strangers, labels_for, paint};
@@ -81,32 +81,32 @@ impl Cutting {
 
     /// The energy, and the first move.
     pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Moving>, Box<Masking>> {
-        let objects = match &self.recut {
-            Some(recut) => recut.objects.clone(),
-            None => objects_of(&mut self.parts, clip),
+        let (objects, voted) = match &self.recut {
+            Some(recut) => (recut.objects.clone(), voted(&self.parts, clip)),
+            None => {
+                let mut is_object = part_clusters(&mut self.parts);
+                let voted = voted(&self.parts, clip);
+                judge(&mut self.parts, voted.as_deref(), &mut is_object, &clip.params.background);
+                (objects_of(&self.parts, &is_object, clip), voted)
+            }
         };
-        let moves = self.energy(&objects, clip);
+        let moves = self.energy(&objects, voted, clip);
         let Self { parts, recut } = *self;
         Box::new(Moving { parts, recut, objects, moves }).step()
     }
 
-    /// From the denser trajectories, labelled by those that were clustered.
-    fn energy(&self, objects: &Objects, clip: &Clip) -> GabrielCut {
+    /// `voted` has the labels of the denser trajectories.
+    fn energy(&self, objects: &Objects, mut voted: Option<Vec<u32>>, clip: &Clip) -> GabrielCut {
         let Parts { clustered, superpixels, background, .. } = &self.parts;
         let (tracked, clusters) = (&clustered.embedded.tracked, &clustered.clusters);
-        let params = &clip.params.cut;
-        let num_labels = clusters.count.max(1);
-        let mut voted = tracked.denser.as_ref().map(|denser| {
-            let mut voted = labels_for(denser, &tracked.tracks, &clusters.label, num_labels, params);
-            forget_strangers(&mut voted, clustered.salience(), clip.params.saliency.threshold);
-            voted
-        });
-        if let (Some(recut), Some(denser), Some(voted)) = (&self.recut, &tracked.denser, &mut voted) {
-            recut.vote(denser, voted, &superpixels[0].label);
-        }
         let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
-        if let (Some(background), Some(denser), Some(voted)) = (background, &tracked.denser, &mut voted) {
-            correct(voted, denser, &background.along(denser), &is_object);
+        if let (Some(denser), Some(voted)) = (&tracked.denser, &mut voted) {
+            if let Some(background) = background {
+                background.correct(denser, voted, &is_object, &clip.params.background);
+            }
+            if let Some(recut) = &self.recut {
+                recut.vote(denser, voted, &superpixels[0].label);
+            }
         }
         let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
         let label = voted.as_ref().unwrap_or(&clusters.label);
@@ -117,15 +117,15 @@ impl Cutting {
             superpixels,
             tracks,
             label,
-            num_labels,
+            num_labels: clusters.count.max(1),
             objects: &is_object,
             evidence: &evidence,
             flows: &clip.flows,
             frames: &clip.frames,
         };
         match &self.recut {
-            Some(recut) => recut.cut(&input, params),
-            None => GabrielCut::new(&input, params),
+            Some(recut) => recut.cut(&input, &clip.params.cut),
+            None => GabrielCut::new(&input, &clip.params.cut),
         }
     }
 
@@ -174,31 +174,61 @@ impl Masking {
     }
 }
 
-/// The background of a clip whose camera stands still.
+/// What the camera and the background tell.
 fn background_of(clustered: &Clustered, clip: &Clip) -> Option<Background> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
-    let wanted = clip.params.background.still && Camera::new(motions, &clip.frames).still;
-    wanted.then(|| Background::new(&clip.frames, &clip.params.background))
+    let settings = &clip.params.background;
+    settings.judge.then(|| Background::new(&clip.frames, Camera::new(motions, &clip.frames), settings))
 }
 
-/// Which clusters are objects, under the labels that they had in the window before. With a background, clusters are
-/// first freed of what does not belong to them.
-fn objects_of(parts: &mut Parts, clip: &Clip) -> Objects {
+/// The labels of the denser trajectories, by those that were clustered.
+fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
+    let Clustered { embedded, clusters, .. } = &parts.clustered;
+    let denser = embedded.tracked.denser.as_ref()?;
+    let (tracks, params) = (&embedded.tracked.tracks, &clip.params);
+    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), &params.cut);
+    forget_strangers(&mut voted, parts.clustered.salience(), params.saliency.threshold);
+    Some(voted)
+}
+
+/// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them.
+fn part_clusters(parts: &mut Parts) -> Vec<bool> {
     let Parts { clustered, background, .. } = parts;
-    let tracked = &clustered.embedded.tracked;
-    let parted = background
-        .as_ref()
-        .map(|background| part(&tracked.tracks, &clustered.clusters, &background.along(&tracked.tracks)))
+    let tracks = &clustered.embedded.tracked.tracks;
+    let still = background.as_ref().filter(|background| background.is_still());
+    let parted = still
+        .map(|background| part(tracks, &clustered.clusters, &background.along(tracks)))
         // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
         .filter(|parted| parted.is_object.contains(&false));
-    let found = match parted {
+    match parted {
         Some(parted) => {
             clustered.clusters = parted.clusters;
-            number_objects(&tracked.tracks, &clustered.clusters, &parted.is_object)
+            parted.is_object
         }
-        None => find_objects(&tracked.tracks, &clustered.clusters),
+        None => find_objects(tracks, &clustered.clusters).of_cluster.iter().map(|&label| label > 0).collect(),
+    }
+}
+
+/// Where the camera moves: clusters that do not go with their own trajectories from frame to frame are no objects: what flows and flickers.
+fn judge(parts: &mut Parts, voted: Option<&[u32]>, is_object: &mut [bool], params: &BackgroundParams) {
+    let Parts { clustered, background, .. } = parts;
+    let moving = background.as_mut().filter(|background| !background.is_still());
+    let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, voted) else {
+        return;
     };
-    let clusters = &clustered.clusters;
+    background.account((denser, voted), is_object);
+    let coherent = background.coherent((denser, voted), is_object, params);
+    if is_object.iter().zip(&coherent).any(|(object, coherent)| *object && !coherent) {
+        is_object.iter_mut().zip(coherent).for_each(|(object, coherent)| *object &= coherent);
+        background.account((denser, voted), is_object);
+    }
+}
+
+/// The objects, under the labels that they had in the window before.
+fn objects_of(parts: &Parts, is_object: &[bool], clip: &Clip) -> Objects {
+    let Clustered { embedded, clusters, .. } = &parts.clustered;
+    let tracked = &embedded.tracked;
+    let found = number_objects(&tracked.tracks, clusters, is_object);
     match &clip.windows {
         Some(w) => w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap),
         None => found,

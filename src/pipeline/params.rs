@@ -113,7 +113,7 @@ impl Params {
         (params.contour.low, params.contour.high) = (0.03, 0.08);
         params.superpixel.join_below = 0.0;
         params.refine.band = 0;
-        params.background.still = false;
+        params.background.judge = false;
         params.clip.reference = 0;
         params
     }
