@@ -50,9 +50,9 @@ crate::params! {
         pub motion_weight: f32 = 0.3, in 0.0..=100.0;
         /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
         /// objects'.
-        pub account_weight: f32 = 1.0, in 0.0..=100.0;
+        pub account_weight: f32 = 2.5, in 0.0..=100.0;
         /// Where the camera moves: what speaks against an object in each superpixel before anything is known.
-        pub doubt: f32 = 0.0, in 0.0..=100.0;
+        pub doubt: f32 = 1.3, in 0.0..=100.0;
         /// A trajectory does not vote for what its pixels speak against by more than this, of at most 1.
         pub correction: f32 = 0.5, in 0.0..=2.0;
         /// Clusters that their own motion explains better than the scene's by less than this, of at most 1, are no
@@ -63,6 +63,8 @@ crate::params! {
 
 /// What differs from its place in the scene by this many times the scene's own mean square is none of it.
 const APART: f32 = 4.0;
+/// What is left of the doubt where only trajectories of objects are, is one less this.
+const TRUST: f32 = 0.5;
 /// The least of which, in grey levels squared.
 const LEAST: f32 = 100.0;
 
@@ -196,9 +198,17 @@ impl Background {
         let mut evidence = Vec::new();
         if !self.is_still() {
             for (t, s) in superpixels.iter().enumerate() {
-                evidence.extend(self.accounts.get(t).map_or_else(|| vec![0.0; s.count], |map| verdicts(s, map, self.strange)));
+                let Some(map) = self.accounts.get(t) else {
+                    evidence.resize(evidence.len() + s.count, 0.0);
+                    continue;
+                };
+                let said = verdicts(s, map, self.strange).into_iter();
+                let witnesses = witnesses_in(s, t, tracks, label, is_object);
+                evidence.extend(said.zip(witnesses).map(|(said, w)| {
+                    let unseen = 1.0 - TRUST * w.object as f32 / (w.object + w.background).max(1) as f32;
+                    params.account_weight * said - params.doubt * unseen
+                }));
             }
-            evidence.iter_mut().for_each(|e| *e = *e * params.account_weight - params.doubt);
             return evidence;
         }
         let (mut witnesses, mut by_plate, mut by_motion) = (Vec::new(), Vec::new(), Vec::new());
