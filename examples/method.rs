@@ -4,7 +4,7 @@
 //! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. For each frame a line is printed:
 //! its mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels are those of
 //! [`tracecut::Session`], which does the same step by step, reduces large frames, and takes long clips window by window;
-//! clips whose camera stands still it also judges by their background, which is left out here (`background.still`).
+//! clips it also judges by their background, which is left out here (`background.judge`).
 
 use std::error::Error;
 use std::{env, fs};

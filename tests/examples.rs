@@ -88,12 +88,14 @@ fn printed(session: &Session) -> String {
 
 #[test]
 fn the_method_in_straight_lines_finds_what_the_session_finds() {
-    // Of the players the foreground keeps some apart, which takes a second embedding: three steps in place of one.
-    let scenes = [("sample", Scene::sample(240, 136, 10, 3), 1), ("players", Scene::entangled(288, 192, 24, 3), 3)];
+    // Where the foreground keeps some apart, that takes a second embedding: three steps in place of one.
+    let scenes = [("sample", Scene::sample(240, 136, 10, 1), 1), ("players", Scene::entangled(288, 192, 24, 3), 3)];
     for (name, scene, expected) in scenes {
         let frames = folder(&format!("example-method-{name}"));
         write_frames(&scene, &frames);
-        let mut session = Session::new(Params::default()).unwrap();
+        let mut params = Params::default();
+        params.background.judge = false;
+        let mut session = Session::new(params).unwrap();
         (0..scene.num_frames()).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
         let mut steps = 0;
         while let Step::Working(progress) = session.step().unwrap() {

@@ -12,7 +12,7 @@ use crate::image::Plane;
 use crate::trajectory::Trajectories;
 
 /// How many frames away the others are, before and after.
-const AWAY: [usize; 4] = [3, 7, 12, 18];
+const AWAY: [usize; 3] = [3, 9, 17];
 /// Of the other frames, ordered by how alike a pixel is found, the one that counts.
 const COUNTS: f32 = 0.35;
 /// A difference is as much error as evidence at this, in grey levels.
@@ -91,10 +91,12 @@ impl Verdict {
     }
 }
 
-/// How far each pixel is from what other frames show of it.
+/// No difference is known, since the pixel has left the frame.
+const GONE: u8 = 255;
+
+/// How far each pixel is from what other frames show of it, frame by frame; [`GONE`] where it has left the frame.
 struct Differences {
-    /// Pixel by pixel, frame by frame; `None` where it has left the frame.
-    of_frame: Vec<Vec<Option<u8>>>,
+    of_frame: Vec<Vec<u8>>,
     pixels: usize,
 }
 
@@ -104,31 +106,51 @@ impl Differences {
     }
 
     fn add(&mut self, picture: &Picture, other: &Picture, step: usize, warp: &Warp) {
-        let (w, h) = (picture.width(), picture.height());
-        let lattice = Lattice::new((w, h), step, warp);
+        let (right, bottom) = ((picture.width() - 1) as f32, (picture.height() - 1) as f32);
+        let lattice = Lattice::new((picture.width(), picture.height()), step, warp);
         let mut found = Vec::with_capacity(self.pixels);
-        for y in 0..h {
+        for y in 0..picture.height() {
             let row = lattice.row(y);
-            for (x, &own) in picture.row(y).iter().enumerate() {
+            found.extend(picture.row(y).iter().enumerate().map(|(x, &own)| {
                 let (to_x, to_y) = row.at(x);
-                let inside = to_x >= 0.0 && to_y >= 0.0 && to_x <= (w - 1) as f32 && to_y <= (h - 1) as f32;
-                found.push(inside.then(|| apart(own, sampled(other, to_x, to_y))));
-            }
+                let inside = to_x >= 0.0 && to_y >= 0.0 && to_x <= right && to_y <= bottom;
+                if inside { apart(own, sampled(other, to_x, to_y)).min(GONE - 1) } else { GONE }
+            }));
         }
         self.of_frame.push(found);
     }
 
+    /// The difference that counts for each pixel; `None` where it is in no other frame.
     fn representative(&self) -> Vec<Option<u8>> {
-        let mut seen = Vec::with_capacity(self.of_frame.len());
         let one = |i: usize| {
-            seen.clear();
-            seen.extend(self.of_frame.iter().filter_map(|frame| frame[i]));
-            seen.sort_unstable();
-            let place = (COUNTS * seen.len().saturating_sub(1) as f32 + 0.5) as usize;
-            seen.get(place).copied()
+            let mut seen = [GONE; 2 * AWAY.len()];
+            let mut count = 0;
+            for frame in self.of_frame.iter().filter(|frame| frame[i] != GONE) {
+                let mut place = count;
+                while place > 0 && seen[place - 1] > frame[i] {
+                    seen[place] = seen[place - 1];
+                    place -= 1;
+                }
+                seen[place] = frame[i];
+                count += 1;
+            }
+            (count > 0).then(|| seen[(COUNTS * (count - 1) as f32 + 0.5) as usize])
         };
         (0..self.pixels).map(one).collect()
     }
+}
+
+/// The colour between pixels, to a sixteenth of a pixel.
+fn sampled(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
+    let (x, y) = ((16.0 * x) as u32, (16.0 * y) as u32);
+    let (x0, y0) = ((x / 16) as usize, (y / 16) as usize);
+    let (x1, y1) = ((x0 + 1).min(picture.width() - 1), (y0 + 1).min(picture.height() - 1));
+    let (fx, fy) = (x % 16, y % 16);
+    let (above, below) = (picture.row(y0), picture.row(y1));
+    std::array::from_fn(|k| {
+        let mix = |row: &[[u8; 3]]| (16 - fx) * u32::from(row[x0][k]) + fx * u32::from(row[x1][k]);
+        (((16 - fy) * mix(above) + fy * mix(below) + 128) / 256) as u8
+    })
 }
 
 /// Where points of a reduced frame go, a few pixels apart.
@@ -181,16 +203,4 @@ impl Row<'_> {
         let (left, right) = (down(k), down(k + 1));
         (mix(left.0, right.0, share), mix(left.1, right.1, share))
     }
-}
-
-fn sampled(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
-    let (x0, y0) = (x as usize, y as usize);
-    let (x1, y1) = ((x0 + 1).min(picture.width() - 1), (y0 + 1).min(picture.height() - 1));
-    let (fx, fy) = (x - x0 as f32, y - y0 as f32);
-    let (a, b, c, d) = (picture[(x0, y0)], picture[(x1, y0)], picture[(x0, y1)], picture[(x1, y1)]);
-    std::array::from_fn(|k| {
-        let above = (1.0 - fx) * f32::from(a[k]) + fx * f32::from(b[k]);
-        let below = (1.0 - fx) * f32::from(c[k]) + fx * f32::from(d[k]);
-        ((1.0 - fy) * above + fy * below + 0.5) as u8
-    })
 }

@@ -1,18 +1,25 @@
-//! What can be told from the background where the camera stands still: objects are what does not stay where it is.
+//! What can be told from the background: objects are what does not go with it.
 //!
-//! In: frames, flow and labelled trajectories of a clip with a still camera. Out: which clusters are objects, and for
-//! each superpixel what its pixels say for or against one.
+//! In: frames, flow and labelled trajectories of a clip, and what its camera does. Out: which clusters are objects, and
+//! for each superpixel what its pixels say for or against one.
 //!
+//! **Where the camera stands still.**
 //! 1. The *plate* (`plate`) is the scene without what moves; each pixel of each frame has a distance from it.
-//! 2. A trajectory that ends where it began is the scene's, whoever holds the frame's rim (`moving`). On plain ground
-//!    flow follows whatever moves nearby; where clusters are nothing but moving, trajectories along which the plate
-//!    never changes are the ground, and a cluster of their own.
+//! 2. A trajectory that ends where it began is the scene's, whoever holds the frame's rim (`moving`). Where hardly any
+//!    rests, the ground is too plain to be tracked: what is like the plate all along is the ground then.
 //! 3. Each superpixel has two *cues*, its mean distance from the plate and that of its flow from none. What a value of
 //!    a cue is worth is learned on the clip itself (`odds`): how often it occurs where trajectories say object or
 //!    background. A cue that does not tell these apart in a clip says nothing there.
 //!
-//! Not in the paper, which has no background. Over the static clips that it was chosen on (seven of SBI 2015, two of
-//! CDnet 2014) see CHANGELOG.md. **Limits.** What stands still for more than half of the clip is the plate.
+//! **Where the camera moves.**
+//! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
+//!    and if it goes with the objects.
+//! 2. Clusters that go with neither are no objects: water, smoke.
+//! 3. Trajectories that their pixels speak against do not vote, and superpixels have the verdict of their pixels. What
+//!    is found again either way, since it is plain, is doubted to be an object.
+//!
+//! Not in the paper, which has no background. **Limits.** What stands still for more than half of the clip is the plate.
+//! An object that moves no more than a few pixels before its scene is doubted where it is plain.
 
 mod compare;
 mod moving;
@@ -21,15 +28,15 @@ mod plate;
 
 pub(crate) use moving::part;
 
-use crate::cut::{STRANGER, UNKNOWN};
 use crate::camera::Camera;
+use crate::cut::{STRANGER, UNKNOWN};
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
+use compare::{Accounts, Verdict, accounts};
 use moving::correct;
 use odds::{Witness, log_odds};
-use compare::{Accounts, Verdict, accounts};
 use plate::{Picture, Plate, picture};
 
 crate::params! {
@@ -312,7 +319,7 @@ mod tests {
 
     #[test]
     fn along_what_moves_the_plate_is_far_and_along_what_rests_near() {
-        let background = Background::new(&frames(), &BackgroundParams::default());
+        let background = Background::new(&frames(), Camera::at_rest(), &BackgroundParams::default());
         let mut tracks = Trajectories::empty(10, (40, 20));
         tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 3.0, 11.0, 0.0)));
         tracks.push(0, (0..10).map(|_| (5.0, 2.0, 0.0)));
@@ -320,9 +327,69 @@ mod tests {
         assert!(along[0] > 0.9 && along[1] == 0.0, "{along:?}");
     }
 
+    /// Ten frames of a scene of random blocks that goes two pixels to the left each, and before it a square of blocks of
+    /// its own that goes three to the right.
+    fn panned() -> Vec<Frame> {
+        let grey =
+            |u: usize, v: usize| crate::rng::Rng::for_stage((u / 3 * 1000 + v / 3) as u64, "scene").below(256) as u8;
+        let frame = |t: usize| {
+            let at = |i: usize| {
+                let (x, y) = (i % 96, i / 96);
+                let inside = (3 * t + 12..3 * t + 36).contains(&x) && (20..44).contains(&y);
+                [if inside { grey(x + 600 - 3 * t, y) } else { grey(x + 2 * t, y) }; 3]
+            };
+            Frame::from_rgb((0..96 * 64).flat_map(at).collect(), 96, 64).unwrap()
+        };
+        (0..10).map(frame).collect()
+    }
+
+    /// Trajectories four pixels apart: object 1 and scene 0.
+    fn followed() -> (Trajectories, Vec<u32>) {
+        let (mut tracks, mut label) = (Trajectories::empty(10, (96, 64)), Vec::new());
+        for (x, y) in (0..24 * 16).map(|k| (4 * (k % 24) + 2, 4 * (k / 24) + 2)) {
+            let inside = (12..36).contains(&x) && (20..44).contains(&y);
+            let speed = if inside { 3.0 } else { -2.0 };
+            let frames = (0..10).take_while(|&t| (0.0..96.0).contains(&(x as f32 + speed * t as f32)));
+            tracks.push(0, frames.map(|t| (x as f32 + speed * t as f32, y as f32, 0.0)));
+            label.push(u32::from(inside));
+        }
+        (tracks, label)
+    }
+
+    #[test]
+    fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
+        let params = BackgroundParams::default();
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &params);
+        let (tracks, mut label) = followed();
+        background.account((&tracks, &label), &[false, true]);
+        // The square of frame 4, and all around it.
+        let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
+        let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
+        let superpixels = vec![Superpixels { label: plane, count: 2, ..Superpixels::default() }; 10];
+        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
+        assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
+        assert_eq!(background.coherent((&tracks, &label), &[false, true], &params), [false, true]);
+        // A trajectory of the scene that was taken for the object's does not vote, and the other way round.
+        // The one at (70, 10), and one of the square.
+        let (scene, object) = (2 * 24 + 17, label.iter().position(|&l| l == 1).unwrap());
+        (label[scene], label[object]) = (1, 0);
+        background.correct(&tracks, &mut label, &[false, true], &params);
+        assert_eq!((label[scene], label[object]), (UNKNOWN, STRANGER));
+    }
+
+    #[test]
+    fn without_objects_nothing_is_said() {
+        let params = BackgroundParams::default();
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &params);
+        let (tracks, label) = followed();
+        background.account((&tracks, &label), &[false, false]);
+        let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
+        assert_eq!(found, vec![0.0; 30]);
+    }
+
     #[test]
     fn superpixels_with_what_moves_speak_for_objects_and_others_against() {
-        let background = Background::new(&frames(), &BackgroundParams::default());
+        let background = Background::new(&frames(), Camera::at_rest(), &BackgroundParams::default());
         let mut tracks = Trajectories::empty(10, (40, 20));
         for k in 0..5 {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));

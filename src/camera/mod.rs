@@ -1,15 +1,15 @@
 //! What the camera does over the whole clip.
 //!
-//! In: the dominant motion of each frame pair, and the frames. Out: a [`Camera`]: whether it stands still.
+//! In: the dominant motion of each frame pair, and the frames. Out: a [`Camera`]: whether it stands still, and the
+//! homographies along the clip. What a scene does besides them, since it is not flat, is a [`Warp`].
 //!
 //! 1. The motions of the pairs are chained to homographies between frames some way apart.
 //! 2. Edges vote. An edge pixel agrees with a motion if the slope of brightness at the place where that motion puts it
 //!    is nearly the same. The camera stands still if edges agree with no motion at all about as often as with the
 //!    chain: a chain drifts, and before plain ground it follows whatever moves.
 //!
-//! In a prototype, over 36 clips of many kinds, the share of edges that agree with no motion was 0.2 to 1 where the camera
-//! stands still, and 0.02 to 0.4 where it moves, above 0.2 only in slow pans, whose chain agrees with more. Not in the
-//! paper. All in `f64` with `+ - * /`,
+//! Over 36 clips of many kinds, the share of edges that agree with no motion is 0.97 of the chain's or more where the
+//! camera stands still; in slow pans it is 0.82 to 0.9 of it. Not in the paper. All in `f64` with `+ - * /`,
 //! square roots and comparisons: the same bits on every target.
 
 mod dominant;
@@ -73,6 +73,19 @@ impl Camera {
             to_first.push(if still { last } else { last.after(&motion.homography().inverse()) });
         }
         Self { still, to_first }
+    }
+
+    /// One that stands still.
+    #[cfg(test)]
+    pub(crate) fn at_rest() -> Self {
+        Self { still: true, to_first: Vec::new() }
+    }
+
+    /// One that moves the scene by so much a frame, in pixels.
+    #[cfg(test)]
+    pub(crate) fn panning(speed: f64, num_frames: usize) -> Self {
+        let to_first = |t: usize| Homography([1.0, 0.0, -speed * t as f64, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+        Self { still: false, to_first: (0..num_frames).map(to_first).collect() }
     }
 
     /// Where the scene of frame `from` is in frame `to`.

@@ -84,7 +84,8 @@ mod tests {
     use super::*;
 
     fn grid(to: impl Fn(f32, f32) -> (f32, f32)) -> Vec<((f32, f32), (f32, f32))> {
-        (0..96).map(|k| ((4.0 + 8.0 * (k % 12) as f32, 4.0 + 8.0 * (k / 12) as f32))).map(|(x, y)| ((x, y), to(x, y))).collect()
+        let at = |k: usize| (4.0 + 8.0 * (k % 12) as f32, 4.0 + 8.0 * (k / 12) as f32);
+        (0..96).map(at).map(|(x, y)| ((x, y), to(x, y))).collect()
     }
 
     #[test]
@@ -104,7 +105,8 @@ mod tests {
     #[test]
     fn what_is_near_moves_by_its_own_points_and_what_is_unknown_by_those_around() {
         let points = grid(|x, y| (if x < 48.0 { x + 4.0 } else { x }, y));
-        let warp = Warp::new((96, 64), Homography::IDENTITY, points.into_iter().filter(|((x, _), _)| *x < 40.0 || *x > 56.0));
+        let warp =
+            Warp::new((96, 64), Homography::IDENTITY, points.into_iter().filter(|((x, _), _)| *x < 40.0 || *x > 56.0));
         let by = |x: f32| warp.apply(x, 32.0).0 - x;
         assert!(by(12.0) > 3.3 && by(90.0) < 0.5 && by(48.0) > by(90.0) && by(48.0) < by(12.0));
     }

@@ -55,8 +55,8 @@ export const GROUPS = [
   { id: 'cut', title: 'Gabriel cut', about: 'Which superpixels belong to which object.', only: 'clip' },
   {
     id: 'background',
-    title: 'Still cameras',
-    about: 'The scene behind everything, where the camera does not move.',
+    title: 'Background',
+    about: 'What the scene behind everything tells about the objects before it.',
     only: 'clip',
   },
   { id: 'refine', title: 'Borders of masks', about: 'Moving the borders of masks to the pixel.', only: 'clip' },
