@@ -89,7 +89,7 @@ fn printed(session: &Session) -> String {
 #[test]
 fn the_method_in_straight_lines_finds_what_the_session_finds() {
     // Where the foreground keeps some apart, that takes a second embedding: three steps in place of one.
-    let scenes = [("sample", Scene::sample(240, 136, 10, 1), 1), ("players", Scene::entangled(288, 192, 24, 3), 3)];
+    let scenes = [("sample", Scene::sample(240, 136, 10, 1), 3), ("players", Scene::entangled(288, 192, 24, 3), 3)];
     for (name, scene, expected) in scenes {
         let frames = folder(&format!("example-method-{name}"));
         write_frames(&scene, &frames);
