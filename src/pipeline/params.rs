@@ -27,7 +27,7 @@ crate::params! {
         /// back to input pixels. Higher is slower and finds smaller objects.
         pub max_side: u32 = 640, in 16..=4096;
         /// Side of a square frame for which lengths are meant, in pixels: in a frame of less area trajectories are
-        /// closer together in proportion, down to three eighths, and so are radii around them, so that an object has as
+        /// closer together in proportion, down to one half, and so are radii around them, so that an object has as
         /// many points at any size. 0 leaves lengths as they are. Default: the area of 640×360.
         pub reference: u32 = 480, in 0..=4096;
         /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
@@ -195,9 +195,9 @@ impl Params {
         self.scaled(scale, self.trajectory.grid_step * scale)
     }
 
-    /// The same for processed frames of `size` pixels whose trajectories are `spacing` pixels apart.
-    pub fn at_spacing(&self, size: (usize, usize), spacing: f32) -> ScaledParams {
-        self.scaled(self.length_scale(size), spacing)
+    /// The same for trajectories of any other making that are `spacing` pixels of the processed frames apart.
+    pub fn at_spacing(&self, spacing: f32) -> ScaledParams {
+        self.scaled(1.0, spacing)
     }
 
     /// What lengths are to be multiplied with in frames of `size` pixels.
@@ -225,7 +225,7 @@ impl Params {
 }
 
 /// Least scale of lengths: below, neighbouring trajectories see the same pixels.
-const LEAST_SCALE: f32 = 0.375;
+const LEAST_SCALE: f32 = 0.5;
 /// Least spacing of trajectories, in pixels.
 const LEAST_STEP: f32 = 2.0;
 
@@ -340,7 +340,7 @@ mod tests {
         let params = Params::default();
         let large = (640, 360);
         assert_eq!(*params.for_size(large), params);
-        let dense = params.at_spacing(large, 4.0);
+        let dense = params.at_spacing(4.0);
         assert_eq!(dense.discretize.min_cluster, 4 * params.discretize.min_cluster);
         assert_eq!(dense.embedding.min_component, 4 * params.embedding.min_component);
         assert_eq!(dense.connectedness.min_component, 4 * params.connectedness.min_component);
@@ -354,9 +354,7 @@ mod tests {
         assert_eq!((half.spacing(), half.trajectory.grid_step, half.trajectory.mask_step), (4.0, 4.0, 2.0));
         assert_eq!((half.cut.vote_radius, half.refine.band), (12.0, 4));
         assert_eq!(half.discretize, params.discretize);
-        // Twice as dense as such frames have it by default.
-        assert_eq!(params.at_spacing((320, 180), 2.0).discretize.min_cluster, 4 * params.discretize.min_cluster);
-        assert_eq!(params.for_size((32, 18)).spacing(), 3.0);
+        assert_eq!(params.for_size((32, 18)).spacing(), 4.0);
         assert_eq!(*params.for_size((1280, 720)), params);
         assert_eq!(*Params::paper().for_size((32, 18)), Params::paper());
     }

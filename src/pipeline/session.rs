@@ -131,7 +131,7 @@ impl Session {
         }
         trajectories.check()?;
         let tracks = scale.to_working(&trajectories);
-        let clip = Clip::new(scale, self.params.at_spacing(scale.working, typical_spacing(&tracks)));
+        let clip = Clip::new(scale, self.params.at_spacing(typical_spacing(&tracks)));
         let numbers = (0..tracks.len() as u32).collect();
         let tracked = Tracked { tracks, input: trajectories, numbers, with_past: None, denser: None };
         self.phase = Phase::Tracks(Box::new(clip), Box::new(tracked));

@@ -45,8 +45,8 @@ test("corrections in a worker give what they give in this thread, and strokes st
   const frames = await framesOf();
   const points = new Float32Array([30, 30, 60, 40]);
   const strokes = [
-    { t: 4, points, radius: 3 },
-    { t: 4, points: [100, 60], radius: 3 },
+    { t: 4, points, radius: 5 },
+    { t: 4, points: [100, 60], radius: 8 },
   ];
   const prints = [];
   for (const session of [(await open(t)).session, await ready(t, undefined, [])]) {
