@@ -345,7 +345,7 @@ test('a video that was segmented is cut out, frame for frame', async (t) => {
   const page = await open(t);
   const { shots, starts, colors, wanted, labels } = await page.evaluate(async () => {
     const { encodeVideo: encode, packets, segmentVideo, shown, synthClip: synth, videoFrames } = globalThis.kit;
-    const clip = await synth({ width: 128, height: 72, frames: 8, seed: 3 });
+    const clip = await synth({ width: 128, height: 72, frames: 8, seed: 5 });
     const frames = Array.from({ length: 8 }, (_, k) => clip.frame(k));
     const none = {
       width: 128,

@@ -9,7 +9,7 @@ import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
 const FINGERPRINT = fileURLToPath(new URL('../fingerprint.mjs', import.meta.url));
-const SCENE = { width: 128, height: 72, frames: 5, seed: 3 };
+const SCENE = { width: 128, height: 72, frames: 5, seed: 5 };
 
 const site = useServerAndBrowser();
 
