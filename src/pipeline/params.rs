@@ -28,8 +28,8 @@ crate::params! {
         pub max_side: u32 = 640, in 16..=4096;
         /// Side of a square frame for which lengths are meant, in pixels: in a frame of less area trajectories are
         /// closer together in proportion, down to one half, and so are radii around them, so that an object has as
-        /// many points at any size. 0 leaves lengths as they are. Default: the area of 640×360.
-        pub reference: u32 = 480, in 0..=4096;
+        /// many points at any size. 0 leaves lengths as they are. Default: the area of 480×270.
+        pub reference: u32 = 360, in 0..=4096;
         /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
         pub dense: bool = true, in 0..=1;
         /// Seed of all pseudo-random choices.
@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn lengths_follow_the_size_of_the_frame_and_counts_do_not() {
         let params = Params::default();
-        let half = params.for_size((320, 180));
+        let half = params.for_size((240, 135));
         assert_eq!((half.spacing(), half.trajectory.grid_step, half.trajectory.mask_step), (4.0, 4.0, 2.0));
         assert_eq!((half.cut.vote_radius, half.refine.band), (12.0, 4));
         assert_eq!(half.discretize, params.discretize);
