@@ -4,7 +4,8 @@
 //! for each superpixel what its pixels say for or against one.
 //!
 //! **Where the camera stands still.**
-//! 1. The *plate* (`plate`) is the scene without what moves; each pixel of each frame has a distance from it.
+//! 1. The *plate* (`plate`) is the scene without what moves; each pixel of each frame has a distance from it. Around
+//!    trajectories that surely move frames do not count for the plate.
 //! 2. A trajectory that ends where it began is the scene's, whoever holds the frame's rim (`moving`). Where hardly any
 //!    rests, the ground is too plain to be tracked: what is like the plate all along is the ground then.
 //! 3. Each superpixel has two *cues*, its mean distance from the plate and that of its flow from none. What a value of
@@ -35,7 +36,7 @@ use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use compare::{Accounts, Verdict, accounts};
-use moving::correct;
+use moving::{correct, moving};
 use odds::{Witness, log_odds};
 use plate::{Picture, Plate, picture};
 
@@ -64,7 +65,7 @@ crate::params! {
         pub correction: f32 = 0.5, in 0.0..=2.0;
         /// Clusters that their own motion explains better than the scene's by less than this, of at most 1, are no
         /// objects where the scene is explained as badly: water, smoke, leaves. -1 lets all be.
-        pub coherence: f32 = 0.22, in -1.0..=1.0;
+        pub coherence: f32 = 0.27, in -1.0..=1.0;
     }
 }
 
@@ -97,10 +98,41 @@ impl Background {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(params.side as usize).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
-        let plate = if camera.still { Plate::new(&pictures) } else { None };
-        let of = |plate: &Plate| pictures.iter().map(|p| plate.distance(p, params.noise_factor)).collect();
-        let distance = plate.as_ref().map_or_else(Vec::new, of);
-        Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance }
+        let mut background = Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance: Vec::new() };
+        background.compare_with_plate(|_, _, _| false, params);
+        background
+    }
+
+    /// Where the camera stands still: a plate without what is within `reach` pixels of trajectories that move. What moves
+    /// slowly would be in it for as long as it takes to pass.
+    pub(crate) fn forget_movers(&mut self, tracks: &Trajectories, reach: f32, params: &BackgroundParams) {
+        let Some(first) = self.pictures.first().filter(|_| self.is_still()) else { return };
+        let (w, h) = (first.width(), first.height());
+        let mut hidden = vec![Plane::filled(w, h, false); self.pictures.len()];
+        let reach = (reach / self.step as f32 + 0.5) as usize;
+        for i in moving(tracks) {
+            for t in tracks.frames(i) {
+                let (Some((x, y)), Some(hidden)) = (tracks.at(i, t), hidden.get_mut(t)) else { continue };
+                let (x, y) = (self.place(x, w), self.place(y, h));
+                for y in y.saturating_sub(reach)..(y + reach + 1).min(h) {
+                    hidden.row_mut(y)[x.saturating_sub(reach)..(x + reach + 1).min(w)].fill(true);
+                }
+            }
+        }
+        self.compare_with_plate(|t, x, y| hidden[t][(x, y)], params);
+    }
+
+    /// Where the camera stands still: how far each pixel of each frame is from the plate. `hidden` says which pixels of
+    /// which frame the plate does without.
+    fn compare_with_plate(&mut self, hidden: impl Fn(usize, usize, usize) -> bool, params: &BackgroundParams) {
+        let plate = if self.is_still() { Plate::new(&self.pictures, hidden) } else { None };
+        let of = |plate: &Plate| self.pictures.iter().map(|p| plate.distance(p, params.noise_factor)).collect();
+        self.distance = plate.as_ref().map_or_else(Vec::new, of);
+    }
+
+    /// The pixel of a reduced frame of this side that a point of a frame lies in, along one axis.
+    fn place(&self, v: f32, side: usize) -> usize {
+        (((v + 0.5).max(0.0) as usize) / self.step).min(side - 1)
     }
 
     /// Whether the camera stands still.
@@ -167,8 +199,7 @@ impl Background {
     fn add_along(&self, tracks: &Trajectories, i: usize, sum: &mut Verdict) {
         for t in tracks.frames(i) {
             let (Some((x, y)), Some(map)) = (tracks.at(i, t), self.accounts.get(t)) else { continue };
-            let place = |v: f32, side: usize| (((v + 0.5).max(0.0) as usize) / self.step).min(side - 1);
-            let (x, y) = (place(x, map.width()), place(y, map.height()));
+            let (x, y) = (self.place(x, map.width()), self.place(y, map.height()));
             for y in y.saturating_sub(1)..(y + 2).min(map.height()) {
                 map.row(y)[x.saturating_sub(1)..(x + 2).min(map.width())].iter().for_each(|&a| sum.add(a));
             }

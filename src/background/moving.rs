@@ -16,6 +16,9 @@ const SAME: f32 = 0.08;
 /// A trajectory of the scene's clusters that moves at least so much, so far from the plate, is none of the scene.
 const ASTRAY: f32 = 0.8;
 const FAR: f32 = 0.4;
+/// One that moves as surely as this, by seven pixels, needs no more than this distance.
+const SURELY: f32 = 0.98;
+const LEAST_FAR: f32 = 0.02;
 
 /// Clusters of a clip whose camera stands still.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +43,7 @@ pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) ->
     for (i, label) in label.iter_mut().enumerate() {
         if is_ground(i) {
             *label = ground;
-        } else if moves[*label as usize] < MOVING && moved[i] > ASTRAY && along[i] > far {
+        } else if moves[*label as usize] < MOVING && strays(moved[i], along[i], far) {
             *label = astray;
         }
     }
@@ -67,10 +70,16 @@ pub(crate) fn correct(label: &mut [u32], tracks: &Trajectories, along: &[f32], i
     for (i, label) in label.iter_mut().enumerate() {
         match ground {
             Some(ground) if !is_tracked && along[i] < SAME => *label = ground as u32,
-            _ if is_scene(*label) && moved[i] > ASTRAY && along[i] > far => *label = STRANGER,
+            _ if is_scene(*label) && strays(moved[i], along[i], far) => *label = STRANGER,
             _ => {}
         }
     }
+}
+
+/// Whether a trajectory that has the scene's label is none of the scene: it moves, and shows something else than the
+/// plate; the further it moves, the less so.
+fn strays(moved: f32, along: f32, far: f32) -> bool {
+    moved > ASTRAY && along > far || moved > SURELY && along > LEAST_FAR
 }
 
 /// What trajectories do before a scene that stands still.
@@ -90,6 +99,11 @@ impl Motion {
         let is_tracked = resting as f32 >= TRACKED * moved.len() as f32;
         Self { moved, is_tracked, far: if is_tracked { FAR } else { SAME } }
     }
+}
+
+/// The trajectories that surely move.
+pub(super) fn moving(tracks: &Trajectories) -> impl Iterator<Item = usize> {
+    (0..tracks.len()).filter(|&i| moved(tracks, i) > SURELY)
 }
 
 /// How surely a trajectory moves, 0 to 1, by how far from its beginning it ends: what only sways comes back.
@@ -148,6 +162,13 @@ mod tests {
         let found = part(&tracks(&[0.0, 0.1, 0.0, 25.0]), &clusters, &[0.0, 0.0, 0.0, 0.8]);
         assert_eq!(found.clusters.label, [0, 0, 0, 1]);
         assert_eq!(found.is_object, [false, true]);
+    }
+
+    #[test]
+    fn who_moves_far_among_the_scene_may_be_nearly_like_the_plate() {
+        let clusters = Clusters { count: 1, label: vec![0; 4] };
+        let found = part(&tracks(&[0.0, 4.0, 0.0, 25.0]), &clusters, &[0.0, 0.1, 0.0, 0.1]);
+        assert_eq!(found.clusters.label, [0, 0, 0, 1]);
     }
 
     #[test]

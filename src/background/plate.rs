@@ -8,6 +8,8 @@ use crate::order;
 
 /// Frames that the plate is made of, at most.
 const MOST_SOURCES: usize = 25;
+/// Fewer sources than these say nothing of a pixel.
+const ENOUGH: usize = 3;
 /// Least noise, in grey levels: that of rounding and of compression.
 const LEAST_NOISE: f32 = 1.5;
 /// Standard deviation over median distance, of a normal distribution.
@@ -25,17 +27,23 @@ pub(super) struct Plate {
 }
 
 impl Plate {
-    /// The plate of frames of equal size, which may be reduced. `None` without any.
-    pub(super) fn new(frames: &[Picture]) -> Option<Self> {
+    /// The plate of frames of equal size, which may be reduced. `None` without any. `hidden` says which pixels of which
+    /// frame show something else; it counts where enough others are left.
+    pub(super) fn new(frames: &[Picture], hidden: impl Fn(usize, usize, usize) -> bool) -> Option<Self> {
         let size = frames.first()?;
         let count = MOST_SOURCES.min(frames.len());
-        let pictures: Vec<_> = (0..count).map(|k| &frames[k * (frames.len() - 1) / (count - 1).max(1)]).collect();
+        let sources: Vec<usize> = (0..count).map(|k| k * (frames.len() - 1) / (count - 1).max(1)).collect();
         let mut colour = Plane::filled(size.width(), size.height(), [0; 3]);
         let mut noise = Plane::filled(size.width(), size.height(), 0.0);
-        let mut seen = vec![[0; 3]; count];
+        let mut seen = Vec::with_capacity(count);
         for y in 0..size.height() {
             for x in 0..size.width() {
-                seen.iter_mut().zip(&pictures).for_each(|(value, picture)| *value = picture[(x, y)]);
+                seen.clear();
+                seen.extend(sources.iter().filter(|&&t| !hidden(t, x, y)).map(|&t| frames[t][(x, y)]));
+                if seen.len() < ENOUGH {
+                    seen.clear();
+                    seen.extend(sources.iter().map(|&t| frames[t][(x, y)]));
+                }
                 (colour.row_mut(y)[x], noise.row_mut(y)[x]) = median_of(&seen);
             }
         }
@@ -121,7 +129,7 @@ mod tests {
     #[test]
     fn the_plate_is_the_scene_without_what_moves() {
         let (scene, frames) = frames();
-        let plate = Plate::new(&frames).unwrap();
+        let plate = Plate::new(&frames, |_, _, _| false).unwrap();
         let furthest = plate.colour.data().iter().flatten().zip(&scene).map(|(a, b)| a.abs_diff(*b)).max();
         assert!(furthest <= Some(2), "{furthest:?}");
     }
@@ -129,7 +137,7 @@ mod tests {
     #[test]
     fn what_moves_is_far_from_it_and_what_does_not_is_near() {
         let (_, frames) = frames();
-        let plate = Plate::new(&frames).unwrap();
+        let plate = Plate::new(&frames, |_, _, _| false).unwrap();
         for (t, frame) in frames.iter().enumerate() {
             let distance = plate.distance(frame, 5.0);
             for y in 0..SIZE.1 {
@@ -146,8 +154,8 @@ mod tests {
     fn any_number_of_frames_is_enough() {
         let (_, frames) = frames();
         for count in 1..=3 {
-            assert_eq!(Plate::new(&frames[..count]).unwrap().distance(&frames[0], 5.0).width(), SIZE.0);
+            assert_eq!(Plate::new(&frames[..count], |_, _, _| false).unwrap().distance(&frames[0], 5.0).width(), SIZE.0);
         }
-        assert_eq!(Plate::new(&[]), None);
+        assert_eq!(Plate::new(&[], |_, _, _| false), None);
     }
 }

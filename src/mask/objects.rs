@@ -23,6 +23,8 @@ use crate::trajectory::Trajectories;
 const RIM_TO_ALL: f64 = 0.85;
 /// Least length of rim of a background cluster, over the side of a square of its area.
 const RIM_TO_SIDE: f64 = 1.5;
+/// How much more of the rim, as a part of the least, a cluster of salient trajectories has before it is background.
+const SALIENT: f64 = 0.4;
 /// Cells along the shorter side of the frame.
 const CELLS: usize = 8;
 
@@ -80,14 +82,31 @@ impl Objects {
 /// ```
 #[must_use]
 pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
+    find_objects_in(tracks, clusters, &[])
+}
+
+/// The same where it may be known which trajectories are salient: what stands out from the motion of the camera is an
+/// object even if it holds somewhat more of the rim.
+pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, foreground: &[bool]) -> Objects {
     let census = Census::take(tracks, clusters);
     let total = |counts: &[f64]| counts.iter().sum::<f64>();
     let ratio_bound = RIM_TO_ALL * total(&census.rim) / total(&census.cells).max(1.0);
+    let salient = salient_shares(tracks, clusters, foreground);
     let is_scene = |c: usize| {
-        census.rim[c] >= ratio_bound * census.cells[c] && census.rim_length[c] > RIM_TO_SIDE * census.side_length[c]
+        census.rim[c] >= (1.0 + SALIENT * salient[c]) * ratio_bound * census.cells[c] && census.rim_length[c] > RIM_TO_SIDE * census.side_length[c]
     };
     let surrounding = (0..clusters.count).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
     numbered(&census, (0..clusters.count).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect())
+}
+
+/// The part of each cluster's points whose trajectories are salient.
+fn salient_shares(tracks: &Trajectories, clusters: &Clusters, foreground: &[bool]) -> Vec<f64> {
+    let mut counts = vec![(0.0, 0.0); clusters.count];
+    for (i, (&c, &salient)) in clusters.label.iter().zip(foreground).enumerate() {
+        let (points, count) = (tracks.points(i).len() as f64, &mut counts[c as usize]);
+        *count = (count.0 + points, count.1 + if salient { points } else { 0.0 });
+    }
+    counts.iter().map(|&(all, salient)| if all > 0.0 { salient / all } else { 0.0 }).collect()
 }
 
 /// Labels for the clusters that are known to be objects.
@@ -182,6 +201,18 @@ mod tests {
         let (tracks, clusters) = frame(ENCLOSED, 3);
         let objects = find_objects(&tracks, &clusters);
         assert_eq!((objects.highest_label, objects.of_cluster), (2, vec![2, 0, 1]));
+    }
+
+    #[test]
+    fn what_stands_out_from_the_motion_of_the_camera_may_hold_more_of_the_rim() {
+        let corner = ["00000000", "00000000", "00000000", "00000011", "00000111", "00001111", "00011111", "00111111"];
+        let (tracks, clusters) = frame(corner, 2);
+        let foreground: Vec<bool> = clusters.label.iter().map(|&c| c == 1).collect();
+        assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
+        assert_eq!(find_objects_in(&tracks, &clusters, &foreground).of_cluster, [0, 1]);
+        // Not where it holds most of it.
+        let most: Vec<bool> = foreground.iter().map(|salient| !salient).collect();
+        assert_eq!(find_objects_in(&tracks, &clusters, &most).of_cluster, [0, 0]);
     }
 
     #[test]

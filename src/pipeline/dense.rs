@@ -13,7 +13,7 @@ use crate::contour::{BoundaryMap, boundary_map};
 use crate::cut::{CutInput, GabrielCut, forget_strangers, labels_for, paint};
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
-use crate::mask::{Objects, find_objects, number_objects, refine};
+use crate::mask::{Objects, find_objects_in, number_objects, refine};
 use crate::superpixel::{Superpixels, superpixels_in};
 
 /// Superpixels being made, frame by frame.
@@ -178,7 +178,14 @@ impl Masking {
 fn background_of(clustered: &Clustered, clip: &Clip) -> Option<Background> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
     let settings = &clip.params.background;
-    settings.judge.then(|| Background::new(&clip.frames, Camera::new(motions, &clip.frames), settings))
+    if !settings.judge {
+        return None;
+    }
+    let mut background = Background::new(&clip.frames, Camera::new(motions, &clip.frames), settings);
+    if let Some(denser) = &clustered.embedded.tracked.denser {
+        background.forget_movers(denser, clip.params.trajectory.mask_step, settings);
+    }
+    Some(background)
 }
 
 /// The labels of the denser trajectories, by those that were clustered.
@@ -205,7 +212,11 @@ fn part_clusters(parts: &mut Parts) -> Vec<bool> {
             clustered.clusters = parted.clusters;
             parted.is_object
         }
-        None => find_objects(tracks, &clustered.clusters).of_cluster.iter().map(|&label| label > 0).collect(),
+        None => {
+            let salient = clustered.foreground.as_ref().filter(|_| background.is_some());
+            let foreground = salient.map_or(&[][..], |found| &found.salient.saliency.foreground);
+            find_objects_in(tracks, &clustered.clusters, foreground).of_cluster.iter().map(|&label| label > 0).collect()
+        }
     }
 }
 
