@@ -16,21 +16,23 @@
 //! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
 //!    and if it goes with the objects.
 //! 2. Clusters that go with neither are no objects: water, smoke.
-//! 3. Trajectories that their pixels speak against do not vote, and superpixels have the verdict of their pixels. What
-//!    is found again either way, since it is plain, is doubted to be an object.
+//! 3. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
+//!    an object.
 //!
 //! Not in the paper, which has no background. **Limits.** What stands still for more than half of the clip is the plate.
 //! An object that moves no more than a few pixels before its scene is doubted where it is plain.
 
+mod clean;
 mod compare;
 mod moving;
 mod odds;
 mod plate;
 
+pub(crate) use clean::{Shot, clean_plate};
 pub(crate) use moving::part;
 
 use crate::camera::Camera;
-use crate::cut::{STRANGER, UNKNOWN};
+use crate::cut::STRANGER;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
@@ -61,8 +63,6 @@ crate::params! {
         pub account_weight: f32 = 2.5, in 0.0..=100.0;
         /// Where the camera moves: what speaks against an object in each superpixel before anything is known.
         pub doubt: f32 = 1.3, in 0.0..=100.0;
-        /// A trajectory does not vote for what its pixels speak against by more than this, of at most 1.
-        pub correction: f32 = 0.5, in 0.0..=2.0;
         /// Clusters that their own motion explains better than the scene's by less than this, of at most 1, are no
         /// objects where the scene is explained as badly: water, smoke, leaves. -1 lets all be.
         pub coherence: f32 = 0.27, in -1.0..=1.0;
@@ -172,26 +172,10 @@ impl Background {
         verdicts.iter().map(is_coherent).collect()
     }
 
-    /// Corrects the labels of dense trajectories, which took them from those around: flow that follows what moves nearby
-    /// makes ground and object alike.
-    pub(crate) fn correct(
-        &self,
-        tracks: &Trajectories,
-        label: &mut [u32],
-        is_object: &[bool],
-        params: &BackgroundParams,
-    ) {
+    /// Where the camera stands still: corrects the labels of dense trajectories, which took them from those around.
+    pub(crate) fn correct(&self, tracks: &Trajectories, label: &mut [u32], is_object: &[bool]) {
         if self.is_still() {
-            return correct(label, tracks, &self.along(tracks), is_object);
-        }
-        for (i, label) in label.iter_mut().enumerate() {
-            let mut sum = Verdict::default();
-            self.add_along(tracks, i, &mut sum);
-            match object(*label, is_object) {
-                Some(true) if sum.value() < -params.correction => *label = UNKNOWN,
-                Some(false) if sum.value() > params.correction => *label = STRANGER,
-                _ => {}
-            }
+            correct(label, tracks, &self.along(tracks), is_object);
         }
     }
 
@@ -391,7 +375,7 @@ mod tests {
     fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
         let params = BackgroundParams::default();
         let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &params);
-        let (tracks, mut label) = followed();
+        let (tracks, label) = followed();
         background.account((&tracks, &label), &[false, true]);
         // The square of frame 4, and all around it.
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
@@ -400,12 +384,6 @@ mod tests {
         let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
         assert_eq!(background.coherent((&tracks, &label), &[false, true], &params), [false, true]);
-        // A trajectory of the scene that was taken for the object's does not vote, and the other way round.
-        // The one at (70, 10), and one of the square.
-        let (scene, object) = (2 * 24 + 17, label.iter().position(|&l| l == 1).unwrap());
-        (label[scene], label[object]) = (1, 0);
-        background.correct(&tracks, &mut label, &[false, true], &params);
-        assert_eq!((label[scene], label[object]), (UNKNOWN, STRANGER));
     }
 
     #[test]

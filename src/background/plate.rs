@@ -74,8 +74,9 @@ pub(super) fn picture(frame: &Frame, step: usize) -> Picture {
     Plane::from_fn(small.width(), small.height(), |x, y| std::array::from_fn(|c| small.rgb()[at(x, y) + c]))
 }
 
-/// The median of each channel, and the standard deviation that the median distance from it stands for.
-fn median_of(seen: &[[u8; 3]]) -> ([u8; 3], f32) {
+/// The median of each channel of at most [`MOST_SOURCES`] colours, and the standard deviation that the median distance
+/// from it stands for.
+pub(super) fn median_of(seen: &[[u8; 3]]) -> ([u8; 3], f32) {
     let mut line = [0; MOST_SOURCES];
     let line = &mut line[..seen.len()];
     let median = std::array::from_fn(|c| {
@@ -154,7 +155,10 @@ mod tests {
     fn any_number_of_frames_is_enough() {
         let (_, frames) = frames();
         for count in 1..=3 {
-            assert_eq!(Plate::new(&frames[..count], |_, _, _| false).unwrap().distance(&frames[0], 5.0).width(), SIZE.0);
+            assert_eq!(
+                Plate::new(&frames[..count], |_, _, _| false).unwrap().distance(&frames[0], 5.0).width(),
+                SIZE.0
+            );
         }
         assert_eq!(Plate::new(&[], |_, _, _| false), None);
     }

@@ -9,6 +9,6 @@ mod runs;
 
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
-pub(crate) use objects::{find_objects_in, number_objects};
 pub use objects::{Objects, find_objects};
+pub(crate) use objects::{find_objects_in, number_objects};
 pub(crate) use runs::Runs;

@@ -93,7 +93,8 @@ pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, foregr
     let ratio_bound = RIM_TO_ALL * total(&census.rim) / total(&census.cells).max(1.0);
     let salient = salient_shares(tracks, clusters, foreground);
     let is_scene = |c: usize| {
-        census.rim[c] >= (1.0 + SALIENT * salient[c]) * ratio_bound * census.cells[c] && census.rim_length[c] > RIM_TO_SIDE * census.side_length[c]
+        census.rim[c] >= (1.0 + SALIENT * salient[c]) * ratio_bound * census.cells[c]
+            && census.rim_length[c] > RIM_TO_SIDE * census.side_length[c]
     };
     let surrounding = (0..clusters.count).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
     numbered(&census, (0..clusters.count).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect())

@@ -36,8 +36,9 @@ impl Dividing {
             return Turn::more(progress, self);
         }
         let Self { clustered, superpixels } = *self;
-        let background = background_of(&clustered, clip);
-        let parts = Parts { clustered, superpixels, background, corrections: Corrections::default() };
+        let camera = camera_of(&clustered, clip);
+        let background = camera.clone().and_then(|camera| background_of(camera, &clustered, clip));
+        let parts = Parts { clustered, superpixels, camera, background, corrections: Corrections::default() };
         Turn::done(progress, Box::new(Cutting { parts, recut: None }))
     }
 
@@ -102,7 +103,7 @@ impl Cutting {
         let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
         if let (Some(denser), Some(voted)) = (&tracked.denser, &mut voted) {
             if let Some(background) = background {
-                background.correct(denser, voted, &is_object, &clip.params.background);
+                background.correct(denser, voted, &is_object);
             }
             if let Some(recut) = &self.recut {
                 recut.vote(denser, voted, &superpixels[0].label);
@@ -174,14 +175,18 @@ impl Masking {
     }
 }
 
-/// What the camera and the background tell.
-fn background_of(clustered: &Clustered, clip: &Clip) -> Option<Background> {
+fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
+    Some(Camera::new(motions, &clip.frames))
+}
+
+/// What the background tells.
+fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) -> Option<Background> {
     let settings = &clip.params.background;
     if !settings.judge {
         return None;
     }
-    let mut background = Background::new(&clip.frames, Camera::new(motions, &clip.frames), settings);
+    let mut background = Background::new(&clip.frames, camera, settings);
     if let Some(denser) = &clustered.embedded.tracked.denser {
         background.forget_movers(denser, clip.params.trajectory.mask_step, settings);
     }

@@ -1,6 +1,7 @@
 //! What the stages find, phase by phase: each type holds what is certainly there once its phase is over.
 
 use crate::background::Background;
+use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
 use crate::correction::Held;
 use crate::cut::CutLabels;
@@ -28,6 +29,7 @@ pub(super) struct Found<'a> {
     pub(super) cut: Option<&'a Cut>,
     pub(super) masks: &'a [Plane<u8>],
     pub(super) num_corrections: usize,
+    pub(super) camera: Option<&'a Camera>,
 }
 
 /// The trajectories of the clip.
@@ -154,7 +156,9 @@ impl Clustered {
 pub(super) struct Parts {
     pub(super) clustered: Clustered,
     pub(super) superpixels: Vec<Superpixels>,
-    /// `None` unless the camera stands still.
+    /// `None` without flow.
+    pub(super) camera: Option<Camera>,
+    /// `None` unless clips are judged by it.
     pub(super) background: Option<Background>,
     pub(super) corrections: Corrections,
 }
@@ -162,6 +166,7 @@ pub(super) struct Parts {
 impl Parts {
     pub(super) fn found(&self) -> Found<'_> {
         Found {
+            camera: self.camera.as_ref(),
             superpixels: &self.superpixels,
             num_corrections: self.corrections.before.len(),
             ..self.clustered.found()

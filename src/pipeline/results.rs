@@ -4,6 +4,8 @@ use super::dense;
 use super::session::{Session, state_error};
 use crate::Error;
 use crate::affinity::affinities;
+use crate::background::{Shot, clean_plate};
+use crate::camera::Camera;
 use crate::connectedness::Components;
 use crate::contour::BoundaryMap;
 use crate::discontinuity::{Discontinuities, discontinuities};
@@ -118,6 +120,30 @@ impl Session {
             (Some(mask), Some(clip)) => Ok(dense::to_input(mask, clip.scale)),
             _ => Err(missing_frame("mask", t, masks.len())),
         }
+    }
+
+    /// The clean plate of frame `t`, at working size: the scene without the objects, RGBA; computed anew at each call.
+    ///
+    /// Pixels of the background are the frame's own; behind objects the nearest frames of the clip that show the scene
+    /// there, as the camera moves, give the colour. Alpha is 0 where none does, and 255 elsewhere.
+    ///
+    /// # Errors
+    /// As [`Session::labels`].
+    pub fn background(&self, t: usize) -> Result<Plane<[u8; 4]>, Error> {
+        let found = self.found();
+        let (frames, masks) = (self.frames(), found.masks);
+        let missing = || missing_frame("background", t, masks.len());
+        if masks.len() < frames.len().max(t + 1) {
+            return Err(missing());
+        }
+        let none = Camera::new(&[], &[]);
+        let (Some(cut), Some(clusters), Some(tracked)) = (found.cut, found.clusters, found.tracked) else {
+            return Err(missing());
+        };
+        let label_of = |cluster: &u32| cut.objects.of_cluster.get(*cluster as usize).copied().unwrap_or(0);
+        let is_scene = clusters.label.iter().map(|cluster| label_of(cluster) == 0).collect();
+        let camera = found.camera.unwrap_or(&none);
+        Ok(clean_plate(&Shot { frames, masks, camera, tracks: &tracked.tracks, is_scene }, t))
     }
 
     /// The cluster of each pixel of frame `t` at input size: the masks before objects are told from background.

@@ -67,6 +67,12 @@ pub(super) fn rgba(rgb: &[u8]) -> JsValue {
     Uint8ClampedArray::from(rgba.as_slice()).into()
 }
 
+/// `{width, height, data}`, as `ImageData` has them.
+pub(super) fn picture(plane: &Plane<[u8; 4]>) -> JsValue {
+    let data = Uint8ClampedArray::from(plane.data().as_flattened());
+    object([("width", plane.width().into()), ("height", plane.height().into()), ("data", data.into())])
+}
+
 pub(super) fn words(values: &[u32]) -> JsValue {
     Uint32Array::from(values).into()
 }

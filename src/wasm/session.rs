@@ -167,6 +167,12 @@ impl JsSession {
         self.0.labels(t).map(|mask| convert::bytes(mask.data())).map_err(|e| convert::to_js_error(&e))
     }
 
+    /// The scene of frame `t` without the objects, at working size: `{width, height, data}`, RGBA with alpha 0 where it
+    /// is not known.
+    pub fn background(&self, t: usize) -> Result<JsValue, JsValue> {
+        self.0.background(t).map(|plate| convert::picture(&plate)).map_err(|e| convert::to_js_error(&e))
+    }
+
     /// The superpixels of frame `t` at working size; see `convert::superpixels`.
     pub fn superpixels(&self, t: usize) -> Result<JsValue, JsValue> {
         self.0.superpixels(t).map(convert::superpixels).map_err(|e| convert::to_js_error(&e))

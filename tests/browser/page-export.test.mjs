@@ -53,6 +53,25 @@ describe('exports', () => {
     assert.equal(wrong, 0);
   });
 
+  test('the background is the frame without its objects', async () => {
+    const { name, bytes } = await save('background-png');
+    assert.equal(name, 'sample-clip-background-0013.png');
+    const object = await page.evaluate(deepInside, [labels[FRAME], 1]);
+    const ground = await page.evaluate(deepInside, [labels[FRAME], 0]);
+    const [[behind, beside], [before, unchanged]] = await page.evaluate(colorsOf, [
+      [...bytes],
+      FRAME,
+      [object, ground],
+    ]);
+    assert.deepEqual(beside, unchanged);
+    assert.notDeepEqual(behind, before);
+    const zip = await save('background-zip');
+    assert.equal(zip.name, 'sample-clip-background.zip');
+    const files = unzipSync(zip.bytes);
+    assert.equal(Object.keys(files).length, 24);
+    assert.deepEqual([...files['0013.png']], [...bytes]);
+  });
+
   test('all masks are a ZIP of such files, with their times', async () => {
     const { name, bytes } = await save('zip');
     assert.equal(name, 'sample-clip-masks.zip');
@@ -211,6 +230,17 @@ function deepInside([labels, wanted]) {
     if (at >= 0) return [at % width, Math.floor(at / width)];
   }
   return [0, 0];
+}
+
+/** Runs in the page: colours of places in a picture's file, and in the frame itself. */
+async function colorsOf([bytes, frame, places]) {
+  const file = await createImageBitmap(new Blob([new Uint8Array(bytes)], { type: 'image/png' }));
+  const own = await globalThis.tracecutDemo.app.job.images.open(frame);
+  return [file, own].map((picture) => {
+    const ctx = new OffscreenCanvas(picture.width, picture.height).getContext('2d', { willReadFrequently: true });
+    ctx.drawImage(picture, 0, 0);
+    return places.map(([x, y]) => [...ctx.getImageData(x, y, 1, 1).data]);
+  });
 }
 
 /** Runs in the page: what a player shows of a file at a time. */

@@ -64,6 +64,7 @@ describe('the sample', () => {
       'foreground',
       'components',
       'flow',
+      'background',
       'image',
     ]);
     const pictures = new Map();

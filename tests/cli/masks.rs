@@ -85,6 +85,27 @@ fn mask_overlays_tint_objects_and_leave_the_background_as_it_is() {
 }
 
 #[test]
+fn backgrounds_are_written_where_they_are_asked_for() {
+    let (input, out) = (folder("background-in"), folder("background-out"));
+    clip(&input, FRAMES, SIZE, &moving);
+    assert_done(&segment(&input, &out, &["--background"]));
+    assert_eq!(names_in(&out.join("background")).len(), FRAMES as usize);
+    let picture = image::open(out.join("background/00002.png")).unwrap().into_rgba8();
+    assert_eq!(picture.as_raw(), session(FRAMES).background(2).unwrap().data().as_flattened());
+    // Half of the square's pixels at least are the scene's that other frames show.
+    let (mask, _) = read_mask(&out.join("masks/00002.png"));
+    let frame = rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, 2));
+    let (mut objects, mut replaced) = (0, 0);
+    for ((&label, new), old) in mask.data().iter().zip(picture.pixels()).zip(frame.chunks(3)) {
+        objects += usize::from(label > 0);
+        replaced += usize::from(label > 0 && new.0[3] == 255 && new.0[..3] != *old);
+    }
+    assert!(objects > 500 && 2 * replaced > objects, "{replaced} of {objects}");
+    assert_done(&segment(&input, &out, &[]));
+    assert!(!out.join("background").exists());
+}
+
+#[test]
 fn a_shorter_second_run_leaves_no_pictures_of_the_first() {
     let (input, out) = (folder("stale-in"), folder("stale-out"));
     clip(&input, 6, SIZE, &moving);

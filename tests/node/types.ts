@@ -33,6 +33,7 @@ import {
   videoInfo,
 } from 'tracecut';
 import type {
+  Background,
   BoundaryMap,
   CocoMasks,
   ComponentTable,
@@ -101,6 +102,8 @@ const salient: SaliencyTable | null = result.saliency;
 const pieces: ComponentTable | null = result.components;
 const pieceOfPoint: Int32Array | undefined = pieces?.ofPoint;
 const heat: SaliencyMap = await result.saliencyMap(0);
+const plate: Background = await result.background(0);
+const picture: Uint8ClampedArray = (await session.background(0)).data;
 const stages: Stage[] = ['saliency', 'connectedness'];
 console.log(
   salient?.foreground,
@@ -108,6 +111,8 @@ console.log(
   pieceOfPoint,
   heat.saliency,
   heat.scaleX,
+  new ImageData(plate.data, plate.width),
+  picture,
   await session.saliencyMap(0),
   stages,
 );

@@ -82,6 +82,7 @@ test('a session in a worker gives the same result as one in this thread', async 
   assert.deepEqual(await result.superpixels(3), await local.superpixels(3));
   assert.deepEqual(await result.boundaries(3), await local.boundaries(3));
   assert.deepEqual(await result.saliencyMap(3), await local.saliencyMap(3));
+  assert.deepEqual(await result.background(3), await local.background(3));
   session.close();
   assert.ok(worker.terminated);
 });
@@ -94,7 +95,7 @@ test('errors cross with code and message', async (t) => {
 });
 
 test('a worker answers what is in the table, and nothing else', async () => {
-  for (const type of ['background', 'toString']) {
+  for (const type of ['foreground', 'toString']) {
     const worker = startWorker();
     const answered = new Promise((resolve) => worker.addEventListener('message', ({ data }) => resolve(data)));
     worker.postMessage({ id: 7, type, data: [0] }, []);

@@ -108,6 +108,7 @@ export const LONG = {
 export const NOTHING = {
   windows: 'Known within one window only. Take at most 50 frames to see it.',
   joined: 'Known when all windows are done.',
+  masks: 'Needs masks, which were not asked for.',
   motion: 'Needs the motion of frames, which this clip came without.',
   foreground: 'Nothing stands out in this clip: no trajectory is foreground.',
   pieces: 'The foreground of this clip lies in pieces too small to count.',

@@ -50,6 +50,7 @@ export function parameters() {
 /** @typedef {import('./image.js').ImageOptions} ImageOptions */
 /** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */
 /** @typedef {import('./image.js').Superpixels} Superpixels */
+/** @typedef {import('./result.js').Background} Background */
 /** @typedef {import('./result.js').ComponentTable} ComponentTable */
 /** @typedef {import('./result.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */

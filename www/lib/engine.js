@@ -46,6 +46,7 @@ const SLICE_MS = 30;
 
 /** @typedef {Omit<import('./image.js').BoundaryMap, 'scaleX' | 'scaleY'>} RawBoundaryMap */
 /** @typedef {Omit<import('./image.js').Superpixels, 'scaleX' | 'scaleY'>} RawSuperpixels */
+/** @typedef {Omit<import('./result.js').Background, 'scaleX' | 'scaleY'>} RawBackground */
 /** @typedef {Omit<import('./result.js').SaliencyMap, 'scaleX' | 'scaleY'>} RawSaliencyMap */
 
 /**

@@ -62,6 +62,8 @@ export const REQUESTS = {
   boundaries: { called: 'boundaries', from: 'frames', work: (t) => (session) => session.boundaries(t) },
   /** @type {MapLine<import('./engine.js').RawSuperpixels>} */
   superpixels: { called: 'superpixels', from: 'masks', work: (t) => (session) => session.superpixels(t) },
+  /** @type {MapLine<import('./engine.js').RawBackground>} */
+  background: { called: 'backgrounds', from: 'masks', work: (t) => (session) => session.background(t) },
   /** @type {MapLine<import('./engine.js').RawSaliencyMap>} */
   saliencyMap: { called: 'saliency maps', from: 'saliency', work: (t) => (session) => session.saliencyMap(t) },
 

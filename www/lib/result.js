@@ -54,6 +54,13 @@ import { REQUESTS } from './requests.js';
  */
 
 /**
+ * The scene of a frame without the objects, as RGBA bytes for `ImageData`: pixels of the background are the frame's own,
+ * those behind objects come from the nearest frames that show them, as the camera moves. Alpha is 0 where none does,
+ * else 255.
+ * @typedef {import('./image.js').Grid & {data: Uint8ClampedArray<ArrayBuffer>}} Background
+ */
+
+/**
  * How much each pixel of a frame stands out against its surroundings, 0 to 1, row by row.
  * @typedef {import('./image.js').Grid & {saliency: Float32Array<ArrayBuffer>}} SaliencyMap
  */
@@ -121,6 +128,16 @@ export class Result {
    */
   async superpixels(t) {
     return this.#map('superpixels', t);
+  }
+
+  /**
+   * The scene of frame `t` without the objects, at the size that frames are processed at. The session makes it at each
+   * call, by its masks of that time; it must still be open and hold the same clip.
+   * @param {number} t
+   * @returns {Promise<Background>}
+   */
+  async background(t) {
+    return this.#map('background', t);
   }
 
   /**

@@ -268,6 +268,16 @@ export class Session {
   }
 
   /**
+   * The scene of frame `t` without the objects, at the size that frames are processed at; known once the masks of all
+   * frames are, and made at each call.
+   * @param {number} t
+   * @returns {Promise<import('./result.js').Background>}
+   */
+  async background(t) {
+    return this.#map('background', t);
+  }
+
+  /**
    * How salient each pixel of frame `t` is, at the size that frames are processed at; known once a run has got that
    * far, and computed at each call.
    * @param {number} t

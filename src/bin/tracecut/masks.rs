@@ -68,6 +68,20 @@ pub(crate) fn write_all(folder: PathBuf, session: &Session) -> Result<Option<Mas
     Ok(labels.pop().map(|background| MaskReport { background, objects, superpixels }))
 }
 
+/// Writes the scene of each frame without the objects into `folder`, or removes those of an earlier run.
+pub(crate) fn write_backgrounds(folder: PathBuf, session: &Session, wanted: bool) -> Result<()> {
+    if !wanted || session.objects().is_none() {
+        Series::remove(folder);
+        return Ok(());
+    }
+    let series = Series::create(folder, session.num_frames())?;
+    for t in 0..session.num_frames() {
+        let plate = session.background(t)?;
+        series.write(t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))?;
+    }
+    Ok(())
+}
+
 /// An entry for the background and one for each object, nothing counted yet.
 fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
     let clusters = |label: u8| (0..objects.of_cluster.len()).filter(|&c| objects.of_cluster[c] == label).collect();

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 pub(crate) enum Pixels<'a> {
     /// Three bytes a pixel.
     Rgb(&'a [u8]),
+    /// Four bytes a pixel.
+    Rgba(&'a [u8]),
     /// One byte a pixel, the number of a colour of the palette of [`voc_colour`].
     Labels(&'a [u8]),
 }
@@ -58,6 +60,11 @@ fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()
     let bytes = match pixels {
         Pixels::Rgb(bytes) => {
             encoder.set_color(ColorType::Rgb);
+            encoder.set_compression(Compression::Fast);
+            bytes
+        }
+        Pixels::Rgba(bytes) => {
+            encoder.set_color(ColorType::Rgba);
             encoder.set_compression(Compression::Fast);
             bytes
         }

@@ -36,6 +36,9 @@ pub(crate) struct SegmentArgs {
     /// End with the labels of the trajectories, without masks; short for --set clip.dense=false
     #[arg(long)]
     no_dense: bool,
+    /// Also write the scene without the objects, frame by frame, at the size that frames are processed at
+    #[arg(long, conflicts_with = "no_dense")]
+    background: bool,
     /// Also write the affinities, the eigenpairs, the neighbour pairs and the saliency as text
     #[arg(long)]
     dump: bool,
@@ -50,6 +53,7 @@ Results in the folder:
   tracks.dat                   labelled trajectories
   overlay/00000.png ...        frames with the trajectories, coloured by label
   result.json                  sizes, objects, parameters, times
+  background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene
   dump/                        with --dump";
 
 /// What goes into `result.json`.
@@ -102,6 +106,7 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     write(&args.out.join("tracks.dat"), tracks::write(results.tracks, results.clusters)?)?;
     let masks = masks::write_all(args.out.join("masks"), &session)?;
     write_report(args, &session, &results, masks.as_ref(), &timing)?;
+    masks::write_backgrounds(args.out.join("background"), &session, args.background)?;
     if args.dump {
         dump::write_all(&args.out.join("dump"), &session)?;
     }

@@ -27,8 +27,8 @@
 /**
  * What can be asked about a frame.
  *
- * @typedef {{flow: Flow, boundaries: Boundaries, superpixels: Superpixels, saliencyMap: SaliencyMap, imageEdges:
- *   ImageEdges}} Answer
+ * @typedef {{flow: Flow, boundaries: Boundaries, superpixels: Superpixels, background: Plate, saliencyMap: SaliencyMap,
+ *   imageEdges: ImageEdges}} Answer
  */
 
 /**
@@ -38,7 +38,14 @@
  */
 
 /** @type {Answers} */
-export const NO_ANSWERS = { flow: null, boundaries: null, superpixels: null, saliencyMap: null, imageEdges: null };
+export const NO_ANSWERS = {
+  flow: null,
+  boundaries: null,
+  superpixels: null,
+  background: null,
+  saliencyMap: null,
+  imageEdges: null,
+};
 
 /**
  * @typedef {{x: number, y: number, object: number, trajectory: number}} Spot A place in clip pixels, with the object
@@ -62,6 +69,11 @@ export const NO_ANSWERS = { flow: null, boundaries: null, superpixels: null, sal
  * @property {number} count
  * @property {Uint32Array} label
  * @property {{x0: Float32Array, y0: Float32Array, x1: Float32Array, y1: Float32Array, kind: Uint8Array}} edges
+ */
+
+/**
+ * @typedef {{width: number, height: number, data: Uint8ClampedArray<ArrayBuffer>}} Plate The scene without objects, RGBA;
+ *   pixels as for boundaries.
  */
 
 /**

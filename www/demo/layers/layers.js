@@ -4,6 +4,7 @@
  * @module
  */
 
+import { backgroundLayer } from './background.js';
 import { boundaryLayer } from './boundaries.js';
 import { componentLayer } from './components.js';
 import { contourLayer } from './contours.js';
@@ -37,6 +38,7 @@ export function createLayers() {
     foregroundLayer(),
     componentLayer(),
     flowLayer(),
+    backgroundLayer(),
     imageLayer(),
   ];
 }

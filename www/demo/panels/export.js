@@ -34,8 +34,8 @@ class ExportPanel {
     this.abort = null;
     const rows = EXPORTS.map((one) => this.row(one));
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
-    /** @type {HTMLButtonElement[]} */
-    this.buttons = rows.flatMap(({ buttons }) => buttons);
+    /** The choices, with their buttons. */
+    this.choices = rows.flatMap(({ choices }) => choices);
     this.connect();
   }
 
@@ -65,8 +65,9 @@ class ExportPanel {
 
   /** @param {import('../result/export.js').Export} one */
   row({ title, about, choices }) {
-    const buttons = choices.map((choice) =>
-      h(
+    const withButtons = choices.map((choice) => ({
+      choice,
+      button: h(
         'button',
         {
           type: 'button',
@@ -77,15 +78,15 @@ class ExportPanel {
         },
         choice.label,
       ),
-    );
+    }));
     const element = h(
       'li',
       { class: 'export' },
       h('h3', {}, title),
       h('p', { class: 'about' }, about),
-      h('div', { class: 'saves' }, ...buttons),
+      h('div', { class: 'saves' }, ...withButtons.map(({ button }) => button)),
     );
-    return { element, buttons };
+    return { element, choices: withButtons };
   }
 
   /** @param {import('../result/export.js').Choice} choice */
@@ -117,7 +118,9 @@ class ExportPanel {
 
   /** @param {boolean} busy */
   setBusy(busy) {
-    for (const button of this.buttons) button.disabled = busy;
+    const subject = this.subject();
+    for (const { choice, button } of this.choices)
+      button.disabled = busy || !subject || choice.there?.(subject) === false;
     byId('export-progress').hidden = !busy;
     showProgress({ done: 0, total: 0 });
   }

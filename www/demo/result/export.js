@@ -10,6 +10,9 @@
  * @property {{width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array, times:
  *   ArrayLike<number> | null}} masks
  * @property {() => AsyncIterable<ImageBitmap>} frames
+ * @property {(t: number) => Promise<ImageBitmap>} image a frame, at clip size
+ * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
+ *   objects, which may be smaller; null where nobody knows
  * @property {number} frame on screen
  * @property {(object: number) => boolean} objects which are meant
  * @property {string} name of the clip
@@ -25,6 +28,7 @@
  * @property {string} label of its button
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name
+ * @property {(subject: Omit<Subject, 'objects'>) => boolean} [there] whether it can be made; always if not said
  * @property {(subject: Subject, work: Work) => Promise<Blob>} make
  */
 
@@ -44,6 +48,8 @@ export function subjectOf({ found, job, film, frame }, library) {
     library,
     masks: { width, height, numFrames, labels, times: film.times.seconds },
     frames: () => job.images,
+    image: async (/** @type {number} */ t) => /** @type {ImageBitmap} */ (await job.images.open(t)),
+    plate: found?.answers.background ?? null,
     frame,
     name: job.source.name,
     fps: film.fps,

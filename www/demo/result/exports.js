@@ -4,9 +4,10 @@
  * @module
  */
 
+import { background } from './export-background.js';
 import { data } from './export-data.js';
 import { frameMask, masks } from './export-masks.js';
 import { cutoutVideo, overlayVideo } from './export-video.js';
 
 /** @type {import('./export.js').Export[]} */
-export const EXPORTS = [overlayVideo, cutoutVideo, masks, frameMask, data];
+export const EXPORTS = [overlayVideo, cutoutVideo, masks, frameMask, background, data];

@@ -134,6 +134,7 @@ export class ClipJob extends Job {
         flow: (t) => session.flow(t),
         boundaries: (t) => result.boundaries(t),
         superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
+        background: result.objects && ((t) => result.background(t)),
         saliencyMap: (t) => result.saliencyMap(t),
       },
       numbers: [
