@@ -9,8 +9,8 @@
 //! 4. `d_ij = 1 − Ŵ_ij / max(δ_i, δ_j)`, clamped to `[0, 1]` since `Ŵ` may be slightly negative.
 //!
 //! Deviation: the paper speaks of one `K`. Here `d` is measured with few smooth eigenvectors while the rotation uses
-//! many: with all of them the embedding of an object's inside is so uneven that `d` rises there too (in an earlier
-//! prototype, on real clips, the choice with the largest effect of all). Cost: O(frames · n log n + pairs · K).
+//! many: with all of them the embedding of an object's inside is so uneven that `d` rises there
+//! too. Cost: O(frames · n log n + pairs · K).
 
 use crate::delaunay::delaunay_edges;
 use crate::embedding::Embedding;

@@ -312,3 +312,43 @@ fn objects_of_the_sample_scene_are_the_foreground_though_the_camera_pans() {
     let shares = foreground_shares(&clip.run(params), &clip.masks);
     assert!(shares[0] < 0.05 && shares[1..].iter().all(|&s| s > 0.85), "{shares:?}");
 }
+
+/// A scene without any mover before a camera that goes sideways: far away a pixel a frame, a slope that is nearer at the
+/// bottom up to three, and a tree at four whose crown reaches over the frame.
+fn garden() -> Vec<Frame> {
+    const SIZE: (usize, usize) = (240, 160);
+    // Smooth blobs that no two places share.
+    let texture = |x: f64, y: f64, kind: f64| {
+        let wave = |a: f64, b: f64, phase: f64| (a * x + b * y + phase + kind).sin();
+        let waves = [wave(0.31, 0.17, 0.0), wave(0.13, -0.41, 1.0), wave(-0.53, 0.37, 2.0), wave(0.07, 0.71, 3.0)];
+        let slow = (0.03 * x + 0.05 * y + kind).sin() * (0.11 * x - 0.02 * y).cos();
+        (128.0 + 20.0 * waves.iter().sum::<f64>() + 40.0 * slow).clamp(0.0, 255.0) as u8
+    };
+    let frame = |t: usize| {
+        let pixel = |i: usize| {
+            let (x, y) = ((i % SIZE.0) as f64, (i / SIZE.0) as f64);
+            let t = t as f64;
+            let near = x + 4.0 * t;
+            let crown = y < 44.0 + 6.0 * (0.1 * near).sin() && (40.0..280.0).contains(&near);
+            let value = if crown || (130.0..156.0).contains(&near) {
+                texture(near, y, 9.0)
+            } else if y < 60.0 {
+                texture(x + t, y, 0.0)
+            } else {
+                texture(x + t * (1.0 + (y - 60.0) / 50.0), y, 5.0)
+            };
+            [value; 3]
+        };
+        Frame::from_rgb((0..SIZE.0 * SIZE.1).flat_map(pixel).collect(), SIZE.0, SIZE.1).unwrap()
+    };
+    (0..16).map(frame).collect()
+}
+
+#[test]
+fn in_a_scene_of_depth_where_nothing_moves_nothing_is_found() {
+    let clip = Clip { frames: garden(), masks: Vec::new() };
+    let session = clip.run(Params::default());
+    let labelled: usize =
+        (0..16).map(|t| session.labels(t).unwrap().data().iter().filter(|&&label| label > 0).count()).sum();
+    assert!(200 * labelled <= 16 * 240 * 160, "{labelled} pixels");
+}

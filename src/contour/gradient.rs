@@ -6,7 +6,6 @@ use super::histogram::{Tensors, share_of_bin};
 use super::lab::lab;
 use super::texton::textons;
 use super::thin::{ORIENTATIONS, normals};
-use crate::flow::FlowField;
 use crate::image::Frame;
 
 /// Bins of a colour channel's histogram.
@@ -19,15 +18,9 @@ const TENSOR_BLUR: f32 = 0.7;
 /// Standard deviation of the mean along a boundary, in pixels, and the steps at which it looks.
 const ALONG_SIGMA: f32 = 3.0;
 const ALONG_STEPS: [f32; 7] = [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0];
-/// Slope of the flow that counts half of a large one, in pixels a frame by pixel.
-const HALF_SLOPE: f32 = 0.25;
 
 /// For each direction of [`normals`], how much the histograms change along it; planes of the frame's size.
-pub(super) fn oriented_strength(
-    frame: &Frame,
-    flow: Option<&FlowField>,
-    params: &ContourParams,
-) -> [Vec<f32>; ORIENTATIONS] {
+pub(super) fn oriented_strength(frame: &Frame, params: &ContourParams) -> [Vec<f32>; ORIENTATIONS] {
     let (w, h) = (frame.width(), frame.height());
     let mut pyramid = Pyramid::new(w, h, params.sigma);
     let [brightness, a, b] = lab(frame);
@@ -42,9 +35,6 @@ pub(super) fn oriented_strength(
         pyramid.add_bin(shares, params.texture_weight, 1);
     }
     let mut strength = pyramid.finish();
-    if let Some(flow) = flow.filter(|f| params.motion_weight > 0.0 && (f.u.width(), f.u.height()) == (w, h)) {
-        add_motion(flow, params, &mut strength);
-    }
     for (plane, normal) in strength.iter_mut().zip(normals()) {
         *plane = mean_along(plane, w, normal);
     }
@@ -132,27 +122,6 @@ impl Pyramid {
             fine.iter_mut().for_each(|v| *v *= 1.0 / LEVELS as f32);
             fine
         })
-    }
-}
-
-/// Adds the change of `flow` along each direction, from 0 to the weight of motion.
-fn add_motion(flow: &FlowField, params: &ContourParams, strength: &mut [Vec<f32>; ORIENTATIONS]) {
-    let width = flow.u.width();
-    let mut tensors = Tensors::zero(flow.u.data().len());
-    let mut blur = Blur::new(params.sigma);
-    for component in [&flow.u, &flow.v] {
-        let mut smooth = component.data().to_vec();
-        blur.apply(&mut smooth, width);
-        tensors.add_image(&smooth, width, 1.0);
-    }
-    let mut slope = Vec::new();
-    for (plane, normal) in strength.iter_mut().zip(normals()) {
-        slope.clear();
-        slope.resize(plane.len(), 0.0);
-        tensors.add_change_along(normal, &mut slope);
-        for (s, slope) in plane.iter_mut().zip(&slope) {
-            *s += params.motion_weight * slope / (slope + HALF_SLOPE);
-        }
     }
 }
 

@@ -26,19 +26,10 @@ impl Tensors {
     /// Adds `weight * g g^T / (h + EMPTY)` for the blurred shares `h` of one bin, `g` their gradient by central
     /// differences.
     pub(super) fn add_bin(&mut self, shares: &[f32], width: usize, weight: f32) {
-        self.add(shares, width, |h| weight / (h + EMPTY));
-    }
-
-    /// Adds `weight * g g^T` for the gradient `g` of `image`.
-    pub(super) fn add_image(&mut self, image: &[f32], width: usize, weight: f32) {
-        self.add(image, width, |_| weight);
-    }
-
-    fn add(&mut self, image: &[f32], width: usize, weight: impl Fn(f32) -> f32) {
-        let height = image.len() / width;
+        let height = shares.len() / width;
         let mut padded = Vec::new();
         for y in 0..height {
-            let row = |y: usize| &image[y * width..][..width];
+            let row = |y: usize| &shares[y * width..][..width];
             pad(row(y), 1, &mut padded);
             let (left, centre, right) = (&padded[..width], row(y), &padded[2..][..width]);
             let (above, below) = (row(y.saturating_sub(1)), row((y + 1).min(height - 1)));
@@ -46,7 +37,7 @@ impl Tensors {
             for x in 0..width {
                 let gx = 0.5 * (right[x] - left[x]);
                 let gy = 0.5 * (below[x] - above[x]);
-                let k = weight(centre[x]);
+                let k = weight / (centre[x] + EMPTY);
                 xx[x] += k * gx * gx;
                 xy[x] += k * gx * gy;
                 yy[x] += k * gy * gy;

@@ -46,7 +46,6 @@ mod thin;
 pub(crate) use gradient::mean_along;
 pub(crate) use thin::{ORIENTATIONS, normals, thin};
 
-use crate::flow::FlowField;
 use crate::image::{Frame, Plane};
 
 crate::params! {
@@ -70,8 +69,6 @@ crate::params! {
         pub colour_weight: f32 = 0.6, in 0.0..=10.0;
         /// Weight of changes of texture.
         pub texture_weight: f32 = 1.0, in 0.0..=10.0;
-        /// Weight of changes of motion; 0 leaves them out.
-        pub motion_weight: f32 = 0.0, in 0.0..=10.0;
     }
 }
 
@@ -101,9 +98,6 @@ pub struct Segments {
 
 /// Pb of `frame`.
 ///
-/// `flow` leads from this frame to the next or the previous one; with [`ContourParams::motion_weight`] above 0 its
-/// jumps count too. A flow of another size than the frame is left out.
-///
 /// # Examples
 /// A bright block on a dark ground, each digit 12 by 12 pixels.
 ///
@@ -114,21 +108,21 @@ pub struct Segments {
 /// let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
 /// let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
 /// let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
-/// let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, None, &ContourParams::default());
+/// let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, &ContourParams::default());
 /// let across: Vec<usize> = (0..84).filter(|&x| map.thin[(x, 36)] > 0.3).collect();
 /// assert!(across.iter().any(|x| x.abs_diff(24) <= 1) && across.iter().any(|x| x.abs_diff(60) <= 1), "{across:?}");
 /// assert!(map.pb[(6, 6)] < 0.1);
 /// # Ok::<(), tracecut::Error>(())
 /// ```
 #[must_use]
-pub fn boundary_map(frame: &Frame, flow: Option<&FlowField>, params: &ContourParams) -> BoundaryMap {
-    let strengths = gradient::oriented_strength(frame, flow, params);
+pub fn boundary_map(frame: &Frame, params: &ContourParams) -> BoundaryMap {
+    let strengths = gradient::oriented_strength(frame, params);
     from_strengths(&strengths, (frame.width(), frame.height()), OF_PB)
 }
 
 /// How much the histograms of `frame` change along each direction: what [`from_strengths`] makes Pb of.
 pub(crate) fn strengths_of(frame: &Frame, params: &ContourParams) -> [Vec<f32>; ORIENTATIONS] {
-    gradient::oriented_strength(frame, None, params)
+    gradient::oriented_strength(frame, params)
 }
 
 /// Probabilities from the strength along each direction, planes of `w × h` pixels.
@@ -188,7 +182,7 @@ pub(crate) const OF_PB: Logistic = Logistic { slope: 7.05, centre: 0.77 };
 /// # let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
 /// # let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
 /// # let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
-/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, None, &ContourParams::default());
+/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, &ContourParams::default());
 /// use tracecut::contour::contour_segments;
 ///
 /// let segments = contour_segments(&map, &ContourParams::default());

@@ -26,7 +26,7 @@ fn clutter(w: usize, h: usize, seed: u64) -> Frame {
 }
 
 fn map_of(frame: &Frame) -> BoundaryMap {
-    boundary_map(frame, None, &ContourParams::default())
+    boundary_map(frame, &ContourParams::default())
 }
 
 #[test]
@@ -111,17 +111,4 @@ fn mirrored_and_transposed_images_give_mirrored_and_transposed_maps() {
         let others = [mirrored.pb[(w - 1 - x, y)], transposed.pb[(y, x)]];
         assert!(others.iter().all(|o| (o - pb).abs() < 1e-3), "{pb} and {others:?} at {x}, {y}");
     }
-}
-
-#[test]
-fn motion_counts_when_it_is_given_weight() {
-    let image = frame(48, 40, |_, _| [120; 3]);
-    let flow =
-        FlowField { u: Plane::from_fn(48, 40, |x, _| if x < 24 { 0.0 } else { 3.0 }), v: Plane::filled(48, 40, 1.0) };
-    let weighted = ContourParams { motion_weight: 1.0, ..ContourParams::default() };
-    let map = boundary_map(&image, Some(&flow), &weighted);
-    assert!(map.pb[(23, 20)] > 0.1 && map.pb[(8, 20)] < 0.01, "{} and {}", map.pb[(23, 20)], map.pb[(8, 20)]);
-    assert_eq!(boundary_map(&image, None, &weighted), map_of(&image));
-    let unweighted = ContourParams { motion_weight: 0.0, ..weighted };
-    assert_eq!(boundary_map(&image, Some(&flow), &unweighted), map_of(&image));
 }

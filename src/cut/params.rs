@@ -5,9 +5,6 @@ crate::params! {
     pub struct CutParams {
         /// Weight of a superpixel's own trajectories (λ of section 4.2, whose value the paper does not give).
         pub unary_weight: f32 = 1.0, in 0.0..=1000.0;
-        /// A superpixel's own trajectories count in full from this many labelled ones on, in proportion below; 0 and 1:
-        /// always in full, as in the paper.
-        pub full_tracks: f32 = 0.0, in 0.0..=1000.0;
         /// Weight of the border between two superpixels of a frame. Higher makes labels smoother.
         pub spatial_weight: f32 = 2.0, in 0.0..=1000.0;
         /// A border costs `exp(−mean Pb / this)` to cut. The paper prints the mean Pb itself, a misprint.
@@ -26,9 +23,6 @@ crate::params! {
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
         /// different labels (section 4.2: 0.3). 1 turns the rule off.
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0;
-        /// Whether a superpixel's own trajectories count less, by `(1 − share)²`, the larger that share is. Not in the
-        /// paper.
-        pub ambiguous_soft: bool = false, in 0..=1;
         /// Radius within which labelled trajectories vote on others, in pixels of the processed frames. Higher is
         /// slower.
         pub vote_radius: f32 = 24.0, in 1.0..=1000.0;
@@ -56,8 +50,6 @@ impl CutParams {
             flow_weight: 0.0,
             colour_weight: 0.0,
             stranger_weight: 0.0,
-            full_tracks: 0.0,
-            ambiguous_soft: false,
             ambiguous_share: 0.3,
             ..Self::default()
         }

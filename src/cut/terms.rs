@@ -111,8 +111,7 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
     for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
         let strange = stranger_weight * strangers[node] as f32;
         let total = votes.iter().sum::<u32>() as f32 + strange;
-        let full = (total / params.full_tracks.max(1.0)).min(1.0);
-        let lambda = params.unary_weight * full * trust.get(node).copied().unwrap_or(1.0);
+        let lambda = params.unary_weight * total.min(1.0) * trust.get(node).copied().unwrap_or(1.0);
         let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
         let of_strangers = |label| if is_object(label) && total > 0.0 { strange / total } else { 0.0 };
         costs.extend(votes.iter().enumerate().map(|(l, &v)| rounded(lambda * (1.0 - share(v) - of_strangers(l)))));
@@ -158,19 +157,14 @@ fn votes(input: &CutInput, nodes: &Nodes) -> (Vec<u32>, Vec<u32>) {
     (votes, strangers)
 }
 
-/// What is left of λ in each superpixel by the rules for ambiguous ones; nothing if they are all off.
+/// What is left of λ in each superpixel by the rule for ambiguous ones; nothing if it is off.
 fn trust(input: &CutInput, params: &CutParams) -> Vec<f32> {
-    if params.ambiguous_share >= 1.0 && !params.ambiguous_soft {
+    if params.ambiguous_share >= 1.0 {
         return Vec::new();
     }
-    let mut trust = Vec::new();
-    for (t, s) in input.superpixels.iter().enumerate() {
-        for share in ambiguous_shares(s, input.tracks, input.label, t) {
-            let soft = if params.ambiguous_soft { (1.0 - share) * (1.0 - share) } else { 1.0 };
-            trust.push(if share > params.ambiguous_share { 0.0 } else { soft });
-        }
-    }
-    trust
+    let shares = |(t, s)| ambiguous_shares(s, input.tracks, input.label, t);
+    let shares = input.superpixels.iter().enumerate().flat_map(shares);
+    shares.map(|share| if share > params.ambiguous_share { 0.0 } else { 1.0 }).collect()
 }
 
 /// Step 3.

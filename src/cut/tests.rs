@@ -55,9 +55,6 @@ fn unary_costs_are_one_minus_the_histogram_and_nothing_without_trajectories() {
     let params = CutParams { unary_weight: 2.0, ..CutParams::default() };
     let problem = energy(&input(&superpixels, &tracks, &label, 2), &params);
     assert_eq!(problem.unary, [units(1.5), units(0.5), 0, units(2.0), 0, 0]);
-    let careful = CutParams { full_tracks: 8.0, ..params };
-    let problem = energy(&input(&superpixels, &tracks, &label, 2), &careful);
-    assert_eq!(problem.unary, [units(0.75), units(0.25), 0, units(0.25), 0, 0]);
 }
 
 #[test]
@@ -138,16 +135,14 @@ fn ambiguous_superpixels_lose_their_witnesses_softly_or_all_at_once() {
     );
     let label = [0, 0, 0, 0, 1, 1, 1, 1];
     assert_eq!(ambiguous_shares(&superpixels[0], &tracks, &label, 0), [0.5, 0.75, 0.0]);
-    let unary = |ambiguous_share, ambiguous_soft| {
-        let params = CutParams { ambiguous_share, ambiguous_soft, ..CutParams::default() };
+    let unary = |ambiguous_share| {
+        let params = CutParams { ambiguous_share, ..CutParams::default() };
         energy(&input(&superpixels, &tracks, &label, 2), &params).unary
     };
     let one = units(1.0);
-    assert_eq!(unary(1.0, false), [0, one, one, 0, one, 0]);
-    assert_eq!(unary(0.6, false), [0, one, 0, 0, one, 0]);
-    assert_eq!(unary(0.3, false), [0, 0, 0, 0, one, 0]);
-    assert_eq!(unary(1.0, true), [0, units(0.25), units(0.0625), 0, one, 0]);
-    assert_eq!(unary(0.6, true), [0, units(0.25), 0, 0, one, 0]);
+    assert_eq!(unary(1.0), [0, one, one, 0, one, 0]);
+    assert_eq!(unary(0.6), [0, one, 0, 0, one, 0]);
+    assert_eq!(unary(0.3), [0, 0, 0, 0, one, 0]);
 }
 
 #[test]

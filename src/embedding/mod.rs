@@ -10,8 +10,7 @@
 //! 4. `V = D^-1/2 U`, so that `Vᵀ D V = I`. Then `Ŵ` does not depend on the basis chosen for a repeated eigenvalue, and
 //!    a graph that falls into blocks has `Ŵ = 1 / volume` within a block and 0 across. The trivial eigenvector is kept.
 //!
-//! Deviations: the paper fixes neither `K` nor the scale of `V`; both choices here follow an earlier
-//! prototype's measurements on real clips.
+//! Deviations: the paper fixes neither `K` nor the scale of `V`.
 //! Cost: the equivalent of 100 to 300 sparse products; memory of about `100 n` numbers besides the matrix.
 
 mod chebyshev;
@@ -36,8 +35,7 @@ crate::params! {
     /// Spectral embedding.
     pub struct EmbeddingParams {
         /// Eigenvectors are kept while their eigenvalue is at least this. Lower keeps more of them and finds weaker
-        /// motion differences, but breaks uniform regions sooner. The paper does not say; 0.7 is the choice of that
-        /// prototype.
+        /// motion differences, but breaks uniform regions sooner. The paper does not say.
         pub min_eigenvalue: f64 = 0.7, in 0.0..=1.0;
         /// Fewest eigenvectors, whatever their eigenvalues.
         pub min_dimensions: u32 = 8, in 1..=64;

@@ -10,6 +10,9 @@
 //! - it holds half as much again of the rim as a square of its area would that stands on one side of the frame: small
 //!   things that enter or leave the picture hold much of the rim for their size, but seldom more than that.
 //!
+//! Where it is known which trajectories are salient, a cluster of them is background only if it exceeds one of these
+//! bounds by about half: what stands out from the motion of the camera may lie in a corner of the frame.
+//!
 //! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. It looks
 //! at trajectories and not at the pixels of masks, since the cut gives what has no trajectories, such as a plain sky,
 //! to whatever lies beside it; and at cells, since trajectories are dense on one thing and sparse on another. Not in
@@ -23,8 +26,9 @@ use crate::trajectory::Trajectories;
 const RIM_TO_ALL: f64 = 0.85;
 /// Least length of rim of a background cluster, over the side of a square of its area.
 const RIM_TO_SIDE: f64 = 1.5;
-/// How much more of the rim, as a part of the least, a cluster of salient trajectories has before it is background.
-const SALIENT: f64 = 0.4;
+/// How much larger one of the two is, at least, before a cluster of salient trajectories is background.
+const SALIENT_TO_ALL: f64 = 1.4;
+const SALIENT_TO_SIDE: f64 = 1.6;
 /// Cells along the shorter side of the frame.
 const CELLS: usize = 8;
 
@@ -93,8 +97,10 @@ pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, foregr
     let ratio_bound = RIM_TO_ALL * total(&census.rim) / total(&census.cells).max(1.0);
     let salient = salient_shares(tracks, clusters, foreground);
     let is_scene = |c: usize| {
-        census.rim[c] >= (1.0 + SALIENT * salient[c]) * ratio_bound * census.cells[c]
-            && census.rim_length[c] > RIM_TO_SIDE * census.side_length[c]
+        let to_all = census.rim[c] / (ratio_bound * census.cells[c]).max(1e-9);
+        let to_side = census.rim_length[c] / (RIM_TO_SIDE * census.side_length[c]).max(1e-9);
+        let more = |bound: f64| 1.0 + salient[c] * (bound - 1.0);
+        to_all >= 1.0 && to_side > 1.0 && (to_all >= more(SALIENT_TO_ALL) || to_side > more(SALIENT_TO_SIDE))
     };
     let surrounding = (0..clusters.count).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
     numbered(&census, (0..clusters.count).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect())
@@ -206,14 +212,18 @@ mod tests {
 
     #[test]
     fn what_stands_out_from_the_motion_of_the_camera_may_hold_more_of_the_rim() {
-        let corner = ["00000000", "00000000", "00000000", "00000011", "00000111", "00001111", "00011111", "00111111"];
+        let corner = ["00000000", "00000000", "00000000", "00000000", "00001111", "00001111", "00001111", "00001111"];
         let (tracks, clusters) = frame(corner, 2);
         let foreground: Vec<bool> = clusters.label.iter().map(|&c| c == 1).collect();
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
         assert_eq!(find_objects_in(&tracks, &clusters, &foreground).of_cluster, [0, 1]);
-        // Not where it holds most of it.
+        // Not where it holds most of it, or reaches over the whole frame.
         let most: Vec<bool> = foreground.iter().map(|salient| !salient).collect();
         assert_eq!(find_objects_in(&tracks, &clusters, &most).of_cluster, [0, 0]);
+        let over = ["11111111", "11111111", "00001000", "00001000", "00001000", "00001000", "00001000", "00001000"];
+        let (tracks, clusters) = frame(over, 2);
+        let foreground: Vec<bool> = clusters.label.iter().map(|&c| c == 1).collect();
+        assert_eq!(find_objects_in(&tracks, &clusters, &foreground).of_cluster, [0, 0]);
     }
 
     #[test]

@@ -137,9 +137,4 @@ impl Clip {
     pub(super) fn dropped_by(&self, overlap: usize) -> usize {
         if self.holds_frame() { self.frames.len() } else { self.frames.len() - overlap }
     }
-
-    /// The flow from frame `t` to the next; for the last frame, that which leads to it.
-    pub(super) fn flow_at(&self, t: usize) -> Option<&CompactFlow> {
-        self.flows.get(t).or(self.flows.last())
-    }
 }

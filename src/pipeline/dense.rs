@@ -9,12 +9,10 @@ use super::stage::{Progress, Stage};
 use super::turn::Turn;
 use crate::background::{Background, BackgroundParams, part};
 use crate::camera::Camera;
-use crate::contour::{BoundaryMap, boundary_map};
 use crate::cut::{CutInput, GabrielCut, forget_strangers, labels_for, paint};
-use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::mask::{Objects, find_objects_in, number_objects, refine};
-use crate::superpixel::{Superpixels, superpixels_in};
+use crate::superpixel::{Superpixels, superpixels_of};
 
 /// Superpixels being made, frame by frame.
 #[derive(Debug)]
@@ -30,7 +28,7 @@ impl Dividing {
 
     pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Cutting>> {
         let t = self.superpixels.len();
-        self.superpixels.push(superpixels_of(&clip.frames[t], clip.flow_at(t), &clip.params));
+        self.superpixels.push(superpixels_of(&clip.frames[t], None, &clip.params.contour, &clip.params.superpixel));
         let progress = Progress { stage: Stage::Superpixels, done: t as u32 + 1, total: clip.frames.len() as u32 };
         if t + 1 < clip.frames.len() {
             return Turn::more(progress, self);
@@ -249,17 +247,6 @@ fn objects_of(parts: &Parts, is_object: &[bool], clip: &Clip) -> Objects {
         Some(w) => w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap),
         None => found,
     }
-}
-
-/// Superpixels of one frame. `flow` leads from it to another.
-fn superpixels_of(frame: &Frame, flow: Option<&CompactFlow>, params: &Params) -> Superpixels {
-    superpixels_in(&boundaries_of(frame, flow, params), None, &params.contour, &params.superpixel)
-}
-
-/// Pb of one frame. `flow` leads from it to another; it is looked at only where motion has a weight.
-pub(super) fn boundaries_of(frame: &Frame, flow: Option<&CompactFlow>, params: &Params) -> BoundaryMap {
-    let flow = flow.filter(|_| params.contour.motion_weight > 0.0).map(|f| f.unpack(1.0, 1.0));
-    boundary_map(frame, flow.as_ref(), &params.contour)
 }
 
 /// The mask of one frame, from the clusters of its superpixels.

@@ -7,7 +7,7 @@ use crate::affinity::affinities;
 use crate::background::{Shot, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
-use crate::contour::BoundaryMap;
+use crate::contour::{BoundaryMap, boundary_map};
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::{
     Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, threshold_segmentation,
@@ -179,7 +179,7 @@ impl Session {
     /// [`Error::State`] when there is no such frame.
     pub fn boundaries(&self, t: usize) -> Result<BoundaryMap, Error> {
         match self.clip().and_then(|clip| Some((clip, clip.frames.get(t)?))) {
-            Some((clip, frame)) => Ok(dense::boundaries_of(frame, clip.flow_at(t), &clip.params)),
+            Some((clip, frame)) => Ok(boundary_map(frame, &clip.params.contour)),
             None => Err(missing_frame("boundary map", t, self.frames().len())),
         }
     }

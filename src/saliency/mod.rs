@@ -114,8 +114,7 @@ crate::params! {
 
 impl SaliencyParams {
     /// As the paper has it: the magnitude of the flow as it is, in 15 bins over 0 to 15 pixels, the greatest saliency
-    /// of a trajectory's points, and the neighbourhood as it is printed with its sign turned, ℓ as an earlier prototype
-    /// found it best.
+    /// of a trajectory's points, and the neighbourhood as it is printed with its sign turned.
     pub fn paper() -> Self {
         Self {
             compensation: Compensation::Off,

@@ -14,7 +14,7 @@ impl JsSession {
     #[wasm_bindgen(js_name = boundariesOf)]
     pub fn boundaries_of(&self, rgba: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let frame = Frame::from_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))?;
-        Ok(convert::boundaries(&boundary_map(&frame, None, &self.params_in_force().contour)))
+        Ok(convert::boundaries(&boundary_map(&frame, &self.params_in_force().contour)))
     }
 
     /// The discontinuities of the pixel embedding of an image given as for `boundariesOf`.

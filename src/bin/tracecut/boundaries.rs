@@ -45,7 +45,7 @@ pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
             found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
             map = found.pb.clone();
         } else {
-            map = boundary_map(&frame, None, &params.contour);
+            map = boundary_map(&frame, &params.contour);
         }
         fastest = fastest.min(1000.0 * clock.seconds().best());
     }

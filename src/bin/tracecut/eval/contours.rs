@@ -56,7 +56,7 @@ pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
         let (_, frame) = decode(image)?;
         let people: Vec<Plane<bool>> = mat::read(truth)?.into_iter().map(|a| a.boundaries).collect();
         let clock = Clock::start();
-        let ours = boundary_map(&frame, None, &params.contour).thin;
+        let ours = boundary_map(&frame, &params.contour).thin;
         spent.add(clock.seconds());
         let mut maps = vec![ours, canny(&frame), sobel(&frame)];
         if args.embedding {
@@ -151,7 +151,7 @@ mod tests {
         for (image, truth) in pairs.iter().step_by(10) {
             let (_, frame) = decode(image).unwrap();
             let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
-            let maps = [boundary_map(&frame, None, &ContourParams::default()).thin, canny(&frame)];
+            let maps = [boundary_map(&frame, &ContourParams::default()).thin, canny(&frame)];
             for (map, list) in maps.iter().zip(&mut scores) {
                 let radius = tolerance(frame.width(), frame.height());
                 list.push(score(map, &people, radius, Matching::OneToOne).unwrap());
