@@ -13,6 +13,9 @@ const RESTING: f32 = 0.2;
 const TRACKED: f32 = 0.25;
 /// Mean distance from the plate of what is the plate itself.
 const SAME: f32 = 0.08;
+/// A cluster that is like the plate with more than this part of its points is all ground; with less than this, none.
+const ALL_GROUND: f32 = 0.9;
+const HALF_GROUND: f32 = 0.5;
 /// A trajectory of the scene's clusters that moves at least so much, so far from the plate, is none of the scene.
 const ASTRAY: f32 = 0.8;
 const FAR: f32 = 0.4;
@@ -37,7 +40,10 @@ pub(crate) struct Parted {
 pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) -> Parted {
     let (ground, astray) = (clusters.count as u32, clusters.count as u32 + 1);
     let Motion { moved, is_tracked, far } = Motion::of(tracks);
-    let is_ground = |i: usize| !is_tracked && along[i] < SAME;
+    let is_plate = |i: usize| !is_tracked && along[i] < SAME;
+    let grounded = means(tracks, clusters, |i| Some(f32::from(u8::from(is_plate(i)))));
+    let of_ground = |i: usize| grounded[clusters.label[i] as usize];
+    let is_ground = |i: usize| of_ground(i) > ALL_GROUND || is_plate(i) && of_ground(i) > HALF_GROUND;
     let moves = means(tracks, clusters, |i| (!is_ground(i)).then_some(moved[i]));
     let mut label = clusters.label.clone();
     for (i, label) in label.iter_mut().enumerate() {
