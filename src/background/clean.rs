@@ -5,7 +5,7 @@
 //! paper; Wexler, Shechtman and Irani (2004) complete videos in this way where the scene is rigid, and go on to invent
 //! what was never seen, which is not done here.
 
-use super::plate::median_of;
+use super::plate::{median_of, picture, sampled};
 use crate::camera::{Camera, Warp};
 use crate::image::{Frame, Plane};
 use crate::trajectory::Trajectories;
@@ -19,7 +19,7 @@ const MARGIN: usize = 2;
 
 /// What clean plates are made from, all at one size. Trajectories are the scene's where `is_scene` says so.
 #[derive(Debug)]
-pub(crate) struct Shot<'a> {
+pub(crate) struct PlateInput<'a> {
     pub(crate) frames: &'a [Frame],
     pub(crate) masks: &'a [Plane<u8>],
     pub(crate) camera: &'a Camera,
@@ -35,23 +35,19 @@ struct Hidden {
 }
 
 /// Frame `t` without objects, RGBA: alpha is 0 in holes, and 255 elsewhere. There are as many masks as frames.
-pub(crate) fn clean_plate(shot: &Shot<'_>, t: usize) -> Plane<[u8; 4]> {
-    let (frame, mask) = (&shot.frames[t], &shot.masks[t]);
+pub(crate) fn clean_plate(input: &PlateInput<'_>, t: usize) -> Plane<[u8; 4]> {
+    let (frame, mask) = (&input.frames[t], &input.masks[t]);
     let (w, h) = (mask.width(), mask.height());
     let of_object = |i: usize| near_object(mask, i % w, i / w);
     let mut hidden: Vec<Hidden> =
         (0..w * h).filter(|&i| of_object(i)).map(|i| Hidden { at: (i % w, i / w), seen: Vec::new() }).collect();
-    for s in others(t, shot.frames.len()) {
+    for s in others(t, input.frames.len()) {
         if hidden.iter().all(|pixel| pixel.seen.len() >= SAMPLES) {
             break;
         }
-        look_at(shot, t, s, &mut hidden);
+        look_at(input, t, s, &mut hidden);
     }
-    let own = |x: usize, y: usize| {
-        let [r, g, b] = colour(frame, x, y);
-        [r, g, b, 255]
-    };
-    let mut plate = Plane::from_fn(w, h, own);
+    let mut plate = picture(frame, 1).map(|[r, g, b]| [r, g, b, 255]);
     for Hidden { at: (x, y), seen } in hidden {
         let [r, g, b] = if seen.is_empty() { [0; 3] } else { median_of(&seen).0 };
         plate.row_mut(y)[x] = [r, g, b, if seen.is_empty() { 0 } else { 255 }];
@@ -67,17 +63,17 @@ fn others(t: usize, num_frames: usize) -> impl Iterator<Item = usize> {
 }
 
 /// Takes what frame `s` shows of pixels of frame `t`.
-fn look_at(shot: &Shot<'_>, t: usize, s: usize, hidden: &mut [Hidden]) {
-    let (other, mask, tracks) = (&shot.frames[s], &shot.masks[s], shot.tracks);
+fn look_at(input: &PlateInput<'_>, t: usize, s: usize, hidden: &mut [Hidden]) {
+    let (other, mask, tracks) = (picture(&input.frames[s], 1), &input.masks[s], input.tracks);
     let (right, bottom) = ((mask.width() - 1) as f32, (mask.height() - 1) as f32);
-    let common = tracks.alive(t).filter(|&(i, ..)| !shot.camera.still && shot.is_scene.get(i) == Some(&true));
+    let common = tracks.alive(t).filter(|&(i, ..)| !input.camera.still && input.is_scene.get(i) == Some(&true));
     let points = common.filter_map(|(i, x, y)| tracks.at(i, s).map(|to| ((x, y), to)));
-    let warp = Warp::new((mask.width(), mask.height()), shot.camera.between(t, s), points);
+    let warp = Warp::new((mask.width(), mask.height()), input.camera.between(t, s), points);
     for pixel in hidden.iter_mut().filter(|pixel| pixel.seen.len() < SAMPLES) {
         let (x, y) = warp.apply(pixel.at.0 as f32, pixel.at.1 as f32);
         let inside = x >= 0.0 && y >= 0.0 && x <= right && y <= bottom;
         if inside && !near_object(mask, (x + 0.5) as usize, (y + 0.5) as usize) {
-            pixel.seen.push(sampled(other, x, y));
+            pixel.seen.push(sampled(&other, x, y));
         }
     }
 }
@@ -87,23 +83,6 @@ fn near_object(mask: &Plane<u8>, x: usize, y: usize) -> bool {
     let columns = x.saturating_sub(MARGIN)..(x + MARGIN + 1).min(mask.width());
     let mut rows = y.saturating_sub(MARGIN)..(y + MARGIN + 1).min(mask.height());
     rows.any(|y| mask.row(y)[columns.clone()].iter().any(|&label| label > 0))
-}
-
-fn colour(frame: &Frame, x: usize, y: usize) -> [u8; 3] {
-    let at = 3 * (y * frame.width() + x);
-    std::array::from_fn(|c| frame.rgb()[at + c])
-}
-
-/// The colour between pixels of a point inside the frame.
-fn sampled(frame: &Frame, x: f32, y: f32) -> [u8; 3] {
-    let (x0, y0) = (x as usize, y as usize);
-    let (x1, y1) = ((x0 + 1).min(frame.width() - 1), (y0 + 1).min(frame.height() - 1));
-    let (fx, fy) = (x - x0 as f32, y - y0 as f32);
-    let [nw, ne, sw, se] = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)].map(|(x, y)| colour(frame, x, y).map(f32::from));
-    std::array::from_fn(|c| {
-        let (above, below) = (nw[c] + fx * (ne[c] - nw[c]), sw[c] + fx * (se[c] - sw[c]));
-        (above + fy * (below - above) + 0.5) as u8
-    })
 }
 
 #[cfg(test)]
@@ -117,7 +96,7 @@ mod tests {
         [Rng::for_stage((y * 1000 + x) as u64, "scene").below(256) as u8; 3]
     }
 
-    /// Whether the object of frame `t` covers a pixel: it goes `speed` to the right and stays up to five frames.
+    /// Whether the object of frame `t` covers a pixel: it goes four pixels a frame to the right.
     fn inside(t: usize, x: usize, y: usize) -> bool {
         (10 + 4 * t..22 + 4 * t).contains(&x) && (8..24).contains(&y)
     }
@@ -138,7 +117,7 @@ mod tests {
     fn plate(pan: usize, camera: &Camera, t: usize) -> Plane<[u8; 4]> {
         let (frames, masks) = clip(pan);
         let tracks = Trajectories::empty(8, SIZE);
-        clean_plate(&Shot { frames: &frames, masks: &masks, camera, tracks: &tracks, is_scene: Vec::new() }, t)
+        clean_plate(&PlateInput { frames: &frames, masks: &masks, camera, tracks: &tracks, is_scene: Vec::new() }, t)
     }
 
     #[test]
@@ -169,8 +148,9 @@ mod tests {
         // Something that never leaves its place.
         masks.iter_mut().for_each(|mask| mask.row_mut(35)[50] = 1);
         let (tracks, camera) = (Trajectories::empty(8, SIZE), Camera::at_rest());
-        let shot = Shot { frames: &frames, masks: &masks, camera: &camera, tracks: &tracks, is_scene: Vec::new() };
-        let found = clean_plate(&shot, 0);
+        let input =
+            PlateInput { frames: &frames, masks: &masks, camera: &camera, tracks: &tracks, is_scene: Vec::new() };
+        let found = clean_plate(&input, 0);
         let holes: Vec<usize> = (0..found.data().len()).filter(|&i| found.data()[i][3] == 0).collect();
         assert_eq!(holes.len(), 25);
         assert!(holes.iter().all(|&i| found.data()[i] == [0; 4] && (i % SIZE.0).abs_diff(50) <= 2));
@@ -186,8 +166,8 @@ mod tests {
         // A camera that is not known to pan.
         let camera = Camera::panning(0.0, 8);
         let is_scene = vec![true; tracks.len()];
-        let shot = Shot { frames: &frames, masks: &masks, camera: &camera, tracks: &tracks, is_scene };
-        let found = clean_plate(&shot, 3);
+        let input = PlateInput { frames: &frames, masks: &masks, camera: &camera, tracks: &tracks, is_scene };
+        let found = clean_plate(&input, 3);
         let (mut right, mut all) = (0, 0);
         for (x, y) in (10..34).flat_map(|x| (8..24).map(move |y| (x, y))).filter(|&(x, y)| inside(3, x, y)) {
             all += 1;

@@ -6,7 +6,7 @@
 //! and nothing is said of them.
 
 use super::object;
-use super::plate::{Picture, apart};
+use super::plate::{Picture, apart, sampled};
 use crate::camera::{Camera, Warp};
 use crate::image::Plane;
 use crate::trajectory::Trajectories;
@@ -138,19 +138,6 @@ impl Differences {
         };
         (0..self.pixels).map(one).collect()
     }
-}
-
-/// The colour between pixels, to a sixteenth of a pixel.
-fn sampled(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
-    let (x, y) = ((16.0 * x) as u32, (16.0 * y) as u32);
-    let (x0, y0) = ((x / 16) as usize, (y / 16) as usize);
-    let (x1, y1) = ((x0 + 1).min(picture.width() - 1), (y0 + 1).min(picture.height() - 1));
-    let (fx, fy) = (x % 16, y % 16);
-    let (above, below) = (picture.row(y0), picture.row(y1));
-    std::array::from_fn(|k| {
-        let mix = |row: &[[u8; 3]]| (16 - fx) * u32::from(row[x0][k]) + fx * u32::from(row[x1][k]);
-        (((16 - fy) * mix(above) + fy * mix(below) + 128) / 256) as u8
-    })
 }
 
 /// Where points of a reduced frame go, a few pixels apart.

@@ -28,7 +28,7 @@ mod moving;
 mod odds;
 mod plate;
 
-pub(crate) use clean::{Shot, clean_plate};
+pub(crate) use clean::{PlateInput, clean_plate};
 pub(crate) use moving::part;
 
 use crate::camera::Camera;
@@ -93,41 +93,44 @@ pub(crate) struct Background {
 }
 
 impl Background {
-    /// Of all frames of a clip, which have equal sizes.
-    pub(crate) fn new(frames: &[Frame], camera: Camera, params: &BackgroundParams) -> Self {
+    /// Of all frames of a clip, which have equal sizes. `denser` are trajectories, and how far around those that move the
+    /// frames are not the scene's, in pixels: what moves slowly would be in the plate for as long as it takes to pass.
+    pub(crate) fn new(
+        frames: &[Frame],
+        camera: Camera,
+        denser: Option<(&Trajectories, f32)>,
+        params: &BackgroundParams,
+    ) -> Self {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(params.side as usize).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
         let mut background = Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance: Vec::new() };
-        background.compare_with_plate(|_, _, _| false, params);
+        if background.is_still() {
+            let hidden = denser.map_or_else(Vec::new, |(tracks, reach)| background.hidden(tracks, reach));
+            let is_hidden = |t: usize, x: usize, y: usize| hidden.get(t).is_some_and(|map| map[(x, y)]);
+            let plate = Plate::new(&background.pictures, is_hidden);
+            let of =
+                |plate: &Plate| background.pictures.iter().map(|p| plate.distance(p, params.noise_factor)).collect();
+            background.distance = plate.as_ref().map_or_else(Vec::new, of);
+        }
         background
     }
 
-    /// Where the camera stands still: a plate without what is within `reach` pixels of trajectories that move. What moves
-    /// slowly would be in it for as long as it takes to pass.
-    pub(crate) fn forget_movers(&mut self, tracks: &Trajectories, reach: f32, params: &BackgroundParams) {
-        let Some(first) = self.pictures.first().filter(|_| self.is_still()) else { return };
-        let (w, h) = (first.width(), first.height());
-        let mut hidden = vec![Plane::filled(w, h, false); self.pictures.len()];
+    /// Where each reduced frame is within `reach` pixels of trajectories that move.
+    fn hidden(&self, tracks: &Trajectories, reach: f32) -> Vec<Plane<bool>> {
+        let mut hidden: Vec<_> = self.pictures.iter().map(|p| Plane::filled(p.width(), p.height(), false)).collect();
         let reach = (reach / self.step as f32 + 0.5) as usize;
         for i in moving(tracks) {
             for t in tracks.frames(i) {
                 let (Some((x, y)), Some(hidden)) = (tracks.at(i, t), hidden.get_mut(t)) else { continue };
+                let (w, h) = (hidden.width(), hidden.height());
                 let (x, y) = (self.place(x, w), self.place(y, h));
                 for y in y.saturating_sub(reach)..(y + reach + 1).min(h) {
                     hidden.row_mut(y)[x.saturating_sub(reach)..(x + reach + 1).min(w)].fill(true);
                 }
             }
         }
-        self.compare_with_plate(|t, x, y| hidden[t][(x, y)], params);
-    }
-
-    /// Where the camera stands still: how far each pixel of each frame is from the plate. `hidden` says which pixels of
-    /// which frame the plate does without.
-    fn compare_with_plate(&mut self, hidden: impl Fn(usize, usize, usize) -> bool, params: &BackgroundParams) {
-        let plate = if self.is_still() { Plate::new(&self.pictures, hidden) } else { None };
-        let of = |plate: &Plate| self.pictures.iter().map(|p| plate.distance(p, params.noise_factor)).collect();
-        self.distance = plate.as_ref().map_or_else(Vec::new, of);
+        hidden
     }
 
     /// The pixel of a reduced frame of this side that a point of a frame lies in, along one axis.
@@ -333,8 +336,27 @@ mod tests {
     }
 
     #[test]
+    fn what_moves_less_than_its_own_length_is_not_in_the_plate() {
+        // A bar of 20 pixels goes two a frame: in the middle of the frame it is there most of the time.
+        let inside = |t: usize, x: usize, y: usize| (2 * t..2 * t + 20).contains(&x) && (8..14).contains(&y);
+        let frame = |t: usize| {
+            let grey = |i: usize| if inside(t, i % 40, i / 40) { 200 } else { 80 };
+            Frame::from_rgb((0..40 * 20).flat_map(|i| [grey(i); 3]).collect(), 40, 20).unwrap()
+        };
+        let frames: Vec<Frame> = (0..10).map(frame).collect();
+        let mut tracks = Trajectories::empty(10, (40, 20));
+        for (x, y) in (0..20 * 6).map(|k| ((k % 20) as f32, (8 + k / 20) as f32)) {
+            tracks.push(0, (0..10).map(|t| (x + 2.0 * t as f32, y, 0.0)));
+        }
+        let params = BackgroundParams::default();
+        let far = |denser| Background::new(&frames, Camera::at_rest(), denser, &params).distance[0][(10, 10)];
+        assert_eq!(far(None), 0);
+        assert!(far(Some((&tracks, 1.0))) > 200);
+    }
+
+    #[test]
     fn along_what_moves_the_plate_is_far_and_along_what_rests_near() {
-        let background = Background::new(&frames(), Camera::at_rest(), &BackgroundParams::default());
+        let background = Background::new(&frames(), Camera::at_rest(), None, &BackgroundParams::default());
         let mut tracks = Trajectories::empty(10, (40, 20));
         tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 3.0, 11.0, 0.0)));
         tracks.push(0, (0..10).map(|_| (5.0, 2.0, 0.0)));
@@ -374,7 +396,7 @@ mod tests {
     #[test]
     fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
         let params = BackgroundParams::default();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &params);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None, &params);
         let (tracks, label) = followed();
         background.account((&tracks, &label), &[false, true]);
         // The square of frame 4, and all around it.
@@ -389,7 +411,7 @@ mod tests {
     #[test]
     fn without_objects_nothing_is_said() {
         let params = BackgroundParams::default();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), &params);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None, &params);
         let (tracks, label) = followed();
         background.account((&tracks, &label), &[false, false]);
         let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
@@ -398,7 +420,7 @@ mod tests {
 
     #[test]
     fn superpixels_with_what_moves_speak_for_objects_and_others_against() {
-        let background = Background::new(&frames(), Camera::at_rest(), &BackgroundParams::default());
+        let background = Background::new(&frames(), Camera::at_rest(), None, &BackgroundParams::default());
         let mut tracks = Trajectories::empty(10, (40, 20));
         for k in 0..5 {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));

@@ -8,6 +8,9 @@ use crate::trajectory::Trajectories;
 const HALF: f32 = 1.0;
 /// A cluster is an object if its trajectories have this mean of `r² / (r² + half²)`.
 const MOVING: f32 = 0.5;
+/// And if its trajectories are at least this far from the plate, in the mean: leaves and clouds move as much, over what
+/// looks like them.
+const SHOWN: f32 = 0.12;
 /// A trajectory that moves less surely than this rests, and this share of all rests where the ground is tracked.
 const RESTING: f32 = 0.2;
 const TRACKED: f32 = 0.25;
@@ -35,7 +38,8 @@ pub(crate) struct Parted {
 /// Tells moving clusters from the scene. `along` is how far the plate is along each trajectory, 0 to 1.
 ///
 /// Where hardly any trajectory rests, the ground is too plain to be tracked and flow follows what moves before it:
-/// trajectories along which the plate never changes are the ground's then, and a cluster of their own. In clusters of
+/// trajectories along which the plate never changes are the ground's then, and a cluster of their own; clusters that are
+/// nearly all of this kind go there whole, and those of which less than half is stay. In clusters of
 /// the scene, trajectories that move far from the plate are taken out, into one cluster.
 pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) -> Parted {
     let (ground, astray) = (clusters.count as u32, clusters.count as u32 + 1);
@@ -45,6 +49,7 @@ pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) ->
     let of_ground = |i: usize| grounded[clusters.label[i] as usize];
     let is_ground = |i: usize| of_ground(i) > ALL_GROUND || is_plate(i) && of_ground(i) > HALF_GROUND;
     let moves = means(tracks, clusters, |i| (!is_ground(i)).then_some(moved[i]));
+    let shown = means(tracks, clusters, |i| (!is_ground(i)).then_some(along[i]));
     let mut label = clusters.label.clone();
     for (i, label) in label.iter_mut().enumerate() {
         if is_ground(i) {
@@ -53,7 +58,7 @@ pub(crate) fn part(tracks: &Trajectories, clusters: &Clusters, along: &[f32]) ->
             *label = astray;
         }
     }
-    let mut is_object: Vec<bool> = moves.iter().map(|&m| m >= MOVING).collect();
+    let mut is_object: Vec<bool> = moves.iter().zip(&shown).map(|(&m, &s)| m >= MOVING && s >= SHOWN).collect();
     is_object.extend([false, true]);
     let clusters = canonical(tracks, label.clone());
     let mut renamed = vec![false; clusters.count];
@@ -151,6 +156,13 @@ mod tests {
         let found = part(&tracks(&[0.1, 0.2, 0.0, 30.0, 30.0]), &clusters, &[0.0, 0.0, 0.0, 0.9, 0.02]);
         // A plain object is like the plate in places, and stays one thing.
         assert_eq!(found, Parted { clusters, is_object: vec![false, true] });
+    }
+
+    #[test]
+    fn what_sways_over_its_like_is_none() {
+        let clusters = Clusters { count: 2, label: vec![0, 0, 0, 1, 1] };
+        let found = part(&tracks(&[0.1, 0.2, 0.0, 3.0, -3.0]), &clusters, &[0.0, 0.0, 0.0, 0.04, 0.02]);
+        assert_eq!(found, Parted { clusters, is_object: vec![false, false] });
     }
 
     #[test]

@@ -13,12 +13,11 @@ crate::params! {
         pub by_length: bool = true, in 0..=1;
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
         pub temporal_weight: f32 = 2.0, in 0.0..=1000.0;
-        /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper. Over 8
-        /// DAVIS clips it leaves the mean J as it is (0.752; 0.753 without) and raises the mean F from 0.701 to 0.710.
+        /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper;
+        /// docs/choices.md says what it is worth.
         pub flow_weight: f32 = 1.0, in 0.0..=1000.0;
         /// Weight of the colours of a label over the clip, where a superpixel has no trajectories of its own that
-        /// count. Not in the paper; over 8 DAVIS clips it raises the mean J from 0.750 to 0.752, most where
-        /// trajectories are few.
+        /// count. Not in the paper; docs/choices.md.
         pub colour_weight: f32 = 0.3, in 0.0..=1000.0;
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
         /// different labels (section 4.2: 0.3). 1 turns the rule off.
@@ -31,8 +30,7 @@ crate::params! {
         /// Share of the votes that a label needs; below, a trajectory's label stays unknown.
         pub vote_share: f32 = 0.6, in 0.0..=1.0;
         /// Weight of a salient trajectory that moves like none of those around it: it counts for every object and not
-        /// for the background. Not in the paper. Over 8 DAVIS clips it raises the mean J from 0.725 to 0.752, most
-        /// where an object has few trajectories that last.
+        /// for the background. Not in the paper; docs/choices.md.
         pub stranger_weight: f32 = 1.0, in 0.0..=100.0;
     }
 }

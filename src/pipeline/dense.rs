@@ -173,6 +173,7 @@ impl Masking {
     }
 }
 
+/// What the camera does.
 fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
     Some(Camera::new(motions, &clip.frames))
@@ -184,11 +185,8 @@ fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) -> Option<B
     if !settings.judge {
         return None;
     }
-    let mut background = Background::new(&clip.frames, camera, settings);
-    if let Some(denser) = &clustered.embedded.tracked.denser {
-        background.forget_movers(denser, clip.params.trajectory.mask_step, settings);
-    }
-    Some(background)
+    let denser = clustered.embedded.tracked.denser.as_ref().map(|denser| (denser, clip.params.trajectory.mask_step));
+    Some(Background::new(&clip.frames, camera, denser, settings))
 }
 
 /// The labels of the denser trajectories, by those that were clustered.

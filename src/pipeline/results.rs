@@ -4,7 +4,7 @@ use super::dense;
 use super::session::{Session, state_error};
 use crate::Error;
 use crate::affinity::affinities;
-use crate::background::{Shot, clean_plate};
+use crate::background::{PlateInput, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, boundary_map};
@@ -143,7 +143,7 @@ impl Session {
         let label_of = |cluster: &u32| cut.objects.of_cluster.get(*cluster as usize).copied().unwrap_or(0);
         let is_scene = clusters.label.iter().map(|cluster| label_of(cluster) == 0).collect();
         let camera = found.camera.unwrap_or(&none);
-        Ok(clean_plate(&Shot { frames, masks, camera, tracks: &tracked.tracks, is_scene }, t))
+        Ok(clean_plate(&PlateInput { frames, masks, camera, tracks: &tracked.tracks, is_scene }, t))
     }
 
     /// The cluster of each pixel of frame `t` at input size: the masks before objects are told from background.
