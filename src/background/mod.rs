@@ -19,6 +19,9 @@
 //! 3. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
 //!    an object.
 //!
+//! **Where the camera goes forward**, as in a car, objects are what no rigid scene on a ground explains (`rigid`); their
+//! pixels are judged by the two accounts.
+//!
 //! Not in the paper, which has no background. **Limits.** What stands still for more than half of the clip is the plate.
 //! An object that moves no more than a few pixels before its scene is doubted where it is plain.
 
@@ -27,9 +30,11 @@ mod compare;
 mod moving;
 mod odds;
 mod plate;
+mod rigid;
 
 pub(crate) use clean::{PlateInput, clean_plate};
 pub(crate) use moving::part;
+pub(crate) use rigid::part_rigid;
 
 use crate::camera::Camera;
 use crate::cut::STRANGER;
@@ -63,6 +68,8 @@ crate::params! {
         pub account_weight: f32 = 2.5, in 0.0..=100.0;
         /// Where the camera moves: what speaks against an object in each superpixel before anything is known.
         pub doubt: f32 = 1.3, in 0.0..=100.0;
+        /// Where the camera goes forward: whether objects are what no rigid scene on a ground explains.
+        pub rigid: bool = true, in 0..=1;
         /// Clusters that their own motion explains better than the scene's by less than this, of at most 1, are no
         /// objects where the scene is explained as badly: water, smoke, leaves. -1 lets all be.
         pub coherence: f32 = 0.27, in -1.0..=1.0;
@@ -154,17 +161,23 @@ impl Background {
                 self.add_along(labelled.0, i, &mut scene);
             }
         }
-        self.strange = APART * scene.unlike_scene().max(LEAST);
+        // What goes by on the road is badly known between trajectories: there, unlike the scene is not strange.
+        let goes_forward = self.camera.travel.is_some();
+        self.strange = if goes_forward { f32::MAX } else { APART * scene.unlike_scene().max(LEAST) };
     }
 
     /// Which labels go with their own trajectories from frame to frame, or at least not with the scene: what flows,
-    /// flickers or sways does neither, and is explained by the scene's motion as badly as the scene itself.
+    /// flickers or sways does neither, and is explained by the scene's motion as badly as the scene itself. Where the
+    /// camera goes forward all are: their geometry has told.
     pub(crate) fn coherent(
         &self,
         (tracks, label): (&Trajectories, &[u32]),
         is_object: &[bool],
         params: &BackgroundParams,
     ) -> Vec<bool> {
+        if self.camera.travel.is_some() {
+            return vec![true; is_object.len()];
+        }
         let mut verdicts = vec![Verdict::default(); is_object.len()];
         for (i, &label) in label.iter().enumerate() {
             if let Some(verdict) = verdicts.get_mut(label as usize) {

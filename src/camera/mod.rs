@@ -13,11 +13,15 @@
 //! square roots and comparisons: the same bits on every target.
 
 mod dominant;
+mod forward;
 mod homography;
+mod travel;
 mod warp;
 
 pub(crate) use dominant::{DominantMotion, Search, dominant_motion};
+pub(crate) use forward::{Going, Step, Units};
 pub(crate) use homography::Homography;
+pub(crate) use travel::{Pair, Travel};
 pub(crate) use warp::Warp;
 
 use crate::image::{Frame, Plane, gaussian_blur, sample_bilinear};
@@ -42,18 +46,20 @@ const LEAST_AGREEMENT: f64 = 0.15;
 pub(crate) struct Camera {
     /// Whether it stands still.
     pub(crate) still: bool,
+    /// How it goes forward, where it surely does.
+    pub(crate) travel: Option<Travel>,
     /// From each frame to the first.
     to_first: Vec<Homography>,
 }
 
 impl Camera {
     /// The camera that these dominant motions, one a frame pair, and these frames speak for. It moves where there is
-    /// nothing to tell by.
-    pub(crate) fn new(motions: &[DominantMotion], frames: &[Frame]) -> Self {
+    /// nothing to tell by, and where it surely goes forward.
+    pub(crate) fn new(motions: &[DominantMotion], frames: &[Frame], travel: Option<Travel>) -> Self {
         let last = frames.len().min(motions.len() + 1).saturating_sub(1);
         let apart = APART.min(last);
         if apart == 0 {
-            return Self { still: false, to_first: Vec::new() };
+            return Self { still: false, travel, to_first: Vec::new() };
         }
         let pairs = PAIRS.min(last / apart).max(1);
         let starts = (0..pairs).map(|k| if pairs > 1 { k * (last - apart) / (pairs - 1) } else { 0 });
@@ -66,26 +72,26 @@ impl Camera {
             none.push(share_alike(&pair, &Homography::IDENTITY));
         }
         let (chain, none) = (median(chain), median(none));
-        let still = none >= LEAST_AGREEMENT && none >= AS_GOOD * chain;
+        let still = travel.is_none() && none >= LEAST_AGREEMENT && none >= AS_GOOD * chain;
         let mut to_first = vec![Homography::IDENTITY];
         for motion in motions {
             let last = to_first[to_first.len() - 1];
             to_first.push(if still { last } else { last.after(&motion.homography().inverse()) });
         }
-        Self { still, to_first }
+        Self { still, travel, to_first }
     }
 
     /// One that stands still.
     #[cfg(test)]
     pub(crate) fn at_rest() -> Self {
-        Self { still: true, to_first: Vec::new() }
+        Self { still: true, travel: None, to_first: Vec::new() }
     }
 
     /// One that moves the scene by so much a frame, in pixels.
     #[cfg(test)]
     pub(crate) fn panning(speed: f64, num_frames: usize) -> Self {
         let to_first = |t: usize| Homography([1.0, 0.0, -speed * t as f64, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-        Self { still: false, to_first: (0..num_frames).map(to_first).collect() }
+        Self { still: false, travel: None, to_first: (0..num_frames).map(to_first).collect() }
     }
 
     /// Where the scene of frame `from` is in frame `to`.
@@ -181,21 +187,21 @@ mod tests {
         for (speed, still) in [(0, true), (1, false), (3, false)] {
             let frames: Vec<Frame> = (0..14).map(|t| frame(t, speed)).collect();
             let motions = vec![motion(-(speed as f32)); 13];
-            assert_eq!(Camera::new(&motions, &frames).still, still, "{speed} pixels a frame");
+            assert_eq!(Camera::new(&motions, &frames, None).still, still, "{speed} pixels a frame");
         }
     }
 
     #[test]
     fn dominant_motions_that_follow_a_mover_do_not_make_a_still_camera_move() {
         let frames: Vec<Frame> = (0..14).map(|t| frame(t, 0)).collect();
-        assert!(Camera::new(&vec![motion(-2.0); 13], &frames).still);
+        assert!(Camera::new(&vec![motion(-2.0); 13], &frames, None).still);
     }
 
     #[test]
     fn where_there_is_nothing_to_tell_by_the_camera_moves() {
         let flat = Frame::from_rgb(vec![90; 3 * 20 * 10], 20, 10).unwrap();
-        assert!(!Camera::new(&[motion(0.0)], &[flat.clone(), flat.clone()]).still);
-        assert!(!Camera::new(&[], &[flat]).still);
-        assert!(!Camera::new(&[], &[]).still);
+        assert!(!Camera::new(&[motion(0.0)], &[flat.clone(), flat.clone()], None).still);
+        assert!(!Camera::new(&[], &[flat], None).still);
+        assert!(!Camera::new(&[], &[], None).still);
     }
 }

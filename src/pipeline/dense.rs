@@ -7,8 +7,8 @@ use super::params::Params;
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::background::{Background, BackgroundParams, part};
-use crate::camera::Camera;
+use crate::background::{Background, BackgroundParams, part, part_rigid};
+use crate::camera::{Camera, Travel};
 use crate::cut::{CutInput, GabrielCut, forget_strangers, labels_for, paint};
 use crate::image::{Frame, Plane};
 use crate::mask::{Objects, find_objects_in, number_objects, refine};
@@ -83,7 +83,7 @@ impl Cutting {
         let (objects, voted) = match &self.recut {
             Some(recut) => (recut.objects.clone(), voted(&self.parts, clip)),
             None => {
-                let mut is_object = part_clusters(&mut self.parts);
+                let mut is_object = part_clusters(&mut self.parts, clip);
                 let voted = voted(&self.parts, clip);
                 judge(&mut self.parts, voted.as_deref(), &mut is_object, &clip.params.background);
                 (objects_of(&self.parts, &is_object, clip), voted)
@@ -176,7 +176,10 @@ impl Masking {
 /// What the camera does.
 fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
-    Some(Camera::new(motions, &clip.frames))
+    let settings = &clip.params.background;
+    let tracks = &clustered.embedded.tracked.tracks;
+    let travel = (settings.judge && settings.rigid).then(|| Travel::of(tracks)).flatten();
+    Some(Camera::new(motions, &clip.frames, travel))
 }
 
 /// What the background tells.
@@ -200,14 +203,20 @@ fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
 }
 
 /// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them.
-fn part_clusters(parts: &mut Parts) -> Vec<bool> {
-    let Parts { clustered, background, .. } = parts;
+fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
+    let Parts { clustered, background, camera, .. } = parts;
+    let travel = camera.as_ref().and_then(|camera| camera.travel.as_ref());
     let tracks = &clustered.embedded.tracked.tracks;
-    let still = background.as_ref().filter(|background| background.is_still());
-    let parted = still
-        .map(|background| part(tracks, &clustered.clusters, &background.along(tracks)))
-        // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
-        .filter(|parted| parted.is_object.contains(&false));
+    let parted = match background {
+        Some(background) if background.is_still() => Some(part(tracks, &clustered.clusters, &background.along(tracks))),
+        _ => travel.map(|travel| {
+            let near = &clustered.embedded.discontinuities.neighborhoods;
+            let longest = clip.params.connectedness.max_edge * clip.params.spacing();
+            part_rigid(travel, tracks, near, &clip.frames, longest)
+        }),
+    };
+    // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
+    let parted = parted.filter(|parted| parted.is_object.contains(&false));
     match parted {
         Some(parted) => {
             clustered.clusters = parted.clusters;

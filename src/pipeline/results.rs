@@ -136,7 +136,7 @@ impl Session {
         if masks.len() < frames.len().max(t + 1) {
             return Err(missing());
         }
-        let none = Camera::new(&[], &[]);
+        let none = Camera::new(&[], &[], None);
         let (Some(cut), Some(clusters), Some(tracked)) = (found.cut, found.clusters, found.tracked) else {
             return Err(missing());
         };

@@ -1,0 +1,114 @@
+//! A camera that goes forward over the whole clip: pairs of frames some way apart, and how it goes in each.
+
+use super::forward::{Forward, Going, Step, Units};
+use crate::order;
+use crate::trajectory::Trajectories;
+
+/// Frames that points are compared across, and from one such pair of frames to the next.
+const SPAN: usize = 6;
+const STRIDE: usize = 3;
+/// Share of the pairs in which the camera must surely go forward.
+const LEAST_SURE: f64 = 0.6;
+/// A focus this far from that of most pairs is theirs, in pixels of a frame with 480.
+const FAR: f64 = 20.0;
+
+/// How the camera goes from a frame to another.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Pair {
+    /// The first of the two frames.
+    pub(crate) start: usize,
+    /// Each trajectory that is in both, and its step.
+    pub(crate) steps: Vec<(usize, Step)>,
+    pub(crate) forward: Forward,
+}
+
+/// The pairs of frames of a clip.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Travel {
+    pub(crate) units: Units,
+    pub(crate) pairs: Vec<Pair>,
+}
+
+impl Travel {
+    /// Frames from the first to the second of a pair.
+    pub(crate) const SPAN: usize = SPAN;
+
+    /// What the trajectories tell. `None` unless the camera surely goes forward in most pairs.
+    pub(crate) fn of(tracks: &Trajectories) -> Option<Self> {
+        let units = Units::new(tracks.size);
+        let starts = (0..tracks.num_frames.saturating_sub(SPAN)).step_by(STRIDE);
+        let (mut pairs, mut sure) = (Vec::new(), 0);
+        for start in starts {
+            let step = |(i, x, y)| Some((i, units.step((x, y), tracks.at(i, start + SPAN)?)));
+            let steps: Vec<(usize, Step)> = tracks.alive(start).filter_map(step).collect();
+            let alone: Vec<Step> = steps.iter().map(|&(_, step)| step).collect();
+            let Some(forward) = Forward::fit(&alone, units) else { continue };
+            sure += usize::from(forward.is_sure(&alone, units));
+            pairs.push(Pair { start, steps, forward });
+        }
+        let mut travel = (sure > 0 && sure as f64 >= LEAST_SURE * pairs.len() as f64).then_some(Self { units, pairs });
+        travel.iter_mut().for_each(Self::settle);
+        travel
+    }
+
+    /// What is mounted in a car looks where it goes: pairs whose focus is far from that of most take theirs.
+    fn settle(&mut self) {
+        let median = |of: fn(&Pair) -> f64| {
+            let mut all: Vec<f64> = self.pairs.iter().map(of).collect();
+            order::sort_by_key(&mut all, |&v| order::double(v));
+            all[all.len() / 2]
+        };
+        let (x, y) = (median(|pair| pair.forward.focus.0), median(|pair| pair.forward.focus.1));
+        for pair in &mut self.pairs {
+            let (dx, dy) = (pair.forward.focus.0 - x, pair.forward.focus.1 - y);
+            if dx * dx + dy * dy > FAR * FAR {
+                let alone: Vec<Step> = pair.steps.iter().map(|&(_, step)| step).collect();
+                pair.forward = Forward::around((x, y), &alone, self.units);
+            }
+        }
+    }
+}
+
+impl Pair {
+    /// How each of them goes.
+    pub(crate) fn goings(&self) -> Vec<Going> {
+        self.steps.iter().map(|(_, step)| self.forward.going(step)).collect()
+    }
+
+    /// How far below the focus of expansion the `k`th step begins.
+    pub(crate) fn below(&self, k: usize) -> f64 {
+        self.steps[k].1.y - self.forward.focus.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    /// Points of random depth before a camera that goes forward by `speed`, and to the right by `aside`, each frame.
+    fn tracks(speed: f64, aside: f64) -> Trajectories {
+        let mut rng = Rng::for_stage(7, "travel");
+        let mut tracks = Trajectories::empty(20, (480, 270));
+        for _ in 0..400 {
+            let (depth, x, y) = (rng.range(6.0, 40.0), rng.range(-0.8, 0.8), rng.range(-0.45, 0.45));
+            let at = |t: f64| {
+                let z = depth - speed * t;
+                (240.0 + 300.0 * (x * depth - aside * t) / z, 135.0 + 300.0 * y * depth / z)
+            };
+            let points =
+                (0..20).map(|t| at(f64::from(t))).take_while(|&(x, y)| x > 0.0 && x < 480.0 && y > 0.0 && y < 270.0);
+            tracks.push(0, points.map(|(x, y)| (x as f32, y as f32, 0.0)));
+        }
+        tracks
+    }
+
+    #[test]
+    fn only_a_camera_that_goes_forward_travels() {
+        let found = Travel::of(&tracks(0.2, 0.0)).unwrap();
+        assert!(found.pairs.iter().all(|pair| (pair.forward.focus.0 - 240.0).abs() < 5.0), "{found:?}");
+        assert_eq!(Travel::of(&tracks(0.0, 0.2)), None);
+        assert_eq!(Travel::of(&tracks(0.0, 0.0)), None);
+        assert_eq!(Travel::of(&Trajectories::empty(20, (480, 270))), None);
+    }
+}
