@@ -95,6 +95,7 @@ fn the_method_in_straight_lines_finds_what_the_session_finds() {
         write_frames(&scene, &frames);
         let mut params = Params::default();
         params.background.judge = false;
+        params.cut.appearance_rounds = 0;
         let mut session = Session::new(params).unwrap();
         (0..scene.num_frames()).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
         let mut steps = 0;

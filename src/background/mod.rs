@@ -45,7 +45,7 @@ use crate::trajectory::Trajectories;
 use compare::{Accounts, Verdict, accounts};
 use moving::{correct, moving};
 use odds::{Witness, log_odds};
-use plate::{Picture, Plate, picture};
+use plate::{Picture, Plate, UNKNOWN, picture};
 
 crate::params! {
     /// The background.
@@ -76,6 +76,8 @@ crate::params! {
     }
 }
 
+/// The value of a cue that is not known.
+const NEUTRAL: f32 = -1.0;
 /// What differs from its place in the scene by this many times the scene's own mean square is none of it.
 const APART: f32 = 4.0;
 /// What is left of the doubt where only trajectories of objects are, is one less this.
@@ -95,7 +97,7 @@ pub(crate) struct Background {
     /// What differs from its place in the scene by this mean square is as much none of it as not.
     strange: f32,
     /// Where the camera stands still: how far each pixel of each frame is from the plate, in 255ths; may be smaller
-    /// than frames.
+    /// than frames. [`UNKNOWN`] where the plate is not known.
     distance: Vec<Plane<u8>>,
 }
 
@@ -206,21 +208,23 @@ impl Background {
         }
     }
 
-    /// Where the camera stands still: the mean distance from the plate along each trajectory, 0 to 1; 1 where a
-    /// trajectory is in a frame unknown.
+    /// Where the camera stands still: the mean distance from the plate along each trajectory, 0 to 1, as far as it is
+    /// known; 1 where it is not at all.
     pub(crate) fn along(&self, tracks: &Trajectories) -> Vec<f32> {
         (0..tracks.len()).map(|i| self.along_one(tracks, i).unwrap_or(1.0)).collect()
     }
 
     fn along_one(&self, tracks: &Trajectories, i: usize) -> Option<f32> {
         let place = |v: f32, from: usize, to: usize| ((v + 0.5).max(0.0) as usize * to / from.max(1)).min(to - 1);
-        let mut sum = 0_u32;
+        let (mut sum, mut count) = (0_u32, 0_u32);
         for t in tracks.frames(i) {
             let ((x, y), map) = (tracks.at(i, t)?, self.distance.get(t)?);
             let at = (place(x, tracks.size.0, map.width()), place(y, tracks.size.1, map.height()));
-            sum += u32::from(map[at]);
+            if map[at] != UNKNOWN {
+                (sum, count) = (sum + u32::from(map[at]), count + 1);
+            }
         }
-        Some(sum as f32 / (255 * tracks.frames(i).len()) as f32)
+        (count > 0).then(|| sum as f32 / (255 * count) as f32)
     }
 
     /// Step 3: what speaks for an object in each superpixel, frame by frame, and against it where negative.
@@ -288,7 +292,7 @@ fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
     let flow = flow.unpack(1.0, 1.0);
     Plane::from_fn(flow.u.width(), flow.u.height(), |x, y| {
         let sq = flow.u[(x, y)] * flow.u[(x, y)] + flow.v[(x, y)] * flow.v[(x, y)];
-        (255.0 * sq / (sq + half * half)) as u8
+        (254.0 * sq / (sq + half * half)) as u8
     })
 }
 
@@ -314,18 +318,20 @@ fn witnesses_in(
     found
 }
 
-/// The mean of a map over each superpixel, 0 to 1; the map may be smaller.
+/// The mean of a map over each superpixel, 0 to 1, of what is known of it; the map may be smaller.
 fn means(superpixels: &Superpixels, map: &Plane<u8>) -> Vec<f32> {
     let (w, h) = (superpixels.label.width(), superpixels.label.height());
     let mut sums = vec![(0_u32, 0_u32); superpixels.count];
     for y in 0..h {
         let line = map.row(y * map.height() / h);
         for (x, &s) in superpixels.label.row(y).iter().enumerate() {
-            let sum = &mut sums[s as usize];
-            *sum = (sum.0 + u32::from(line[x * map.width() / w]), sum.1 + 1);
+            let (sum, value) = (&mut sums[s as usize], line[x * map.width() / w]);
+            if value != UNKNOWN {
+                *sum = (sum.0 + u32::from(value), sum.1 + 1);
+            }
         }
     }
-    sums.iter().map(|&(sum, count)| sum as f32 / (255 * count.max(1)) as f32).collect()
+    sums.iter().map(|&(sum, count)| if count == 0 { NEUTRAL } else { sum as f32 / (255 * count) as f32 }).collect()
 }
 
 #[cfg(test)]

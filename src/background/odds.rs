@@ -23,10 +23,11 @@ const STRAY: f32 = 0.02;
 /// No value of a cue says more than this.
 const MOST: f32 = 3.0;
 
-/// The log-odds of an object for each superpixel by one cue, 0 to 1 and higher on objects.
+/// The log-odds of an object for each superpixel by one cue, 0 to 1 and higher on objects; 0 where it is negative: not
+/// known.
 pub(super) fn log_odds(cue: &[f32], witnesses: &[Witness]) -> Vec<f32> {
     let table = table(cue, witnesses);
-    cue.iter().map(|&value| interpolated(&table, value)).collect()
+    cue.iter().map(|&value| if value < 0.0 { 0.0 } else { interpolated(&table, value) }).collect()
 }
 
 /// The log-odds of each bin, never falling.
@@ -36,7 +37,7 @@ fn table(cue: &[f32], witnesses: &[Witness]) -> [f32; BINS] {
     let place = |k: usize| (k as f32 + 0.5) / BINS as f32;
     let mut on = shared_out(prior, |k| 0.5 + place(k));
     let mut off = shared_out(prior, |k| libm::expf(-place(k) / TYPICAL));
-    for (&value, w) in cue.iter().zip(witnesses) {
+    for (&value, w) in cue.iter().zip(witnesses).filter(|(value, _)| **value >= 0.0) {
         let count = w.object + w.background;
         let bin = ((value * BINS as f32) as usize).min(BINS - 1);
         let area = w.area.min(VOUCHED * count) as f32;

@@ -24,23 +24,30 @@ pub(super) struct Plate {
     colour: Picture,
     /// Variance of the noise at each pixel and around it, in grey levels squared, that of the clip with it.
     variance: Plane<f32>,
+    /// Whether enough frames show the scene there.
+    is_known: Plane<bool>,
 }
+
+/// Distance from a plate that is not known there.
+pub(super) const UNKNOWN: u8 = 255;
 
 impl Plate {
     /// The plate of frames of equal size, which may be reduced. `None` without any. `hidden` says which pixels of which
-    /// frame show something else; it counts where enough others are left.
+    /// frame show something else. Where too few are left the plate is not known; its colour is the median of all.
     pub(super) fn new(frames: &[Picture], hidden: impl Fn(usize, usize, usize) -> bool) -> Option<Self> {
         let size = frames.first()?;
         let count = MOST_SOURCES.min(frames.len());
         let sources: Vec<usize> = (0..count).map(|k| k * (frames.len() - 1) / (count - 1).max(1)).collect();
         let mut colour = Plane::filled(size.width(), size.height(), [0; 3]);
         let mut noise = Plane::filled(size.width(), size.height(), 0.0);
+        let mut is_known = Plane::filled(size.width(), size.height(), true);
         let mut seen = Vec::with_capacity(count);
         for y in 0..size.height() {
             for x in 0..size.width() {
                 seen.clear();
                 seen.extend(sources.iter().filter(|&&t| !hidden(t, x, y)).map(|&t| frames[t][(x, y)]));
-                if seen.len() < ENOUGH {
+                if seen.len() < ENOUGH.min(count) {
+                    is_known.row_mut(y)[x] = false;
                     seen.clear();
                     seen.extend(sources.iter().map(|&t| frames[t][(x, y)]));
                 }
@@ -49,15 +56,19 @@ impl Plate {
         }
         let of_clip = clip_noise(&noise);
         let variance = largest_around(&noise).map(|n| n * n + of_clip * of_clip);
-        Some(Self { colour, variance })
+        Some(Self { colour, variance, is_known })
     }
 
-    /// How far each pixel is from the plate, in 255ths: one half at `factor` standard deviations of the noise there.
+    /// How far each pixel is from the plate, in 255ths: one half at `factor` standard deviations of the noise there;
+    /// [`UNKNOWN`] where the plate is not known.
     pub(super) fn distance(&self, picture: &Picture, factor: f32) -> Plane<u8> {
         Plane::from_fn(picture.width(), picture.height(), |x, y| {
+            if !self.is_known[(x, y)] {
+                return UNKNOWN;
+            }
             let apart = f32::from(apart(picture[(x, y)], self.colour[(x, y)]));
             let half = factor * factor * self.variance[(x, y)];
-            (255.0 * apart * apart / (apart * apart + half)) as u8
+            (254.0 * apart * apart / (apart * apart + half)) as u8
         })
     }
 }
@@ -146,6 +157,17 @@ mod tests {
         let plate = Plate::new(&frames, |_, _, _| false).unwrap();
         let furthest = plate.colour.data().iter().flatten().zip(&scene).map(|(a, b)| a.abs_diff(*b)).max();
         assert!(furthest <= Some(2), "{furthest:?}");
+    }
+
+    #[test]
+    fn where_too_few_frames_show_the_scene_it_is_not_known() {
+        let (_, frames) = frames();
+        let plate = Plate::new(&frames, |t, x, _| x < 10 && t > 1).unwrap();
+        let distance = plate.distance(&frames[0], 5.0);
+        assert!((0..SIZE.1).all(|y| (0..SIZE.0).all(|x| (distance[(x, y)] == UNKNOWN) == (x < 10))));
+        // All that there is of a clip of two frames is enough.
+        let plate = Plate::new(&frames[..2], |_, _, _| false).unwrap();
+        assert!(plate.is_known.data().iter().all(|&known| known));
     }
 
     #[test]

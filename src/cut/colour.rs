@@ -119,6 +119,11 @@ impl ClipColours {
         self.labels[label].add(self.mean[node], share * self.area[node]);
     }
 
+    /// The share of `label` that has the colour of superpixel `node`.
+    pub(crate) fn share(&self, node: usize, label: usize) -> f32 {
+        self.labels[label].share(self.mean[node])
+    }
+
     /// How probable `label` is by the colour of superpixel `node`, all labels being as frequent.
     pub(crate) fn probability(&self, node: usize, label: usize) -> f32 {
         let share = |h: &Histogram| h.share(self.mean[node]) + UNSEEN;

@@ -18,10 +18,12 @@
 //!
 //! **Beyond the paper**, each with its own parameter: borders count by their length; flow links superpixels that no
 //! trajectory joins; colours speak where there are no trajectories; short trajectories that move like nothing around
-//! them count for all objects. [`CutParams::paper`] has none of this. All numbers are whole once the terms are made,
+//! them count for all objects; and the cut is made anew with what its objects look like (`appearance`).
+//! [`CutParams::paper`] has none of this. All numbers are whole once the terms are made,
 //! and the terms use no function of the standard library that differs between machines: labels are the same everywhere.
 
 mod ambiguous;
+mod appearance;
 mod colour;
 mod expansion;
 mod input;
@@ -33,6 +35,7 @@ mod terms;
 mod tests;
 mod votes;
 
+pub(crate) use appearance::appearance;
 pub(crate) use colour::{Colour, Histogram, UNSEEN};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};

@@ -19,6 +19,10 @@ crate::params! {
         /// Weight of the colours of a label over the clip, where a superpixel has no trajectories of its own that
         /// count. Not in the paper; docs/choices.md.
         pub colour_weight: f32 = 0.3, in 0.0..=1000.0;
+        /// How often the cut is made anew with what objects and the ground near them look like in the cut before.
+        pub appearance_rounds: u32 = 1, in 0..=10;
+        /// Weight of the log-odds by appearance in those.
+        pub appearance_weight: f32 = 0.7, in 0.0..=100.0;
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
         /// different labels (section 4.2: 0.3). 1 turns the rule off.
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0;
@@ -48,6 +52,7 @@ impl CutParams {
             flow_weight: 0.0,
             colour_weight: 0.0,
             stranger_weight: 0.0,
+            appearance_rounds: 0,
             ambiguous_share: 0.3,
             ..Self::default()
         }

@@ -9,10 +9,11 @@ use super::stage::{Progress, Stage};
 use super::turn::Turn;
 use crate::background::{Background, BackgroundParams, part, part_rigid};
 use crate::camera::{Camera, Travel};
-use crate::cut::{CutInput, GabrielCut, forget_strangers, labels_for, paint};
+use crate::cut::{CutInput, GabrielCut, appearance, forget_strangers, labels_for, paint};
 use crate::image::{Frame, Plane};
 use crate::mask::{Objects, find_objects_in, number_objects, refine};
 use crate::superpixel::{Superpixels, superpixels_of};
+use crate::trajectory::Trajectories;
 
 /// Superpixels being made, frame by frame.
 #[derive(Debug)]
@@ -59,7 +60,22 @@ pub(super) struct Moving {
     pub(super) parts: Parts,
     recut: Option<Recut>,
     objects: Objects,
+    terms: Terms,
     moves: GabrielCut,
+    /// Steps of the rounds before.
+    made: u32,
+    /// Rounds by appearance that are left.
+    rounds: u32,
+}
+
+/// What speaks for labels in all rounds.
+#[derive(Debug)]
+struct Terms {
+    /// The labels of the denser trajectories; `None` without them.
+    voted: Option<Vec<u32>>,
+    is_object: Vec<bool>,
+    /// For an object in each superpixel; empty without a background.
+    evidence: Vec<f32>,
 }
 
 /// Masks being made, frame by frame.
@@ -89,43 +105,12 @@ impl Cutting {
                 (objects_of(&self.parts, &is_object, clip), voted)
             }
         };
-        let moves = self.energy(&objects, voted, clip);
         let Self { parts, recut } = *self;
-        Box::new(Moving { parts, recut, objects, moves }).step()
-    }
-
-    /// `voted` has the labels of the denser trajectories.
-    fn energy(&self, objects: &Objects, mut voted: Option<Vec<u32>>, clip: &Clip) -> GabrielCut {
-        let Parts { clustered, superpixels, background, .. } = &self.parts;
-        let (tracked, clusters) = (&clustered.embedded.tracked, &clustered.clusters);
-        let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
-        if let (Some(denser), Some(voted)) = (&tracked.denser, &mut voted) {
-            if let Some(background) = background {
-                background.correct(denser, voted, &is_object);
-            }
-            if let Some(recut) = &self.recut {
-                recut.vote(denser, voted, &superpixels[0].label);
-            }
-        }
-        let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
-        let label = voted.as_ref().unwrap_or(&clusters.label);
-        let evidence = background.as_ref().map_or_else(Vec::new, |background| {
-            background.evidence(superpixels, &clip.flows, (tracks, label), &is_object, &clip.params.background)
-        });
-        let input = CutInput {
-            superpixels,
-            tracks,
-            label,
-            num_labels: clusters.count.max(1),
-            objects: &is_object,
-            evidence: &evidence,
-            flows: &clip.flows,
-            frames: &clip.frames,
-        };
-        match &self.recut {
-            Some(recut) => recut.cut(&input, &clip.params.cut),
-            None => GabrielCut::new(&input, &clip.params.cut),
-        }
+        let terms = Terms::new(&parts, recut.as_ref(), &objects, voted, clip);
+        let before = recut.as_ref().filter(|_| clip.params.cut.appearance_rounds > 0).map(Recut::present);
+        let moves = terms.moves(&parts, recut.as_ref(), before, clip);
+        let rounds = if recut.is_some() { 0 } else { clip.params.cut.appearance_rounds };
+        Box::new(Moving { parts, recut, objects, terms, moves, made: 0, rounds }).step(clip)
     }
 
     pub(super) fn found(&self) -> Found<'_> {
@@ -133,16 +118,82 @@ impl Cutting {
     }
 }
 
+impl Terms {
+    /// `voted` has the labels of the denser trajectories.
+    fn new(parts: &Parts, recut: Option<&Recut>, objects: &Objects, mut voted: Option<Vec<u32>>, clip: &Clip) -> Self {
+        let Parts { clustered, superpixels, background, .. } = parts;
+        let tracked = &clustered.embedded.tracked;
+        let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
+        if let (Some(denser), Some(voted)) = (&tracked.denser, &mut voted) {
+            if let Some(background) = background {
+                background.correct(denser, voted, &is_object);
+            }
+            if let Some(recut) = recut {
+                recut.vote(denser, voted, &superpixels[0].label);
+            }
+        }
+        let mut terms = Self { voted, is_object, evidence: Vec::new() };
+        if let Some(background) = background {
+            let (tracks, label) = terms.labelled(clustered);
+            let settings = &clip.params.background;
+            terms.evidence = background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
+        }
+        terms
+    }
+
+    /// The trajectories that count, and their labels.
+    fn labelled<'a>(&'a self, clustered: &'a Clustered) -> (&'a Trajectories, &'a [u32]) {
+        let tracked = &clustered.embedded.tracked;
+        let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
+        (tracks, self.voted.as_ref().unwrap_or(&clustered.clusters.label))
+    }
+
+    /// The energy; with the labels of a cut before, also by what these look like.
+    fn moves(&self, parts: &Parts, recut: Option<&Recut>, before: Option<&[Vec<u32>]>, clip: &Clip) -> GabrielCut {
+        let (superpixels, settings) = (&parts.superpixels, &clip.params.cut);
+        let mut evidence = self.evidence.clone();
+        if let Some(before) = before {
+            let said = appearance(superpixels, &clip.frames, before, &self.is_object);
+            evidence.resize(said.len(), 0.0);
+            evidence.iter_mut().zip(said).for_each(|(sum, said)| *sum += settings.appearance_weight * said);
+        }
+        let (tracks, label) = self.labelled(&parts.clustered);
+        let input = CutInput {
+            superpixels,
+            tracks,
+            label,
+            num_labels: parts.clustered.clusters.count.max(1),
+            objects: &self.is_object,
+            evidence: &evidence,
+            flows: &clip.flows,
+            frames: &clip.frames,
+        };
+        match recut {
+            Some(recut) => recut.cut(&input, settings),
+            None => GabrielCut::new(&input, settings),
+        }
+    }
+}
+
 impl Moving {
-    pub(super) fn step(mut self: Box<Self>) -> Turn<Box<Self>, Box<Masking>> {
+    /// A move. A cut without any left is followed by the next round.
+    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Masking>> {
         let more = self.moves.step();
         let (done, total) = self.moves.progress();
-        // Making the energy counts as a step, so that a cut without any move is seen to end.
-        let progress = Progress { stage: Stage::Cut, done: done + 1, total: total + 1 };
+        // Making an energy counts as a step, so that a cut without any move is seen to end.
+        let (done, total) = (self.made + done + 1, self.made + total + 1);
+        let is_last = self.rounds == 0 || !self.terms.is_object.contains(&true);
+        let progress = Progress { stage: Stage::Cut, done, total: total + u32::from(!is_last) * self.rounds };
         if more {
             return Turn::more(progress, self);
         }
-        let Self { parts, recut, objects, moves } = *self;
+        if !is_last {
+            let labels = self.moves.finish();
+            self.moves = self.terms.moves(&self.parts, None, Some(&labels.labels), clip);
+            (self.made, self.rounds) = (done, self.rounds - 1);
+            return Turn::more(progress, self);
+        }
+        let Self { parts, recut, objects, moves, .. } = *self;
         let cut = Cut { labels: moves.finish(), objects };
         Turn::done(progress, Box::new(Masking { parts, recut, cut, masks: Vec::new() }))
     }

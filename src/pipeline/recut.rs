@@ -65,6 +65,11 @@ impl Recut {
         (parts, recut)
     }
 
+    /// The cluster of each superpixel, frame by frame.
+    pub(super) fn present(&self) -> &[Vec<u32>] {
+        &self.present
+    }
+
     /// The energy of the part that is cut anew.
     pub(super) fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
         let of_cluster = &self.objects.of_cluster;

@@ -89,7 +89,7 @@ impl State {
             Self::Clusters(work) => work.step(clip).then(Self::Clusters, |clustered| Self::masks(clustered, clip)),
             Self::Superpixels(work) => work.step(clip).then(Self::Superpixels, Self::Energy),
             Self::Energy(work) => work.step(clip).then(Self::Moves, Self::Masks),
-            Self::Moves(work) => work.step().then(Self::Moves, Self::Masks),
+            Self::Moves(work) => work.step(clip).then(Self::Moves, Self::Masks),
             Self::Masks(work) => work.step(clip).then(Self::Masks, Self::Segmented),
             done @ (Self::Clustered(_) | Self::Segmented(_)) => return (Ok(Step::Done), done),
         };

@@ -15,19 +15,8 @@
 //! the magnitude of the flow as it is, over fixed bins, and has no difference in step 3. But contrast has no sense of
 //! which side is the object: ground seen between two large objects, or above one that fills half of the frame, differs
 //! from its ring as much as they do. With the dominant motion known, ground is what keeps to it. Nor is the greatest of
-//! a trajectory's points taken, as one blot of wrong flow in fifty frames would decide. Mean IoU of foreground
-//! trajectories with the truth, on 13 sequences of the Moseg benchmark and in every fifth frame of 8 of DAVIS, on which
-//! nothing was tuned but the bins' range and the prior:
-//!
-//! | | Moseg | DAVIS |
-//! |---|---|---|
-//! | default | 0.766 | 0.681 |
-//! | affine motion in place of a homography | 0.751 | 0.404 |
-//! | the greatest saliency of the points | 0.758 | 0.534 |
-//! | no difference in step 3 | 0.680 | 0.610 |
-//! | bins over 0 to 15 pixels | 0.723 | 0.676 |
-//! | `neighborhood` by the smaller density | 0.522 | 0.669 |
-//! | [`SaliencyParams::paper`] | 0.541 | 0.270 |
+//! a trajectory's points taken, as one blot of wrong flow in fifty frames would decide. What each of these is worth is
+//! in docs/choices.md.
 //!
 //! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs
 //! from the dominant motion as objects do: trees before a running dog, rocks before a goat. What does not move cannot

@@ -125,6 +125,23 @@ fn seeds_layouts_and_parts_of_a_folder_can_be_chosen() {
 }
 
 #[test]
+fn a_window_as_long_as_the_clip_is_the_clip_and_shorter_ones_cover_it() {
+    let found = found(&masks_of_clip("windows"));
+    let root = folder("windows");
+    wild(&root.join("toy--right"), &found, &|_, label| if label { 255 } else { 0 });
+    let row_with = |window: &str| {
+        let output = eval("masks", &root, &["--window", window]);
+        assert_done(&output);
+        row(&text(&output.stdout), "toy--right").iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(row_with("100")[3..8], ["1.000", "1.000", "1.000", "1.000", "0.000"]);
+    let shorter = row_with("7");
+    assert_eq!(shorter[1], FRAMES.to_string());
+    assert!(shorter[3].parse::<f64>().unwrap() > 0.8, "{shorter:?}");
+    assert_refused(&eval("masks", &root, &["--window", "1"]), 2, &["--window"]);
+}
+
+#[test]
 fn clips_that_cannot_be_scored_are_refused_with_the_reason() {
     let root = folder("wild-bad");
     assert_refused(&eval("masks", &root, &[]), 1, &["NAME/frames and NAME/masks"]);

@@ -5,6 +5,7 @@ use crate::failure::{Failure, Result};
 use crate::input::{Input, NamedFrame};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
+use tracecut::image::Plane;
 use tracecut::{Params, Session, Stage, Step};
 
 /// How long reading the frames and each stage took.
@@ -68,6 +69,41 @@ pub(crate) fn run_frames(
     bar.finish_and_clear();
     Ok((session, timing))
 }
+
+/// The masks of all frames of a clip taken in windows of `window` frames, as the package and the page take long ones:
+/// neighbouring windows have ten frames in common, or all but one of smaller ones.
+pub(crate) fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plane<u8>>, Timing)> {
+    let frames = input.frames()?.collect::<Result<Vec<NamedFrame>>>()?;
+    let (mut timing, clock) = (Timing::default(), Clock::start());
+    let mut session = Session::new(params)?;
+    let mut masks = Vec::new();
+    let (mut first, mut next) = (0, 0);
+    loop {
+        let mut held = session.holds_frame();
+        while next < frames.len() && next - first < window && !held {
+            let (name, frame) = &frames[next];
+            held = session.push_in_shot(frame.clone()).map_err(|e| Failure::about(name, e))?;
+            next += 1;
+        }
+        session.run()?;
+        let end = next - usize::from(held);
+        let left = frames.len() - next;
+        let common = if held || left == 0 { 0 } else { (window - 1).min(SHARED.max(window.saturating_sub(left))) };
+        for t in masks.len()..end - common.div_ceil(2) {
+            masks.push(session.labels(t - first)?);
+        }
+        if end == frames.len() {
+            break;
+        }
+        session.advance(common.max(1))?;
+        first = end - common;
+    }
+    timing.total = clock.seconds();
+    Ok((masks, timing))
+}
+
+/// Frames that neighbouring windows have in common.
+const SHARED: usize = 10;
 
 /// A bar on standard error if that is a terminal, otherwise none.
 pub(crate) fn progress_bar() -> ProgressBar {

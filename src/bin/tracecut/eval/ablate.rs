@@ -114,7 +114,7 @@ fn scores_of(clip: &Clip, params: &Params, cache: &Cache, args: &AblateArgs) -> 
         if args.cached {
             return Ok(None);
         }
-        let scores: MaskScores = run_clip(clip, args.frames, params.clone(), None)?.scores;
+        let scores: MaskScores = run_clip(clip, args.frames, None, params.clone(), None)?.scores;
         cache.put(&key, scores)?;
         Ok(scores.j)
     };

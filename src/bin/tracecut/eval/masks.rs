@@ -9,16 +9,16 @@ use crate::input::Input;
 use crate::jobs::in_order;
 use crate::masks::{paint_lines, tinted};
 use crate::pictures::{Pixels, Series};
-use crate::run::run;
+use crate::run::{run, run_windows};
 use clap::Args;
 use indicatif::ProgressBar;
 use report::Report;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use tracecut::Params;
 use tracecut::eval::davis::{boundary, scored_frames};
 use tracecut::eval::masks::{Census, ClipScorer, MaskScores, Truth};
 use tracecut::image::Plane;
-use tracecut::{Params, Session};
 
 /// The truth's outline in overlays.
 const OUTLINE: [u8; 3] = [255, 255, 255];
@@ -51,6 +51,9 @@ pub(crate) struct MasksArgs {
     /// Use the first N frames of each clip, or all where it is shorter
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(3..))]
     frames: Option<u32>,
+    /// Take each clip in windows of N frames, as the package and the page take long ones
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+    window: Option<u32>,
     /// Run each clip under each of these seeds
     #[arg(long, value_name = "SEED,...", value_delimiter = ',')]
     seeds: Vec<u32>,
@@ -120,7 +123,7 @@ fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> R
         let mut params = params.clone();
         params.clip.seed = seed;
         let overlay = args.overlay.as_deref().filter(|_| index == 0);
-        run_clip(clip, args.frames, params, overlay)
+        run_clip(clip, args.frames, args.window, params, overlay)
     };
     let runs = seeds.iter().enumerate().map(run_one).collect::<Result<Vec<_>>>();
     let runs = runs.map_err(|Failure(reason)| Failure::about(&clip.name, reason))?;
@@ -128,19 +131,32 @@ fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> R
 }
 
 /// Runs one clip and scores it; with `overlay` also writes pictures into that folder.
-pub(super) fn run_clip(clip: &Clip, frames: Option<u32>, params: Params, overlay: Option<&Path>) -> Result<Run> {
+/// In windows of so many frames, or whole.
+pub(super) fn run_clip(
+    clip: &Clip,
+    frames: Option<u32>,
+    window: Option<u32>,
+    params: Params,
+    overlay: Option<&Path>,
+) -> Result<Run> {
     let seed = params.clip.seed;
     let images = clip.frames(frames)?;
     let truth = images.iter().map(|image| clip.truth(image)).collect::<Result<Vec<_>>>()?;
     let input = Input::open(&clip.images, frames, Path::new(""))?;
-    let (session, timing) = run(&input, params, &ProgressBar::hidden())?;
+    let (masks, timing) = match window {
+        Some(window) => run_windows(&input, params, window as usize)?,
+        None => {
+            let (session, timing) = run(&input, params, &ProgressBar::hidden())?;
+            ((0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<_>>()?, timing)
+        }
+    };
     if let Some(folder) = overlay {
-        write_overlays(folder.join(&clip.name), &input, &session, &truth)?;
+        write_overlays(folder.join(&clip.name), &input, &masks, &truth)?;
     }
     let (mut scorer, mut places) = (ClipScorer::default(), Vec::new());
     for t in scored_frames(truth.len()) {
         if let Some(truth) = &truth[t] {
-            scorer.add(&session.labels(t)?, truth)?;
+            scorer.add(&masks[t], truth)?;
             places.push(t);
         }
     }
@@ -154,11 +170,11 @@ pub(super) fn run_clip(clip: &Clip, frames: Option<u32>, params: Params, overlay
     Ok(Run { seed, frames: truth.len(), scores, census: scorer.census(), of_frames, time: timing.total })
 }
 
-fn write_overlays(folder: PathBuf, input: &Input, session: &Session, truth: &[Option<Plane<Truth>>]) -> Result<()> {
+fn write_overlays(folder: PathBuf, input: &Input, masks: &[Plane<u8>], truth: &[Option<Plane<Truth>>]) -> Result<()> {
     let series = Series::create(folder, truth.len())?;
     for (t, frame) in input.frames()?.enumerate().step_by(OVERLAY_STEP) {
         let (_, frame) = frame?;
-        let mut rgb = tinted(&frame, &session.labels(t)?);
+        let mut rgb = tinted(&frame, &masks[t]);
         if let Some(truth) = truth[t].as_ref().filter(|p| (p.width(), p.height()) == (frame.width(), frame.height())) {
             paint_lines(&mut rgb, &boundary(&truth.map(|kind| kind == Truth::Object)), OUTLINE);
         }

@@ -1,0 +1,132 @@
+//! What objects and the ground near them look like, learned from a cut to make it anew.
+//!
+//! Colours of the superpixels of objects over the whole clip, against those of the ground near objects; what is far from
+//! them says nothing of their borders, and nothing is said of it. Models and cuts in turn are those of Rother, Kolmogorov
+//! and Blake, "GrabCut", 2004. Not in the paper.
+
+use super::colour::{ClipColours, UNSEEN};
+use crate::image::{Frame, Plane};
+use crate::superpixel::Superpixels;
+
+/// Ground is near an object within this part of the frame's longer side, in columns and rows.
+const NEAR: f32 = 0.1;
+/// Log-odds count up to this.
+const MOST: f32 = 2.0;
+
+/// Log-odds of object against ground by the colour of each superpixel, frame by frame; 0 of those not near an object.
+/// `labels` are those of a cut before, and `is_object` says what they are.
+pub(crate) fn appearance(
+    superpixels: &[Superpixels],
+    frames: &[Frame],
+    labels: &[Vec<u32>],
+    is_object: &[bool],
+) -> Vec<f32> {
+    let count = superpixels.iter().map(|s| s.count).sum();
+    let Some(mut colours) = ClipColours::new(superpixels, frames, 2) else { return vec![0.0; count] };
+    let mut is_near: Vec<bool> = Vec::with_capacity(count);
+    for (s, labels) in superpixels.iter().zip(labels) {
+        let object: Vec<bool> = labels.iter().map(|&label| is_object.get(label as usize) == Some(&true)).collect();
+        let first = is_near.len();
+        is_near.extend(near_objects(s, &object));
+        for (k, &object) in object.iter().enumerate().filter(|&(k, _)| is_near[first + k]) {
+            colours.add(first + k, usize::from(object), 1.0);
+        }
+    }
+    let odds = |node: usize| {
+        let [ground, object] = [0, 1].map(|label| colours.share(node, label) + UNSEEN);
+        libm::logf(object / ground).clamp(-MOST, MOST)
+    };
+    is_near.iter().enumerate().map(|(node, &near)| if near { odds(node) } else { 0.0 }).collect()
+}
+
+/// Whether any pixel of each superpixel is near a pixel of an object.
+fn near_objects(superpixels: &Superpixels, is_object: &[bool]) -> Vec<bool> {
+    let label = &superpixels.label;
+    let (w, h) = (label.width(), label.height());
+    let reach = (NEAR * w.max(h) as f32) as usize;
+    let mut near = Plane::filled(w, h, false);
+    for y in 0..h {
+        let row = label.row(y);
+        widen(reach, w, |x| is_object[row[x] as usize], |x| near.row_mut(y)[x] = true);
+    }
+    let mut found = vec![false; superpixels.count];
+    for x in 0..w {
+        widen(reach, h, |y| near[(x, y)], |y| found[label[(x, y)] as usize] = true);
+    }
+    found
+}
+
+/// Calls `mark` for all places of a line, some twice, that are within `reach` of one that is `set`.
+fn widen(reach: usize, len: usize, set: impl Fn(usize) -> bool, mut mark: impl FnMut(usize)) {
+    let mut line = |place: &dyn Fn(usize) -> usize| {
+        let mut left = 0;
+        for k in 0..len {
+            left = if set(place(k)) { reach + 1 } else { usize::saturating_sub(left, 1) };
+            if left > 0 {
+                mark(place(k));
+            }
+        }
+    };
+    line(&|k| k);
+    line(&|k| len - 1 - k);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns of ten pixels as superpixels of a frame of 100x20, with these greys.
+    fn columns(greys: [u8; 10]) -> (Superpixels, Frame) {
+        let label = Plane::from_fn(100, 20, |x, _| x as u32 / 10);
+        let rgb = (0..100 * 20).flat_map(|i| [greys[i % 100 / 10]; 3]).collect();
+        (Superpixels { label, count: 10, ..Superpixels::default() }, Frame::from_rgb(rgb, 100, 20).unwrap())
+    }
+
+    #[test]
+    fn what_looks_like_the_object_beside_it_is_drawn_to_it_and_what_is_far_is_not() {
+        let (superpixels, frame) = columns([200, 200, 200, 40, 40, 40, 40, 40, 200, 200]);
+        // In the first frame the object was cut too small.
+        let labels = [vec![1, 1, 0, 0, 0, 0, 0, 0, 0, 0], vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0]];
+        let found = appearance(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
+        assert!(found[2] > 0.5 && found[13] < -1.0, "{found:?}");
+        assert_eq!(found[3..10], [0.0; 7]);
+    }
+
+    #[test]
+    fn ground_that_looks_like_none_of_the_object_is_held_back() {
+        let (superpixels, frame) = columns([200, 200, 40, 40, 40, 40, 40, 40, 40, 40]);
+        let labels = [vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0], vec![1, 1, 1, 0, 0, 0, 0, 0, 0, 0]];
+        let found = appearance(&[superpixels.clone(), superpixels], &[frame.clone(), frame], &labels, &[false, true]);
+        assert_eq!(found.len(), 20);
+        assert!(found[0] > 1.0 && found[3] < 0.0 && found[2] < 0.0, "{found:?}");
+    }
+
+    #[test]
+    fn without_objects_or_frames_nothing_is_said() {
+        let (superpixels, frame) = columns([9; 10]);
+        let labels = [vec![0; 10]];
+        let pictures = std::slice::from_ref(&superpixels);
+        assert_eq!(appearance(pictures, &[frame], &labels, &[false, true]), [0.0; 10]);
+        assert_eq!(appearance(pictures, &[], &labels, &[false, true]), [0.0; 10]);
+    }
+
+    #[test]
+    fn near_is_within_a_tenth_of_the_longer_side_as_a_naive_search_finds() {
+        let mut rng = crate::rng::Rng::for_stage(3, "near");
+        for _ in 0..20 {
+            let label = Plane::from_fn(40, 30, |x, y| (x / 4 + y / 3 * 10) as u32);
+            let superpixels = Superpixels { label, count: 100, ..Superpixels::default() };
+            let object: Vec<bool> = (0..100).map(|_| rng.below(30) == 0).collect();
+            let found = near_objects(&superpixels, &object);
+            let places = || (0..40 * 30).map(|i| (i % 40, i / 40));
+            for s in 0..100_u32 {
+                let own = |&(x, y): &(usize, usize)| superpixels.label[(x, y)] == s;
+                let of_object = |&(x, y): &(usize, usize)| object[superpixels.label[(x, y)] as usize];
+                let is_near = places()
+                    .filter(own)
+                    .any(|(x, y)| places().filter(of_object).any(|(a, b)| x.abs_diff(a) <= 4 && y.abs_diff(b) <= 4));
+                assert_eq!(found[s as usize], is_near);
+            }
+        }
+    }
+}
