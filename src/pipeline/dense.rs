@@ -109,7 +109,9 @@ impl Cutting {
         let terms = Terms::new(&parts, recut.as_ref(), &objects, voted, clip);
         let before = recut.as_ref().filter(|_| clip.params.cut.appearance_rounds > 0).map(Recut::present);
         let moves = terms.moves(&parts, recut.as_ref(), before, clip);
-        let rounds = if recut.is_some() { 0 } else { clip.params.cut.appearance_rounds };
+        // Without objects there is nothing to be learned.
+        let is_once = recut.is_some() || !terms.is_object.contains(&true);
+        let rounds = if is_once { 0 } else { clip.params.cut.appearance_rounds };
         Box::new(Moving { parts, recut, objects, terms, moves, made: 0, rounds }).step(clip)
     }
 
@@ -181,9 +183,9 @@ impl Moving {
         let more = self.moves.step();
         let (done, total) = self.moves.progress();
         // Making an energy counts as a step, so that a cut without any move is seen to end.
-        let (done, total) = (self.made + done + 1, self.made + total + 1);
-        let is_last = self.rounds == 0 || !self.terms.is_object.contains(&true);
-        let progress = Progress { stage: Stage::Cut, done, total: total + u32::from(!is_last) * self.rounds };
+        let (done, of_round) = (self.made + done + 1, total + 1);
+        let is_last = self.rounds == 0;
+        let progress = Progress { stage: Stage::Cut, done, total: self.made + of_round * (1 + self.rounds) };
         if more {
             return Turn::more(progress, self);
         }
