@@ -164,8 +164,7 @@ impl Background {
             }
         }
         // What goes by on the road is badly known between trajectories: there, unlike the scene is not strange.
-        let goes_forward = self.camera.travel.is_some();
-        self.strange = if goes_forward { f32::MAX } else { APART * scene.unlike_scene().max(LEAST) };
+        self.strange = if self.camera.goes_forward() { f32::MAX } else { APART * scene.unlike_scene().max(LEAST) };
     }
 
     /// Which labels go with their own trajectories from frame to frame, or at least not with the scene: what flows,
@@ -177,7 +176,7 @@ impl Background {
         is_object: &[bool],
         params: &BackgroundParams,
     ) -> Vec<bool> {
-        if self.camera.travel.is_some() {
+        if self.camera.goes_forward() {
             return vec![true; is_object.len()];
         }
         let mut verdicts = vec![Verdict::default(); is_object.len()];

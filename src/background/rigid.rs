@@ -7,8 +7,9 @@
 //! 3. it is nearer, so that it would stand on ground further down in the picture, and yet the ground between is seen:
 //!    what stands there would hide it. This tells oncoming cars from parked ones.
 //!
-//! Not in the paper. **Limits.** Nothing is told at the height of the focus. What goes exactly as fast as its place in the scene seems to, is scene. Overhanging
-//! things below the focus of expansion are taken for objects.
+//! Not in the paper. Lengths are in pixels of a frame whose longest side has 480 ([`Units`]). **Limits.** Nothing is told
+//! at the height of the focus. What goes exactly as fast as its place in the scene seems to, is scene. What hangs below
+//! the height of the focus is taken for an object.
 
 use super::moving::Parted;
 use crate::camera::{Going, Pair, Step, Travel, Units};
@@ -22,7 +23,7 @@ use crate::trajectory::Trajectories;
 /// A point slides where the picture within so many pixels changes along its line by less than this part of across.
 const WINDOW: usize = 4;
 const SLIDING: f32 = 0.1;
-/// Points less far below the focus have no ground, in pixels of a frame with 480.
+/// Points less far below the focus have no ground.
 const LEAST_BELOW: f64 = 8.0;
 /// Slopes of the ground that are tried: nearness by pixel, from the least on by this factor, so many.
 const SLOPES: (f64, f64, i32) = (3e-4, 1.1, 62);
@@ -64,8 +65,8 @@ pub(crate) fn part_rigid(
     let is_stray = strays(travel, tracks.len(), frames);
     let mut label = vec![0; tracks.len()];
     let mut count = 0;
-    for members in groups(tracks, near, &is_stray, longest) {
-        if members.len() >= LEAST_TRACKS && !is_carrier(tracks, &members, longest) {
+    for members in groups(tracks, near, &is_stray, (longest, travel.units)) {
+        if members.len() >= LEAST_TRACKS && !is_carrier(tracks, &members, (longest, travel.units)) {
             count += 1;
             members.iter().for_each(|&i| label[i] = count);
         }
@@ -188,13 +189,18 @@ fn floats(k: usize, pair: &Pair, goings: &[Going], slope: f64) -> bool {
 }
 
 /// Strays that are neighbours and go together.
-fn groups(tracks: &Trajectories, near: &Neighborhoods, is_stray: &[bool], longest: f32) -> Vec<Vec<usize>> {
+fn groups(
+    tracks: &Trajectories,
+    near: &Neighborhoods,
+    is_stray: &[bool],
+    (longest, units): (f32, Units),
+) -> Vec<Vec<usize>> {
     let mut sets = DisjointSets::new(tracks.len());
     for t in 0..tracks.num_frames {
         for &pair in near.frame(t) {
             let (i, j) = near.pairs[pair as usize];
             let (i, j) = (i as usize, j as usize);
-            if is_stray[i] && is_stray[j] && near_at(tracks, i, j, t, longest) && go_together(tracks, i, j) {
+            if is_stray[i] && is_stray[j] && near_at(tracks, i, j, t, longest) && go_together(tracks, i, j, units) {
                 sets.join(i, j);
             }
         }
@@ -211,7 +217,7 @@ fn near_at(tracks: &Trajectories, i: usize, j: usize, t: usize, longest: f32) ->
 }
 
 /// Whether two go nearly the same way while both are seen.
-fn go_together(tracks: &Trajectories, i: usize, j: usize) -> bool {
+fn go_together(tracks: &Trajectories, i: usize, j: usize, units: Units) -> bool {
     let (a, b) = (tracks.frames(i), tracks.frames(j));
     let (first, last) = (a.start.max(b.start), a.end.min(b.end).saturating_sub(1));
     let way = |i: usize| {
@@ -219,14 +225,14 @@ fn go_together(tracks: &Trajectories, i: usize, j: usize) -> bool {
         Some((to.0 - from.0, to.1 - from.1))
     };
     let (Some(p), Some(q)) = (way(i), way(j)) else { return false };
-    let unit = tracks.size.0.max(tracks.size.1) as f32 / 480.0;
+    let unit = (1.0 / units.scale) as f32;
     let spans = ((last - first) as f32 / Travel::SPAN as f32).max(1.0);
     (p.0 - q.0).abs().max((p.1 - q.1).abs()) <= APART as f32 * unit * spans
 }
 
 /// Whether a group stands still in the picture, at its lower rim.
-fn is_carrier(tracks: &Trajectories, members: &[usize], margin: f32) -> bool {
-    let unit = tracks.size.0.max(tracks.size.1) as f32 / 480.0;
+fn is_carrier(tracks: &Trajectories, members: &[usize], (margin, units): (f32, Units)) -> bool {
+    let unit = (1.0 / units.scale) as f32;
     let mut ways: Vec<f32> = Vec::new();
     let mut is_at_rim = false;
     for &i in members {

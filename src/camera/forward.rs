@@ -148,7 +148,7 @@ impl Forward {
         ([nx, ny, rolled], nx * step.u + ny * step.v)
     }
 
-    /// Mean way across; `None` where most points go towards the focus.
+    /// Sum of the ways across; `None` where most points go towards the focus.
     fn cost(&self, steps: &[Step]) -> Option<f64> {
         let goings = steps.iter().map(|step| self.going(step));
         let (mut away, mut sum) = (0, 0.0);

@@ -1,7 +1,8 @@
 //! What the camera does over the whole clip.
 //!
 //! In: the dominant motion of each frame pair, the frames, and trajectories. Out: a [`Camera`]: whether it stands still,
-//! how it goes forward, and the homographies along the clip. What a scene does besides them, since it is not flat, is a [`Warp`].
+//! how it goes forward, and the homographies along the clip. What a scene does besides them, since it is not flat, is a
+//! [`Warp`].
 //!
 //! 1. The motions of the pairs are chained to homographies between frames some way apart.
 //! 2. Trajectories tell whether it goes forward, as in a car ([`Travel`]); then it does not stand still.
@@ -91,6 +92,11 @@ impl Camera {
     pub(crate) fn panning(speed: f64, num_frames: usize) -> Self {
         let to_first = |t: usize| Homography([1.0, 0.0, -speed * t as f64, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
         Self { still: false, travel: None, to_first: (0..num_frames).map(to_first).collect() }
+    }
+
+    /// Whether it surely goes forward, as in a car.
+    pub(crate) fn goes_forward(&self) -> bool {
+        self.travel.is_some()
     }
 
     /// Where the scene of frame `from` is in frame `to`.

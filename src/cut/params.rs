@@ -14,7 +14,7 @@ crate::params! {
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
         pub temporal_weight: f32 = 2.0, in 0.0..=1000.0;
         /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper;
-        /// docs/choices.md says what it is worth.
+        /// docs/choices.md.
         pub flow_weight: f32 = 1.0, in 0.0..=1000.0;
         /// Weight of the colours of a label over the clip, where a superpixel has no trajectories of its own that
         /// count. Not in the paper; docs/choices.md.

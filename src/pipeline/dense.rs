@@ -255,7 +255,8 @@ fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
     Some(voted)
 }
 
-/// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them.
+/// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them;
+/// where it goes forward, they are made anew.
 fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
     let Parts { clustered, background, camera, .. } = parts;
     let travel = camera.as_ref().and_then(|camera| camera.travel.as_ref());

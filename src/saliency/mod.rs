@@ -15,8 +15,8 @@
 //! the magnitude of the flow as it is, over fixed bins, and has no difference in step 3. But contrast has no sense of
 //! which side is the object: ground seen between two large objects, or above one that fills half of the frame, differs
 //! from its ring as much as they do. With the dominant motion known, ground is what keeps to it. Nor is the greatest of
-//! a trajectory's points taken, as one blot of wrong flow in fifty frames would decide. What each of these is worth is
-//! in docs/choices.md.
+//! a trajectory's points taken, as one blot of wrong flow in fifty frames would decide. docs/choices.md lists these
+//! choices and how each is measured.
 //!
 //! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs
 //! from the dominant motion as objects do: trees before a running dog, rocks before a goat. What does not move cannot
