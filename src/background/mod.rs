@@ -70,6 +70,8 @@ crate::params! {
         pub doubt: f32 = 1.3, in 0.0..=100.0;
         /// Where the camera goes forward: whether objects are what no rigid scene on a ground explains.
         pub rigid: bool = true, in 0..=1;
+        /// Where the camera moves and no cluster is an object: whether salient trajectories that move alike are some.
+        pub stand_out: bool = true, in 0..=1;
         /// Clusters that their own motion explains better than the scene's by less than this, of at most 1, are no
         /// objects where the scene is explained as badly: water, smoke, leaves. -1 lets all be.
         pub coherence: f32 = 0.27, in -1.0..=1.0;
@@ -150,6 +152,11 @@ impl Background {
     /// Whether the camera stands still.
     pub(crate) fn is_still(&self) -> bool {
         self.camera.still
+    }
+
+    /// Whether the camera goes forward.
+    pub(crate) fn goes_forward(&self) -> bool {
+        self.camera.goes_forward()
     }
 
     /// Accounts for the pixels of all frames by these trajectories, whose labels are objects or not.

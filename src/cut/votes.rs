@@ -100,7 +100,7 @@ fn asks_in(tracks: &Trajectories, i: usize, t: usize) -> bool {
 
 /// By how much both move differently around frame `t`, in pixels per frame squared; `None` without a second common
 /// frame.
-fn motion_difference_sq(a: &Trajectories, i: usize, b: &Trajectories, j: usize, t: usize) -> Option<f32> {
+pub(crate) fn motion_difference_sq(a: &Trajectories, i: usize, b: &Trajectories, j: usize, t: usize) -> Option<f32> {
     let begin = a.frames(i).start.max(b.frames(j).start).max(t.saturating_sub(HORIZON));
     let end = (a.frames(i).end.min(b.frames(j).end) - 1).min(t + HORIZON);
     let ((ax0, ay0), (bx0, by0)) = (a.at(i, begin)?, b.at(j, begin)?);

@@ -6,9 +6,11 @@
 mod border;
 mod objects;
 mod runs;
+mod salient;
 
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
 pub use objects::{Objects, find_objects};
 pub(crate) use objects::{find_objects_in, number_objects};
 pub(crate) use runs::Runs;
+pub(crate) use salient::salient_objects;

@@ -1,17 +1,18 @@
 //! The last stages: superpixels frame by frame, the cut over the whole clip, masks frame by frame.
 
 use super::clip::Clip;
+use super::figure::{figure_and_ground, voted};
 use super::found::{Clustered, Corrections, Cut, Found, Parts, Segmented};
 use super::geometry::Scale;
 use super::params::Params;
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::background::{Background, BackgroundParams, part, part_rigid};
+use crate::background::Background;
 use crate::camera::{Camera, Travel};
-use crate::cut::{CutInput, GabrielCut, appearance, forget_strangers, labels_for, paint};
+use crate::cut::{CutInput, GabrielCut, appearance, paint};
 use crate::image::{Frame, Plane};
-use crate::mask::{Objects, find_objects_in, number_objects, refine};
+use crate::mask::{Objects, refine};
 use crate::superpixel::{Superpixels, superpixels_of};
 use crate::trajectory::Trajectories;
 
@@ -98,12 +99,7 @@ impl Cutting {
     pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Moving>, Box<Masking>> {
         let (objects, voted) = match &self.recut {
             Some(recut) => (recut.objects.clone(), voted(&self.parts, clip)),
-            None => {
-                let mut is_object = part_clusters(&mut self.parts, clip);
-                let voted = voted(&self.parts, clip);
-                judge(&mut self.parts, voted.as_deref(), &mut is_object, &clip.params.background);
-                (objects_of(&self.parts, &is_object, clip), voted)
-            }
+            None => figure_and_ground(&mut self.parts, clip),
         };
         let Self { parts, recut } = *self;
         let terms = Terms::new(&parts, recut.as_ref(), &objects, voted, clip);
@@ -243,71 +239,6 @@ fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) -> Option<B
     }
     let denser = clustered.embedded.tracked.denser.as_ref().map(|denser| (denser, clip.params.trajectory.mask_step));
     Some(Background::new(&clip.frames, camera, denser, settings))
-}
-
-/// The labels of the denser trajectories, by those that were clustered.
-fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
-    let Clustered { embedded, clusters, .. } = &parts.clustered;
-    let denser = embedded.tracked.denser.as_ref()?;
-    let (tracks, params) = (&embedded.tracked.tracks, &clip.params);
-    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), &params.cut);
-    forget_strangers(&mut voted, parts.clustered.salience(), params.saliency.threshold);
-    Some(voted)
-}
-
-/// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them;
-/// where it goes forward, they are made anew.
-fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
-    let Parts { clustered, background, camera, .. } = parts;
-    let travel = camera.as_ref().and_then(|camera| camera.travel.as_ref());
-    let tracks = &clustered.embedded.tracked.tracks;
-    let parted = match background {
-        Some(background) if background.is_still() => Some(part(tracks, &clustered.clusters, &background.along(tracks))),
-        _ => travel.map(|travel| {
-            let near = &clustered.embedded.discontinuities.neighborhoods;
-            let longest = clip.params.connectedness.max_edge * clip.params.spacing();
-            part_rigid(travel, tracks, near, &clip.frames, longest)
-        }),
-    };
-    // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
-    let parted = parted.filter(|parted| parted.is_object.contains(&false));
-    match parted {
-        Some(parted) => {
-            clustered.clusters = parted.clusters;
-            parted.is_object
-        }
-        None => {
-            let salient = clustered.foreground.as_ref().filter(|_| background.is_some());
-            let foreground = salient.map_or(&[][..], |found| &found.salient.saliency.foreground);
-            find_objects_in(tracks, &clustered.clusters, foreground).of_cluster.iter().map(|&label| label > 0).collect()
-        }
-    }
-}
-
-/// Where the camera moves: clusters that do not go with their own trajectories from frame to frame are no objects: what flows and flickers.
-fn judge(parts: &mut Parts, voted: Option<&[u32]>, is_object: &mut [bool], params: &BackgroundParams) {
-    let Parts { clustered, background, .. } = parts;
-    let moving = background.as_mut().filter(|background| !background.is_still());
-    let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, voted) else {
-        return;
-    };
-    background.account((denser, voted), is_object);
-    let coherent = background.coherent((denser, voted), is_object, params);
-    if is_object.iter().zip(&coherent).any(|(object, coherent)| *object && !coherent) {
-        is_object.iter_mut().zip(coherent).for_each(|(object, coherent)| *object &= coherent);
-        background.account((denser, voted), is_object);
-    }
-}
-
-/// The objects, under the labels that they had in the window before.
-fn objects_of(parts: &Parts, is_object: &[bool], clip: &Clip) -> Objects {
-    let Clustered { embedded, clusters, .. } = &parts.clustered;
-    let tracked = &embedded.tracked;
-    let found = number_objects(&tracked.tracks, clusters, is_object);
-    match &clip.windows {
-        Some(w) => w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap),
-        None => found,
-    }
 }
 
 /// The mask of one frame, from the clusters of its superpixels.

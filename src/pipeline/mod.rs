@@ -5,6 +5,7 @@ mod correct;
 #[cfg(test)]
 mod correct_tests;
 mod dense;
+mod figure;
 mod foreground;
 mod found;
 mod geometry;

@@ -1,0 +1,134 @@
+//! Objects that no cluster shows: trajectories that stand out from the motion of the camera, next to each other and
+//! alike.
+//!
+//! What is small, blurred or briefly seen has fewer long trajectories than a cluster needs, but it may have many short
+//! ones. Not in the paper, which has no objects without clusters.
+
+use super::objects::find_objects_in;
+use crate::cut::motion_difference_sq;
+use crate::discretize::Clusters;
+use crate::grid::Grid;
+use crate::sets::DisjointSets;
+use crate::trajectory::Trajectories;
+
+/// Trajectories are neighbours within this many times their spacing.
+const REACH: f32 = 2.0;
+/// Fewest trajectories in a frame, in the mean over the frames in which there are any.
+const LEAST: usize = 8;
+/// Least part of the clip's frames in which there are any.
+const SEEN: f32 = 0.5;
+
+/// Groups of salient trajectories that are objects by the frame's rim: the group of each trajectory, and how many groups
+/// there are. Trajectories are `spacing` pixels apart; neighbours in a group differ by less than `motion` pixels a frame.
+pub(crate) fn salient_objects(
+    tracks: &Trajectories,
+    salient: &[bool],
+    spacing: f32,
+    motion: f32,
+) -> (Vec<Option<u32>>, usize) {
+    let mut sets = alike(tracks, salient, REACH * spacing, motion);
+    let roots: Vec<usize> = (0..tracks.len()).map(|i| sets.root(i)).collect();
+    let mut points = vec![0; tracks.len()];
+    let mut seen = vec![0; tracks.len()];
+    for t in 0..tracks.num_frames {
+        let mut last = vec![false; tracks.len()];
+        for (i, ..) in tracks.alive(t).filter(|&(i, ..)| salient.get(i) == Some(&true)) {
+            let root = roots[i];
+            points[root] += 1;
+            seen[root] += usize::from(!std::mem::replace(&mut last[root], true));
+        }
+    }
+    let is_large =
+        |root: usize| seen[root] as f32 >= SEEN * tracks.num_frames as f32 && points[root] >= LEAST * seen[root];
+    // Cluster 0 is all else.
+    let large: Vec<usize> = (0..tracks.len()).filter(|&r| points[r] > 0 && is_large(r)).collect();
+    let label = roots.iter().map(|r| large.binary_search(r).map_or(0, |k| 1 + k as u32)).collect();
+    let clusters = Clusters { count: 1 + large.len(), label };
+    let objects = find_objects_in(tracks, &clusters, salient);
+    let mut number = vec![None; clusters.count];
+    let mut count = 0;
+    for (number, _) in number.iter_mut().zip(&objects.of_cluster).skip(1).filter(|(_, object)| **object > 0) {
+        *number = Some(count);
+        count += 1;
+    }
+    (clusters.label.iter().map(|&c| number[c as usize]).collect(), count as usize)
+}
+
+/// Salient trajectories in sets: two are in one that are near in some frame and move alike around it, and those that a
+/// chain of such pairs leads to.
+fn alike(tracks: &Trajectories, salient: &[bool], reach: f32, motion: f32) -> DisjointSets {
+    let mut sets = DisjointSets::new(tracks.len());
+    let mut grid = Grid::new(tracks.size, reach);
+    for t in 0..tracks.num_frames {
+        grid.clear();
+        let here: Vec<_> = tracks.alive(t).filter(|&(i, ..)| salient.get(i) == Some(&true)).collect();
+        here.iter().for_each(|&(i, x, y)| grid.add(i as u32, x, y));
+        for &(i, x, y) in &here {
+            for (j, _) in grid.around(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= reach * reach) {
+                let difference_sq = motion_difference_sq(tracks, i, tracks, j as usize, t);
+                if difference_sq.is_some_and(|sq| sq < motion * motion) {
+                    sets.join(i, j as usize);
+                }
+            }
+        }
+    }
+    sets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lattice of points four pixels apart, which moves; the salient ones inside the box by (2, 0) more.
+    fn scene(inside: impl Fn(f32, f32) -> bool) -> (Trajectories, Vec<bool>) {
+        let (mut tracks, mut salient) = (Trajectories::empty(6, (96, 64)), Vec::new());
+        for (x, y) in (0..24 * 16).map(|k| ((4 * (k % 24) + 2) as f32, (4 * (k / 24) + 2) as f32)) {
+            let own = inside(x, y);
+            let speed = if own { 2.0 } else { 0.2 };
+            tracks.push(
+                0,
+                (0..6).map(|t| t as f32).take_while(|t| x + speed * t < 96.0).map(|t| (x + speed * t, y, 0.0)),
+            );
+            salient.push(own);
+        }
+        (tracks, salient)
+    }
+
+    fn found(scene: &(Trajectories, Vec<bool>)) -> (Vec<Option<u32>>, usize) {
+        salient_objects(&scene.0, &scene.1, 4.0, 0.5)
+    }
+
+    #[test]
+    fn what_stands_out_together_is_an_object() {
+        let scene = scene(|x, y| (30.0..50.0).contains(&x) && (20.0..40.0).contains(&y));
+        let (group, count) = found(&scene);
+        assert_eq!(count, 1);
+        assert!(group.iter().zip(&scene.1).all(|(group, &salient)| *group == salient.then_some(0)));
+    }
+
+    #[test]
+    fn two_apart_or_of_different_motion_are_two() {
+        let apart = scene(|x, y| !(40.0..56.0).contains(&x) && (12.0..84.0).contains(&x) && (20.0..40.0).contains(&y));
+        assert_eq!(found(&apart).1, 2);
+        let (mut tracks, salient) = scene(|x, y| (20.0..60.0).contains(&x) && (20.0..40.0).contains(&y));
+        let mut other = Trajectories::empty(6, (96, 64));
+        for i in 0..tracks.len() {
+            let upper = salient[i] && tracks.y[tracks.points(i).start] < 30.0;
+            let rise = if upper { 1.0 } else { 0.0 };
+            let points = tracks.points(i).enumerate();
+            other.push(0, points.map(|(t, p)| (tracks.x[p], tracks.y[p] - rise * t as f32, 0.0)));
+        }
+        tracks = other;
+        assert_eq!(found(&(tracks, salient)).1, 2);
+    }
+
+    #[test]
+    fn few_brief_and_enclosing_ones_are_none() {
+        assert_eq!(found(&scene(|x, y| x == 30.0 && y < 26.0)).1, 0);
+        let (mut tracks, salient) = scene(|x, y| (30.0..50.0).contains(&x) && (20.0..40.0).contains(&y));
+        tracks.num_frames = 13;
+        assert_eq!(found(&(tracks, salient)).1, 0);
+        assert_eq!(found(&scene(|x, y| !(16.0..80.0).contains(&x) || !(12.0..52.0).contains(&y))).1, 0);
+        assert_eq!(found(&(Trajectories::empty(3, (20, 20)), Vec::new())).1, 0);
+    }
+}

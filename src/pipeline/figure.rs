@@ -1,0 +1,123 @@
+//! Figure and ground: which clusters are objects.
+
+use super::clip::Clip;
+use super::found::{Clustered, Parts};
+use crate::background::{BackgroundParams, part, part_rigid};
+use crate::cut::{UNKNOWN, forget_strangers, labels_for};
+use crate::discretize::canonical;
+use crate::mask::{Objects, find_objects_in, number_objects, salient_objects};
+
+/// The objects, and the labels of the denser trajectories; `None` without those. Clusters may be made anew.
+pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
+    let mut is_object = part_clusters(parts, clip);
+    let mut voted = voted(parts, clip);
+    judge(parts, voted.as_deref(), &mut is_object, &clip.params.background);
+    if !is_object.contains(&true) {
+        if let Some((labels, objects)) = stand_out(parts, voted.as_deref(), clip) {
+            (voted, is_object) = (Some(labels), objects);
+            judge(parts, voted.as_deref(), &mut is_object, &clip.params.background);
+        }
+    }
+    (objects_of(parts, &is_object, clip), voted)
+}
+
+/// Where the camera moves and no cluster is an object: denser trajectories that stand out and move alike, as clusters of
+/// their own. What has fewer trajectories than a cluster needs is found by them. Their labels anew, and which clusters
+/// are objects; `None` where there are none.
+fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(Vec<u32>, Vec<bool>)> {
+    let Parts { clustered, background, .. } = parts;
+    let background = background.as_ref()?;
+    if background.is_still() || background.goes_forward() || !clip.params.background.stand_out {
+        return None;
+    }
+    let threshold = clip.params.saliency.threshold;
+    let salient: Vec<bool> = clustered.salience().iter().map(|&s| f64::from(s) > threshold).collect();
+    let Clustered { embedded, clusters, .. } = clustered;
+    let (tracks, denser) = (&embedded.tracked.tracks, embedded.tracked.denser.as_ref()?);
+    let (found, new) = salient_objects(denser, &salient, clip.params.trajectory.mask_step, clip.params.cut.vote_motion);
+    let before = clusters.count;
+    let mut labels = voted?.to_vec();
+    for (label, found) in labels.iter_mut().zip(found) {
+        *label = found.map_or(*label, |k| before as u32 + k);
+    }
+    // Of the clustered trajectories those have a new label that most around them have.
+    let mut old = clusters.label.clone();
+    let asked = labels_for(tracks, denser, &labels, before + new, &clip.params.cut);
+    for (label, asked) in old.iter_mut().zip(asked) {
+        let is_new = (before..before + new).contains(&(asked as usize));
+        *label = if is_new { asked } else { *label };
+    }
+    *clusters = canonical(tracks, old.clone());
+    let (mut renamed, mut is_object) = (vec![UNKNOWN; before + new], vec![false; clusters.count]);
+    for (&old, &now) in old.iter().zip(&clusters.label) {
+        renamed[old as usize] = now;
+        is_object[now as usize] = old as usize >= before;
+    }
+    labels.iter_mut().for_each(|label| *label = renamed.get(*label as usize).copied().unwrap_or(*label));
+    is_object.contains(&true).then_some((labels, is_object))
+}
+
+/// The labels of the denser trajectories, by those that were clustered.
+pub(super) fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
+    let Clustered { embedded, clusters, .. } = &parts.clustered;
+    let denser = embedded.tracked.denser.as_ref()?;
+    let (tracks, params) = (&embedded.tracked.tracks, &clip.params);
+    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), &params.cut);
+    forget_strangers(&mut voted, parts.clustered.salience(), params.saliency.threshold);
+    Some(voted)
+}
+
+/// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them;
+/// where it goes forward, they are made anew.
+fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
+    let Parts { clustered, background, camera, .. } = parts;
+    let travel = camera.as_ref().and_then(|camera| camera.travel.as_ref());
+    let tracks = &clustered.embedded.tracked.tracks;
+    let parted = match background {
+        Some(background) if background.is_still() => Some(part(tracks, &clustered.clusters, &background.along(tracks))),
+        _ => travel.map(|travel| {
+            let near = &clustered.embedded.discontinuities.neighborhoods;
+            let longest = clip.params.connectedness.max_edge * clip.params.spacing();
+            part_rigid(travel, tracks, near, &clip.frames, longest)
+        }),
+    };
+    // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
+    let parted = parted.filter(|parted| parted.is_object.contains(&false));
+    match parted {
+        Some(parted) => {
+            clustered.clusters = parted.clusters;
+            parted.is_object
+        }
+        None => {
+            let salient = clustered.foreground.as_ref().filter(|_| background.is_some());
+            let foreground = salient.map_or(&[][..], |found| &found.salient.saliency.foreground);
+            find_objects_in(tracks, &clustered.clusters, foreground).of_cluster.iter().map(|&label| label > 0).collect()
+        }
+    }
+}
+
+/// Where the camera moves: clusters that do not go with their own trajectories from frame to frame are no objects: what flows and flickers.
+fn judge(parts: &mut Parts, voted: Option<&[u32]>, is_object: &mut [bool], params: &BackgroundParams) {
+    let Parts { clustered, background, .. } = parts;
+    let moving = background.as_mut().filter(|background| !background.is_still());
+    let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, voted) else {
+        return;
+    };
+    background.account((denser, voted), is_object);
+    let coherent = background.coherent((denser, voted), is_object, params);
+    if is_object.iter().zip(&coherent).any(|(object, coherent)| *object && !coherent) {
+        is_object.iter_mut().zip(coherent).for_each(|(object, coherent)| *object &= coherent);
+        background.account((denser, voted), is_object);
+    }
+}
+
+/// The objects, under the labels that they had in the window before.
+fn objects_of(parts: &Parts, is_object: &[bool], clip: &Clip) -> Objects {
+    let Clustered { embedded, clusters, .. } = &parts.clustered;
+    let tracked = &embedded.tracked;
+    let found = number_objects(&tracked.tracks, clusters, is_object);
+    match &clip.windows {
+        Some(w) => w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap),
+        None => found,
+    }
+}
