@@ -61,6 +61,12 @@ impl Histogram {
         self.total += weight;
     }
 
+    /// Adds all that was added to another.
+    pub(crate) fn add_all(&mut self, other: &Self) {
+        self.bins.iter_mut().zip(&other.bins).for_each(|(sum, bin)| *sum += bin);
+        self.total += other.total;
+    }
+
     /// Sum of all weights.
     pub(crate) fn total(&self) -> f32 {
         self.total
@@ -70,6 +76,13 @@ impl Histogram {
     pub(crate) fn share(&self, colour: Colour) -> f32 {
         let at: f32 = colour.corners().iter().map(|&(bin, share)| share * self.bins[bin]).sum();
         if self.total > 0.0 { at / self.total } else { 0.0 }
+    }
+
+    /// How alike the shares of two are, 0 to 1: Bhattacharyya's coefficient.
+    pub(crate) fn likeness(&self, other: &Self) -> f32 {
+        let common: f32 = self.bins.iter().zip(&other.bins).map(|(a, b)| (a * b).sqrt()).sum();
+        let total = (self.total * other.total).sqrt();
+        if total > 0.0 { common / total } else { 0.0 }
     }
 
     /// The same as if this colour had been added once less, with weight 1.

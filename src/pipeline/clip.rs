@@ -123,6 +123,7 @@ impl Clip {
         if let Some(first) = windows.held.take() {
             windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.next_number());
             windows.overlap = 0;
+            windows.identities.forget_looks();
             self.frames = vec![first];
             self.flows = Vec::new();
         } else {

@@ -6,6 +6,7 @@ use crate::background::{BackgroundParams, part, part_rigid};
 use crate::cut::{UNKNOWN, forget_strangers, labels_for};
 use crate::discretize::canonical;
 use crate::mask::{Objects, find_objects_in, number_objects, salient_objects};
+use crate::window::portraits;
 
 /// The objects, and the labels of the denser trajectories; `None` without those. Clusters may be made anew.
 pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
@@ -117,7 +118,10 @@ fn objects_of(parts: &Parts, is_object: &[bool], clip: &Clip) -> Objects {
     let tracked = &embedded.tracked;
     let found = number_objects(&tracked.tracks, clusters, is_object);
     match &clip.windows {
-        Some(w) => w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap),
+        Some(w) => {
+            let looks = portraits(&tracked.tracks, &clusters.label, clusters.count, &clip.frames);
+            w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap, &looks)
+        }
         None => found,
     }
 }

@@ -10,6 +10,7 @@ use super::found::Found;
 use super::session::{Phase, Session, state_error};
 use crate::Error;
 use crate::image::Frame;
+use crate::window::portraits;
 
 impl Session {
     /// Adds the next frame of a clip that is taken window by window, unless it begins a new shot: then it is held back,
@@ -86,6 +87,7 @@ fn remember_objects(clip: &mut Clip, found: &Found<'_>, overlap: usize) {
     if let (Some(windows), Some(tracked), Some(clusters), Some(cut)) =
         (&mut clip.windows, found.tracked, found.clusters, found.cut)
     {
-        windows.identities.advance(&cut.objects, &tracked.tracks, &clusters.label, &tracked.numbers, dropped);
+        let looks = portraits(&tracked.tracks, &clusters.label, clusters.count, &clip.frames);
+        windows.identities.advance(&cut.objects, &tracked.tracks, &clusters.label, &tracked.numbers, dropped, &looks);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Session;
 use crate::image::Frame;
+use crate::rng::Rng;
 use crate::synth::Scene;
 use crate::{Error, Params};
 
@@ -137,4 +138,40 @@ fn advance_wants_a_finished_window_a_legal_overlap_and_then_new_frames() {
     (0..3).for_each(|_| plain_session.push_frame(plain(9)).unwrap());
     plain_session.run().unwrap();
     assert_eq!(plain_session.advance(1).unwrap_err().code(), "state");
+}
+
+/// A scene of random grey blocks, and before it a red square of blocks of its own that leaves the frame to the right and
+/// comes back.
+fn leaving_and_back(t: usize) -> Frame {
+    let (w, h) = (160, 96);
+    let noise = |u: usize, v: usize| Rng::for_stage((u / 4 * 1000 + v / 4) as u64, "leaving").below(200) as u8;
+    let left = if t < 40 { 40 + 4 * t } else { 400 - 4 * t };
+    let pixel = |i: usize| {
+        let (x, y) = (i % w, i / w);
+        let grey = noise(x, y);
+        if (left..left + 40).contains(&x) && (30..70).contains(&y) {
+            let own = noise(x + 900 - left, y);
+            return [55 + own, own / 4, own / 4];
+        }
+        [grey; 3]
+    };
+    Frame::from_rgb((0..w * h).flat_map(pixel).collect(), w, h).unwrap()
+}
+
+#[test]
+fn what_leaves_the_frame_and_comes_back_has_its_label_again() {
+    let mut s = session();
+    let mut labels = Vec::new();
+    for begin in [0, 15, 30, 45, 60] {
+        if begin > 0 {
+            s.advance(5).unwrap();
+        }
+        let first = begin + s.num_frames();
+        (first..begin + 20).for_each(|t| assert!(!s.push_in_shot(leaving_and_back(t)).unwrap()));
+        s.run().unwrap();
+        labels.push(s.objects().unwrap().labels());
+    }
+    assert_eq!(labels.first(), Some(&vec![1]), "{labels:?}");
+    assert!(labels[2].is_empty(), "{labels:?}");
+    assert_eq!(labels.last(), Some(&vec![1]), "{labels:?}");
 }

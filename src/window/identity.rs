@@ -4,7 +4,11 @@
 //! most points of its trajectories bore in the window before (ALGORITHMS 14.4, point 9). A trajectory that has become
 //! part of the background remembers the label that it bore: what stops and moves on keeps its name as long as
 //! trajectories on it live.
+//!
+//! What left the frame and comes back within the shot shares no trajectory with its past. It takes the label of what
+//! looked like it, if nothing bears that label now (`portrait`).
 
+use super::portrait::Portrait;
 use crate::mask::Objects;
 use crate::order;
 use crate::trajectory::Trajectories;
@@ -12,6 +16,8 @@ use crate::trajectory::Trajectories;
 /// An object takes over a label only with at least one in so many of the points that bear it in the common frames:
 /// fewer are strays.
 const LEAST_SHARE: u64 = 10;
+/// Who resembles another as much as this is the same.
+const SAME: f32 = 0.86;
 
 /// Labels that trajectories bore in the windows before.
 #[derive(Debug, Clone)]
@@ -21,11 +27,13 @@ pub(crate) struct Identities {
     /// The window in which each label was last borne, counted from 1; 0 for never.
     last_seen: Vec<u32>,
     window: u32,
+    /// What bore each label looked like when it was last seen in this shot.
+    known: Vec<Option<Portrait>>,
 }
 
 impl Default for Identities {
     fn default() -> Self {
-        Self { of_track: Vec::new(), last_seen: vec![0; 256], window: 1 }
+        Self { of_track: Vec::new(), last_seen: vec![0; 256], window: 1, known: vec![None; 256] }
     }
 }
 
@@ -35,7 +43,7 @@ impl Identities {
     /// of their own, also where it now holds the frame's rim like the scene behind it.
     ///
     /// `label` is the cluster of each trajectory, `number` its number, and `overlap` how many frames were in the window
-    /// before too.
+    /// before too. `looks` has the portrait of each cluster.
     pub(crate) fn rename(
         &self,
         objects: &Objects,
@@ -43,6 +51,7 @@ impl Identities {
         label: &[u32],
         number: &[u32],
         overlap: usize,
+        looks: &[Portrait],
     ) -> Objects {
         // Of each cluster: how many points in the common frames belong to trajectories that bore which label.
         let mut borne = vec![[0_u64; 256]; objects.of_cluster.len()];
@@ -76,6 +85,7 @@ impl Identities {
         for (c, borne) in borne.iter().enumerate() {
             taken[usize::from(still_object(borne, c))] = true;
         }
+        self.recognise(objects, looks, &mut renamed, &mut taken);
         for new in (1..=objects.highest_label).filter(|&new| objects.of_cluster.contains(&(new as u8))) {
             if renamed[new] == 0 {
                 let free = self.unused(&taken);
@@ -86,6 +96,23 @@ impl Identities {
             |(c, &new): (usize, &u8)| if new > 0 { renamed[usize::from(new)] } else { still_object(&borne[c], c) };
         let of_cluster: Vec<u8> = objects.of_cluster.iter().enumerate().map(keeps).collect();
         Objects { highest_label: of_cluster.iter().copied().max().map_or(0, usize::from), of_cluster }
+    }
+
+    /// Objects that share no trajectory with the window before take the label of one that they look like, which nothing
+    /// else bears: most alike first.
+    fn recognise(&self, objects: &Objects, looks: &[Portrait], renamed: &mut [u8; 256], taken: &mut [bool; 256]) {
+        let mut pairs: Vec<(f32, usize, usize)> = Vec::new();
+        for (new, portrait) in of_labels(objects, looks).filter(|&(new, _)| renamed[new] == 0) {
+            let known = self.known.iter().enumerate().filter(|&(old, _)| !taken[old]);
+            pairs.extend(known.filter_map(|(old, k)| Some((k.as_ref()?.resemblance(&portrait), old, new))));
+        }
+        pairs.retain(|pair| pair.0 >= SAME);
+        order::sort_by_key(&mut pairs, |pair| u64::from(!order::single(pair.0)));
+        for (_, old, new) in pairs {
+            if renamed[new] == 0 && !taken[old] {
+                (renamed[new], taken[old]) = (old as u8, true);
+            }
+        }
     }
 
     /// The first label that was never borne, or else that has not been for longest; of those not yet taken.
@@ -102,9 +129,13 @@ impl Identities {
         label: &[u32],
         number: &[u32],
         kept_from: usize,
+        looks: &[Portrait],
     ) {
-        for &borne in objects.of_cluster.iter().filter(|&&borne| borne > 0) {
-            self.last_seen[usize::from(borne)] = self.window;
+        for label in objects.labels() {
+            self.last_seen[usize::from(label)] = self.window;
+        }
+        for (label, portrait) in of_labels(objects, looks) {
+            self.known[label] = Some(portrait);
         }
         self.window += 1;
         let mut of_track = Vec::new();
@@ -120,10 +151,23 @@ impl Identities {
         self.of_track = of_track;
     }
 
+    /// Begins another shot, in which nothing comes back.
+    pub(crate) fn forget_looks(&mut self) {
+        self.known.fill(None);
+    }
+
     /// The label that a trajectory bore; 0 if none, or if it is new.
     fn label_of(&self, number: u32) -> u8 {
         self.of_track.binary_search_by_key(&number, |&(n, _)| n).map_or(0, |at| self.of_track[at].1)
     }
+}
+
+/// The portraits of the objects by label, each of all its clusters.
+fn of_labels<'a>(objects: &'a Objects, looks: &'a [Portrait]) -> impl Iterator<Item = (usize, Portrait)> + 'a {
+    objects.labels().into_iter().filter_map(move |label| {
+        let own = objects.of_cluster.iter().zip(looks).filter(move |&(&l, _)| l == label).map(|(_, look)| look);
+        Some((usize::from(label), Portrait::of_all(own)?))
+    })
 }
 
 /// The label that most points of a cluster bore in the common frames; 0 for background, and for the largest cluster,
@@ -136,7 +180,9 @@ fn still_object(borne: &[u64; 256], cluster: usize) -> u8 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::portrait::portraits;
     use super::*;
+    use crate::image::Frame;
 
     /// Trajectories that live through all of `frames` frames.
     fn tracks(count: usize, frames: usize) -> Trajectories {
@@ -156,15 +202,16 @@ mod tests {
     /// After a window of six trajectories: 0 and 1 background, 2 and 3 object 1, 4 and 5 object 2.
     fn after_one_window() -> Identities {
         let mut known = Identities::default();
-        let first = known.rename(&objects(&[0, 1, 2]), &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 0);
+        let first = known.rename(&objects(&[0, 1, 2]), &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 0, &[]);
         assert_eq!(first, objects(&[0, 1, 2]));
-        known.advance(&first, &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 4);
+        known.advance(&first, &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 4, &[]);
         known
     }
 
     #[test]
     fn objects_keep_their_labels_however_they_are_numbered_anew() {
-        let next = after_one_window().rename(&objects(&[2, 1, 0]), &tracks(6, 8), &[2, 2, 0, 0, 1, 1], &NUMBERS, 4);
+        let next =
+            after_one_window().rename(&objects(&[2, 1, 0]), &tracks(6, 8), &[2, 2, 0, 0, 1, 1], &NUMBERS, 4, &[]);
         assert_eq!(next.of_cluster, [1, 2, 0]);
     }
 
@@ -172,7 +219,7 @@ mod tests {
     fn the_larger_part_keeps_the_label_and_a_newcomer_takes_a_new_one() {
         let known = after_one_window();
         let label = [0, 0, 1, 1, 2, 3, 3, 3, 3];
-        let next = known.rename(&objects(&[0, 3, 2, 1]), &tracks(9, 8), &label, &NUMBERS, 4);
+        let next = known.rename(&objects(&[0, 3, 2, 1]), &tracks(9, 8), &label, &NUMBERS, 4, &[]);
         // Trajectories 4 and 5 bore label 2 and are parted evenly: the first takes it; 6 to 8 are new.
         assert_eq!(next.of_cluster[1], 1);
         let mut rest = [next.of_cluster[2], next.of_cluster[3]];
@@ -183,19 +230,19 @@ mod tests {
     #[test]
     fn what_stops_and_moves_on_keeps_its_label_and_nobody_else_takes_it() {
         let mut known = after_one_window();
-        let still = known.rename(&objects(&[0, 1]), &tracks(6, 8), &[0, 0, 1, 1, 0, 0], &NUMBERS, 4);
+        let still = known.rename(&objects(&[0, 1]), &tracks(6, 8), &[0, 0, 1, 1, 0, 0], &NUMBERS, 4, &[]);
         assert_eq!(still.of_cluster, [0, 1]);
-        known.advance(&still, &tracks(6, 8), &[0, 0, 1, 1, 0, 0], &NUMBERS, 4);
-        let new = known.rename(&objects(&[0, 1, 2, 3]), &tracks(8, 8), &[0, 0, 1, 1, 2, 2, 3, 3], &NUMBERS, 4);
+        known.advance(&still, &tracks(6, 8), &[0, 0, 1, 1, 0, 0], &NUMBERS, 4, &[]);
+        let new = known.rename(&objects(&[0, 1, 2, 3]), &tracks(8, 8), &[0, 0, 1, 1, 2, 2, 3, 3], &NUMBERS, 4, &[]);
         assert_eq!(new.of_cluster, [0, 1, 2, 3]);
     }
 
     #[test]
     fn what_was_an_object_stays_one_at_the_rim_but_not_within_the_background() {
         let known = after_one_window();
-        let own = known.rename(&objects(&[0, 0, 1]), &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 4);
+        let own = known.rename(&objects(&[0, 0, 1]), &tracks(6, 8), &[0, 0, 1, 1, 2, 2], &NUMBERS, 4, &[]);
         assert_eq!(own.of_cluster, [0, 1, 2]);
-        let mixed = known.rename(&objects(&[0, 0]), &tracks(6, 8), &[0, 1, 1, 0, 0, 0], &NUMBERS, 4);
+        let mixed = known.rename(&objects(&[0, 0]), &tracks(6, 8), &[0, 1, 1, 0, 0, 0], &NUMBERS, 4, &[]);
         assert_eq!(mixed.of_cluster, [0, 0]);
     }
 
@@ -205,22 +252,52 @@ mod tests {
         let all: Vec<u8> = (0..=255).collect();
         let many = tracks(256, 4);
         let numbers: Vec<u32> = (0..256).collect();
-        let first = known.rename(&objects(&all), &many, &numbers, &numbers, 0);
+        let first = known.rename(&objects(&all), &many, &numbers, &numbers, 0, &[]);
         assert_eq!(first.of_cluster, all);
-        known.advance(&first, &many, &numbers, &numbers, 2);
+        known.advance(&first, &many, &numbers, &numbers, 2, &[]);
         // Objects 1 and 3 live on; none of the new ones shares a trajectory.
         let later = objects(&[0, 1, 2, 3]);
-        let next = known.rename(&later, &tracks(4, 4), &[0, 1, 2, 3], &[0, 1, 900, 3], 2);
+        let next = known.rename(&later, &tracks(4, 4), &[0, 1, 2, 3], &[0, 1, 900, 3], 2, &[]);
         assert_eq!(next.of_cluster, [0, 1, 2, 3]);
-        known.advance(&next, &tracks(4, 4), &[0, 1, 2, 3], &[0, 1, 900, 3], 2);
-        let last = known.rename(&objects(&[0, 1]), &tracks(2, 4), &[0, 1], &[0, 901], 2);
+        known.advance(&next, &tracks(4, 4), &[0, 1, 2, 3], &[0, 1, 900, 3], 2, &[]);
+        let last = known.rename(&objects(&[0, 1]), &tracks(2, 4), &[0, 1], &[0, 901], 2, &[]);
         assert_eq!(last.of_cluster, [0, 4]);
+    }
+
+    #[test]
+    fn what_comes_back_is_known_by_its_looks_unless_its_label_is_taken_or_the_shot_is_over() {
+        let (grey, red, blue) = ([90, 90, 90], [200, 40, 30], [30, 60, 180]);
+        let seen = |colours: &[[u8; 3]]| {
+            let rgb = (0..64 * 64).flat_map(|i| colours[(i % 64).min(colours.len() - 1)]).collect();
+            let frames = vec![Frame::from_rgb(rgb, 64, 64).unwrap(); 8];
+            let label: Vec<u32> = (0..colours.len() as u32).collect();
+            portraits(&tracks(colours.len(), 8), &label, colours.len(), &frames)
+        };
+        let mut known = Identities::default();
+        let two = objects(&[0, 1, 2]);
+        known.advance(&two, &tracks(3, 8), &[0, 1, 2], &NUMBERS, 4, &seen(&[grey, red, blue]));
+        // Both are gone for a window.
+        known.advance(&objects(&[0]), &tracks(1, 8), &[0], &[0], 4, &seen(&[grey]));
+        let back = |known: &Identities, colours: &[[u8; 3]]| {
+            let count = colours.len() as u8;
+            let label: Vec<u32> = (0..u32::from(count)).collect();
+            let numbers: Vec<u32> = label.iter().map(|l| 50 + l).collect();
+            let found = objects(&(0..count).collect::<Vec<_>>());
+            known.rename(&found, &tracks(colours.len(), 8), &label, &numbers, 4, &seen(colours)).of_cluster
+        };
+        assert_eq!(back(&known, &[grey, blue]), [0, 2]);
+        assert_eq!(back(&known, &[grey, blue, red]), [0, 2, 1]);
+        // Of two that are alike one is another; and so is what looks like none.
+        assert_eq!(back(&known, &[grey, red, red]), [0, 1, 3]);
+        assert_eq!(back(&known, &[grey, [20, 200, 40]]), [0, 3]);
+        known.forget_looks();
+        assert_eq!(back(&known, &[grey, blue]), [0, 3]);
     }
 
     #[test]
     fn a_window_without_objects_or_trajectories_has_no_labels() {
         let known = after_one_window();
-        let none = known.rename(&Objects::default(), &Trajectories::empty(8, (8, 8)), &[], &[], 4);
+        let none = known.rename(&Objects::default(), &Trajectories::empty(8, (8, 8)), &[], &[], 4, &[]);
         assert_eq!(none, Objects::default());
     }
 }
