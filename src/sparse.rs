@@ -111,10 +111,10 @@ impl SymCsr {
         if self.value.len() != self.column.len() || self.offset.last().is_some_and(|&e| e as usize != self.column.len())
         {
             return breach(format!(
-                "{} columns, {} values, offsets {:?}",
+                "{} columns, {} values, offsets to {}",
                 self.column.len(),
                 self.value.len(),
-                self.offset.last()
+                self.offset.last().copied().unwrap_or(0)
             ));
         }
         for i in 0..self.len() {

@@ -103,12 +103,21 @@ pub(super) fn sampled(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
 pub(super) fn median_of(seen: &[[u8; 3]]) -> ([u8; 3], f32) {
     let mut line = [0; MOST_SOURCES];
     let line = &mut line[..seen.len()];
-    let median = std::array::from_fn(|c| {
-        line.iter_mut().zip(seen).for_each(|(value, colour)| *value = colour[c]);
-        *line.select_nth_unstable(seen.len() / 2).1
+    let colour = std::array::from_fn(|c| {
+        line.iter_mut().zip(seen).for_each(|(value, own)| *value = own[c]);
+        median(line)
     });
-    line.iter_mut().zip(seen).for_each(|(value, &colour)| *value = apart(colour, median));
-    (median, DEVIATION * f32::from(*line.select_nth_unstable(seen.len() / 2).1))
+    line.iter_mut().zip(seen).for_each(|(value, &own)| *value = apart(own, colour));
+    (colour, DEVIATION * f32::from(median(line)))
+}
+
+/// The middle one of all values by order, the upper of two: bit by bit, by how many are less.
+fn median(values: &[u8]) -> u8 {
+    (0..8).rev().fold(0, |low, bit| {
+        let middle = low | 1_u8 << bit;
+        let less = values.iter().filter(|&&v| v < middle).count();
+        if less <= values.len() / 2 { middle } else { low }
+    })
 }
 
 /// The noise of the pixel in the middle, when all are ordered by it.
@@ -133,6 +142,17 @@ mod tests {
     use crate::rng::Rng;
 
     const SIZE: (usize, usize) = (48, 32);
+
+    #[test]
+    fn the_median_is_that_of_sorted_values() {
+        let mut rng = Rng::for_stage(5, "median");
+        for n in 1..60 {
+            let mut values: Vec<u8> = (0..n).map(|_| rng.below(if n % 3 == 0 { 4 } else { 256 }) as u8).collect();
+            let found = median(&values);
+            values.sort_unstable();
+            assert_eq!(found, values[n / 2], "{values:?}");
+        }
+    }
 
     /// A scene of random colours with a square that moves before it, and noise of up to two grey levels.
     fn frames() -> (Vec<u8>, Vec<Picture>) {

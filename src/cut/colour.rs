@@ -61,12 +61,6 @@ impl Histogram {
         self.total += weight;
     }
 
-    /// Adds all that was added to another.
-    pub(crate) fn add_all(&mut self, other: &Self) {
-        self.bins.iter_mut().zip(&other.bins).for_each(|(sum, bin)| *sum += bin);
-        self.total += other.total;
-    }
-
     /// Sum of all weights.
     pub(crate) fn total(&self) -> f32 {
         self.total

@@ -4,7 +4,7 @@
 //! What is small, blurred or briefly seen has fewer long trajectories than a cluster needs, but it may have many short
 //! ones. Not in the paper, which has no objects without clusters.
 
-use super::objects::find_objects_in;
+use super::objects::find_objects;
 use crate::cut::motion_difference_sq;
 use crate::discretize::Clusters;
 use crate::grid::Grid;
@@ -13,10 +13,13 @@ use crate::trajectory::Trajectories;
 
 /// Trajectories are neighbours within this many times their spacing.
 const REACH: f32 = 2.0;
-/// Fewest trajectories in a frame, in the mean over the frames in which there are any.
+/// Fewest trajectories in a frame, in the mean from the first to the last frame that has any.
 const LEAST: usize = 8;
-/// Least part of the clip's frames in which there are any.
+/// Least part of the clip's frames that these are.
 const SEEN: f32 = 0.5;
+/// Width of the frame's rim, as part of its shorter side. What lies there for the most part may be a piece of the scene
+/// that something near cuts off.
+const RIM: f32 = 0.125;
 
 /// Groups of salient trajectories that are objects by the frame's rim: the group of each trajectory, and how many groups
 /// there are. Trajectories are `spacing` pixels apart; neighbours in a group differ by less than `motion` pixels a frame.
@@ -28,23 +31,23 @@ pub(crate) fn salient_objects(
 ) -> (Vec<Option<u32>>, usize) {
     let mut sets = alike(tracks, salient, REACH * spacing, motion);
     let roots: Vec<usize> = (0..tracks.len()).map(|i| sets.root(i)).collect();
-    let mut points = vec![0; tracks.len()];
-    let mut seen = vec![0; tracks.len()];
-    for t in 0..tracks.num_frames {
-        let mut last = vec![false; tracks.len()];
-        for (i, ..) in tracks.alive(t).filter(|&(i, ..)| salient.get(i) == Some(&true)) {
-            let root = roots[i];
-            points[root] += 1;
-            seen[root] += usize::from(!std::mem::replace(&mut last[root], true));
+    let mut lives = vec![Life { points: 0, on_rim: 0, first: usize::MAX, end: 0 }; tracks.len()];
+    let (right, bottom) = (tracks.size.0 as f32 - 1.0, tracks.size.1 as f32 - 1.0);
+    let rim = RIM * (right.min(bottom) + 1.0);
+    for (i, &root) in roots.iter().enumerate().filter(|&(i, _)| salient.get(i) == Some(&true)) {
+        let (frames, life) = (tracks.frames(i), &mut lives[root]);
+        (life.first, life.end) = (life.first.min(frames.start), life.end.max(frames.end));
+        life.points += frames.len();
+        for p in tracks.points(i) {
+            let (x, y) = (tracks.x[p], tracks.y[p]);
+            life.on_rim += usize::from(x.min(y).min(right - x).min(bottom - y) < rim);
         }
     }
-    let is_large =
-        |root: usize| seen[root] as f32 >= SEEN * tracks.num_frames as f32 && points[root] >= LEAST * seen[root];
     // Cluster 0 is all else.
-    let large: Vec<usize> = (0..tracks.len()).filter(|&r| points[r] > 0 && is_large(r)).collect();
+    let large: Vec<usize> = (0..tracks.len()).filter(|&root| lives[root].is_object(tracks.num_frames)).collect();
     let label = roots.iter().map(|r| large.binary_search(r).map_or(0, |k| 1 + k as u32)).collect();
     let clusters = Clusters { count: 1 + large.len(), label };
-    let objects = find_objects_in(tracks, &clusters, salient);
+    let objects = find_objects(tracks, &clusters);
     let mut number = vec![None; clusters.count];
     let mut count = 0;
     for (number, _) in number.iter_mut().zip(&objects.of_cluster).skip(1).filter(|(_, object)| **object > 0) {
@@ -52,6 +55,24 @@ pub(crate) fn salient_objects(
         count += 1;
     }
     (clusters.label.iter().map(|&c| number[c as usize]).collect(), count as usize)
+}
+
+/// What the trajectories of a group come to.
+#[derive(Clone)]
+struct Life {
+    points: usize,
+    on_rim: usize,
+    first: usize,
+    /// The frame after the last.
+    end: usize,
+}
+
+impl Life {
+    fn is_object(&self, num_frames: usize) -> bool {
+        let frames = self.end.saturating_sub(self.first);
+        let is_seen = frames as f32 >= SEEN * num_frames as f32;
+        2 * self.on_rim < self.points && is_seen && self.points >= LEAST * frames
+    }
 }
 
 /// Salient trajectories in sets: two are in one that are near in some frame and move alike around it, and those that a
@@ -123,11 +144,12 @@ mod tests {
     }
 
     #[test]
-    fn few_brief_and_enclosing_ones_are_none() {
+    fn few_brief_enclosing_ones_and_those_on_the_rim_are_none() {
         assert_eq!(found(&scene(|x, y| x == 30.0 && y < 26.0)).1, 0);
         let (mut tracks, salient) = scene(|x, y| (30.0..50.0).contains(&x) && (20.0..40.0).contains(&y));
         tracks.num_frames = 13;
         assert_eq!(found(&(tracks, salient)).1, 0);
+        assert_eq!(found(&scene(|x, y| y < 8.0 && (20.0..60.0).contains(&x))).1, 0);
         assert_eq!(found(&scene(|x, y| !(16.0..80.0).contains(&x) || !(12.0..52.0).contains(&y))).1, 0);
         assert_eq!(found(&(Trajectories::empty(3, (20, 20)), Vec::new())).1, 0);
     }

@@ -13,11 +13,10 @@ pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Opt
     let mut is_object = part_clusters(parts, clip);
     let mut voted = voted(parts, clip);
     judge(parts, voted.as_deref(), &mut is_object, &clip.params.background);
-    if !is_object.contains(&true) {
-        if let Some((labels, objects)) = stand_out(parts, voted.as_deref(), clip) {
-            (voted, is_object) = (Some(labels), objects);
-            judge(parts, voted.as_deref(), &mut is_object, &clip.params.background);
-        }
+    let has_none = !is_object.contains(&true);
+    if let Some((labels, objects)) = has_none.then(|| stand_out(parts, voted.as_deref(), clip)).flatten() {
+        (voted, is_object) = (Some(labels), objects);
+        judge(parts, voted.as_deref(), &mut is_object, &clip.params.background);
     }
     (objects_of(parts, &is_object, clip), voted)
 }
@@ -119,7 +118,7 @@ fn objects_of(parts: &Parts, is_object: &[bool], clip: &Clip) -> Objects {
     let found = number_objects(&tracked.tracks, clusters, is_object);
     match &clip.windows {
         Some(w) => {
-            let looks = portraits(&tracked.tracks, &clusters.label, clusters.count, &clip.frames);
+            let looks = portraits(&tracked.tracks, &clusters.label, &found, &clip.frames);
             w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap, &looks)
         }
         None => found,

@@ -87,7 +87,7 @@ fn remember_objects(clip: &mut Clip, found: &Found<'_>, overlap: usize) {
     if let (Some(windows), Some(tracked), Some(clusters), Some(cut)) =
         (&mut clip.windows, found.tracked, found.clusters, found.cut)
     {
-        let looks = portraits(&tracked.tracks, &clusters.label, clusters.count, &clip.frames);
+        let looks = portraits(&tracked.tracks, &clusters.label, &cut.objects, &clip.frames);
         windows.identities.advance(&cut.objects, &tracked.tracks, &clusters.label, &tracked.numbers, dropped, &looks);
     }
 }

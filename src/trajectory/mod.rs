@@ -157,9 +157,9 @@ impl Trajectories {
             || self.offset.last().map(|&o| o as usize) != Some(points)
         {
             return breach(format!(
-                "trajectory offsets: {} numbers ending in {:?} (expected {} from 0 to {points})",
+                "trajectory offsets: {} numbers ending in {} (expected {} from 0 to {points})",
                 self.offset.len(),
-                self.offset.last(),
+                self.offset.last().copied().unwrap_or(0),
                 n + 1
             ));
         }
@@ -184,7 +184,7 @@ impl Trajectories {
         }
         for (name, values) in [("x", &self.x), ("y", &self.y), ("variation", &self.variation)] {
             if let Some(p) = values.iter().position(|v| !v.is_finite()) {
-                return breach(format!("{name}[{p}] = {} (expected a finite number of pixels)", values[p]));
+                return breach(format!("{name}[{p}] = {} (expected a finite number of pixels)", f64::from(values[p])));
             }
         }
         Ok(())

@@ -43,7 +43,7 @@ impl Identities {
     /// of their own, also where it now holds the frame's rim like the scene behind it.
     ///
     /// `label` is the cluster of each trajectory, `number` its number, and `overlap` how many frames were in the window
-    /// before too. `looks` has the portrait of each cluster.
+    /// before too. `looks` has the portrait of each object.
     pub(crate) fn rename(
         &self,
         objects: &Objects,
@@ -51,7 +51,7 @@ impl Identities {
         label: &[u32],
         number: &[u32],
         overlap: usize,
-        looks: &[Portrait],
+        looks: &[(usize, Portrait)],
     ) -> Objects {
         // Of each cluster: how many points in the common frames belong to trajectories that bore which label.
         let mut borne = vec![[0_u64; 256]; objects.of_cluster.len()];
@@ -85,7 +85,7 @@ impl Identities {
         for (c, borne) in borne.iter().enumerate() {
             taken[usize::from(still_object(borne, c))] = true;
         }
-        self.recognise(objects, looks, &mut renamed, &mut taken);
+        self.recognise(looks, &mut renamed, &mut taken);
         for new in (1..=objects.highest_label).filter(|&new| objects.of_cluster.contains(&(new as u8))) {
             if renamed[new] == 0 {
                 let free = self.unused(&taken);
@@ -99,18 +99,16 @@ impl Identities {
     }
 
     /// Objects that share no trajectory with the window before take the label of one that they look like, which nothing
-    /// else bears: most alike first.
-    fn recognise(&self, objects: &Objects, looks: &[Portrait], renamed: &mut [u8; 256], taken: &mut [bool; 256]) {
-        let mut pairs: Vec<(f32, usize, usize)> = Vec::new();
-        for (new, portrait) in of_labels(objects, looks).filter(|&(new, _)| renamed[new] == 0) {
-            let known = self.known.iter().enumerate().filter(|&(old, _)| !taken[old]);
-            pairs.extend(known.filter_map(|(old, k)| Some((k.as_ref()?.resemblance(&portrait), old, new))));
-        }
-        pairs.retain(|pair| pair.0 >= SAME);
-        order::sort_by_key(&mut pairs, |pair| u64::from(!order::single(pair.0)));
-        for (_, old, new) in pairs {
-            if renamed[new] == 0 && !taken[old] {
-                (renamed[new], taken[old]) = (old as u8, true);
+    /// else bears; larger ones choose first.
+    fn recognise(&self, looks: &[(usize, Portrait)], renamed: &mut [u8; 256], taken: &mut [bool; 256]) {
+        for &(new, ref portrait) in looks {
+            let mut best = (SAME, 0);
+            for (old, known) in self.known.iter().enumerate().filter(|&(old, _)| renamed[new] == 0 && !taken[old]) {
+                let resemblance = known.as_ref().map_or(0.0, |known| known.resemblance(portrait));
+                best = if resemblance > best.0 { (resemblance, old) } else { best };
+            }
+            if best.1 > 0 {
+                (renamed[new], taken[best.1]) = (best.1 as u8, true);
             }
         }
     }
@@ -129,13 +127,13 @@ impl Identities {
         label: &[u32],
         number: &[u32],
         kept_from: usize,
-        looks: &[Portrait],
+        looks: &[(usize, Portrait)],
     ) {
         for label in objects.labels() {
             self.last_seen[usize::from(label)] = self.window;
         }
-        for (label, portrait) in of_labels(objects, looks) {
-            self.known[label] = Some(portrait);
+        for (label, portrait) in looks {
+            self.known[*label] = Some(portrait.clone());
         }
         self.window += 1;
         let mut of_track = Vec::new();
@@ -160,14 +158,6 @@ impl Identities {
     fn label_of(&self, number: u32) -> u8 {
         self.of_track.binary_search_by_key(&number, |&(n, _)| n).map_or(0, |at| self.of_track[at].1)
     }
-}
-
-/// The portraits of the objects by label, each of all its clusters.
-fn of_labels<'a>(objects: &'a Objects, looks: &'a [Portrait]) -> impl Iterator<Item = (usize, Portrait)> + 'a {
-    objects.labels().into_iter().filter_map(move |label| {
-        let own = objects.of_cluster.iter().zip(looks).filter(move |&(&l, _)| l == label).map(|(_, look)| look);
-        Some((usize::from(label), Portrait::of_all(own)?))
-    })
 }
 
 /// The label that most points of a cluster bore in the common frames; 0 for background, and for the largest cluster,
@@ -267,23 +257,23 @@ mod tests {
     #[test]
     fn what_comes_back_is_known_by_its_looks_unless_its_label_is_taken_or_the_shot_is_over() {
         let (grey, red, blue) = ([90, 90, 90], [200, 40, 30], [30, 60, 180]);
-        let seen = |colours: &[[u8; 3]]| {
+        let seen = |colours: &[[u8; 3]], found: &Objects| {
             let rgb = (0..64 * 64).flat_map(|i| colours[(i % 64).min(colours.len() - 1)]).collect();
             let frames = vec![Frame::from_rgb(rgb, 64, 64).unwrap(); 8];
             let label: Vec<u32> = (0..colours.len() as u32).collect();
-            portraits(&tracks(colours.len(), 8), &label, colours.len(), &frames)
+            portraits(&tracks(colours.len(), 8), &label, found, &frames)
         };
         let mut known = Identities::default();
         let two = objects(&[0, 1, 2]);
-        known.advance(&two, &tracks(3, 8), &[0, 1, 2], &NUMBERS, 4, &seen(&[grey, red, blue]));
+        known.advance(&two, &tracks(3, 8), &[0, 1, 2], &NUMBERS, 4, &seen(&[grey, red, blue], &two));
         // Both are gone for a window.
-        known.advance(&objects(&[0]), &tracks(1, 8), &[0], &[0], 4, &seen(&[grey]));
+        known.advance(&objects(&[0]), &tracks(1, 8), &[0], &[0], 4, &[]);
         let back = |known: &Identities, colours: &[[u8; 3]]| {
             let count = colours.len() as u8;
             let label: Vec<u32> = (0..u32::from(count)).collect();
             let numbers: Vec<u32> = label.iter().map(|l| 50 + l).collect();
             let found = objects(&(0..count).collect::<Vec<_>>());
-            known.rename(&found, &tracks(colours.len(), 8), &label, &numbers, 4, &seen(colours)).of_cluster
+            known.rename(&found, &tracks(colours.len(), 8), &label, &numbers, 4, &seen(colours, &found)).of_cluster
         };
         assert_eq!(back(&known, &[grey, blue]), [0, 2]);
         assert_eq!(back(&known, &[grey, blue, red]), [0, 2, 1]);

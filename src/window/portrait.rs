@@ -2,12 +2,13 @@
 
 use crate::cut::{Colour, Histogram};
 use crate::image::Frame;
+use crate::mask::Objects;
 use crate::trajectory::Trajectories;
 
 /// What resemblance loses over the side of a frame. It is small: the camera may have turned meanwhile.
 const NEARNESS: f32 = 0.1;
 
-/// The colours along the trajectories of some cluster or object, and where it was last.
+/// The colours along the trajectories of an object, and where it was last.
 #[derive(Debug, Clone)]
 pub(crate) struct Portrait {
     colours: Histogram,
@@ -15,38 +16,38 @@ pub(crate) struct Portrait {
     place: (f32, f32),
 }
 
-/// A portrait of each of `count` clusters; `label` has the cluster of each trajectory.
-pub(crate) fn portraits(tracks: &Trajectories, label: &[u32], count: usize, frames: &[Frame]) -> Vec<Portrait> {
-    let mut found = vec![Portrait { colours: Histogram::new(), place: (0.5, 0.5) }; count];
+/// A portrait of each object, under its label; `cluster` has the cluster of each trajectory.
+pub(crate) fn portraits(
+    tracks: &Trajectories,
+    cluster: &[u32],
+    objects: &Objects,
+    frames: &[Frame],
+) -> Vec<(usize, Portrait)> {
+    let blank = Portrait { colours: Histogram::new(), place: (0.5, 0.5) };
+    let mut found: Vec<_> = objects.labels().into_iter().map(|label| (usize::from(label), blank.clone())).collect();
     for (t, frame) in frames.iter().enumerate().take(tracks.num_frames) {
         let (w, h) = (frame.width(), frame.height());
-        let mut sums = vec![(0.0, 0.0, 0.0); count];
+        let mut sums = [(0.0, 0.0, 0.0); 256];
         for (i, x, y) in tracks.alive(t) {
-            let (c, at) = (label[i] as usize, |v: f32, side: usize| ((v + 0.5).max(0.0) as usize).min(side - 1));
+            let label = usize::from(objects.of_cluster[cluster[i] as usize]);
+            let Some((_, portrait)) = found.iter_mut().find(|(own, _)| *own == label) else { continue };
+            let at = |v: f32, side: usize| ((v + 0.5).max(0.0) as usize).min(side - 1);
             let pixel = 3 * (at(y, h) * w + at(x, w));
-            found[c].colours.add(Colour::of(&frame.rgb()[pixel..pixel + 3]), 1.0);
-            sums[c] = (sums[c].0 + x / w as f32, sums[c].1 + y / h as f32, sums[c].2 + 1.0);
+            portrait.colours.add(Colour::of(&frame.rgb()[pixel..pixel + 3]), 1.0);
+            let sum = &mut sums[label];
+            *sum = (sum.0 + x / w as f32, sum.1 + y / h as f32, sum.2 + 1.0);
         }
-        for (portrait, (x, y, n)) in found.iter_mut().zip(sums).filter(|(_, sum)| sum.2 > 0.0) {
-            portrait.place = (x / n, y / n);
+        for (label, portrait) in &mut found {
+            let (x, y, n) = sums[*label];
+            if n > 0.0 {
+                portrait.place = (x / n, y / n);
+            }
         }
     }
     found
 }
 
 impl Portrait {
-    /// Of what several clusters make together; `None` without any.
-    pub(super) fn of_all<'a>(parts: impl Iterator<Item = &'a Self>) -> Option<Self> {
-        parts.fold(None, |all: Option<Self>, part| {
-            let Some(mut all) = all else { return Some(part.clone()) };
-            let (a, b) = (all.colours.total(), part.colours.total());
-            let mean = |x: f32, y: f32| (a * x + b * y) / (a + b).max(1.0);
-            all.place = (mean(all.place.0, part.place.0), mean(all.place.1, part.place.1));
-            all.colours.add_all(&part.colours);
-            Some(all)
-        })
-    }
-
     /// How alike two are, at most 1: by their colours, and a little by how near they are.
     pub(super) fn resemblance(&self, other: &Self) -> f32 {
         let (x, y) = (self.place.0 - other.place.0, self.place.1 - other.place.1);
@@ -58,15 +59,16 @@ impl Portrait {
 mod tests {
     use super::*;
 
-    /// Clusters of a frame in three columns of these colours, with points all over.
-    fn seen(columns: [[u8; 3]; 3], label: impl Fn(usize) -> u32) -> Vec<Portrait> {
+    /// The objects in a frame of three columns of these colours, with points all over.
+    fn seen(columns: [[u8; 3]; 3], of_cluster: [u8; 3]) -> Vec<(usize, Portrait)> {
         let (w, h) = (60, 20);
         let frame = Frame::from_rgb((0..w * h).flat_map(|i| columns[i % w / 20]).collect(), w, h).unwrap();
         let mut tracks = Trajectories::empty(2, (w, h));
         let places: Vec<usize> = (0..60).step_by(2).collect();
         places.iter().for_each(|&x| tracks.push(0, [(x as f32, 9.0, 0.0); 2]));
-        let label: Vec<u32> = places.iter().map(|&x| label(x / 20)).collect();
-        portraits(&tracks, &label, 2, &[frame.clone(), frame])
+        let cluster: Vec<u32> = places.iter().map(|&x| (x / 20) as u32).collect();
+        let objects = Objects { highest_label: 2, of_cluster: of_cluster.to_vec() };
+        portraits(&tracks, &cluster, &objects, &[frame.clone(), frame])
     }
 
     const RED: [u8; 3] = [200, 40, 30];
@@ -75,23 +77,24 @@ mod tests {
 
     #[test]
     fn who_looks_alike_resembles_and_more_so_nearby() {
-        let left = seen([RED, GREY, GREY], |column| u32::from(column == 0));
-        let right = seen([GREY, GREY, RED], |column| u32::from(column == 2));
-        let other = seen([BLUE, GREY, GREY], |column| u32::from(column == 0));
-        assert!((left[1].resemblance(&left[1]) - 1.0).abs() < 1e-6);
-        let (moved, strange) = (left[1].resemblance(&right[1]), left[1].resemblance(&other[1]));
-        assert!((0.9..0.95).contains(&moved) && strange < 0.1, "{moved} {strange}");
-        assert!(left[0].resemblance(&left[1]) < 0.1);
+        let [left, right] = [[RED, GREY, GREY], [GREY, GREY, RED]].map(|columns| seen(columns, [1, 2, 0]));
+        let other = seen([BLUE, GREY, GREY], [1, 2, 0]);
+        assert_eq!((left[0].0, left[1].0, left.len()), (1, 2, 2));
+        let red = &left[0].1;
+        assert!((red.resemblance(red) - 1.0).abs() < 1e-6);
+        assert!(red.resemblance(&other[0].1) < 0.1 && red.resemblance(&right[0].1) < 0.1);
+        let moved = seen([GREY, GREY, RED], [0, 0, 1])[0].1.resemblance(red);
+        assert!((0.9..0.95).contains(&moved), "{moved}");
     }
 
     #[test]
-    fn several_clusters_make_one_portrait() {
-        let parts = seen([RED, BLUE, BLUE], |column| u32::from(column > 0));
-        let whole = seen([RED, BLUE, BLUE], |_| 0);
-        let all = Portrait::of_all(parts.iter()).unwrap();
-        assert!((all.resemblance(&whole[0]) - 1.0).abs() < 1e-4);
-        assert!(Portrait::of_all([].iter()).is_none());
-        // A cluster without trajectories resembles nothing.
-        assert!(whole[1].resemblance(&whole[0]) <= 0.0);
+    fn an_object_of_several_clusters_has_one_portrait_and_one_without_trajectories_resembles_nothing() {
+        let both = seen([RED, BLUE, BLUE], [1, 0, 1]);
+        let red = seen([RED, BLUE, BLUE], [1, 0, 0]);
+        assert_eq!((both.len(), red.len()), (1, 1));
+        let alike = both[0].1.resemblance(&red[0].1);
+        assert!((0.6..0.75).contains(&alike), "{alike}");
+        let blank = Portrait { colours: Histogram::new(), place: (0.5, 0.5) };
+        assert!(blank.resemblance(&blank) <= 0.0);
     }
 }

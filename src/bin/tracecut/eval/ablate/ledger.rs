@@ -10,6 +10,9 @@ pub(super) struct Effect {
     pub(super) columns: Vec<Option<Vec<f64>>>,
 }
 
+/// What is printed as 0.
+const ROUNDED: f64 = 0.0005;
+
 /// The ledger as Markdown. `effects` has an entry for each choice; `command` made it.
 pub(super) fn markdown(
     choices: &[Choice],
@@ -32,7 +35,7 @@ pub(super) fn markdown(
     }
     let _ = write!(text, "{EFFECTS}\n\n```text\n{command}\n```\n\n| choice | mean of kinds |");
     kinds.iter().for_each(|kind| text += &format!(" {kind} |"));
-    text += &format!("\n|---{}|\n", "|---:".repeat(kinds.len() + 1));
+    text += &format!(" left out |\n|---{}|\n", "|---:".repeat(kinds.len() + 2));
     effect_row(&mut text, "*J with all of them*", base, false);
     for (choice, effect) in choices.iter().zip(effects) {
         if let Some(effect) = effect {
@@ -51,13 +54,29 @@ Rules and constants that are not the paper's, or that the paper leaves open. Wri
 
 const EFFECTS: &str = "\
 How J moves when a choice is taken away (below 0: the choice helps), as a mean over the seeds, and in brackets the largest
-less the smallest of the seeds. The first row is J itself. A dash: not measured on this build.";
+less the smallest of the seeds. The first row is J itself. A dash: not measured on this build.
+
+Left out: a choice made by all kinds but one should hold on that one too. Of so many kinds without which it would have been
+made (taking it away lowers the mean over the others), so many do not lose by it.";
 
 fn effect_row(text: &mut String, title: &str, effect: &Effect, signed: bool) {
     let Some((mean, kinds)) = effect.columns.split_last() else { return };
     let cells = std::iter::once(mean).chain(kinds).map(|values| cell(values.as_deref(), signed));
-    let cells: Vec<String> = std::iter::once(title.to_owned()).chain(cells).collect();
+    let last = if signed { left_out(kinds) } else { "–".to_owned() };
+    let cells: Vec<String> = std::iter::once(title.to_owned()).chain(cells).chain([last]).collect();
     line(text, &cells.iter().map(String::as_str).collect::<Vec<_>>());
+}
+
+/// Leave one kind out: on how many of the kinds a choice holds that was made by the others.
+fn left_out(kinds: &[Option<Vec<f64>>]) -> String {
+    let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let Some(effects) = kinds.iter().map(|k| k.as_ref().map(mean)).collect::<Option<Vec<f64>>>() else {
+        return "–".to_owned();
+    };
+    let all: f64 = effects.iter().sum();
+    let made: Vec<f64> = effects.iter().copied().filter(|own| all - own < 0.0).collect();
+    let holds = made.iter().filter(|own| **own <= ROUNDED).count();
+    if made.is_empty() { "never made".to_owned() } else { format!("{holds} of {}", made.len()) }
 }
 
 fn cell(values: Option<&[f64]>, signed: bool) -> String {
@@ -87,13 +106,19 @@ mod tests {
         let text = markdown(&[choice("one"), choice("two")], &["a", "b"], &base, &[Some(effect), None], "run it");
         for row in [
             "| one | 0 | `refine.band` 8 | w | `--set refine.band=0` |",
-            "| choice | mean of kinds | a | b |",
-            "| *J with all of them* | 0.250 (0.000) | 0.550 (0.100) | – |",
-            "| one | +0.125 (0.000) | -0.200 (0.200) | – |",
+            "| choice | mean of kinds | a | b | left out |",
+            "| *J with all of them* | 0.250 (0.000) | 0.550 (0.100) | – | – |",
+            "| one | +0.125 (0.000) | -0.200 (0.200) | – | – |",
         ] {
             assert!(text.lines().any(|l| l == row), "{row} is missing:\n{text}");
         }
         assert_eq!(text.matches("| two |").count(), 1, "{text}");
+        let of = |effects: &[f64]| left_out(&effects.iter().map(|&e| Some(vec![e])).collect::<Vec<_>>());
+        // Without the first it would have been made, and helps there too; without the second likewise; the third loses.
+        assert_eq!(of(&[-0.1, -0.2, 0.05]), "2 of 3");
+        // Only the first is for it: left out, the others would not have made it.
+        assert_eq!(of(&[-0.3, 0.0, 0.1]), "1 of 2");
+        assert_eq!(of(&[0.1, 0.2]), "never made");
         let none = Effect { columns: vec![None, None, None] };
         assert!(markdown(&[], &["a", "b"], &none, &[], "").contains("Not measured"));
     }
