@@ -8,7 +8,7 @@ import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { describeTypes } from './declarations.mjs';
 import { writeParameters } from './parameters.mjs';
-import { ensureNodeModules, ensureRust, ensureRustTool, fail, root, run } from './tools.mjs';
+import { ensureBindgen, ensureNodeModules, ensureRust, fail, root, run, runBeside } from './tools.mjs';
 
 /**
  * Most bytes of the gzipped wasm files: the first is what every visitor of a page has to fetch, the second what those
@@ -37,7 +37,6 @@ const wasmFeatures = [
 export async function build({ force = false, overBudget = 'fail' } = {}) {
   ensureNodeModules();
   ensureRust();
-  ensureRustTool('wasm-bindgen');
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
@@ -50,9 +49,17 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   const lock = join(root, 'package-lock.json');
   // A target folder of its own: the decoder wants the library with fewer features, and in one folder each would undo
   // the other's build.
-  const decoder = cargoBuild('tracecut_decoder', ['--package', 'tracecut-decoder'], join('target', 'decoder'));
+  const decoderFolder = join('target', 'decoder');
+  const decoder = wasmFile('tracecut_decoder', decoderFolder);
+  const engine = wasmFile('tracecut', 'target');
+  if (!existsSync(engine)) console.log('Compiling two wasm files for the first time (two to three minutes).');
+  // Side by side: the last minute of each is linking, which keeps one core busy.
+  await Promise.all([
+    ensureBindgen(),
+    cargoBuild(['--lib', '--features', 'wasm'], 'target'),
+    cargoBuild(['--package', 'tracecut-decoder'], decoderFolder),
+  ]);
   await step(stamps, 'decoder', [decoder, lock, ...scripts], () => buildWasm(decoder, 'decoder'));
-  const engine = cargoBuild('tracecut', ['--lib', '--features', 'wasm'], 'target');
   await step(stamps, 'wasm', [engine, lock, ...scripts], async () => {
     buildWasm(engine, 'tracecut');
     await buildGlue();
@@ -87,24 +94,19 @@ function readStamps(force) {
   return stamps;
 }
 
-/** Compiles a crate to wasm and gives the file's place. */
-function cargoBuild(crate, which, folder) {
-  run('cargo', ['build', '--profile', 'wasm', '--target', 'wasm32-unknown-unknown', '--target-dir', folder, ...which]);
+/** Compiles a crate to wasm. */
+function cargoBuild(which, folder) {
+  const args = ['--profile', 'wasm', '--target', 'wasm32-unknown-unknown', '--target-dir', folder];
+  return runBeside('cargo', ['build', ...args, ...which]);
+}
+
+/** Where a crate's wasm file is, once compiled. */
+function wasmFile(crate, folder) {
   return join(root, folder, 'wasm32-unknown-unknown', 'wasm', `${crate}.wasm`);
 }
 
 function buildWasm(cargoWasm, name) {
-  // The reset function lets the package start afresh after a panic.
-  run('wasm-bindgen', [
-    '--target',
-    'web',
-    '--out-dir',
-    dist,
-    '--out-name',
-    name,
-    '--experimental-reset-state-function',
-    cargoWasm,
-  ]);
+  run('bindgen', [cargoWasm, dist, name]);
   const wasm = join(dist, `${name}_bg.wasm`);
   run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', ...wasmFeatures, wasm, '-o', wasm]);
 }

@@ -2,8 +2,8 @@
 // node_modules/, Rust tools into .tools/ (nothing outside the project but the rustup target). A second call finds
 // everything in place.
 
-import { spawnSync } from 'node:child_process';
-import { existsSync, readFileSync, statSync } from 'node:fs';
+import { spawn, spawnSync } from 'node:child_process';
+import { copyFileSync, existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
 import { delimiter, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
@@ -52,6 +52,24 @@ export function run(command, args, { env = {}, hint = '' } = {}) {
   if (result.status !== 0) fail(`${command} ${args[0] ?? ''} failed (exit code ${result.status}). ${hint}`);
 }
 
+/** The same while other commands run; their outputs mix line by line. */
+export function runBeside(command, args, { env = {}, hint = '' } = {}) {
+  console.log(`$ ${command} ${args.join(' ')}`);
+  return new Promise((resolve) => {
+    const child = spawn(command, args, {
+      cwd: root,
+      stdio: 'inherit',
+      env: environment(env),
+      shell: needsShell(command),
+    });
+    child.on('error', (error) => fail(`${command} cannot be started: ${error.message}. ${hint}`));
+    child.on('close', (status) => {
+      if (status !== 0) fail(`${command} ${args[0] ?? ''} failed (exit code ${status}). ${hint}`);
+      resolve();
+    });
+  });
+}
+
 /** What a command prints, or null when it cannot run. */
 export function output(command, args) {
   const result = spawnSync(command, args, {
@@ -84,11 +102,14 @@ export function ensureRust() {
   run('rustup', ['target', 'add', 'wasm32-unknown-unknown'], { hint: 'The wasm32-unknown-unknown target is needed.' });
 }
 
+/** Tools run for a second: compiling them fast matters more than running them fast. */
+const quickly = { CARGO_PROFILE_RELEASE_OPT_LEVEL: '0', CARGO_PROFILE_RELEASE_LTO: 'off' };
+
 /** Makes sure of a Rust command line tool in exactly the version the project was built with. */
 export function ensureRustTool(name) {
   const { crate, version, locked } = rustTools[name];
   if (output(name + exe, ['--version'])?.includes(version)) return;
-  console.log(`${name} ${version} is not there yet; building it into .tools (a few minutes, once).`);
+  console.log(`${name} ${version}, for the tests, is not there yet; building it into .tools (about a minute, once).`);
   const args = [
     'install',
     crate,
@@ -99,5 +120,33 @@ export function ensureRustTool(name) {
     ...(locked ? ['--locked'] : []),
   ];
   // Its own target folder: the project's flags and profile are not meant for it.
-  run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target') } });
+  run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });
+}
+
+/**
+ * Makes sure of `bindgen`, which makes JavaScript glue for a wasm file, of the very wasm-bindgen release that the wasm
+ * file is compiled with.
+ */
+export async function ensureBindgen() {
+  const { version } = rustTools['wasm-bindgen'];
+  if (output('bindgen' + exe, ['--version']) === `bindgen ${version}`) return;
+  console.log(`wasm-bindgen ${version} is not there yet; building it into .tools (half a minute, once).`);
+  const folder = join(root, '.tools', 'bindgen');
+  mkdirSync(join(folder, 'src'), { recursive: true });
+  copyFileSync(join(root, 'scripts', 'bindgen', 'main.rs'), join(folder, 'src', 'main.rs'));
+  writeFileSync(
+    join(folder, 'Cargo.toml'),
+    [
+      '[package]',
+      'name = "bindgen"',
+      `version = "${version}"`,
+      'edition = "2024"',
+      '[workspace]',
+      '[dependencies]',
+      `wasm-bindgen-cli-support = "=${version}"`,
+      '',
+    ].join('\n'),
+  );
+  const args = ['install', '--path', folder, '--root', join(root, '.tools'), '--force'];
+  await runBeside('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });
 }

@@ -4,7 +4,7 @@
 //! What is small, blurred or briefly seen has fewer long trajectories than a cluster needs, but it may have many short
 //! ones. Not in the paper, which has no objects without clusters.
 
-use super::objects::find_objects;
+use super::objects::find_objects_in;
 use crate::cut::motion_difference_sq;
 use crate::discretize::Clusters;
 use crate::grid::Grid;
@@ -17,7 +17,7 @@ const REACH: f32 = 2.0;
 const LEAST: usize = 8;
 /// Least part of the clip's frames that these are.
 const SEEN: f32 = 0.5;
-/// Width of the frame's rim, as part of its shorter side. What lies there for the most part may be a piece of the scene
+/// Width of the frame's rim, as part of its shorter side. What lies there with three quarters may be a piece of the scene
 /// that something near cuts off.
 const RIM: f32 = 0.125;
 
@@ -47,7 +47,7 @@ pub(crate) fn salient_objects(
     let large: Vec<usize> = (0..tracks.len()).filter(|&root| lives[root].is_object(tracks.num_frames)).collect();
     let label = roots.iter().map(|r| large.binary_search(r).map_or(0, |k| 1 + k as u32)).collect();
     let clusters = Clusters { count: 1 + large.len(), label };
-    let objects = find_objects(tracks, &clusters);
+    let objects = find_objects_in(tracks, &clusters, salient);
     let mut number = vec![None; clusters.count];
     let mut count = 0;
     for (number, _) in number.iter_mut().zip(&objects.of_cluster).skip(1).filter(|(_, object)| **object > 0) {
@@ -71,7 +71,7 @@ impl Life {
     fn is_object(&self, num_frames: usize) -> bool {
         let frames = self.end.saturating_sub(self.first);
         let is_seen = frames as f32 >= SEEN * num_frames as f32;
-        2 * self.on_rim < self.points && is_seen && self.points >= LEAST * frames
+        4 * self.on_rim < 3 * self.points && is_seen && self.points >= LEAST * frames
     }
 }
 
