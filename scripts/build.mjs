@@ -8,7 +8,7 @@ import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { describeTypes } from './declarations.mjs';
 import { writeParameters } from './parameters.mjs';
-import { ensureBindgen, ensureNodeModules, ensureRust, fail, root, run, runBeside } from './tools.mjs';
+import { bindgenSource, ensureBindgen, ensureNodeModules, ensureRust, fail, root, run, runBeside } from './tools.mjs';
 
 /**
  * Most bytes of the gzipped wasm files: the first is what every visitor of a page has to fetch, the second what those
@@ -42,6 +42,7 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
 
   const scripts = [
     join(root, 'scripts', 'build.mjs'),
+    bindgenSource,
     join(root, 'scripts', 'parameters.mjs'),
     join(root, 'scripts', 'declarations.mjs'),
   ];

@@ -42,12 +42,7 @@ export function environment(extra = {}) {
 /** Runs a command in the project's root with its output shown; ends the script when it fails. */
 export function run(command, args, { env = {}, hint = '' } = {}) {
   console.log(`$ ${command} ${args.join(' ')}`);
-  const result = spawnSync(command, args, {
-    cwd: root,
-    stdio: 'inherit',
-    env: environment(env),
-    shell: needsShell(command),
-  });
+  const result = spawnSync(command, args, shown(command, env));
   if (result.error) fail(`${command} cannot be started: ${result.error.message}. ${hint}`);
   if (result.status !== 0) fail(`${command} ${args[0] ?? ''} failed (exit code ${result.status}). ${hint}`);
 }
@@ -56,18 +51,18 @@ export function run(command, args, { env = {}, hint = '' } = {}) {
 export function runBeside(command, args, { env = {}, hint = '' } = {}) {
   console.log(`$ ${command} ${args.join(' ')}`);
   return new Promise((resolve) => {
-    const child = spawn(command, args, {
-      cwd: root,
-      stdio: 'inherit',
-      env: environment(env),
-      shell: needsShell(command),
-    });
+    const child = spawn(command, args, shown(command, env));
     child.on('error', (error) => fail(`${command} cannot be started: ${error.message}. ${hint}`));
     child.on('close', (status) => {
       if (status !== 0) fail(`${command} ${args[0] ?? ''} failed (exit code ${status}). ${hint}`);
       resolve();
     });
   });
+}
+
+/** How a command is run whose output is shown. */
+function shown(command, env) {
+  return { cwd: root, stdio: 'inherit', env: environment(env), shell: needsShell(command) };
 }
 
 /** What a command prints, or null when it cannot run. */
@@ -123,17 +118,22 @@ export function ensureRustTool(name) {
   run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });
 }
 
+/** The tool that {@link ensureBindgen} compiles. */
+export const bindgenSource = join(root, 'scripts', 'bindgen', 'main.rs');
+
 /**
  * Makes sure of `bindgen`, which makes JavaScript glue for a wasm file, of the very wasm-bindgen release that the wasm
  * file is compiled with.
  */
 export async function ensureBindgen() {
   const { version } = rustTools['wasm-bindgen'];
-  if (output('bindgen' + exe, ['--version']) === `bindgen ${version}`) return;
-  console.log(`wasm-bindgen ${version} is not there yet; building it into .tools (half a minute, once).`);
   const folder = join(root, '.tools', 'bindgen');
+  const [source, copy] = [bindgenSource, join(folder, 'src', 'main.rs')];
+  const isSame = existsSync(copy) && readFileSync(copy).equals(readFileSync(source));
+  if (isSame && output('bindgen' + exe, ['--version']) === `bindgen ${version}`) return;
+  console.log(`wasm-bindgen ${version} is not there yet; building it into .tools (half a minute, once).`);
   mkdirSync(join(folder, 'src'), { recursive: true });
-  copyFileSync(join(root, 'scripts', 'bindgen', 'main.rs'), join(folder, 'src', 'main.rs'));
+  copyFileSync(source, copy);
   writeFileSync(
     join(folder, 'Cargo.toml'),
     [

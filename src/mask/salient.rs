@@ -1,8 +1,8 @@
 //! Objects that no cluster shows: trajectories that stand out from the motion of the camera, next to each other and
 //! alike.
 //!
-//! What is small, blurred or briefly seen has fewer long trajectories than a cluster needs, but it may have many short
-//! ones. Not in the paper, which has no objects without clusters.
+//! What is small or blurred has fewer long trajectories than a cluster needs, but it may have many short ones. Not in
+//! the paper, which has no objects without clusters.
 
 use super::objects::find_objects_in;
 use crate::cut::motion_difference_sq;

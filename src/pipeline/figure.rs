@@ -1,4 +1,7 @@
 //! Figure and ground: which clusters are objects.
+//!
+//! The background or the frame's rim says it of the clusters, pixels doubt it (`background`), and where none is left what
+//! stands out is tried (`mask`). Objects take the labels that they had in the window before (`window`).
 
 use super::clip::Clip;
 use super::found::{Clustered, Parts};
@@ -35,6 +38,9 @@ fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(V
     let Clustered { embedded, clusters, .. } = clustered;
     let (tracks, denser) = (&embedded.tracked.tracks, embedded.tracked.denser.as_ref()?);
     let (found, new) = salient_objects(denser, &salient, clip.params.trajectory.mask_step, clip.params.cut.vote_motion);
+    if new == 0 {
+        return None;
+    }
     let before = clusters.count;
     let mut labels = voted?.to_vec();
     for (label, found) in labels.iter_mut().zip(found) {

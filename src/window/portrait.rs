@@ -1,4 +1,7 @@
 //! What objects look like, to know them again when they come back.
+//!
+//! In: trajectories of a window with their objects, and its frames. Out: of each object the colours along its trajectories,
+//! and where it was last. Two portraits resemble each other by these. Not in the paper.
 
 use crate::cut::{Colour, Histogram};
 use crate::image::Frame;
@@ -12,7 +15,7 @@ const NEARNESS: f32 = 0.1;
 #[derive(Debug, Clone)]
 pub(crate) struct Portrait {
     colours: Histogram,
-    /// The mean place of its points in the last frame that has any, as parts of the frame's sides; and that frame.
+    /// The mean place of its points in the last frame that has any, as parts of the frame's sides.
     place: (f32, f32),
 }
 
