@@ -1,8 +1,14 @@
 // `npm run bench`: seconds per stage in Node, one thread, wasm with SIMD; peak wasm memory; size of the wasm files.
-// "Dense" is the half from superpixels to masks. Options: `-- --quick` takes the smallest size only, `-- --json FILE`
-// also writes the figures.
+// "Dense" is the half from superpixels to masks. Options, after `--`:
+//   --quick          the smallest size only
+//   --clip DIR       the PNG and JPEG files of a folder, in the order of their names, in place of made clips
+//   --frames N       the first of them
+//   --threads N      also runs the package on 1 and on N threads: seconds on the wall and of all processors, least of three
+//   --json FILE      also writes the figures
+//   --compare FILE   also prints the ratio of each stage to what --json wrote there; both want a machine as idle
 
-import { readFileSync, writeFileSync } from 'node:fs';
+import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
@@ -27,7 +33,14 @@ const SIZES = [
 const LARGEST = [640, 480, 50];
 
 const { values: options } = parseArgs({
-  options: { quick: { type: 'boolean', default: false }, json: { type: 'string' } },
+  options: {
+    quick: { type: 'boolean', default: false },
+    clip: { type: 'string' },
+    frames: { type: 'string', default: 'Infinity' },
+    threads: { type: 'string' },
+    json: { type: 'string' },
+    compare: { type: 'string' },
+  },
 });
 await build({ overBudget: 'warn' });
 const wasm = readFileSync(new URL('../dist/tracecut_bg.wasm', import.meta.url));
@@ -52,17 +65,22 @@ console.log(
     'MiB',
   ].join('\t'),
 );
-for (const size of options.quick ? SIZES.slice(0, 1) : [...SIZES, LARGEST]) report(measure(...size));
+if (options.clip) report(measure(...(await read(options.clip, Number(options.frames)))));
+else
+  for (const size of options.quick ? SIZES.slice(0, 1) : [...SIZES, LARGEST])
+    report(measure(render(...size), size[0], size[1]));
+if (options.compare) compare(JSON.parse(readFileSync(options.compare, 'utf8')));
 console.log('');
 for (const name of ['tracecut_bg.wasm', 'decoder_bg.wasm']) {
   const bytes = readFileSync(new URL(`../dist/${name}`, import.meta.url));
   console.log(`${name}: ${bytes.length} bytes, ${gzipSync(bytes, { level: 9 }).length} gzipped`);
 }
+if (options.threads) await share(Number(options.threads));
 if (options.json) writeFileSync(options.json, `${JSON.stringify(rows, null, 2)}\n`);
 
 /** Runs one clip in an instance of its own, so that its memory is its own. */
-function measure(width, height, frames) {
-  const clip = render(width, height, frames);
+function measure(clip, width, height) {
+  const frames = clip.length;
   glue.__wbg_reset_state();
   const { memory } = glue.initSync();
   const session = new glue.Session({});
@@ -94,6 +112,53 @@ function render(width, height, frames) {
   glue.initSync({ module: wasm });
   const scene = new glue.Scene(width, height, frames, 1);
   return Array.from({ length: frames }, (_, t) => scene.frame(t));
+}
+
+/** The frames of a folder, and their size. */
+async function read(folder, most) {
+  const decoder = await import('../dist/decoder.js');
+  decoder.initSync({ module: readFileSync(new URL('../dist/decoder_bg.wasm', import.meta.url)) });
+  const names = readdirSync(folder).filter((name) => /\.(png|jpe?g)$/i.test(name));
+  const decoded = names.sort().slice(0, most);
+  const frames = decoded.map((name) => decoder.decode(readFileSync(join(folder, name))));
+  const [, width, height] = frames[0];
+  return [frames.map(([data]) => ({ data })), width, height];
+}
+
+/** Seconds on the wall and of all processors, from the first frame to the masks, on one thread and on several. */
+async function share(threads) {
+  const { createSession } = await import('../dist/node.js');
+  const [clip, width, height] = options.clip
+    ? await read(options.clip, Number(options.frames))
+    : [render(...SIZES[1]), ...SIZES[1]];
+  const least = { 1: [Infinity, Infinity], [threads]: [Infinity, Infinity] };
+  // One after the other, so that what else the machine does is shared out.
+  for (let round = 0; round < 3; round += 1) {
+    for (const count of [1, threads]) {
+      const session = await createSession({ threads: count });
+      const [wall, processors] = [performance.now(), process.cpuUsage()];
+      for (const { data } of clip) await session.push({ data, width, height });
+      await session.run();
+      const { user, system } = process.cpuUsage(processors);
+      const seconds = [(performance.now() - wall) / 1000, (user + system) / 1e6];
+      least[count] = least[count].map((value, k) => Math.min(value, seconds[k]));
+      session.close();
+    }
+  }
+  for (const [count, [wall, processors]] of Object.entries(least))
+    console.log(`${count} threads: ${wall.toFixed(2)} s on the wall, ${processors.toFixed(2)} s of all processors`);
+  console.log(`wall: ${(least[threads][0] / least[1][0]).toFixed(2)} of one thread's`);
+}
+
+/** Ratios to the figures of an earlier run, stage by stage. */
+function compare(earlier) {
+  for (const row of rows) {
+    const same = ({ width, height, frames }) => width === row.width && height === row.height && frames === row.frames;
+    const before = earlier.find(same);
+    if (!before) continue;
+    const ratio = (stage) => `${stage} ${(row.seconds[stage] / before.seconds[stage]).toFixed(2)}`;
+    console.log(`${row.width}x${row.height}, of the earlier run's: ${STAGES.map(ratio).join(', ')}`);
+  }
 }
 
 function report({ width, height, frames, seconds, trajectories, clusters, objects, memoryBytes }) {

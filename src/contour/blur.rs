@@ -1,5 +1,7 @@
 //! Gaussian blur with mirrored borders, and images of half the size; the same bits on every machine.
 
+use crate::image::weigh;
+
 /// Weights at `0..=r`, `r = ceil(2.5 sigma)`, such that those at `-r..=r` sum to one; `[1]` for `sigma <= 0`.
 fn half_kernel(sigma: f32) -> Vec<f32> {
     if sigma <= 0.0 {
@@ -55,30 +57,6 @@ impl Blur {
         }
         for (y, out) in image.chunks_exact_mut(width).enumerate() {
             weigh(out, &self.kernel, |k| &self.across[mirror(y as isize + k, height) * width..][..width]);
-        }
-    }
-}
-
-/// Sum over `k` of the slice that stands `k` steps away, weighted by `kernel[|k|]`. Two pairs of slices at a time, as
-/// `out` would otherwise be loaded and stored for each.
-fn weigh<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -> &'a [f32]) {
-    for (o, s) in out.iter_mut().zip(slice(0)) {
-        *o = kernel[0] * s;
-    }
-    let mut pairs = kernel[1..].chunks_exact(2);
-    let mut k = 1;
-    for weights in &mut pairs {
-        let &[v, w] = weights else { break };
-        let inner = slice(-k).iter().zip(slice(k));
-        let outer = slice(-k - 1).iter().zip(slice(k + 1));
-        for ((o, (a, b)), (c, d)) in out.iter_mut().zip(inner).zip(outer) {
-            *o += v * (a + b) + w * (c + d);
-        }
-        k += 2;
-    }
-    for &w in pairs.remainder() {
-        for ((o, a), b) in out.iter_mut().zip(slice(-k)).zip(slice(k)) {
-            *o += w * (a + b);
         }
     }
 }

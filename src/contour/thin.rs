@@ -14,20 +14,61 @@ pub(crate) const ORIENTATIONS: usize = 8;
 pub(crate) fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
     let (w, h) = (strength.width(), strength.height());
     let normals = normals();
+    let steps = normals.map(|(nx, ny)| [Inner::new(-nx, -ny, w), Inner::new(nx, ny, w)]);
+    let data = strength.data();
     Plane::from_fn(w, h, |x, y| {
         let value = strength[(x, y)];
-        let (nx, ny) = normals[usize::from(orientation[(x, y)]) % ORIENTATIONS];
-        let step = |sign: f32| {
-            let at = (x as f32 + sign * nx, y as f32 + sign * ny);
-            (at.0.clamp(0.0, (w - 1) as f32), at.1.clamp(0.0, (h - 1) as f32))
+        let k = usize::from(orientation[(x, y)]) % ORIENTATIONS;
+        let is_inside = (1..w.max(2) - 1).contains(&x) && (1..h.max(2) - 1).contains(&y);
+        let is_largest = if is_inside {
+            let [before, behind] = &steps[k];
+            let p = y * w + x;
+            value > 0.0 && value > before.sample(data, p) && value >= behind.sample(data, p)
+        } else {
+            value > 0.0 && is_largest_at_rim(strength, (x, y), normals[k])
         };
-        let (before, behind) = (step(-1.0), step(1.0));
-        let largest = value > 0.0
-            && value > sample_bilinear(strength, before.0, before.1)
-            && value >= sample_bilinear(strength, behind.0, behind.1)
-            && behind != (x as f32, y as f32);
-        if largest { value } else { 0.0 }
+        if is_largest { value } else { 0.0 }
     })
+}
+
+/// A step of one pixel from a pixel that has neighbours on all sides.
+struct Inner {
+    /// From the pixel to the upper left one of the four around the place where the step ends.
+    offset: isize,
+    stride: usize,
+    fractions: (f32, f32),
+}
+
+impl Inner {
+    fn new(dx: f32, dy: f32, stride: usize) -> Self {
+        // A step of exactly one pixel must not lead beyond the neighbour.
+        let whole = |d: f32| if d < 0.0 { -1.0 } else { 0.0_f32 };
+        let offset = whole(dy) as isize * stride as isize + whole(dx) as isize;
+        Self { offset, stride, fractions: (dx - whole(dx), dy - whole(dy)) }
+    }
+
+    /// The interpolated value a step from pixel `p`.
+    fn sample(&self, data: &[f32], p: usize) -> f32 {
+        let corner = p.wrapping_add_signed(self.offset);
+        let (above, below) = (&data[corner..corner + 2], &data[corner + self.stride..][..2]);
+        let (fx, fy) = self.fractions;
+        let above = above[0] + fx * (above[1] - above[0]);
+        let below = below[0] + fx * (below[1] - below[0]);
+        above + fy * (below - above)
+    }
+}
+
+/// The same where a step may lead out of the image.
+fn is_largest_at_rim(strength: &Plane<f32>, (x, y): (usize, usize), (nx, ny): (f32, f32)) -> bool {
+    let value = strength[(x, y)];
+    let step = |sign: f32| {
+        let at = (x as f32 + sign * nx, y as f32 + sign * ny);
+        (at.0.clamp(0.0, (strength.width() - 1) as f32), at.1.clamp(0.0, (strength.height() - 1) as f32))
+    };
+    let (before, behind) = (step(-1.0), step(1.0));
+    value > sample_bilinear(strength, before.0, before.1)
+        && value >= sample_bilinear(strength, behind.0, behind.1)
+        && behind != (x as f32, y as f32)
 }
 
 /// Unit normals of the orientations.

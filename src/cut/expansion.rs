@@ -78,14 +78,26 @@ impl Expansion {
     /// From the labels `initial`, one below `num_labels` for each node. With two labels the start does not matter.
     pub fn new(problem: Potts, initial: Vec<u32>) -> Self {
         let network = Network::new(problem.num_nodes, &problem.edges);
-        let mut expansion = Self { network, label: initial, moves: 0, settled: 0, problem };
-        match expansion.problem.num_labels {
-            0 | 1 => expansion.settled = 1,
+        let mut expansion = Self { network, label: Vec::new(), moves: 0, settled: 0, problem };
+        expansion.begin(initial);
+        expansion
+    }
+
+    /// From `initial`, whatever was found so far.
+    fn begin(&mut self, initial: Vec<u32>) {
+        (self.label, self.moves, self.settled) = (initial, 0, 0);
+        match self.problem.num_labels {
+            0 | 1 => self.settled = 1,
             // If all have one label, offering the other decides between all labellings there are.
-            2 => expansion.label.fill(0),
+            2 => self.label.fill(0),
             _ => {}
         }
-        expansion
+    }
+
+    /// Begins anew with other costs of labels and the same edges, from what `initial` makes of these.
+    pub(crate) fn begin_with(&mut self, unary: Vec<i32>, initial: impl FnOnce(&Potts) -> Vec<u32>) {
+        self.problem.unary = unary;
+        self.begin(initial(&self.problem));
     }
 
     /// Whether no move can gain anything.

@@ -85,6 +85,11 @@ impl GabrielCut {
         Self { expansion: Expansion::new(problem, start), counts: counts(input), rest: Some((all, nodes, labels)) }
     }
 
+    /// Begins anew with the same links: of `input` trajectories, their labels and what speaks for labels may be others.
+    pub(crate) fn begin_again(&mut self, input: &CutInput, params: &CutParams) {
+        self.expansion.begin_with(terms::own_costs(input, params), terms::first_labels);
+    }
+
     /// Makes one move. Returns whether any is left.
     pub(crate) fn step(&mut self) -> bool {
         self.expansion.step();
@@ -97,10 +102,16 @@ impl GabrielCut {
     }
 
     /// Makes the moves that are left and returns the labels.
-    pub(crate) fn finish(self) -> CutLabels {
-        let mut label = self.expansion.finish();
-        if let Some((all, nodes, labels)) = self.rest {
-            label = Part::merged(all, &nodes, &labels, &label);
+    pub(crate) fn finish(mut self) -> CutLabels {
+        while self.step() {}
+        self.labels()
+    }
+
+    /// The labels as they are now.
+    pub(crate) fn labels(&self) -> CutLabels {
+        let mut label = self.expansion.labels().to_vec();
+        if let Some((all, nodes, labels)) = &self.rest {
+            label = Part::merged(all.clone(), nodes, labels, &label);
         }
         let mut rest = label.as_slice();
         let mut take = |count: usize| {

@@ -43,6 +43,11 @@ pub(crate) fn energy(input: &CutInput, params: &CutParams) -> Potts {
     problem
 }
 
+/// What each label costs each superpixel, alone; links do not depend on evidence.
+pub(super) fn own_costs(input: &CutInput, params: &CutParams) -> Vec<i32> {
+    unary(input, params, &Nodes::new(input))
+}
+
 /// `cost` in whole steps.
 pub(crate) fn rounded(cost: f32) -> i32 {
     ((cost * SCALE + 0.5) as i32).clamp(0, MAX_WEIGHT)

@@ -1,8 +1,10 @@
 //! From patches to pixels: each pixel takes the mean of the patches over it, the well-matching ones counting more.
 
 use super::field::FlowField;
-use super::patch::{PatchGrid, blend, chunk, place};
+use super::params::PATCH_SIDE as SIDE;
+use super::patch::{Between, PatchGrid, eight, place};
 use super::pyramid::{Level, PAD};
+use wide::{CmpGt, f32x8};
 
 /// Differences in brightness below this (grey levels) all count the same: they are noise.
 const LEAST_DIFFERENCE: f32 = 1.0;
@@ -18,20 +20,14 @@ pub(super) struct Votes {
 /// The mean displacement at every pixel, each patch weighted by `1 / max(1, difference)²` at that pixel (DIS: not
 /// squared).
 ///
-/// `S` is the side of a patch. The grid covers the level, so every pixel has a weight.
-pub(super) fn densify<const S: usize>(
-    from: &Level,
-    to: &Level,
-    grid: &PatchGrid,
-    votes: &mut Votes,
-    flow: &mut FlowField,
-) {
+/// The grid covers the level, so every pixel has a weight.
+pub(super) fn densify(from: &Level, to: &Level, grid: &PatchGrid, votes: &mut Votes, flow: &mut FlowField) {
     for sums in [&mut votes.u, &mut votes.v, &mut votes.weight] {
         sums.clear();
         sums.resize(from.image.data().len(), 0.0);
     }
     for patch in 0..grid.u.len() {
-        vote::<S>(from, to, grid, patch, votes);
+        vote(from, to, grid, patch, votes);
     }
     for y in 0..from.image.height {
         let row = (y + PAD) * from.image.stride + PAD..;
@@ -46,33 +42,34 @@ pub(super) fn densify<const S: usize>(
 
 /// Adds one patch to the sums.
 #[inline(always)]
-fn vote<const S: usize>(from: &Level, to: &Level, grid: &PatchGrid, patch: usize, votes: &mut Votes) {
+fn vote(from: &Level, to: &Level, grid: &PatchGrid, patch: usize, votes: &mut Votes) {
     let (u, v) = (grid.u[patch], grid.v[patch]);
     let corner = grid.corner(patch);
-    let (x, fx) = place(corner.0 as f32 + u, to.image.width, S);
-    let (y, fy) = place(corner.1 as f32 + v, to.image.height, S);
-    let (source, target, stride) = (from.image.index(corner.0, corner.1), to.image.index(x, y), to.image.stride);
-    let mut upper = blend::<S>(to.image.data(), target, fx);
-    for k in 0..S {
-        let lower = blend::<S>(to.image.data(), target + (k + 1) * stride, fx);
-        let here = chunk::<S>(from.image.data(), source + k * stride);
-        let mut weight = [0.0_f32; S];
-        for i in 0..S {
-            let difference = (upper[i] + fy * (lower[i] - upper[i]) - here[i]).abs();
-            let difference = if difference > LEAST_DIFFERENCE { difference } else { LEAST_DIFFERENCE };
-            weight[i] = 1.0 / (difference * difference);
-        }
-        add_scaled(&mut votes.u, source + k * stride, &weight, u);
-        add_scaled(&mut votes.v, source + k * stride, &weight, v);
-        add_scaled(&mut votes.weight, source + k * stride, &weight, 1.0);
+    let (x, fx) = place(corner.0 as f32 + u, to.image.width);
+    let (y, fy) = place(corner.1 as f32 + v, to.image.height);
+    let (start, stride) = (from.image.index(corner.0, corner.1), from.image.stride);
+    let part = start..start + (SIDE - 1) * stride + SIDE;
+    let here = &from.image.data()[part.clone()];
+    let Votes { u: sum_u, v: sum_v, weight: sum } = votes;
+    let [sum_u, sum_v, sum] = [sum_u, sum_v, sum].map(|sums| &mut sums[part.clone()]);
+    let (u, v, least) = (f32x8::splat(u), f32x8::splat(v), f32x8::splat(LEAST_DIFFERENCE));
+    let rows = Between::new(&to.image, (x, y), fx);
+    let (fy, mut upper) = (f32x8::splat(fy), rows.at(0));
+    for k in 0..SIDE {
+        let lower = rows.at(k + 1);
+        let difference = (upper + fy * (lower - upper) - eight(&here[k * stride..])).abs();
+        // Where it is no number, the least.
+        let difference = difference.cmp_gt(least).blend(difference, least);
+        let weight = f32x8::ONE / (difference * difference);
+        add(&mut sum_u[k * stride..], weight * u);
+        add(&mut sum_v[k * stride..], weight * v);
+        add(&mut sum[k * stride..], weight);
         upper = lower;
     }
 }
 
 #[inline(always)]
-fn add_scaled<const S: usize>(sums: &mut [f32], start: usize, weight: &[f32; S], value: f32) {
-    let sums = &mut sums[start..start + S];
-    for i in 0..S {
-        sums[i] += weight[i] * value;
-    }
+fn add(sums: &mut [f32], values: f32x8) {
+    let sums = &mut sums[..SIDE];
+    sums.copy_from_slice(&(eight(sums) + values).to_array());
 }

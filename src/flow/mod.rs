@@ -59,6 +59,7 @@ const REACH: f32 = 3.0;
 /// would cost time and find chance likenesses.
 const SCAN_RADIUS: [i16; 2] = [4, 2];
 
+#[doc(hidden)]
 /// Working memory of [`flow_between_with`], about 150 bytes a pixel of the frame.
 ///
 /// Its contents never affect results; dropping it is always safe.
@@ -95,6 +96,7 @@ pub fn flow_between(from: &FlowPyramid, to: &FlowPyramid, params: &FlowParams) -
     flow_between_with(from, to, params, &mut FlowScratch::default())
 }
 
+#[doc(hidden)]
 /// As [`flow_between`], with working memory that is kept from one pair to the next.
 #[must_use]
 pub fn flow_between_with(
@@ -118,8 +120,14 @@ pub fn flow_between_with(
         let pair = (&from.levels[level], &to.levels[level]);
         scratch.lay_patches(pair.0, level, coarser.as_ref(), params);
         let reach = if coarser.is_some() { REACH } else { PATCH_SIDE as f32 };
-        let search = PatchSearch { descents: params.descents as usize, reach, scan };
-        let mut flow = scratch.match_patches(pair, &search);
+        // Half a level's flow is good to a fraction of a pixel: what is left to find is which of the motions around a
+        // pixel is its own, and that is said by how well they fit there.
+        let search = (level >= params.search_level as usize || coarser.is_none()).then_some(PatchSearch {
+            descents: params.descents as usize,
+            reach,
+            scan,
+        });
+        let mut flow = scratch.match_patches(pair, search.as_ref());
         scratch.refiners[level].refine(&pair.0.image, &pair.1.image, &mut flow.u, &mut flow.v, params);
         coarser = Some(flow);
     }
@@ -146,23 +154,25 @@ impl FlowScratch {
     /// Step 1: patches over the level, starting from the flow of the coarser one.
     fn lay_patches(&mut self, from: &Level, level: usize, coarser: Option<&FlowField>, params: &FlowParams) {
         let mut stride = params.patch_stride as usize;
-        if level > params.finest_level as usize {
+        if level > params.finest_level.max(params.search_level) as usize {
             stride = (3 * stride / 4).max(1);
         }
-        self.grid.lay(from.image.width, from.image.height, PATCH_SIDE, stride);
+        self.grid.lay(from.image.width, from.image.height, stride);
         if let Some(coarser) = coarser {
             self.grid.start_from(coarser);
         }
     }
 
-    /// Steps 2 and 3.
-    fn match_patches(&mut self, (from, to): (&Level, &Level), search: &PatchSearch) -> FlowField {
-        if let Some(radius) = search.scan {
-            self.grid.scan::<PATCH_SIDE>(from, to, search.descents, radius);
+    /// Steps 2 and 3; without a `search`, patches stay where they start.
+    fn match_patches(&mut self, (from, to): (&Level, &Level), search: Option<&PatchSearch>) -> FlowField {
+        if let Some(search) = search {
+            if let Some(radius) = search.scan {
+                self.grid.scan(from, to, search.descents, radius);
+            }
+            self.grid.search(from, to, search.descents, search.reach);
         }
-        self.grid.search::<PATCH_SIDE>(from, to, search.descents, search.reach);
         let mut flow = FlowField::still(from.image.width, from.image.height);
-        densify::densify::<PATCH_SIDE>(from, to, &self.grid, &mut self.votes, &mut flow);
+        densify::densify(from, to, &self.grid, &mut self.votes, &mut flow);
         flow
     }
 }

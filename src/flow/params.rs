@@ -7,11 +7,14 @@ pub(super) const PATCH_SIDE: usize = 8;
 crate::params! {
     /// Dense optical flow by inverse search (DIS) and variational refinement.
     pub struct FlowParams {
-        /// Pixels between neighbouring patches at the finest level, the patch's side at most; three quarters of it at
-        /// coarser ones. Lower is slower.
+        /// Pixels between neighbouring patches down to the finest level that is searched, the patch's side at most; three
+        /// quarters of it at coarser ones. Lower is slower.
         pub patch_stride: u32 = 4, in 1..=8;
         /// Most steps of a patch's descent. Higher is slower.
         pub descents: u32 = 4, in 0..=64;
+        /// Finest level at which patches are searched, 0 being full size; in finer ones each pixel takes the motion near
+        /// it that fits best. Higher is faster and loses what is small.
+        pub search_level: u32 = 0, in 0..=4;
         /// Level at which the flow ends: 0 is full size, 1 half of it. Higher is faster and blurs borders.
         pub finest_level: u32 = 0, in 0..=4;
         /// Standard deviation of the blur that frames get first, in pixels. Higher is smoother and loses fine

@@ -6,8 +6,10 @@
 //! each displacement tried.
 
 use super::field::FlowField;
+use super::params::PATCH_SIDE as SIDE;
 use super::pyramid::{Level, PAD, Padded};
 use crate::image::sample_bilinear;
+use wide::f32x8;
 
 /// Two candidates nearer than this (pixels, per axis) are taken as the same.
 const SAME_CANDIDATE: f32 = 0.1;
@@ -26,9 +28,8 @@ pub(super) struct PatchGrid {
     down: usize,
     /// Pixel of the first patch's upper left corner.
     origin: (isize, isize),
-    /// Pixels between patches, and side of a patch.
+    /// Pixels between patches.
     stride: usize,
-    side: usize,
     pub(super) u: Vec<f32>,
     pub(super) v: Vec<f32>,
     /// Sum of squared differences from the match, less its mean.
@@ -37,10 +38,10 @@ pub(super) struct PatchGrid {
 
 impl PatchGrid {
     /// Lays patches over the level so that they cover it and hang over its border evenly on both sides.
-    pub(super) fn lay(&mut self, width: usize, height: usize, side: usize, stride: usize) {
-        let (across, left) = cover(width, side, stride);
-        let (down, top) = cover(height, side, stride);
-        (self.across, self.down, self.origin, self.side, self.stride) = (across, down, (left, top), side, stride);
+    pub(super) fn lay(&mut self, width: usize, height: usize, stride: usize) {
+        let (across, left) = cover(width, SIDE, stride);
+        let (down, top) = cover(height, SIDE, stride);
+        (self.across, self.down, self.origin, self.stride) = (across, down, (left, top), stride);
         for values in [&mut self.u, &mut self.v, &mut self.cost] {
             values.clear();
             values.resize(across * down, 0.0);
@@ -55,7 +56,7 @@ impl PatchGrid {
 
     /// Starts every patch from the flow of the level of half the size, twice as long here.
     pub(super) fn start_from(&mut self, coarser: &FlowField) {
-        let middle = 0.5 * (self.side as f32 - 1.0);
+        let middle = 0.5 * (SIDE as f32 - 1.0);
         for patch in 0..self.u.len() {
             let (x, y) = self.corner(patch);
             // A coarse pixel is centred between the two fine ones that it covers.
@@ -66,10 +67,9 @@ impl PatchGrid {
     }
 
     /// Searches every patch twice: with the results of its left and upper neighbours, then of its right and lower ones.
-    /// `S` is the side of a patch.
-    pub(super) fn search<const S: usize>(&mut self, from: &Level, to: &Level, descents: usize, reach: f32) {
+    pub(super) fn search(&mut self, from: &Level, to: &Level, descents: usize, reach: f32) {
         for patch in 0..self.u.len() {
-            let template = Template::<S>::new(from, self.corner(patch));
+            let template = Template::new(from, self.corner(patch));
             let start = template.compare(&to.image, (self.u[patch], self.v[patch]));
             let found = template.best_of(&to.image, start, self.candidates(patch, false));
             self.keep(patch, template.descend(&to.image, found, descents, reach));
@@ -80,7 +80,7 @@ impl PatchGrid {
             if candidates.iter().all(|&candidate| is_same(candidate, present.at)) {
                 continue;
             }
-            let template = Template::<S>::new(from, self.corner(patch));
+            let template = Template::new(from, self.corner(patch));
             let found = template.best_of(&to.image, present, candidates);
             if found.at != present.at {
                 self.keep(patch, template.descend(&to.image, found, descents, reach));
@@ -91,9 +91,9 @@ impl PatchGrid {
     /// Compares every patch with the second frame at all whole displacements of up to `radius` pixels a component
     /// around its start; the best of them is taken over if it is clearly better than where the descent from the start
     /// leads.
-    pub(super) fn scan<const S: usize>(&mut self, from: &Level, to: &Level, descents: usize, radius: i16) {
+    pub(super) fn scan(&mut self, from: &Level, to: &Level, descents: usize, radius: i16) {
         for patch in 0..self.u.len() {
-            let template = Template::<S>::new(from, self.corner(patch));
+            let template = Template::new(from, self.corner(patch));
             let start = template.compare(&to.image, (self.u[patch], self.v[patch]));
             let mut best = start;
             for (dy, dx) in (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dy, dx))) {
@@ -103,7 +103,7 @@ impl PatchGrid {
                     best = other;
                 }
             }
-            let [near, far] = [start, best].map(|found| template.descend(&to.image, found, descents, S as f32));
+            let [near, far] = [start, best].map(|found| template.descend(&to.image, found, descents, SIDE as f32));
             self.keep(patch, if far.cost < CLEARLY_BETTER * near.cost { far } else { near });
         }
     }
@@ -145,31 +145,27 @@ struct Match {
 }
 
 /// One patch of the first frame: brightness, slopes less their means, and the inverse of the slopes' matrix.
-struct Template<const S: usize> {
+struct Template {
     corner: (f32, f32),
-    value: [[f32; S]; S],
-    slope_x: [[f32; S]; S],
-    slope_y: [[f32; S]; S],
+    value: [f32x8; SIDE],
+    slope_x: [f32x8; SIDE],
+    slope_y: [f32x8; SIDE],
     inverse: [f32; 3],
 }
 
-impl<const S: usize> Template<S> {
+impl Template {
     #[inline(always)]
     fn new(level: &Level, corner: (isize, isize)) -> Self {
         let start = level.image.index(corner.0, corner.1);
-        let mut slope_x = copy_patch(&level.slope_x, start);
-        let mut slope_y = copy_patch(&level.slope_y, start);
-        subtract_mean(&mut slope_x);
-        subtract_mean(&mut slope_y);
-        let [mut xx, mut xy, mut yy] = [[0.0_f32; S]; 3];
-        for (x, y) in slope_x.iter().zip(&slope_y) {
-            for i in 0..S {
-                xx[i] += x[i] * x[i];
-                xy[i] += x[i] * y[i];
-                yy[i] += y[i] * y[i];
-            }
+        let slope_x = without_mean(copy_patch(&level.slope_x, start));
+        let slope_y = without_mean(copy_patch(&level.slope_y, start));
+        let [mut xx, mut xy, mut yy] = [f32x8::ZERO; 3];
+        for (&x, &y) in slope_x.iter().zip(&slope_y) {
+            xx += x * x;
+            xy += x * y;
+            yy += y * y;
         }
-        let (xx, xy, yy) = (total(&xx), total(&xy), total(&yy));
+        let (xx, xy, yy) = (total(xx), total(xy), total(yy));
         let determinant = xx * yy - xy * xy;
         let inverse = if determinant > MIN_DETERMINANT {
             [yy / determinant, -xy / determinant, xx / determinant]
@@ -181,32 +177,26 @@ impl<const S: usize> Template<S> {
     }
 
     /// Compares the patch with the second frame, displaced by `at`; brightness offsets do not count.
-    #[inline(always)]
+    // Not inlined: it is called from many places, and long.
+    #[inline(never)]
     fn compare(&self, image: &Padded, at: (f32, f32)) -> Match {
-        let (x, fx) = place(self.corner.0 + at.0, image.width, S);
-        let (y, fy) = place(self.corner.1 + at.1, image.height, S);
-        let start = image.index(x, y);
-        // Differences first, sums after: apart, both loops become vector instructions.
-        let mut difference = [[0.0_f32; S]; S];
-        let mut upper = blend::<S>(image.data(), start, fx);
-        for k in 0..S {
-            let lower = blend::<S>(image.data(), start + (k + 1) * image.stride, fx);
-            for i in 0..S {
-                difference[k][i] = upper[i] + fy * (lower[i] - upper[i]) - self.value[k][i];
-            }
+        let (x, fx) = place(self.corner.0 + at.0, image.width);
+        let (y, fy) = place(self.corner.1 + at.1, image.height);
+        let rows = Between::new(image, (x, y), fx);
+        let (fy, mut upper) = (f32x8::splat(fy), rows.at(0));
+        let [mut sum, mut squares, mut pull_x, mut pull_y] = [f32x8::ZERO; 4];
+        for k in 0..SIDE {
+            let lower = rows.at(k + 1);
+            let difference = upper + fy * (lower - upper) - self.value[k];
+            sum += difference;
+            squares += difference * difference;
+            pull_x += difference * self.slope_x[k];
+            pull_y += difference * self.slope_y[k];
             upper = lower;
         }
-        let mut sums = [[0.0_f32; 4]; 4];
-        for ((d, x), y) in fours(&difference).zip(fours(&self.slope_x)).zip(fours(&self.slope_y)) {
-            for i in 0..4 {
-                sums[0][i] += d[i];
-                sums[1][i] += d[i] * d[i];
-                sums[2][i] += d[i] * x[i];
-                sums[3][i] += d[i] * y[i];
-            }
-        }
-        let sum = total(&sums[0]);
-        Match { at, cost: total(&sums[1]) - sum * sum / (S * S) as f32, pull: (total(&sums[2]), total(&sums[3])) }
+        let sum = total(sum);
+        let cost = total(squares) - sum * sum / (SIDE * SIDE) as f32;
+        Match { at, cost, pull: (total(pull_x), total(pull_y)) }
     }
 
     /// The best of `start` and the candidates; one of these has to be clearly better, or the coarser level's word
@@ -249,70 +239,72 @@ impl<const S: usize> Template<S> {
 
 /// Whole pixel and fraction of a patch's corner, held where the border still has room for the patch.
 #[inline(always)]
-pub(super) fn place(position: f32, length: usize, side: usize) -> (isize, f32) {
+pub(super) fn place(position: f32, length: usize) -> (isize, f32) {
     let lowest = -(PAD as f32);
-    let highest = (length + PAD - side - 2) as f32;
+    let highest = (length + PAD - SIDE - 2) as f32;
     // In this order, a position that is not a number becomes the lowest.
     let held = if position > lowest { position } else { lowest };
     let held = if held < highest { held } else { highest };
-    let whole = held.floor();
+    // Not `floor`, which is a call on some processors.
+    let whole = (held - lowest) as i32 as f32 + lowest;
     (whole as isize, held - whole)
 }
 
-/// `S` values between those from `start` on and their right neighbours.
-#[inline(always)]
-pub(super) fn blend<const S: usize>(data: &[f32], start: usize, fraction: f32) -> [f32; S] {
-    let (left, right) = (chunk::<S>(data, start), chunk::<S>(data, start + 1));
-    let mut between = [0.0; S];
-    for i in 0..S {
-        between[i] = left[i] + fraction * (right[i] - left[i]);
+/// Rows of a patch of an image at a fraction of a pixel to the right.
+pub(super) struct Between<'a> {
+    data: &'a [f32],
+    stride: usize,
+    fraction: f32x8,
+}
+
+impl<'a> Between<'a> {
+    /// From pixel `(x, y)` on.
+    #[inline(always)]
+    pub(super) fn new(image: &'a Padded, (x, y): (isize, isize), fraction: f32) -> Self {
+        // One check of bounds for the whole patch.
+        let data = &image.data()[image.index(x, y)..][..SIDE * image.stride + SIDE + 1];
+        Self { data, stride: image.stride, fraction: f32x8::splat(fraction) }
     }
-    between
+
+    /// Row `k`, 0 to the side.
+    #[inline(always)]
+    pub(super) fn at(&self, k: usize) -> f32x8 {
+        let row = &self.data[k * self.stride..][..SIDE + 1];
+        let (left, right) = (eight(row), eight(&row[1..]));
+        left + self.fraction * (right - left)
+    }
 }
 
-/// The `S` values from `start` on, as an array: one check of bounds in place of `S`.
+/// The first eight values.
 #[inline(always)]
-pub(super) fn chunk<const S: usize>(data: &[f32], start: usize) -> &[f32; S] {
-    data[start..].first_chunk().expect("the border has room for every patch")
+pub(super) fn eight(data: &[f32]) -> f32x8 {
+    f32x8::new(*data.first_chunk().expect("the border has room for every patch"))
 }
 
 #[inline(always)]
-fn copy_patch<const S: usize>(plane: &Padded, start: usize) -> [[f32; S]; S] {
-    let mut patch = [[0.0; S]; S];
-    for k in 0..S {
-        patch[k] = *chunk(plane.data(), start + k * plane.stride);
+fn copy_patch(plane: &Padded, start: usize) -> [f32x8; SIDE] {
+    let data = &plane.data()[start..];
+    let mut patch = [f32x8::ZERO; SIDE];
+    for (k, row) in patch.iter_mut().enumerate() {
+        *row = eight(&data[k * plane.stride..]);
     }
     patch
 }
 
 #[inline(always)]
-fn subtract_mean<const S: usize>(patch: &mut [[f32; S]; S]) {
-    let mut sums = [0.0_f32; S];
-    for row in patch.iter() {
-        for i in 0..S {
-            sums[i] += row[i];
-        }
-    }
-    let mean = total(&sums) / (S * S) as f32;
-    patch.iter_mut().flatten().for_each(|v| *v -= mean);
+fn without_mean(mut patch: [f32x8; SIDE]) -> [f32x8; SIDE] {
+    let mut sum = f32x8::ZERO;
+    patch.iter().for_each(|&row| sum += row);
+    let mean = f32x8::splat(total(sum) / (SIDE * SIDE) as f32);
+    patch.iter_mut().for_each(|row| *row -= mean);
+    patch
 }
 
-/// The values of a patch, four at a time.
+/// The sum, in an order that is the same on every machine.
 #[inline(always)]
-fn fours<const S: usize>(patch: &[[f32; S]; S]) -> std::slice::Iter<'_, [f32; 4]> {
-    patch.as_flattened().as_chunks().0.iter()
-}
-
-/// The sum, halves first: an order that vector instructions keep. `S` is a multiple of four.
-#[inline(always)]
-fn total<const S: usize>(values: &[f32; S]) -> f32 {
-    let mut parts = [0.0_f32; 4];
-    for four in values.chunks_exact(4) {
-        for i in 0..4 {
-            parts[i] += four[i];
-        }
-    }
-    parts[0] + parts[1] + parts[2] + parts[3]
+fn total(values: f32x8) -> f32 {
+    let [a, b, c, d, e, f, g, h] = values.to_array();
+    ((a + e) + (b + f)) + ((c + g) + (d + h))
 }
 
 #[cfg(test)]
@@ -339,7 +331,7 @@ mod tests {
             super::super::FlowPyramid::new(&luma, &params)
         };
         let (from, to) = (pyramid(0.0, 0.0), pyramid(1.3, -0.8));
-        let template = Template::<8>::new(&from.levels[0], (16, 12));
+        let template = Template::new(&from.levels[0], (16, 12));
         let image = &to.levels[0].image;
         let found = template.descend(image, template.compare(image, (0.0, 0.0)), 16, 8.0);
         assert!((found.at.0 - 1.3).abs() < 0.05 && (found.at.1 + 0.8).abs() < 0.05, "{:?}", found.at);

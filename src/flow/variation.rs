@@ -14,6 +14,7 @@
 
 use super::field::FlowField;
 use crate::image::Plane;
+use wide::f32x4;
 
 /// Diffusion time in all, in half-resolution pixels squared per unit of diffusivity (the published tool: 20 steps of
 /// 0.5).
@@ -45,20 +46,19 @@ pub fn local_flow_variation(flow: &FlowField) -> Plane<f32> {
     let flow = &FlowField { u: centred(&flow.u), v: centred(&flow.v) };
     let (u, v) = (halved(&flow.u), halved(&flow.v));
     let (across, down) = edge_weights(&u, &v);
-    // u, v and the sum of their squares: the last needs one plane only, since σ adds both variances.
-    let squares = halved_energy(flow);
-    let mut maps = [u, v, squares];
+    let energy = halved_energy(flow);
+    // u, v and the sum of their squares side by side: the last needs one map only, since σ adds both variances.
+    let values = u.data().iter().zip(v.data()).zip(energy.data());
+    let mut map: Vec<f32x4> = values.map(|((&u, &v), &e)| f32x4::new([u, v, e, 0.0])).collect();
     let mut systems = Systems::new(&across, &down, TOTAL_TIME / STEPS as f32);
     for _ in 0..STEPS {
-        for map in &mut maps {
-            systems.step(map);
-        }
+        systems.step(&mut map);
     }
-    let [u, v, energy] = maps;
-    let data = (0..u.data().len())
-        .map(|i| (energy.data()[i] - u.data()[i] * u.data()[i] - v.data()[i] * v.data()[i]).max(0.0).sqrt())
-        .collect();
-    Plane::from_vec(u.width(), u.height(), data).unwrap_or_default()
+    let variance = map.iter().map(|v| {
+        let [u, v, energy, _] = v.to_array();
+        (energy - u * u - v * v).max(0.0).sqrt()
+    });
+    Plane::from_vec(u.width(), u.height(), variance.collect()).unwrap_or_default()
 }
 
 fn centred(plane: &Plane<f32>) -> Plane<f32> {
@@ -100,106 +100,96 @@ fn edge_weights(u: &Plane<f32>, v: &Plane<f32>) -> (Plane<f32>, Plane<f32>) {
 }
 
 /// The two families of tridiagonal systems `(1 + 2τ L) z = x`, along rows and along columns, factored once by Thomas's
-/// algorithm.
+/// algorithm, for maps of four values a pixel.
 ///
 /// For a line with edge weights `a_k` (edge between `k` and `k + 1`), off-diagonals are `−2τ a_k`; `pivot_k` is the
 /// inverse of the eliminated diagonal and `ratio_k = 2τ a_k · pivot_k`.
 struct Systems {
-    row_pivot: Plane<f32>,
-    row_ratio: Plane<f32>,
-    column_pivot: Plane<f32>,
-    column_ratio: Plane<f32>,
-    along_rows: Plane<f32>,
-    along_columns: Plane<f32>,
+    rows: Plane<Factor>,
+    columns: Plane<Factor>,
+    along_rows: Vec<f32x4>,
+    along_columns: Vec<f32x4>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Factor {
+    /// Off-diagonal before, without its sign.
+    edge: f32,
+    pivot: f32,
+    ratio: f32,
+}
+
+impl Factor {
+    /// The next after `self` in its line; `after` is `2τ a_k`.
+    fn next(self, after: f32, own: f32) -> Self {
+        // The off-diagonal before equals ratio / pivot of the one before.
+        let pivot = 1.0 / (1.0 + own + after - own * self.ratio);
+        Self { edge: own, pivot, ratio: after * pivot }
+    }
 }
 
 impl Systems {
     fn new(across: &Plane<f32>, down: &Plane<f32>, tau: f32) -> Self {
         let (w, h) = (across.width(), across.height());
-        let blank = Plane::filled(w, h, 0.0);
-        let mut systems = Self {
-            row_pivot: blank.clone(),
-            row_ratio: blank.clone(),
-            column_pivot: blank.clone(),
-            column_ratio: blank.clone(),
-            along_rows: blank.clone(),
-            along_columns: blank,
-        };
+        let blank = Plane::filled(w, h, Factor::default());
+        let (mut rows, mut columns) = (blank.clone(), blank);
         for y in 0..h {
-            let (mut before, mut carry) = (0.0, 0.0);
+            let (mut before, mut own) = (Factor::default(), 0.0);
             for x in 0..w {
                 let after = 2.0 * tau * across[(x, y)];
-                let pivot = 1.0 / (1.0 + before + after - before * carry);
-                carry = after * pivot;
-                (systems.row_pivot[(x, y)], systems.row_ratio[(x, y)]) = (pivot, carry);
-                before = after;
+                before = before.next(after, own);
+                rows[(x, y)] = before;
+                own = after;
             }
         }
         for y in 0..h {
             for x in 0..w {
-                let (before, carry) = match y {
-                    0 => (0.0, 0.0),
-                    _ => (2.0 * tau * down[(x, y - 1)], systems.column_ratio[(x, y - 1)]),
+                let (before, own) = match y {
+                    0 => (Factor::default(), 0.0),
+                    _ => (columns[(x, y - 1)], 2.0 * tau * down[(x, y - 1)]),
                 };
-                let after = 2.0 * tau * down[(x, y)];
-                let pivot = 1.0 / (1.0 + before + after - before * carry);
-                (systems.column_pivot[(x, y)], systems.column_ratio[(x, y)]) = (pivot, after * pivot);
+                columns[(x, y)] = before.next(2.0 * tau * down[(x, y)], own);
             }
         }
-        systems
+        let zeros = vec![f32x4::ZERO; w * h];
+        Self { rows, columns, along_rows: zeros.clone(), along_columns: zeros }
     }
 
     /// One step: the mean of the implicit solutions along rows and along columns.
-    fn step(&mut self, map: &mut Plane<f32>) {
-        let (w, h) = (map.width(), map.height());
+    fn step(&mut self, map: &mut [f32x4]) {
+        let (w, h) = (self.rows.width(), self.rows.height());
+        let Self { rows, columns, along_rows, along_columns } = self;
         for y in 0..h {
-            let (pivot, ratio) = (self.row_pivot.row(y), self.row_ratio.row(y));
-            let (source, out) = (map.row(y), self.along_rows.row_mut(y));
-            // Forward: the off-diagonal before x equals ratio[x - 1] / pivot[x - 1].
-            let mut previous = 0.0;
-            let mut edge = 0.0;
-            for x in 0..w {
-                previous = (source[x] + edge * previous) * pivot[x];
-                out[x] = previous;
-                edge = ratio[x] / pivot[x];
+            let (factors, source, out) = (rows.row(y), &map[y * w..][..w], &mut along_rows[y * w..][..w]);
+            let mut previous = f32x4::ZERO;
+            for ((out, &source), f) in out.iter_mut().zip(source).zip(factors) {
+                previous = (source + f32x4::splat(f.edge) * previous) * f32x4::splat(f.pivot);
+                *out = previous;
             }
-            for x in (0..w.saturating_sub(1)).rev() {
-                out[x] += ratio[x] * out[x + 1];
+            let mut next = f32x4::ZERO;
+            for (out, f) in out.iter_mut().zip(factors).rev() {
+                next = *out + f32x4::splat(f.ratio) * next;
+                *out = next;
             }
         }
-        self.solve_columns(map);
-        for (value, (a, b)) in
-            map.data_mut().iter_mut().zip(self.along_rows.data().iter().zip(self.along_columns.data()))
-        {
-            *value = 0.5 * (a + b);
-        }
-    }
-
-    /// All columns side by side, row after row, so that memory is read in order.
-    fn solve_columns(&mut self, map: &Plane<f32>) {
-        let (w, h) = (map.width(), map.height());
-        let out = self.along_columns.data_mut();
+        // All columns side by side, row after row, so that memory is read in order.
         for y in 0..h {
-            let (done, rest) = out.split_at_mut(y * w);
-            let (pivot, row) = (self.column_pivot.row(y), map.row(y));
-            if y == 0 {
-                for x in 0..w {
-                    rest[x] = row[x] * pivot[x];
-                }
-                continue;
-            }
-            let above = &done[(y - 1) * w..];
-            let (ratio_above, pivot_above) = (self.column_ratio.row(y - 1), self.column_pivot.row(y - 1));
-            for x in 0..w {
-                rest[x] = (row[x] + ratio_above[x] / pivot_above[x] * above[x]) * pivot[x];
+            let (done, rest) = along_columns.split_at_mut(y * w);
+            let (factors, source) = (columns.row(y), &map[y * w..][..w]);
+            let above = if y > 0 { &done[(y - 1) * w..] } else { source };
+            for (((out, &source), &above), f) in rest.iter_mut().zip(source).zip(above).zip(factors) {
+                // The first row has no edge before it.
+                *out = (source + f32x4::splat(f.edge) * above) * f32x4::splat(f.pivot);
             }
         }
         for y in (0..h.saturating_sub(1)).rev() {
-            let (upper, lower) = out.split_at_mut((y + 1) * w);
-            let ratio = self.column_ratio.row(y);
-            for ((value, below), r) in upper[y * w..].iter_mut().zip(&lower[..w]).zip(ratio) {
-                *value += r * below;
+            let (upper, lower) = along_columns.split_at_mut((y + 1) * w);
+            for ((out, &below), f) in upper[y * w..].iter_mut().zip(&lower[..w]).zip(columns.row(y)) {
+                *out += f32x4::splat(f.ratio) * below;
             }
+        }
+        for (value, (&a, &b)) in map.iter_mut().zip(along_rows.iter().zip(&*along_columns)) {
+            *value = f32x4::splat(0.5) * (a + b);
         }
     }
 }
@@ -247,9 +237,10 @@ mod tests {
     #[test]
     fn diffusion_keeps_the_mean() {
         let flow = field(40, 30, |x, y| ((x * y % 7) as f32, 0.0));
-        let mut map = halved(&flow.u);
-        let (across, down) = edge_weights(&map, &halved(&flow.v));
-        let mean = |p: &Plane<f32>| p.data().iter().sum::<f32>() / p.data().len() as f32;
+        let u = halved(&flow.u);
+        let (across, down) = edge_weights(&u, &halved(&flow.v));
+        let mut map: Vec<f32x4> = u.data().iter().map(|&v| f32x4::splat(v)).collect();
+        let mean = |map: &[f32x4]| map.iter().map(|v| v.to_array()[1]).sum::<f32>() / map.len() as f32;
         let before = mean(&map);
         Systems::new(&across, &down, 2.5).step(&mut map);
         assert!((mean(&map) - before).abs() < 1e-3, "{before} {}", mean(&map));

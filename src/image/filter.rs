@@ -8,29 +8,26 @@ pub fn gaussian_blur(plane: &Plane<f32>, sigma: f32) -> Plane<f32> {
         return plane.clone();
     }
     let kernel = gaussian_kernel(sigma);
-    let mut across = Plane::filled(plane.width(), plane.height(), 0.0);
+    let (radius, width) = (kernel.len() - 1, plane.width());
+    let mut across = Plane::filled(width, plane.height(), 0.0);
     let mut padded = Vec::new();
     for y in 0..plane.height() {
-        pad_row(plane.row(y), kernel.len() / 2, &mut padded);
-        for (k, &weight) in kernel.iter().enumerate() {
-            add_scaled(across.row_mut(y), &padded[k..], weight);
-        }
+        pad_row(plane.row(y), radius, &mut padded);
+        weigh(across.row_mut(y), &kernel, |k| &padded[(radius as isize + k) as usize..][..width]);
     }
-    let mut down = Plane::filled(plane.width(), plane.height(), 0.0);
+    let mut down = Plane::filled(width, plane.height(), 0.0);
+    let last = plane.height() as isize - 1;
     for y in 0..plane.height() {
-        for (k, &weight) in kernel.iter().enumerate() {
-            let source = (y + k).saturating_sub(kernel.len() / 2).min(plane.height() - 1);
-            add_scaled(down.row_mut(y), across.row(source), weight);
-        }
+        weigh(down.row_mut(y), &kernel, |k| across.row((y as isize + k).clamp(0, last) as usize));
     }
     down
 }
 
-/// Weights at `-r..=r`, `r = ceil(3 sigma)`, summing to one.
+/// Weights at `0..=r`, `r = ceil(3 sigma)`, such that those at `-r..=r` sum to one.
 fn gaussian_kernel(sigma: f32) -> Vec<f32> {
     let radius = (3.0 * sigma).ceil() as i32;
-    let weights: Vec<f32> = (-radius..=radius).map(|k| libm::expf(-0.5 * (k as f32 / sigma).powi(2))).collect();
-    let total: f32 = weights.iter().sum();
+    let weights: Vec<f32> = (0..=radius).map(|k| libm::expf(-0.5 * (k as f32 / sigma).powi(2))).collect();
+    let total = weights[0] + 2.0 * weights[1..].iter().sum::<f32>();
     weights.iter().map(|w| w / total).collect()
 }
 
@@ -41,9 +38,32 @@ fn pad_row(row: &[f32], radius: usize, padded: &mut Vec<f32>) {
     padded.extend(std::iter::repeat_n(row[row.len() - 1], radius));
 }
 
-fn add_scaled(out: &mut [f32], source: &[f32], weight: f32) {
-    for (o, s) in out.iter_mut().zip(source) {
-        *o += weight * s;
+/// Sum over `k` of the slice that stands `k` steps away, weighted by `kernel[|k|]`. Two pairs of slices at a time, as
+/// `out` would otherwise be loaded and stored for each.
+pub(crate) fn weigh<'a>(out: &mut [f32], kernel: &[f32], slice: impl Fn(isize) -> &'a [f32]) {
+    for (o, s) in out.iter_mut().zip(slice(0)) {
+        *o = kernel[0] * s;
+    }
+    let (twos, rest) = kernel[1..].as_chunks::<2>();
+    let mut k = 1;
+    for &[v, w] in twos {
+        add_two_pairs(out, [slice(-k), slice(k), slice(-k - 1), slice(k + 1)], v, w);
+        k += 2;
+    }
+    for &w in rest {
+        for ((o, a), b) in out.iter_mut().zip(slice(-k)).zip(slice(k)) {
+            *o += w * (a + b);
+        }
+    }
+}
+
+// Not inlined: as a function of its own, the compiler knows that the slices do not overlap.
+#[inline(never)]
+fn add_two_pairs(out: &mut [f32], pairs: [&[f32]; 4], v: f32, w: f32) {
+    let n = out.len();
+    let [a, b, c, d] = pairs.map(|slice| &slice[..n]);
+    for i in 0..n {
+        out[i] += v * (a[i] + b[i]) + w * (c[i] + d[i]);
     }
 }
 

@@ -78,29 +78,83 @@ pub(crate) fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, 
     if params.band == 0 || size != (frame.width(), frame.height()) || size != (before.width(), before.height()) {
         return mask.clone();
     }
+    let mut refined = mask.clone();
+    let Some(part) = Part::around_borders(mask, params.band.max(LEAST_SAMPLE_DEPTH) as usize) else { return refined };
+    // Labels are shared out only among pixels that had one label before: elsewhere the border was there already, and
+    // the user may have drawn it.
+    let mut shared = vec![false; 1 << 16];
+    let pair = |before: u8, label: u8| usize::from(before) << 8 | usize::from(label);
+    before.data().iter().zip(mask.data()).for_each(|(&b, &l)| shared[pair(b, l)] = true);
+    let (mask, before) = (&part.of(mask), &part.of(before));
+    for (p, label) in changes(mask, before, &part.of_frame(frame), params) {
+        if shared[pair(before.data()[p], label)] {
+            refined[(part.left + p % part.width, part.top + p / part.width)] = label;
+        }
+    }
+    refined
+}
+
+/// Pixels that take another label.
+fn changes(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Vec<(usize, u8)> {
     let depth = depths(mask, before, params.band.max(LEAST_SAMPLE_DEPTH));
     let band = Band::new(mask, &depth, params.band);
-    if band.pixels.is_empty() {
-        return mask.clone();
-    }
     let mut problem = band.problem(mask, frame, &depth, params);
     band.add_contrast(&mut problem, mask, frame, params.smoothness);
     // The expansion begins with the mask as it is, so that a draw changes nothing.
     let own = band.pixels.iter().map(|&p| band.place[usize::from(mask.data()[p as usize])]).collect();
     let label = Expansion::new(problem, own).finish();
-    // Labels are shared out only among pixels that had one label before: elsewhere the border was there already, and
-    // the user may have drawn it.
-    let mut shared = vec![false; 1 << 16];
-    let pair = |p: usize, label: u8| usize::from(before.data()[p]) << 8 | usize::from(label);
-    mask.data().iter().enumerate().for_each(|(p, &l)| shared[pair(p, l)] = true);
-    let mut refined = mask.clone();
-    for (&p, &l) in band.pixels.iter().zip(&label) {
-        let (p, label) = (p as usize, band.labels[l as usize]);
-        if shared[pair(p, label)] {
-            refined.data_mut()[p] = label;
+    let label = label.into_iter().map(|l| band.labels[l as usize]);
+    let changed = band.pixels.iter().map(|&p| p as usize).zip(label);
+    changed.filter(|&(p, label)| mask.data()[p] != label).collect()
+}
+
+/// A part of the image, whole tiles as far as the image goes.
+struct Part {
+    left: usize,
+    top: usize,
+    width: usize,
+    height: usize,
+}
+
+impl Part {
+    /// All that has to be seen where borders between labels may move by `reach`; `None` where there is no border.
+    fn around_borders(mask: &Plane<u8>, reach: usize) -> Option<Self> {
+        let (w, h) = (mask.width(), mask.height());
+        let (mut columns, mut rows) = ((w, 0), (h, 0));
+        let mut cover = |x: usize, y: usize| {
+            columns = (columns.0.min(x), columns.1.max(x + 1));
+            rows = (rows.0.min(y), rows.1.max(y + 1));
+        };
+        for y in 0..h {
+            let (row, below) = (mask.row(y), mask.row((y + 1).min(h - 1)));
+            let right = &row[1.min(w)..];
+            for other in [right, below] {
+                let differs = |(a, b): (&u8, &u8)| a != b;
+                if let Some(first) = row.iter().zip(other).position(differs) {
+                    let last = other.len() - 1 - row[..other.len()].iter().zip(other).rev().position(differs)?;
+                    cover(first, y);
+                    cover((last + 1).min(w - 1), (y + 1).min(h - 1));
+                }
+            }
         }
+        // A tile more than borders can move, from which colours are gathered.
+        let widened = |(from, to): (usize, usize), end: usize| {
+            let from = (from.saturating_sub(reach) / TILE).saturating_sub(1) * TILE;
+            (from, (to + reach).next_multiple_of(TILE).saturating_add(TILE).min(end))
+        };
+        let ((left, right), (top, bottom)) = (widened(columns, w), widened(rows, h));
+        (rows.1 > 0).then(|| Self { left, top, width: right - left, height: bottom - top })
     }
-    refined
+
+    fn of(&self, plane: &Plane<u8>) -> Plane<u8> {
+        Plane::from_fn(self.width, self.height, |x, y| plane[(self.left + x, self.top + y)])
+    }
+
+    fn of_frame(&self, frame: &Frame) -> Frame {
+        let row = |y: usize| &frame.rgb()[3 * ((self.top + y) * frame.width() + self.left)..][..3 * self.width];
+        let rgb = (0..self.height).flat_map(|y| row(y).iter().copied()).collect();
+        Frame::from_rgb(rgb, self.width, self.height).expect("a part of a legal frame is one")
+    }
 }
 
 /// Step 1: the chessboard distance of each pixel to the nearest one of another label that had the same label before;

@@ -9,6 +9,7 @@ mod value;
 
 #[doc(hidden)]
 pub use value::Choice;
+pub(crate) use value::Decimal;
 pub use value::{ParamTree, ParamValue};
 
 use crate::Error;
@@ -27,7 +28,7 @@ pub struct ParamField<'a> {
 
 impl std::fmt::Debug for ParamField<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} = {} in {:?}", self.name, self.value.get(), self.range)
+        write!(f, "{} = {}", self.name, Decimal(self.value.get()))
     }
 }
 
@@ -69,12 +70,12 @@ impl ParamField<'_> {
     pub fn check(&self) -> Result<(), Error> {
         match (self.range.0..=self.range.1).contains(&self.get()) {
             true => Ok(()),
-            false => Err(self.error(self.get().to_string())),
+            false => Err(self.error(Decimal(self.get()).to_string())),
         }
     }
 
     fn error(&self, value: String) -> Error {
-        let (low, high) = self.range;
+        let (low, high) = (Decimal(self.range.0), Decimal(self.range.1));
         let expected = match self.value.kind() {
             "boolean" => "true or false".to_owned(),
             "choice" => format!("one of {}", self.choices().join(", ")),

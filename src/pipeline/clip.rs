@@ -2,9 +2,10 @@
 
 use super::geometry::Scale;
 use super::params::ScaledParams;
+use super::piece::Ledger;
 use super::trackers::Trackers;
 use crate::Error;
-use crate::flow::CompactFlow;
+use crate::flow::{CompactFlow, FlowScratch};
 use crate::image::Frame;
 use crate::window::{Identities, Thumbnail, unmatched_share};
 
@@ -17,6 +18,10 @@ pub(super) struct Clip {
     pub(super) frames: Vec<Frame>,
     /// The flow of each pair of them, as far as it is known.
     pub(super) flows: Vec<CompactFlow>,
+    /// Working memory of the flow.
+    pub(super) scratch: FlowScratch,
+    /// What of the work on them is given away, or back.
+    pub(super) ledger: Ledger,
     /// Where the clip is taken window by window.
     pub(super) windows: Option<Box<Windows>>,
 }
@@ -40,7 +45,15 @@ pub(super) struct Windows {
 impl Clip {
     /// No frames yet.
     pub(super) fn new(scale: Scale, params: ScaledParams) -> Self {
-        Self { params, scale, frames: Vec::new(), flows: Vec::new(), windows: None }
+        Self {
+            params,
+            scale,
+            frames: Vec::new(),
+            flows: Vec::new(),
+            scratch: FlowScratch::default(),
+            ledger: Ledger::default(),
+            windows: None,
+        }
     }
 
     /// The frame at working size, if it can be added.
@@ -119,6 +132,7 @@ impl Clip {
     /// Drops all frames but the last `overlap`, or, if a frame of a new shot is held back, all of them.
     pub(super) fn advance(&mut self, overlap: usize) {
         let dropped = self.dropped_by(overlap);
+        self.ledger = Ledger::default();
         let Some(windows) = &mut self.windows else { return };
         if let Some(first) = windows.held.take() {
             windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.next_number());

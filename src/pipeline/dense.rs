@@ -4,14 +4,13 @@ use super::clip::Clip;
 use super::figure::{figure_and_ground, voted};
 use super::found::{Clustered, Corrections, Cut, Found, Parts, Segmented};
 use super::geometry::Scale;
-use super::params::Params;
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
 use crate::background::Background;
 use crate::camera::{Camera, Travel};
 use crate::cut::{CutInput, GabrielCut, appearance, paint};
-use crate::image::{Frame, Plane};
+use crate::image::Plane;
 use crate::mask::{Objects, refine};
 use crate::superpixel::{Superpixels, superpixels_of};
 use crate::trajectory::Trajectories;
@@ -28,9 +27,15 @@ impl Dividing {
         Self { clustered, superpixels: Vec::new() }
     }
 
-    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Cutting>> {
+    pub(super) fn made(&self) -> usize {
+        self.superpixels.len()
+    }
+
+    pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Cutting>> {
         let t = self.superpixels.len();
-        self.superpixels.push(superpixels_of(&clip.frames[t], None, &clip.params.contour, &clip.params.superpixel));
+        let made = clip.ledger.superpixels.collect(t);
+        let make = || superpixels_of(&clip.frames[t], None, &clip.params.contour, &clip.params.superpixel);
+        self.superpixels.push(made.unwrap_or_else(make));
         let progress = Progress { stage: Stage::Superpixels, done: t as u32 + 1, total: clip.frames.len() as u32 };
         if t + 1 < clip.frames.len() {
             return Turn::more(progress, self);
@@ -104,7 +109,8 @@ impl Cutting {
         let Self { parts, recut } = *self;
         let terms = Terms::new(&parts, recut.as_ref(), &objects, voted, clip);
         let before = recut.as_ref().filter(|_| clip.params.cut.appearance_rounds > 0).map(Recut::present);
-        let moves = terms.moves(&parts, recut.as_ref(), before, clip);
+        let evidence = before.map(|before| terms.evidence_with(&parts, before, clip));
+        let moves = terms.moves(&parts, recut.as_ref(), evidence.as_ref().unwrap_or(&terms.evidence), clip);
         // Without objects there is nothing to be learned.
         let is_once = recut.is_some() || !terms.is_object.contains(&true);
         let rounds = if is_once { 0 } else { clip.params.cut.appearance_rounds };
@@ -146,30 +152,36 @@ impl Terms {
         (tracks, self.voted.as_ref().unwrap_or(&clustered.clusters.label))
     }
 
-    /// The energy; with the labels of a cut before, also by what these look like.
-    fn moves(&self, parts: &Parts, recut: Option<&Recut>, before: Option<&[Vec<u32>]>, clip: &Clip) -> GabrielCut {
-        let (superpixels, settings) = (&parts.superpixels, &clip.params.cut);
-        let mut evidence = self.evidence.clone();
-        if let Some(before) = before {
-            let said = appearance(superpixels, &clip.frames, before, &self.is_object);
-            evidence.resize(said.len(), 0.0);
-            evidence.iter_mut().zip(said).for_each(|(sum, said)| *sum += settings.appearance_weight * said);
-        }
-        let (tracks, label) = self.labelled(&parts.clustered);
-        let input = CutInput {
-            superpixels,
-            tracks,
-            label,
-            num_labels: parts.clustered.clusters.count.max(1),
-            objects: &self.is_object,
-            evidence: &evidence,
-            flows: &clip.flows,
-            frames: &clip.frames,
-        };
+    /// The energy.
+    fn moves(&self, parts: &Parts, recut: Option<&Recut>, evidence: &[f32], clip: &Clip) -> GabrielCut {
+        let (input, settings) = (self.input(parts, evidence, clip), &clip.params.cut);
         match recut {
             Some(recut) => recut.cut(&input, settings),
             None => GabrielCut::new(&input, settings),
         }
+    }
+
+    fn input<'a>(&'a self, parts: &'a Parts, evidence: &'a [f32], clip: &'a Clip) -> CutInput<'a> {
+        let (tracks, label) = self.labelled(&parts.clustered);
+        CutInput {
+            superpixels: &parts.superpixels,
+            tracks,
+            label,
+            num_labels: parts.clustered.clusters.count.max(1),
+            objects: &self.is_object,
+            evidence,
+            flows: &clip.flows,
+            frames: &clip.frames,
+        }
+    }
+
+    /// The evidence with that of what the labels of a cut before look like.
+    fn evidence_with(&self, parts: &Parts, before: &[Vec<u32>], clip: &Clip) -> Vec<f32> {
+        let said = appearance(&parts.superpixels, &clip.frames, before, &self.is_object);
+        let mut evidence = self.evidence.clone();
+        evidence.resize(said.len(), 0.0);
+        evidence.iter_mut().zip(said).for_each(|(sum, said)| *sum += clip.params.cut.appearance_weight * said);
+        evidence
     }
 }
 
@@ -186,8 +198,9 @@ impl Moving {
             return Turn::more(progress, self);
         }
         if !is_last {
-            let labels = self.moves.finish();
-            self.moves = self.terms.moves(&self.parts, None, Some(&labels.labels), clip);
+            let labels = self.moves.labels().labels;
+            let evidence = self.terms.evidence_with(&self.parts, &labels, clip);
+            self.moves.begin_again(&self.terms.input(&self.parts, &evidence, clip), &clip.params.cut);
             (self.made, self.rounds) = (done, self.rounds - 1);
             return Turn::more(progress, self);
         }
@@ -202,13 +215,31 @@ impl Moving {
 }
 
 impl Masking {
-    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Segmented>> {
+    pub(super) fn made(&self) -> usize {
+        self.masks.len()
+    }
+
+    pub(super) fn is_first(&self) -> bool {
+        self.recut.is_none()
+    }
+
+    /// The label of each pixel of a frame, from the clusters of its superpixels, before borders are refined.
+    pub(super) fn labels(&self, t: usize) -> Plane<u8> {
+        // A clip without clusters is all background.
+        let label = |cluster: u32| self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0);
+        paint(&self.parts.superpixels[t], &self.cut.labels.labels[t]).map(label)
+    }
+
+    pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Segmented>> {
         let t = self.masks.len();
+        let made = clip.ledger.masks.collect(t);
         let (frame, superpixels, labels) = (&clip.frames[t], &self.parts.superpixels[t], &self.cut.labels.labels[t]);
-        self.masks.push(match &self.recut {
-            Some(recut) => recut.mask(t, frame, superpixels, labels, &clip.params),
-            None => mask_of(frame, superpixels, labels, &self.cut.objects, &clip.params),
-        });
+        let mask = match (&self.recut, made) {
+            (Some(recut), _) => recut.mask(t, frame, superpixels, labels, &clip.params),
+            (None, Some(made)) => made,
+            (None, None) => refine(&self.labels(t), frame, &clip.params.refine),
+        };
+        self.masks.push(mask);
         let progress = Progress { stage: Stage::Masks, done: t as u32 + 1, total: clip.frames.len() as u32 };
         if t + 1 < clip.frames.len() {
             return Turn::more(progress, self);
@@ -239,13 +270,6 @@ fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) -> Option<B
     }
     let denser = clustered.embedded.tracked.denser.as_ref().map(|denser| (denser, clip.params.trajectory.mask_step));
     Some(Background::new(&clip.frames, camera, denser, settings))
-}
-
-/// The mask of one frame, from the clusters of its superpixels.
-fn mask_of(frame: &Frame, superpixels: &Superpixels, labels: &[u32], objects: &Objects, params: &Params) -> Plane<u8> {
-    // A clip without clusters is all background.
-    let label = |cluster: u32| objects.of_cluster.get(cluster as usize).copied().unwrap_or(0);
-    refine(&paint(superpixels, labels).map(label), frame, &params.refine)
 }
 
 /// The cluster of each pixel of a frame, in agreement with its mask.

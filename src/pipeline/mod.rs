@@ -10,7 +10,15 @@ mod foreground;
 mod found;
 mod geometry;
 mod motion;
+mod pair;
 mod params;
+#[cfg_attr(
+    all(target_arch = "wasm32", not(feature = "wasm")),
+    allow(dead_code, reason = "the decoder gives nothing away")
+)]
+mod piece;
+#[cfg(test)]
+mod piece_tests;
 mod recut;
 mod results;
 mod session;
@@ -19,12 +27,18 @@ mod stage;
 mod state;
 #[cfg(test)]
 mod tests;
+#[cfg(not(target_arch = "wasm32"))]
+mod threads;
 mod trackers;
 mod turn;
 mod windows;
 #[cfg(test)]
 mod windows_tests;
+#[cfg(any(feature = "wasm", test))]
+mod wire;
 
 pub use params::{ClipParams, Params, ScaledParams};
+#[cfg(feature = "wasm")]
+pub(crate) use piece::{Made, Piece, PieceId};
 pub use session::Session;
 pub use stage::{Progress, Stage, Step};

@@ -2,31 +2,30 @@
 
 use super::clip::Clip;
 use super::found::Tracked;
+use super::pair::{Forward, PairFlow, Seen};
+use super::piece::Ledger;
 use super::stage::{Progress, Stage};
-use super::trackers::{PairFlow, Trackers};
+use super::trackers::Trackers;
 use super::turn::Turn;
-use crate::flow::{CompactFlow, FlowField, FlowPyramid, FlowScratch, flow_between_with};
-use crate::image::Plane;
+use crate::flow::CompactFlow;
 use crate::trajectory::structure;
 
 /// What is known of the present pair of frames.
 #[derive(Debug)]
 enum Pair {
     Nothing,
-    Forward(FlowField),
-    Both(FlowField, FlowField),
+    Forward(Box<Forward>),
+    Both(Box<PairFlow>),
 }
 
-/// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking. Holds the pyramids of two
-/// frames.
+/// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking; of pairs that came from
+/// elsewhere two. Holds the pyramids of two frames.
 #[derive(Debug)]
 pub(super) struct Motion {
     /// Index of the present pair `(t, t + 1)`.
     t: usize,
-    from: FlowPyramid,
-    to: FlowPyramid,
-    scratch: FlowScratch,
-    luma: Plane<f32>,
+    /// The second frame of the pair before, if its flow was made here.
+    seen: Option<Seen>,
     pair: Pair,
     trackers: Trackers,
 }
@@ -36,13 +35,11 @@ impl Motion {
     /// of them, flow and tracking go on from there.
     pub(super) fn new(clip: &mut Clip) -> Self {
         let (mut trackers, known) = clip.trackers();
-        let t = known.saturating_sub(1);
-        let (first, luma) = (clip.frames[t].luma(), clip.frames[t + 1].luma());
-        let (from, to) = (FlowPyramid::new(&first, &clip.params.flow), FlowPyramid::new(&luma, &clip.params.flow));
         if known == 0 {
-            trackers.seed(&structure(&first));
+            trackers.seed(&structure(&clip.frames[0].luma()));
         }
-        Self { t, from, to, scratch: FlowScratch::default(), luma, pair: Pair::Nothing, trackers }
+        let t = known.saturating_sub(1);
+        Self { t, seen: None, pair: Pair::Nothing, trackers }
     }
 
     /// One field, or the tracking through a pair of them; finished forward fields are added to those of the clip.
@@ -52,32 +49,36 @@ impl Motion {
         let settings = &clip.params.flow;
         match self.pair {
             Pair::Nothing => {
-                self.pair = Pair::Forward(flow_between_with(&self.from, &self.to, settings, &mut self.scratch));
+                if let Some(made) = clip.ledger.pairs.collect(self.t) {
+                    (self.pair, self.seen) = (Pair::Both(made), None);
+                    return Turn::more(flow(2), self);
+                }
+                let [from, to] = [self.t, self.t + 1].map(|t| &clip.frames[t]);
+                let from = self.seen.take().unwrap_or_else(|| Seen::new(from, settings));
+                let forward = Forward::new(from, Seen::new(to, settings), settings, &mut clip.scratch);
+                self.pair = Pair::Forward(Box::new(forward));
                 Turn::more(flow(1), self)
             }
             Pair::Forward(forward) => {
-                self.pair = Pair::Both(forward, flow_between_with(&self.to, &self.from, settings, &mut self.scratch));
+                let (made, seen) = forward.finish(settings, &mut clip.scratch);
+                (self.pair, self.seen) = (Pair::Both(Box::new(made)), Some(seen));
                 Turn::more(flow(2), self)
             }
-            Pair::Both(forward, backward) => {
+            Pair::Both(made) => {
                 self.pair = Pair::Nothing;
-                self.track(&PairFlow::new(forward, backward), clip);
+                self.trackers.follow(&made);
+                self.trackers.seed(&made.structure);
+                clip.flows.push(CompactFlow::new(&made.forward));
+                self.t += 1;
                 let progress = Progress { stage: Stage::Trajectories, done: t + 1, total: pairs };
                 if t + 1 < pairs { Turn::more(progress, self) } else { Turn::done(progress, self.finish(clip)) }
             }
         }
     }
 
-    fn track(&mut self, flow: &PairFlow, clip: &mut Clip) {
-        self.trackers.follow(flow);
-        self.trackers.seed(&structure(&self.luma));
-        clip.flows.push(CompactFlow::new(&flow.forward));
-        self.t += 1;
-        if let Some(frame) = clip.frames.get(self.t + 1) {
-            self.luma = frame.luma();
-            let next = FlowPyramid::new(&self.luma, &clip.params.flow);
-            self.from = std::mem::replace(&mut self.to, next);
-        }
+    /// Whether the next step needs a pair that was given away.
+    pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
+        matches!(self.pair, Pair::Nothing) && ledger.pairs.is_out(self.t)
     }
 
     /// The trajectories at the last frame.
@@ -91,6 +92,7 @@ impl Motion {
             denser: self.trackers.masks.as_ref().map(|masks| masks.numbered().0),
         };
         clip.keep(self.trackers);
+        clip.scratch = Default::default();
         tracked
     }
 }

@@ -17,8 +17,10 @@ use crate::trajectory::Trajectories;
 /// ends in the same result.
 #[derive(Debug)]
 pub struct Session {
-    params: Params,
+    pub(super) params: Params,
     pub(super) phase: Phase,
+    /// Grows with each clip and window: what was given away before is of no use then.
+    pub(super) epoch: u32,
 }
 
 /// What a session runs on, and how far it is.
@@ -63,7 +65,7 @@ impl Session {
     /// [`Error::Param`] when a parameter is out of range.
     pub fn new(params: Params) -> Result<Self, Error> {
         params.validate()?;
-        Ok(Self { params, phase: Phase::Empty })
+        Ok(Self { params, phase: Phase::Empty, epoch: 0 })
     }
 
     /// The parameters in force.
@@ -167,6 +169,7 @@ impl Session {
     /// Drops frames and results; parameters stay.
     pub fn clear(&mut self) {
         self.phase = Phase::Empty;
+        self.epoch = self.epoch.wrapping_add(1);
     }
 
     /// The clip, once there is one.

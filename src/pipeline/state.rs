@@ -5,6 +5,7 @@ use super::dense::{Cutting, Dividing, Masking, Moving};
 use super::foreground::{Averaging, Connected, Connecting, Looking, Mapping, Reembedding, Renewing};
 use super::found::{Clustered, Embedded, Found, Linked, Parts, Placed, Segmented, Tracked};
 use super::motion::Motion;
+use super::piece::Ledger;
 use super::recut::Wanted;
 use super::spectral::Linking;
 use super::stage::{Stage, Step};
@@ -142,6 +143,24 @@ impl State {
             Self::Moves(work) => Some(&mut work.parts),
             Self::Masks(work) => Some(&mut work.parts),
             Self::Segmented(found) => Some(&mut found.parts),
+            _ => None,
+        }
+    }
+
+    /// Whether the next step needs a piece that was given away.
+    pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
+        match self {
+            Self::Motion(work) => work.awaits(ledger),
+            Self::Superpixels(work) => ledger.superpixels.is_out(work.made()),
+            Self::Masks(work) => ledger.masks.is_out(work.made()),
+            _ => false,
+        }
+    }
+
+    /// Masks that are being made for the first time.
+    pub(super) fn masking(&self) -> Option<&Masking> {
+        match self {
+            Self::Masks(work) if work.is_first() => Some(work),
             _ => None,
         }
     }

@@ -1,27 +1,12 @@
 //! The two trackers of a clip, side by side.
 
+use super::pair::PairFlow;
 use super::params::Params;
-use crate::flow::{FlowField, local_flow_variation};
 use crate::image::Plane;
 use crate::trajectory::Tracker;
 
 /// Frames before a window that trajectories remember.
 const REMEMBERED: usize = 100;
-
-/// Flow of one frame pair, both ways, with its variation: it depends on the two frames alone.
-#[derive(Debug)]
-pub(super) struct PairFlow {
-    pub(super) forward: FlowField,
-    backward: FlowField,
-    variation: Plane<f32>,
-}
-
-impl PairFlow {
-    pub(super) fn new(forward: FlowField, backward: FlowField) -> Self {
-        let variation = local_flow_variation(&forward);
-        Self { forward, backward, variation }
-    }
-}
 
 /// The trackers of a clip, both through the same frames.
 #[derive(Debug, Clone)]

@@ -51,6 +51,7 @@ impl Session {
             let expected = format!("a whole number of frames, 1..={}", frames - 1);
             return Err(Error::Param { name: "overlap".to_owned(), value: overlap.to_string(), expected });
         }
+        self.epoch = self.epoch.wrapping_add(1);
         self.phase = match std::mem::take(&mut self.phase) {
             Phase::Begun(mut clip, state) => {
                 remember_objects(&mut clip, &state.found(), overlap);

@@ -20,6 +20,7 @@ pub use structure::structure;
 pub use tracker::Tracker;
 
 use crate::Error;
+use crate::params::Decimal;
 use std::ops::Range;
 
 crate::params! {
@@ -184,7 +185,10 @@ impl Trajectories {
         }
         for (name, values) in [("x", &self.x), ("y", &self.y), ("variation", &self.variation)] {
             if let Some(p) = values.iter().position(|v| !v.is_finite()) {
-                return breach(format!("{name}[{p}] = {} (expected a finite number of pixels)", f64::from(values[p])));
+                return breach(format!(
+                    "{name}[{p}] = {} (expected a finite number of pixels)",
+                    Decimal(values[p].into())
+                ));
             }
         }
         Ok(())

@@ -101,7 +101,7 @@ impl Tracker {
                     break;
                 }
                 let border = libm::expf(-0.1 * x.min(y).min(w - x).min(h - y));
-                let lambda = structure[(x.round() as usize, y.round() as usize)];
+                let lambda = sample_bilinear(structure, 0.5 * (x - 0.5), 0.5 * (y - 0.5));
                 let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
                 if structured && occupied.around(x, y).all(|(_, distance_sq)| distance_sq >= step * step) {

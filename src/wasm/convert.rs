@@ -6,13 +6,15 @@ use crate::discretize::Clusters;
 use crate::flow::FlowField;
 use crate::image::Plane;
 use crate::mask::Objects;
-use crate::params::ParamTree;
+use crate::params::{ParamTree, ParamValue};
 use crate::saliency::Saliency;
 use crate::still::ImageDiscontinuities;
 use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
 use crate::trajectory::Trajectories;
 use crate::{Error, Params};
-use js_sys::{Float32Array, Float64Array, Int32Array, Object, Reflect, Uint8Array, Uint8ClampedArray, Uint32Array};
+use js_sys::{
+    Array, Float32Array, Float64Array, Int32Array, Object, Reflect, Uint8Array, Uint8ClampedArray, Uint32Array,
+};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
@@ -33,14 +35,34 @@ pub(super) fn to_js(value: &impl Serialize) -> Result<JsValue, JsValue> {
 pub(super) fn to_params(options: JsValue) -> Result<Params, Error> {
     let mut params = Params::default();
     if !options.is_undefined() {
-        let tree: ParamTree = serde_wasm_bindgen::from_value(options).map_err(|e| Error::Param {
+        params.apply(&tree(&options).ok_or_else(|| Error::Param {
             name: "options".to_owned(),
-            value: e.to_string(),
+            value: "something else".to_owned(),
             expected: "an object such as {flow: {patchStride: 5}}".to_owned(),
-        })?;
-        params.apply(&tree)?;
+        })?)?;
     }
     Ok(params)
+}
+
+/// The properties of an object, and of the objects in it. By hand: what `serde` needs for it is several KiB of the file.
+fn tree(value: &JsValue) -> Option<ParamTree> {
+    let object = value.dyn_ref::<Object>().filter(|_| !Array::is_array(value))?;
+    let list = Object::entries(object);
+    let entries = list.iter().map(|entry| {
+        let entry: Array = entry.into();
+        let value = entry.get(1);
+        let found = if let Some(text) = value.as_string() {
+            ParamValue::Text(text)
+        } else if let Some(number) = value.as_f64() {
+            ParamValue::Number(number)
+        } else if let Some(truth) = value.as_bool() {
+            ParamValue::Bool(truth)
+        } else {
+            tree(&value).map_or(ParamValue::Other(serde::de::IgnoredAny), ParamValue::Section)
+        };
+        (entry.get(0).as_string().unwrap_or_default(), found)
+    });
+    Some(ParamTree(entries.collect()))
 }
 
 /// A plain object with these properties.

@@ -2,8 +2,9 @@
 
 use super::convert::{self, doubles, narrowed, object, words};
 use crate::correction::{Correction, Stroke};
+use crate::flow::FlowScratch;
 use crate::image::Frame;
-use crate::pipeline::Step;
+use crate::pipeline::{Made, Piece, PieceId, Step};
 use crate::trajectory::Trajectories;
 use crate::{Params, Session};
 use wasm_bindgen::prelude::*;
@@ -76,6 +77,46 @@ impl JsSession {
             Step::Working(progress) => convert::to_js(&progress),
             Step::Done => Ok(JsValue::UNDEFINED),
         }
+    }
+
+    /// A piece of work for another worker, as words; `undefined` where none is left to give away at present. Flow is
+    /// given away for at most `ahead` pairs from the next one on.
+    #[wasm_bindgen(js_name = takePiece)]
+    pub fn take_piece(&mut self, ahead: usize) -> Option<Vec<u32>> {
+        self.0.take_piece(ahead).map(|piece| piece.to_words())
+    }
+
+    /// Takes a piece and makes it here; false where there is none.
+    #[wasm_bindgen(js_name = makePiece)]
+    pub fn make_piece(&mut self, ahead: usize) -> bool {
+        self.0.make_piece(ahead)
+    }
+
+    /// Does a piece of work that a session with the same options gave away; words that are none give none.
+    #[wasm_bindgen(js_name = workOn)]
+    pub fn work_on(&self, piece: &[u32]) -> Vec<u32> {
+        let made = |piece: Piece| piece.work(self.0.params(), &mut FlowScratch::default()).to_words(piece.id());
+        Piece::from_words(piece).map_or_else(Vec::new, made)
+    }
+
+    /// Takes what another worker made of a piece.
+    pub fn accept(&mut self, made: &[u32]) {
+        if let Some((id, made)) = Made::from_words(made) {
+            self.0.accept(id, made);
+        }
+    }
+
+    /// The piece that begins with these words will not come back: the session makes it itself.
+    pub fn release(&mut self, piece: &[u32]) {
+        if let Some(id) = PieceId::from_words(piece) {
+            self.0.release(id);
+        }
+    }
+
+    /// Whether the next step needs a piece that was given away and is not back; taken all the same, it makes that
+    /// itself.
+    pub fn awaits(&self) -> bool {
+        self.0.awaits()
     }
 
     /// What is `from` becomes `into`.

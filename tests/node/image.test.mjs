@@ -82,7 +82,7 @@ test('a worker finds what this thread finds', async (t) => {
     terminate() {},
   };
   const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
-  const engine = await createRemoteEngine(worker, module, { still: { dimensions: 6 } });
+  const engine = await createRemoteEngine(() => worker, module, { still: { dimensions: 6 } });
   const image = () => plain(50, 40, (x, y) => (x + y < 40 ? 40 : 200));
   const found = await engine.request('discontinuitiesOf', { ...image(), kind: 'pixels' });
   assert.deepEqual(found, await imageDiscontinuities(image(), { still: { dimensions: 6 } }));

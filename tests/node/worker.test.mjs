@@ -36,7 +36,7 @@ function startWorker(answer = serve) {
 
 async function open(t, parameters = {}, wasm = module) {
   const worker = startWorker();
-  const session = new Session(await createRemoteEngine(worker, wasm, parameters), () => compiled('decoder'));
+  const session = new Session(await createRemoteEngine(() => worker, wasm, parameters), () => compiled('decoder'));
   t.after(() => session.close());
   return { session, worker };
 }
@@ -88,7 +88,11 @@ test('a session in a worker gives the same result as one in this thread', async 
 });
 
 test('errors cross with code and message', async (t) => {
-  await rejects(createRemoteEngine(startWorker(), module, { clip: { maxSize: 1 } }), 'param', /clip\.maxSize/);
+  await rejects(
+    createRemoteEngine(() => startWorker(), module, { clip: { maxSize: 1 } }),
+    'param',
+    /clip\.maxSize/,
+  );
   const { session } = await open(t);
   await rejects(session.run(), 'too-few-frames');
   await rejects(session.push(new Uint8Array(5)), 'decode');
@@ -144,7 +148,7 @@ test('a worker that dies rejects the run, and one that never started says what t
   worker.fail('out of memory');
   await rejects(run, 'poisoned', /out of memory/);
   const silent = startWorker(() => {});
-  const opening = createRemoteEngine(silent, module, {});
+  const opening = createRemoteEngine(() => silent, module, {});
   silent.fail('');
   await rejects(opening, 'wasm-load', /worker\.js/);
   assert.ok(silent.terminated);

@@ -55,6 +55,29 @@ async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-sr
   return page;
 }
 
+test('any number of threads gives the same result, each a worker of its own, all ended with the session', async (t) => {
+  const page = await open(t);
+  const seen = await page.evaluate(async () => {
+    const { segment, frames, createSession, fingerprint } = globalThis.kit;
+    const list = await frames();
+    const prints = [];
+    for (const threads of [1, 2, 3, 6]) prints.push(await segment(list, { threads }));
+    const session = await createSession({ threads: 4 });
+    for (const frame of list) await session.push(frame);
+    const controller = new AbortController();
+    const stopped = session.run({ signal: controller.signal, onProgress: () => controller.abort() });
+    await stopped.catch(() => {});
+    prints.push(fingerprint(await session.run()));
+    globalThis.open = session;
+    return prints;
+  });
+  assert.equal(new Set(seen).size, 1, seen.join(' '));
+  assert.equal(page.workers().length, 4);
+  await page.evaluate(() => globalThis.open.close());
+  for (let k = 0; page.workers().length > 0 && k < 100; k += 1) await page.waitForTimeout(20);
+  assert.equal(page.workers().length, 0);
+});
+
 test('every kind of frame gives the same result as its pixels', async (t) => {
   const page = await open(t);
   const differing = await page.evaluate(async () => {

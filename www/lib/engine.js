@@ -1,6 +1,7 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
 import { end, guarded, instance } from './instance.js';
+import { Pool } from './pool.js';
 import { lineOf } from './requests.js';
 
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
@@ -83,7 +84,13 @@ export class LocalEngine {
   #last = Promise.resolve();
   /** @type {Partial<Record<Stage, number>>} */
   #seconds = {};
+  /** When the last step ended, in milliseconds. */
+  #clock = 0;
   #closed = false;
+  /** Helpers that work on pieces of the run. */
+  pool = new Pool();
+  /** @type {import('./crew.js').Crew | undefined} Who starts them, where that is done in this thread. */
+  crew;
 
   /**
    * @param {import('./instance.js').Instance} owner
@@ -102,19 +109,31 @@ export class LocalEngine {
    */
   request(name, ...args) {
     const { work, restarts } = lineOf(name);
+    if (name === 'push' || name === 'pushInShot') this.crew?.muster();
     return this.#inOrder(async () => {
       const call = await work(...args);
       if (restarts) this.#seconds = {};
-      return this.#call(call);
+      const answer = this.#call(call);
+      // Flow can be worked on while frames are still coming.
+      this.#call((session) => this.pool.exchange(session));
+      return answer;
     });
   }
 
   /** @type {Engine['run']} */
   run(onProgress, signal) {
     return this.#inOrder(async () => {
-      while (!signal.aborted && !this.#closed) {
-        if (!this.#slice(onProgress)) return this.#call((session) => this.#result(session));
-        await macrotask();
+      this.#clock = performance.now();
+      const wake = () => this.pool.wake();
+      signal.addEventListener('abort', wake);
+      try {
+        while (!signal.aborted && !this.#closed) {
+          const state = this.#slice(onProgress);
+          if (state === 'done') return this.#call((session) => this.#result(session));
+          await (state === 'waiting' ? this.pool.next() : macrotask());
+        }
+      } finally {
+        signal.removeEventListener('abort', wake);
       }
       return null;
     });
@@ -122,6 +141,8 @@ export class LocalEngine {
 
   close() {
     this.#closed = true;
+    this.pool.close();
+    this.crew?.dismiss();
     this.#inOrder(async () => {
       this.#session = undefined;
       end(this.#owner, 'session');
@@ -129,27 +150,51 @@ export class LocalEngine {
   }
 
   /**
-   * Steps until the slice is over; false when nothing is left to do. Reports the last step of each stage and of the
-   * slice.
+   * Steps until the slice is over, until nothing is left to do, or until nothing can be done before a helper is back.
+   * Reports the last step of each stage and of the slice.
    * @param {(progress: Progress) => void} onProgress
+   * @returns {'more' | 'waiting' | 'done'}
    */
   #slice(onProgress) {
     const end = performance.now() + SLICE_MS;
     /** @type {Progress | undefined} */
     let last;
     for (;;) {
-      const begin = performance.now();
-      const progress = /** @type {Progress | undefined} */ (this.#call((session) => session.step()));
-      const now = performance.now();
-      if (last && progress?.stage !== last.stage) onProgress(last);
-      if (!progress) return false;
-      this.#seconds[progress.stage] = (this.#seconds[progress.stage] ?? 0) + (now - begin) / 1000;
-      last = progress;
-      if (now >= end) {
-        onProgress(last);
-        return true;
+      const pause = this.#call((session) => this.#help(session));
+      if (!pause) {
+        const progress = /** @type {Progress | undefined} */ (this.#call((session) => session.step()));
+        if (last && progress?.stage !== last.stage) onProgress(last);
+        if (!progress) return 'done';
+        this.#count(progress.stage);
+        last = progress;
+      }
+      if (pause || performance.now() >= end) {
+        if (last) onProgress(last);
+        return pause ?? 'more';
       }
     }
+  }
+
+  /**
+   * Exchanges pieces with the helpers. While the next step waits for one of them, a piece is made here instead of it;
+   * where there is none, nothing can be done but wait.
+   * @param {import('./tracecut.js').Session} session
+   * @returns {'more' | 'waiting' | undefined}
+   */
+  #help(session) {
+    this.pool.exchange(session);
+    if (!this.pool.busy || !session.awaits()) return undefined;
+    return session.makePiece(this.pool.ahead) ? 'more' : 'waiting';
+  }
+
+  /**
+   * What went by since the last step counts for this one.
+   * @param {Stage} stage
+   */
+  #count(stage) {
+    const now = performance.now();
+    this.#seconds[stage] = (this.#seconds[stage] ?? 0) + (now - this.#clock) / 1000;
+    this.#clock = now;
   }
 
   /**

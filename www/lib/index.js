@@ -33,6 +33,7 @@ const platform = {
     if (typeof Worker === 'undefined') return undefined;
     return startWorker;
   },
+  cores: () => globalThis.navigator?.hardwareConcurrency,
 };
 
 function startWorker() {

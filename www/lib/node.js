@@ -1,9 +1,11 @@
 /**
- * TraceCut in Node: the same interface as in browsers; the work runs in-process, in slices.
+ * TraceCut in Node: the same interface as in browsers; the work runs in-process, in slices, and on threads beside it.
  * @module
  */
 
 import { readFile } from 'node:fs/promises';
+import { availableParallelism } from 'node:os';
+import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, superpixelsOf } from './image.js';
@@ -23,7 +25,24 @@ const platform = {
   loadModule: (source) => (source === undefined ? packaged() : load(source)),
   loadDecoder: (source) => (source === undefined ? packagedDecoder() : load(source)),
   startWorker: undefined,
+  startHelper,
+  cores: availableParallelism,
 };
+
+/** @type {NonNullable<import('./platform.js').Platform['startHelper']>} */
+function startHelper(data) {
+  const port = /** @type {import('node:worker_threads').MessagePort} */ (/** @type {unknown} */ (data.port));
+  const worker = new Worker(new URL('./node-worker.js', import.meta.url), { workerData: data, transferList: [port] });
+  // A session that nobody closed keeps no process alive.
+  worker.unref();
+  return {
+    watch(onLost) {
+      worker.on('error', onLost);
+      worker.on('exit', onLost);
+    },
+    end: () => void worker.terminate(),
+  };
+}
 
 /** @param {import('./options.js').WasmSource} source */
 function load(source) {

@@ -11,15 +11,19 @@ import { illegal, typeTag } from './errors.js';
  * Options of a session: the parameter tree, over a `preset` if there is one (`'paper'` makes masks as the paper does),
  * and settings of this layer. `wasm` says where the wasm file is, `decoder` where the one is that reads PNG and JPEG
  * files (it is fetched when the first file is pushed); `worker: false` runs a browser's session on the calling thread
- * (Node always does).
+ * (Node always does). `threads` is the number of threads to work on, 1 to 64, each with some memory; results are the
+ * same for any number. By default it is all but one of the machine's, at most 8, and 1 with `worker: false`.
  * @typedef {ParameterOptions & {preset?: 'default' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?:
- *   boolean}} SessionOptions
+ *   boolean, threads?: number}} SessionOptions
  */
 
 /**
- * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean, parameters: Record<string, unknown>}}
- *   SplitOptions
+ * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean, threads?: number,
+ *   parameters: Record<string, unknown>}} SplitOptions
  */
+
+/** Most threads that can be asked for. */
+const MAX_THREADS = 64;
 
 /** Parameters are two levels deep; anything much deeper is a mistake, or an object that contains itself. */
 const MAX_DEPTH = 4;
@@ -32,9 +36,10 @@ const MAX_DEPTH = 4;
  */
 export function splitOptions(options = {}) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');
-  const { wasm, decoder, worker, ...parameters } = /** @type {SessionOptions} */ (options);
+  const { wasm, decoder, worker, threads, ...parameters } = /** @type {SessionOptions} */ (options);
   if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
-  return { wasm, decoder, worker, parameters: copyTree(parameters, '', 0) };
+  if (threads !== undefined) wholeNumber('param', 'threads', threads, 1, MAX_THREADS);
+  return { wasm, decoder, worker, threads, parameters: copyTree(parameters, '', 0) };
 }
 
 /**

@@ -1,5 +1,6 @@
 // What differs between browsers and Node, and engines opened there.
 
+import { Crew, usualThreads } from './crew.js';
 import { createLocalEngine } from './engine.js';
 import { TraceCutError } from './errors.js';
 import { createRemoteEngine } from './remote.js';
@@ -9,6 +10,9 @@ import { createRemoteEngine } from './remote.js';
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadDecoder
  * @property {(() => Worker) | undefined} startWorker
+ * @property {(data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}) =>
+ *   import('./crew.js').HelperWorker} [startHelper] where sessions run on the calling thread: a worker that helps one
+ * @property {() => number | undefined} cores as many threads as the machine runs at once, where known
  */
 
 /**
@@ -33,7 +37,7 @@ export function once(load) {
  * @param {Platform} platform
  * @returns {Promise<import('./engine.js').Engine>}
  */
-export async function openEngine({ wasm, worker, parameters }, platform) {
+export async function openEngine({ wasm, worker, threads, parameters }, platform) {
   if (worker && !platform.startWorker) {
     throw new TraceCutError(
       'unsupported',
@@ -41,7 +45,18 @@ export async function openEngine({ wasm, worker, parameters }, platform) {
     );
   }
   const module = await platform.loadModule(wasm);
-  return platform.startWorker && worker !== false
-    ? createRemoteEngine(platform.startWorker(), module, parameters)
-    : createLocalEngine(module, parameters);
+  const usual = worker === false ? 1 : usualThreads(platform.cores());
+  if (platform.startWorker && worker !== false)
+    return createRemoteEngine(platform.startWorker, module, parameters, threads ?? usual);
+  const engine = await createLocalEngine(module, parameters);
+  const { startHelper } = platform;
+  if (startHelper) {
+    engine.crew = new Crew(
+      (threads ?? usual) - 1,
+      (port) => startHelper({ module, parameters, port }),
+      (number, port) => engine.pool.add(number, port),
+      (number) => engine.pool.lose(number),
+    );
+  }
+  return engine;
 }

@@ -1,3 +1,5 @@
+// Further workers help the first: they are told once, and then talk with it over a channel of their own (`pool.js`).
+//
 // What the page and its worker say to each other. Every request carries an id; its answers carry the same one.
 //
 //   page                                     worker
@@ -15,6 +17,9 @@
 /**
  * What the page asks, beside `abort`. The arguments of a request are those of its line in `requests.js`.
  * @typedef {{type: 'create', data: {module: WebAssembly.Module, parameters: Record<string, unknown>}}
+ *   | {type: 'help', data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}}
+ *   | {type: 'helper', data: {number: number, port: MessagePort}}
+ *   | {type: 'lost', data: {number: number}}
  *   | {type: 'run', data?: undefined}
  *   | {type: RequestName, data: import('./requests.js').Arguments<RequestName>}} Message
  */
@@ -33,11 +38,12 @@
  */
 
 /**
- * The buffers of all typed arrays in a tree of plain objects: what to transfer rather than copy.
+ * The buffers of all typed arrays in a tree of plain objects, and ports: what to transfer rather than copy.
  * @param {unknown} value
- * @returns {ArrayBuffer[]}
+ * @returns {Transferable[]}
  */
 export function transferables(value) {
+  if (value instanceof MessagePort) return [value];
   if (ArrayBuffer.isView(value)) return value.buffer instanceof ArrayBuffer ? [value.buffer] : [];
   if (typeof value !== 'object' || value === null || value instanceof WebAssembly.Module) return [];
   return Object.values(value).flatMap(transferables);

@@ -1,5 +1,6 @@
-// The page's side of the protocol: an engine that lives in a worker of its own.
+// The page's side of the protocol: an engine that lives in a worker of its own, and its helpers in theirs.
 
+import { Crew } from './crew.js';
 import { TraceCutError } from './errors.js';
 import { transferables } from './protocol.js';
 
@@ -13,19 +14,44 @@ import { transferables } from './protocol.js';
  */
 
 /**
- * @param {Worker} worker
+ * @param {() => Worker} startWorker
  * @param {WebAssembly.Module} module
  * @param {Record<string, unknown>} parameters
+ * @param {number} threads
  */
-export async function createRemoteEngine(worker, module, parameters) {
-  const engine = new RemoteEngine(worker);
+export async function createRemoteEngine(startWorker, module, parameters, threads = 1) {
+  const engine = new RemoteEngine(startWorker());
   try {
     await engine.create(module, parameters);
+    engine.crew = new Crew(
+      threads - 1,
+      (port) => startHelper(startWorker(), { module, parameters, port }),
+      (number, port) => engine.tell({ type: 'helper', data: { number, port } }),
+      (number) => engine.tell({ type: 'lost', data: { number } }),
+    );
   } catch (error) {
     engine.close();
     throw error;
   }
   return engine;
+}
+
+/**
+ * @param {Worker} worker
+ * @param {{module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}} data
+ * @returns {import('./crew.js').HelperWorker}
+ */
+function startHelper(worker, data) {
+  worker.postMessage({ id: 0, type: 'help', data }, [data.port]);
+  return {
+    watch(onLost) {
+      worker.addEventListener('error', (event) => {
+        event.preventDefault?.();
+        onLost();
+      });
+    },
+    end: () => worker.terminate(),
+  };
 }
 
 /** @implements {Engine} */
@@ -37,6 +63,8 @@ export class RemoteEngine {
   /** @type {TraceCutError | undefined} Why the worker is no more. */
   #ended;
   #heard = false;
+  /** @type {Crew | undefined} */
+  crew;
 
   /** @param {Worker} worker */
   constructor(worker) {
@@ -64,7 +92,16 @@ export class RemoteEngine {
    * @returns {Promise<import('./requests.js').Answer<N>>}
    */
   request(name, ...args) {
+    if (name === 'push' || name === 'pushInShot') this.crew?.muster();
     return this.#send({ type: name, data: args });
+  }
+
+  /**
+   * Says what is not answered.
+   * @param {import('./protocol.js').Message} message
+   */
+  tell(message) {
+    if (!this.#ended) this.#worker.postMessage({ id: 0, ...message }, transferables(message));
   }
 
   /** @type {Engine['run']} */
@@ -128,6 +165,7 @@ export class RemoteEngine {
     if (this.#ended) return;
     this.#ended = reason;
     this.#worker.terminate();
+    this.crew?.dismiss();
     for (const { reject } of this.#pending.values()) reject(reason);
     this.#pending.clear();
   }

@@ -2,13 +2,14 @@
 
 import { createLocalEngine } from './engine.js';
 import { TraceCutError } from './errors.js';
+import { help } from './helper.js';
 import { transferables } from './protocol.js';
 import { REQUESTS } from './requests.js';
 
 /** @typedef {import('./protocol.js').Reply} Reply */
 
 /**
- * Answers the requests that arrive at `port`, for one session.
+ * Answers the requests that arrive at `port`, for one session; or helps another.
  * @param {import('./protocol.js').Port} port
  */
 export function serve(port) {
@@ -36,6 +37,9 @@ export function serve(port) {
       await engine;
       return undefined;
     }
+    if (type === 'help') return help(data.port, data.module, data.parameters);
+    if (type === 'helper') return (await engine).pool.add(data.number, data.port);
+    if (type === 'lost') return (await engine).pool.lose(data.number);
     if (type === 'run') return run(id);
     if (!Object.keys(REQUESTS).includes(type)) throw new TraceCutError('state', `unknown request "${type}"`);
     return (await engine).request(type, ...data);

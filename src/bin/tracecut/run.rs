@@ -6,7 +6,7 @@ use crate::input::{Input, NamedFrame};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use tracecut::image::Plane;
-use tracecut::{Params, Session, Stage, Step};
+use tracecut::{Params, Session, Stage};
 
 /// How long reading the frames and each stage took.
 #[derive(Debug, Default)]
@@ -26,9 +26,9 @@ impl Timing {
     }
 }
 
-/// Reads all frames of `input` and steps a session to its end.
-pub(crate) fn run(input: &Input, params: Params, bar: &ProgressBar) -> Result<(Session, Timing)> {
-    run_frames(input.frames()?, input.num_frames(), params, bar)
+/// Reads all frames of `input` and steps a session to its end on so many threads.
+pub(crate) fn run(input: &Input, params: Params, threads: usize, bar: &ProgressBar) -> Result<(Session, Timing)> {
+    run_frames(input.frames()?, input.num_frames(), params, threads, bar)
 }
 
 /// Steps a session to its end over `frames`, whose number is `count` where known.
@@ -36,6 +36,7 @@ pub(crate) fn run_frames(
     frames: impl Iterator<Item = Result<NamedFrame>>,
     count: Option<usize>,
     params: Params,
+    threads: usize,
     bar: &ProgressBar,
 ) -> Result<(Session, Timing)> {
     let mut timing = Timing::default();
@@ -50,22 +51,22 @@ pub(crate) fn run_frames(
     timing.read = clock.seconds();
     timing.total = timing.read;
     let mut shown = None;
-    loop {
-        let clock = Clock::start();
-        let Step::Working(progress) = session.step()? else { break };
+    let mut clock = Clock::start();
+    session.run_on(threads, |progress| {
         let seconds = clock.seconds();
+        clock = Clock::start();
         timing.stages.entry(progress.stage).or_default().add(seconds);
         timing.total.add(seconds);
         // Flow and trajectories take turns: the bar follows the flow, which takes far longer.
         if progress.stage == Stage::Trajectories {
-            continue;
+            return;
         }
         if shown != Some(progress.stage) {
             set_stage(bar, progress.stage.name(), progress.total as usize);
             shown = Some(progress.stage);
         }
         bar.set_position(u64::from(progress.done));
-    }
+    })?;
     bar.finish_and_clear();
     Ok((session, timing))
 }

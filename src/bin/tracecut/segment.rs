@@ -42,6 +42,9 @@ pub(crate) struct SegmentArgs {
     /// Also write the affinities, the eigenpairs, the neighbour pairs and the saliency as text
     #[arg(long)]
     dump: bool,
+    /// Threads to work on; results are the same for any number [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    threads: Option<u32>,
     #[command(flatten)]
     settings: Settings,
 }
@@ -78,7 +81,8 @@ struct Report<'a> {
     eigen: &'a EigenInfo,
     params: &'a Params,
     seconds: BTreeMap<&'static str, f64>,
-    /// The same on a processor, which other programs do not lengthen; `null` where the system does not say.
+    /// The same of the first thread on a processor, which other programs do not lengthen; `null` where the system does
+    /// not say.
     cpu_seconds: BTreeMap<&'static str, Option<f64>>,
     peak_memory_bytes: Option<u64>,
 }
@@ -101,7 +105,9 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     create_folder(&args.out)?;
     let input = Input::open(&args.input, args.frames, &args.out.join("stdin.y4m.part"))?;
     let bar = progress_bar();
-    let (session, timing) = run(&input, params, &bar)?;
+    let all = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = args.threads.map_or_else(all, |threads| threads as usize);
+    let (session, timing) = run(&input, params, threads, &bar)?;
     let results = Results::of(&session)?;
     write(&args.out.join("tracks.dat"), tracks::write(results.tracks, results.clusters)?)?;
     let masks = masks::write_all(args.out.join("masks"), &session)?;

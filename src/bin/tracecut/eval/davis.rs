@@ -124,7 +124,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Resul
     let run_it = || {
         let truth = sequence.truth(args.frames)?;
         let input = Input::open(&sequence.images, args.frames, Path::new(""))?;
-        let (session, timing) = run(&input, params.clone(), &ProgressBar::hidden())?;
+        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         if let Some(folder) = &args.overlay {
             write_overlays(folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
         }

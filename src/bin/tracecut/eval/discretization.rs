@@ -165,7 +165,7 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DiscretizationArgs) -> Result<Outcome> {
     let run_it = || {
         let input = Input::open(&sequence.list, Some(args.frames), Path::new(""))?;
-        let (session, timing) = run(&input, params.clone(), &ProgressBar::hidden())?;
+        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let shot = Shot::read(&sequence.definition, session.num_frames())?;
         let lost = || Failure("the session ended without a result: please report this".to_owned());
         let embedding = session.embedding().ok_or_else(lost)?;

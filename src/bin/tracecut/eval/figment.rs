@@ -130,7 +130,7 @@ fn numbered(path: PathBuf) -> Result<(usize, PathBuf)> {
 fn run_sequence(sequence: &Sequence, params: &Params, frames: Option<u32>) -> Result<Outcome> {
     let run_it = || {
         let input = Input::open(&sequence.frames, frames, Path::new(""))?;
-        let (session, timing) = run(&input, params.clone(), &ProgressBar::hidden())?;
+        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
             return Err(Failure("the session ended without a result: please report this".to_owned()));
         };

@@ -76,7 +76,7 @@ pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
 fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Outcome> {
     let run_it = || {
         let input = Input::open(&sequence.list, Some(frames), Path::new(""))?;
-        let (session, timing) = run(&input, params.clone(), &ProgressBar::hidden())?;
+        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
             return Err(Failure("the session ended without a result: please report this".to_owned()));
         };

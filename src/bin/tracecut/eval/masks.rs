@@ -146,7 +146,7 @@ pub(super) fn run_clip(
     let (masks, timing) = match window {
         Some(window) => run_windows(&input, params, window as usize)?,
         None => {
-            let (session, timing) = run(&input, params, &ProgressBar::hidden())?;
+            let (session, timing) = run(&input, params, 1, &ProgressBar::hidden())?;
             ((0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<_>>()?, timing)
         }
     };

@@ -146,7 +146,7 @@ pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Seque
 fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Result<Outcome> {
     let run_it = || {
         let input = Input::open(&sequence.list, Some(args.frames), Path::new(""))?;
-        let (session, timing) = run(&input, params.clone(), &ProgressBar::hidden())?;
+        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
             return Err(Failure("the session ended without a result: please report this".to_owned()));
         };

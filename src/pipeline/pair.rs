@@ -1,0 +1,61 @@
+//! What two neighbouring frames tell: flow both ways, its variation, and where points of the second can be tracked.
+
+use crate::flow::{FlowField, FlowParams, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
+use crate::image::{Frame, Plane};
+use crate::trajectory::structure;
+
+/// Flow of one frame pair, both ways, with what tracking through it needs; it depends on the two frames alone.
+///
+/// Law: flow has the size of the frames, all else half of it, rounded up.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PairFlow {
+    pub(super) forward: FlowField,
+    pub(super) backward: FlowField,
+    pub(super) variation: Plane<f32>,
+    /// Of the second frame.
+    pub(super) structure: Plane<f32>,
+}
+
+impl PairFlow {
+    /// Of two frames of one size.
+    pub(super) fn new(from: &Frame, to: &Frame, params: &FlowParams, scratch: &mut FlowScratch) -> Self {
+        Forward::new(Seen::new(from, params), Seen::new(to, params), params, scratch).finish(params, scratch).0
+    }
+}
+
+/// A frame as the flow sees it.
+#[derive(Debug)]
+pub(super) struct Seen {
+    luma: Plane<f32>,
+    pyramid: FlowPyramid,
+}
+
+impl Seen {
+    pub(super) fn new(frame: &Frame, params: &FlowParams) -> Self {
+        let luma = frame.luma();
+        Self { pyramid: FlowPyramid::new(&luma, params), luma }
+    }
+}
+
+/// Half of the work on a pair.
+#[derive(Debug)]
+pub(super) struct Forward {
+    from: Seen,
+    to: Seen,
+    flow: FlowField,
+}
+
+impl Forward {
+    pub(super) fn new(from: Seen, to: Seen, params: &FlowParams, scratch: &mut FlowScratch) -> Self {
+        let flow = flow_between_with(&from.pyramid, &to.pyramid, params, scratch);
+        Self { from, to, flow }
+    }
+
+    /// The other half; with the second frame, which is the first of the next pair.
+    pub(super) fn finish(self, params: &FlowParams, scratch: &mut FlowScratch) -> (PairFlow, Seen) {
+        let Self { from, to, flow: forward } = self;
+        let backward = flow_between_with(&to.pyramid, &from.pyramid, params, scratch);
+        let variation = local_flow_variation(&forward);
+        (PairFlow { forward, backward, variation, structure: structure(&to.luma) }, to)
+    }
+}

@@ -1,0 +1,73 @@
+//! A run on several threads.
+
+use super::piece::{Made, Piece, PieceId};
+use super::session::Session;
+use super::stage::{Progress, Step};
+use crate::Error;
+use crate::flow::FlowScratch;
+use std::sync::{Mutex, PoisonError, mpsc};
+
+/// Pieces that each helper has at a time: the one that it works on, and the next.
+const IN_HAND: usize = 2;
+
+impl Session {
+    /// Steps until done on `threads` threads, this one included; `report` hears of each step. Results are the same bits
+    /// for any number of threads.
+    ///
+    /// Flow, superpixels and masks are made by all threads; what needs all of the clip is done by this one, while the
+    /// others go on with the superpixels. Memory grows by about 200 bytes a pixel of a frame for each further thread.
+    ///
+    /// # Errors
+    /// As [`Session::step`].
+    pub fn run_on(&mut self, threads: usize, mut report: impl FnMut(Progress)) -> Result<(), Error> {
+        let params = self.params().clone();
+        let (give, work) = mpsc::channel::<Piece>();
+        let (back, made) = mpsc::channel::<(PieceId, Made)>();
+        let work = Mutex::new(work);
+        std::thread::scope(|scope| {
+            for _ in 1..threads {
+                let (work, params, back) = (&work, &params, back.clone());
+                scope.spawn(move || {
+                    let mut scratch = FlowScratch::default();
+                    loop {
+                        // Held while waiting: the next in line waits for the lock instead.
+                        let next = work.lock().unwrap_or_else(PoisonError::into_inner).recv();
+                        let Ok(piece) = next else { break };
+                        if back.send((piece.id(), piece.work(params, &mut scratch))).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            let helpers = threads.saturating_sub(1);
+            let (in_hand, ahead) = (IN_HAND * helpers, IN_HAND * helpers + 2);
+            let mut out = 0;
+            // Owned here, so that helpers stop when this ends, however it does.
+            let (give, made) = (give, made);
+            loop {
+                while out < in_hand {
+                    let Some(piece) = self.take_piece(ahead) else { break };
+                    // A helper that is gone has panicked, which the scope tells.
+                    out += usize::from(give.send(piece).is_ok());
+                }
+                while let Ok((id, made)) = made.try_recv() {
+                    out -= 1;
+                    self.accept(id, made);
+                }
+                if out > 0 && self.awaits() {
+                    if !self.make_piece(ahead)
+                        && let Ok((id, made)) = made.recv()
+                    {
+                        out -= 1;
+                        self.accept(id, made);
+                    }
+                    continue;
+                }
+                match self.step()? {
+                    Step::Working(progress) => report(progress),
+                    Step::Done => return Ok(()),
+                }
+            }
+        })
+    }
+}

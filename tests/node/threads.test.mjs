@@ -1,0 +1,174 @@
+// Helpers: however many there are, and whatever becomes of them, the result is the same bits.
+
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { readFile } from 'node:fs/promises';
+import { test } from 'node:test';
+import { Worker } from 'node:worker_threads';
+import { createSession } from 'tracecut';
+import { usualThreads } from '../../dist/crew.js';
+import { openEngine } from '../../dist/platform.js';
+import { createRemoteEngine } from '../../dist/remote.js';
+import { serve } from '../../dist/serve.js';
+import { Session } from '../../dist/session.js';
+import { fingerprint, framesOf, ready, rejects, segment } from './support.mjs';
+
+const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
+const frames = await framesOf();
+const expected = fingerprint(await segment(frames, { threads: 1 }));
+
+/** A session in this thread whose helpers `start` makes. */
+async function withHelpers(t, threads, startHelper) {
+  const platform = { loadModule: async () => module, startWorker: undefined, startHelper, cores: () => 1 };
+  const session = new Session(await openEngine({ threads, parameters: {} }, platform), async () => module);
+  t.after(() => session.close());
+  for (const frame of frames) await session.push(frame);
+  return session;
+}
+
+/** A thread of Node that helps. */
+function thread(data) {
+  const worker = new Worker(new URL('../../dist/node-worker.js', import.meta.url), {
+    workerData: data,
+    transferList: [data.port],
+  });
+  worker.unref();
+  return worker;
+}
+
+const watched = (worker) => ({
+  watch: (onLost) => worker.on('exit', onLost),
+  end: () => void worker.terminate(),
+});
+
+test('any number of threads gives the same bits', async (t) => {
+  for (const threads of [2, 3, 6]) {
+    const session = await ready(t, { threads }, frames);
+    assert.equal(fingerprint(await session.run()), expected, `${threads} threads`);
+  }
+});
+
+test('a run that is aborted and goes on gives the same bits', async (t) => {
+  const session = await ready(t, { threads: 3 }, frames);
+  for (const stop of ['flow', 'saliency', 'superpixels']) {
+    const controller = new AbortController();
+    const onProgress = ({ stage }) => stage === stop && controller.abort();
+    await assert.rejects(session.run({ signal: controller.signal, onProgress }), { name: 'AbortError' });
+  }
+  assert.equal(fingerprint(await session.run()), expected);
+});
+
+test('a cleared session with helpers forgets what they had', async (t) => {
+  const session = await ready(t, { threads: 3 }, frames.slice(2));
+  await session.clear();
+  for (const frame of frames) await session.push(frame);
+  assert.equal(fingerprint(await session.run()), expected);
+});
+
+test('a helper that dies is replaced, and its work is done again', async (t) => {
+  const workers = [];
+  const session = await withHelpers(t, 2, (data) => {
+    workers.push(thread(data));
+    return watched(workers.at(-1));
+  });
+  let killed = false;
+  const onProgress = () => {
+    if (!killed) workers[0].terminate();
+    killed = true;
+  };
+  assert.equal(fingerprint(await session.run({ onProgress })), expected);
+  assert.ok(killed);
+  for (let k = 0; workers.length < 2 && k < 100; k += 1) await new Promise((resolve) => setTimeout(resolve, 10));
+  assert.equal(workers.length, 2);
+});
+
+test('helpers that die at once, fail at everything or cannot be started are done without', async (t) => {
+  let started = 0;
+  const dying = (data) => {
+    started += 1;
+    data.port.close();
+    return { watch: (onLost) => setImmediate(onLost), end() {} };
+  };
+  const failing = ({ port }) => {
+    port.on('message', () => port.postMessage(new Uint32Array()));
+    port.unref();
+    return { watch() {}, end: () => port.close() };
+  };
+  const absent = () => {
+    throw new Error('no threads here');
+  };
+  for (const start of [dying, failing, absent]) {
+    const session = await withHelpers(t, 3, start);
+    assert.equal(fingerprint(await session.run()), expected, start.name);
+  }
+  assert.ok(started >= 2 && started <= 5, `${started} were started, each replaced at most once`);
+});
+
+/** A stand-in for a `Worker` of a browser. */
+function startWorker() {
+  const { port1, port2 } = new MessageChannel();
+  /** @type {MessagePort[]} Ends of its channels to others. */
+  const ends = [];
+  serve({
+    postMessage: (message, transfer) => port2.postMessage(message, transfer),
+    addEventListener: (type, listener) =>
+      port2.on(type, (data) => {
+        if (data.data?.port) ends.push(data.data.port);
+        listener({ data });
+      }),
+  });
+  const listeners = {};
+  port1.on('message', (data) => listeners.message?.({ data }));
+  return {
+    terminated: false,
+    postMessage: (message, transfer) => port1.postMessage(message, transfer),
+    addEventListener: (type, listener) => (listeners[type] = listener),
+    terminate() {
+      this.terminated = true;
+      port1.close();
+      for (const end of ends) end.close();
+    },
+    fail: (message) => listeners.error({ message }),
+  };
+}
+
+test('helpers of a session in a worker are workers of the page, replaced when they fail and ended with it', async () => {
+  const workers = [];
+  const start = () => {
+    workers.push(startWorker());
+    return workers.at(-1);
+  };
+  const session = new Session(await createRemoteEngine(start, module, {}, 3), async () => module);
+  assert.equal(workers.length, 1, 'helpers are started when there is something to do');
+  for (const frame of frames) await session.push(frame);
+  assert.equal(workers.length, 3);
+  workers[2].fail('died');
+  assert.equal(workers.length, 4);
+  assert.ok(workers[2].terminated);
+  assert.equal(fingerprint(await session.run()), expected);
+  session.close();
+  assert.ok(workers.every((worker) => worker.terminated));
+});
+
+test('the number of threads is checked, and usually all but one of the machine', async () => {
+  for (const threads of [0, 1.5, 65, '2']) {
+    await rejects(createSession({ threads }), 'param', /threads = .* \(expected a whole number, 1\.\.=64\)/);
+  }
+  assert.deepEqual([undefined, 1, 2, 4, 9, 64].map(usualThreads), [1, 1, 1, 3, 8, 8]);
+});
+
+test('a session that nobody closed keeps no process alive', () => {
+  const script = `
+    import { createSession, synthClip } from 'tracecut';
+    const clip = await synthClip({ width: 64, height: 48, frames: 4 });
+    const session = await createSession({ threads: 3 });
+    for (let t = 0; t < 4; t += 1) await session.push(clip.frame(t));
+    await session.run();
+    console.log('done');`;
+  const cwd = new URL('../..', import.meta.url);
+  const { stdout, stderr } = spawnSync(process.execPath, ['--input-type=module', '-e', script], {
+    cwd,
+    timeout: 60000,
+  });
+  assert.equal(String(stdout), 'done\n', String(stderr));
+});
