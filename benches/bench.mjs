@@ -46,6 +46,7 @@ await build({ overBudget: 'warn' });
 const wasm = readFileSync(new URL('../dist/tracecut_bg.wasm', import.meta.url));
 const glue = await import('../dist/tracecut.js');
 const rows = [];
+glue.initSync({ module: wasm });
 
 console.log(
   `\nNode ${process.versions.node}, ${process.platform} ${process.arch}, one thread; seconds of the process's own time`,
