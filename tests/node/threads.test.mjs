@@ -146,8 +146,14 @@ test('helpers of a session in a worker are workers of the page, replaced when th
   assert.equal(workers.length, 4);
   assert.ok(workers[2].terminated);
   assert.equal(fingerprint(await session.run()), expected);
+  const left = () => workers.filter((worker) => !worker.terminated).length;
+  assert.equal(left(), 1, 'after a run nobody is left but the engine');
+  await session.clear();
+  for (const frame of frames) await session.push(frame);
+  assert.equal(left(), 3);
+  assert.equal(fingerprint(await session.run()), expected);
   session.close();
-  assert.ok(workers.every((worker) => worker.terminated));
+  assert.equal(left(), 0);
 });
 
 test('the number of threads is checked, and usually all but one of the machine', async () => {

@@ -35,7 +35,8 @@ async function open(t) {
     const clip = await tracecut.synthClip({ width: 128, height: 72, frames: 6, seed: 3 });
     const frames = Array.from({ length: clip.numFrames }, (_, k) => clip.frame(k));
     const filled = async (options) => {
-      const session = await tracecut.createSession(options);
+      // One thread on any machine, so that workers can be counted.
+      const session = await tracecut.createSession({ threads: 1, ...options });
       for (const frame of frames) await session.push(frame);
       return session;
     };

@@ -49,7 +49,16 @@ export class Crew {
     while (this.#workers.size < this.#count) this.#add();
   }
 
-  /** Ends all. */
+  /** Ends all until the next muster: their memory is given back. */
+  rest() {
+    for (const [number, worker] of this.#workers) {
+      worker.end();
+      this.#lose(number);
+    }
+    this.#workers.clear();
+  }
+
+  /** Ends all for good. */
   dismiss() {
     this.#count = 0;
     for (const worker of this.#workers.values()) worker.end();

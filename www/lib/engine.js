@@ -84,6 +84,7 @@ export class LocalEngine {
   #last = Promise.resolve();
   /** @type {Partial<Record<Stage, number>>} */
   #seconds = {};
+  #inShots = false;
   /** When the last step ended, in milliseconds. */
   #clock = 0;
   #closed = false;
@@ -110,6 +111,7 @@ export class LocalEngine {
   request(name, ...args) {
     const { work, restarts } = lineOf(name);
     if (name === 'push' || name === 'pushInShot') this.crew?.muster();
+    this.#inShots ||= name === 'pushInShot';
     return this.#inOrder(async () => {
       const call = await work(...args);
       if (restarts) this.#seconds = {};
@@ -129,7 +131,11 @@ export class LocalEngine {
       try {
         while (!signal.aborted && !this.#closed) {
           const state = this.#slice(onProgress);
-          if (state === 'done') return this.#call((session) => this.#result(session));
+          if (state === 'done') {
+            // Helpers have nothing left to do, unless there is another window.
+            if (!this.#inShots) this.crew?.rest();
+            return this.#call((session) => this.#result(session));
+          }
           await (state === 'waiting' ? this.pool.next() : macrotask());
         }
       } finally {

@@ -65,6 +65,7 @@ export class RemoteEngine {
   #heard = false;
   /** @type {Crew | undefined} */
   crew;
+  #inShots = false;
 
   /** @param {Worker} worker */
   constructor(worker) {
@@ -93,6 +94,7 @@ export class RemoteEngine {
    */
   request(name, ...args) {
     if (name === 'push' || name === 'pushInShot') this.crew?.muster();
+    this.#inShots ||= name === 'pushInShot';
     return this.#send({ type: name, data: args });
   }
 
@@ -112,7 +114,10 @@ export class RemoteEngine {
     const running = this.#send({ type: 'run' }, onProgress);
     signal.addEventListener('abort', abort);
     try {
-      return await running;
+      const result = await running;
+      // Helpers have nothing left to do, unless there is another window.
+      if (result && !this.#inShots) this.crew?.rest();
+      return result;
     } finally {
       signal.removeEventListener('abort', abort);
     }
