@@ -1,6 +1,5 @@
 //! `SymCsr`: a symmetric sparse matrix, both triangles stored row by row.
 
-use crate::params::Decimal;
 use crate::{Error, order};
 
 /// A symmetric `n × n` matrix in compressed rows.
@@ -125,7 +124,7 @@ impl SymCsr {
             }
             for (j, w) in self.row(i) {
                 if !w.is_finite() || !self.row(j).any(|(k, m)| k == i && m == w) {
-                    return breach(format!("entry ({i}, {j}) = {} is not finite or has no mirror", Decimal(w)));
+                    return breach(format!("entry ({i}, {j}) = {w} is not finite or has no mirror"));
                 }
             }
         }

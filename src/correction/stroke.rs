@@ -1,7 +1,6 @@
 //! Strokes: what lies under them.
 
 use crate::Error;
-use crate::params::Decimal;
 use crate::trajectory::Trajectories;
 
 /// A painted line in one frame, in input pixels (pixel centres at whole numbers). A single point is a dot.
@@ -39,11 +38,7 @@ impl Stroke {
             return wrong("t", self.t.to_string(), format!("a frame, 0..={}", num_frames.saturating_sub(1)));
         }
         if !(0.0..=FARTHEST).contains(&f64::from(self.radius)) {
-            return wrong(
-                "radius",
-                Decimal(self.radius.into()).to_string(),
-                format!("a number of pixels, 0..={}", Decimal(FARTHEST)),
-            );
+            return wrong("radius", f64::from(self.radius).to_string(), format!("a number of pixels, 0..={FARTHEST}"));
         }
         if !(1..=MOST_POINTS).contains(&self.points.len()) {
             return wrong("points", format!("{} points", self.points.len()), format!("1..={MOST_POINTS} of them"));
@@ -51,8 +46,8 @@ impl Stroke {
         let legal = |v: f32| f64::from(v.abs()) <= FARTHEST;
         if let Some(k) = self.points.iter().position(|&(x, y)| !legal(x) || !legal(y)) {
             let (x, y) = self.points[k];
-            let value = format!("({}, {})", Decimal(x.into()), Decimal(y.into()));
-            return wrong(&format!("points[{k}]"), value, format!("numbers of pixels, -{0}..={0}", Decimal(FARTHEST)));
+            let value = format!("({}, {})", f64::from(x), f64::from(y));
+            return wrong(&format!("points[{k}]"), value, format!("numbers of pixels, -{FARTHEST}..={FARTHEST}"));
         }
         let meets = |&(x, y): &(f32, f32)| {
             let inside = |v: f32, side: usize| v >= -0.5 && v <= side as f32 - 0.5;

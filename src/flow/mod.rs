@@ -120,8 +120,8 @@ pub fn flow_between_with(
         let pair = (&from.levels[level], &to.levels[level]);
         scratch.lay_patches(pair.0, level, coarser.as_ref(), params);
         let reach = if coarser.is_some() { REACH } else { PATCH_SIDE as f32 };
-        // Half a level's flow is good to a fraction of a pixel: what is left to find is which of the motions around a
-        // pixel is its own, and that is said by how well they fit there.
+        // Where patches are not searched they keep the coarser level's flow: each pixel then takes the motion near it that
+        // fits best.
         let search = (level >= params.search_level as usize || coarser.is_none()).then_some(PatchSearch {
             descents: params.descents as usize,
             reach,

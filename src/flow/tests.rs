@@ -55,6 +55,19 @@ fn translation_of_smooth_noise_is_found_to_a_twentieth_of_a_pixel() {
 }
 
 #[test]
+fn where_patches_are_not_searched_they_keep_the_coarser_flow_and_the_refinement_makes_up_for_it() {
+    let motion = (3.4, -2.1);
+    let (from, to) = (waves(160, 120, 0.0, 0.0), waves(160, 120, motion.0, motion.1));
+    // Beyond the coarsest level that one alone is searched.
+    for search_level in [1, 2, 4] {
+        let params = FlowParams { search_level, ..FlowParams::default() };
+        let flow = flow_between(&FlowPyramid::new(&from, &params), &FlowPyramid::new(&to, &params), &params);
+        let error = error(&flow, motion, 12..148, 12..108);
+        assert!(error < 0.1, "level {search_level}: error {error}");
+    }
+}
+
+#[test]
 fn a_square_that_moves_twenty_pixels_is_followed() {
     let (ground, square) = (texture(200, 150, 7), texture(64, 64, 8));
     let scene = |left: usize, top: usize| {

@@ -518,6 +518,25 @@ mod tests {
     }
 
     #[test]
+    fn the_part_around_borders_gives_what_the_whole_image_gives() {
+        let (w, h) = (200, 170);
+        let params = RefineParams::default();
+        for (left, top) in [(0, 0), (90, 75), (170, 140), (61, 2)] {
+            let truth = Plane::from_fn(w, h, |x, y| u8::from(x >= left && y >= top && x < left + 25 && y < top + 20));
+            let mask = Plane::from_fn(w, h, |x, y| truth[((x + 2).min(w - 1), (y + 3).min(h - 1))]);
+            let frame = painted(&truth, &COLOURS, 15);
+            let none = Plane::filled(w, h, 0);
+            let mut whole = mask.clone();
+            for (p, label) in changes(&mask, &none, &frame, &params) {
+                whole.data_mut()[p] = label;
+            }
+            let refined = refine(&mask, &frame, &params);
+            assert_eq!(refined, whole, "at {left}, {top}");
+            assert_ne!(refined, mask);
+        }
+    }
+
+    #[test]
     fn masks_of_one_label_tiny_ones_and_those_of_another_size_stay() {
         for (w, h) in [(1, 1), (1, 9), (9, 1), (5, 4)] {
             let mask = Plane::filled(w, h, 3);

@@ -9,7 +9,6 @@ mod value;
 
 #[doc(hidden)]
 pub use value::Choice;
-pub(crate) use value::Decimal;
 pub use value::{ParamTree, ParamValue};
 
 use crate::Error;
@@ -28,7 +27,7 @@ pub struct ParamField<'a> {
 
 impl std::fmt::Debug for ParamField<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} = {}", self.name, Decimal(self.value.get()))
+        write!(f, "{} = {} in {:?}", self.name, self.value.get(), self.range)
     }
 }
 
@@ -70,12 +69,12 @@ impl ParamField<'_> {
     pub fn check(&self) -> Result<(), Error> {
         match (self.range.0..=self.range.1).contains(&self.get()) {
             true => Ok(()),
-            false => Err(self.error(Decimal(self.get()).to_string())),
+            false => Err(self.error(self.get().to_string())),
         }
     }
 
     fn error(&self, value: String) -> Error {
-        let (low, high) = (Decimal(self.range.0), Decimal(self.range.1));
+        let (low, high) = self.range;
         let expected = match self.value.kind() {
             "boolean" => "true or false".to_owned(),
             "choice" => format!("one of {}", self.choices().join(", ")),

@@ -24,7 +24,7 @@ impl fmt::Display for ParamValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bool(b) => write!(f, "{b}"),
-            Self::Number(n) => Decimal(*n).fmt(f),
+            Self::Number(n) => write!(f, "{n}"),
             Self::Text(t) => write!(f, "\"{t}\""),
             Self::Section(_) => f.write_str("{...}"),
             Self::Other(_) => f.write_str("null or a list"),
@@ -50,56 +50,6 @@ impl ParamTree {
             }
         }
         leaves
-    }
-}
-
-/// A number as people write it: the shortest decimal that means it, where it has at most 15 digits.
-///
-/// The standard library's way is a twentieth of the wasm file.
-pub(crate) struct Decimal(pub(crate) f64);
-
-impl Decimal {
-    /// Powers of ten that are exact.
-    const PLACES: usize = 22;
-}
-
-impl fmt::Display for Decimal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut v = self.0.abs();
-        if v.is_nan() {
-            return f.write_str("NaN");
-        }
-        if self.0 < 0.0 {
-            f.write_str("-")?;
-        }
-        if v.is_infinite() {
-            return f.write_str("inf");
-        }
-        let mut exponent = 0_i32;
-        while v >= 1e15 {
-            (v, exponent) = (v / 10.0, exponent + 1);
-        }
-        while v > 0.0 && v < 1e-9 {
-            (v, exponent) = (v * 10.0, exponent - 1);
-        }
-        let mut power = 1.0;
-        for places in 0..=Self::PLACES {
-            let digits = (v * power + 0.5) as u64;
-            // Division rounds correctly: the decimal means this very number.
-            if digits as f64 / power == v || digits > 1_000_000_000_000_000 || places == Self::PLACES {
-                let unit = power as u64;
-                write!(f, "{}", digits / unit)?;
-                if places > 0 {
-                    write!(f, ".{:0places$}", digits % unit)?;
-                }
-                break;
-            }
-            if power >= 1e18 {
-                return f.write_str("0");
-            }
-            power *= 10.0;
-        }
-        if exponent == 0 { Ok(()) } else { write!(f, "e{exponent}") }
     }
 }
 
@@ -256,7 +206,7 @@ impl<C: Choice> Number for C {
 
 #[cfg(test)]
 mod tests {
-    use super::{Decimal, Number};
+    use super::Number;
 
     #[test]
     fn single_precision_reads_as_its_shortest_decimal() {
@@ -278,7 +228,6 @@ mod tests {
         ];
         for value in some.into_iter().chain((0..2000).map(|k| k as f32 * 0.0125 - 3.7)) {
             let through_text: f64 = value.to_string().parse().unwrap();
-            assert_eq!(Decimal(through_text).to_string(), through_text.to_string());
             assert_eq!(Number::get(&value), through_text, "{value}");
         }
         assert!(Number::get(&f32::NAN).is_nan());

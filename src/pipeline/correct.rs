@@ -16,7 +16,6 @@ use crate::correction::{
     under_strokes,
 };
 use crate::discretize::Clusters;
-use crate::params::Decimal;
 use crate::trajectory::Trajectories;
 
 /// Most strokes of a correction.
@@ -270,8 +269,8 @@ impl Ground<'_> {
         for (name, value, side) in [("x", x, width), ("y", y, height)] {
             // Pixel centres are at whole numbers.
             if !(value >= -0.5 && value <= side as f32 - 0.5) {
-                let expected = format!("a place in the frame, -0.5..={}", Decimal(side as f64 - 0.5));
-                return Err(param(name, &Decimal(value.into()).to_string(), &expected));
+                let expected = format!("a place in the frame, -0.5..={}", side as f64 - 0.5);
+                return Err(param(name, &f64::from(value).to_string(), &expected));
             }
         }
         Ok(())

@@ -42,12 +42,13 @@ impl Session {
             let helpers = threads.saturating_sub(1);
             let (in_hand, ahead) = (IN_HAND * helpers, IN_HAND * helpers + 2);
             let mut out = 0;
-            // Owned here, so that helpers stop when this ends, however it does.
+            // Owned here, so that helpers stop when this ends, however it does; and nothing is waited for once all of them
+            // have panicked, which the scope tells.
             let (give, made) = (give, made);
+            drop(back);
             loop {
                 while out < in_hand {
                     let Some(piece) = self.take_piece(ahead) else { break };
-                    // A helper that is gone has panicked, which the scope tells.
                     out += usize::from(give.send(piece).is_ok());
                 }
                 while let Ok((id, made)) = made.try_recv() {
@@ -55,13 +56,14 @@ impl Session {
                     self.accept(id, made);
                 }
                 if out > 0 && self.awaits() {
-                    if !self.make_piece(ahead)
-                        && let Ok((id, made)) = made.recv()
-                    {
+                    if self.make_piece(ahead) {
+                        continue;
+                    }
+                    if let Ok((id, made)) = made.recv() {
                         out -= 1;
                         self.accept(id, made);
+                        continue;
                     }
-                    continue;
                 }
                 match self.step()? {
                     Step::Working(progress) => report(progress),

@@ -20,7 +20,6 @@ pub use structure::structure;
 pub use tracker::Tracker;
 
 use crate::Error;
-use crate::params::Decimal;
 use std::ops::Range;
 
 crate::params! {
@@ -185,10 +184,7 @@ impl Trajectories {
         }
         for (name, values) in [("x", &self.x), ("y", &self.y), ("variation", &self.variation)] {
             if let Some(p) = values.iter().position(|v| !v.is_finite()) {
-                return breach(format!(
-                    "{name}[{p}] = {} (expected a finite number of pixels)",
-                    Decimal(values[p].into())
-                ));
+                return breach(format!("{name}[{p}] = {} (expected a finite number of pixels)", f64::from(values[p])));
             }
         }
         Ok(())

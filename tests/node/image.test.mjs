@@ -3,11 +3,9 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { MessageChannel } from 'node:worker_threads';
 import { boundaries, imageDiscontinuities, synthClip } from 'tracecut';
 import { createRemoteEngine } from '../../dist/remote.js';
-import { serve } from '../../dist/serve.js';
-import { plain, png, rejects } from './support.mjs';
+import { plain, png, rejects, standIn } from './support.mjs';
 
 const MAPS = ['pb', 'discontinuity', 'spectral', 'combined'];
 
@@ -70,17 +68,8 @@ for (const [width, height] of [
 }
 
 test('a worker finds what this thread finds', async (t) => {
-  const { port1, port2 } = new MessageChannel();
-  serve({
-    postMessage: (message, transfer) => port2.postMessage(message, transfer),
-    addEventListener: (type, listener) => port2.on(type, (data) => listener({ data })),
-  });
-  t.after(() => port1.close());
-  const worker = {
-    postMessage: (message, transfer) => port1.postMessage(message, transfer),
-    addEventListener: (type, listener) => type === 'message' && port1.on(type, (data) => listener({ data })),
-    terminate() {},
-  };
+  const worker = standIn();
+  t.after(() => worker.terminate());
   const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
   const engine = await createRemoteEngine(() => worker, module, { still: { dimensions: 6 } });
   const image = () => plain(50, 40, (x, y) => (x + y < 40 ? 40 : 200));

@@ -2,7 +2,9 @@
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
+import { MessageChannel } from 'node:worker_threads';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
+import { serve } from '../../dist/serve.js';
 import { pngBytes } from '../png.mjs';
 import { withTrap } from '../trap.mjs';
 
@@ -104,4 +106,32 @@ export function watchMemories(t) {
   };
   t.after(() => (WebAssembly.instantiate = instantiate));
   return memories;
+}
+
+/** A stand-in for a `Worker` of a browser: its far side answers as worker.js does. */
+export function standIn(answer = serve) {
+  const { port1, port2 } = new MessageChannel();
+  /** Ends of its channels to other workers. */
+  const ends = [];
+  answer({
+    postMessage: (message, transfer) => port2.postMessage(message, transfer),
+    addEventListener: (type, listener) =>
+      port2.on(type, (data) => {
+        if (data.data?.port) ends.push(data.data.port);
+        listener({ data });
+      }),
+  });
+  const listeners = {};
+  port1.on('message', (data) => listeners.message?.({ data }));
+  return {
+    terminated: false,
+    postMessage: (message, transfer) => port1.postMessage(message, transfer),
+    addEventListener: (type, listener) => (listeners[type] = listener),
+    terminate() {
+      this.terminated = true;
+      port1.close();
+      for (const end of ends) end.close();
+    },
+    fail: (message) => listeners.error({ message }),
+  };
 }

@@ -9,9 +9,8 @@ import { createSession } from 'tracecut';
 import { usualThreads } from '../../dist/crew.js';
 import { openEngine } from '../../dist/platform.js';
 import { createRemoteEngine } from '../../dist/remote.js';
-import { serve } from '../../dist/serve.js';
 import { Session } from '../../dist/session.js';
-import { fingerprint, framesOf, ready, rejects, segment } from './support.mjs';
+import { fingerprint, framesOf, ready, rejects, segment, standIn } from './support.mjs';
 
 const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
 const frames = await framesOf();
@@ -104,38 +103,10 @@ test('helpers that die at once, fail at everything or cannot be started are done
   assert.ok(started >= 2 && started <= 5, `${started} were started, each replaced at most once`);
 });
 
-/** A stand-in for a `Worker` of a browser. */
-function startWorker() {
-  const { port1, port2 } = new MessageChannel();
-  /** @type {MessagePort[]} Ends of its channels to others. */
-  const ends = [];
-  serve({
-    postMessage: (message, transfer) => port2.postMessage(message, transfer),
-    addEventListener: (type, listener) =>
-      port2.on(type, (data) => {
-        if (data.data?.port) ends.push(data.data.port);
-        listener({ data });
-      }),
-  });
-  const listeners = {};
-  port1.on('message', (data) => listeners.message?.({ data }));
-  return {
-    terminated: false,
-    postMessage: (message, transfer) => port1.postMessage(message, transfer),
-    addEventListener: (type, listener) => (listeners[type] = listener),
-    terminate() {
-      this.terminated = true;
-      port1.close();
-      for (const end of ends) end.close();
-    },
-    fail: (message) => listeners.error({ message }),
-  };
-}
-
 test('helpers of a session in a worker are workers of the page, replaced when they fail and ended with it', async () => {
   const workers = [];
   const start = () => {
-    workers.push(startWorker());
+    workers.push(standIn());
     return workers.at(-1);
   };
   const session = new Session(await createRemoteEngine(start, module, {}, 3), async () => module);

@@ -3,39 +3,16 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { MessageChannel } from 'node:worker_threads';
 import { createRemoteEngine } from '../../dist/remote.js';
-import { serve } from '../../dist/serve.js';
 import { Session } from '../../dist/session.js';
-import { SMALL, STAGES, fingerprint, framesOf, ready, rejects, segment, trappingWasm } from './support.mjs';
+import { SMALL, STAGES, fingerprint, framesOf, ready, rejects, segment, standIn, trappingWasm } from './support.mjs';
 
 const compiled = async (name) =>
   WebAssembly.compile(await readFile(new URL(`../../dist/${name}_bg.wasm`, import.meta.url)));
 const module = await compiled('tracecut');
 
-/** A stand-in for a `Worker`: its far side answers as worker.js does. */
-function startWorker(answer = serve) {
-  const { port1, port2 } = new MessageChannel();
-  answer({
-    postMessage: (message, transfer) => port2.postMessage(message, transfer),
-    addEventListener: (type, listener) => port2.on(type, (data) => listener({ data })),
-  });
-  const listeners = {};
-  port1.on('message', (data) => listeners.message({ data }));
-  return {
-    terminated: false,
-    postMessage: (message, transfer) => port1.postMessage(message, transfer),
-    addEventListener: (type, listener) => (listeners[type] = listener),
-    terminate() {
-      this.terminated = true;
-      port1.close();
-    },
-    fail: (message) => listeners.error({ message }),
-  };
-}
-
 async function open(t, parameters = {}, wasm = module) {
-  const worker = startWorker();
+  const worker = standIn();
   const session = new Session(await createRemoteEngine(() => worker, wasm, parameters), () => compiled('decoder'));
   t.after(() => session.close());
   return { session, worker };
@@ -89,7 +66,7 @@ test('a session in a worker gives the same result as one in this thread', async 
 
 test('errors cross with code and message', async (t) => {
   await rejects(
-    createRemoteEngine(() => startWorker(), module, { clip: { maxSize: 1 } }),
+    createRemoteEngine(() => standIn(), module, { clip: { maxSize: 1 } }),
     'param',
     /clip\.maxSize/,
   );
@@ -100,7 +77,7 @@ test('errors cross with code and message', async (t) => {
 
 test('a worker answers what is in the table, and nothing else', async () => {
   for (const type of ['foreground', 'toString']) {
-    const worker = startWorker();
+    const worker = standIn();
     const answered = new Promise((resolve) => worker.addEventListener('message', ({ data }) => resolve(data)));
     worker.postMessage({ id: 7, type, data: [0] }, []);
     assert.deepEqual(await answered, {
@@ -147,7 +124,7 @@ test('a worker that dies rejects the run, and one that never started says what t
   const run = session.run();
   worker.fail('out of memory');
   await rejects(run, 'poisoned', /out of memory/);
-  const silent = startWorker(() => {});
+  const silent = standIn(() => {});
   const opening = createRemoteEngine(() => silent, module, {});
   silent.fail('');
   await rejects(opening, 'wasm-load', /worker\.js/);
