@@ -10,13 +10,15 @@ export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.j
 export { CUT_RED, flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
+export { MaskEditor, editMasks } from './edit/editor.js';
+export { regionOf, strokeRegion } from './edit/regions.js';
 export { TraceCutError } from './errors.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
 export { fromCocoRle } from './export/rle.js';
 export { encodeVideo } from './export/video.js';
-export { EdgeKind } from './image.js';
+export { EdgeKind, ImageEngine } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
 export { VideoResult } from './video/result.js';
@@ -46,6 +48,8 @@ export function parameters() {
 /** @typedef {import('./engine.js').FlowField} FlowField */
 /** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
 /** @typedef {import('./image.js').DiscontinuityOptions} DiscontinuityOptions */
+/** @typedef {import('./image.js').FlowOptions} FlowOptions */
+/** @typedef {import('./image.js').ImageEngineOptions} ImageEngineOptions */
 /** @typedef {import('./image.js').ImageDiscontinuities} ImageDiscontinuities */
 /** @typedef {import('./image.js').ImageOptions} ImageOptions */
 /** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */
@@ -78,6 +82,11 @@ export function parameters() {
 /** @typedef {import('./draw/trajectories.js').TrajectorySource} TrajectorySource */
 /** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
 /** @typedef {import('./draw/palette.js').Shape} Shape */
+/** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
+/** @typedef {import('./edit/editor.js').Edit} Edit */
+/** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */
+/** @typedef {import('./edit/regions.js').BrushStroke} BrushStroke */
+/** @typedef {import('./edit/regions.js').Region} Region */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */
 /** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */
