@@ -147,6 +147,7 @@ export class App {
     this.abort = new AbortController();
     const { signal } = this.abort;
     this.store.set(phasePatch('running', job.current?.name ?? '', ''));
+    if (job.settled > 0) showWindow(this.store, job);
     const progress = new Progress();
     const show = () => this.showRunning(job, progress);
     const clock = setInterval(show, TICK_MS);
