@@ -11,13 +11,12 @@ import { explain } from '../words.js';
 /** @typedef {import('../store.js').Store} Store */
 
 /**
- * The public state of each phase: opening, setup and stopped are all `loading`, as no result is on screen.
+ * The public state of each phase: opening and stopped are both `loading`, as no result is on screen.
  *
  * @type {Record<import('../store.js').Phase, 'loading' | 'running' | 'done' | 'error'>}
  */
 const STATE = {
   opening: 'loading',
-  setup: 'loading',
   running: 'running',
   stopped: 'loading',
   done: 'done',
