@@ -46,9 +46,6 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await page.evaluate(() => new Promise(requestAnimationFrame));
   await page.keyboard.press('Enter');
   await (await chosen).setFiles(frames.map((frame, k) => pngFile(`frame${k}.png`, frame)));
-  await inPhase(page, 'setup');
-  await tabTo('#start');
-  await page.keyboard.press('Enter');
   assert.equal(await ended(page), 'done');
   await tabTo('#correct-open', 'Shift+Tab');
   await page.keyboard.press('Enter');

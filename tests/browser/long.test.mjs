@@ -44,12 +44,9 @@ const files = (frames) => frames.map((frame, k) => pngFile(`frame${String(k).pad
 describe('a clip of more than one window', () => {
   const sample = useSample(useSite());
 
-  /** Opens images and takes all of them. */
+  /** Opens images: all of them are taken, and nothing is waited for. */
   async function openAll(page, frames) {
     await page.setInputFiles('#file', files(frames));
-    await inPhase(page, 'setup');
-    await page.click('#take-all');
-    await page.click('#start');
   }
 
   test('is shown as it comes, with its cut, and objects that keep their numbers', async () => {
@@ -148,20 +145,51 @@ describe('a clip of more than one window', () => {
     await page.click('#export-close');
   });
 
-  test('stopped early, it stays as far as it is', async () => {
+  test('stopped early, what is done is kept and saved, and goes on to what it would have been', async () => {
     const { page, faults } = sample;
-    await openAll(page, shots(130, 200));
-    await page.waitForFunction(
-      () => document.body.hasAttribute('data-streaming') || document.body.dataset.state === 'done',
-    );
+    const frames = shots(130, 200);
+    const masks = () =>
+      page.evaluate(() => {
+        const { result } = globalThis.tracecutDemo.app.points;
+        return Array.from({ length: result.numFrames }, (_, t) => String(result.labels(t)));
+      });
+    await openAll(page, frames);
+    assert.equal(await ended(page), 'done');
+    const whole = await masks();
+    await page.click('#again');
+    await page.waitForFunction(() => globalThis.tracecutDemo.app.job?.settled > 40);
     await page.keyboard.press('Escape');
     await inPhase(page, 'done');
     assert.match(await text(page, '#notice'), /^Stopped early: \d+ of 130 frames/);
-    const frames = await page.evaluate(() => globalThis.tracecutDemo.app.points.result.numFrames);
-    assert.ok(frames >= 40 && frames < 130, `${frames} frames`);
-    assert.match(await text(page, '#counter'), new RegExp(`/ ${frames}$`));
-    await page.click('#correct-open');
-    assert.equal(await page.locator('#correct').isVisible(), false, 'what is not whole cannot be corrected');
+    const part = await masks();
+    assert.ok(part.length >= 40 && part.length < 130, `${part.length} frames`);
+    assert.deepEqual(part, whole.slice(0, part.length));
+    assert.match(await text(page, '#counter'), new RegExp(`/ ${part.length}$`));
+    assert.equal(await page.locator('#correct-open').isVisible(), false, 'what is not whole cannot be corrected');
+    await screenshot(page, 'long-stopped');
+    await page.click('#export-open');
+    const ids = await page
+      .locator('[data-export]:enabled')
+      .evaluateAll((buttons) => buttons.map((button) => button.dataset.export));
+    assert.ok(ids.length >= 9, ids);
+    for (const id of ids) {
+      const coming = page.waitForEvent('download');
+      await page.click(`[data-export="${id}"]`);
+      await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
+      const said = await text(page, '#export-status');
+      assert.match(said, /^Saved/, `${id}: ${said}`);
+      const bytes = await readFile(await (await coming).path());
+      if (id === 'coco') assert.equal(JSON.parse(bytes).images.length, part.length);
+      if (id === 'tracks') assert.match(String(bytes), new RegExp(`^${part.length}\n[1-9]`));
+    }
+    await page.click('#export-close');
+    await page.click('#resume');
+    await inPhase(page, 'running');
+    assert.match(await text(page, '#counter'), /\/ 130$/);
+    assert.equal(await ended(page), 'done');
+    assert.deepEqual(await masks(), whole);
+    assert.equal(await page.locator('#correct-open').isVisible(), true);
+    assert.equal(await page.locator('#resume').isVisible(), false);
     assert.deepEqual(faults, []);
   });
 });

@@ -85,14 +85,9 @@ export function useSample(site) {
   return shared;
 }
 
-/** Hands files to the page and starts without waiting for the countdown; gives the state that the run ended in. */
+/** Hands files to the page, which starts by itself; gives the state that the run ended in. */
 export async function run(page, files) {
   await page.setInputFiles('#file', files);
-  // A still image starts at once.
-  await page.waitForFunction(
-    () => ['setup', 'error'].includes(document.body.dataset.phase) || globalThis.tracecutDemo.source?.kind === 'still',
-  );
-  if ((await page.evaluate(() => document.body.dataset.phase)) === 'setup') await page.click('#start');
   return ended(page);
 }
 

@@ -1,10 +1,12 @@
 /**
- * What can be done, as a state machine: open a source, set up, run, show, and back. All it knows lies in the store.
+ * What can be done, as a state machine: open a source, run, show, and back. All it knows lies in the store.
  *
- *     opening --> setup --> running --> done
- *        |          ^          |  \       |
- *        v          |          v   \      v  (run again)
- *      error        +------ stopped <-- running
+ *     opening --> running --> done
+ *        |         |   ^       |
+ *        v         v   |       v
+ *      error     stopped <-- running (again)
+ *
+ * Nothing is asked before a run. Settings may be changed while it is under way: then it begins anew.
  *
  * Every step that waits carries the number of the visit it belongs to and does nothing once another visit has begun.
  * @module
@@ -15,7 +17,6 @@ import { stagesOf } from './panels/stages.js';
 import { showResult, showWindow } from './result/show-result.js';
 import { kindFor } from './run/jobs.js';
 import { optionsOf } from './settings.js';
-import { Setup } from './setup.js';
 import { openFiles, sampleSource, usualTake } from './source.js';
 import { BLANK, errorPatch, phasePatch } from './store.js';
 
@@ -24,6 +25,9 @@ import { BLANK, errorPatch, phasePatch } from './store.js';
 
 /** How often the progress of a run is shown, in milliseconds. */
 const TICK_MS = 100;
+
+/** Settings that stay as they are for so long are meant, in milliseconds. */
+const SETTLED_MS = 600;
 
 export class App {
   /**
@@ -41,7 +45,18 @@ export class App {
      * @type {Map<import('./run/jobs.js').Kind, import('./run/stage-clock.js').StagePlan[]>}
      */
     this.plans = new Map();
-    this.setup = new Setup(store, { start: () => this.start(), fail: (visit, error) => this.fail(visit, error) });
+    this.changing = 0;
+    store.watch(['take', 'changed'], () => this.onSettings());
+  }
+
+  /** A run under way begins anew when settings have been changed. */
+  onSettings() {
+    clearTimeout(this.changing);
+    if (this.store.state.phase !== 'running') return;
+    this.changing = window.setTimeout(() => {
+      const { state } = this.store;
+      if (state.phase === 'running' && !state.job?.isFor(state.take, optionsOf(state))) this.start();
+    }, SETTLED_MS);
   }
 
   /** Opens the sample and runs it. */
@@ -54,7 +69,7 @@ export class App {
   }
 
   /**
-   * Opens files and waits a moment for settings.
+   * Opens files and runs them.
    *
    * @param {File[]} files
    */
@@ -62,7 +77,7 @@ export class App {
     await this.open(
       files[0]?.name ?? '',
       () => openFiles(files, this.library),
-      (source) => (source.count < 2 ? this.start() : this.setup.begin()),
+      () => this.start(),
     );
   }
 
@@ -82,7 +97,7 @@ export class App {
   /**
    * @param {string} name shown until the source tells its own
    * @param {() => Promise<Source>} opener
-   * @param {(source: Source) => Promise<void>} next
+   * @param {() => Promise<void>} next
    */
   async open(name, opener, next) {
     const visit = this.leave();
@@ -92,7 +107,7 @@ export class App {
       const source = await opener();
       if (visit !== this.store.state.visit) return source.close();
       this.store.set({ source, name: source.name, take: usualTake(source) });
-      await next(source);
+      await next();
     } catch (error) {
       this.fail(visit, error);
     }
@@ -105,7 +120,6 @@ export class App {
    */
   leave() {
     const { job, visit } = this.store.state;
-    this.setup.leave();
     this.abort?.abort();
     this.abort = null;
     job?.close();
@@ -147,6 +161,7 @@ export class App {
     this.abort = new AbortController();
     const { signal } = this.abort;
     this.store.set(phasePatch('running', job.current?.name ?? '', ''));
+    if (job.settled > 0) showWindow(this.store, job);
     const progress = new Progress();
     const show = () => this.showRunning(job, progress);
     const clock = setInterval(show, TICK_MS);
@@ -199,7 +214,6 @@ export class App {
 
   /** Cancels at once; the worker stops at the end of its step. */
   cancel() {
-    this.setup.hold();
     const { job, phase } = this.store.state;
     if (phase !== 'running' || !job) return;
     this.abort?.abort();

@@ -33,8 +33,8 @@ import { PageError } from './words.js';
  * @property {() => void} close
  */
 
-/** What is taken when nobody chooses. @type {Take} */
-export const DEFAULT_TAKE = { start: 0, frames: 50, step: 1, side: 480 };
+/** What is taken when nobody chooses, of as many frames as there are. @type {Take} */
+export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
 
 /**
  * @param {Source | null} source
@@ -49,8 +49,8 @@ export function kindOf(source) {
  * @returns {Take} what is taken of it when nobody chooses
  */
 export function usualTake(source) {
-  const isSample = source.kind === 'sample';
-  return fitTake(isSample ? { start: 0, frames: source.count, step: 1, side: source.width } : DEFAULT_TAKE, source);
+  const side = source.kind === 'sample' ? source.width : DEFAULT_TAKE.side;
+  return fitTake({ ...DEFAULT_TAKE, frames: source.count, side }, source);
 }
 
 /** The sample: small enough to be through in seconds, large enough to look at. */

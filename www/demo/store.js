@@ -11,7 +11,7 @@ import { DEFAULT_TAKE } from './source.js';
  * What the page is doing. Several phases share one of the four public states in `document.body.dataset.state`, see
  * panels/status.js.
  *
- * @typedef {'opening' | 'setup' | 'running' | 'stopped' | 'done' | 'error'} Phase
+ * @typedef {'opening' | 'running' | 'stopped' | 'done' | 'error'} Phase
  */
 
 /**

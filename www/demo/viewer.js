@@ -18,14 +18,6 @@ const MAX_DENSITY = 2;
 /** How near the pointer must be to a point, in CSS pixels. */
 const REACH_PX = 14;
 
-/**
- * @param {CanvasImageSource} image
- * @returns {import('./store.js').Frames} it alone
- */
-export function oneFrame(image) {
-  return { get: (frame) => (frame === 0 ? image : null), has: (frame) => frame === 0, onReady() {} };
-}
-
 export class Viewer {
   /**
    * @param {import('./store.js').Store} store

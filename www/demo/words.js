@@ -101,7 +101,7 @@ export const LONG = {
   nothing:
     'Nothing in this clip moves differently from the background. Choose another part of it, or every second frame for slow motion.',
   partial: (/** @type {number} */ done, /** @type {number} */ all) =>
-    `Stopped early: ${done} of ${all} frames have masks.`,
+    `Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
 };
 
 /** Why a layer has nothing to show. */

@@ -24,7 +24,7 @@ class ClipPanel {
     this.step = /** @type {HTMLSelectElement} */ (byId('take-step'));
     this.side = /** @type {HTMLSelectElement} */ (byId('take-side'));
     for (const field of [this.start, this.frames, this.step, this.side])
-      field.addEventListener('input', () => this.take(this.wanted));
+      field.addEventListener('input', (event) => this.take(this.wanted(event.target)));
     byId('take-all').addEventListener('click', () =>
       this.take({ ...store.state.take, start: 0, frames: store.state.source?.count ?? 0 }),
     );
@@ -34,12 +34,19 @@ class ClipPanel {
     store.watch(['source', 'take', 'pace'], (state) => this.show(state));
   }
 
-  /** @returns {Take} what the user has put in */
-  get wanted() {
-    const frames = Math.round(Number(this.frames.value));
+  /**
+   * What the user has put in. A take that went to the clip's end still does when its start or step is changed.
+   *
+   * @param {EventTarget | null} changed
+   * @returns {Take}
+   */
+  wanted(changed) {
+    const { take, source } = this.store.state;
+    const typed = Math.round(Number(this.frames.value));
+    const toEnd = changed !== this.frames && source !== null && take.start + take.frames * take.step >= source.count;
     return {
       start: Number(this.start.value),
-      frames: Number.isFinite(frames) ? Math.max(2, frames) : DEFAULT_TAKE.frames,
+      frames: toEnd ? source.count : Number.isFinite(typed) ? Math.max(2, typed) : DEFAULT_TAKE.frames,
       step: Number(this.step.value),
       side: Number(this.side.value),
     };
@@ -72,6 +79,7 @@ class ClipPanel {
     this.step.value = String(take.step);
     this.side.value = String(take.side);
     if (document.activeElement !== this.frames) this.frames.value = String(take.frames);
+    byId('take-all').hidden = take.start === 0 && 1 + (take.frames - 1) * take.step > source.count - take.step;
     byId('take-text').textContent = takeText(source, take, pace[kindOf(source)]);
   }
 }

@@ -9,7 +9,7 @@ export function runPanel({ app, store, keys }) {
   /** @type {[ids: string[], act: () => unknown][]} */
   const buttons = [
     [['sample', 'error-sample'], () => app.openSample()],
-    [['start', 'again', 'pending-run'], () => app.start()],
+    [['again', 'pending-run'], () => app.start()],
     [['resume'], () => app.resume()],
     [['cancel'], () => app.cancel()],
   ];

@@ -11,13 +11,12 @@ import { explain } from '../words.js';
 /** @typedef {import('../store.js').Store} Store */
 
 /**
- * The public state of each phase: opening, setup and stopped are all `loading`, as no result is on screen.
+ * The public state of each phase: opening and stopped are both `loading`, as no result is on screen.
  *
  * @type {Record<import('../store.js').Phase, 'loading' | 'running' | 'done' | 'error'>}
  */
 const STATE = {
   opening: 'loading',
-  setup: 'loading',
   running: 'running',
   stopped: 'loading',
   done: 'done',
@@ -35,7 +34,7 @@ export function statusPanel({ store }) {
   store.watch(['live'], ({ live }) => write('live', live));
   store.watch(['share'], ({ share }) => showShare(share));
   store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
-  store.watch(['source', 'found', 'streaming'], showFacts);
+  store.watch(['source', 'found', 'streaming', 'job', 'phase'], showFacts);
   // Last, so that whoever waits for the state finds everything else in place.
   store.watch(['phase', 'error'], showPhase, { last: true });
 }
@@ -74,12 +73,13 @@ function showError(error) {
 }
 
 /** @param {Readonly<State>} state */
-function showFacts({ source, found, streaming }) {
+function showFacts({ source, found, streaming, job }) {
   const { body } = document;
   if (source) body.dataset.source = source.kind;
   else delete body.dataset.source;
   body.toggleAttribute('data-masks', found?.points?.hasMasks ?? false);
   body.toggleAttribute('data-streaming', streaming);
+  body.toggleAttribute('data-partial', job?.partial ?? false);
 }
 
 /** @param {Readonly<State>} state */

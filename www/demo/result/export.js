@@ -46,7 +46,7 @@ export function subjectOf({ found, job, film, frame }, library) {
   const labels = (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t));
   return {
     library,
-    masks: { width, height, numFrames, labels, times: film.times.seconds },
+    masks: { width, height, numFrames, labels, times: film.times.seconds?.slice(0, numFrames) ?? null },
     frames: () => job.images,
     image: async (/** @type {number} */ t) => /** @type {ImageBitmap} */ (await job.images.open(t)),
     plate: found?.answers.background ?? null,

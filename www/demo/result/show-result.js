@@ -120,7 +120,8 @@ function filmOf({ source, take, times, cuts }, numFrames) {
   return {
     numFrames,
     fps: source.fps / take.step,
-    times: new Times(times.length > 0 ? times : null),
+    // Frames are read ahead of those that are shown.
+    times: new Times(times.length > 0 ? times.slice(0, numFrames) : null),
     cuts: [...cuts],
   };
 }

@@ -2,7 +2,7 @@
 
 export class Times {
   /**
-   * @param {ArrayLike<number> | null} seconds of each frame since the beginning of the clip; null where nobody knows
+   * @param {number[] | null} seconds of each frame since the beginning of the clip; null where nobody knows
    */
   constructor(seconds) {
     this.seconds = seconds;

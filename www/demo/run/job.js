@@ -62,6 +62,11 @@ export class Job extends StageClock {
     this.corrector = null;
   }
 
+  /** Whether the result is that of a run which was stopped early, and can go on. */
+  get partial() {
+    return false;
+  }
+
   /** Frames that are settled while others are still to come. */
   get settled() {
     return 0;
@@ -70,7 +75,7 @@ export class Job extends StageClock {
   /**
    * After a cancel: keeps what is settled as the result, where that is one.
    *
-   * @returns {boolean} whether it is; else the run may be run again, and goes on
+   * @returns {boolean} whether it is; either way the run may be run again, and goes on where it was
    */
   stop() {
     return false;

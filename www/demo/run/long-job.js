@@ -46,18 +46,25 @@ export class LongJob extends Job {
   /** @param {ConstructorParameters<typeof Job>} parts */
   constructor(...parts) {
     super(...parts);
-    /** @type {VideoResult | null} */
+    /** @type {import('../../dist/index.js').VideoSegmentation | null} */
+    this.video = null;
+    /** @type {Promise<void>} The work that `video` does; it waits while the run is stopped. */
+    this.working = Promise.resolve();
+    this.life = new AbortController();
+    this.report = () => {};
+    this.onWindow = () => {};
+    /** @type {VideoResult | null} Of the whole clip, or of what was settled when the run was stopped. */
     this.result = null;
+    this.stopped = false;
     /** @type {MaskStore | null} What is settled so far. */
     this.masks = null;
     /** @type {Presence | null} */
     this.presence = null;
     this.windows = 0;
-    this.partial = false;
     /** @type {VideoResult[]} Results before corrections. */
     this.before = [];
-    /** @type {import('./job.js').Corrector | null} */
-    this.corrector = {
+    /** @type {import('./job.js').Corrector} */
+    this.corrections = {
       merge: async (a, b) => {
         const whole = this.whole();
         const merged = whole.merge(a, b);
@@ -71,6 +78,8 @@ export class LongJob extends Job {
       },
       count: () => this.before.length,
     };
+    /** @type {import('./job.js').Corrector | null} */
+    this.corrector = this.corrections;
   }
 
   /** Its two stages go on side by side: their times say nothing about the next run. @returns {null} */
@@ -80,72 +89,56 @@ export class LongJob extends Job {
 
   /** @returns {VideoResult} the whole clip's result, which can be corrected */
   whole() {
-    if (!this.result || this.partial) throw new PageError('unfinished');
+    if (!this.result || this.stopped) throw new PageError('unfinished');
     return this.result;
   }
 
   /**
-   * Runs from the beginning to the end.
+   * Runs to the end, from where it was stopped.
    *
    * @param {AbortSignal} signal
    * @param {() => void} report called after each step
    * @param {() => void} onWindow called when more frames are settled
    */
-  run(signal, report, onWindow) {
-    return untilAborted(this.work(signal, report, onWindow), signal);
+  async run(signal, report, onWindow) {
+    Object.assign(this, { report, onWindow, stopped: false, result: null, corrector: this.corrections });
+    this.start();
+    if (this.video) this.video.resume();
+    else this.working = this.work();
+    await untilAborted(this.working, signal);
   }
 
-  /**
-   * @param {AbortSignal} signal
-   * @param {() => void} report
-   * @param {() => void} onWindow
-   */
-  async work(signal, report, onWindow) {
-    this.start();
-    this.begin();
-    const video = this.library.segmentVideo(this.frames(signal, report), {
+  async work() {
+    const video = this.library.segmentVideo(this.frames(), {
       ...this.options,
       window: WINDOW,
       overlap: OVERLAP,
       frameRate: this.source.fps / this.take.step,
-      signal,
+      signal: this.life.signal,
       onProgress: (progress) => {
-        if (signal.aborted) return;
         this.advance(progress);
-        report();
+        if (!this.stopped) this.report();
       },
     });
+    this.video = video;
     const result = await video.collect((window) => {
-      if (signal.aborted) return;
       this.settle(window);
-      onWindow();
+      if (!this.stopped) this.onWindow();
     });
     this.mark('windows', 1, 1);
     this.mark('frames', this.images.length, this.images.length);
     this.result = result;
   }
 
-  /** Forgets what a run before this one found. */
-  begin() {
-    this.images.clear();
-    this.cuts = [];
-    this.times = [];
-    this.masks = this.presence = this.result = null;
-    for (const stage of this.stages) Object.assign(stage, { done: 0, total: 0, ms: 0 });
-  }
-
-  /**
-   * @param {AbortSignal} signal
-   * @param {() => void} report
-   */
-  async *frames(signal, report) {
+  async *frames() {
+    const { signal } = this.life;
     for await (const { frame, time } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
       // The picture is copied before the package gets the bytes, which it may hand on to its worker.
       await this.images.add(frame);
       if (time !== null) this.times.push(time);
       this.mark('frames', this.images.length, Math.max(this.take.frames, this.images.length + 1));
-      report();
+      if (!this.stopped) this.report();
       yield time === null ? frame : { frame, time };
     }
   }
@@ -176,9 +169,15 @@ export class LongJob extends Job {
 
   /** What is settled by now is a result too. */
   stop() {
-    this.partial = this.settled > 1;
-    if (this.partial) this.corrector = null;
+    this.video?.pause();
+    this.stopped = true;
+    this.result = this.video?.collected ?? null;
+    if (this.result) this.corrector = null;
     return this.partial;
+  }
+
+  get partial() {
+    return this.stopped && this.result !== null;
   }
 
   /** Frames whose masks are settled. */
@@ -252,7 +251,7 @@ export class LongJob extends Job {
     return {
       width,
       height,
-      numFrames: settled,
+      numFrames: this.result?.numFrames ?? settled,
       trajectories,
       // Each object is one cluster: over many windows there are no others.
       clusters: { count: count + 1, label: Uint32Array.from(trajectories.label) },
@@ -262,7 +261,15 @@ export class LongJob extends Job {
       embedding: { dimensions: 0, eigenvalues: new Float64Array(0), vectors: new Float32Array(0) },
       labels: (t) => (this.result ?? masks).labels(t),
       edges: () => ({ i: none, j: none, d: new Float32Array(0) }),
-      toTracksDat: () => this.whole().toTracksDat(),
+      toTracksDat: () => {
+        if (!this.result) throw new PageError('unfinished');
+        return this.result.toTracksDat();
+      },
     };
+  }
+
+  close() {
+    this.life.abort();
+    super.close();
   }
 }

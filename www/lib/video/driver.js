@@ -27,6 +27,7 @@ import { WindowResult } from './window.js';
  * @property {(progress: import('../engine.js').Progress, window: number) => void} onStage
  * @property {(decoded: number, window: number) => void} onFrame told how many frames the window has
  * @property {AbortSignal} stop
+ * @property {import('./pause.js').Pause} [pause] halts the work between two frames, and between two steps of a window
  */
 
 export class Driver {
@@ -67,6 +68,7 @@ export class Driver {
   async #fill() {
     const { nextFrame, window, onFrame } = this.#options;
     while (!this.#ended && this.#held === null) {
+      await this.#options.pause?.passed();
       this.#ahead = await nextFrame();
       if (!this.#ahead) this.#ended = true;
       else if (this.#times.length >= window) return;
@@ -137,10 +139,13 @@ export class Driver {
   }
 
   async #run() {
-    const { engine, onStage, stop } = this.#options;
-    const raw = await engine.run((progress) => onStage(progress, this.#index), stop);
-    if (raw === null) throw new TraceCutError('closed', 'the video segmentation was closed');
-    return raw;
+    const { engine, onStage, stop, pause } = this.#options;
+    for (;;) {
+      await pause?.passed();
+      const raw = await engine.run((progress) => onStage(progress, this.#index), pause?.signal ?? stop);
+      if (raw !== null) return raw;
+      if (stop.aborted || !pause) throw new TraceCutError('closed', 'the video segmentation was closed');
+    }
   }
 
   #facts() {

@@ -178,13 +178,21 @@ export class Collector {
   }
 
   finish() {
-    if (this.#runs.length === 0) throw new TraceCutError('no-frames', 'the source has no frames');
+    const result = this.sofar();
+    if (!result) throw new TraceCutError('no-frames', 'the source has no frames');
+    return result;
+  }
+
+  /** The result of the frames that are there by now; null without any. */
+  sofar() {
+    const numFrames = this.#runs.length;
+    if (numFrames === 0) return null;
     return new VideoResult({
       ...this.#size,
       times: Float64Array.from(this.#times),
-      shots: this.#shots,
-      runs: this.#runs,
-      trajectories: this.#tracks.finish(),
+      shots: this.#shots.map((shot) => ({ ...shot })),
+      runs: [...this.#runs],
+      trajectories: this.#tracks.finish(numFrames),
     });
   }
 }

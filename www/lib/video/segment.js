@@ -6,6 +6,7 @@ import { openEngine } from '../platform.js';
 import { Driver } from './driver.js';
 import { decoderLoader } from './frames.js';
 import { asOptions, splitTake, splitWindow } from './options.js';
+import { Pause } from './pause.js';
 import { atSize } from './pixels.js';
 import { expected, nothingTaken, taken } from './reader.js';
 import { Collector } from './result.js';
@@ -69,7 +70,8 @@ export function segment(source, options, platform) {
 /**
  * A clip on its way to masks; made by `segmentVideo`. Iterate over it for the windows' results as they come, or
  * `collect` them; either once. Nothing begins before that. While one result is looked at the next window is computed,
- * and no more than that. Leaving the loop early, `close`, an abort and an error end the work and free its memory.
+ * and no more than that. Leaving the loop early, `close`, an abort and an error end the work and free its memory;
+ * `pause` only halts it, and `resume` goes on where it was.
  */
 export class VideoSegmentation {
   #source;
@@ -78,6 +80,9 @@ export class VideoSegmentation {
   #begun = false;
   #closed = false;
   #stop = new AbortController();
+  #pause = new Pause();
+  /** @type {Collector | undefined} */
+  #collector;
   /** @type {import('../engine.js').Engine | undefined} */
   #engine;
   /** @type {import('./reader.js').Reader | undefined} */
@@ -123,12 +128,40 @@ export class VideoSegmentation {
   async collect(onWindow) {
     if (onWindow !== undefined && typeof onWindow !== 'function')
       throw illegal('param', 'onWindow', onWindow, 'a function');
-    const collector = new Collector();
-    for await (const window of this) {
+    const windows = this[Symbol.asyncIterator]();
+    const collector = (this.#collector = new Collector());
+    for await (const window of windows) {
       collector.add(window);
       onWindow?.(window);
     }
     return collector.finish();
+  }
+
+  /**
+   * What `collect` has by now, of the frames whose masks are settled: a result like that of the whole clip, which stays
+   * as it is while the work goes on. Null before the first window.
+   * @returns {import('./result.js').VideoResult | null}
+   */
+  get collected() {
+    return this.#collector?.sofar() ?? null;
+  }
+
+  /**
+   * Halts the work after the step under way; what is awaited waits, nothing is lost. Pausing twice is fine, and so is
+   * pausing before the beginning or after the end.
+   */
+  pause() {
+    this.#pause.begin();
+  }
+
+  /** Goes on where `pause` halted the work: the results are those of a clip that was never paused. */
+  resume() {
+    this.#pause.end();
+  }
+
+  /** Whether the work is paused. */
+  get paused() {
+    return this.#pause.on;
   }
 
   /**
@@ -196,6 +229,7 @@ export class VideoSegmentation {
       window,
       overlap,
       stop: this.#stop.signal,
+      pause: this.#pause,
       onStage: ({ stage, done, total }, index) => this.#report({ stage, done, total, window: index }),
       onFrame: (done, index) =>
         this.#report({ stage: 'decode', done, total: Math.max(done, this.#inWindow(done)), window: index }),
@@ -257,6 +291,7 @@ export class VideoSegmentation {
   #end(reason) {
     this.#closed = true;
     if (!this.#stop.signal.aborted) this.#stop.abort(reason);
+    this.#pause.close();
     this.#release();
   }
 

@@ -42,9 +42,19 @@ export class TrackCollector {
     return track;
   }
 
-  /** @returns {ClipTrajectories} in the order of their first frames */
-  finish() {
-    const tracks = [...this.#tracks.values()].sort((a, b) => a.start - b.start);
+  /**
+   * @param {number} numFrames what lies beyond is left out
+   * @returns {ClipTrajectories} in the order of their first frames
+   */
+  finish(numFrames) {
+    const tracks = [...this.#tracks.values()]
+      .filter(({ start }) => start < numFrames)
+      .map((track) => ({
+        ...track,
+        x: track.x.slice(0, numFrames - track.start),
+        y: track.y.slice(0, numFrames - track.start),
+      }))
+      .sort((a, b) => a.start - b.start);
     const offset = new Uint32Array(tracks.length + 1);
     tracks.forEach((track, i) => (offset[i + 1] = at(offset, i) + track.x.length));
     const points = at(offset, tracks.length);
