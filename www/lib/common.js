@@ -11,10 +11,13 @@ export { CUT_RED, flowColor, heatColor, objectColor, objectShape } from './draw/
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
 export { TraceCutError } from './errors.js';
+export { masksAtSize } from './export/at-size.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
 export { fromCocoRle } from './export/rle.js';
+export { estimateVideoSize } from './export/quality.js';
+export { soundInfo } from './export/sound.js';
 export { encodeVideo } from './export/video.js';
 export { EdgeKind } from './image.js';
 export { Result } from './result.js';
@@ -78,6 +81,7 @@ export function parameters() {
 /** @typedef {import('./draw/trajectories.js').TrajectorySource} TrajectorySource */
 /** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
 /** @typedef {import('./draw/palette.js').Shape} Shape */
+/** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */
 /** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */
@@ -92,4 +96,8 @@ export function parameters() {
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
 /** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */
+/** @typedef {import('./export/quality.js').VideoEstimate} VideoEstimate */
+/** @typedef {import('./export/quality.js').VideoQuality} VideoQuality */
+/** @typedef {import('./export/sound.js').SoundInfo} SoundInfo */
+/** @typedef {import('./export/sound.js').SoundOptions} SoundOptions */
 /** @typedef {import('./correction.js').Stroke} Stroke */
