@@ -123,11 +123,19 @@ export class Painter {
 
   /** @param {import('./at-size.js').MaskAtSize} mask */
   paintOverlay({ labels, width, height }) {
-    const { outlineWidth } = this.plan;
-    drawLabels(this.context, { width, height, numFrames: 1, labels: () => labels }, 0, {
+    const { outlineWidth, maskOpacity } = this.plan;
+    const { context, aside } = this;
+    aside.globalCompositeOperation = 'source-over';
+    // Fill and outline overlap: they fade together.
+    if (maskOpacity < 1) aside.clearRect(0, 0, width, height);
+    drawLabels(maskOpacity < 1 ? aside : context, { width, height, numFrames: 1, labels: () => labels }, 0, {
       ...this.drawing(),
       outlineWidth,
     });
+    if (maskOpacity === 1) return;
+    context.globalAlpha = maskOpacity;
+    context.drawImage(aside.canvas, 0, 0);
+    context.globalAlpha = 1;
   }
 
   /**

@@ -32,6 +32,7 @@ import { Painter } from './video-painter.js';
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
+ * @property {number} [maskOpacity] of the masks in an overlay as a whole, fill and outline, 0 to 1; 1 if not given
  * @property {boolean} [outline] of the masks in an overlay; true if not given
  * @property {number} [outlineWidth] in pixels of the video; 2 if not given
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
@@ -49,6 +50,7 @@ const LEGAL = [
   'objects',
   'colors',
   'opacity',
+  'maskOpacity',
   'outline',
   'outlineWidth',
   'frameRate',
@@ -129,6 +131,7 @@ function planned(masks, frames, options) {
     objects,
     colors,
     opacity = 0.5,
+    maskOpacity = 1,
     outline = true,
     outlineWidth = 2,
   } = options;
@@ -136,6 +139,7 @@ function planned(masks, frames, options) {
   oneOf('format', format, ['webm', 'mp4']);
   oneOf('quality', quality, QUALITIES);
   checkNumber('opacity', opacity, 0, 1);
+  checkNumber('maskOpacity', maskOpacity, 0, 1);
   checkNumber('outlineWidth', outlineWidth, 0, 1000);
   checkFlag('outline', outline);
   const { background = format === 'webm' ? 'transparent' : GREEN } = options;
@@ -155,6 +159,7 @@ function planned(masks, frames, options) {
     chosen: chosenLabels(objects),
     labels: { colors, opacity, outline },
     outlineWidth,
+    maskOpacity,
     sound: checkedSound(options.sound),
     frameRate: rateOf(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
     timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
