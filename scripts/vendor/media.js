@@ -4,6 +4,7 @@ export {
   BlobSource,
   BufferTarget,
   CanvasSource,
+  EncodedAudioPacketSource,
   EncodedPacket,
   EncodedPacketSink,
   EncodedVideoPacketSource,

@@ -27,7 +27,9 @@ import { PageError } from './words.js';
  * @property {number} height
  * @property {number} fps frames per second; a convention for images
  * @property {number} count frames there are (for a video: about)
- * @property {(frame: number, side: number) => Promise<ImageData>} preview
+ * @property {(frame: number, side: number, time?: number) => Promise<ImageData>} preview one frame; found by its time in
+ *   seconds where that is known
+ * @property {File} [file] that of a video
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with
  *   their times in seconds, null where nothing says
  * @property {() => void} close

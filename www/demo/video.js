@@ -5,6 +5,9 @@ import { PageError } from './words.js';
 /** Taken where the file does not tell. */
 const USUAL_FPS = 30;
 
+/** Times are rounded: a frame is looked for from so much before its time on, in seconds. */
+const EARLY = 1e-4;
+
 /**
  * @param {File} file
  * @param {import('./run/job.js').Library} library
@@ -24,8 +27,10 @@ export async function openVideo(file, library) {
     height: info.height,
     fps,
     count,
-    async preview(frame, side) {
-      const frames = library.videoFrames(file, { ...startOf(frame), maxFrames: 1, size: side });
+    file,
+    async preview(frame, side, time) {
+      const start = time === undefined ? startOf(frame) : { start: Math.max(0, time - EARLY) };
+      const frames = library.videoFrames(file, { ...start, maxFrames: 1, size: side });
       for await (const one of frames) return pixelsOf(one);
       throw new PageError('no-frames', file.name);
     },

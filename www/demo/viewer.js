@@ -4,6 +4,7 @@
 
 import { byId } from './dom.js';
 import { NO_ANSWERS } from './layers/layer.js';
+import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
 import { Compare } from './panels/compare.js';
 import { NOWHERE } from './store.js';
@@ -93,6 +94,20 @@ export class Viewer {
     if (picture !== before.picture || view !== before.view) this.fit();
     else if (isOther) this.draw();
     else this.redraw();
+  }
+
+  /**
+   * How masks look here, for a picture that looks the same.
+   *
+   * @param {number} side the picture's longer one, in pixels
+   * @returns {import('./result/export.js').Look}
+   */
+  maskLook(side) {
+    const { opacity, fill } = /** @type {import('./layers/layer.js').Layer} */ (
+      this.layers.find(({ id }) => id === 'masks')
+    ).settings;
+    const { width, height, unit } = this.view;
+    return { opacity: opacity.value, fill: fill.value, outline: (OUTLINE * unit * side) / Math.max(width, height) };
   }
 
   /** Draws before the next screen refresh, once however often it is asked. */

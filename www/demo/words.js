@@ -33,6 +33,7 @@ const ADVICE = {
     'Open a video (MP4, WebM, …), an animated GIF, several images of one sequence, or one image.',
   ],
   'mixed-files': ['These files do not go together', 'Open one video, or several images of one sequence, but not both.'],
+  'other-frames': ['The clip gives other frames than before', 'Run it again, then save it.'],
   'one-frame': [
     'There is only one frame',
     'Motion needs at least two pictures of the same scene. Open a longer video, or choose all images of a sequence.',
@@ -150,6 +151,14 @@ export function count(n) {
  */
 export function plural(n, one, many = `${one}s`) {
   return `${count(n)} ${n === 1 ? one : many}`;
+}
+
+/**
+ * @param {number} n
+ * @returns {string} `840 KB`, `12.3 MB`
+ */
+export function bytes(n) {
+  return n < 1e6 ? `${Math.max(1, Math.round(n / 1e3))}\u00a0KB` : `${(n / 1e6).toFixed(1)}\u00a0MB`;
 }
 
 /**

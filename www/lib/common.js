@@ -13,10 +13,13 @@ export { drawTrajectories } from './draw/trajectories.js';
 export { MaskEditor, editMasks } from './edit/editor.js';
 export { regionOf, strokeRegion } from './edit/regions.js';
 export { TraceCutError } from './errors.js';
+export { masksAtSize } from './export/at-size.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
 export { fromCocoRle } from './export/rle.js';
+export { estimateVideoSize } from './export/quality.js';
+export { soundInfo } from './export/sound.js';
 export { encodeVideo } from './export/video.js';
 export { EdgeKind, ImageEngine } from './image.js';
 export { Result } from './result.js';
@@ -87,6 +90,7 @@ export function parameters() {
 /** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */
 /** @typedef {import('./edit/regions.js').BrushStroke} BrushStroke */
 /** @typedef {import('./edit/regions.js').Region} Region */
+/** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */
 /** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */
@@ -101,4 +105,8 @@ export function parameters() {
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
 /** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */
+/** @typedef {import('./export/quality.js').VideoEstimate} VideoEstimate */
+/** @typedef {import('./export/quality.js').VideoQuality} VideoQuality */
+/** @typedef {import('./export/sound.js').SoundInfo} SoundInfo */
+/** @typedef {import('./export/sound.js').SoundOptions} SoundOptions */
 /** @typedef {import('./correction.js').Stroke} Stroke */

@@ -6,7 +6,7 @@ import { fromCorner, opacity } from './layer.js';
 import { objectColor } from '../result/palette.js';
 
 /** Width of the outline in CSS pixels. */
-const OUTLINE = 1.8;
+export const OUTLINE = 1.8;
 
 /** @returns {import('./layer.js').Layer} */
 export function maskLayer() {

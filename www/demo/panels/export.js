@@ -5,26 +5,30 @@
 
 import { byId, h } from '../dom.js';
 import { stemOf, subjectOf } from '../result/export.js';
+import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
-import { explain, plural } from '../words.js';
+import { bytes, explain, plural } from '../words.js';
+import { ExportOptions } from './export-options.js';
 import { connectDialog } from './help.js';
 
 /** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
 const KEPT_MS = 60_000;
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'keys'>} page */
+/** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
   const panel = new ExportPanel(page);
   page.keys.on('e', () => panel.open());
 }
 
 class ExportPanel {
-  /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection'>} page */
-  constructor({ store, library, selection }) {
+  /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'viewer'>} page */
+  constructor({ store, library, selection, viewer }) {
     this.store = store;
     this.library = library;
     this.selection = selection;
+    this.viewer = viewer;
+    this.options = new ExportOptions(library);
     this.dialog = /** @type {HTMLDialogElement} */ (byId('export'));
     this.shownOnly = /** @type {HTMLInputElement} */ (byId('export-shown'));
     this.recipeBox = /** @type {HTMLDetailsElement} */ (byId('recipe-box'));
@@ -56,7 +60,9 @@ class ExportPanel {
   }
 
   open() {
-    if (!this.subject() || this.dialog.open) return;
+    const found = this.subject();
+    if (!found || this.dialog.open) return;
+    this.options.open(found);
     this.tell('');
     this.setBusy(false);
     this.recipeBox.open = false;
@@ -92,9 +98,17 @@ class ExportPanel {
   /** @param {import('../result/export.js').Choice} choice */
   async save(choice) {
     const found = this.subject();
-    if (!found || this.abort) return;
+    const { job } = this.store.state;
+    if (!found || !job || this.abort) return;
+    const { side, quality } = this.options.chosen;
+    const frames = framesOf(job, found.masks, side);
     const subject = {
       ...found,
+      frames: frames.all,
+      image: frames.one,
+      look: this.viewer.maskLook(side),
+      quality,
+      sound: (/** @type {'webm' | 'mp4'} */ format) => this.options.soundFor(format),
       objects: (/** @type {number} */ object) => object > 0 && (!this.shownOnly.checked || this.selection.has(object)),
     };
     const file = `${stemOf(subject.name)}-${choice.file(subject)}`;
@@ -106,7 +120,7 @@ class ExportPanel {
       const blob = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
       signal.throwIfAborted();
       download(blob, file);
-      this.tell(`Saved ${file}, ${sizeOf(blob)}.`);
+      this.tell(`Saved ${file}, ${bytes(blob.size)}.`);
     } catch (error) {
       if (signal.aborted) this.tell('Cancelled; nothing was saved.');
       else this.tell(wordsOf(error), true);
@@ -179,9 +193,4 @@ function download(blob, file) {
 function wordsOf(error) {
   const { title, advice, detail } = explain(error);
   return [title, advice, detail].filter(Boolean).join('. ');
-}
-
-/** @param {Blob} blob */
-function sizeOf({ size }) {
-  return size < 1e6 ? `${Math.max(1, Math.round(size / 1e3))}\u00a0KB` : `${(size / 1e6).toFixed(1)}\u00a0MB`;
 }

@@ -1,5 +1,7 @@
 /** The clip without its objects, as PNG files: one frame, or all in a ZIP. @module */
 
+import { labelsOf } from './export.js';
+
 /** @typedef {import('./export.js').Subject} Subject */
 
 /** The plate reaches this far under the frame's own pixels around an object, in pixels of the plate. */
@@ -17,7 +19,7 @@ export const background = {
       says: 'Background of this frame as PNG',
       file: ({ frame }) => `background-${numbered(frame)}.png`,
       there: ({ plate }) => plate !== null,
-      make: (subject) => withoutObjects(subject, subject.frame),
+      make: async (subject) => withoutObjects(subject, subject.frame, await subject.image(subject.frame)),
     },
     {
       id: 'background-zip',
@@ -35,10 +37,12 @@ async function zip(subject, { signal, onProgress }) {
   const { numFrames } = subject.masks;
   /** @type {Record<string, Uint8Array>} */
   const files = {};
-  for (let t = 0; t < numFrames; t += 1) {
+  let t = 0;
+  for await (const frame of subject.frames(signal)) {
     signal.throwIfAborted();
-    files[`${numbered(t)}.png`] = new Uint8Array(await (await withoutObjects(subject, t)).arrayBuffer());
-    onProgress({ done: t + 1, total: numFrames });
+    files[`${numbered(t)}.png`] = new Uint8Array(await (await withoutObjects(subject, t, frame)).arrayBuffer());
+    t += 1;
+    onProgress({ done: t, total: numFrames });
   }
   // PNG files are compressed already. The date is the first that ZIP knows.
   return new Blob([zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) })], { type: 'application/zip' });
@@ -54,17 +58,19 @@ function numbered(frame) {
  *
  * @param {Subject} subject
  * @param {number} t
+ * @param {ImageData} own the frame
  */
-async function withoutObjects({ masks, image, plate }, t) {
+async function withoutObjects(subject, t, own) {
+  const { plate } = subject;
   if (!plate) throw new Error('there is no background');
-  const [own, found] = [await image(t), await plate(t)];
-  const { width, height } = masks;
+  const found = await plate(t);
+  const { width, height } = own;
   const canvas = new OffscreenCanvas(width, height);
   const ctx = contextOf(canvas);
-  ctx.drawImage(own, 0, 0, width, height);
+  ctx.putImageData(own, 0, 0);
   ctx.globalCompositeOperation = 'destination-out';
   const [reachX, reachY] = [(MARGIN * width) / found.width, (MARGIN * height) / found.height];
-  const covered = shapeOf(masks.labels(t), width, height);
+  const covered = shapeOf(await labelsOf(subject, t, own), width, height);
   for (const x of [-reachX, 0, reachX]) for (const y of [-reachY, 0, reachY]) ctx.drawImage(covered, x, y);
   ctx.globalCompositeOperation = 'destination-over';
   ctx.imageSmoothingQuality = 'high';

@@ -1,6 +1,6 @@
 /** Masks as COCO JSON, trajectories as a track file. @module */
 
-import { rateOf } from './export.js';
+import { masksOf, rateOf } from './export.js';
 
 /** @type {import('./export.js').Export} */
 export const data = {
@@ -11,9 +11,9 @@ export const data = {
       id: 'coco',
       label: 'COCO JSON',
       file: () => 'coco.json',
-      make: async (subject) => {
-        const { library, masks, objects, name } = subject;
-        const coco = library.cocoRle(masks, { objects, video: name, ...rateOf(subject) });
+      make: async (subject, work) => {
+        const { library, objects, name } = subject;
+        const coco = library.cocoRle(await masksOf(subject, work), { objects, video: name, ...rateOf(subject) });
         return new Blob([JSON.stringify(coco)], { type: 'application/json' });
       },
     },

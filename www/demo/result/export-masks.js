@@ -1,6 +1,6 @@
 /** Masks as PNG files: all in a ZIP, or that of one frame. @module */
 
-import { rateOf } from './export.js';
+import { labelsOf, masksOf, rateOf } from './export.js';
 
 /** @type {import('./export.js').Export} */
 export const masks = {
@@ -23,9 +23,13 @@ export const frameMask = {
       label: 'PNG',
       says: 'Mask of this frame as PNG',
       file: ({ frame }) => `mask-${String(frame + 1).padStart(4, '0')}.png`,
-      make: async ({ library, masks: all, frame, objects }) => {
-        const labels = all.labels(frame).map((label) => (objects(label) ? label : 0));
-        return new Blob([await library.maskPng({ ...all, labels: () => labels }, frame)], { type: 'image/png' });
+      make: async (subject) => {
+        const { library, frame, objects } = subject;
+        const image = await subject.image(frame);
+        const labels = (await labelsOf(subject, frame, image)).map((label) => (objects(label) ? label : 0));
+        const { width, height } = image;
+        const mask = { width, height, numFrames: 1, labels: () => labels };
+        return new Blob([await library.maskPng(mask, 0)], { type: 'image/png' });
       },
     },
   ],
@@ -37,8 +41,13 @@ export const frameMask = {
  */
 function zip(perObject) {
   return async (subject, work) => {
-    const { library, masks: all, objects } = subject;
-    const bytes = await library.masksZip(all, { perObject, objects, ...work, ...rateOf(subject) });
+    const { library, objects } = subject;
+    const bytes = await library.masksZip(await masksOf(subject, work), {
+      perObject,
+      objects,
+      ...work,
+      ...rateOf(subject),
+    });
     return new Blob([bytes], { type: 'application/zip' });
   };
 }

@@ -37,9 +37,22 @@ function video(id, label, style, format, background) {
     says: `${style === 'overlay' ? 'Overlay' : 'Cut-out'} video as ${label}`,
     file: () => `${style}.${format}`,
     make: (subject, work) => {
-      const { library, masks, frames, objects } = subject;
+      const { library, masks, frames, objects, look, quality } = subject;
       const ground = background ? { background } : {};
-      return library.encodeVideo(masks, frames(), { style, format, objects, ...work, ...ground, ...rateOf(subject) });
+      const sound = subject.sound(format);
+      return library.encodeVideo(masks, frames(work.signal), {
+        style,
+        format,
+        objects,
+        quality,
+        opacity: look.fill,
+        maskOpacity: look.opacity,
+        outlineWidth: look.outline,
+        ...work,
+        ...ground,
+        ...(sound ? { sound } : {}),
+        ...rateOf(subject),
+      });
     },
   };
 }

@@ -9,8 +9,12 @@
  * @property {Library} library
  * @property {{width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array, times:
  *   ArrayLike<number> | null}} masks
- * @property {() => AsyncIterable<ImageBitmap>} frames
- * @property {(t: number) => Promise<ImageBitmap>} image a frame, at clip size
+ * @property {(signal: AbortSignal) => AsyncIterable<ImageData>} frames all frames, at the size that is wanted
+ * @property {(t: number) => Promise<ImageData>} image one of them
+ * @property {Look} look of the masks on screen
+ * @property {import('../../dist/index.js').VideoQuality} quality of videos
+ * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
+ * @property {import('../source.js').Source} source
  * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
  *   objects, which may be smaller; null where nobody knows
  * @property {number} frame on screen
@@ -18,6 +22,17 @@
  * @property {string} name of the clip
  * @property {number} fps where frames have no times
  * @property {() => string} tracks the trajectories as a track file
+ */
+
+/**
+ * How masks look on screen: how opaque they are as a whole, and their fill, 0 to 1; how wide their outline is, in
+ * pixels of the picture that is saved.
+ *
+ * @typedef {{opacity: number, fill: number, outline: number}} Look
+ */
+
+/** What there is to save, before it is known how. @typedef {Omit<Subject, 'objects' | 'frames' | 'image' | 'look' |
+ * 'quality' | 'sound'>} Found
  */
 
 /** @typedef {{signal: AbortSignal, onProgress: (progress: {done: number, total: number}) => void}} Work */
@@ -28,7 +43,7 @@
  * @property {string} label of its button
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name
- * @property {(subject: Omit<Subject, 'objects'>) => boolean} [there] whether it can be made; always if not said
+ * @property {(subject: Found) => boolean} [there] whether it can be made; always if not said
  * @property {(subject: Subject, work: Work) => Promise<Blob>} make
  */
 
@@ -37,7 +52,7 @@
 /**
  * @param {import('../store.js').State} state
  * @param {Library} library
- * @returns {Omit<Subject, 'objects'> | null} null without masks
+ * @returns {Found | null} null without masks
  */
 export function subjectOf({ found, job, film, frame }, library) {
   const points = found?.points;
@@ -47,14 +62,33 @@ export function subjectOf({ found, job, film, frame }, library) {
   return {
     library,
     masks: { width, height, numFrames, labels, times: film.times.seconds?.slice(0, numFrames) ?? null },
-    frames: () => job.images,
-    image: async (/** @type {number} */ t) => /** @type {ImageBitmap} */ (await job.images.open(t)),
+    source: job.source,
     plate: found?.answers.background ?? null,
     frame,
     name: job.source.name,
     fps: film.fps,
     tracks: () => points.result.toTracksDat(),
   };
+}
+
+/**
+ * @param {Subject} subject
+ * @param {Work} work
+ * @returns {Promise<import('../../dist/index.js').MaskSource>} all masks, at the size that is wanted
+ */
+export function masksOf({ library, masks, frames }, work) {
+  return library.masksAtSize(masks, frames(work.signal), work);
+}
+
+/**
+ * @param {Subject} subject
+ * @param {number} t
+ * @param {ImageData} frame that frame, at the size that is wanted
+ * @returns {Promise<Uint8Array>} its labels at that size
+ */
+export async function labelsOf({ library, masks }, t, frame) {
+  const one = { ...masks, numFrames: 1, times: null, labels: () => masks.labels(t) };
+  return (await library.masksAtSize(one, [frame])).labels(0);
 }
 
 /**

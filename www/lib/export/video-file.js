@@ -1,9 +1,11 @@
 // A video file as it is written: the browser encodes, the vendored library puts it together.
 
 import { TraceCutError } from '../errors.js';
+import { QUANTIZER, bitrateOf } from './quality.js';
+import { addSound, formatOf } from './sound-track.js';
 import { AlphaEncoder } from './video-alpha.js';
 
-/** @typedef {'vp9' | 'vp8' | 'av1' | 'avc'} Codec */
+/** @typedef {import('./quality.js').Codec} Codec */
 
 /**
  * What a file may hold, best first: what browsers play, then what is small. @type {Record<'webm' | 'mp4' | 'alpha',
@@ -11,22 +13,7 @@ import { AlphaEncoder } from './video-alpha.js';
  */
 const CODECS = { webm: ['vp9', 'vp8', 'av1'], mp4: ['avc', 'vp9', 'av1'], alpha: ['vp9', 'vp8'] };
 
-/**
- * For each quality how coarsely each codec may round, on its own scale, and the bits a second for a pixel where the
- * encoder wants to know that instead.
- * @type {Record<'low' | 'medium' | 'high' | 'very-high', {bitsPerPixel: number} & Partial<Record<Codec, number>>>}
- */
-const QUALITY = {
-  low: { bitsPerPixel: 1.5, avc: 34, vp9: 44, av1: 176 },
-  medium: { bitsPerPixel: 3, avc: 28, vp9: 36, av1: 144 },
-  high: { bitsPerPixel: 6, avc: 22, vp9: 28, av1: 112 },
-  'very-high': { bitsPerPixel: 12, avc: 16, vp9: 20, av1: 80 },
-};
-
 const NAME = { webm: 'WebM', mp4: 'MP4' };
-
-/** Small pictures need more for each of their pixels. */
-const LEAST_BITRATE = 500_000;
 
 /**
  * A file that is being written; times are in seconds. @typedef {{add: (time: number, duration: number) =>
@@ -41,31 +28,41 @@ const LEAST_BITRATE = 500_000;
 export async function openFile(painter, plan) {
   const media = await import('../vendor/media.js');
   const { width, height } = painter.canvas;
-  const bitrate = Math.max(LEAST_BITRATE, Math.round(QUALITY[plan.quality].bitsPerPixel * width * height));
+  const video = { width, height, frameRate: plan.frameRate };
   const codecs = plan.alpha ? CODECS.alpha : CODECS[plan.format];
   const codec = /** @type {Codec | null} */ (
-    await media.getFirstEncodableVideoCodec(codecs, { width, height, quality: new media.Quality({ bitrate }) })
+    await media.getFirstEncodableVideoCodec(codecs, {
+      width,
+      height,
+      quality: new media.Quality({ bitrate: bitrateOf(plan.quality, 'avc', video) }),
+    })
   );
   if (!codec) throw noEncoder(plan, width, height, codecs);
-  const quantizer = QUALITY[plan.quality][codec];
+  const bitrate = bitrateOf(plan.quality, codec, video);
+  const quantizer = QUANTIZER[plan.quality][codec];
   const quality = new media.Quality(quantizer === undefined ? { bitrate } : { bitrate, quantizer });
   const target = new media.BufferTarget();
-  const format =
-    plan.format === 'mp4' ? new media.Mp4OutputFormat({ fastStart: 'in-memory' }) : new media.WebMOutputFormat();
-  const output = new media.Output({ format, target });
+  const output = new media.Output({ format: formatOf(media, plan.format), target });
   const encoder = plan.alpha
     ? withAlpha(media, output, painter, codec, bitrate)
     : opaque(media, output, painter, codec, quality);
+  const sound = plan.sound && (await addSound(media, output, plan.sound, plan.format));
   await output.start();
   return {
-    add: encoder.add,
+    async add(time, duration) {
+      await encoder.add(time, duration);
+      await sound?.write(time + duration);
+    },
     async finish() {
       await encoder.finish();
+      await sound?.write(Infinity);
+      sound?.close();
       await output.finalize();
       return new Blob([/** @type {ArrayBuffer} */ (target.buffer)], { type: `video/${plan.format}` });
     },
     async cancel() {
       encoder.close();
+      sound?.close();
       await output.cancel();
     },
   };

@@ -1,14 +1,13 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
-import { drawLabels, labelPicture } from '../draw/labels.js';
-import { TraceCutError, illegal, typeTag } from '../errors.js';
+import { drawLabels } from '../draw/labels.js';
+import { illegal } from '../errors.js';
+import { checkSize, maskAtSize } from './at-size.js';
+import { context2d, drawable } from './drawable.js';
 import { labelsOf } from './mask-source.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
-/**
- * What a canvas can draw; `close` where it was made of a frame and is to be let go. @typedef {{image:
- * CanvasImageSource, width: number, height: number, close?: () => void}} Drawable
- */
+/** @typedef {import('./drawable.js').Drawable} Drawable */
 
 /**
  * Cut-out objects keep so many of their surrounding pixels under a transparent mask: colours are coded for blocks of
@@ -31,8 +30,11 @@ export class Painter {
     this.canvas = new OffscreenCanvas(1, 1);
     this.context = context2d(this.canvas);
     this.aside = context2d(new OffscreenCanvas(1, 1));
+    /** @type {OffscreenCanvasRenderingContext2D | undefined} The objects' shape. */
+    this.shape = undefined;
     this.size = { width: 0, height: 0 };
-    this.t = 0;
+    /** @type {import('./at-size.js').MaskAtSize | null} That of the frame painted last, at the video's size. */
+    this.mask = null;
     // A canvas passes over what it does not know as a colour.
     if (
       plan.style === 'cutout' &&
@@ -61,7 +63,7 @@ export class Painter {
   async paint(item, t) {
     const frame = item === null ? null : await drawable(item, t);
     try {
-      this.paintStyle(frame, t);
+      await this.paintStyle(frame, t);
     } finally {
       frame?.close?.();
     }
@@ -72,20 +74,32 @@ export class Painter {
    * @param {Drawable | null} frame
    * @param {number} t
    */
-  paintStyle(frame, t) {
+  async paintStyle(frame, t) {
     const { width, height } = frame ?? this.masks;
     if (t === 0) this.begin(width, height);
-    if (width !== this.size.width || height !== this.size.height) {
-      throw new TraceCutError(
-        'frame-size-changed',
-        `frame ${t} is ${width} × ${height} pixels (expected ${this.size.width} × ${this.size.height}, as the first)`,
-      );
-    }
-    this.t = t;
+    checkSize({ width, height }, this.size, t);
     this.context.globalCompositeOperation = 'source-over';
-    if (this.plan.style === 'masks' || !frame) this.paintMasks(t);
-    else if (this.plan.style === 'overlay') this.paintOverlay(frame, t);
-    else this.paintCutout(frame, t);
+    if (this.plan.style === 'masks' || !frame) {
+      this.paintMasks(t);
+      return;
+    }
+    this.context.drawImage(frame.image, 0, 0, width, height);
+    this.mask = await this.maskOf(t);
+    if (this.plan.style === 'overlay') this.paintOverlay(this.mask);
+    else this.paintCutout(frame, this.mask);
+  }
+
+  /**
+   * The mask of frame `t` at the size of the frame, which is painted already.
+   * @param {number} t
+   */
+  maskOf(t) {
+    const { context, masks, plan, size } = this;
+    const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
+    const isLike = mask.width === size.width && mask.height === size.height;
+    // Nothing of the picture is needed where the mask has its size.
+    const picture = isLike ? { ...size, data: new Uint8Array(0) } : context.getImageData(0, 0, size.width, size.height);
+    return maskAtSize(mask, picture, plan.chosen);
   }
 
   /**
@@ -107,30 +121,31 @@ export class Painter {
     drawLabels(this.context, this.masks, t, { ...this.drawing(), opacity: 1, outline: false });
   }
 
-  /**
-   * @param {Drawable} frame
-   * @param {number} t
-   */
-  paintOverlay({ image }, t) {
-    const { width, height } = this.size;
-    this.context.drawImage(image, 0, 0, width, height);
-    this.context.save();
-    this.context.scale(width / this.masks.width, height / this.masks.height);
-    drawLabels(this.context, this.masks, t, {
+  /** @param {import('./at-size.js').MaskAtSize} mask */
+  paintOverlay({ labels, width, height }) {
+    const { outlineWidth, maskOpacity } = this.plan;
+    const { context, aside } = this;
+    aside.globalCompositeOperation = 'source-over';
+    // Fill and outline overlap: they fade together.
+    if (maskOpacity < 1) aside.clearRect(0, 0, width, height);
+    drawLabels(maskOpacity < 1 ? aside : context, { width, height, numFrames: 1, labels: () => labels }, 0, {
       ...this.drawing(),
-      outlineWidth: (this.plan.outlineWidth * this.masks.width) / width,
+      outlineWidth,
     });
-    this.context.restore();
+    if (maskOpacity === 1) return;
+    context.globalAlpha = maskOpacity;
+    context.drawImage(aside.canvas, 0, 0);
+    context.globalAlpha = 1;
   }
 
   /**
    * @param {Drawable} frame
-   * @param {number} t
+   * @param {import('./at-size.js').MaskAtSize} mask
    */
-  paintCutout({ image }, t) {
+  paintCutout({ image }, mask) {
     const { width, height } = this.size;
     const { aside, context, plan } = this;
-    this.paintMask(t, plan.alpha ? MARGIN : 0);
+    this.paintMask(mask, plan.alpha ? MARGIN : 0);
     aside.globalCompositeOperation = 'source-in';
     aside.drawImage(image, 0, 0, width, height);
     context.fillStyle = plan.alpha ? BLACK : plan.background;
@@ -140,27 +155,26 @@ export class Painter {
 
   /**
    * Paints the objects white on nothing, aside.
-   * @param {number} t
+   * @param {import('./at-size.js').MaskAtSize} mask
    * @param {number} margin so many pixels wider on all sides
    */
-  paintMask(t, margin) {
-    const { aside, masks, size } = this;
+  paintMask({ alpha, width, height }, margin) {
+    const { aside } = this;
+    const picture = new ImageData(width, height);
+    const pixels = new Uint32Array(picture.data.buffer);
+    // The alpha is the last of the four bytes, on all machines that browsers run on the highest.
+    for (let p = 0; p < pixels.length; p += 1) pixels[p] = 0xffffff + 0x1000000 * Number(alpha[p]);
+    this.shape ??= context2d(new OffscreenCanvas(width, height));
+    this.shape.putImageData(picture, 0, 0);
     aside.globalCompositeOperation = 'source-over';
-    aside.clearRect(0, 0, size.width, size.height);
-    const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
-    const picture = labelPicture(aside, mask, this.plan.chosen, () => WHITE);
+    aside.clearRect(0, 0, width, height);
     const steps = margin > 0 ? [-margin, 0, margin] : [0];
-    for (const dy of steps) for (const dx of steps) aside.drawImage(picture, dx, dy, size.width, size.height);
+    for (const dy of steps) for (const dx of steps) aside.drawImage(this.shape.canvas, dx, dy);
   }
 
   /** @returns {Uint8Array<ArrayBuffer>} how opaque each pixel of the frame painted last is, 0 to 255 */
   alpha() {
-    const { width, height } = this.size;
-    this.paintMask(this.t, 0);
-    const { data } = this.aside.getImageData(0, 0, width, height);
-    const values = new Uint8Array(width * height);
-    for (let p = 0; p < values.length; p += 1) values[p] = Number(data[4 * p + 3]);
-    return values;
+    return this.mask?.alpha ?? new Uint8Array(this.size.width * this.size.height);
   }
 
   /** Fills the row and column beyond an odd size with copies of the last. */
@@ -175,67 +189,4 @@ export class Painter {
     const { chosen, labels } = this.plan;
     return { ...labels, objects: (/** @type {number} */ label) => chosen[label] === 1 };
   }
-}
-
-/** @param {OffscreenCanvas} canvas */
-function context2d(canvas) {
-  const context = canvas.getContext('2d', { willReadFrequently: true });
-  if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to paint the video on');
-  return context;
-}
-
-/**
- * @param {EncodeFrame | {frame: EncodeFrame}} item
- * @param {number} t
- * @returns {Promise<Drawable>}
- */
-async function drawable(item, t) {
-  const frame = /** @type {unknown} */ (typeTag(item) === 'Object' && 'frame' in item ? item.frame : item);
-  switch (typeTag(frame)) {
-    case 'VideoFrame': {
-      const image = /** @type {VideoFrame} */ (frame);
-      return { image, width: image.displayWidth, height: image.displayHeight };
-    }
-    case 'HTMLVideoElement': {
-      const image = /** @type {HTMLVideoElement} */ (frame);
-      return { image, width: image.videoWidth, height: image.videoHeight };
-    }
-    case 'HTMLImageElement': {
-      const image = /** @type {HTMLImageElement} */ (frame);
-      return { image, width: image.naturalWidth, height: image.naturalHeight };
-    }
-    case 'ImageBitmap':
-    case 'HTMLCanvasElement':
-    case 'OffscreenCanvas': {
-      const image = /** @type {ImageBitmap} */ (frame);
-      return { image, width: image.width, height: image.height };
-    }
-    case 'Blob':
-    case 'File': {
-      const image = await createImageBitmap(/** @type {Blob} */ (frame));
-      return { image, width: image.width, height: image.height, close: () => image.close() };
-    }
-    default:
-      return fromPixels(frame, t);
-  }
-}
-
-/**
- * @param {unknown} frame
- * @param {number} t
- * @returns {Drawable}
- */
-function fromPixels(frame, t) {
-  const { data, width, height } = /** @type {Partial<import('../frames.js').PixelFrame>} */ (frame ?? {});
-  if (!ArrayBuffer.isView(data) || !(Number(width) > 0) || data.length !== 4 * Number(width) * Number(height)) {
-    throw illegal(
-      'data',
-      `frame ${t}`,
-      frame,
-      'something a canvas can draw, ImageData, {data, width, height} in RGBA, or a Blob of an image',
-    );
-  }
-  const canvas = new OffscreenCanvas(Number(width), Number(height));
-  context2d(canvas).putImageData(new ImageData(new Uint8ClampedArray(data), Number(width), Number(height)), 0, 0);
-  return { image: canvas, width: canvas.width, height: canvas.height };
 }

@@ -2,7 +2,10 @@
 
 import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, timesOf } from './mask-source.js';
 import { TraceCutError, illegal } from '../errors.js';
+import { tooFew } from './at-size.js';
 import { breath } from './masks.js';
+import { QUALITIES } from './quality.js';
+import { checkedSound } from './sound.js';
 import { openFile } from './video-file.js';
 import { Painter } from './video-painter.js';
 
@@ -29,10 +32,13 @@ import { Painter } from './video-painter.js';
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
+ * @property {number} [maskOpacity] of the masks in an overlay as a whole, fill and outline, 0 to 1; 1 if not given
  * @property {boolean} [outline] of the masks in an overlay; true if not given
  * @property {number} [outlineWidth] in pixels of the video; 2 if not given
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
- * @property {'low' | 'medium' | 'high' | 'very-high'} [quality] `high` if not given
+ * @property {import('./quality.js').VideoQuality} [quality] `high` if not given
+ * @property {import('./sound.js').SoundOptions} [sound] kept in the video as it is, packet by packet; none if not given.
+ *   The format has to be one that can hold it, see `soundInfo`
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
@@ -44,16 +50,17 @@ const LEGAL = [
   'objects',
   'colors',
   'opacity',
+  'maskOpacity',
   'outline',
   'outlineWidth',
   'frameRate',
   'quality',
+  'sound',
   'onProgress',
   'signal',
 ];
 
 const STYLES = /** @type {const} */ (['overlay', 'cutout', 'masks']);
-const QUALITIES = /** @type {const} */ (['low', 'medium', 'high', 'very-high']);
 
 const GREEN = '#00b140';
 const FRAME_RATE = 25;
@@ -92,11 +99,7 @@ export async function encodeVideo(masks, frames, options = {}) {
       onProgress?.({ done: t, total: masks.numFrames });
       if (t === masks.numFrames) break;
     }
-    if (t < masks.numFrames)
-      throw new TraceCutError(
-        'data',
-        `the frames ended after ${t} of ${masks.numFrames} (expected one for each frame of the masks)`,
-      );
+    if (t < masks.numFrames) throw tooFew(t, masks.numFrames);
     signal?.throwIfAborted();
     return await /** @type {import('./video-file.js').VideoFile} */ (file).finish();
   } catch (error) {
@@ -128,6 +131,7 @@ function planned(masks, frames, options) {
     objects,
     colors,
     opacity = 0.5,
+    maskOpacity = 1,
     outline = true,
     outlineWidth = 2,
   } = options;
@@ -135,6 +139,7 @@ function planned(masks, frames, options) {
   oneOf('format', format, ['webm', 'mp4']);
   oneOf('quality', quality, QUALITIES);
   checkNumber('opacity', opacity, 0, 1);
+  checkNumber('maskOpacity', maskOpacity, 0, 1);
   checkNumber('outlineWidth', outlineWidth, 0, 1000);
   checkFlag('outline', outline);
   const { background = format === 'webm' ? 'transparent' : GREEN } = options;
@@ -154,6 +159,9 @@ function planned(masks, frames, options) {
     chosen: chosenLabels(objects),
     labels: { colors, opacity, outline },
     outlineWidth,
+    maskOpacity,
+    sound: checkedSound(options.sound),
+    frameRate: rateOf(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
     timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
   };
 }
@@ -171,6 +179,16 @@ function oneOf(name, value, legal) {
 /** @param {unknown} frames */
 function isIterable(frames) {
   return typeof frames === 'object' && frames !== null && (Symbol.iterator in frames || Symbol.asyncIterator in frames);
+}
+
+/**
+ * @param {Float64Array} times
+ * @param {number} frameRate of a single frame
+ * @returns {number} frames per second in the mean
+ */
+function rateOf(times, frameRate) {
+  const last = times.length - 1;
+  return last > 0 ? last / (Number(times[last]) - Number(times[0])) : frameRate;
 }
 
 /**

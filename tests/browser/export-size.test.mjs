@@ -1,0 +1,265 @@
+// What the page saves of a video has the size of the video, its frames, its times and its sound: opened again.
+
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { describe, test } from 'node:test';
+import { unzipSync } from 'fflate';
+import { run, screenshot, text, useSample, useSite } from './support.mjs';
+
+const MASKS_AT = 480;
+
+describe('exports at the size of the source', () => {
+  const sample = useSample(useSite());
+
+  async function save(page, id) {
+    const coming = page.waitForEvent('download');
+    await page.click(`[data-export="${id}"]`);
+    await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
+    const said = await text(page, '#export-status');
+    assert.match(said, /^Saved/, `${id}: ${said}`);
+    return readFile(await (await coming).path());
+  }
+
+  for (const [width, height, count] of [
+    [854, 480, 12],
+    [3840, 2160, 6],
+  ]) {
+    test(`a clip of ${width} × ${height}, computed at ${MASKS_AT}`, async () => {
+      const { page, faults } = sample;
+      const times = Array.from({ length: count }, (_, k) => 0.04 * k + (k > 3 ? 0.017 : 0));
+      await page.evaluate(prepare);
+      await page.evaluate(`globalThis.playedPixels = ${playedPixels}`);
+      const made = await page.evaluate(makeClip, { width, height, times });
+      const file = { name: `clip-${height}.mp4`, mimeType: 'video/mp4', buffer: Buffer.from(made, 'base64') };
+      assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
+      assert.match(await text(page, '#subline'), new RegExp(`${count} frames of ${MASKS_AT} × 270`));
+      await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(2));
+      await page.click('#export-open');
+      await page.waitForFunction(() => !document.querySelector('#export-with-sound').hidden);
+      assert.match(
+        await text(page, '#export-facts'),
+        new RegExp(`^${width} × ${height}, ${count} frames, 0\\.\\d\\ss, a video takes roughly [\\d.]+\\s[KM]B\\.$`),
+      );
+      assert.match(await text(page, '#export-sound-facts'), /^Opus, as it is\.$/);
+      await screenshot(page, `export-${height}`);
+      const clear = await page.evaluate(readClip, (await save(page, 'cutout-webm')).toString('base64'));
+      assert.deepEqual(clear.size, [width, height]);
+      assert.equal(clear.times.length, count);
+      times.forEach((time, k) => assert.ok(Math.abs(clear.times[k] - time) < 0.001, `frame ${k} at ${clear.times[k]}`));
+      assert.ok(Math.abs(clear.sound - (2 * times.at(-1) - times.at(-2))) < 0.025, `sound of ${clear.sound} s`);
+      const { wrong, objects } = await page.evaluate(compareAlpha, 2);
+      assert.ok(objects > 0.01, `${objects} of the frame is objects`);
+      assert.ok(wrong < 0.002, `${wrong} of the alpha differs from the mask`);
+      const mp4 = await page.evaluate(readClip, (await save(page, 'overlay-mp4')).toString('base64'));
+      assert.deepEqual([mp4.size, mp4.times.length], [[width, height], count]);
+      times.forEach((time, k) => assert.ok(Math.abs(mp4.times[k] - time) < 0.001, `frame ${k} at ${mp4.times[k]}`));
+      assert.ok(mp4.sound > 0.1);
+      const mask = await save(page, 'png');
+      assert.deepEqual([mask.readUInt32BE(16), mask.readUInt32BE(20)], [width, height]);
+      const behind = await save(page, 'background-png');
+      assert.deepEqual([behind.readUInt32BE(16), behind.readUInt32BE(20)], [width, height]);
+      const coco = JSON.parse(await save(page, 'coco'));
+      assert.deepEqual([coco.images[0].width, coco.images[0].height, coco.images.length], [width, height, count]);
+      await page.click('#export-close');
+      assert.deepEqual(faults, []);
+    });
+  }
+
+  test('or half of it, or as computed, or any other; without sound where none is wanted', async () => {
+    const { page, faults } = sample;
+    await page.click('#export-open');
+    assert.deepEqual(await page.locator('#export-size option').allTextContents(), [
+      'As the source, 3840 × 2160',
+      'Half of it, 1920 × 1080',
+      'As computed, 480 × 270',
+      'Other…',
+    ]);
+    const sizeOf = async (id) => {
+      const files = unzipSync(await save(page, id));
+      const png = Buffer.from(files[Object.keys(files).find((name) => name.endsWith('.png'))]);
+      return [png.readUInt32BE(16), png.readUInt32BE(20)];
+    };
+    await page.selectOption('#export-size', 'half');
+    assert.deepEqual(await sizeOf('zip'), [1920, 1080]);
+    await page.selectOption('#export-size', 'working');
+    assert.deepEqual(await sizeOf('zip-objects'), [480, 270]);
+    assert.deepEqual(await sizeOf('background-zip'), [480, 270]);
+    await page.selectOption('#export-size', 'own');
+    await page.fill('#export-side', '1000');
+    assert.match(await text(page, '#export-facts'), /^1000 × 563, 6 frames/);
+    await screenshot(page, 'export-own');
+    await page.uncheck('#export-sound');
+    const mute = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
+    assert.deepEqual([mute.size, mute.sound], [[1000, 563], 0]);
+    await page.selectOption('#export-quality', 'low');
+    assert.ok((await save(page, 'overlay-webm')).length > 1000);
+    await page.click('#export-close');
+    assert.deepEqual(faults, []);
+  });
+
+  test('overlays look as the masks on screen do', async () => {
+    const { page } = sample;
+    const set = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(value);
+    const inside = async () => {
+      await page.click('#export-open');
+      await page.selectOption('#export-size', 'working');
+      await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
+      await page.click('#export-close');
+      return page.evaluate(insideColor, 2);
+    };
+    await set('fill', '1');
+    const full = await inside();
+    assert.ok(full.distance < 14, `${full.shown} is not the object's colour ${full.color}`);
+    await set('opacity', '0');
+    const none = await inside();
+    assert.ok(none.distance > 30, `${none.shown} is still the object's colour`);
+    await set('opacity', '1');
+    await set('fill', '0.5');
+  });
+});
+
+/** Runs in the page: what the other functions share. */
+async function prepare() {
+  const media = await import('/dist/vendor/media.js');
+  const library = await import('/dist/index.js');
+  const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const base64Of = async (blob) => {
+    const url = await new Promise((done) => {
+      const reader = new FileReader();
+      reader.onload = () => done(reader.result);
+      reader.readAsDataURL(blob);
+    });
+    return url.slice(url.indexOf(',') + 1);
+  };
+  /** A second of a tone, as Opus in WebM. */
+  const tone = async () => {
+    const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
+    const track = new media.EncodedAudioPacketSource('opus');
+    output.addAudioTrack(track);
+    await output.start();
+    const chunks = [];
+    const encoder = new AudioEncoder({ output: (...one) => chunks.push(one), error: (error) => console.error(error) });
+    const sampleRate = 48000;
+    encoder.configure({ codec: 'opus', sampleRate, numberOfChannels: 1, bitrate: 64000 });
+    const data = Float32Array.from({ length: sampleRate }, (_, k) => 0.3 * Math.sin(k / 20));
+    const sound = { format: 'f32', sampleRate, numberOfFrames: data.length, numberOfChannels: 1, timestamp: 0, data };
+    encoder.encode(new AudioData(sound));
+    await encoder.flush();
+    for (const [chunk, meta] of chunks) await track.add(media.EncodedPacket.fromEncodedChunk(chunk), meta);
+    await output.finalize();
+    return new Blob([output.target.buffer]);
+  };
+  globalThis.sized = { media, library, bytesOf, base64Of, tone };
+}
+
+/** Runs in the page: a textured square that moves over a textured ground, with a tone. */
+async function makeClip({ width, height, times }) {
+  const { library, base64Of, tone } = globalThis.sized;
+  const texture = (salt, side) => {
+    const small = new ImageData(side, side);
+    for (let p = 0; p < side * side; p += 1) {
+      let h = Math.imul(p + 7, 374761393) ^ Math.imul(salt, 668265263);
+      h = Math.imul(h ^ (h >>> 13), 1274126177);
+      const value = 50 + (((h ^ (h >>> 16)) >>> 0) % 150);
+      small.data.set([value, value, salt > 1 ? 255 - value : value, 255], 4 * p);
+    }
+    const canvas = new OffscreenCanvas(side, side);
+    canvas.getContext('2d').putImageData(small, 0, 0);
+    return canvas;
+  };
+  const [ground, square] = [texture(1, 96), texture(2, 24)];
+  const canvas = new OffscreenCanvas(width, height);
+  const context = canvas.getContext('2d');
+  const frames = async function* () {
+    for (const [t] of times.entries()) {
+      context.drawImage(ground, 0, 0, width, width);
+      context.drawImage(square, width * (0.2 + 0.009 * t), height * 0.25, height * 0.5, height * 0.5);
+      yield canvas;
+    }
+  };
+  const masks = { width: 16, height: 9, numFrames: times.length, labels: () => new Uint8Array(144), times };
+  const options = { format: 'mp4', quality: 'very-high', sound: { source: await tone(), end: 2 } };
+  return base64Of(await library.encodeVideo(masks, frames(), options));
+}
+
+/** Runs in the page: size, times and sound of a file, which stays for the tests that follow. */
+async function readClip(base64) {
+  const { media, bytesOf } = globalThis.sized;
+  const blob = new Blob([bytesOf(base64)]);
+  globalThis.sized.saved = blob;
+  const input = new media.Input({ source: new media.BlobSource(blob), formats: media.ALL_FORMATS });
+  const [video, audio] = [await input.getPrimaryVideoTrack(), await input.getPrimaryAudioTrack()];
+  const times = [];
+  for await (const { timestamp } of new media.EncodedPacketSink(video).packets()) times.push(timestamp);
+  let sound = 0;
+  if (audio)
+    for await (const { timestamp, duration } of new media.EncodedPacketSink(audio).packets())
+      sound = Math.max(sound, timestamp + duration);
+  return {
+    size: [await video.getDisplayWidth(), await video.getDisplayHeight()],
+    times: times.sort((a, b) => a - b),
+    sound,
+  };
+}
+
+/** Runs in the page: the pixels that a player shows of the file read last, at a frame of the result. */
+async function playedPixels(t) {
+  const { times } = globalThis.tracecutDemo.app.job;
+  const video = document.createElement('video');
+  const event = (name) =>
+    new Promise((done, failed) =>
+      Object.assign(video, { [`on${name}`]: done, onerror: () => failed(new Error(video.error?.message)) }),
+    );
+  const loaded = event('loadeddata');
+  Object.assign(video, { muted: true, src: URL.createObjectURL(globalThis.sized.saved) });
+  await loaded;
+  const sought = event('seeked');
+  video.currentTime = (times[t] + times[t + 1]) / 2 - times[0];
+  await sought;
+  const context = new OffscreenCanvas(video.videoWidth, video.videoHeight).getContext('2d', {
+    willReadFrequently: true,
+  });
+  const { width, height } = context.canvas;
+  // The picture may come a little after the word that it has.
+  for (let left = 100; left > 0; left -= 1) {
+    context.drawImage(video, 0, 0);
+    const image = context.getImageData(0, 0, width, height);
+    if (image.data.some((value, k) => k % 4 === 3 && value > 0)) return image;
+    await new Promise((done) => setTimeout(done, 20));
+  }
+  return context.getImageData(0, 0, width, height);
+}
+
+/** Runs in the page: the share of pixels whose alpha is not that of the mask on screen. */
+async function compareAlpha(t) {
+  const { data, width, height } = await globalThis.playedPixels(t);
+  const { points } = globalThis.tracecutDemo.app;
+  const mask = points.mask(t);
+  const own = points.result;
+  let [wrong, objects] = [0, 0];
+  for (let y = 0; y < height; y += 1) {
+    const row = own.width * Math.floor(((y + 0.5) * own.height) / height);
+    for (let x = 0; x < width; x += 1) {
+      const there = mask[row + Math.floor(((x + 0.5) * own.width) / width)] > 0;
+      objects += there;
+      wrong += there !== data[4 * (y * width + x) + 3] > 127;
+    }
+  }
+  return { wrong: wrong / (width * height), objects: objects / (width * height) };
+}
+
+/** Runs in the page: what is shown deep inside the first object, and that object's colour. */
+async function insideColor(t) {
+  const { data, width } = await globalThis.playedPixels(t);
+  const { points } = globalThis.tracecutDemo.app;
+  const mask = points.mask(t);
+  const reach = 10;
+  const at = mask.findIndex(
+    (label, p) =>
+      label > 0 && [-1, 0, 1].every((dy) => [-1, 0, 1].every((dx) => mask[p + reach * (dy * width + dx)] === label)),
+  );
+  const shown = [...data.subarray(4 * at, 4 * at + 3)];
+  const rgb = Number.parseInt(globalThis.tracecutDemo.objectColor(mask[at]).slice(1), 16);
+  const color = [rgb >> 16, (rgb >> 8) & 255, rgb & 255];
+  return { shown, color, distance: Math.max(...color.map((value, c) => Math.abs(value - shown[c]))) };
+}

@@ -1,0 +1,126 @@
+// Masks at the size of the pictures that they are laid over.
+
+import { TraceCutError } from '../errors.js';
+import { decodeRuns, encodeRuns } from '../video/masks.js';
+import { pixelsOf } from './drawable.js';
+import { breath } from './masks.js';
+import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+
+/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+/** @typedef {{labels: Uint8Array, width: number, height: number}} Mask */
+
+/**
+ * `labels` holds a label for each pixel, `alpha` how opaque the chosen objects are there, 0 to 255. @typedef {{width:
+ * number, height: number, labels: Uint8Array, alpha: Uint8Array<ArrayBuffer>}} MaskAtSize
+ */
+
+/**
+ * @typedef {object} MasksAtSizeOptions
+ * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
+ */
+
+/**
+ * Masks at the size of their frames, for exports at the size of the source: frames are read one by one, masks kept as
+ * runs of equal labels. All frames have one size.
+ * @param {MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames one for each frame of the masks, in order
+ * @param {MasksAtSizeOptions} [options]
+ * @returns {Promise<MaskSource>} with the times and shots of `masks`
+ */
+export async function masksAtSize(masks, frames, options = {}) {
+  checkMasks(masks);
+  const { onProgress, signal } = checkedOptions(options, ['onProgress', 'signal']);
+  const { numFrames, shots } = masks;
+  const times = timesOf(masks);
+  const all = chosenLabels(undefined);
+  const size = { width: 0, height: 0 };
+  /** @type {Uint32Array<ArrayBuffer>[]} */
+  const runs = [];
+  for await (const item of frames) {
+    signal?.throwIfAborted();
+    const t = runs.length;
+    const picture = await pixelsOf(item, t);
+    if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
+    checkSize(picture, size, t);
+    const { width, height } = masks;
+    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all);
+    runs.push(encodeRuns(labels));
+    onProgress?.({ done: t + 1, total: numFrames });
+    if (t + 1 === numFrames) break;
+    await breath();
+  }
+  if (runs.length < numFrames) throw tooFew(runs.length, numFrames);
+  const same = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => label);
+  return {
+    ...size,
+    numFrames,
+    times,
+    ...(Array.isArray(shots) ? { shots } : {}),
+    labels: (t) => decodeRuns(/** @type {Uint32Array} */ (runs[t]), size.width * size.height, same),
+  };
+}
+
+/**
+ * A mask at the size of a picture.
+ * @param {Mask} mask
+ * @param {import('../frames.js').PixelFrame} picture RGBA
+ * @param {Uint8Array} chosen 1 for each label that is meant
+ * @returns {Promise<MaskAtSize>}
+ */
+export async function maskAtSize(mask, picture, chosen) {
+  const { width, height } = picture;
+  const labels = mask.width === width && mask.height === height ? mask.labels : enlarged(mask, width, height);
+  return { width, height, labels, alpha: alphaOf(labels, chosen) };
+}
+
+/**
+ * Each pixel has the label of the mask's pixel in which its centre lies.
+ * @param {Mask} mask
+ * @param {number} width
+ * @param {number} height
+ */
+function enlarged(mask, width, height) {
+  const labels = new Uint8Array(width * height);
+  const columns = Uint32Array.from({ length: width }, (_, x) => Math.floor(((x + 0.5) * mask.width) / width));
+  for (let y = 0, p = 0; y < height; y += 1) {
+    const row = mask.width * Math.floor(((y + 0.5) * mask.height) / height);
+    for (let x = 0; x < width; x += 1, p += 1)
+      labels[p] = /** @type {number} */ (mask.labels[row + Number(columns[x])]);
+  }
+  return labels;
+}
+
+/**
+ * @param {Uint8Array} labels
+ * @param {Uint8Array} chosen
+ */
+function alphaOf(labels, chosen) {
+  const alpha = new Uint8Array(labels.length);
+  for (let p = 0; p < labels.length; p += 1) alpha[p] = chosen[/** @type {number} */ (labels[p])] ? 255 : 0;
+  return alpha;
+}
+
+/**
+ * @param {{width: number, height: number}} frame
+ * @param {{width: number, height: number}} size
+ * @param {number} t
+ */
+export function checkSize(frame, size, t) {
+  if (frame.width === size.width && frame.height === size.height) return;
+  throw new TraceCutError(
+    'frame-size-changed',
+    `frame ${t} is ${frame.width} × ${frame.height} pixels (expected ${size.width} × ${size.height}, as the first)`,
+  );
+}
+
+/**
+ * @param {number} count
+ * @param {number} expected
+ */
+export function tooFew(count, expected) {
+  return new TraceCutError(
+    'data',
+    `the frames ended after ${count} of ${expected} (expected one for each frame of the masks)`,
+  );
+}

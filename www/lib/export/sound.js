@@ -1,0 +1,57 @@
+// The sound of a clip, for videos that are made of it.
+
+import { illegal, typeTag } from '../errors.js';
+import { isPlainObject } from '../options.js';
+import { formatOf, opened } from './sound-track.js';
+
+/**
+ * Where sound is taken from: a video file, from `start` to `end` seconds; its beginning and end if not given.
+ * @typedef {{source: Blob | ArrayBuffer | Uint8Array, start?: number, end?: number}} SoundOptions
+ */
+
+/**
+ * The sound of a file: the codec, and the formats of `encodeVideo` that can hold it as it is. @typedef {{codec: string,
+ * channels: number, sampleRate: number, formats: ('webm' | 'mp4')[]}} SoundInfo
+ */
+
+/**
+ * What a file's sound is, and which formats can hold it; null where it has none.
+ * @param {Blob | ArrayBuffer | Uint8Array} source
+ * @returns {Promise<SoundInfo | null>}
+ */
+export async function soundInfo(source) {
+  const media = await import('../vendor/media.js');
+  const input = opened(media, source);
+  try {
+    const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;
+    const codec = await track?.getCodec();
+    if (!track || !codec) return null;
+    /** @type {('webm' | 'mp4')[]} */
+    const formats = ['webm', 'mp4'];
+    return {
+      codec,
+      channels: await track.getNumberOfChannels(),
+      sampleRate: await track.getSampleRate(),
+      formats: formats.filter((format) => formatOf(media, format).getSupportedAudioCodecs().includes(codec)),
+    };
+  } finally {
+    input.dispose();
+  }
+}
+
+/**
+ * Refuses what is no sound.
+ * @param {unknown} sound
+ * @returns {Required<SoundOptions> | null}
+ */
+export function checkedSound(sound) {
+  if (sound === undefined) return null;
+  const legal = 'an object {source, start, end} with a video file and seconds';
+  if (!isPlainObject(sound)) throw illegal('param', 'sound', sound, legal);
+  const { source, start = 0, end = Infinity } = sound;
+  if (!['Blob', 'File', 'ArrayBuffer', 'Uint8Array'].includes(typeTag(source)))
+    throw illegal('param', 'sound.source', source, 'a Blob, or the bytes of a file');
+  if (typeof start !== 'number' || !(start >= 0)) throw illegal('param', 'sound.start', start, 'seconds, 0 or more');
+  if (typeof end !== 'number' || !(end > start)) throw illegal('param', 'sound.end', end, `more than start = ${start}`);
+  return { source: /** @type {Blob} */ (source), start, end };
+}
