@@ -17,6 +17,7 @@ export { masksAtSize } from './export/at-size.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
+export { openProject, saveProject } from './export/project.js';
 export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
@@ -101,6 +102,8 @@ export function parameters() {
 /** @typedef {import('./export/masks.js').ExportProgress} ExportProgress */
 /** @typedef {import('./export/masks.js').MaskPngOptions} MaskPngOptions */
 /** @typedef {import('./export/masks.js').MasksZipOptions} MasksZipOptions */
+/** @typedef {import('./export/project.js').Project} Project */
+/** @typedef {import('./export/project.js').ProjectOptions} ProjectOptions */
 /** @typedef {import('./export/rle.js').CocoRle} CocoRle */
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
