@@ -4,21 +4,23 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
-import { run, screenshot, text, useSample, useSite } from './support.mjs';
+import { gifFile, openSample, plainFrame, run, screenshot, text, useSample, useSite } from './support.mjs';
 
 const MASKS_AT = 480;
 
-describe('exports at the size of the source', () => {
-  const sample = useSample(useSite());
+const site = useSite();
 
-  async function save(page, id) {
-    const coming = page.waitForEvent('download');
-    await page.click(`[data-export="${id}"]`);
-    await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
-    const said = await text(page, '#export-status');
-    assert.match(said, /^Saved/, `${id}: ${said}`);
-    return readFile(await (await coming).path());
-  }
+async function save(page, id) {
+  const coming = page.waitForEvent('download');
+  await page.click(`[data-export="${id}"]`);
+  await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
+  const said = await text(page, '#export-status');
+  assert.match(said, /^Saved/, `${id}: ${said}`);
+  return readFile(await (await coming).path());
+}
+
+describe('exports at the size of the source', () => {
+  const sample = useSample(site);
 
   for (const [width, height, count] of [
     [854, 480, 12],
@@ -116,6 +118,44 @@ describe('exports at the size of the source', () => {
     await set('opacity', '1');
     await set('fill', '0.5');
   });
+});
+
+test('the delays of a GIF are kept on screen and in what is saved', async () => {
+  const { page, faults } = await openSample(site);
+  const delays = [5, 30, 5, 5, 60, 5, 5, 20];
+  const frames = delays.map((_, t) =>
+    plainFrame(96, 64, (x, y) => {
+      const inside = x >= 12 + 2 * t && x < 40 + 2 * t && y >= 16 && y < 48;
+      const value =
+        60 +
+        ((Math.imul(((inside ? x - 2 * t : x) >> 1) + 131 * (y >> 1) + (inside ? 5 : 0), 2654435761) >>> 20) % 150);
+      return [value, value, value];
+    }),
+  );
+  assert.equal(await run(page, [gifFile('uneven.gif', frames, delays)]), 'done', await text(page, 'main'));
+  const times = delays.map((_, t) => delays.slice(0, t).reduce((sum, delay) => sum + delay / 100, 0));
+  const known = await page.evaluate(() => globalThis.tracecutDemo.app.job.times);
+  times.forEach((time, t) => assert.ok(Math.abs(known[t] - time) < 1e-6, `frame ${t} at ${known[t]} s`));
+  const shown = await page.evaluate(async () => {
+    const seen = [];
+    const scrub = document.querySelector('#scrub');
+    document.querySelector('#play').click();
+    for (const end = performance.now() + 3500; performance.now() < end; await new Promise(requestAnimationFrame))
+      if (seen.at(-1)?.[0] !== scrub.value) seen.push([scrub.value, performance.now()]);
+    document.querySelector('#play').click();
+    return seen;
+  });
+  const lasted = (frame) => {
+    const at = shown.findIndex(([value], k) => value === String(frame) && k > 0 && k + 1 < shown.length);
+    return shown[at + 1][1] - shown[at][1];
+  };
+  assert.ok(Math.abs(lasted(1) - 300) < 150, `frame 1 lasted ${lasted(1)} ms`);
+  assert.ok(Math.abs(lasted(4) - 600) < 150, `frame 4 lasted ${lasted(4)} ms`);
+  await page.evaluate(prepare);
+  await page.click('#export-open');
+  const saved = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
+  times.forEach((time, t) => assert.ok(Math.abs(saved.times[t] - time) < 0.001, `frame ${t} at ${saved.times[t]} s`));
+  assert.deepEqual(faults, []);
 });
 
 /** Runs in the page: what the other functions share. */

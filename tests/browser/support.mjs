@@ -175,16 +175,18 @@ export function plainFrame(width, height, color = () => [0, 0, 0]) {
  *
  * @param {string} name
  * @param {{data: Uint8ClampedArray, width: number, height: number}[]} frames
+ * @param {number[]} [delays] how long each is shown, in hundredths of a second; 7 if not given
  */
-export function gifFile(name, frames) {
+export function gifFile(name, frames, delays = []) {
   const { width, height } = frames[0];
   const size = [width & 255, width >> 8, height & 255, height >> 8];
   const greys = Array.from({ length: 128 }, (_, k) => [2 * k, 2 * k, 2 * k]).flat();
   const loop = [0x21, 0xff, 11, ...Buffer.from('NETSCAPE2.0'), 3, 1, 0, 0, 0];
   const parts = [Buffer.from('GIF89a'), Buffer.from([...size, 0xf6, 0, 0, ...greys, ...loop])];
-  for (const { data } of frames) {
+  for (const [k, { data }] of frames.entries()) {
+    const delay = delays[k] ?? 7;
     parts.push(
-      Buffer.from([0x21, 0xf9, 4, 0, 7, 0, 0, 0, 0x2c, 0, 0, 0, 0, ...size, 0, 7]),
+      Buffer.from([0x21, 0xf9, 4, 0, delay & 255, delay >> 8, 0, 0, 0x2c, 0, 0, 0, 0, ...size, 0, 7]),
       gifCodes(data),
       Buffer.from([0]),
     );

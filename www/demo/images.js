@@ -1,6 +1,7 @@
 /** Images of a sequence, or one image, animated or still, as a source of frames. @module */
 
 import { Grabber } from './grabber.js';
+import { openVideo } from './video.js';
 import { PageError } from './words.js';
 
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
@@ -8,10 +9,11 @@ const SEQUENCE_FPS = 15;
 
 /**
  * @param {File[]} files
+ * @param {import('./run/job.js').Library} library
  * @returns {Promise<import('./source.js').Source>}
  */
-export async function openImages(files) {
-  if (files.length === 1) return openOne(files[0]);
+export async function openImages(files, library) {
+  if (files.length === 1) return openOne(files[0], library);
   const inOrder = new Intl.Collator('en', { numeric: true });
   const sorted = [...files].sort((a, b) => inOrder.compare(a.name, b.name));
   const first = await decode(sorted[0]);
@@ -39,9 +41,10 @@ export async function openImages(files) {
  * A GIF, or another image that may hold several frames; or a still one.
  *
  * @param {File} file
+ * @param {import('./run/job.js').Library} library
  * @returns {Promise<import('./source.js').Source>}
  */
-async function openOne(file) {
+async function openOne(file, library) {
   const picture = await decode(file);
   // Not every browser has one.
   if (typeof ImageDecoder === 'undefined' || !(await ImageDecoder.isTypeSupported(file.type))) {
@@ -52,12 +55,11 @@ async function openOne(file) {
   const decoder = new ImageDecoder({ data: await file.arrayBuffer(), type: file.type });
   await Promise.all([decoder.tracks.ready, decoder.completed]);
   const { frameCount } = decoder.tracks.selectedTrack ?? { frameCount: 1 };
-  if (frameCount < 2) {
-    decoder.close();
-    return stillSource(file.name, picture);
-  }
+  decoder.close();
+  if (frameCount < 2) return stillSource(file.name, picture);
   picture.close();
-  return animationSource(file.name, decoder, frameCount);
+  // Its frames last as long as it says.
+  return openVideo(file, library, 'images');
 }
 
 /**
@@ -71,27 +73,6 @@ function stillSource(name, picture) {
   const read = async (/** @type {number} */ _, /** @type {number} */ side) =>
     grabber.grab(picture, { width, height }, side);
   return { ...pictureSource(name, 1, { width, height }, read), kind: 'still', close: () => picture.close() };
-}
-
-/**
- * @param {string} name
- * @param {ImageDecoder} decoder
- * @param {number} frameCount
- * @returns {Promise<import('./source.js').Source>}
- */
-async function animationSource(name, decoder, frameCount) {
-  const { image } = await decoder.decode({ frameIndex: 0 });
-  const size = { width: image.displayWidth, height: image.displayHeight };
-  const fps = image.duration ? 1e6 / image.duration : SEQUENCE_FPS;
-  image.close();
-  const grabber = new Grabber();
-  const read = async (/** @type {number} */ k, /** @type {number} */ side) => {
-    const frame = (await decoder.decode({ frameIndex: k })).image;
-    const pixels = grabber.grab(frame, size, side);
-    frame.close();
-    return pixels;
-  };
-  return { ...pictureSource(name, frameCount, size, read), fps, close: () => decoder.close() };
 }
 
 /**

@@ -98,7 +98,7 @@ export async function openFiles(files, library) {
   if (files.length === 0 || kinds.includes('other')) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
-  if (kinds.every((kind) => kind === 'image')) return openImages(files);
+  if (kinds.every((kind) => kind === 'image')) return openImages(files, library);
   if (files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
   return openVideo(files[0], library);
 }

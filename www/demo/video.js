@@ -11,17 +11,23 @@ const EARLY = 1e-4;
 /**
  * @param {File} file
  * @param {import('./run/job.js').Library} library
+ * @param {'video' | 'images'} [kind] what it is called: an animated image holds images
  * @returns {Promise<import('./source.js').Source>}
  */
-export async function openVideo(file, library) {
+export async function openVideo(file, library, kind = 'video') {
   const info = await understood(() => library.videoInfo(file), file.name);
   const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
   const count = Math.max(1, info.numFrames ?? Math.round(info.duration * fps));
-  /** Half a frame early: times are rounded. */
-  const startOf = (/** @type {number} */ frame) => (frame > 0 ? { start: (frame - 0.5) / fps } : {});
+  const early = (/** @type {number} */ time) => ({ start: Math.max(0, time - EARLY) });
+  /** By its time where the file says it; else half a frame early. */
+  const startOf = (/** @type {number} */ frame) => {
+    const time = info.times?.[frame];
+    if (frame === 0) return {};
+    return time === undefined ? { start: (frame - 0.5) / fps } : early(time);
+  };
   /** @type {import('./source.js').Source} */
   const source = {
-    kind: 'video',
+    kind,
     name: file.name,
     width: info.width,
     height: info.height,
@@ -29,7 +35,7 @@ export async function openVideo(file, library) {
     count,
     file,
     async preview(frame, side, time) {
-      const start = time === undefined ? startOf(frame) : { start: Math.max(0, time - EARLY) };
+      const start = time === undefined ? startOf(frame) : early(time);
       const frames = library.videoFrames(file, { ...start, maxFrames: 1, size: side });
       for await (const one of frames) return pixelsOf(one);
       throw new PageError('no-frames', file.name);

@@ -107,15 +107,19 @@ class Timeline {
   }
 
   play() {
-    let shownAt = performance.now();
+    let before = performance.now();
+    /** For how long the frame on screen has been shown, in seconds. */
+    let shown = 0;
     const tick = (/** @type {number} */ now) => {
       this.ticking = requestAnimationFrame(tick);
-      const { fps } = this.store.state.film;
-      const due = Math.floor(((now - shownAt) * fps) / 1000);
-      if (due <= 0) return;
+      const { film, frame } = this.store.state;
+      const lasts = (/** @type {number} */ by) => film.times.lasts((frame + by) % film.numFrames, film.fps);
       // A page that was in the background does not try to catch up.
-      shownAt = due > fps ? now : shownAt + (due * 1000) / fps;
-      this.advance(due);
+      shown += Math.min((now - before) / 1000, Math.max(1, lasts(0)));
+      before = now;
+      let due = 0;
+      for (; shown >= lasts(due); due++) shown -= lasts(due);
+      if (due > 0) this.advance(due);
     };
     this.ticking = requestAnimationFrame(tick);
   }

@@ -9,6 +9,18 @@ export class Times {
   }
 
   /**
+   * How long a frame is shown: until the next; the last as long as the one before.
+   *
+   * @param {number} frame
+   * @param {number} fps where nobody knows
+   * @returns {number} in seconds
+   */
+  lasts(frame, fps) {
+    const from = Math.min(frame, (this.seconds?.length ?? 0) - 2);
+    return this.seconds && from >= 0 ? this.seconds[from + 1] - this.seconds[from] : 1 / fps;
+  }
+
+  /**
    * @param {number} frame
    * @returns {string} `0.8 s`, `frame 13`
    */

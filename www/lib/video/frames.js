@@ -75,7 +75,7 @@ export async function infoOf(source, options, platform) {
   if (stray) throw illegal('param', stray, others[stray], 'decoding');
   const reader = await openReader(source, take, decoderLoader(undefined, platform));
   try {
-    return await reader.info();
+    return { ...(await reader.info()), times: await reader.times() };
   } finally {
     reader.close();
   }

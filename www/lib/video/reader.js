@@ -10,6 +10,7 @@ import { TraceCutError } from '../errors.js';
  * @property {number} duration seconds from the begin of the first frame to the end of the last; `Infinity` for a stream
  * @property {number} frameRate frames per second, on average where it changes; `NaN` where nothing says
  * @property {number} [numFrames] number of frames, where that can be known without decoding
+ * @property {Float64Array | null} times of all frames in seconds, ascending, where these can be known; else null
  * @property {string | null} codec such as `'avc1.64001f'`; null where it is not known
  * @property {boolean} decodable whether frames can be had of it here
  */
@@ -24,7 +25,7 @@ import { TraceCutError } from '../errors.js';
  * A source of frames. `frames` gives them in the order of their times, those before `start` left out or not; `times`
  * gives the times of all frames where they are known without decoding.
  * @typedef {object} Reader
- * @property {() => Promise<VideoInfo>} info
+ * @property {() => Promise<Omit<VideoInfo, 'times'>>} info
  * @property {(range: {start: number, end: number}) => AsyncGenerator<TimedFrame, void, unknown>} frames
  * @property {() => Promise<Float64Array | null>} times
  * @property {() => void} close
