@@ -17,7 +17,9 @@ import { stagesOf } from './panels/stages.js';
 import { showResult, showWindow } from './result/show-result.js';
 import { kindFor } from './run/jobs.js';
 import { optionsOf } from './settings.js';
-import { openFiles, sampleSource, usualTake } from './source.js';
+import { SavedJob } from './run/saved-job.js';
+import { EXTENSION, readProjectFile } from './saved/work.js';
+import { fitTake, openFiles, sampleSource, usualTake } from './source.js';
 import { BLANK, errorPatch, phasePatch } from './store.js';
 
 /** @typedef {import('./run/jobs.js').AnyJob} AnyJob */
@@ -69,11 +71,14 @@ export class App {
   }
 
   /**
-   * Opens files and runs them.
+   * Opens files and runs them; a project file is opened as it was.
    *
    * @param {File[]} files
    */
   async openFiles(files) {
+    const [file] = files;
+    if (files.length === 1 && file.name.endsWith(EXTENSION))
+      return this.openWork(file.name, () => readProjectFile(file, this.library));
     await this.open(
       files[0]?.name ?? '',
       () => openFiles(files, this.library),
@@ -91,6 +96,36 @@ export class App {
       'Camera',
       () => openFiles([file], this.library),
       () => this.start(),
+    );
+  }
+
+  /**
+   * Opens work that was kept: frames are read again, masks and corrections are there.
+   *
+   * @param {string} name
+   * @param {() => Promise<{files: File[], about: import('./saved/storage.js').About, project:
+   *   import('../dist/index.js').Project}>} read
+   */
+  async openWork(name, read) {
+    /** @type {Awaited<ReturnType<typeof read>> | null} */
+    let work = null;
+    await this.open(
+      name,
+      async () => {
+        work = await read();
+        return openFiles(work.files, this.library);
+      },
+      async () => {
+        const { about, project } = /** @type {Awaited<ReturnType<typeof read>>} */ (work);
+        const { source } = this.store.state;
+        if (!source) return;
+        this.store.set({ name: about.name, take: fitTake(about.take, source), changed: new Map(about.changed) });
+        const { visit, take } = this.store.state;
+        const options = optionsOf(this.store.state);
+        const job = new SavedJob([this.library, source, { ...take }, options, SavedJob.stages], project);
+        this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
+        await this.go(visit, job);
+      },
     );
   }
 

@@ -30,6 +30,7 @@ import { PageError } from './words.js';
  * @property {(frame: number, side: number, time?: number) => Promise<ImageData>} preview one frame; found by its time in
  *   seconds where that is known
  * @property {File} [file] that of a video
+ * @property {File[]} [files] all that it was opened from; the sample has none
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with
  *   their times in seconds, null where nothing says
  * @property {() => void} close
@@ -98,9 +99,12 @@ export async function openFiles(files, library) {
   if (files.length === 0 || kinds.includes('other')) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
-  if (kinds.every((kind) => kind === 'image')) return openImages(files, library);
-  if (files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
-  return openVideo(files[0], library);
+  const areImages = kinds.every((kind) => kind === 'image');
+  if (!areImages && files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
+  /** @type {Source} */
+  const source = areImages ? await openImages(files, library) : await openVideo(files[0], library);
+  source.files = files;
+  return source;
 }
 
 /**

@@ -42,6 +42,11 @@ const ADVICE = {
     'These images differ in size',
     'All images of a sequence must have the same width and height. Leave out the ones that differ.',
   ],
+  'no-project': [
+    'This is no project of TraceCut',
+    'Open the video itself, or a file that was saved here as a project.',
+  ],
+  'too-large-to-keep': ['The clip is too large to keep', 'Save the project as a file before you leave.'],
   'no-frames': ['No frame could be read', 'Choose an earlier start, or convert the video to MP4 (H.264) or WebM.'],
   'stuck-video': [
     'The video stopped answering',

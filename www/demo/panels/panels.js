@@ -13,6 +13,7 @@ import { layersPanel } from './layers.js';
 import { objectsPanel } from './objects.js';
 import { readoutPanel } from './readout.js';
 import { runPanel } from './run.js';
+import { savedPanel } from './saved.js';
 import { settingsPanel } from './settings.js';
 import { stagesPanel } from './stages.js';
 import { timelinePanel } from './timeline.js';
@@ -45,4 +46,5 @@ export const PANELS = [
   exportPanel,
   helpPanel,
   webcamPanel,
+  savedPanel,
 ];

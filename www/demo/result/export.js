@@ -22,6 +22,7 @@
  * @property {string} name of the clip
  * @property {number} fps where frames have no times
  * @property {() => string} tracks the trajectories as a track file
+ * @property {import('../store.js').State} state of the page
  */
 
 /**
@@ -54,7 +55,8 @@
  * @param {Library} library
  * @returns {Found | null} null without masks
  */
-export function subjectOf({ found, job, film, frame }, library) {
+export function subjectOf(state, library) {
+  const { found, job, film, frame } = state;
   const points = found?.points;
   if (!points?.hasMasks || !job) return null;
   const { width, height, numFrames } = points.result;
@@ -68,6 +70,7 @@ export function subjectOf({ found, job, film, frame }, library) {
     name: job.source.name,
     fps: film.fps,
     tracks: () => points.result.toTracksDat(),
+    state,
   };
 }
 

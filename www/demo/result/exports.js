@@ -7,7 +7,8 @@
 import { background } from './export-background.js';
 import { data } from './export-data.js';
 import { frameMask, masks } from './export-masks.js';
+import { project } from './export-project.js';
 import { cutoutVideo, overlayVideo } from './export-video.js';
 
 /** @type {import('./export.js').Export[]} */
-export const EXPORTS = [overlayVideo, cutoutVideo, masks, frameMask, background, data];
+export const EXPORTS = [overlayVideo, cutoutVideo, masks, frameMask, background, data, project];

@@ -197,6 +197,21 @@ export class Corrections {
     return context.getImageData(0, 0, width, height);
   }
 
+  /**
+   * Edits of an earlier visit, which can be undone like those of this one.
+   *
+   * @param {import('../../dist/index.js').SavedEdits} saved
+   */
+  adopt(saved) {
+    const editor = this.opened;
+    editor.restore(saved);
+    this.done = editor.edits.map((edit) => ({
+      do: () => editor.redo(),
+      undo: () => editor.undo(),
+      frames: edit.parts ? [...edit.parts.keys()] : null,
+    }));
+  }
+
   /** Forgets all; nothing is left to undo. */
   clear() {
     Object.assign(this, { done: [], undone: [], editor: null });

@@ -6,6 +6,7 @@
 
 import { ClipJob } from './clip-job.js';
 import { LongJob } from './long-job.js';
+import { SavedJob } from './saved-job.js';
 import { StillJob } from './still-job.js';
 
 /** The first that fits is taken. */
@@ -13,7 +14,7 @@ export const KINDS = [StillJob, LongJob, ClipJob];
 
 /** @typedef {(typeof KINDS)[number]} Kind */
 
-/** @typedef {InstanceType<Kind>} AnyJob */
+/** @typedef {InstanceType<Kind> | SavedJob} AnyJob */
 
 /**
  * @param {import('../source.js').Source} source

@@ -1,0 +1,125 @@
+/** What is on screen as work that can be opened again, and back. @module */
+
+import { stemOf } from '../result/export.js';
+import { PageError } from '../words.js';
+
+/** @typedef {import('./storage.js').About} About */
+/** @typedef {import('./storage.js').Saved} Saved */
+/** @typedef {import('../run/job.js').Library} Library */
+
+/** Clips that are larger are not kept with the work, in bytes. */
+const MOST_BYTES = 2 ** 30;
+
+/** A project file's extension. */
+export const EXTENSION = '.tracecut';
+
+/**
+ * @param {import('../store.js').State} state
+ * @returns {boolean} whether there is work: masks of a clip of the user's own
+ */
+export function isWork({ phase, found, source, job }) {
+  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.masks() && source?.files);
+}
+
+/**
+ * @param {import('../store.js').State} state with work
+ * @returns {About}
+ */
+function aboutOf({ job, changed, name }) {
+  const { take } = /** @type {import('../run/jobs.js').AnyJob} */ (job);
+  return { name, take, changed: [...changed] };
+}
+
+/** Makes work of what is on screen; masks that have not changed since are not packed again. */
+export class Packer {
+  /** @param {Library} library */
+  constructor(library) {
+    this.library = library;
+    /** @type {{masks: unknown, project: Uint8Array} | null} */
+    this.packed = null;
+  }
+
+  /**
+   * @param {import('../store.js').State} state with work
+   * @returns {Promise<Saved>}
+   */
+  async pack(state) {
+    const { job, film } = state;
+    const corrections = /** @type {import('../run/corrections.js').Corrections} */ (job?.corrections);
+    const masks = /** @type {import('../../dist/index.js').VideoResult} */ (corrections.of.masks());
+    const edits = corrections.editor?.toJSON() ?? null;
+    if (this.packed?.masks !== masks) {
+      const times = film.times.seconds?.slice(0, masks.numFrames) ?? null;
+      const { width, height, numFrames, shots, trajectories } = masks;
+      // A result of one window has labels of clusters, that of many has those of objects.
+      const more = /** @type {object} */ ({
+        trajectories,
+        clusters: fieldOf(masks, 'clusters'),
+        objects: masks.objects,
+      });
+      const source = {
+        ...{ width, height, numFrames, shots, times },
+        ...more,
+        labels: (/** @type {number} */ t) => masks.labels(t),
+      };
+      this.packed = { masks, project: await this.library.saveProject(source, { frameRate: film.fps }) };
+    }
+    const files = (state.source?.files ?? []).filter(Boolean);
+    const bytes = files.reduce((sum, { size }) => sum + size, 0);
+    if (bytes > MOST_BYTES) throw new PageError('too-large-to-keep', stemOf(state.name));
+    return { name: state.name, at: Date.now(), files, project: this.packed.project, edits, about: aboutOf(state) };
+  }
+}
+
+/**
+ * @param {object} of
+ * @param {string} name
+ */
+function fieldOf(of, name) {
+  return name in of ? /** @type {Record<string, unknown>} */ (of)[name] : undefined;
+}
+
+/**
+ * A file of one's work: masks, edits, and the clip itself.
+ *
+ * @param {Saved} saved
+ * @param {Library} library
+ * @returns {Promise<Blob>}
+ */
+export async function projectFile({ files, project, edits, about }, library) {
+  const { masks } = await library.openProject(project);
+  const editor = library.editMasks(masks);
+  if (edits) editor.restore(edits);
+  const clip = await Promise.all(files.map(async (file) => [file.name, new Uint8Array(await file.arrayBuffer())]));
+  const types = Object.fromEntries(files.map(({ name, type }) => [name, type]));
+  const bytes = await library.saveProject(masks, {
+    editor,
+    about: { ...about, types },
+    files: Object.fromEntries(clip),
+  });
+  return new Blob([bytes], { type: 'application/zip' });
+}
+
+/**
+ * @param {File} file
+ * @param {Library} library
+ * @returns {Promise<{files: File[], about: About, project: import('../../dist/index.js').Project}>}
+ */
+export async function readProjectFile(file, library) {
+  const project = await library.openProject(file);
+  const about = /** @type {About & {types?: Record<string, string>}} */ (project.about);
+  const files = Object.entries(project.files).map(
+    ([name, bytes]) => new File([/** @type {BlobPart} */ (bytes)], name, { type: about?.types?.[name] ?? '' }),
+  );
+  if (!about?.take || files.length === 0) throw new PageError('no-project', file.name);
+  return { files, about, project };
+}
+
+/**
+ * @param {Saved} saved
+ * @param {Library} library
+ * @returns {Promise<{files: File[], about: About, project: import('../../dist/index.js').Project}>}
+ */
+export async function reopened({ files, about, project, edits }, library) {
+  return { files, about, project: { ...(await library.openProject(project)), edits } };
+}
