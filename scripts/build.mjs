@@ -58,7 +58,7 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   await Promise.all([
     ensureBindgen(),
     cargoBuild(['--lib', '--features', 'wasm'], 'target'),
-    cargoBuild(['--package', 'tracecut-decoder'], decoderFolder),
+    cargoBuild(['--package', 'tracecut-decoder', '--config', 'profile.wasm.opt-level="s"'], decoderFolder),
   ]);
   await step(stamps, 'decoder', [decoder, lock, ...scripts], () => buildWasm(decoder, 'decoder'));
   await step(stamps, 'wasm', [engine, lock, ...scripts], async () => {

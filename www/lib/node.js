@@ -7,6 +7,7 @@ import { readFile } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
+import { enlarged } from './enlarge.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
@@ -73,6 +74,8 @@ export const boundaries = (image, options) => boundariesOf(image, options, platf
 export const superpixels = (image, options) => superpixelsOf(image, options, platform);
 /** @type {Browser['imageDiscontinuities']} */
 export const imageDiscontinuities = (image, options) => discontinuitiesOf(image, options, platform);
+/** @type {Browser['enlargeMask']} */
+export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
 /** @type {Browser['videoFrames']} */

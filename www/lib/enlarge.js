@@ -1,0 +1,124 @@
+// Masks at the size of the source: in a worker where there are workers, by the module that also reads image files.
+
+import { callDecoder, toPixels } from './decode.js';
+import { TraceCutError, illegal } from './errors.js';
+import { checkedOptions, chosenLabels } from './export/mask-source.js';
+import { toRawFrame } from './frames.js';
+import { wholeNumber } from './options.js';
+import { RemoteEngine } from './remote.js';
+
+/**
+ * A mask of one frame: a label for each pixel, row by row, 0 for the background.
+ * @typedef {{labels: Uint8Array, width: number, height: number}} FrameMask
+ */
+
+/**
+ * A mask at the size of its picture: `labels` holds the label of each pixel, `alpha` how opaque the chosen objects are
+ * there, 0 not at all to 255 fully: from 128 on exactly where the label is one of theirs, soft where the picture goes
+ * softly from one to the other, and 0 or 255 away from their borders.
+ * @typedef {{width: number, height: number, labels: Uint8Array<ArrayBuffer>, alpha: Uint8Array<ArrayBuffer>}}
+ *   EnlargedMask
+ */
+
+/**
+ * Options of {@link EnlargedMask}: the labels whose opacity is wanted, all objects by default, also such that this frame
+ * does not have; `decoder` and `worker` as for a session.
+ * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice} & Pick<import('./options.js').SessionOptions,
+ *   'decoder' | 'worker'>} EnlargeOptions
+ */
+
+/**
+ * A mask and its picture on their way, in memory that nobody else holds.
+ * @typedef {{labels: Uint8Array<ArrayBuffer>, width: number, picture: import('./frames.js').RawFrame, chosen:
+ *   Uint8Array<ArrayBuffer>, module: WebAssembly.Module}} EnlargeTask
+ */
+
+const MAX_SIDE = 16384;
+/** How long a worker stays that has nothing to do: frames of a clip come one after the other. */
+const IDLE_MS = 5000;
+
+/**
+ * @param {FrameMask} mask
+ * @param {import('./frames.js').FrameSource} picture
+ * @param {EnlargeOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @returns {Promise<EnlargedMask>}
+ */
+export async function enlarged(mask, picture, options, platform) {
+  const { objects, decoder, worker } = checkedOptions(options ?? {}, ['objects', 'decoder', 'worker']);
+  if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
+  if (worker && !platform.startWorker)
+    throw new TraceCutError('unsupported', 'worker = true (expected false or nothing: this engine has no workers)');
+  const chosen = new Uint8Array(chosenLabels(objects));
+  const { labels, width } = copied(mask);
+  const load = () => platform.loadDecoder(decoder);
+  const [raw, module] = await Promise.all([toRawFrame(picture, load), load()]);
+  /** @type {EnlargeTask} */
+  const task = { labels, width, picture: raw, chosen, module };
+  return platform.startWorker && worker !== false ? inWorker(task, platform.startWorker) : enlargeHere(task);
+}
+
+/**
+ * Copies a mask, so that the caller may change it at once.
+ * @param {FrameMask} mask
+ */
+function copied(mask) {
+  if (typeof mask !== 'object' || mask === null)
+    throw illegal('data', 'mask', mask, 'an object {labels, width, height}');
+  const width = wholeNumber('data', 'mask.width', mask.width, 1, MAX_SIDE);
+  const height = wholeNumber('data', 'mask.height', mask.height, 1, MAX_SIDE);
+  const { labels } = mask;
+  if (!(labels instanceof Uint8Array || /** @type {unknown} */ (labels) instanceof Uint8ClampedArray))
+    throw illegal('data', 'mask.labels', labels, 'a Uint8Array, a label for each pixel');
+  if (labels.length !== width * height)
+    throw new TraceCutError('data', `mask.labels has ${labels.length} labels (expected ${width * height})`);
+  return { labels: new Uint8Array(labels), width };
+}
+
+/**
+ * Enlarges in this thread.
+ * @param {EnlargeTask} task
+ * @returns {Promise<EnlargedMask>}
+ */
+export async function enlargeHere({ labels, width, picture, chosen, module }) {
+  const pixels = await toPixels(picture);
+  const [large, alpha] = await callDecoder(
+    module,
+    (decoder) => decoder.enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen),
+    (words) => ['poisoned', `the mask cannot be enlarged: the module stopped on an internal error: ${words}`],
+  );
+  return { width: pixels.width, height: pixels.height, labels: large, alpha };
+}
+
+/** @type {RemoteEngine | undefined} */
+let engine;
+let underWay = 0;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let ending;
+
+/**
+ * Enlarges in a worker, which all calls share; its memory goes with it.
+ * @param {EnlargeTask} task
+ * @param {() => Worker} startWorker
+ */
+async function inWorker(task, startWorker) {
+  clearTimeout(ending);
+  engine ??= new RemoteEngine(startWorker());
+  const mine = engine;
+  underWay += 1;
+  try {
+    return await mine.enlarge(task);
+  } catch (error) {
+    // A worker that could not start, or was lost, is of no more use; one that refuses a mask is.
+    if (mine.ended && engine === mine) engine = undefined;
+    throw error;
+  } finally {
+    underWay -= 1;
+    if (underWay === 0) ending = setTimeout(end, IDLE_MS);
+  }
+}
+
+function end() {
+  engine?.close();
+  engine = undefined;
+}
