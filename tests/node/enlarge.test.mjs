@@ -94,7 +94,11 @@ test('what cannot be used is refused', async () => {
   await rejects(of({ labels: new Uint8Array(3) }), 'data', /has 3 labels \(expected 3840\)/);
   await rejects(enlargeMask(mask, 'frame.png'), 'data', /frame = "frame\.png"/);
   await rejects(enlargeMask(mask, new Uint8Array(9)), 'decode');
-  await rejects(enlargeMask(mask, plain(70, 42)), 'param', /mask = 80x48 \(expected at most the picture's size, 70x42\)/);
+  await rejects(
+    enlargeMask(mask, plain(70, 42)),
+    'param',
+    /mask = 80x48 \(expected at most the picture's size, 70x42\)/,
+  );
   await rejects(enlargeMask(mask, plain(160, 120)), 'param', /mask = 80x48 \(expected the shape .* 160x120\)/);
   await rejects(enlargeMask(mask, disc(), { objects: [256] }), 'param', /objects = 256 \(expected .* 0\.\.=255\)/);
   await rejects(enlargeMask(mask, disc(), { objects: 3 }), 'param', /objects = 3/);
