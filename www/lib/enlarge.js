@@ -21,10 +21,10 @@ import { RemoteEngine } from './remote.js';
  */
 
 /**
- * Options of {@link EnlargedMask}: the labels whose opacity is wanted, all objects by default, also such that this frame
- * does not have; `decoder` and `worker` as for a session.
- * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice} & Pick<import('./options.js').SessionOptions,
- *   'decoder' | 'worker'>} EnlargeOptions
+ * Options of enlarging: the labels whose opacity is wanted, all objects by default, also such that this frame does not
+ * have; `decoder` and `worker` as for a session.
+ * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice, decoder?: import('./options.js').WasmSource,
+ *   worker?: boolean}} EnlargeOptions
  */
 
 /**
