@@ -1,7 +1,7 @@
 // Masks at the size of the source: in a worker where there are workers, by the module that also reads image files.
 
 import { callDecoder, toPixels } from './decode.js';
-import { TraceCutError, illegal } from './errors.js';
+import { TraceCutError, illegal, typeTag } from './errors.js';
 import { checkedOptions, chosenLabels } from './export/mask-source.js';
 import { toRawFrame } from './frames.js';
 import { wholeNumber } from './options.js';
@@ -28,8 +28,13 @@ import { RemoteEngine } from './remote.js';
  */
 
 /**
+ * A picture that a worker reads: to do so takes long enough to be felt where pages are drawn.
+ * @typedef {{kind: 'image', image: VideoFrame | ImageBitmap}} Image
+ */
+
+/**
  * A mask and its picture on their way, in memory that nobody else holds.
- * @typedef {{labels: Uint8Array<ArrayBuffer>, width: number, picture: import('./frames.js').RawFrame, chosen:
+ * @typedef {{labels: Uint8Array<ArrayBuffer>, width: number, picture: import('./frames.js').RawFrame | Image, chosen:
  *   Uint8Array<ArrayBuffer>, module: WebAssembly.Module}} EnlargeTask
  */
 
@@ -52,10 +57,35 @@ export async function enlarged(mask, picture, options, platform) {
   const chosen = new Uint8Array(chosenLabels(objects));
   const { labels, width } = copied(mask);
   const load = () => platform.loadDecoder(decoder);
-  const [raw, module] = await Promise.all([toRawFrame(picture, load), load()]);
+  const startWorker = worker === false ? undefined : platform.startWorker;
+  const held = (startWorker && image(picture)) ?? toRawFrame(picture, load);
+  const [raw, module] = await Promise.all([held, load()]);
   /** @type {EnlargeTask} */
   const task = { labels, width, picture: raw, chosen, module };
-  return platform.startWorker && worker !== false ? inWorker(task, platform.startWorker) : enlargeHere(task);
+  return startWorker ? inWorker(task, startWorker) : enlargeHere(task);
+}
+
+/**
+ * A copy of a picture that the browser holds, taken before this returns; nothing where it is none, or empty.
+ * @param {import('./frames.js').FrameSource} picture
+ * @returns {Promise<Image> | undefined}
+ */
+function image(picture) {
+  switch (typeTag(picture)) {
+    case 'VideoFrame': {
+      const frame = /** @type {VideoFrame} */ (picture);
+      return frame.codedWidth > 0 ? Promise.resolve({ kind: 'image', image: frame.clone() }) : undefined;
+    }
+    case 'ImageBitmap':
+    case 'HTMLCanvasElement':
+    case 'OffscreenCanvas': {
+      const bitmap = /** @type {ImageBitmap} */ (picture);
+      if (bitmap.width === 0 || bitmap.height === 0) return undefined;
+      return createImageBitmap(bitmap).then((copy) => ({ kind: 'image', image: copy }));
+    }
+    default:
+      return undefined;
+  }
 }
 
 /**
@@ -81,13 +111,23 @@ function copied(mask) {
  * @returns {Promise<EnlargedMask>}
  */
 export async function enlargeHere({ labels, width, picture, chosen, module }) {
-  const pixels = await toPixels(picture);
+  const pixels = await pixelsOf(picture);
   const [large, alpha] = await callDecoder(
     module,
     (decoder) => decoder.enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen),
     (words) => ['poisoned', `the mask cannot be enlarged: the module stopped on an internal error: ${words}`],
   );
   return { width: pixels.width, height: pixels.height, labels: large, alpha };
+}
+
+/** @param {EnlargeTask['picture']} picture */
+async function pixelsOf(picture) {
+  if (picture.kind !== 'image') return toPixels(picture);
+  try {
+    return await toPixels(await toRawFrame(picture.image, () => Promise.reject(new TypeError('no file'))));
+  } finally {
+    picture.image.close();
+  }
 }
 
 /** @type {RemoteEngine | undefined} */

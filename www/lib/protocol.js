@@ -12,6 +12,8 @@
 //   {id, type: 'push', data: [frame]} ->
 //                                     <-     {id, type: 'failed', data: {code, message}}
 
+import { typeTag } from './errors.js';
+
 /** @typedef {import('./requests.js').RequestName} RequestName */
 
 /**
@@ -39,12 +41,13 @@
  */
 
 /**
- * The buffers of all typed arrays in a tree of plain objects, and ports: what to transfer rather than copy.
+ * The buffers of all typed arrays in a tree of plain objects, images and ports: what to transfer rather than copy.
  * @param {unknown} value
  * @returns {Transferable[]}
  */
 export function transferables(value) {
   if (value instanceof MessagePort) return [value];
+  if (['ImageBitmap', 'VideoFrame'].includes(typeTag(value))) return [/** @type {ImageBitmap} */ (value)];
   if (ArrayBuffer.isView(value)) return value.buffer instanceof ArrayBuffer ? [value.buffer] : [];
   if (typeof value !== 'object' || value === null || value instanceof WebAssembly.Module) return [];
   return Object.values(value).flatMap(transferables);
