@@ -1,6 +1,6 @@
-// Masks at the size of the source: in a worker where there are workers, by the module that also reads image files.
+// Masks at the size of the source: what the caller gives, and the worker that it goes to where there are workers.
 
-import { callDecoder, toPixels } from './decode.js';
+import { enlargeHere } from './enlarge-here.js';
 import { TraceCutError, illegal, typeTag } from './errors.js';
 import { checkedOptions, chosenLabels } from './export/mask-source.js';
 import { toRawFrame } from './frames.js';
@@ -12,30 +12,15 @@ import { RemoteEngine } from './remote.js';
  * @typedef {{labels: Uint8Array, width: number, height: number}} FrameMask
  */
 
-/**
- * A mask at the size of its picture: `labels` holds the label of each pixel, `alpha` how opaque the chosen objects are
- * there, 0 not at all to 255 fully: from 128 on exactly where the label is one of theirs, soft where the picture goes
- * softly from one to the other, and 0 or 255 away from their borders.
- * @typedef {{width: number, height: number, labels: Uint8Array<ArrayBuffer>, alpha: Uint8Array<ArrayBuffer>}}
- *   EnlargedMask
- */
+/** @typedef {import('./enlarge-here.js').EnlargeTask} EnlargeTask */
+/** @typedef {import('./enlarge-here.js').EnlargedMask} EnlargedMask */
+/** @typedef {import('./enlarge-here.js').Image} Image */
 
 /**
  * Options of enlarging: the labels whose opacity is wanted, all objects by default, also such that this frame does not
  * have; `decoder` and `worker` as for a session.
  * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice, decoder?: import('./options.js').WasmSource,
  *   worker?: boolean}} EnlargeOptions
- */
-
-/**
- * A picture that a worker reads: to do so takes long enough to be felt where pages are drawn.
- * @typedef {{kind: 'image', image: VideoFrame | ImageBitmap}} Image
- */
-
-/**
- * A mask and its picture on their way, in memory that nobody else holds.
- * @typedef {{labels: Uint8Array<ArrayBuffer>, width: number, picture: import('./frames.js').RawFrame | Image, chosen:
- *   Uint8Array<ArrayBuffer>, module: WebAssembly.Module}} EnlargeTask
  */
 
 const MAX_SIDE = 16384;
@@ -103,31 +88,6 @@ function copied(mask) {
   if (labels.length !== width * height)
     throw new TraceCutError('data', `mask.labels has ${labels.length} labels (expected ${width * height})`);
   return { labels: new Uint8Array(labels), width };
-}
-
-/**
- * Enlarges in this thread.
- * @param {EnlargeTask} task
- * @returns {Promise<EnlargedMask>}
- */
-export async function enlargeHere({ labels, width, picture, chosen, module }) {
-  const pixels = await pixelsOf(picture);
-  const [large, alpha] = await callDecoder(
-    module,
-    (decoder) => decoder.enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen),
-    (words) => ['poisoned', `the mask cannot be enlarged: the module stopped on an internal error: ${words}`],
-  );
-  return { width: pixels.width, height: pixels.height, labels: large, alpha };
-}
-
-/** @param {EnlargeTask['picture']} picture */
-async function pixelsOf(picture) {
-  if (picture.kind !== 'image') return toPixels(picture);
-  try {
-    return await toPixels(await toRawFrame(picture.image, () => Promise.reject(new TypeError('no file'))));
-  } finally {
-    picture.image.close();
-  }
 }
 
 /** @type {RemoteEngine | undefined} */

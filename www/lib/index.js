@@ -112,7 +112,7 @@ export function imageDiscontinuities(image, options) {
  * @param {import('./enlarge.js').FrameMask} mask at the size that frames were processed at
  * @param {import('./frames.js').FrameSource} picture the frame as it was before it was reduced
  * @param {import('./enlarge.js').EnlargeOptions} [options]
- * @returns {Promise<import('./enlarge.js').EnlargedMask>}
+ * @returns {Promise<import('./enlarge-here.js').EnlargedMask>}
  */
 export function enlargeMask(mask, picture, options) {
   return enlarged(mask, picture, options, platform);

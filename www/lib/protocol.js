@@ -19,7 +19,7 @@ import { typeTag } from './errors.js';
 /**
  * What the page asks, beside `abort`. The arguments of a request are those of its line in `requests.js`.
  * @typedef {{type: 'create', data: {module: WebAssembly.Module, parameters: Record<string, unknown>}}
- *   | {type: 'enlarge', data: import('./enlarge.js').EnlargeTask}
+ *   | {type: 'enlarge', data: import('./enlarge-here.js').EnlargeTask}
  *   | {type: 'help', data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}}
  *   | {type: 'helper', data: {number: number, port: MessagePort}}
  *   | {type: 'lost', data: {number: number}}

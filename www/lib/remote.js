@@ -100,8 +100,8 @@ export class RemoteEngine {
 
   /**
    * Enlarges a mask; no session is needed for it.
-   * @param {import('./enlarge.js').EnlargeTask} task
-   * @returns {Promise<import('./enlarge.js').EnlargedMask>}
+   * @param {import('./enlarge-here.js').EnlargeTask} task
+   * @returns {Promise<import('./enlarge-here.js').EnlargedMask>}
    */
   enlarge(task) {
     return this.#send({ type: 'enlarge', data: task });

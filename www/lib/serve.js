@@ -1,7 +1,7 @@
 // The worker's side of the protocol.
 
 import { createLocalEngine } from './engine.js';
-import { enlargeHere } from './enlarge.js';
+import { enlargeHere } from './enlarge-here.js';
 import { TraceCutError } from './errors.js';
 import { help } from './helper.js';
 import { transferables } from './protocol.js';
