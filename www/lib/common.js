@@ -50,6 +50,9 @@ export function parameters() {
 /** @typedef {import('./engine.js').Progress} Progress */
 /** @typedef {import('./engine.js').Stage} Stage */
 /** @typedef {import('./engine.js').FlowField} FlowField */
+/** @typedef {import('./enlarge-here.js').EnlargedMask} EnlargedMask */
+/** @typedef {import('./enlarge.js').EnlargeOptions} EnlargeOptions */
+/** @typedef {import('./enlarge.js').FrameMask} FrameMask */
 /** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
 /** @typedef {import('./image.js').DiscontinuityOptions} DiscontinuityOptions */
 /** @typedef {import('./image.js').FlowOptions} FlowOptions */

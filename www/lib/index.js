@@ -12,6 +12,7 @@
 
 import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
+import { enlarged } from './enlarge.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
@@ -137,6 +138,22 @@ export function createImageEngine(options) {
  */
 export function carryEdit(editor, edit, options) {
   return carryWith(editor, edit, options, () => openImageEngine({}, platform));
+}
+
+/**
+ * A mask at the size of its picture, which is larger than the mask or as large: borders come to where the picture parts
+ * its colours, and are as soft as they are there. In browsers it runs in a worker; in Node on the calling thread.
+ *
+ * ```js
+ * const { width, height, labels, alpha } = await enlargeMask({ labels, width: 480, height: 270 }, bitmap);
+ * ```
+ * @param {import('./enlarge.js').FrameMask} mask at the size that frames were processed at
+ * @param {import('./frames.js').FrameSource} picture the frame as it was before it was reduced
+ * @param {import('./enlarge.js').EnlargeOptions} [options]
+ * @returns {Promise<import('./enlarge-here.js').EnlargedMask>}
+ */
+export function enlargeMask(mask, picture, options) {
+  return enlarged(mask, picture, options, platform);
 }
 
 /**

@@ -8,6 +8,7 @@ import { availableParallelism } from 'node:os';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
+import { enlarged } from './enlarge.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
@@ -81,6 +82,8 @@ export const createImageEngine = (options) => openImageEngine(options, platform)
 /** @type {Browser['carryEdit']} */
 export const carryEdit = (editor, edit, options) =>
   carryWith(editor, edit, options, () => openImageEngine({}, platform));
+/** @type {Browser['enlargeMask']} */
+export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
 /** @type {Browser['videoFrames']} */
