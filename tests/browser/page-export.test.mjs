@@ -150,14 +150,17 @@ describe('exports', () => {
     });
   }
 
-  test('only the objects that are shown, where that is wanted', async () => {
+  test('only the objects that are kept', async () => {
     await page.click('#export-close');
-    await page.click('[data-object="1"] .eye');
+    await page.click('[data-object="1"] .keep');
     await page.click('#export-open');
-    await page.click('#export-shown');
+    assert.match(await text(page, '#export-kept'), /^Object 2.* of 3 objects are kept/);
     const coco = JSON.parse((await save('coco')).bytes);
     assert.ok(coco.annotations.length > 0 && coco.annotations.every(({ track_id }) => track_id !== 1));
-    await page.click('#export-shown');
+    await page.click('#export-close');
+    await page.click('#show-all');
+    await page.click('#export-open');
+    assert.equal(await text(page, '#export-kept'), '');
   });
 
   test('a video in the making is cancelled', async () => {

@@ -36,6 +36,10 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {Partial<import('./layers/layer.js').Answers>} answers
  */
 
+/**
+ * @typedef {{name: import('./panels/ground.js').GroundName, colour: string, picture: ImageBitmap | null}} Ground
+ */
+
 /** @typedef {import('./panels/stages.js').StageRow} StageRow */
 
 /**
@@ -64,7 +68,8 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {number} frame on screen
  * @property {boolean} playing
  * @property {boolean} loop
- * @property {'overlay' | 'beside' | 'slider'} view
+ * @property {import('./panels/compare.js').View} view
+ * @property {Ground} ground what cut-out objects lie on
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
@@ -110,6 +115,7 @@ const INITIAL = {
   stages: { rows: [], ms: 0 },
   loop: true,
   view: 'overlay',
+  ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
   split: 50,
 };
 

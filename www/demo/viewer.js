@@ -7,6 +7,7 @@ import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
 import { Compare } from './panels/compare.js';
+import { drawKept } from './panels/ground.js';
 import { NOWHERE } from './store.js';
 
 /** @typedef {import('./layers/layer.js').View} View */
@@ -55,7 +56,7 @@ export class Viewer {
     };
     new ResizeObserver(() => this.fit()).observe(this.box);
     this.connectPointer();
-    store.watch(['picture', 'found', 'frame', 'hidden', 'view'], (state) => this.show(state));
+    store.watch(['picture', 'found', 'frame', 'hidden', 'view', 'ground'], (state) => this.show(state));
   }
 
   connectPointer() {
@@ -129,7 +130,8 @@ export class Viewer {
     const scale = canvas.width / view.width;
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
     ctx.setTransform(scale, 0, 0, scale, scale / 2, scale / 2);
-    drawLayers(ctx, this.layers, view);
+    if (this.shown.view === 'cutout' && view.points?.hasMasks) drawKept(ctx, view, this.shown.ground);
+    else drawLayers(ctx, this.layers, view);
     for (const paint of this.painters) paint(ctx, view);
     this.compare.draw(view.image, canvas);
     // What lies under a pointer that rests changes with the frame.

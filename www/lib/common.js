@@ -4,6 +4,7 @@ import { PARAMETERS, VERSION } from './parameters.js';
 
 export { Clip } from './clip.js';
 export { fitFrame } from './draw/canvas.js';
+export { drawCutout } from './draw/cutout.js';
 export { drawDiscontinuities } from './draw/discontinuities.js';
 export { drawLabels } from './draw/labels.js';
 export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.js';
@@ -72,6 +73,9 @@ export function parameters() {
 /** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */
+/** @typedef {import('./draw/cutout.js').CutoutMask} CutoutMask */
+/** @typedef {import('./draw/cutout.js').DrawCutoutOptions} DrawCutoutOptions */
+/** @typedef {import('./draw/cutout.js').Ground} Ground */
 /** @typedef {import('./draw/discontinuities.js').DrawDiscontinuitiesOptions} DrawDiscontinuitiesOptions */
 /** @typedef {import('./draw/discontinuities.js').EdgeSource} EdgeSource */
 /** @typedef {import('./draw/labels.js').DrawLabelsOptions} DrawLabelsOptions */

@@ -2,10 +2,10 @@
 
 import { byId } from '../dom.js';
 
-/** @typedef {'overlay' | 'beside' | 'slider'} View */
+/** @typedef {'overlay' | 'beside' | 'slider' | 'cutout'} View */
 
 /** @type {View[]} */
-const VIEWS = ['overlay', 'beside', 'slider'];
+const VIEWS = ['overlay', 'beside', 'slider', 'cutout'];
 
 /** Narrower windows have no room for two pictures side by side: one lies above the other. */
 const NARROW = matchMedia('(max-width: 599px)');
@@ -67,7 +67,7 @@ export class Compare {
    * @param {HTMLCanvasElement} like the canvas of the result, whose size it takes
    */
   draw(image, like) {
-    if (this.store.state.view === 'overlay') return;
+    if (!['beside', 'slider'].includes(this.store.state.view)) return;
     const { canvas, box } = this;
     if (canvas.width !== like.width || canvas.height !== like.height)
       Object.assign(canvas, { width: like.width, height: like.height });

@@ -7,7 +7,7 @@ const KEYS = [
   [['Space'], 'play or pause'],
   [['←', '→'], 'one frame back or forward'],
   [['Home', 'End'], 'first or last frame'],
-  [['V'], 'overlay, side by side, slider'],
+  [['V'], 'overlay, side by side, slider, cut-out'],
   [['1', '…', '9'], 'layers, by their numbers'],
   [['S', 'F', 'C'], 'saliency, foreground, components'],
   [['O'], 'open a file'],

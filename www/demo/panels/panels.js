@@ -8,6 +8,7 @@ import { clipPanel } from './clip.js';
 import { comparePanel } from './compare.js';
 import { correctPanel } from './correct.js';
 import { exportPanel } from './export.js';
+import { groundPanel } from './ground.js';
 import { helpPanel } from './help.js';
 import { layersPanel } from './layers.js';
 import { objectsPanel } from './objects.js';
@@ -34,6 +35,7 @@ import { webcamPanel } from './webcam.js';
 export const PANELS = [
   runPanel,
   comparePanel,
+  groundPanel,
   timelinePanel,
   readoutPanel,
   objectsPanel,

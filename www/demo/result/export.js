@@ -13,6 +13,7 @@
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
  * @property {import('../../dist/index.js').VideoQuality} quality of videos
+ * @property {import('../../dist/index.js').Ground} ground of cut-out objects on screen
  * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source
  * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
@@ -32,7 +33,7 @@
  */
 
 /** What there is to save, before it is known how. @typedef {Omit<Subject, 'objects' | 'frames' | 'image' | 'look' |
- * 'quality' | 'sound'>} Found
+ * 'quality' | 'sound' | 'ground'>} Found
  */
 
 /** @typedef {{signal: AbortSignal, onProgress: (progress: {done: number, total: number}) => void}} Work */
@@ -40,7 +41,8 @@
 /**
  * @typedef {object} Choice
  * @property {string} id
- * @property {string} label of its button
+ * @property {string | ((ground: import('../panels/ground.js').GroundName) => string)} label of its button; that of a
+ *   cut-out names the ground on screen
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name
  * @property {(subject: Found) => boolean} [there] whether it can be made; always if not said

@@ -1,5 +1,6 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
+import { drawGround } from '../draw/cutout.js';
 import { drawLabels } from '../draw/labels.js';
 import { illegal } from '../errors.js';
 import { checkSize, maskAtSize } from './at-size.js';
@@ -36,13 +37,15 @@ export class Painter {
     /** @type {import('./at-size.js').MaskAtSize | null} That of the frame painted last, at the video's size. */
     this.mask = null;
     // A canvas passes over what it does not know as a colour.
-    if (
-      plan.style === 'cutout' &&
-      !plan.alpha &&
-      [BLACK, WHITE].every((other) => this.fills(plan.background, other) === other)
-    ) {
-      throw illegal('param', 'background', plan.background, "'transparent' or a CSS colour");
+    if (plan.style === 'cutout' && !plan.alpha && !this.isKnown(plan.background)) {
+      throw illegal('param', 'background', plan.background, "'transparent', 'blurred', a CSS colour or a picture");
     }
+  }
+
+  /** @param {import('../draw/cutout.js').Ground} background */
+  isKnown(background) {
+    if (typeof background !== 'string' || background === 'blurred') return true;
+    return [BLACK, WHITE].some((other) => this.fills(background, other) !== other);
   }
 
   /**
@@ -148,8 +151,7 @@ export class Painter {
     this.paintMask(mask, plan.alpha ? MARGIN : 0);
     aside.globalCompositeOperation = 'source-in';
     aside.drawImage(image, 0, 0, width, height);
-    context.fillStyle = plan.alpha ? BLACK : plan.background;
-    context.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    drawGround(context, image, this.size, plan.alpha ? BLACK : plan.background);
     context.drawImage(aside.canvas, 0, 0);
   }
 

@@ -1,6 +1,7 @@
 // Masks and frames as a video file, encoded by the browser.
 
 import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, timesOf } from './mask-source.js';
+import { isGround } from '../draw/cutout.js';
 import { TraceCutError, illegal } from '../errors.js';
 import { tooFew } from './at-size.js';
 import { breath } from './masks.js';
@@ -27,8 +28,8 @@ import { Painter } from './video-painter.js';
  * @property {'overlay' | 'cutout' | 'masks'} [style] `overlay`, the frames with the masks drawn over them, if not
  *   given; `cutout`, the objects alone; `masks`, the masks' colours on black, without frames
  * @property {'webm' | 'mp4'} [format] `webm` if not given
- * @property {string} [background] of cut-out objects: `transparent` (WebM only, and its default) or any CSS colour
- *   (`#00b140`, the green of screens, in MP4 if not given)
+ * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
+ *   default), `blurred`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
@@ -143,7 +144,8 @@ function planned(masks, frames, options) {
   checkNumber('outlineWidth', outlineWidth, 0, 1000);
   checkFlag('outline', outline);
   const { background = format === 'webm' ? 'transparent' : GREEN } = options;
-  if (typeof background !== 'string') throw illegal('param', 'background', background, "'transparent' or a CSS colour");
+  if (!isGround(background))
+    throw illegal('param', 'background', background, "'transparent', 'blurred', a CSS colour or a picture");
   const alpha = style === 'cutout' && background === 'transparent';
   if (alpha && format === 'mp4')
     throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
