@@ -1,6 +1,7 @@
 // The result as it is saved: the objects that are kept, on a ground of one's choice.
 
 import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { accessibilityFaults, openSample, plainFrame, pngFile, screenshot, text, useSite } from './support.mjs';
 
@@ -78,6 +79,62 @@ describe('the cut-out view', () => {
     ]);
     await page.waitForFunction(() => document.querySelector('#ground').value === 'picture');
     assert.deepEqual((await colors())[2].shown, [90, 160, 250, 255]);
+  });
+
+  test('with edges that grow, shrink and fade, without specks', async () => {
+    const covered = () =>
+      page.evaluate(() => {
+        const { viewer } = globalThis.tracecutDemo.app;
+        const { alpha, labels } = viewer.view.mask();
+        return {
+          sum: alpha.reduce((sum, value) => sum + value, 0) / 255,
+          soft: alpha.filter((value) => value > 0 && value < 255).length,
+          labels: labels.filter((label) => label > 0).length,
+        };
+      });
+    assert.equal(await page.locator('#edges-reset').isVisible(), false);
+    const plain = await covered();
+    assert.equal(plain.soft, 0);
+    await page.fill('#edge-grow', '3');
+    const larger = await covered();
+    assert.ok(larger.sum > plain.sum * 1.05, `${plain.sum} ${larger.sum}`);
+    await page.fill('#edge-grow', '-3');
+    const smaller = await covered();
+    assert.ok(smaller.sum < plain.sum * 0.95, `${plain.sum} ${smaller.sum}`);
+    await page.fill('#edge-grow', '0');
+    await page.fill('#edge-feather', '6');
+    const soft = await covered();
+    assert.ok(soft.soft > 500 && Math.abs(soft.sum / plain.sum - 1) < 0.1, JSON.stringify([plain, soft]));
+    assert.equal(await text(page, '#edge-feather-text'), '6\u00a0px');
+    await screenshot(page, 'cutout-soft');
+    await page.click('#export-open');
+    const coming = page.waitForEvent('download');
+    await page.click('[data-export="cutout-webm"]');
+    const bytes = [...(await readFile(await (await coming).path()))];
+    await page.click('#export-close');
+    const { shown, drawn } = await page.evaluate(async (data) => {
+      const { videoFrames } = await import('/dist/index.js');
+      const { viewer } = globalThis.tracecutDemo.app;
+      let t = 0;
+      for await (const { frame } of videoFrames(new Blob([Uint8Array.from(data)]))) {
+        if (t++ < 12) continue;
+        // On a picture of one colour its part is what is not the object.
+        const own = new OffscreenCanvas(frame.width, frame.height).getContext('2d', { willReadFrequently: true });
+        own.drawImage(viewer.canvas, 0, 0, frame.width, frame.height);
+        const screen = own.getImageData(0, 0, frame.width, frame.height).data;
+        const off = Array.from({ length: screen.length / 4 }, (_, p) =>
+          Math.max(...[0, 1, 2].map((c) => Math.abs(screen[4 * p + c] - frame.data[4 * p + c]))),
+        );
+        return { shown: off.filter((by) => by > 40).length / off.length, drawn: off.length };
+      }
+      return {};
+    }, bytes);
+    assert.ok(drawn > 0 && shown < 0.02, `${shown} of the video is not what is on screen`);
+    await page.fill('#edge-smallest', '1');
+    assert.ok((await covered()).labels < plain.labels);
+    await page.click('#edges-reset');
+    assert.deepEqual(await covered(), plain);
+    assert.equal(await page.locator('#edges-reset').isVisible(), false);
   });
 
   test('without what is not kept; and the export says both', async () => {

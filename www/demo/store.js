@@ -4,6 +4,7 @@
  * @module
  */
 
+import { DEFAULT_EDGES } from './result/edges.js';
 import { Times } from './result/times.js';
 import { DEFAULT_TAKE } from './source.js';
 
@@ -70,6 +71,7 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {boolean} loop
  * @property {import('./panels/compare.js').View} view
  * @property {Ground} ground what cut-out objects lie on
+ * @property {import('./result/edges.js').EdgeChoice} edges
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
@@ -115,6 +117,7 @@ const INITIAL = {
   stages: { rows: [], ms: 0 },
   loop: true,
   view: 'overlay',
+  edges: DEFAULT_EDGES,
   ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
   split: 50,
 };

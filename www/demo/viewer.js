@@ -6,6 +6,7 @@ import { byId } from './dom.js';
 import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
+import { EdgedMask } from './result/edges.js';
 import { Compare } from './panels/compare.js';
 import { drawKept } from './panels/ground.js';
 import { NOWHERE } from './store.js';
@@ -41,6 +42,7 @@ export class Viewer {
     this.pointer = null;
     /** @type {Readonly<State>} What was shown last. */
     this.shown = store.state;
+    this.edged = new EdgedMask();
     /** @type {View} */
     this.view = {
       points: null,
@@ -51,6 +53,7 @@ export class Viewer {
       height: 9,
       unit: 1,
       visible: (object) => !store.state.hidden.has(object),
+      mask: () => this.edgedMask(),
       answers: NO_ANSWERS,
       redraw: () => this.redraw(),
     };
@@ -109,6 +112,14 @@ export class Viewer {
     ).settings;
     const { width, height, unit } = this.view;
     return { opacity: opacity.value, fill: fill.value, outline: (OUTLINE * unit * side) / Math.max(width, height) };
+  }
+
+  /** The mask of the frame on screen, with its edges. */
+  edgedMask() {
+    const { points, frame } = this.view;
+    const labels = points?.mask(frame);
+    const { edges, hidden } = this.store.state;
+    return points && labels ? this.edged.of(labels, points.result, edges, hidden) : null;
   }
 
   /** Draws before the next screen refresh, once however often it is asked. */

@@ -12,6 +12,7 @@ export { CUT_RED, flowColor, heatColor, objectColor, objectShape } from './draw/
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
 export { TraceCutError } from './errors.js';
+export { adjustMask } from './export/adjust.js';
 export { masksAtSize } from './export/at-size.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
@@ -85,6 +86,8 @@ export function parameters() {
 /** @typedef {import('./draw/trajectories.js').TrajectorySource} TrajectorySource */
 /** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
 /** @typedef {import('./draw/palette.js').Shape} Shape */
+/** @typedef {import('./export/adjust.js').AdjustMaskOptions} AdjustMaskOptions */
+/** @typedef {import('./export/adjust.js').Edges} Edges */
 /** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */

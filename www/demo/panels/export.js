@@ -4,6 +4,7 @@
  */
 
 import { byId, h } from '../dom.js';
+import { edgesOf } from '../result/edges.js';
 import { stemOf, subjectOf } from '../result/export.js';
 import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
@@ -116,6 +117,7 @@ class ExportPanel {
       image: frames.one,
       look: this.viewer.maskLook(side),
       quality,
+      edges: edgesOf(this.store.state.edges, found.masks),
       ground: groundOf(this.store.state.ground),
       sound: (/** @type {'webm' | 'mp4'} */ format) => this.options.soundFor(format),
       objects: (/** @type {number} */ object) => object > 0 && this.selection.has(object),

@@ -61,9 +61,8 @@ export function groundOf({ name, colour, picture }) {
  * @param {import('../layers/layer.js').View} view
  * @param {import('../store.js').Ground} ground
  */
-export function drawKept(ctx, { points, frame, image, visible, width, height }, ground) {
-  const mask = points?.mask(frame);
-  if (!image || !mask) return;
-  const alpha = mask.map((label) => (label > 0 && visible(label) ? 255 : 0));
-  fromCorner(ctx, () => drawCutout(ctx, image, { width, height, alpha }, { background: groundOf(ground) }));
+export function drawKept(ctx, { image, mask }, ground) {
+  const edged = mask();
+  if (!image || !edged) return;
+  fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: groundOf(ground) }));
 }

@@ -7,6 +7,7 @@
 import { clipPanel } from './clip.js';
 import { comparePanel } from './compare.js';
 import { correctPanel } from './correct.js';
+import { edgesPanel } from './edges.js';
 import { exportPanel } from './export.js';
 import { groundPanel } from './ground.js';
 import { helpPanel } from './help.js';
@@ -39,6 +40,7 @@ export const PANELS = [
   timelinePanel,
   readoutPanel,
   objectsPanel,
+  edgesPanel,
   layersPanel,
   clipPanel,
   settingsPanel,

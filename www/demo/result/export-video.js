@@ -43,7 +43,7 @@ function video(id, label, style, format) {
     label,
     file: () => `${style}.${format}`,
     make: (subject, work) => {
-      const { library, masks, frames, objects, look, quality, ground } = subject;
+      const { library, masks, frames, objects, look, quality, ground, edges } = subject;
       const background = format === 'mp4' && ground === 'transparent' ? GREEN : ground;
       const sound = subject.sound(format);
       return library.encodeVideo(masks, frames(work.signal), {
@@ -51,6 +51,7 @@ function video(id, label, style, format) {
         format,
         objects,
         quality,
+        edges,
         opacity: look.fill,
         maskOpacity: look.opacity,
         outlineWidth: look.outline,

@@ -15,7 +15,7 @@ import { asideFrom, scratch } from './canvas.js';
  * Uint8Array}} CutoutMask
  */
 
-/** @typedef {{background?: Ground}} DrawCutoutOptions `transparent` if not given */
+/** What objects lie on: `transparent` if not given. @typedef {{background?: Ground}} DrawCutoutOptions */
 
 /** Pixels of a frame that become one before it is enlarged again. */
 const BLUR = 16;

@@ -102,7 +102,7 @@ export class Painter {
     const isLike = mask.width === size.width && mask.height === size.height;
     // Nothing of the picture is needed where the mask has its size.
     const picture = isLike ? { ...size, data: new Uint8Array(0) } : context.getImageData(0, 0, size.width, size.height);
-    return maskAtSize(mask, picture, plan.chosen);
+    return maskAtSize(mask, picture, plan.chosen, plan.edges);
   }
 
   /**
@@ -165,7 +165,10 @@ export class Painter {
     const picture = new ImageData(width, height);
     const pixels = new Uint32Array(picture.data.buffer);
     // The alpha is the last of the four bytes, on all machines that browsers run on the highest.
-    for (let p = 0; p < pixels.length; p += 1) pixels[p] = 0xffffff + 0x1000000 * Number(alpha[p]);
+    // With a margin it says where colours are wanted at all: also under what is nearly clear.
+    const full = margin > 0;
+    for (let p = 0; p < pixels.length; p += 1)
+      pixels[p] = 0xffffff + 0x1000000 * (full && alpha[p] ? 255 : Number(alpha[p]));
     this.shape ??= context2d(new OffscreenCanvas(width, height));
     this.shape.putImageData(picture, 0, 0);
     aside.globalCompositeOperation = 'source-over';

@@ -3,6 +3,7 @@
 import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, timesOf } from './mask-source.js';
 import { isGround } from '../draw/cutout.js';
 import { TraceCutError, illegal } from '../errors.js';
+import { checkedEdges } from './adjust.js';
 import { tooFew } from './at-size.js';
 import { breath } from './masks.js';
 import { QUALITIES } from './quality.js';
@@ -31,6 +32,8 @@ import { Painter } from './video-painter.js';
  * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
  *   default), `blurred`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('./adjust.js').Edges} [edges] of the masks in overlays and cut-outs: specks left out, objects grown
+ *   or shrunk, cut-outs with soft edges
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
  * @property {number} [maskOpacity] of the masks in an overlay as a whole, fill and outline, 0 to 1; 1 if not given
@@ -50,6 +53,7 @@ const LEGAL = [
   'background',
   'objects',
   'colors',
+  'edges',
   'opacity',
   'maskOpacity',
   'outline',
@@ -162,6 +166,7 @@ function planned(masks, frames, options) {
     labels: { colors, opacity, outline },
     outlineWidth,
     maskOpacity,
+    edges: checkedEdges(options.edges),
     sound: checkedSound(options.sound),
     frameRate: rateOf(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
     timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
