@@ -87,7 +87,7 @@ export function parameters() {
 /** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
 /** @typedef {import('./draw/palette.js').Shape} Shape */
 /** @typedef {import('./export/adjust.js').AdjustMaskOptions} AdjustMaskOptions */
-/** @typedef {import('./export/adjust.js').Edges} Edges */
+/** @typedef {import('./export/adjust.js').MaskEdges} MaskEdges */
 /** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */

@@ -42,6 +42,7 @@ class ExportPanel {
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
     /** The choices, with their buttons. */
     this.choices = rows.flatMap(({ choices }) => choices);
+    this.nameChoices();
     this.connect();
   }
 

@@ -13,7 +13,7 @@
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
  * @property {import('../../dist/index.js').VideoQuality} quality of videos
- * @property {import('../../dist/index.js').Edges} edges of the masks on screen
+ * @property {import('../../dist/index.js').MaskEdges} edges of the masks on screen
  * @property {import('../../dist/index.js').Ground} ground of cut-out objects on screen
  * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source

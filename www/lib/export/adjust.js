@@ -14,10 +14,10 @@ import { checkNumber, checkedOptions, chosenLabels } from './mask-source.js';
  * What is done to the edges of masks, in pixels of the masks: pieces of fewer than `smallest` pixels become background,
  * objects grow by `grow` pixels over the background (shrink where it is negative), and within `feather` pixels on
  * either side of their edge they fade. 0 each if not given.
- * @typedef {{smallest?: number, grow?: number, feather?: number}} Edges
+ * @typedef {{smallest?: number, grow?: number, feather?: number}} MaskEdges
  */
 
-/** @typedef {{labels: Uint8Array, width: number, height: number}} Mask */
+/** A label for each pixel, row by row. @typedef {{labels: Uint8Array, width: number, height: number}} Mask */
 
 /**
  * @typedef {object} AdjustMaskOptions
@@ -53,8 +53,8 @@ export function adjustMask(mask, options = {}) {
 }
 
 /**
- * @param {Edges | undefined} edges
- * @returns {Required<Edges>}
+ * @param {MaskEdges | undefined} edges
+ * @returns {Required<MaskEdges>}
  */
 export function checkedEdges(edges = {}) {
   const { smallest = 0, grow = 0, feather = 0 } = checkedOptions(edges, ['smallest', 'grow', 'feather']);

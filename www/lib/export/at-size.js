@@ -8,7 +8,7 @@ import { breath } from './masks.js';
 import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
-/** @typedef {{labels: Uint8Array, width: number, height: number}} Mask */
+/** @typedef {import('./adjust.js').Mask} Mask */
 
 /**
  * `labels` holds a label for each pixel, `alpha` how opaque the chosen objects are there, 0 to 255. @typedef {{width:
@@ -18,7 +18,7 @@ import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf 
 /**
  * @typedef {object} MasksAtSizeOptions
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
- * @property {import('./adjust.js').Edges} [edges] specks left out, objects grown or shrunk; `feather` is of no meaning
+ * @property {import('./adjust.js').MaskEdges} [edges] specks left out, objects grown or shrunk; `feather` is of no meaning
  *   here
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
@@ -71,7 +71,7 @@ export async function masksAtSize(masks, frames, options = {}) {
  * @param {Mask} mask
  * @param {import('../frames.js').PixelFrame} picture RGBA
  * @param {Uint8Array} chosen 1 for each label that is meant
- * @param {Required<import('./adjust.js').Edges>} edges
+ * @param {Required<import('./adjust.js').MaskEdges>} edges
  * @returns {Promise<MaskAtSize>}
  */
 export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }) {

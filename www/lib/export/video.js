@@ -8,8 +8,6 @@ import { tooFew } from './at-size.js';
 import { breath } from './masks.js';
 import { QUALITIES } from './quality.js';
 import { checkedSound } from './sound.js';
-import { openFile } from './video-file.js';
-import { Painter } from './video-painter.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -32,7 +30,7 @@ import { Painter } from './video-painter.js';
  * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
  *   default), `blurred`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
- * @property {import('./adjust.js').Edges} [edges] of the masks in overlays and cut-outs: specks left out, objects grown
+ * @property {import('./adjust.js').MaskEdges} [edges] of the masks in overlays and cut-outs: specks left out, objects grown
  *   or shrunk, cut-outs with soft edges
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
@@ -89,6 +87,8 @@ export async function encodeVideo(masks, frames, options = {}) {
     );
   }
   const { onProgress, signal } = options;
+  // Loaded when a video is made: few pages make any.
+  const [{ openFile }, { Painter }] = await Promise.all([import('./video-file.js'), import('./video-painter.js')]);
   /** @type {import('./video-file.js').VideoFile | null} */
   let file = null;
   const painter = new Painter(masks, plan);
