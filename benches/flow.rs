@@ -1,7 +1,7 @@
 //! Milliseconds of one pyramid and one flow field on smoothed noise that moves by (-3, 2) pixels: `cargo bench --bench
 //! flow`.
 //!
-//! Each figure is the least of several runs. For the error against true flow see `examples/flow_error.rs`.
+//! Each figure is the least of several runs. For the error against true flow see `tracecut eval flow`.
 
 use std::time::Instant;
 use tracecut::flow::{FlowParams, FlowPyramid, FlowScratch, flow_between_with};

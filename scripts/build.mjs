@@ -109,7 +109,7 @@ function wasmFile(crate, folder) {
 function buildWasm(cargoWasm, name) {
   run('bindgen', [cargoWasm, dist, name]);
   const wasm = join(dist, `${name}_bg.wasm`);
-  run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', ...wasmFeatures, wasm, '-o', wasm]);
+  run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', '--converge', ...wasmFeatures, wasm, '-o', wasm]);
 }
 
 /**

@@ -12,6 +12,7 @@ imported from \`'tracecut'\`, in browsers and in Node alike.
 const SECTIONS = [
   ['Functions', (module) => !module.includes('/')],
   ['Video', (module) => module.startsWith('video/')],
+  ['Editing', (module) => module.startsWith('edit/')],
   ['Files', (module) => module.startsWith('export/')],
   ['Drawing', (module) => module.startsWith('draw/')],
 ];

@@ -55,8 +55,15 @@ pub fn region_similarity(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64,
 /// # Errors
 /// [`Error::Data`] when the sizes differ.
 pub fn boundary_measure(mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64, Error> {
+    boundary_measure_within(tolerance_px(mask.width(), mask.height()), mask, truth)
+}
+
+/// [`boundary_measure`] where boundaries match that are at most `radius` pixels apart.
+///
+/// # Errors
+/// [`Error::Data`] when the sizes differ.
+pub fn boundary_measure_within(radius: usize, mask: &Plane<bool>, truth: &Plane<bool>) -> Result<f64, Error> {
     check_sizes((mask.width(), mask.height()), truth)?;
-    let radius = tolerance_px(mask.width(), mask.height());
     let (found, sought) = (boundary(mask), boundary(truth));
     let precision = matched_share(&found, &sought, radius);
     let recall = matched_share(&sought, &found, radius);

@@ -34,7 +34,7 @@ crate::params! {
 }
 
 /// Side of a tile: pixels that share their colour models.
-const TILE: usize = 24;
+pub(super) const TILE: usize = 24;
 /// How far colours are gathered beyond a tile.
 const MARGIN: usize = 12;
 /// Of the pixels around, one of this many is looked at, in each direction.
@@ -86,7 +86,7 @@ pub(crate) fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, 
     let pair = |before: u8, label: u8| usize::from(before) << 8 | usize::from(label);
     before.data().iter().zip(mask.data()).for_each(|(&b, &l)| shared[pair(b, l)] = true);
     let (mask, before) = (&part.of(mask), &part.of(before));
-    for (p, label) in changes(mask, before, &part.of_frame(frame), params) {
+    for (p, label) in changes(mask, before, &part.of_frame(frame), params, 1.0) {
         if shared[pair(before.data()[p], label)] {
             refined[(part.left + p % part.width, part.top + p / part.width)] = label;
         }
@@ -94,12 +94,18 @@ pub(crate) fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, 
     refined
 }
 
-/// Pixels that take another label.
-fn changes(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, params: &RefineParams) -> Vec<(usize, u8)> {
+/// Pixels that take another label. `contrast` is σ² in mean squares of the band.
+pub(super) fn changes(
+    mask: &Plane<u8>,
+    before: &Plane<u8>,
+    frame: &Frame,
+    params: &RefineParams,
+    contrast: f32,
+) -> Vec<(usize, u8)> {
     let depth = depths(mask, before, params.band.max(LEAST_SAMPLE_DEPTH));
     let band = Band::new(mask, &depth, params.band);
     let mut problem = band.problem(mask, frame, &depth, params);
-    band.add_contrast(&mut problem, mask, frame, params.smoothness);
+    band.add_contrast(&mut problem, mask, frame, (params.smoothness, contrast));
     // The expansion begins with the mask as it is, so that a draw changes nothing.
     let own = band.pixels.iter().map(|&p| band.place[usize::from(mask.data()[p as usize])]).collect();
     let label = Expansion::new(problem, own).finish();
@@ -276,7 +282,7 @@ impl Band {
     }
 
     /// Step 3: edges to four of the eight neighbours, the other four have them in turn.
-    fn add_contrast(&self, problem: &mut Potts, mask: &Plane<u8>, frame: &Frame, smoothness: f32) {
+    fn add_contrast(&self, problem: &mut Potts, mask: &Plane<u8>, frame: &Frame, (smoothness, contrast): (f32, f32)) {
         let mut pairs: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(4 * self.pixels.len());
         let mut total = 0_u64;
         for y in 0..self.height {
@@ -297,10 +303,10 @@ impl Band {
             }
         }
         // A perfectly flat band has no contrast to go by.
-        let mean = (total as f32 / pairs.len().max(1) as f32).max(1.0);
+        let variance = (contrast * (total as f32 / pairs.len().max(1) as f32)).max(1.0);
         for (p, q, difference, diagonal) in pairs {
             let length = if diagonal { std::f32::consts::FRAC_1_SQRT_2 } else { 1.0 };
-            let weight = rounded(smoothness * length * libm::expf(-(difference as f32) / (2.0 * mean)));
+            let weight = rounded(smoothness * length * libm::expf(-(difference as f32) / (2.0 * variance)));
             match (self.node[p as usize], self.node[q as usize]) {
                 (BEYOND, node) => self.bind(problem, node, mask.data()[p as usize], weight),
                 (node, BEYOND) => self.bind(problem, node, mask.data()[q as usize], weight),
@@ -527,7 +533,7 @@ mod tests {
             let frame = painted(&truth, &COLOURS, 15);
             let none = Plane::filled(w, h, 0);
             let mut whole = mask.clone();
-            for (p, label) in changes(&mask, &none, &frame, &params) {
+            for (p, label) in changes(&mask, &none, &frame, &params, 1.0) {
                 whole.data_mut()[p] = label;
             }
             let refined = refine(&mask, &frame, &params);

@@ -3,13 +3,16 @@
 //! The cut gives every superpixel a cluster. What a mask shows is decided here: which clusters are objects
 //! ([`find_objects`]), and where, between superpixels, a border really runs ([`refine`]).
 
+mod alpha;
 mod border;
+mod enlarge;
 mod objects;
 mod runs;
 mod salient;
 
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
+pub use enlarge::{Enlarged, enlarge};
 pub use objects::{Objects, find_objects};
 pub(crate) use objects::{find_objects_in, number_objects};
 pub(crate) use runs::Runs;

@@ -118,8 +118,27 @@ impl Params {
         params
     }
 
-    /// Sets the parameter `name` (e.g. `flow.patchStride`). The name `preset` sets all parameters, to `default` or to
-    /// `paper` ([`Params::paper`]).
+    /// For a first look, at less than half of the time: smaller frames, and flow that is less exact. Small and fast things
+    /// may be lost.
+    pub fn fast() -> Self {
+        let mut params = Self::default();
+        params.clip.max_side = 480;
+        params.flow.search_level = 1;
+        params.flow.fixed_points = 3;
+        params
+    }
+
+    /// For the last word, at two to three times the time: frames as they are up to 960 pixels, and flow that is more exact.
+    pub fn best() -> Self {
+        let mut params = Self::default();
+        params.clip.max_side = 960;
+        params.flow.patch_stride = 3;
+        params.flow.fixed_points = 8;
+        params
+    }
+
+    /// Sets the parameter `name` (e.g. `flow.patchStride`). The name `preset` sets all parameters, to `default`, `fast`
+    /// ([`Params::fast`]), `best` ([`Params::best`]) or `paper` ([`Params::paper`]).
     ///
     /// # Errors
     /// [`Error::Param`] when no parameter has this name (the message lists near ones) or the value is not legal.
@@ -147,9 +166,11 @@ impl Params {
     fn choose(&mut self, preset: &ParamValue) -> Result<(), Error> {
         *self = match preset {
             ParamValue::Text(name) if name == "default" => Self::default(),
+            ParamValue::Text(name) if name == "fast" => Self::fast(),
+            ParamValue::Text(name) if name == "best" => Self::best(),
             ParamValue::Text(name) if name == "paper" => Self::paper(),
             other => {
-                let expected = "default or paper".to_owned();
+                let expected = "default, fast, best or paper".to_owned();
                 return Err(Error::Param { name: PRESET.to_owned(), value: other.to_string(), expected });
             }
         };
@@ -325,7 +346,7 @@ mod tests {
         params.set("preset", &ParamValue::Text("default".into())).unwrap();
         assert_eq!(params, Params::default());
         let message = params.set("preset", &ParamValue::Number(1.0)).unwrap_err().to_string();
-        assert_eq!(message, "preset = 1 (expected default or paper)");
+        assert_eq!(message, "preset = 1 (expected default, fast, best or paper)");
     }
 
     #[test]

@@ -122,6 +122,15 @@ impl Session {
         }
     }
 
+    /// The mask of frame `t` at working size, which [`crate::mask::enlarge`] brings to the size of the source.
+    ///
+    /// # Errors
+    /// As [`Session::labels`].
+    pub fn working_labels(&self, t: usize) -> Result<&Plane<u8>, Error> {
+        let masks = self.found().masks;
+        masks.get(t).ok_or_else(|| missing_frame("mask", t, masks.len()))
+    }
+
     /// The clean plate of frame `t`, at working size: the scene without the objects, RGBA; computed anew at each call.
     ///
     /// Pixels of the background are the frame's own; behind objects the nearest frames of the clip that show the scene

@@ -3,6 +3,7 @@
 
 use super::{JsSession, convert};
 use crate::contour::boundary_map;
+use crate::flow::{FlowPyramid, flow_between};
 use crate::image::Frame;
 use crate::still::image_discontinuities;
 use crate::superpixel;
@@ -24,6 +25,15 @@ impl JsSession {
         let params = self.params_in_force();
         let found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
         Ok(convert::image_discontinuities(&found, (frame.width(), frame.height())))
+    }
+
+    /// The flow between two images of `width * height` RGBA pixels, at their own size: `{width, height, u, v}`.
+    #[wasm_bindgen(js_name = flowOf)]
+    pub fn flow_of(&self, from: &[u8], to: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
+        let params = &self.params_in_force().flow;
+        let seen = |rgba: &[u8]| Frame::from_rgba(rgba, width, height).map(|f| FlowPyramid::new(&f.luma(), params));
+        let (from, to) = seen(from).and_then(|from| Ok((from, seen(to)?))).map_err(|e| convert::to_js_error(&e))?;
+        Ok(convert::flow(&flow_between(&from, &to, params)))
     }
 
     /// The superpixels of an image given as for `boundariesOf`; at most `count` of them if there is one.

@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { boundaries, imageDiscontinuities, synthClip } from 'tracecut';
+import { boundaries, createImageEngine, flow, imageDiscontinuities, superpixels, synthClip } from 'tracecut';
 import { createRemoteEngine } from '../../dist/remote.js';
-import { plain, png, rejects, standIn } from './support.mjs';
+import { plain, png, ready, rejects, standIn } from './support.mjs';
 
 const MAPS = ['pb', 'discontinuity', 'spectral', 'combined'];
 
@@ -83,4 +83,42 @@ test('what cannot be used is refused', async () => {
   await rejects(imageDiscontinuities(image, { superpixel: {} }), 'param', /superpixel = .* \(expected contour, still/);
   await rejects(imageDiscontinuities(image, { still: { radius: 0 } }), 'param', /still\.radius = 0/);
   await rejects(imageDiscontinuities(image, { still: { grouping: 'both' } }), 'param', /one of joint, single/);
+});
+
+test('the flow of a made clip is what its generator says, as pixels or as files, in one engine or alone', async (t) => {
+  const clip = await synthClip({ width: 96, height: 64, frames: 3, seed: 4 });
+  const [first, second] = [clip.frame(0), clip.frame(1)];
+  const truth = clip.flow(0);
+  const engine = await createImageEngine();
+  t.after(() => engine.close());
+  const found = await engine.flow(first, second);
+  assert.deepEqual([found.width, found.height, found.u.length], [96, 64, 96 * 64]);
+  const errors = Array.from(found.u, (u, p) => Math.hypot(u - truth.u[p], found.v[p] - truth.v[p]));
+  const mean = errors.reduce((sum, error) => sum + error, 0) / errors.length;
+  assert.ok(mean < 0.5, `mean error of ${mean} pixels`);
+  assert.deepEqual(await engine.flow(png(first), second), found);
+  assert.deepEqual(await flow(first, second), found);
+  const session = await ready(t, {}, [first, second, clip.frame(2)]);
+  await session.run();
+  const inSession = await session.flow(0);
+  // A session's is rounded to a 64th of a pixel.
+  assert.ok(inSession.u.every((u, p) => Math.abs(u - found.u[p]) <= 1 / 128 + 1e-6));
+});
+
+test('an image engine does many images, gives what the functions of one give, and goes on after an error', async (t) => {
+  const clip = await synthClip({ width: 96, height: 64, frames: 2, seed: 4 });
+  const image = clip.frame(0);
+  const engine = await createImageEngine({ still: { maxSide: 48 } });
+  t.after(() => engine.close());
+  assert.deepEqual(await engine.boundaries(image), await boundaries(image));
+  await rejects(engine.flow(image, plain(64, 64)), 'frame-size-changed', /64 × 64 \(expected 96 × 64\)/);
+  await rejects(engine.superpixels(image, { count: 0 }), 'param', /count = 0/);
+  assert.deepEqual(await engine.superpixels(image, { count: 9 }), await superpixels(image, { count: 9 }));
+  assert.deepEqual(
+    await engine.imageDiscontinuities(image),
+    await imageDiscontinuities(image, { still: { maxSide: 48 } }),
+  );
+  engine.close();
+  await rejects(engine.boundaries(image), 'closed');
+  await rejects(createImageEngine({ cut: {} }), 'param', /^cut = /);
 });

@@ -13,7 +13,8 @@ export class Keys {
   }
 
   /**
-   * @param {string} key as in `KeyboardEvent.key`, letters small; `Ctrl+z` with the control or the command key
+   * @param {string} key as in `KeyboardEvent.key`, letters small; `Ctrl+z` with the control or the command key,
+   *   `Ctrl+Shift+z` with shift too
    * @param {() => unknown} act
    * @param {() => boolean} [when] else the key is left to the browser
    */
@@ -34,7 +35,10 @@ export class Keys {
   press(event) {
     const { key } = event;
     if (key === 'Tab') this.tabbed = true;
-    if (event.ctrlKey || event.metaKey) return this.perform(event, this.actionOf(`Ctrl+${key.toLowerCase()}`));
+    if (event.ctrlKey || event.metaKey) {
+      const shift = event.shiftKey ? 'Shift+' : '';
+      return this.perform(event, this.actionOf(`Ctrl+${shift}${key.toLowerCase()}`));
+    }
     if (event.altKey || document.querySelector('dialog[open]') || keepsKey(event, this.tabbed)) return;
     const action = this.actionOf(key) ?? this.actionOf(key.toLowerCase());
     // A button that was clicked with the mouse would still answer to the space bar.

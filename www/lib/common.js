@@ -11,17 +11,20 @@ export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.j
 export { CUT_RED, flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
+export { MaskEditor, editMasks } from './edit/editor.js';
+export { regionOf, strokeRegion } from './edit/regions.js';
 export { TraceCutError } from './errors.js';
 export { adjustMask } from './export/adjust.js';
 export { masksAtSize } from './export/at-size.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
+export { openProject, saveProject } from './export/project.js';
 export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
 export { encodeVideo } from './export/video.js';
-export { EdgeKind } from './image.js';
+export { EdgeKind, ImageEngine } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
 export { VideoResult } from './video/result.js';
@@ -51,6 +54,8 @@ export function parameters() {
 /** @typedef {import('./engine.js').FlowField} FlowField */
 /** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
 /** @typedef {import('./image.js').DiscontinuityOptions} DiscontinuityOptions */
+/** @typedef {import('./image.js').FlowOptions} FlowOptions */
+/** @typedef {import('./image.js').ImageEngineOptions} ImageEngineOptions */
 /** @typedef {import('./image.js').ImageDiscontinuities} ImageDiscontinuities */
 /** @typedef {import('./image.js').ImageOptions} ImageOptions */
 /** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */
@@ -88,6 +93,11 @@ export function parameters() {
 /** @typedef {import('./draw/palette.js').Shape} Shape */
 /** @typedef {import('./export/adjust.js').AdjustMaskOptions} AdjustMaskOptions */
 /** @typedef {import('./export/adjust.js').MaskEdges} MaskEdges */
+/** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
+/** @typedef {import('./edit/editor.js').Edit} Edit */
+/** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */
+/** @typedef {import('./edit/regions.js').BrushStroke} BrushStroke */
+/** @typedef {import('./edit/regions.js').Region} Region */
 /** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */
@@ -99,6 +109,8 @@ export function parameters() {
 /** @typedef {import('./export/masks.js').ExportProgress} ExportProgress */
 /** @typedef {import('./export/masks.js').MaskPngOptions} MaskPngOptions */
 /** @typedef {import('./export/masks.js').MasksZipOptions} MasksZipOptions */
+/** @typedef {import('./export/project.js').Project} Project */
+/** @typedef {import('./export/project.js').ProjectOptions} ProjectOptions */
 /** @typedef {import('./export/rle.js').CocoRle} CocoRle */
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */

@@ -4,7 +4,7 @@
 import { illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { isPlainObject, splitOptions, wholeNumber } from './options.js';
-import { openEngine } from './platform.js';
+import { once, openEngine } from './platform.js';
 
 /**
  * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its
@@ -77,9 +77,101 @@ export const EdgeKind = Object.freeze({
  *   DiscontinuityOptions
  */
 
-const LEGAL = ['contour', 'superpixel', 'wasm', 'decoder', 'worker'];
-const LEGAL_STILL = ['contour', 'still', 'wasm', 'decoder', 'worker'];
+/**
+ * Options of an image engine: groups of the parameter tree, and `wasm`, `decoder` and `worker` as for a session.
+ * @typedef {Pick<import('./options.js').SessionOptions, 'flow' | 'contour' | 'superpixel' | 'still' | 'wasm' | 'decoder'
+ *   | 'worker'>} ImageEngineOptions
+ */
+
+/**
+ * Options of the flow between two images.
+ * @typedef {Pick<import('./options.js').SessionOptions, 'flow' | 'wasm' | 'decoder' | 'worker'>} FlowOptions
+ */
+
+const ALWAYS = ['wasm', 'decoder', 'worker'];
 const MAX_COUNT = 2 ** 26;
+
+/**
+ * Maps of single images, one after the other in one engine: what a function of this package does with one image, without
+ * starting anew for each. Close it when it is no longer needed.
+ */
+export class ImageEngine {
+  #engine;
+  #loadDecoder;
+
+  /**
+   * @param {import('./engine.js').Engine} engine
+   * @param {() => Promise<WebAssembly.Module>} loadDecoder
+   */
+  constructor(engine, loadDecoder) {
+    this.#engine = engine;
+    this.#loadDecoder = loadDecoder;
+  }
+
+  /**
+   * The boundary probability of an image, at its own size.
+   * @param {import('./frames.js').FrameSource} image
+   * @returns {Promise<BoundaryMap>}
+   */
+  async boundaries(image) {
+    return unscaled(await this.#engine.request('boundariesOf', await this.#raw(image)));
+  }
+
+  /**
+   * The Gabriel superpixels of an image, at its own size.
+   * @param {import('./frames.js').FrameSource} image
+   * @param {{count?: number}} [options] most superpixels, 1 to 2^26
+   * @returns {Promise<Superpixels>}
+   */
+  async superpixels(image, { count } = {}) {
+    if (count !== undefined) wholeNumber('param', 'count', count, 1, MAX_COUNT);
+    return unscaled(await this.#engine.request('superpixelsOf', await this.#raw(image), count));
+  }
+
+  /**
+   * Boundaries of an image by the discontinuities of its pixel embedding.
+   * @param {import('./frames.js').FrameSource} image
+   * @returns {Promise<ImageDiscontinuities>}
+   */
+  async imageDiscontinuities(image) {
+    return this.#engine.request('discontinuitiesOf', await this.#raw(image));
+  }
+
+  /**
+   * The optical flow from one image to another of the same size.
+   * @param {import('./frames.js').FrameSource} from
+   * @param {import('./frames.js').FrameSource} to
+   * @returns {Promise<import('./engine.js').FlowField>}
+   */
+  async flow(from, to) {
+    return this.#engine.request('flowOf', await this.#raw(from), await this.#raw(to));
+  }
+
+  /** Ends the engine; what it still works on is rejected. */
+  close() {
+    this.#engine.close();
+  }
+
+  /** @param {import('./frames.js').FrameSource} image */
+  #raw(image) {
+    return toRawFrame(image, this.#loadDecoder);
+  }
+}
+
+/**
+ * @param {ImageEngineOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @param {string[]} [groups] of parameters that are legal
+ * @returns {Promise<ImageEngine>}
+ */
+export async function openImageEngine(options, platform, groups = ['flow', 'contour', 'superpixel', 'still']) {
+  const split = splitOptions(checked(options, [...groups, ...ALWAYS]));
+  const engine = await openEngine({ ...split, threads: 1 }, platform);
+  return new ImageEngine(
+    engine,
+    once(() => platform.loadDecoder(split.decoder)),
+  );
+}
 
 /**
  * @param {import('./frames.js').FrameSource} image
@@ -88,7 +180,7 @@ const MAX_COUNT = 2 ** 26;
  * @returns {Promise<BoundaryMap>}
  */
 export function boundariesOf(image, options, platform) {
-  return ask(image, options, platform, async (engine, raw) => unscaled(await engine.request('boundariesOf', raw)));
+  return askOnce(options, platform, ['contour', 'superpixel'], (engine) => engine.boundaries(image));
 }
 
 /**
@@ -101,10 +193,8 @@ export async function superpixelsOf(image, options, platform) {
   const { count, ...others } = isPlainObject(options)
     ? /** @type {SuperpixelOptions} */ (options)
     : { count: undefined };
-  if (count !== undefined) wholeNumber('param', 'count', count, 1, MAX_COUNT);
-  return ask(image, isPlainObject(options) ? others : options, platform, async (engine, raw) =>
-    unscaled(await engine.request('superpixelsOf', raw, count)),
-  );
+  const rest = isPlainObject(options) ? others : options;
+  return askOnce(rest, platform, ['contour', 'superpixel'], (engine) => engine.superpixels(image, { count }));
 }
 
 /**
@@ -114,34 +204,40 @@ export async function superpixelsOf(image, options, platform) {
  * @returns {Promise<ImageDiscontinuities>}
  */
 export function discontinuitiesOf(image, options, platform) {
-  return ask(image, options, platform, (engine, raw) => engine.request('discontinuitiesOf', raw), LEGAL_STILL);
+  return askOnce(options, platform, ['contour', 'still'], (engine) => engine.imageDiscontinuities(image));
 }
 
 /**
- * @template T
- * @typedef {(engine: import('./engine.js').Engine, raw: import('./frames.js').RawFrame) => Promise<T>} Question
+ * @param {import('./frames.js').FrameSource} from
+ * @param {import('./frames.js').FrameSource} to
+ * @param {FlowOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @returns {Promise<import('./engine.js').FlowField>}
  */
+export function flowOf(from, to, options, platform) {
+  return askOnce(options, platform, ['flow'], (engine) => engine.flow(from, to));
+}
 
 /**
+ * Asks an engine one thing.
  * @template T
- * @param {import('./frames.js').FrameSource} image
- * @param {ImageOptions | DiscontinuityOptions | undefined} options
+ * @param {ImageEngineOptions | undefined} options
  * @param {import('./platform.js').Platform} platform
- * @param {Question<T>} question
- * @param {string[]} legal
+ * @param {string[]} groups
+ * @param {(engine: ImageEngine) => Promise<T>} question
+ * @returns {Promise<T>}
  */
-async function ask(image, options, platform, question, legal = LEGAL) {
-  const raw = await toRawFrame(image, () => platform.loadDecoder(options?.decoder));
-  const engine = await openEngine(splitOptions(checked(options, legal)), platform);
+async function askOnce(options, platform, groups, question) {
+  const engine = await openImageEngine(options, platform, groups);
   try {
-    return await question(engine, raw);
+    return await question(engine);
   } finally {
     engine.close();
   }
 }
 
 /**
- * @param {ImageOptions | DiscontinuityOptions | undefined} options
+ * @param {ImageEngineOptions | undefined} options
  * @param {string[]} legal
  */
 function checked(options, legal) {

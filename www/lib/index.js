@@ -11,7 +11,8 @@
  */
 
 import { makeClip } from './clip.js';
-import { boundariesOf, discontinuitiesOf, superpixelsOf } from './image.js';
+import { carryWith } from './edit/carry.js';
+import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
 import { openSession } from './session.js';
@@ -99,6 +100,43 @@ export function superpixels(image, options) {
  */
 export function imageDiscontinuities(image, options) {
   return discontinuitiesOf(image, options, platform);
+}
+
+/**
+ * The optical flow from one image to another of the same size, at that size: where each pixel goes.
+ * @param {import('./frames.js').FrameSource} from
+ * @param {import('./frames.js').FrameSource} to
+ * @param {import('./image.js').FlowOptions} [options]
+ * @returns {Promise<import('./engine.js').FlowField>}
+ */
+export function flow(from, to, options) {
+  return flowOf(from, to, options, platform);
+}
+
+/**
+ * Opens an engine for boundaries, superpixels, discontinuities and flow of many single images: all that starting costs is
+ * paid once.
+ * @param {import('./image.js').ImageEngineOptions} [options]
+ * @returns {Promise<import('./image.js').ImageEngine>}
+ */
+export function createImageEngine(options) {
+  return openImageEngine(options, platform);
+}
+
+/**
+ * Carries a painted edit to the frames before and after it, as parts of the same edit: its region goes with the optical
+ * flow from frame to frame, within the shot, as long as the picture there looks like what it came from.
+ *
+ * ```js
+ * const { first, last } = await carryEdit(editor, edit, { picture: (t) => frames[t] });
+ * ```
+ * @param {import('./edit/editor.js').MaskEditor} editor
+ * @param {import('./edit/editor.js').Edit} edit as `paint` gave it, in force
+ * @param {import('./edit/carry.js').CarryOptions} options
+ * @returns {Promise<import('./edit/carry.js').Carried>}
+ */
+export function carryEdit(editor, edit, options) {
+  return carryWith(editor, edit, options, () => openImageEngine({}, platform));
 }
 
 /**

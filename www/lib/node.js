@@ -7,8 +7,9 @@ import { readFile } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
+import { carryWith } from './edit/carry.js';
 import { TraceCutError } from './errors.js';
-import { boundariesOf, discontinuitiesOf, superpixelsOf } from './image.js';
+import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
 import { openSession } from './session.js';
@@ -73,6 +74,13 @@ export const boundaries = (image, options) => boundariesOf(image, options, platf
 export const superpixels = (image, options) => superpixelsOf(image, options, platform);
 /** @type {Browser['imageDiscontinuities']} */
 export const imageDiscontinuities = (image, options) => discontinuitiesOf(image, options, platform);
+/** @type {Browser['flow']} */
+export const flow = (from, to, options) => flowOf(from, to, options, platform);
+/** @type {Browser['createImageEngine']} */
+export const createImageEngine = (options) => openImageEngine(options, platform);
+/** @type {Browser['carryEdit']} */
+export const carryEdit = (editor, edit, options) =>
+  carryWith(editor, edit, options, () => openImageEngine({}, platform));
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
 /** @type {Browser['videoFrames']} */

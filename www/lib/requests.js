@@ -6,6 +6,7 @@
 
 import { applyCorrection } from './correction.js';
 import { toPixels } from './decode.js';
+import { TraceCutError } from './errors.js';
 
 /** @typedef {import('./engine.js').Info} Info */
 /** @typedef {import('./frames.js').RawFrame} RawFrame */
@@ -77,6 +78,16 @@ export const REQUESTS = {
       (image, /** @type {number | undefined} */ count) => (session) =>
         session.superpixelsOf(image.data, image.width, image.height, count),
     ),
+  },
+  /** @type {Line<[from: RawFrame, to: RawFrame], import('./engine.js').FlowField>} */
+  flowOf: {
+    work: async (from, to) => {
+      const [first, second] = [await toPixels(from), await toPixels(to)];
+      const [{ width, height }, size] = [first, `${second.width} × ${second.height}`];
+      if (size !== `${width} × ${height}`)
+        throw new TraceCutError('frame-size-changed', `the second image is ${size} (expected ${width} × ${height})`);
+      return (session) => session.flowOf(first.data, second.data, width, height);
+    },
   },
   /** @type {Line<[image: RawFrame], import('./image.js').ImageDiscontinuities>} */
   discontinuitiesOf: {

@@ -1,6 +1,7 @@
 /**
- * Correcting a result: one object is chosen, by a click or in a list; it is merged, split, or made background, or
- * strokes say what belongs together and what does not. The result changes in place.
+ * Correcting a result: one object is chosen, by a click or in a list; it is merged, split, made background, painted or
+ * wiped away, what was missed is added, or strokes say what belongs together and what does not. The result changes in
+ * place; every step can be undone and done again.
  * @module
  */
 
@@ -10,12 +11,13 @@ import { objectName } from '../result/palette.js';
 import { listed } from '../result/selection.js';
 import { showCorrected } from '../result/show-result.js';
 import { explain, percent, seconds } from '../words.js';
+import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush } from './brush.js';
 import { Strokes } from './strokes.js';
 
 /** @typedef {import('../layers/layer.js').Spot} Spot */
 /** @typedef {import('../run/job.js').Corrector} Corrector */
 
-/** @typedef {'pick' | 'together' | 'apart'} Tool */
+/** @typedef {'pick' | 'together' | 'apart' | import('./brush.js').BrushTool} Tool */
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'viewer' | 'keys'>} page */
 export function correctPanel({ store, viewer, keys }) {
@@ -23,11 +25,9 @@ export function correctPanel({ store, viewer, keys }) {
   viewer.painters.push((ctx, view) => correction.draw(ctx, view));
   viewer.onPick((spot) => correction.pick(spot));
   keys.on('m', () => correction.toggle());
-  keys.on(
-    'Ctrl+z',
-    () => correction.undo(),
-    () => store.state.correcting,
-  );
+  const correcting = () => store.state.correcting;
+  keys.on('Ctrl+z', () => correction.undo(), correcting);
+  for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => correction.redo(), correcting);
 }
 
 class Correction {
@@ -47,7 +47,18 @@ class Correction {
     this.place = null;
     /** @type {Tool} */
     this.tool = 'pick';
-    this.strokes = new Strokes(viewer, () => this.update());
+    this.brush = new Brush({
+      store,
+      corrector: () => this.corrector,
+      object: () => this.object,
+      choose: (object) => this.chooseNew(object),
+      show: (frames) => this.show(frames),
+      tell: (text, wrong) => this.tell(text, wrong),
+    });
+    this.strokes = new Strokes(viewer, () => this.update(), {
+      radius: () => this.brush.radius,
+      paint: (stroke, tool) => this.brush.stroke(stroke, tool),
+    });
     this.list = /** @type {HTMLSelectElement} */ (byId('correct-object'));
     this.into = /** @type {HTMLSelectElement} */ (byId('correct-into'));
     /** @type {HTMLInputElement[]} */
@@ -69,6 +80,7 @@ class Correction {
       'correct-background': () => this.apply((c) => c.merge(0, this.object)),
       'correct-split': () => this.apply((c) => c.split?.(this.object, this.place ?? undefined)),
       'correct-undo': () => this.undo(),
+      'correct-redo': () => this.redo(),
       'strokes-apply': () => this.applyStrokes(),
       'strokes-clear': () => this.strokes.clear(),
     };
@@ -102,9 +114,12 @@ class Correction {
     const { found } = this.store.state;
     if (!this.on || !found) return;
     const objects = listed(found.facts).map(({ object }) => object);
+    if (this.makesNew) objects.push(NEW_OBJECT);
     if (!objects.includes(this.object)) this.object = objects.find((object) => object > 0) ?? 0;
     [this.other] = objects;
-    this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, nameAndColour(object))));
+    const called = (/** @type {number} */ object) => (object === NEW_OBJECT ? 'New object' : nameAndColour(object));
+    this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, called(object))));
+    objects.splice(objects.indexOf(NEW_OBJECT) >>> 0, 1);
     this.into.replaceChildren(...objects.map((object) => h('option', { value: object }, objectName(object))));
     this.update();
   }
@@ -120,17 +135,46 @@ class Correction {
     this.update();
   }
 
+  /** Whether the tool can begin an object. */
+  get makesNew() {
+    return this.tool === 'paint' || this.tool === 'add';
+  }
+
+  /**
+   * An object that a tool has made or gone on with.
+   *
+   * @param {number} object
+   */
+  chooseNew(object) {
+    this.object = object;
+    this.fill();
+  }
+
+  /**
+   * Shows what was done by hand.
+   *
+   * @param {number[]} frames those that changed
+   */
+  show(frames) {
+    showCorrected(this.store, frames);
+    this.fill();
+  }
+
   /** @param {Spot} spot */
   pick({ object, x, y }) {
-    if (!this.on || this.tool !== 'pick' || object < 0 || this.busy) return;
-    this.choose(object, { t: this.store.state.frame, x, y });
+    if (!this.on || this.busy) return;
+    if (this.tool === 'add') this.brush.add({ x, y });
+    if (this.tool === 'pick' && object >= 0) this.choose(object, { t: this.store.state.frame, x, y });
   }
 
   /** @param {Tool} tool */
   use(tool) {
     this.tool = tool;
     for (const radio of this.tools) radio.checked = radio.value === tool;
-    this.strokes.use(this.on && tool !== 'pick' ? tool : null);
+    this.strokes.use(this.on && tool !== 'pick' && tool !== 'add' ? tool : null);
+    // A thing that was missed is a new one.
+    if (tool === 'add') this.object = NEW_OBJECT;
+    this.fill();
     this.update();
   }
 
@@ -152,18 +196,24 @@ class Correction {
     for (const option of into.options) option.hidden = option.disabled = option.value === String(object);
     into.value = String(this.other);
     this.list.value = String(object);
-    byId('correct-facts').textContent = object === 0 ? 'Everything that is no object.' : factsText(facts[object]);
+    byId('correct-facts').textContent =
+      object === 0 ? 'Everything that is no object.' : factsText(facts.find((one) => one.object === object));
     byId('correct-split').textContent =
       object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
   }
 
   showTool() {
     const { tool, strokes } = this;
-    const picking = tool === 'pick';
-    byId('correct-actions').hidden = byId('correct-chosen').hidden = !picking;
-    byId('stroke-actions').hidden = byId('stroke-help').hidden = picking;
-    byId('stroke-help').textContent =
-      tool === 'together'
+    const [picking, brushing] = [tool === 'pick', isBrush(tool)];
+    byId('correct-actions').hidden = !picking;
+    byId('correct-chosen').hidden = !picking && !brushing;
+    byId('stroke-actions').hidden = picking || brushing;
+    byId('brush-actions').hidden = !brushing;
+    byId('brush-width').hidden = tool === 'add';
+    byId('stroke-help').hidden = picking;
+    byId('stroke-help').textContent = isBrush(tool)
+      ? BRUSH_HELP[tool]
+      : tool === 'together'
         ? 'Paint over what is one thing.'
         : 'Paint over each of the things that are not one: a stroke for each.';
     byId('strokes-count').textContent = `${strokes.list.length} painted`;
@@ -179,7 +229,14 @@ class Correction {
     disable('correct-background', busy || object === 0);
     disable('correct-split', busy || !corrector.split || (object === 0 && !this.place));
     disable('correct-undo', busy || corrector.count() === 0);
-    for (const radio of this.tools) radio.disabled = radio.value !== 'pick' && !corrector.together;
+    disable('correct-redo', busy || corrector.redoable() === 0);
+    const { answers } = this.store.state.found ?? {};
+    for (const radio of this.tools) {
+      const needs = { together: corrector.together, apart: corrector.apart, add: answers?.superpixels };
+      const lacks = radio.value in needs && !needs[/** @type {keyof typeof needs} */ (radio.value)];
+      radio.disabled = lacks;
+      /** @type {HTMLElement} */ (radio.parentElement).title = lacks ? 'Only where the clip is one window' : '';
+    }
   }
 
   applyStrokes() {
@@ -188,11 +245,17 @@ class Correction {
     return this.apply((c) => (tool === 'apart' ? c.apart?.(list) : c.together?.(list)));
   }
 
-  undo() {
-    if (this.on && (this.corrector?.count() ?? 0) > 0) this.apply((c) => c.undo());
+  async undo() {
+    await this.brush.settled();
+    if (this.on && (this.corrector?.count() ?? 0) > 0) await this.apply((c) => c.undo());
   }
 
-  /** @param {(corrector: Corrector) => Promise<unknown> | undefined} correct */
+  async redo() {
+    await this.brush.settled();
+    if (this.on && (this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo());
+  }
+
+  /** @param {(corrector: Corrector) => Promise<number[] | null> | undefined} correct gives the frames that change */
   async apply(correct) {
     const { store, corrector } = this;
     if (!corrector || this.busy) return;
@@ -202,11 +265,11 @@ class Correction {
     this.tell('Correcting…');
     this.update();
     try {
-      await correct(corrector);
+      const frames = await correct(corrector);
       if (visit !== store.state.visit) return;
       this.strokes.clear();
       this.place = null;
-      showCorrected(store);
+      showCorrected(store, frames ?? null);
       this.tell(`Corrected in ${seconds(performance.now() - began)}. ${store.state.headline}.`);
     } catch (error) {
       if (visit === store.state.visit) this.tell(`That is not possible here: ${explain(error).detail}.`, true);
@@ -221,6 +284,7 @@ class Correction {
   /** A new clip: nothing is chosen any more. */
   leave() {
     this.busy = false;
+    this.brush.stop();
     this.strokes.clear();
     this.use('pick');
     this.tell('');
@@ -244,7 +308,8 @@ class Correction {
    */
   draw(ctx, view) {
     if (!this.on) return;
-    if (this.tool === 'pick' && this.object > 0) drawFrame(ctx, view, boxOf(view, this.object));
+    if ((this.tool === 'pick' || this.tool === 'erase') && this.object > 0)
+      drawFrame(ctx, view, boxOf(view, this.object));
     this.strokes.draw(ctx, view);
   }
 }

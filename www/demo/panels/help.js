@@ -13,6 +13,7 @@ const KEYS = [
   [['O'], 'open a file'],
   [['M'], 'correct the result'],
   [['Ctrl', 'Z'], 'undo a correction'],
+  [['Ctrl', 'Y'], 'do it again'],
   [['E'], 'export'],
   [['R'], 'run again'],
   [['Esc'], 'cancel a run, close a dialog'],

@@ -1,4 +1,4 @@
-/** Strokes painted over the picture with mouse, finger or pen. @module */
+/** Strokes painted over the picture with mouse, finger or pen: kept until they are applied, or masks painted at once. @module */
 
 /**
  * @typedef {{t: number, points: number[], radius: number}} Stroke In frame t, x0, y0, x1, y1, … and half the width, in
@@ -11,19 +11,29 @@ const BRUSH_PX = 7;
 /** Points of a stroke are at least this far apart, in CSS pixels. */
 const STEP_PX = 2;
 
-const COLOURS = { together: ['#ffffff'], apart: ['#ff2b3d', '#ffffff', '#3a45c4', '#ffd400'] };
+const COLOURS = {
+  together: ['#ffffff'],
+  apart: ['#ff2b3d', '#ffffff', '#3a45c4', '#ffd400'],
+  paint: ['#ffffff'],
+  erase: ['#16181d'],
+};
+
+/** @typedef {keyof typeof COLOURS} StrokeTool */
 
 export class Strokes {
   /**
    * @param {import('../viewer.js').Viewer} viewer
    * @param {() => void} onChange
+   * @param {{radius: () => number, paint: (stroke: Stroke, tool: 'paint' | 'erase') => void}} brush what a stroke of it
+   *   does at once, and half its width in CSS pixels
    */
-  constructor(viewer, onChange) {
+  constructor(viewer, onChange, brush) {
     this.viewer = viewer;
     this.onChange = onChange;
+    this.brush = brush;
     /** @type {Stroke[]} */
     this.list = [];
-    /** @type {'together' | 'apart' | null} */
+    /** @type {StrokeTool | null} */
     this.tool = null;
     /** @type {Stroke | null} The one under the pointer. */
     this.current = null;
@@ -33,7 +43,7 @@ export class Strokes {
     for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => this.end());
   }
 
-  /** @param {'together' | 'apart' | null} tool null paints nothing */
+  /** @param {StrokeTool | null} tool null paints nothing */
   use(tool) {
     if (tool !== this.tool) this.list = [];
     this.tool = tool;
@@ -49,17 +59,24 @@ export class Strokes {
     this.viewer.redraw();
   }
 
+  /** Half the width of a stroke, in CSS pixels. */
+  get radius() {
+    return this.tool === 'paint' || this.tool === 'erase' ? this.brush.radius() : BRUSH_PX;
+  }
+
   /** @param {PointerEvent} event */
   begin(event) {
     if (!this.tool || event.button !== 0) return;
     const { canvas, view } = this.viewer;
     canvas.setPointerCapture(event.pointerId);
-    this.current = { t: view.frame, points: this.at(event), radius: BRUSH_PX * view.unit };
+    this.current = { t: view.frame, points: this.at(event), radius: this.radius * view.unit };
     this.viewer.redraw();
   }
 
   /** @param {PointerEvent} event */
   extend(event) {
+    // The brush's tip goes with the pointer.
+    if (this.tool === 'paint' || this.tool === 'erase') this.viewer.redraw();
     if (!this.current) return;
     const { points } = this.current;
     const [x, y] = this.at(event);
@@ -71,8 +88,13 @@ export class Strokes {
 
   end() {
     if (!this.current) return;
-    this.list = [...this.list, this.current];
+    const { current, tool } = this;
     this.current = null;
+    if (tool === 'paint' || tool === 'erase') {
+      this.brush.paint(current, tool);
+      return;
+    }
+    this.list = [...this.list, current];
     this.onChange();
   }
 
@@ -113,5 +135,33 @@ export class Strokes {
       }
     });
     ctx.globalAlpha = 1;
+    if (tool === 'paint' || tool === 'erase') this.drawTip(ctx, view);
+  }
+
+  /**
+   * How wide the brush is, around the pointer.
+   *
+   * @param {CanvasRenderingContext2D} ctx
+   * @param {import('../layers/layer.js').View} view
+   */
+  drawTip(ctx, view) {
+    const { pointer } = this.viewer;
+    if (!pointer) return;
+    for (const [style, width] of /** @type {[string, number][]} */ ([
+      ['rgb(0 0 0 / 0.7)', 3],
+      ['#fff', 1.5],
+    ])) {
+      ctx.strokeStyle = style;
+      ctx.lineWidth = width * view.unit;
+      ctx.beginPath();
+      ctx.arc(
+        pointer.offsetX * view.unit - 0.5,
+        pointer.offsetY * view.unit - 0.5,
+        this.radius * view.unit,
+        0,
+        2 * Math.PI,
+      );
+      ctx.stroke();
+    }
   }
 }

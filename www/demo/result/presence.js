@@ -32,21 +32,24 @@ export class Presence {
     this.frames = [];
   }
 
-  /** @param {Uint8Array} mask of the next frame */
-  addMask(mask) {
+  /**
+   * @param {Uint8Array} mask of the next frame
+   * @param {number} [at] or of this one, which was counted before
+   */
+  addMask(mask, at = this.frames.length) {
     const { width, height } = this;
     const n = new Float64Array(256);
     const x = new Float64Array(256);
     const y = new Float64Array(256);
-    for (let row = 0, at = 0; row < height; row++) {
-      for (let column = 0; column < width; column++, at++) {
-        const object = mask[at];
+    for (let row = 0, p = 0; row < height; row++) {
+      for (let column = 0; column < width; column++, p++) {
+        const object = mask[p];
         n[object] += 1;
         x[object] += column;
         y[object] += row;
       }
     }
-    this.add(n, x, y);
+    this.add(n, x, y, at);
   }
 
   /**
@@ -63,24 +66,25 @@ export class Presence {
       x[objects[id]] += points.x[k];
       y[objects[id]] += points.y[k];
     });
-    this.add(n, x, y);
+    this.add(n, x, y, this.frames.length);
   }
 
   /**
    * @param {Float64Array} n
    * @param {Float64Array} x sums
    * @param {Float64Array} y
+   * @param {number} at frame
    */
-  add(n, x, y) {
+  add(n, x, y, at) {
     let most = n.length;
     while (most > 0 && n[most - 1] === 0) most -= 1;
     const counts = [...n.subarray(0, most)];
     const { width, height } = this;
-    this.frames.push({
+    this.frames[at] = {
       n: counts,
       x: counts.map((count, k) => (count > 0 ? (x[k] / count + 0.5) / width : 0)),
       y: counts.map((count, k) => (count > 0 ? (y[k] / count + 0.5) / height : 0)),
-    });
+    };
   }
 
   /**

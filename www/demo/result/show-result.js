@@ -70,10 +70,13 @@ export function showWindow(store, job) {
  * A corrected result takes the place of the one before; the frame on screen stays.
  *
  * @param {Store} store
+ * @param {number[] | null} [frames] those that changed; all where it is left out
  */
-export function showCorrected(store) {
-  const { job, film } = store.state;
-  if (job) store.set(resultPatch(store.state, job, film));
+export function showCorrected(store, frames = null) {
+  const { job, film, found } = store.state;
+  if (!job || !found?.points) return;
+  job.recount(frames, found.points);
+  store.set(resultPatch(store.state, job, film));
 }
 
 /**

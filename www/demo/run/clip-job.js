@@ -5,6 +5,7 @@
  */
 
 import { PageError, headline, plural, remark } from '../words.js';
+import { SessionCorrections } from './corrections.js';
 import { Job, remembered } from './job.js';
 import { untilAborted } from './stage-clock.js';
 
@@ -46,15 +47,12 @@ export class ClipJob extends Job {
     /** @type {Result | null} */
     this.result = null;
     this.allPushed = false;
-    /** @type {import('./job.js').Corrector} */
-    this.corrector = {
-      merge: (a, b) => this.corrected(this.opened.merge(a, b)),
-      split: (label, at) => this.corrected(this.opened.split(label, at)),
-      together: (strokes) => this.corrected(this.opened.together(strokes)),
-      apart: (strokes) => this.corrected(this.opened.apart(strokes)),
-      undo: () => this.corrected(this.opened.undo()),
-      count: () => this.session?.corrections ?? 0,
-    };
+    this.corrections = new SessionCorrections(
+      { library: this.library, masks: () => this.result, images: this.images, cuts: () => this.cuts },
+      () => this.opened,
+      async (result) => void (this.result = await result),
+    );
+    this.corrector = this.corrections;
     /** @type {Promise<unknown>} What a cancelled run still does. */
     this.ending = Promise.resolve();
   }
@@ -84,6 +82,8 @@ export class ClipJob extends Job {
    */
   async work(signal, report) {
     this.start();
+    this.corrections.clear();
+    this.presence = null;
     if (!this.allPushed) await this.pushFrames(signal, report);
     this.result = await this.opened.run({
       signal,
@@ -126,9 +126,10 @@ export class ClipJob extends Job {
   get shown() {
     const { result, opened: session } = this;
     if (!result) throw new PageError('unfinished');
+    const { corrections } = this;
     return {
-      result,
-      presence: null,
+      result: corrections.over(result),
+      presence: this.presence,
       windows: false,
       answers: {
         flow: (t) => session.flow(t),
@@ -146,12 +147,8 @@ export class ClipJob extends Job {
     };
   }
 
-  /** @param {Promise<Result>} result */
-  async corrected(result) {
-    this.result = await result;
-  }
-
   close() {
+    this.corrections.close();
     this.session?.close();
     super.close();
   }

@@ -29,12 +29,26 @@ import { StageClock } from './stage-clock.js';
  * What can be corrected. What a kind of run cannot do is left out.
  *
  * @typedef {object} Corrector
- * @property {(a: number, b: number) => Promise<unknown>} merge
- * @property {(label: number, at?: {t: number, x: number, y: number}) => Promise<unknown>} [split]
- * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<unknown>} [together]
- * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<unknown>} [apart]
- * @property {() => Promise<unknown>} undo
+ * @property {(a: number, b: number) => Promise<number[] | null>} merge gives the frames that change, null for all, as
+ *   all of these
+ * @property {(label: number, at?: {t: number, x: number, y: number}) => Promise<number[] | null>} [split]
+ * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<number[] | null>} [together]
+ * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<number[] | null>} [apart]
+ * @property {(painted: ToPaint) => Promise<Painted>} paint
+ * @property {(painted: Painted, signal: AbortSignal, onFrame: (t: number) => void) => Promise<void>} carry
+ * @property {() => number} newLabel
+ * @property {() => Promise<number[] | null>} undo
+ * @property {() => Promise<number[] | null>} redo
  * @property {() => number} count corrections in force
+ * @property {() => number} redoable those that were undone
+ */
+
+/** What is to be painted, where. @typedef {Parameters<import('../../dist/index.js').MaskEditor['paint']>[0]} ToPaint */
+
+/**
+ * Something painted, and the frames that have it.
+ *
+ * @typedef {{edit: import('../../dist/index.js').Edit, frames: number[]}} Painted
  */
 
 /** Besides what is here a kind has `run`, `shown`, and the static `fits` and `stages`, which jobs.js asks for. */
@@ -60,6 +74,10 @@ export class Job extends StageClock {
     this.cuts = [];
     /** @type {Corrector | null} What can be corrected of the result. */
     this.corrector = null;
+    /** @type {import('./corrections.js').Corrections | null} */
+    this.corrections = null;
+    /** @type {import('../result/presence.js').Presence | null} Where objects are, as far as that is counted. */
+    this.presence = null;
   }
 
   /** Whether the result is that of a run which was stopped early, and can go on. */
@@ -79,6 +97,18 @@ export class Job extends StageClock {
    */
   stop() {
     return false;
+  }
+
+  /**
+   * After a correction: where each object is now.
+   *
+   * @param {number[] | null} frames those that changed; null for all
+   * @param {import('../result/points.js').Points} points of the result before
+   */
+  recount(frames, points) {
+    this.presence = frames && points.presence;
+    const masks = this.corrections?.masks;
+    if (masks) frames?.forEach((t) => points.presence.addMask(masks.labels(t), t));
   }
 
   /**

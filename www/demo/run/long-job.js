@@ -8,6 +8,7 @@ import { CLIP_STAGES } from './clip-job.js';
 import { MaskStore } from './mask-store.js';
 import { Presence } from '../result/presence.js';
 import { LONG, PageError, countObjects, plural } from '../words.js';
+import { LongCorrections } from './corrections.js';
 import { Job, remembered } from './job.js';
 import { untilAborted } from './stage-clock.js';
 
@@ -58,26 +59,12 @@ export class LongJob extends Job {
     this.stopped = false;
     /** @type {MaskStore | null} What is settled so far. */
     this.masks = null;
-    /** @type {Presence | null} */
-    this.presence = null;
     this.windows = 0;
-    /** @type {VideoResult[]} Results before corrections. */
-    this.before = [];
-    /** @type {import('./job.js').Corrector} */
-    this.corrections = {
-      merge: async (a, b) => {
-        const whole = this.whole();
-        const merged = whole.merge(a, b);
-        this.before.push(whole);
-        this.result = merged;
-        this.recount();
-      },
-      undo: async () => {
-        this.result = this.before.pop() ?? this.result;
-        this.recount();
-      },
-      count: () => this.before.length,
-    };
+    this.corrections = new LongCorrections(
+      { library: this.library, masks: () => this.result, images: this.images, cuts: () => this.cuts },
+      () => this.whole(),
+      (result) => void (this.result = result),
+    );
     /** @type {import('./job.js').Corrector | null} */
     this.corrector = this.corrections;
   }
@@ -102,6 +89,7 @@ export class LongJob extends Job {
    */
   async run(signal, report, onWindow) {
     Object.assign(this, { report, onWindow, stopped: false, result: null, corrector: this.corrections });
+    this.corrections.clear();
     this.start();
     if (this.video) this.video.resume();
     else this.working = this.work();
@@ -185,11 +173,16 @@ export class LongJob extends Job {
     return this.presence?.frames.length ?? 0;
   }
 
-  /** After a correction: where each object is now. */
-  recount() {
-    if (!this.result) return;
-    this.presence = new Presence(this.result);
-    for (let t = 0; t < this.result.numFrames; t++) this.presence.addMask(this.result.labels(t));
+  /**
+   * @param {number[] | null} frames
+   * @param {import('../result/points.js').Points} points
+   */
+  recount(frames, points) {
+    super.recount(frames, points);
+    const { masks } = this.corrections;
+    if (frames || !masks) return;
+    this.presence = new Presence(masks);
+    for (let t = 0; t < masks.numFrames; t++) this.presence.addMask(masks.labels(t));
   }
 
   /** What is settled so far, or the whole when it is. @returns {import('./job.js').Shown} */
@@ -259,7 +252,7 @@ export class LongJob extends Job {
       saliency: null,
       components: null,
       embedding: { dimensions: 0, eigenvalues: new Float64Array(0), vectors: new Float32Array(0) },
-      labels: (t) => (this.result ?? masks).labels(t),
+      labels: (t) => (this.corrections.masks ?? masks).labels(t),
       edges: () => ({ i: none, j: none, d: new Float32Array(0) }),
       toTracksDat: () => {
         if (!this.result) throw new PageError('unfinished');
@@ -269,6 +262,7 @@ export class LongJob extends Job {
   }
 
   close() {
+    this.corrections.close();
     this.life.abort();
     super.close();
   }

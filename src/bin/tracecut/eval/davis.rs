@@ -2,6 +2,7 @@
 
 pub(super) mod folder;
 mod published;
+mod source;
 
 use super::batch::Batch;
 use super::num_clusters;
@@ -17,6 +18,7 @@ use folder::{Sequence, find_sequences};
 use indicatif::ProgressBar;
 use published::Published;
 use serde::Serialize;
+use source::AtSource;
 use std::path::{Path, PathBuf};
 use tracecut::eval::davis::{LabelTally, Summary, boundary, boundary_measure, region_similarity, scored_frames};
 use tracecut::image::Plane;
@@ -31,6 +33,9 @@ Recall is the share of frames above 0.5, decay the mean of the first quarter of 
 
 Foreground are all labels other than 0: nothing of the truth is used. Only the column \"oracle J\" uses it, to tell wrong clusters from
 a wrong choice of objects among them: there a cluster is foreground if more than half of its pixels in the clip truly are.
+
+With --at-source follow J, F, and F where boundaries have to be within one pixel, each of the masks as above and of those that were
+enlarged with the pictures; they differ only for frames that are processed at a smaller size (--set clip.maxSide=480).
 
 Beside these stand the figures of DIR/published.json where there is one, {\"method\": {\"sequence\": [J, F]}}: those of trc, the
 paper's own program, and of the method without learning that has the best J on the sequence.";
@@ -50,6 +55,9 @@ pub(crate) struct DavisArgs {
     /// Of the overlays write every N-th
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     overlay_step: u32,
+    /// Also score masks brought to the size of the frames with their pictures
+    #[arg(long)]
+    at_source: bool,
     #[command(flatten)]
     batch: Batch,
 }
@@ -64,6 +72,9 @@ struct Outcome {
     j: Summary,
     f: Summary,
     oracle_j: Summary,
+    /// With `--at-source`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_source: Option<AtSource>,
     /// Frame by frame, from the second to the last but one.
     j_of_frames: Vec<f64>,
     f_of_frames: Vec<f64>,
@@ -88,6 +99,8 @@ struct Means {
     j: Summary,
     f: Summary,
     oracle_j: Summary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_source: Option<AtSource>,
 }
 
 pub(super) fn eval(args: &DavisArgs) -> Result<()> {
@@ -97,7 +110,8 @@ pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     }
     let sequences = find_sequences(&args.folder, &args.batch.only)?;
     let published = Published::beside(&args.folder)?;
-    print(format_args!("{HEADING}{}", published.heading()))?;
+    let more = if args.at_source { source::HEADING } else { "" };
+    print(format_args!("{HEADING}{more}{}", published.heading()))?;
     let report = |o: &Outcome| print(format_args!("{}{}", row(o), published.columns(&o.name)));
     let outcomes = in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args), report)?;
     let mean = means(&outcomes);
@@ -105,7 +119,8 @@ pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     let title = format!("mean of {}", outcomes.len());
     let columns = score_columns(&mean.j, &mean.f, &mean.oracle_j);
-    print(format_args!("{title:31}{columns} {seconds:8.1}{}", published.mean_columns(&names)))?;
+    let more = mean.at_source.as_ref().map(AtSource::columns).unwrap_or_default();
+    print(format_args!("{title:31}{columns} {seconds:8.1}{more}{}", published.mean_columns(&names)))?;
     published.table(&names).iter().try_for_each(print)?;
     if let Some(path) = &args.batch.json {
         let report = Report { frames: args.frames, sequences: &outcomes, mean, params: &params };
@@ -117,7 +132,13 @@ pub(super) fn eval(args: &DavisArgs) -> Result<()> {
 
 fn means(outcomes: &[Outcome]) -> Means {
     let over = |value: fn(&Outcome) -> Summary| Summary::mean_of(&outcomes.iter().map(value).collect::<Vec<_>>());
-    Means { j: over(|o| o.j), f: over(|o| o.f), oracle_j: over(|o| o.oracle_j) }
+    let at_source = outcomes.iter().map(|o| o.at_source.as_ref()).collect::<Option<Vec<_>>>();
+    Means {
+        j: over(|o| o.j),
+        f: over(|o| o.f),
+        oracle_j: over(|o| o.oracle_j),
+        at_source: at_source.map(|all| AtSource::mean_of(&all)),
+    }
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Result<Outcome> {
@@ -129,6 +150,9 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Resul
             write_overlays(folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
         }
         let mut outcome = score(&session, &truth)?;
+        if args.at_source {
+            outcome.at_source = Some(AtSource::of(&session, &input, &truth)?);
+        }
         outcome.name.clone_from(&sequence.name);
         outcome.time = timing.total;
         Ok(outcome)
@@ -157,6 +181,7 @@ fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
         j: Summary::of(&j),
         f: Summary::of(&f),
         oracle_j: Summary::of(&oracle),
+        at_source: None,
         j_of_frames: j,
         f_of_frames: f,
         time: Seconds::default(),
@@ -179,7 +204,8 @@ const HEADING: &str =
 
 fn row(o: &Outcome) -> String {
     let head = format!("{:16} {:6} {:7}", o.name, o.frames, o.objects);
-    format!("{head:31}{} {:8.1}", score_columns(&o.j, &o.f, &o.oracle_j), o.time.best())
+    let more = o.at_source.as_ref().map(AtSource::columns).unwrap_or_default();
+    format!("{head:31}{} {:8.1}{more}", score_columns(&o.j, &o.f, &o.oracle_j), o.time.best())
 }
 
 fn score_columns(j: &Summary, f: &Summary, oracle_j: &Summary) -> String {

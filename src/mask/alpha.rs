@@ -1,0 +1,232 @@
+//! Opacity along the borders of a mask.
+//!
+//! In: which pixels are inside, and their picture. Out: 0 to 255 for each pixel, 0 or 255 away from borders.
+//!
+//! 1. In a window around each pixel of the band: the colours inside and those outside, away from the border itself, where
+//!    they may be mixed. Their means `F` and `B`, and Σ, how the colours scatter about these.
+//! 2. With `a = Σ⁻¹ (F − B)` and `D² = a · (F − B)`, a pixel of colour `I` is inside to the share
+//!    `1/2 + a · (I − (F + B) / 2) / D²`: Fisher's discriminant, at 1 for `F` and at 0 for `B`. Its variance is `1 / D²`.
+//! 3. The mean of these shares over all windows that hold the pixel, each by its weight `D²`.
+//! 4. Between that and the mask the weight is `D² s² / (D² s² + TRUST)`, where `s` falls from 1 at the border to 0 as far
+//!    off as a window reaches: what colours do not tell stays as it is, and so does what is far from the border.
+//!
+//! Functions that are linear in the colours of a window, and the means of all that see a pixel, are from the guided filter
+//! of He, Sun and Tang ("Guided Image Filtering", PAMI 2013); that one fits the mask itself, which made hard borders soft.
+//! Sums over pixels are in whole numbers. Not in the paper.
+
+use crate::image::{Frame, Plane};
+use std::ops::{AddAssign, SubAssign};
+
+/// The longer side of the picture in radii of the windows.
+const RADII_A_SIDE: usize = 140;
+/// Largest radius: squares of colours in a window still fit 32 bits, with room.
+const MAX_RADIUS: usize = 64;
+/// Of the radius, one of this many pixels is as near to the border as colours may be mixed; also the least radius.
+const MIXED_SHARE: usize = 3;
+/// Variance of the noise in each channel, in squared levels.
+const NOISE: f64 = 6.0;
+/// Colours are believed by half where their D² is this.
+const TRUST: f64 = 2.0;
+/// Side of the tiles that are worked on, in radii.
+const TILE_RADII: usize = 12;
+
+/// How opaque each pixel is: at least 128 inside and less outside.
+pub(super) fn opacity(inside: &Plane<bool>, picture: &Frame) -> Plane<u8> {
+    let (w, h) = (inside.width(), inside.height());
+    let mut alpha = inside.map(|inside| if inside { 255 } else { 0 });
+    let radius = (w.max(h) / RADII_A_SIDE).clamp(MIXED_SHARE, MAX_RADIUS);
+    let (tile, halo) = (TILE_RADII * radius, 2 * radius);
+    for top in (0..h).step_by(tile) {
+        for left in (0..w).step_by(tile) {
+            let (x, y) = (left.saturating_sub(halo), top.saturating_sub(halo));
+            let size = ((left + tile + halo).min(w) - x, (top + tile + halo).min(h) - y);
+            let first = inside[(x, y)];
+            if (y..y + size.1).all(|v| inside.row(v)[x..x + size.0].iter().all(|&is| is == first)) {
+                continue;
+            }
+            let soft = Part::new(inside, picture, (x, y), size).opacity(radius);
+            for v in top..(top + tile).min(h) {
+                let columns = left..(left + tile).min(w);
+                alpha.row_mut(v)[columns.clone()]
+                    .copy_from_slice(&soft[(v - y) * size.0..][columns.start - x..columns.end - x]);
+            }
+        }
+    }
+    alpha
+}
+
+/// A tile, and around it all that is seen from it.
+struct Part {
+    width: usize,
+    /// 1 inside, 0 outside.
+    inside: Vec<u32>,
+    colours: [Vec<u32>; 3],
+}
+
+/// Places in the upper triangle of a matrix over the channels.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+impl Part {
+    fn new(inside: &Plane<bool>, picture: &Frame, (x, y): (usize, usize), (width, height): (usize, usize)) -> Self {
+        let places = || (y..y + height).flat_map(|v| (x..x + width).map(move |u| (u, v)));
+        let value = |c: usize, (u, v)| u32::from(picture.rgb()[3 * (v * picture.width() + u) + c]);
+        Self {
+            width,
+            inside: places().map(|place| u32::from(inside[place])).collect(),
+            colours: std::array::from_fn(|c| places().map(|place| value(c, place)).collect()),
+        }
+    }
+
+    /// Steps 3 and 4.
+    fn opacity(&self, radius: usize) -> Vec<u8> {
+        let fits = self.fits(radius).map(|fit| sums(fit, self.width, radius));
+        let counts = sums(vec![1_u32; self.inside.len()], self.width, radius);
+        let insides = sums(self.inside.clone(), self.width, radius);
+        let of = |p: usize| {
+            let (mask, weight) = (f64::from(self.inside[p]), fits[4][p]);
+            if weight == 0.0 {
+                return mask;
+            }
+            let fit = fits[3][p] + (0..3).map(|c| fits[c][p] * f64::from(self.colours[c][p])).sum::<f64>();
+            let nearness = 1.0 - (2.0 * f64::from(insides[p]) / f64::from(counts[p]) - 1.0).abs();
+            let trust = weight / f64::from(counts[p]) * nearness * nearness;
+            mask + ((fit / weight).clamp(0.0, 1.0) - mask) * trust / (trust + TRUST)
+        };
+        let byte = |p: usize| {
+            let value = (255.0 * of(p) + 0.5) as u8;
+            if self.inside[p] == 1 { value.max(128) } else { value.min(127) }
+        };
+        (0..self.inside.len()).map(byte).collect()
+    }
+
+    /// Steps 1 and 2 at each pixel: a, the share at black times D², and D²; all zero without colours of both sides.
+    fn fits(&self, radius: usize) -> [Vec<f64>; 5] {
+        let n = self.inside.len();
+        let near = radius / MIXED_SHARE;
+        let counts = sums(vec![1_u32; n], self.width, near);
+        let insides = sums(self.inside.clone(), self.width, near);
+        let is_pure = |p: usize| u32::from(insides[p] == 0 || insides[p] == counts[p]);
+        let pure: Vec<u32> = (0..n).map(is_pure).collect();
+        let within: Vec<u32> = (0..n).map(|p| pure[p] * self.inside[p]).collect();
+        let sum = |value: &dyn Fn(usize) -> u32| sums((0..n).map(value).collect(), self.width, radius);
+        let (all, inner) = (sum(&|p| pure[p]), sum(&|p| within[p]));
+        let colours: [_; 3] = std::array::from_fn(|c| sum(&|p| pure[p] * self.colours[c][p]));
+        let inner_colours: [_; 3] = std::array::from_fn(|c| sum(&|p| within[p] * self.colours[c][p]));
+        let squares: [_; 6] = PAIRS.map(|(c, d)| sum(&|p| pure[p] * self.colours[c][p] * self.colours[d][p]));
+        let mut fits: [Vec<f64>; 5] = std::array::from_fn(|_| vec![0.0; n]);
+        for p in (0..n).filter(|&p| inner[p] > 0 && inner[p] < all[p]) {
+            let (count, inner) = (f64::from(all[p]), f64::from(inner[p]));
+            let outer = count - inner;
+            let f: [f64; 3] = std::array::from_fn(|c| f64::from(inner_colours[c][p]) / inner);
+            let b: [f64; 3] = std::array::from_fn(|c| f64::from(colours[c][p] - inner_colours[c][p]) / outer);
+            let scatter: [f64; 6] = std::array::from_fn(|k| {
+                let (c, d) = PAIRS[k];
+                (f64::from(squares[k][p]) - inner * f[c] * f[d] - outer * b[c] * b[d]) / count
+            });
+            let difference: [f64; 3] = std::array::from_fn(|c| f[c] - b[c]);
+            let a = solved(scatter, difference);
+            let dot = |v: [f64; 3]| (0..3).map(|c| a[c] * v[c]).sum::<f64>();
+            let weight = dot(difference);
+            let at_black = 0.5 * (weight - dot(f) - dot(b));
+            for (fit, value) in fits.iter_mut().zip([a[0], a[1], a[2], at_black, weight]) {
+                fit[p] = value;
+            }
+        }
+        fits
+    }
+}
+
+/// Sums over windows of this radius, as far as they are in the image.
+fn sums<T: Copy + Default + AddAssign + SubAssign>(values: Vec<T>, width: usize, radius: usize) -> Vec<T> {
+    let height = values.len() / width;
+    let mut along = values;
+    let mut line = vec![T::default(); width];
+    for row in along.chunks_exact_mut(width) {
+        line.copy_from_slice(row);
+        let mut sum = T::default();
+        line.iter().take(radius).for_each(|&v| sum += v);
+        for x in 0..width {
+            if let Some(&next) = line.get(x + radius) {
+                sum += next;
+            }
+            if x > radius {
+                sum -= line[x - radius - 1];
+            }
+            row[x] = sum;
+        }
+    }
+    line.fill(T::default());
+    let mut down = Vec::with_capacity(along.len());
+    let row = |y: usize| &along[y * width..][..width];
+    for y in 0..radius.min(height) {
+        line.iter_mut().zip(row(y)).for_each(|(sum, &v)| *sum += v);
+    }
+    for y in 0..height {
+        if y + radius < height {
+            line.iter_mut().zip(row(y + radius)).for_each(|(sum, &v)| *sum += v);
+        }
+        if y > radius {
+            line.iter_mut().zip(row(y - radius - 1)).for_each(|(sum, &v)| *sum -= v);
+        }
+        down.extend_from_slice(&line);
+    }
+    down
+}
+
+/// `(S + NOISE · 1)⁻¹ t`, of the matrix S its upper triangle.
+fn solved([s00, s01, s02, s11, s12, s22]: [f64; 6], t: [f64; 3]) -> [f64; 3] {
+    let (s00, s11, s22) = (s00 + NOISE, s11 + NOISE, s22 + NOISE);
+    // The matrix of cofactors; the determinant is at least NOISE³, as S has no negative eigenvalue.
+    let (c00, c01, c02) = (s11 * s22 - s12 * s12, s02 * s12 - s01 * s22, s01 * s12 - s02 * s11);
+    let (c11, c12, c22) = (s00 * s22 - s02 * s02, s01 * s02 - s00 * s12, s00 * s11 - s01 * s01);
+    let determinant = s00 * c00 + s01 * c01 + s02 * c02;
+    [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]]
+        .map(|row| (row[0] * t[0] + row[1] * t[1] + row[2] * t[2]) / determinant)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn sums_are_those_of_each_window() {
+        let mut rng = Rng::for_stage(1, "alpha");
+        for (w, h, radius) in [(9, 7, 2), (5, 8, 0), (3, 4, 6), (1, 1, 1), (20, 3, 3)] {
+            let values: Vec<u32> = (0..w * h).map(|_| rng.below(100) as u32).collect();
+            let fast = sums(values.clone(), w, radius);
+            for y in 0..h {
+                for x in 0..w {
+                    let is_near = |p: &usize| (p % w).abs_diff(x) <= radius && (p / w).abs_diff(y) <= radius;
+                    let slow: u32 = (0..w * h).filter(is_near).map(|p| values[p]).sum();
+                    assert_eq!(fast[y * w + x], slow, "at {x}, {y}, radius {radius}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_solution_solves_its_system() {
+        let s = [90.0, 20.0, -10.0, 60.0, 5.0, 40.0];
+        let a = solved(s, [7.0, -3.0, 2.0]);
+        let rows = [[s[0] + NOISE, s[1], s[2]], [s[1], s[3] + NOISE, s[4]], [s[2], s[4], s[5] + NOISE]];
+        for (row, t) in rows.into_iter().zip([7.0, -3.0, 2.0]) {
+            let product: f64 = row.iter().zip(a).map(|(r, a)| r * a).sum();
+            assert!((product - t).abs() < 1e-12, "{product} for {t}");
+        }
+    }
+
+    #[test]
+    fn tiles_do_not_show() {
+        // A border along the whole picture, which many tiles share, has one profile.
+        let (w, h) = (200, 40);
+        let rgb = (0..w * h).flat_map(|p| [[40, 40, 40], [90, 80, 85], [150, 130, 140]][(p / w).clamp(18, 20) - 18]);
+        let picture = Frame::from_rgb(rgb.collect(), w, h).unwrap();
+        let alpha = opacity(&Plane::from_fn(w, h, |_, y| y >= 20), &picture);
+        for y in 0..h {
+            assert!(alpha.row(y).iter().all(|&a| a == alpha[(0, y)]), "row {y}: {:?}", alpha.row(y));
+        }
+        assert!((90..128).contains(&alpha[(0, 19)]), "{}", alpha[(0, 19)]);
+        assert_eq!((alpha[(0, 15)], alpha[(0, 24)]), (0, 255));
+    }
+}

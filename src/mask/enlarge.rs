@@ -1,0 +1,364 @@
+//! Masks at the size of the source: borders to the pixel of a picture that is larger than the mask, and how opaque each
+//! of its pixels is.
+//!
+//! In: a mask, and the picture that it belongs to, larger than the mask or as large. Out: [`Enlarged`], a label and an
+//! opacity for each pixel of the picture.
+//!
+//! 1. From coarse to fine, doubling the size until it is the picture's: every pixel takes the label that weighs most
+//!    among its four neighbours in the smaller mask, as bilinear interpolation weighs them.
+//! 2. At each size the borders move to where the picture, reduced to that size, parts its colours: the energy of
+//!    [`super::refine`], in a narrow band. This is done block by block, so that memory goes with the block and not with
+//!    the picture.
+//! 3. Opacity, in a band around the borders of the chosen objects (`alpha`).
+//!
+//! Not in the paper.
+
+use super::RefineParams;
+use super::alpha::opacity;
+use super::border::{TILE, changes};
+use crate::Error;
+use crate::image::{Frame, Plane};
+
+/// How borders move at each size. What doubling leaves open is one or two pixels, and the mask may be off by as much:
+/// further moves took good masks off their borders.
+const BORDERS: RefineParams = RefineParams { band: 4, colour_weight: 0.5, keep_weight: 4.0, smoothness: 2.0 };
+/// σ² of the borders' contrast, in mean squares of the band: pictures at their own size have softer edges than reduced
+/// ones.
+const CONTRAST: f32 = 0.3;
+/// Side of the blocks that borders are moved in.
+const BLOCK: usize = 20 * TILE;
+/// How many pixels of the mask its shape may differ from the picture's: sizes are rounded when frames are reduced.
+const SHAPE_TOLERANCE: f64 = 2.0;
+
+/// A mask at the size of its picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Enlarged {
+    /// The label of each pixel.
+    pub labels: Plane<u8>,
+    /// How opaque the chosen objects are at each pixel: 0 not at all, 255 fully; from 128 on exactly where `labels` is
+    /// one of them.
+    pub alpha: Plane<u8>,
+}
+
+/// The mask at the size of `picture`, with its borders where the picture parts its colours. `chosen` says of which
+/// labels the opacity is wanted.
+///
+/// # Errors
+/// [`Error::Param`] when the mask is empty, larger than the picture, or of another shape.
+///
+/// # Examples
+/// A disc whose mask has a quarter of the picture's width comes out round.
+///
+/// ```
+/// use tracecut::image::{Frame, Plane};
+/// use tracecut::mask::enlarge;
+///
+/// let inside = |x: usize, y: usize, r: f32| (x as f32 - 63.5).hypot(y as f32 - 47.5) < r;
+/// let rgb = (0..128 * 96).flat_map(|p| if inside(p % 128, p / 128, 30.0) { [150, 90, 60] } else { [60, 90, 150] });
+/// let picture = Frame::from_rgb(rgb.collect(), 128, 96)?;
+/// let mask = Plane::from_fn(32, 24, |x, y| u8::from(inside(4 * x + 2, 4 * y + 2, 30.0)));
+/// let enlarged = enlarge(&mask, &picture, |label| label == 1)?;
+/// assert_eq!(enlarged.labels, Plane::from_fn(128, 96, |x, y| u8::from(inside(x, y, 30.0))));
+/// assert_eq!((enlarged.alpha[(64, 48)], enlarged.alpha[(10, 10)]), (255, 0));
+/// # Ok::<(), tracecut::Error>(())
+/// ```
+pub fn enlarge(mask: &Plane<u8>, picture: &Frame, chosen: impl Fn(u8) -> bool) -> Result<Enlarged, Error> {
+    let size = (picture.width(), picture.height());
+    check((mask.width(), mask.height()), size)?;
+    let mut labels = mask.clone();
+    while (labels.width(), labels.height()) != size {
+        let doubled = (2 * labels.width(), 2 * labels.height());
+        let is_last = doubled.0 >= size.0 || doubled.1 >= size.1;
+        let (width, height) = if is_last { size } else { doubled };
+        let reduced = (!is_last).then(|| picture.resized(width, height));
+        labels = with_borders(&voted(&labels, width, height), reduced.as_ref().unwrap_or(picture));
+    }
+    let alpha = opacity(&labels.map(chosen), picture);
+    Ok(Enlarged { labels, alpha })
+}
+
+fn check((width, height): (usize, usize), size: (usize, usize)) -> Result<(), Error> {
+    let refused =
+        |expected: String| Err(Error::Param { name: "mask".to_owned(), value: format!("{width}x{height}"), expected });
+    if width == 0 || height == 0 {
+        return refused("at least one pixel".to_owned());
+    }
+    if width > size.0 || height > size.1 {
+        return refused(format!("at most the picture's size, {}x{}", size.0, size.1));
+    }
+    // How far each side is from what the other asks for; a long and narrow mask may be right in one of them only.
+    let (w, h, pw, ph) = (width as f64, height as f64, size.0 as f64, size.1 as f64);
+    if (h - w * ph / pw).abs() > SHAPE_TOLERANCE && (w - h * pw / ph).abs() > SHAPE_TOLERANCE {
+        return refused(format!("the shape of the picture, {}x{}", size.0, size.1));
+    }
+    Ok(())
+}
+
+/// Step 1. Weights are whole numbers: a mirrored mask gives the mirrored result. Of labels that weigh the same the lowest
+/// wins.
+fn voted(mask: &Plane<u8>, width: usize, height: usize) -> Plane<u8> {
+    let columns = neighbours(mask.width(), width);
+    let mut data = Vec::with_capacity(width * height);
+    for (top, bottom, down) in neighbours(mask.height(), height) {
+        let (above, below) = (mask.row(top), mask.row(bottom));
+        let (up, down) = (2 * height as u64 - down, down);
+        for &(left, right, of_right) in &columns {
+            let around = [above[left], above[right], below[left], below[right]];
+            if around == [around[0]; 4] {
+                data.push(around[0]);
+                continue;
+            }
+            let of_left = 2 * width as u64 - of_right;
+            let weights = [up * of_left, up * of_right, down * of_left, down * of_right];
+            let weight = |label: u8| (0..4).filter(|&k| around[k] == label).map(|k| weights[k]).sum::<u64>();
+            let best = around.into_iter().max_by_key(|&label| (weight(label), std::cmp::Reverse(label)));
+            data.push(best.unwrap_or(around[0]));
+        }
+    }
+    Plane::from_vec(width, height, data).unwrap_or_default()
+}
+
+/// For each of `to` pixels over `from`: the two that its centre lies between, and the weight of the second, of 2 `to` in
+/// all.
+fn neighbours(from: usize, to: usize) -> Vec<(usize, usize, u64)> {
+    let of = |pixel: usize| {
+        // The centre in 2 `to`-ths of a pixel, from the left edge of the pixel before the first on.
+        let place = (2 * pixel + 1) * from + to;
+        let (before, weight) = (place / (2 * to), place % (2 * to));
+        (before.saturating_sub(1), before.min(from - 1), weight as u64)
+    };
+    (0..to).map(of).collect()
+}
+
+/// Step 2.
+fn with_borders(mask: &Plane<u8>, picture: &Frame) -> Plane<u8> {
+    let (w, h) = (mask.width(), mask.height());
+    let mut moved = mask.clone();
+    for top in (0..h).step_by(BLOCK) {
+        for left in (0..w).step_by(BLOCK) {
+            // A tile more on each side: what borders there look like is seen from both blocks.
+            let (x, y) = (left.saturating_sub(TILE), top.saturating_sub(TILE));
+            let (width, height) = ((left + BLOCK + TILE).min(w) - x, (top + BLOCK + TILE).min(h) - y);
+            let part = Plane::from_fn(width, height, |u, v| mask[(x + u, y + v)]);
+            if part.data().iter().all(|&label| label == part.data()[0]) {
+                continue;
+            }
+            let frame = part_of(picture, (x, y), (width, height));
+            // Nothing was parted before, and every border may move.
+            let before = Plane::filled(width, height, 0);
+            for (p, label) in changes(&part, &before, &frame, &BORDERS, CONTRAST) {
+                let (u, v) = (x + p % width, y + p / width);
+                if (left..left + BLOCK).contains(&u) && (top..top + BLOCK).contains(&v) {
+                    moved[(u, v)] = label;
+                }
+            }
+        }
+    }
+    moved
+}
+
+fn part_of(picture: &Frame, (x, y): (usize, usize), (width, height): (usize, usize)) -> Frame {
+    let row = |v: usize| &picture.rgb()[3 * ((y + v) * picture.width() + x)..][..3 * width];
+    let rgb = (0..height).flat_map(|v| row(v).iter().copied()).collect();
+    Frame::from_rgb(rgb, width, height).expect("a part of a legal frame is one")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    /// A picture of `colours` mixed as `share` says of each pixel, with noise of so many levels to either side.
+    fn mixed(size: (usize, usize), noise: usize, share: impl Fn(usize, usize) -> f32) -> Frame {
+        let mut rng = Rng::for_stage(3, "enlarge");
+        let (outside, inside) = ([60.0_f32, 90.0, 50.0], [170.0_f32, 110.0, 120.0]);
+        let mut rgb = Vec::new();
+        for p in 0..size.0 * size.1 {
+            let share = share(p % size.0, p / size.0);
+            for c in 0..3 {
+                let level = outside[c] + share * (inside[c] - outside[c]) + 0.5;
+                rgb.push((level as i32 + rng.below(2 * noise + 1) as i32 - noise as i32).clamp(0, 255) as u8);
+            }
+        }
+        Frame::from_rgb(rgb, size.0, size.1).unwrap()
+    }
+
+    /// How far a pixel is inside a disc whose rim is `width` pixels wide, 0 to 1.
+    fn disc((cx, cy): (f32, f32), r: f32, width: f32) -> impl Fn(usize, usize) -> f32 {
+        move |x, y| (0.5 + (r - (x as f32 - cx).hypot(y as f32 - cy)) / width).clamp(0.0, 1.0)
+    }
+
+    /// A mask as large as a part of the picture, by the share at the middle of its pixels.
+    fn reduced(size: (usize, usize), by: usize, share: impl Fn(usize, usize) -> f32) -> Plane<u8> {
+        Plane::from_fn(size.0 / by, size.1 / by, |x, y| u8::from(share(by * x + by / 2, by * y + by / 2) >= 0.5))
+    }
+
+    fn wrong(labels: &Plane<u8>, truth: &Plane<u8>) -> usize {
+        labels.data().iter().zip(truth.data()).filter(|(a, b)| a != b).count()
+    }
+
+    fn nearest(mask: &Plane<u8>, (w, h): (usize, usize)) -> Plane<u8> {
+        Plane::from_fn(w, h, |x, y| mask[(x * mask.width() / w, y * mask.height() / h)])
+    }
+
+    #[test]
+    fn a_mask_of_the_size_of_its_picture_keeps_its_labels_and_on_a_flat_one_is_all_or_nothing() {
+        let mask = Plane::from_fn(50, 40, |x, y| u8::from(x > 20) + 2 * u8::from(y > 30));
+        let flat = mixed((50, 40), 0, |_, _| 0.0);
+        let enlarged = enlarge(&mask, &flat, |label| label > 1).unwrap();
+        assert_eq!(enlarged.labels, mask);
+        assert_eq!(enlarged.alpha, mask.map(|label| if label > 1 { 255 } else { 0 }));
+        let noisy = mixed((50, 40), 40, |_, _| 0.0);
+        assert_eq!(enlarge(&mask, &noisy, |label| label > 1).unwrap().labels, mask);
+    }
+
+    #[test]
+    fn borders_come_to_the_pixel_at_any_factor() {
+        for (by, size) in [(2, (160, 120)), (3, (240, 180)), (4, (240, 180)), (7, (301, 210))] {
+            let share = disc((size.0 as f32 * 0.48, size.1 as f32 * 0.53), size.1 as f32 * 0.31, 0.01);
+            let truth = Plane::from_fn(size.0, size.1, |x, y| u8::from(share(x, y) >= 0.5));
+            let mask = reduced(size, by, &share);
+            let enlarged = enlarge(&mask, &mixed(size, 10, &share), |_| true).unwrap().labels;
+            let (rough, fine) = (wrong(&nearest(&mask, size), &truth), wrong(&enlarged, &truth));
+            assert!(10 * fine <= rough, "factor {by}: {fine} pixels wrong, {rough} of the nearest");
+        }
+    }
+
+    #[test]
+    fn opacity_is_that_of_a_soft_border_and_a_hard_one_stays_hard() {
+        let size = (300, 200);
+        for width in [0.01, 1.0, 3.0, 6.0] {
+            let share = disc((150.3, 99.6), 61.4, width);
+            let truth = |p: usize| share(p % size.0, p / size.0);
+            let picture = mixed(size, 6, &share);
+            let enlarged = enlarge(&reduced(size, 2, &share), &picture, |label| label == 1).unwrap();
+            let error = |alpha: &dyn Fn(usize) -> f32| {
+                (0..size.0 * size.1).map(|p| (alpha(p) - truth(p)).abs()).sum::<f32>() / (385.0 * width.max(1.0))
+            };
+            let soft = error(&|p| f32::from(enlarged.alpha.data()[p]) / 255.0);
+            let hard = error(&|p| f32::from(enlarged.labels.data()[p]));
+            if width < 0.1 {
+                assert!(soft < 0.09, "{soft} at a hard border");
+            } else {
+                assert!(soft < 0.75 * hard, "{soft} at a border of {width} pixels, {hard} without opacity");
+            }
+        }
+    }
+
+    #[test]
+    fn labels_are_those_of_the_mask_and_opacity_goes_with_them() {
+        let mut rng = Rng::for_stage(4, "enlarge");
+        let blocks: Vec<u8> = (0..12).map(|_| [0, 1, 2, 7][rng.below(4)]).collect();
+        let mask = Plane::from_fn(64, 48, |x, y| blocks[x / 16 + 4 * (y / 16)]);
+        let size = (160, 120);
+        let picture = mixed(size, 127, |_, _| 0.5);
+        let enlarged = enlarge(&mask, &picture, |label| label == 1 || label == 7).unwrap();
+        let mut soft = 0;
+        for y in 0..size.1 {
+            for x in 0..size.0 {
+                let (label, alpha) = (enlarged.labels[(x, y)], enlarged.alpha[(x, y)]);
+                let chosen = label == 1 || label == 7;
+                assert!(blocks.contains(&label));
+                assert_eq!(chosen, alpha >= 128, "{alpha} at {x}, {y}, label {label}");
+                // The radius of the windows is three, and two of them meet.
+                let around = || {
+                    (y.saturating_sub(6)..(y + 7).min(size.1))
+                        .flat_map(move |v| (x.saturating_sub(6)..(x + 7).min(size.0)).map(move |u| (u, v)))
+                };
+                if around().all(|place| [1, 7].contains(&enlarged.labels[place]) == chosen) {
+                    assert_eq!(alpha, if chosen { 255 } else { 0 }, "at {x}, {y}");
+                } else {
+                    soft += usize::from(alpha != 0 && alpha != 255);
+                }
+            }
+        }
+        assert!(soft > 0);
+        assert_eq!(enlarge(&mask, &picture, |_| false).unwrap().alpha, Plane::filled(size.0, size.1, 0));
+    }
+
+    #[test]
+    fn the_vote_is_that_of_bilinear_interpolation_and_goes_with_mirrors() {
+        let mut rng = Rng::for_stage(5, "enlarge");
+        let mask = Plane::from_fn(11, 7, |_, _| rng.below(3) as u8);
+        for (w, h) in [(22, 14), (19, 12), (60, 39), (11, 7)] {
+            let large = voted(&mask, w, h);
+            for y in 0..h {
+                for x in 0..w {
+                    let at = |v: usize, of: usize, to: usize| (v as f64 + 0.5) * of as f64 / to as f64 - 0.5;
+                    let (u, v) = (at(x, 11, w), at(y, 7, h));
+                    let clamped = |v: f64, end: usize| v.clamp(0.0, end as f64 - 1.0) as usize;
+                    let mut weights = [0.0; 3];
+                    for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+                        let weight = (1.0 - (u - (u.floor() + dx)).abs()) * (1.0 - (v - (v.floor() + dy)).abs());
+                        weights[usize::from(mask[(clamped(u.floor() + dx, 11), clamped(v.floor() + dy, 7))])] += weight;
+                    }
+                    let own = weights[usize::from(large[(x, y)])];
+                    assert!(weights.iter().all(|&other| other <= own + 1e-9), "{weights:?} at {x}, {y}");
+                }
+            }
+            let mirrored = |plane: &Plane<u8>| {
+                let (w, h) = (plane.width(), plane.height());
+                Plane::from_fn(w, h, |x, y| plane[(w - 1 - x, h - 1 - y)])
+            };
+            assert_eq!(voted(&mirrored(&mask), w, h), mirrored(&large));
+        }
+    }
+
+    #[test]
+    fn borders_that_run_through_several_blocks_are_those_of_the_whole_picture() {
+        let size = (BLOCK + 200, BLOCK + 120);
+        let share = |x: usize, y: usize| u8::from(x + y / 3 > BLOCK + 60) as f32;
+        let truth = Plane::from_fn(size.0, size.1, |x, y| share(x, y) as u8);
+        let mask = Plane::from_fn(size.0, size.1, |x, y| truth[((x + 2).min(size.0 - 1), y)]);
+        let moved = with_borders(&mask, &mixed(size, 12, share));
+        assert!(wrong(&mask, &truth) > 1000);
+        assert!(wrong(&moved, &truth) < 20, "{} wrong", wrong(&moved, &truth));
+    }
+
+    #[test]
+    fn mirrored_pictures_have_nearly_mirrored_masks() {
+        let size = (160, 120);
+        let share = disc((71.0, 65.0), 40.0, 2.0);
+        let (mask, picture) = (reduced(size, 2, &share), mixed(size, 20, &share));
+        let mirrored = |x: usize| size.0 - 1 - x;
+        let rgb = (0..size.0 * size.1).flat_map(|p| {
+            let at = 3 * (p / size.0 * size.0 + mirrored(p % size.0));
+            [picture.rgb()[at], picture.rgb()[at + 1], picture.rgb()[at + 2]]
+        });
+        let other = Frame::from_rgb(rgb.collect(), size.0, size.1).unwrap();
+        let mask_of_other = Plane::from_fn(80, 60, |x, y| mask[(79 - x, y)]);
+        let (one, two) =
+            (enlarge(&mask, &picture, |_| true).unwrap(), enlarge(&mask_of_other, &other, |_| true).unwrap());
+        let back = Plane::from_fn(size.0, size.1, |x, y| two.labels[(mirrored(x), y)]);
+        // Colours are gathered in tiles that begin on the left.
+        assert!(wrong(&one.labels, &back) <= 12, "{}", wrong(&one.labels, &back));
+    }
+
+    #[test]
+    fn masks_that_cannot_belong_to_the_picture_are_refused_by_name_and_size() {
+        let picture = mixed((40, 30), 0, |_, _| 0.0);
+        let refused = |w: usize, h: usize| enlarge(&Plane::filled(w, h, 0), &picture, |_| true).unwrap_err();
+        let words = |w: usize, h: usize| refused(w, h).to_string();
+        assert_eq!(words(41, 30), "mask = 41x30 (expected at most the picture's size, 40x30)");
+        assert_eq!(words(30, 40), "mask = 30x40 (expected at most the picture's size, 40x30)");
+        assert_eq!(words(20, 9), "mask = 20x9 (expected the shape of the picture, 40x30)");
+        assert_eq!(words(0, 0), "mask = 0x0 (expected at least one pixel)");
+        assert_eq!(refused(20, 9).code(), "param");
+        // Rounded sizes are none of these.
+        for (w, h) in [(20, 15), (13, 10), (13, 9), (1, 1), (39, 30)] {
+            let enlarged = enlarge(&Plane::filled(w, h, 3), &picture, |_| true).unwrap();
+            assert_eq!(enlarged.labels, Plane::filled(40, 30, 3));
+            assert_eq!(enlarged.alpha, Plane::filled(40, 30, 255));
+        }
+    }
+
+    #[test]
+    fn lines_and_single_pixels_have_masks_too() {
+        for (w, h) in [(1, 1), (1, 9), (9, 1), (2, 3)] {
+            let picture = mixed((3 * w, 3 * h), 90, |_, _| 0.5);
+            let mask = Plane::from_fn(w, h, |x, y| ((x + y) % 2) as u8);
+            let enlarged = enlarge(&mask, &picture, |label| label == 1).unwrap();
+            assert_eq!((enlarged.alpha.width(), enlarged.labels.height()), (3 * w, 3 * h));
+        }
+    }
+}

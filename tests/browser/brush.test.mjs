@@ -1,0 +1,163 @@
+// Masks changed by hand on the page: brush, eraser, things added by a click; in clips of one window and of many.
+
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import {
+  accessibilityFaults,
+  ended,
+  inPhase,
+  openSample,
+  plainFrame,
+  pngFile,
+  screenshot,
+  text,
+  useSite,
+} from './support.mjs';
+
+/** A textured ground that stands still, a square that moves, and a disc that rests: 110 frames are three windows. */
+function clip(count, [width, height]) {
+  const noise = (x, y, salt) => {
+    const h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
+    const mixed = Math.imul(h ^ (h >>> 13), 1274126177);
+    return 60 + (((mixed ^ (mixed >>> 16)) >>> 0) % 160);
+  };
+  return Array.from({ length: count }, (_, t) => {
+    const left = 10 + (t % 80 < 40 ? t % 40 : 40 - (t % 40));
+    const frame = plainFrame(width, height, (x, y) => {
+      if ((x - 76) ** 2 + (y - 14) ** 2 < 64) return [230, 40, 40];
+      const inside = x >= left && x < left + 26 && y >= 24 && y < 52;
+      const value = inside ? noise(x - left, y, 2) : noise(x, y, 1);
+      return [value, value, inside ? 255 - value : value];
+    });
+    return pngFile(`frame${String(t).padStart(3, '0')}.png`, frame);
+  });
+}
+
+/** What the tests do with the page. */
+function hands(page) {
+  const frame = () => page.evaluate(() => globalThis.tracecutDemo.app.timeline.frame);
+  const masks = () =>
+    page.evaluate(() => {
+      const { points } = globalThis.tracecutDemo.app;
+      return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
+    });
+  /** The label at a place of the clip, in frame t. */
+  const labelAt = (t, x, y) =>
+    page.evaluate(
+      ([at, u, v]) => {
+        const { points } = globalThis.tracecutDemo.app;
+        return points.mask(at)[v * points.result.width + u];
+      },
+      [t, x, y],
+    );
+  /** From pixels of the clip to the window's. */
+  const place = async (x, y) => {
+    const box = await page.locator('#canvas').boundingBox();
+    const unit = await page.evaluate(() => globalThis.tracecutDemo.app.viewer.view.unit);
+    return [box.x + (x + 0.5) / unit, box.y + (y + 0.5) / unit];
+  };
+  const use = async (tool) => {
+    await page.check(`#correct-tools [value="${tool}"]`, { force: true });
+    // The picture gives way to the tool's row.
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100))));
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+  };
+  const said = async () => {
+    await page.waitForFunction(() =>
+      /^(In .*[.]|Corrected|That is not)/.test(document.querySelector('#correct-status').textContent),
+    );
+    return text(page, '#correct-status');
+  };
+  const paint = async (...line) => {
+    await page.mouse.move(...(await place(line[0], line[1])));
+    await page.mouse.down();
+    await page.mouse.move(...(await place(line[2], line[3])), { steps: 6 });
+    await page.mouse.up();
+    return said();
+  };
+  const click = async (x, y) => {
+    await page.mouse.click(...(await place(x, y)));
+    return said();
+  };
+  const press = async (button) => {
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.click(button);
+    return said();
+  };
+  return { frame, masks, labelAt, use, paint, click, press };
+}
+
+describe('masks changed by hand', () => {
+  const site = useSite();
+
+  test('brush, eraser and a click change all frames, are undone and done again', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    const { masks, labelAt, use, paint, click, press } = hands(page);
+    const before = await masks();
+    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await page.click('#correct-open');
+
+    await use('paint');
+    await page.selectOption('#correct-object', '2');
+    assert.match(await paint(20, 30, 40, 34), /^In \d+ frames/);
+    assert.equal(await labelAt(12, 30, 32), 2);
+    const painted = await masks();
+    await screenshot(page, 'brush');
+    assert.deepEqual(await accessibilityFaults(page), []);
+
+    await use('erase');
+    assert.equal(await page.inputValue('#correct-object'), '2');
+    await page.uncheck('#brush-carry');
+    assert.equal(await paint(20, 30, 40, 34), 'In frame 13.');
+    assert.equal(await labelAt(12, 30, 32), 0);
+    await page.check('#brush-carry');
+
+    await use('add');
+    assert.equal(await page.inputValue('#correct-object'), '-1');
+    await click(250, 20);
+    assert.equal(await labelAt(12, 250, 20), 4);
+    assert.equal(await text(page, '#headline'), '4 moving objects and the background');
+    const all = await masks();
+
+    for (const _ of [0, 1]) await press('#correct-undo');
+    assert.equal(await masks(), painted);
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(() => document.querySelector('#correct-undo').disabled);
+    assert.equal(await masks(), before);
+    for (const _ of [0, 1, 2]) await press('#correct-redo');
+    assert.equal(await masks(), all);
+    assert.equal(await page.locator('#correct-redo').isDisabled(), true);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('in a clip of three windows things are added and painted all the same', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    await page.setInputFiles('#file', clip(110, [96, 64]));
+    await inPhase(page, 'running');
+    assert.equal(await ended(page), 'done');
+    assert.match(await text(page, '#subline'), /in 3 windows/);
+    const { masks, labelAt, use, click, paint, press } = hands(page);
+    const before = await masks();
+    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(55));
+    await page.click('#correct-open');
+
+    await use('add');
+    assert.match(await click(76, 14), /^In 110 frames, 1 to 110\.$/);
+    const label = await labelAt(55, 76, 14);
+    assert.ok(label > 0);
+    for (const t of [0, 30, 109]) assert.equal(await labelAt(t, 76, 14), label, `frame ${t}`);
+
+    await use('paint');
+    assert.equal(await page.inputValue('#correct-object'), String(label), 'the brush goes on with it');
+    await paint(66, 14, 70, 14);
+    const painted = await masks();
+    await screenshot(page, 'brush-long');
+    for (const _ of [0, 1]) await press('#correct-undo');
+    assert.equal(await masks(), before);
+    for (const _ of [0, 1]) await press('#correct-redo');
+    assert.equal(await masks(), painted);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+});

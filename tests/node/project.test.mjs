@@ -1,0 +1,69 @@
+// Project files: saved and opened again, with edits and files, and refused when they are none.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { cocoRle, editMasks, openProject, saveProject, segmentVideo } from 'tracecut';
+import { framesOf, ready, rejects } from './support.mjs';
+
+test('a result and a video are opened again as they were, with edits, words and files', async (t) => {
+  const frames = await framesOf();
+  const session = await ready(t, {}, frames);
+  const result = await session.run();
+  const video = await segmentVideo(frames, { frameRate: 10, window: 6, overlap: 2 }).collect();
+  for (const masks of [result, video]) {
+    const editor = editMasks(masks);
+    const edit = editor.paint({ label: 7, stroke: { t: 2, points: [20, 20, 40, 30], radius: 5 } });
+    editor.extend(edit, 3, Uint32Array.of(9, 50), 0.8);
+    const film = Uint8Array.from({ length: 3000 }, (_, k) => (k * 7) % 256);
+    const saved = await saveProject(masks, { editor, about: { take: { start: 3 } }, files: { 'clip.mp4': film } });
+    assert.deepEqual(
+      await saveProject(masks, { editor, about: { take: { start: 3 } }, files: { 'clip.mp4': film } }),
+      saved,
+    );
+    const opened = await openProject(new Blob([saved]));
+    assert.deepEqual(opened.about, { take: { start: 3 } });
+    assert.deepEqual(opened.files['clip.mp4'], film);
+    for (let k = 0; k < masks.numFrames; k += 1) assert.deepEqual(opened.masks.labels(k), masks.labels(k));
+    assert.deepEqual(opened.masks.trajectories.x, masks.trajectories.x);
+    assert.deepEqual(opened.masks.trajectories.offset, masks.trajectories.offset);
+    const again = editMasks(opened.masks);
+    again.restore(opened.edits);
+    for (let k = 0; k < masks.numFrames; k += 1) assert.deepEqual(again.labels(k), editor.labels(k));
+    assert.deepEqual(cocoRle(opened.masks, { frameRate: 5 }).annotations.length > 0, true);
+  }
+  assert.deepEqual((await openProject(await saveProject(video))).masks.times, video.times);
+  assert.deepEqual((await openProject(await saveProject(video))).masks.shots, video.shots);
+});
+
+test('masks of the caller are saved too; times come from the frame rate', async () => {
+  const masks = { width: 4, height: 2, numFrames: 3, labels: (t) => Uint8Array.of(0, t, t, 0, 0, 0, 9, 9) };
+  const { masks: opened, edits, files } = await openProject(await saveProject(masks, { frameRate: 2 }));
+  assert.deepEqual([...opened.times], [0, 0.5, 1]);
+  assert.deepEqual([...opened.labels(2)], [0, 2, 2, 0, 0, 0, 9, 9]);
+  assert.deepEqual(
+    opened.objects.map(({ label }) => label),
+    [1, 2, 9],
+  );
+  assert.deepEqual([edits, files, opened.trajectories.count], [null, {}, 0]);
+});
+
+test('what is no project, or is damaged, is refused in words', async () => {
+  const masks = { width: 4, height: 2, numFrames: 1, labels: () => new Uint8Array(8) };
+  const saved = await saveProject(masks);
+  await rejects(openProject('clip'), 'data', /file = "clip"/);
+  await rejects(openProject(Uint8Array.of(1, 2, 3)), 'data', /no project file/);
+  await rejects(openProject(saved.subarray(0, saved.length / 2)), 'data', /no project file/);
+  const { unzipSync, zipSync } = await import('../../dist/vendor/zip.js');
+  const other = (name, content) => openProject(zipSync({ ...unzipSync(saved), [name]: content }));
+  const text = (change) =>
+    new TextEncoder().encode(
+      JSON.stringify({ ...JSON.parse(new TextDecoder().decode(unzipSync(saved)['project.json'])), ...change }),
+    );
+  await rejects(other('project.json', Uint8Array.of(1)), 'data', /project.json is damaged/);
+  await rejects(other('project.json', text({ width: 0 })), 'data', /width = 0/);
+  await rejects(other('project.json', text({ format: 9 })), 'data', /format of the project = 9/);
+  await rejects(other('project.json', text({ width: 5 })), 'data', /frame 0 covers 8 pixels \(expected 10\)/);
+  await rejects(other('masks.bin', Uint8Array.of(1, 2)), 'data', /masks.bin is cut off/);
+  await rejects(other('trajectories.bin', Uint8Array.of(9, 0, 0, 0, 1, 0, 0, 0)), 'data', /trajectories/);
+  await rejects(saveProject(masks, { title: 'x' }), 'param', /title/);
+});

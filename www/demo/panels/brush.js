@@ -1,0 +1,178 @@
+/**
+ * Painting on masks: a brush and an eraser for the object that is chosen, and things that were missed, added by clicking
+ * their superpixels. What is done in one frame is carried to the others, as far as the picture agrees.
+ * @module
+ */
+
+import { byId } from '../dom.js';
+import { plural } from '../words.js';
+
+/** @typedef {import('../run/job.js').Corrector} Corrector */
+/** @typedef {import('../run/job.js').Painted} Painted */
+/** @typedef {'paint' | 'erase' | 'add'} BrushTool */
+
+/** The object that is begun by painting. */
+export const NEW_OBJECT = -1;
+
+export const BRUSH_HELP = {
+  paint: 'Paint what belongs to the object.',
+  erase: 'Wipe away what does not belong to the object.',
+  add: 'Click a thing that was missed; each click adds a piece.',
+};
+
+/**
+ * @param {string} tool
+ * @returns {tool is BrushTool}
+ */
+export function isBrush(tool) {
+  return tool in BRUSH_HELP;
+}
+
+/**
+ * What a brush needs of the panel that it is in.
+ *
+ * @typedef {object} Host
+ * @property {import('../store.js').Store} store
+ * @property {() => Corrector | null} corrector
+ * @property {() => number} object the one that is meant
+ * @property {(object: number) => void} choose
+ * @property {(frames: number[]) => void} show
+ * @property {(text: string, wrong?: boolean) => void} tell
+ */
+
+export class Brush {
+  /** @param {Host} host */
+  constructor(host) {
+    this.host = host;
+    /** @type {Promise<unknown>} One edit after the other. */
+    this.working = Promise.resolve();
+    /** @type {AbortController | null} Of what is being carried. */
+    this.carrying = null;
+    this.size = /** @type {HTMLInputElement} */ (byId('brush-size'));
+    this.others = /** @type {HTMLInputElement} */ (byId('brush-carry'));
+    byId('brush-stop').addEventListener('click', () => this.stop());
+  }
+
+  /** Half the width of the brush, in CSS pixels. */
+  get radius() {
+    return this.size.valueAsNumber / 2;
+  }
+
+  /** Ends carrying; what was reached stays. */
+  stop() {
+    this.carrying?.abort();
+  }
+
+  /** Resolves when nothing is under way any more. */
+  async settled() {
+    this.stop();
+    await this.working;
+  }
+
+  /**
+   * A stroke that was painted or wiped.
+   *
+   * @param {import('./strokes.js').Stroke} stroke in clip pixels
+   * @param {BrushTool} tool
+   */
+  stroke(stroke, tool) {
+    const object = this.host.object();
+    if (tool === 'erase') this.edit({ label: 0, stroke, ...(object > 0 ? { over: [object] } : {}) });
+    else this.edit({ label: object, stroke });
+  }
+
+  /**
+   * A click on what was missed: the superpixel there.
+   *
+   * @param {{x: number, y: number}} place in clip pixels
+   */
+  async add({ x, y }) {
+    const { host } = this;
+    const { found, frame, picture, visit } = host.store.state;
+    const superpixels = await found?.answers.superpixels?.(frame);
+    if (!superpixels || visit !== host.store.state.visit) return;
+    const region = pieceAt(superpixels, x, y, picture);
+    const object = host.object();
+    this.edit({ label: object > 0 ? object : NEW_OBJECT, t: frame, region });
+  }
+
+  /** @param {import('../run/job.js').ToPaint} painted with `NEW_OBJECT` for a label that nothing has */
+  edit(painted) {
+    this.working = this.working.then(() => this.work(painted)).catch(() => {});
+  }
+
+  /** @param {import('../run/job.js').ToPaint} painted */
+  async work(painted) {
+    const { host } = this;
+    const corrector = host.corrector();
+    if (!corrector) return;
+    const { visit } = host.store.state;
+    const same = () => visit === host.store.state.visit;
+    try {
+      const label = painted.label === NEW_OBJECT ? corrector.newLabel() : painted.label;
+      const edit = await corrector.paint({ ...painted, label });
+      if (!same()) return;
+      host.show(edit.frames);
+      if (label > 0) host.choose(label);
+      if (this.others.checked) await this.carry(corrector, edit, same);
+      else host.tell(`In frame ${edit.frames[0] + 1}.`);
+    } catch (error) {
+      if (same()) host.tell(`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
+    }
+  }
+
+  /**
+   * @param {Corrector} corrector
+   * @param {Painted} edit
+   * @param {() => boolean} same whether the clip is still the same
+   */
+  async carry(corrector, edit, same) {
+    const { host } = this;
+    const carrying = new AbortController();
+    this.carrying = carrying;
+    byId('brush-stop').hidden = false;
+    const reach = () => `${plural(edit.frames.length, 'frame')}`;
+    try {
+      await corrector.carry(edit, carrying.signal, () => same() && host.tell(`Carried to ${reach()}…`));
+    } catch (error) {
+      if (!carrying.signal.aborted) throw error;
+    } finally {
+      this.carrying = null;
+      byId('brush-stop').hidden = true;
+      if (same()) {
+        host.show(edit.frames);
+        const [first, last] = [Math.min(...edit.frames), Math.max(...edit.frames)];
+        host.tell(
+          first === last
+            ? `In frame ${first + 1} alone: the picture changes too much.`
+            : `In ${reach()}, ${first + 1} to ${last + 1}.`,
+        );
+      }
+    }
+  }
+}
+
+/**
+ * @param {import('../layers/layer.js').Superpixels} superpixels
+ * @param {number} x clip pixels
+ * @param {number} y
+ * @param {{width: number, height: number}} clip
+ * @returns {Uint32Array<ArrayBuffer>} the clip's pixels of the superpixel there, as runs
+ */
+function pieceAt({ label, width, height, scaleX, scaleY }, x, y, clip) {
+  const column = (/** @type {number} */ at) => Math.min(width - 1, Math.max(0, Math.floor((at + 0.5) / scaleX)));
+  const row = (/** @type {number} */ at) => Math.min(height - 1, Math.max(0, Math.floor((at + 0.5) / scaleY)));
+  const wanted = label[row(y) * width + column(x)];
+  /** @type {number[]} */
+  const runs = [];
+  for (let v = 0; v < clip.height; v++) {
+    for (let u = 0; u < clip.width; u++) {
+      if (label[row(v) * width + column(u)] !== wanted) continue;
+      const p = v * clip.width + u;
+      const end = runs.length > 0 ? runs[runs.length - 2] + runs[runs.length - 1] : -1;
+      if (end === p) runs[runs.length - 1] += 1;
+      else runs.push(p, 1);
+    }
+  }
+  return Uint32Array.from(runs);
+}

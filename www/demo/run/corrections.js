@@ -1,0 +1,291 @@
+/**
+ * What a user has corrected of a run, step by step, back and forth: by what the session can do where there is one
+ * (merge, split, strokes), and by hand on the masks of any run (paint, erase, add, other labels).
+ * @module
+ */
+
+import { PageError } from '../words.js';
+
+/** @typedef {import('../../dist/index.js').Edit} Edit */
+/** @typedef {import('../../dist/index.js').MaskEditor} MaskEditor */
+/** @typedef {import('../../dist/index.js').ImageEngine} ImageEngine */
+/** @typedef {import('../result/points.js').Result} Result */
+/** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
+
+/**
+ * What the corrections are of.
+ *
+ * @typedef {object} Corrected
+ * @property {import('./job.js').Library} library
+ * @property {() => {width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array} | null} masks as
+ *   the run has them now
+ * @property {import('./frame-store.js').FrameStore} images
+ * @property {() => number[]} cuts first frames of further shots
+ */
+
+export class Corrections {
+  /** @param {Corrected} of */
+  constructor(of) {
+    this.of = of;
+    /** @type {Step[]} */
+    this.done = [];
+    /** @type {Step[]} */
+    this.undone = [];
+    /** @type {MaskEditor | null} */
+    this.editor = null;
+    /** @type {Promise<ImageEngine> | null} */
+    this.engine = null;
+  }
+
+  count() {
+    return this.done.length;
+  }
+
+  redoable() {
+    return this.undone.length;
+  }
+
+  /** Whether masks were changed by hand. */
+  get byHand() {
+    return (this.editor?.undoable ?? 0) > 0;
+  }
+
+  /** The masks with all corrections; null as long as there are none. */
+  get masks() {
+    return this.byHand ? this.editor : this.of.masks();
+  }
+
+  /** @param {Step} step */
+  async step(step) {
+    await step.do();
+    this.done.push(step);
+    this.undone = [];
+    return step.frames;
+  }
+
+  /** @returns {Promise<number[] | null>} the frames that changed, null for all */
+  async undo() {
+    const step = this.done.pop();
+    if (!step) return [];
+    await step.undo();
+    this.undone.push(step);
+    return step.frames;
+  }
+
+  /** @returns {Promise<number[] | null>} */
+  async redo() {
+    const step = this.undone.pop();
+    if (!step) return [];
+    await step.do();
+    this.done.push(step);
+    return step.frames;
+  }
+
+  /**
+   * @param {number} a
+   * @param {number} b
+   */
+  merge(a, b) {
+    return this.edited((editor) => editor.relabel({ [b]: a }), null);
+  }
+
+  /**
+   * Paints in one frame. @param {Parameters<MaskEditor['paint']>[0]} painted
+   *
+   * @returns {Promise<{edit: Edit, frames: number[]}>} for `carry`; `frames` grows with it
+   */
+  async paint(painted) {
+    /** @type {Edit | undefined} */
+    let edit;
+    const frames = [painted.stroke?.t ?? painted.t ?? 0];
+    await this.edited((editor) => (edit = editor.paint(painted)), frames);
+    return { edit: /** @type {Edit} */ (edit), frames };
+  }
+
+  /**
+   * Carries what was painted to other frames.
+   *
+   * @param {{edit: Edit, frames: number[]}} painted
+   * @param {AbortSignal} signal
+   * @param {(t: number) => void} onFrame
+   */
+  async carry({ edit, frames }, signal, onFrame) {
+    const { library } = this.of;
+    this.engine ??= library.createImageEngine();
+    await library.carryEdit(this.opened, edit, {
+      engine: await this.engine,
+      picture: (t) => this.pixels(t),
+      signal,
+      onFrame: ({ t }) => {
+        frames.push(t);
+        onFrame(t);
+      },
+    });
+  }
+
+  /** @returns {number} a label that nothing has */
+  newLabel() {
+    return this.opened.newLabel();
+  }
+
+  /**
+   * @param {(editor: MaskEditor) => unknown} edit the first time
+   * @param {number[] | null} frames
+   */
+  edited(edit, frames) {
+    const editor = this.opened;
+    let first = true;
+    return this.step({
+      do: () => {
+        if (first) edit(editor);
+        else editor.redo();
+        first = false;
+      },
+      undo: () => editor.undo(),
+      frames,
+    });
+  }
+
+  /** @returns {MaskEditor} over the masks as they are at any time */
+  get opened() {
+    const masks = this.of.masks();
+    if (!masks) throw new PageError('unfinished');
+    const { width, height, numFrames } = masks;
+    const starts = [0, ...this.of.cuts()];
+    const shots = starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
+    const live = (/** @type {number} */ t) => /** @type {typeof masks} */ (this.of.masks()).labels(t);
+    this.editor ??= this.of.library.editMasks({ width, height, numFrames, shots, labels: live });
+    return this.editor;
+  }
+
+  /**
+   * The result with what was done by hand.
+   *
+   * @param {Result} result
+   * @returns {Result}
+   */
+  over(result) {
+    const { editor, byHand, highest } = this;
+    if (!editor || !byHand) return result;
+    const { width, height, numFrames, trajectories, clusters, objects, saliency, components, embedding } = result;
+    return {
+      ...{ width, height, numFrames, trajectories, clusters, saliency, components, embedding },
+      objects: objects && { ...objects, count: Math.max(objects.count, highest) },
+      labels: (t) => editor.labels(t),
+      edges: (t) => result.edges(t),
+      toTracksDat: () => result.toTracksDat(),
+    };
+  }
+
+  /** The highest label that was painted. */
+  get highest() {
+    const labels = (this.editor?.edits ?? []).map((edit) => ('label' in edit ? edit.label : 0));
+    return Math.max(0, ...labels);
+  }
+
+  /**
+   * @param {number} t
+   * @returns {Promise<ImageData>} at the size of the masks
+   */
+  async pixels(t) {
+    const picture = await this.of.images.open(t);
+    if (!picture) throw new PageError('closed');
+    const { width, height } = this.opened;
+    const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+    if (!context) throw new PageError('closed');
+    context.drawImage(picture, 0, 0, width, height);
+    return context.getImageData(0, 0, width, height);
+  }
+
+  /** Forgets all; nothing is left to undo. */
+  clear() {
+    Object.assign(this, { done: [], undone: [], editor: null });
+  }
+
+  close() {
+    this.engine?.then(
+      (engine) => engine.close(),
+      () => {},
+    );
+    this.engine = null;
+  }
+}
+
+/** Corrections where a session is at hand: it decides anew what merges and strokes mean, superpixel by superpixel. */
+export class SessionCorrections extends Corrections {
+  /**
+   * @param {Corrected} of
+   * @param {() => import('../../dist/index.js').Session} session
+   * @param {(result: Promise<import('../../dist/index.js').Result>) => Promise<void>} take
+   */
+  constructor(of, session, take) {
+    super(of);
+    this.session = session;
+    this.take = take;
+  }
+
+  /** @param {(session: import('../../dist/index.js').Session) => Promise<import('../../dist/index.js').Result>} correct */
+  asked(correct) {
+    return this.step({
+      do: () => this.take(correct(this.session())),
+      undo: () => this.take(this.session().undo()),
+      frames: null,
+    });
+  }
+
+  /**
+   * @param {number} a
+   * @param {number} b
+   */
+  merge(a, b) {
+    // Of what was painted the session knows nothing.
+    return this.byHand ? super.merge(a, b) : this.asked((session) => session.merge(a, b));
+  }
+
+  /**
+   * @param {number} label
+   * @param {{t: number, x: number, y: number}} [at]
+   */
+  split(label, at) {
+    return this.asked((session) => session.split(label, at));
+  }
+
+  /** @param {import('../panels/strokes.js').Stroke[]} strokes */
+  together(strokes) {
+    return this.asked((session) => session.together(strokes));
+  }
+
+  /** @param {import('../panels/strokes.js').Stroke[]} strokes */
+  apart(strokes) {
+    return this.asked((session) => session.apart(strokes));
+  }
+}
+
+/** Corrections of a clip of many windows: no session holds it any more. */
+export class LongCorrections extends Corrections {
+  /**
+   * @param {Corrected} of
+   * @param {() => import('../../dist/index.js').VideoResult} result
+   * @param {(result: import('../../dist/index.js').VideoResult) => void} take
+   */
+  constructor(of, result, take) {
+    super(of);
+    this.result = result;
+    this.take = take;
+  }
+
+  /**
+   * @param {number} a
+   * @param {number} b
+   */
+  merge(a, b) {
+    if (this.byHand) return super.merge(a, b);
+    // The trajectories too take the other label.
+    const before = this.result();
+    return this.step({
+      do: () => this.take(before.merge(a, b)),
+      undo: () => this.take(before),
+      frames: null,
+    });
+  }
+}
