@@ -19,6 +19,7 @@ import { settingsPanel } from './settings.js';
 import { stagesPanel } from './stages.js';
 import { timelinePanel } from './timeline.js';
 import { webcamPanel } from './webcam.js';
+import { zoomPanel } from './zoom.js';
 
 /**
  * @typedef {object} Page
@@ -35,6 +36,7 @@ import { webcamPanel } from './webcam.js';
 /** @type {((page: Page) => void)[]} */
 export const PANELS = [
   runPanel,
+  zoomPanel,
   comparePanel,
   groundPanel,
   timelinePanel,
