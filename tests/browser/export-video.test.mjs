@@ -141,6 +141,30 @@ test('cut-out objects lie on any colour, in MP4 on green', async (t) => {
   near(others.colors[0], [255, 255, 255], 'an object that is not chosen');
 });
 
+test('cut-out objects lie on their own frame, blurred, or on a picture', async (t) => {
+  const page = await open(t);
+  const blurred = await encoded(page, { style: 'cutout', background: 'blurred' });
+  near(blurred.colors[0], frameColor(INSIDE), 'inside');
+  // The frames are ramps, which look the same when they are blurred, but for their ends.
+  near(blurred.colors[1], [24, 80, 128], 'outside');
+  const colors = await page.evaluate(
+    async (places) => {
+      const { encodeVideo: encode, masks, frames, shown } = globalThis.kit;
+      const picture = new OffscreenCanvas(400, 100);
+      const context = picture.getContext('2d');
+      for (const [k, color] of ['#ff0000', '#0000ff', '#ff0000'].entries()) {
+        context.fillStyle = color;
+        context.fillRect([0, 120, 280][k], 0, 160, 100);
+      }
+      const blob = await encode(masks, frames, { style: 'cutout', format: 'mp4', background: picture });
+      return (await shown(blob, 0.12, ...places)).colors;
+    },
+    [INSIDE, OUTSIDE],
+  );
+  near(colors[0], frameColor(INSIDE), 'inside');
+  near(colors[1], [0, 0, 255], 'the middle of the picture');
+});
+
 test('MP4 has even sides, one more where they are odd, and the same times', async (t) => {
   const page = await open(t);
   const { codec, starts, size, duration, colors } = await encoded(page, { format: 'mp4' }, [
@@ -306,7 +330,7 @@ test('what cannot be encoded is refused in words', async (t) => {
     /^param: background = "transparent" \(expected a colour: MP4 files cannot be transparent, format: 'webm' can\)/,
     /^param: style = "outline" \(expected 'overlay', 'cutout', 'masks'\)/,
     /^param: codec = "vp9" \(expected no such option/,
-    /^param: background = "no colour" \(expected 'transparent' or a CSS colour\)/,
+    /^param: background = "no colour" \(expected 'transparent', 'blurred', a CSS colour or a picture\)/,
     /^unsupported: .*masksZip gives the masks as PNG files/,
   ];
   expected.forEach((pattern, k) => assert.match(messages[k], pattern));

@@ -34,7 +34,7 @@ describe('the page', () => {
   test('leaves the space bar to a button that was reached by keyboard, and to no other', async () => {
     const { page } = sample;
     const playing = () => page.evaluate(() => globalThis.tracecutDemo.app.timeline.playing);
-    await page.click('[data-object="1"] .eye');
+    await page.click('[data-object="1"] .keep');
     await page.keyboard.press('3');
     await page.keyboard.press('3');
     await page.keyboard.press(' ');

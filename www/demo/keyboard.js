@@ -14,6 +14,7 @@ export class Keys {
 
   /**
    * @param {string} key as in `KeyboardEvent.key`, letters small; `Ctrl+z` with the control or the command key,
+   *   `Shift+ArrowUp`,
    *   `Ctrl+Shift+z` with shift too
    * @param {() => unknown} act
    * @param {() => boolean} [when] else the key is left to the browser
@@ -40,7 +41,8 @@ export class Keys {
       return this.perform(event, this.actionOf(`Ctrl+${shift}${key.toLowerCase()}`));
     }
     if (event.altKey || document.querySelector('dialog[open]') || keepsKey(event, this.tabbed)) return;
-    const action = this.actionOf(key) ?? this.actionOf(key.toLowerCase());
+    const held = event.shiftKey ? this.actionOf(`Shift+${key}`) : undefined;
+    const action = held ?? this.actionOf(key) ?? this.actionOf(key.toLowerCase());
     // A button that was clicked with the mouse would still answer to the space bar.
     if (action && key === ' ') /** @type {HTMLElement} */ (event.target).blur();
     this.perform(event, action);

@@ -4,6 +4,7 @@
  * @module
  */
 
+import { DEFAULT_EDGES } from './result/edges.js';
 import { Times } from './result/times.js';
 import { DEFAULT_TAKE } from './source.js';
 
@@ -36,6 +37,10 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {Partial<import('./layers/layer.js').Answers>} answers
  */
 
+/**
+ * @typedef {{name: import('./panels/ground.js').GroundName, colour: string, picture: ImageBitmap | null}} Ground
+ */
+
 /** @typedef {import('./panels/stages.js').StageRow} StageRow */
 
 /**
@@ -64,7 +69,9 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {number} frame on screen
  * @property {boolean} playing
  * @property {boolean} loop
- * @property {'overlay' | 'beside' | 'slider'} view
+ * @property {import('./panels/compare.js').View} view
+ * @property {Ground} ground what cut-out objects lie on
+ * @property {import('./result/edges.js').EdgeChoice} edges
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
@@ -110,6 +117,8 @@ const INITIAL = {
   stages: { rows: [], ms: 0 },
   loop: true,
   view: 'overlay',
+  edges: DEFAULT_EDGES,
+  ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
   split: 50,
 };
 

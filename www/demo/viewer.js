@@ -6,8 +6,11 @@ import { byId } from './dom.js';
 import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
+import { EdgedMask } from './result/edges.js';
 import { Compare } from './panels/compare.js';
+import { drawKept } from './panels/ground.js';
 import { NOWHERE } from './store.js';
+import { Zoom } from './zoom.js';
 
 /** @typedef {import('./layers/layer.js').View} View */
 /** @typedef {import('./layers/layer.js').Spot} Spot */
@@ -35,11 +38,18 @@ export class Viewer {
     this.compare = new Compare(store);
     /** @type {((ctx: CanvasRenderingContext2D, view: View) => void)[]} Draw over the layers, in clip pixels. */
     this.painters = [];
+    /** Which part of the clip is shown. */
+    this.zoom = new Zoom();
+    /** CSS pixels for a pixel of the clip, when the whole of it is shown. */
+    this.fitted = 1;
+    /** @type {((zoom: Zoom) => void)[]} */
+    this.zoomed = [];
     this.queued = 0;
     /** @type {{offsetX: number, offsetY: number} | null} Where the pointer is, in CSS pixels. */
     this.pointer = null;
     /** @type {Readonly<State>} What was shown last. */
     this.shown = store.state;
+    this.edged = new EdgedMask();
     /** @type {View} */
     this.view = {
       points: null,
@@ -50,12 +60,13 @@ export class Viewer {
       height: 9,
       unit: 1,
       visible: (object) => !store.state.hidden.has(object),
+      mask: () => this.edgedMask(),
       answers: NO_ANSWERS,
       redraw: () => this.redraw(),
     };
     new ResizeObserver(() => this.fit()).observe(this.box);
     this.connectPointer();
-    store.watch(['picture', 'found', 'frame', 'hidden', 'view'], (state) => this.show(state));
+    store.watch(['picture', 'found', 'frame', 'hidden', 'view', 'ground'], (state) => this.show(state));
   }
 
   connectPointer() {
@@ -106,8 +117,18 @@ export class Viewer {
     const { opacity, fill } = /** @type {import('./layers/layer.js').Layer} */ (
       this.layers.find(({ id }) => id === 'masks')
     ).settings;
-    const { width, height, unit } = this.view;
-    return { opacity: opacity.value, fill: fill.value, outline: (OUTLINE * unit * side) / Math.max(width, height) };
+    const { width, height } = this.view;
+    // As wide as when the whole clip is shown.
+    const outline = (OUTLINE * side) / (this.fitted * Math.max(width, height));
+    return { opacity: opacity.value, fill: fill.value, outline };
+  }
+
+  /** The mask of the frame on screen, with its edges. */
+  edgedMask() {
+    const { points, frame } = this.view;
+    const labels = points?.mask(frame);
+    const { edges, hidden } = this.store.state;
+    return points && labels ? this.edged.of(labels, points.result, edges, hidden) : null;
   }
 
   /** Draws before the next screen refresh, once however often it is asked. */
@@ -126,12 +147,14 @@ export class Viewer {
     if (!view.image && images.has(view.frame)) return;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
-    const scale = canvas.width / view.width;
+    const scale = (canvas.width / view.width) * this.zoom.by;
+    const [left, top] = [this.zoom.x * view.width, this.zoom.y * view.height];
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
-    ctx.setTransform(scale, 0, 0, scale, scale / 2, scale / 2);
-    drawLayers(ctx, this.layers, view);
+    ctx.setTransform(scale, 0, 0, scale, scale * (0.5 - left), scale * (0.5 - top));
+    if (this.shown.view === 'cutout' && view.points?.hasMasks) drawKept(ctx, view, this.shown.ground);
+    else drawLayers(ctx, this.layers, view);
     for (const paint of this.painters) paint(ctx, view);
-    this.compare.draw(view.image, canvas);
+    this.compare.draw(view.image, canvas, this.zoom);
     // What lies under a pointer that rests changes with the frame.
     if (this.pointer) this.store.set({ spot: this.spotAt(this.pointer) });
   }
@@ -147,18 +170,62 @@ export class Viewer {
     canvas.height = Math.max(1, Math.round(view.height * zoom * density));
     canvas.style.width = `${canvas.width / density}px`;
     canvas.style.height = `${canvas.height / density}px`;
-    view.unit = 1 / zoom;
+    this.fitted = zoom;
+    view.unit = 1 / (zoom * this.zoom.by);
     this.draw();
+  }
+
+  /**
+   * Shows a part of the clip enlarged.
+   *
+   * @param {number} by as against the whole
+   * @param {number} u the place that stays where it is, in parts of the canvas's width
+   * @param {number} v and height
+   */
+  enlarge(by, u, v) {
+    this.zoom.to(by, u, v);
+    this.showZoom();
+  }
+
+  /**
+   * Moves the part that is shown.
+   *
+   * @param {number} u in parts of the canvas's width
+   * @param {number} v and height
+   */
+  move(u, v) {
+    this.zoom.move(u, v);
+    this.showZoom();
+  }
+
+  showZoom() {
+    this.view.unit = 1 / (this.fitted * this.zoom.by);
+    for (const tell of this.zoomed) tell(this.zoom);
+    this.redraw();
+  }
+
+  /** @param {(zoom: Zoom) => void} tell told of what is shown, now and whenever that changes */
+  onZoom(tell) {
+    this.zoomed.push(tell);
+    tell(this.zoom);
+  }
+
+  /**
+   * @param {{offsetX: number, offsetY: number}} place in CSS pixels of the canvas
+   * @returns {[x: number, y: number]} in clip pixels
+   */
+  placeAt({ offsetX, offsetY }) {
+    const { unit, width, height } = this.view;
+    return [this.zoom.x * width + offsetX * unit - 0.5, this.zoom.y * height + offsetY * unit - 0.5];
   }
 
   /**
    * @param {{offsetX: number, offsetY: number}} place in CSS pixels of the canvas
    * @returns {Spot} what is there
    */
-  spotAt({ offsetX, offsetY }) {
+  spotAt(place) {
     const { points, frame, unit, visible } = this.view;
-    const x = offsetX * unit - 0.5;
-    const y = offsetY * unit - 0.5;
+    const [x, y] = this.placeAt(place);
     if (!points) return { ...NOWHERE, x, y };
     const trajectory = points.nearest(frame, x, y, REACH_PX * unit, visible);
     const object = points.objectAt(frame, x, y);

@@ -4,6 +4,7 @@ import { PARAMETERS, VERSION } from './parameters.js';
 
 export { Clip } from './clip.js';
 export { fitFrame } from './draw/canvas.js';
+export { drawCutout } from './draw/cutout.js';
 export { drawDiscontinuities } from './draw/discontinuities.js';
 export { drawLabels } from './draw/labels.js';
 export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.js';
@@ -13,6 +14,7 @@ export { drawTrajectories } from './draw/trajectories.js';
 export { MaskEditor, editMasks } from './edit/editor.js';
 export { regionOf, strokeRegion } from './edit/regions.js';
 export { TraceCutError } from './errors.js';
+export { adjustMask } from './export/adjust.js';
 export { masksAtSize } from './export/at-size.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
@@ -80,6 +82,9 @@ export function parameters() {
 /** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */
+/** @typedef {import('./draw/cutout.js').CutoutMask} CutoutMask */
+/** @typedef {import('./draw/cutout.js').DrawCutoutOptions} DrawCutoutOptions */
+/** @typedef {import('./draw/cutout.js').Ground} Ground */
 /** @typedef {import('./draw/discontinuities.js').DrawDiscontinuitiesOptions} DrawDiscontinuitiesOptions */
 /** @typedef {import('./draw/discontinuities.js').EdgeSource} EdgeSource */
 /** @typedef {import('./draw/labels.js').DrawLabelsOptions} DrawLabelsOptions */
@@ -89,6 +94,8 @@ export function parameters() {
 /** @typedef {import('./draw/trajectories.js').TrajectorySource} TrajectorySource */
 /** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
 /** @typedef {import('./draw/palette.js').Shape} Shape */
+/** @typedef {import('./export/adjust.js').AdjustMaskOptions} AdjustMaskOptions */
+/** @typedef {import('./export/adjust.js').MaskEdges} MaskEdges */
 /** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
 /** @typedef {import('./edit/editor.js').Edit} Edit */
 /** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */

@@ -20,6 +20,8 @@
  * @property {number} height
  * @property {number} unit clip pixels in one CSS pixel: line widths times this look the same at every zoom
  * @property {(object: number) => boolean} visible
+ * @property {() => ReturnType<typeof import('../../dist/index.js').adjustMask> | null} mask of the frame, its edges as
+ *   they are wanted; null where there is none
  * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */

@@ -22,14 +22,12 @@ export function maskLayer() {
     on: true,
     settings: { opacity: opacity(), fill },
     legend: () => [key('dot', objectColor(1), 'objects, colours as listed')],
-    draw(ctx, { points, frame, unit, visible }) {
-      const mask = points?.mask(frame);
-      if (!points || !mask) return;
-      const masks = { ...points.result, labels: () => mask };
+    draw(ctx, { mask, unit, visible }) {
+      const edged = mask();
+      if (!edged) return;
+      const masks = { ...edged, numFrames: 1, labels: () => edged.labels };
       const objects = (/** @type {number} */ object) => object > 0 && visible(object);
-      fromCorner(ctx, () =>
-        drawLabels(ctx, masks, frame, { opacity: fill.value, outlineWidth: OUTLINE * unit, objects }),
-      );
+      fromCorner(ctx, () => drawLabels(ctx, masks, 0, { opacity: fill.value, outlineWidth: OUTLINE * unit, objects }));
     },
   };
 }

@@ -2,10 +2,10 @@
 
 import { byId } from '../dom.js';
 
-/** @typedef {'overlay' | 'beside' | 'slider'} View */
+/** @typedef {'overlay' | 'beside' | 'slider' | 'cutout'} View */
 
 /** @type {View[]} */
-const VIEWS = ['overlay', 'beside', 'slider'];
+const VIEWS = ['overlay', 'beside', 'slider', 'cutout'];
 
 /** Narrower windows have no room for two pictures side by side: one lies above the other. */
 const NARROW = matchMedia('(max-width: 599px)');
@@ -65,9 +65,10 @@ export class Compare {
    *
    * @param {CanvasImageSource | null} image
    * @param {HTMLCanvasElement} like the canvas of the result, whose size it takes
+   * @param {import('../zoom.js').Zoom} zoom
    */
-  draw(image, like) {
-    if (this.store.state.view === 'overlay') return;
+  draw(image, like, { by, x, y }) {
+    if (!['beside', 'slider'].includes(this.store.state.view)) return;
     const { canvas, box } = this;
     if (canvas.width !== like.width || canvas.height !== like.height)
       Object.assign(canvas, { width: like.width, height: like.height });
@@ -78,6 +79,7 @@ export class Compare {
     const ctx = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
     ctx.clearRect(0, 0, canvas.width, canvas.height);
     ctx.imageSmoothingQuality = 'high';
-    if (image) ctx.drawImage(image, 0, 0, canvas.width, canvas.height);
+    const { width, height } = canvas;
+    if (image) ctx.drawImage(image, -x * by * width, -y * by * height, by * width, by * height);
   }
 }

@@ -4,12 +4,15 @@
  */
 
 import { byId, h } from '../dom.js';
+import { edgesOf } from '../result/edges.js';
 import { stemOf, subjectOf } from '../result/export.js';
 import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
+import { objectName } from '../result/palette.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
 import { bytes, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
+import { groundOf } from './ground.js';
 import { connectDialog } from './help.js';
 
 /** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
@@ -30,7 +33,6 @@ class ExportPanel {
     this.viewer = viewer;
     this.options = new ExportOptions(library);
     this.dialog = /** @type {HTMLDialogElement} */ (byId('export'));
-    this.shownOnly = /** @type {HTMLInputElement} */ (byId('export-shown'));
     this.recipeBox = /** @type {HTMLDetailsElement} */ (byId('recipe-box'));
     /** What it takes to get the same result again. */
     this.recipe = '';
@@ -40,6 +42,7 @@ class ExportPanel {
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
     /** The choices, with their buttons. */
     this.choices = rows.flatMap(({ choices }) => choices);
+    this.nameChoices();
     this.connect();
   }
 
@@ -63,6 +66,8 @@ class ExportPanel {
     const found = this.subject();
     if (!found || this.dialog.open) return;
     this.options.open(found);
+    byId('export-kept').textContent = keptWords(this.selection.objects);
+    this.nameChoices();
     this.tell('');
     this.setBusy(false);
     this.recipeBox.open = false;
@@ -72,18 +77,14 @@ class ExportPanel {
   /** @param {import('../result/export.js').Export} one */
   row({ title, about, choices }) {
     const withButtons = choices.map((choice) => ({
+      title,
       choice,
-      button: h(
-        'button',
-        {
-          type: 'button',
-          class: 'save',
-          'data-export': choice.id,
-          'aria-label': choice.says ?? `${title}: ${choice.label}`,
-          click: () => this.save(choice),
-        },
-        choice.label,
-      ),
+      button: h('button', {
+        type: 'button',
+        class: 'save',
+        'data-export': choice.id,
+        click: () => this.save(choice),
+      }),
     }));
     const element = h(
       'li',
@@ -93,6 +94,15 @@ class ExportPanel {
       h('div', { class: 'saves' }, ...withButtons.map(({ button }) => button)),
     );
     return { element, choices: withButtons };
+  }
+
+  /** Buttons of cut-outs say on which ground. */
+  nameChoices() {
+    const { name } = this.store.state.ground;
+    for (const { title, choice, button } of this.choices) {
+      button.textContent = typeof choice.label === 'string' ? choice.label : choice.label(name);
+      button.setAttribute('aria-label', choice.says ?? `${title}: ${button.textContent}`);
+    }
   }
 
   /** @param {import('../result/export.js').Choice} choice */
@@ -108,8 +118,10 @@ class ExportPanel {
       image: frames.one,
       look: this.viewer.maskLook(side),
       quality,
+      edges: edgesOf(this.store.state.edges, found.masks),
+      ground: groundOf(this.store.state.ground),
       sound: (/** @type {'webm' | 'mp4'} */ format) => this.options.soundFor(format),
-      objects: (/** @type {number} */ object) => object > 0 && (!this.shownOnly.checked || this.selection.has(object)),
+      objects: (/** @type {number} */ object) => object > 0 && this.selection.has(object),
     };
     const file = `${stemOf(subject.name)}-${choice.file(subject)}`;
     this.abort = new AbortController();
@@ -169,6 +181,16 @@ class ExportPanel {
       this.tell(`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
     }
   }
+}
+
+/**
+ * @param {{kept: number[], all: number}} objects
+ * @returns {string} which of them are saved
+ */
+function keptWords({ kept, all }) {
+  if (kept.length === all) return '';
+  const names = kept.length > 0 ? kept.map(objectName).join(', ') : 'No object';
+  return `${names} of ${plural(all, 'object')} ${kept.length === 1 || kept.length === 0 ? 'is' : 'are'} kept: what is saved has no other.`;
 }
 
 /** @param {{done: number, total: number}} progress a total of 0 before the first step */

@@ -1,4 +1,7 @@
-/** The list of objects: colour, size, when and where they are there; show or hide, and show alone. @module */
+/**
+ * The list of objects: colour, size, when and where they are there; which are kept, on screen and in what is saved.
+ * @module
+ */
 
 import { byId, h, icon } from '../dom.js';
 import { moveOf, nameAndColour, placeName, spanOf } from '../result/describe.js';
@@ -55,20 +58,48 @@ function objectRow(facts, motions, times, selection) {
     bar,
     h('span', { class: 'object-facts' }, factsOf(facts, motions, times)),
   );
-  const eye = h(
-    'button',
-    { type: 'button', class: 'icon-button eye', click: () => selection.toggle(object) },
-    icon('icon-eye'),
-    icon('icon-eye-off'),
-  );
-  const element = h('li', { class: 'object', 'data-object': object }, alone, eye);
+  const shows = object === 0 ? eyeOf(selection) : keepOf(object, selection);
+  const element = h('li', { class: 'object', 'data-object': object }, alone, shows.element);
   const update = () => {
     const shown = selection.has(object);
     element.classList.toggle('is-hidden', !shown);
     alone.setAttribute('aria-pressed', String(selection.isAlone(object)));
-    eye.setAttribute('aria-label', `${shown ? 'Hide' : 'Show'} ${name}`);
-    eye.title = shown ? 'Hide' : 'Show';
+    shows.update(shown);
   };
+  return { element, update };
+}
+
+/**
+ * The background is no object that is kept: it is shown or hidden.
+ *
+ * @param {Selection} selection
+ */
+function eyeOf(selection) {
+  const element = h(
+    'button',
+    { type: 'button', class: 'icon-button eye', click: () => selection.toggle(0) },
+    icon('icon-eye'),
+    icon('icon-eye-off'),
+  );
+  const update = (/** @type {boolean} */ shown) => {
+    element.setAttribute('aria-label', `${shown ? 'Hide' : 'Show'} ${objectName(0)}`);
+    element.title = shown ? 'Hide' : 'Show';
+  };
+  return { element, update };
+}
+
+/**
+ * @param {number} object
+ * @param {Selection} selection
+ */
+function keepOf(object, selection) {
+  const box = h('input', {
+    type: 'checkbox',
+    'aria-label': `Keep ${objectName(object)}`,
+    change: () => selection.toggle(object),
+  });
+  const element = h('label', { class: 'keep', title: 'Keep it on screen, and in what is saved' }, box, 'Keep');
+  const update = (/** @type {boolean} */ shown) => (box.checked = shown);
   return { element, update };
 }
 

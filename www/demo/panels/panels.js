@@ -7,7 +7,9 @@
 import { clipPanel } from './clip.js';
 import { comparePanel } from './compare.js';
 import { correctPanel } from './correct.js';
+import { edgesPanel } from './edges.js';
 import { exportPanel } from './export.js';
+import { groundPanel } from './ground.js';
 import { helpPanel } from './help.js';
 import { layersPanel } from './layers.js';
 import { objectsPanel } from './objects.js';
@@ -18,6 +20,7 @@ import { settingsPanel } from './settings.js';
 import { stagesPanel } from './stages.js';
 import { timelinePanel } from './timeline.js';
 import { webcamPanel } from './webcam.js';
+import { zoomPanel } from './zoom.js';
 
 /**
  * @typedef {object} Page
@@ -34,10 +37,13 @@ import { webcamPanel } from './webcam.js';
 /** @type {((page: Page) => void)[]} */
 export const PANELS = [
   runPanel,
+  zoomPanel,
   comparePanel,
+  groundPanel,
   timelinePanel,
   readoutPanel,
   objectsPanel,
+  edgesPanel,
   layersPanel,
   clipPanel,
   settingsPanel,

@@ -102,9 +102,8 @@ export class Strokes {
    * @param {PointerEvent} event
    * @returns {[x: number, y: number]} clip pixels
    */
-  at({ offsetX, offsetY }) {
-    const { unit } = this.viewer.view;
-    return [offsetX * unit - 0.5, offsetY * unit - 0.5];
+  at(event) {
+    return this.viewer.placeAt(event);
   }
 
   /**
@@ -154,13 +153,7 @@ export class Strokes {
       ctx.strokeStyle = style;
       ctx.lineWidth = width * view.unit;
       ctx.beginPath();
-      ctx.arc(
-        pointer.offsetX * view.unit - 0.5,
-        pointer.offsetY * view.unit - 0.5,
-        this.radius * view.unit,
-        0,
-        2 * Math.PI,
-      );
+      ctx.arc(...this.viewer.placeAt(pointer), this.radius * view.unit, 0, 2 * Math.PI);
       ctx.stroke();
     }
   }

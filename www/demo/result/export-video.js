@@ -1,9 +1,16 @@
 /** The clip with its masks drawn over it, and its objects cut out, as videos. @module */
 
+import { GREEN } from '../panels/ground.js';
 import { rateOf } from './export.js';
 
-/** The green of screens. */
-const GREEN = '#00b140';
+/** The grounds of cut-out objects, on buttons. @type {Record<import('../panels/ground.js').GroundName, string>} */
+const GROUNDS = {
+  transparent: 'Transparent',
+  green: 'Green',
+  colour: 'Coloured',
+  blurred: 'Blurred',
+  picture: 'Picture',
+};
 
 /** @type {import('./export.js').Export} */
 export const overlayVideo = {
@@ -15,41 +22,41 @@ export const overlayVideo = {
 /** @type {import('./export.js').Export} */
 export const cutoutVideo = {
   title: 'Cut-out video',
-  about: 'The objects alone, for an editor: on a transparent or on a green ground.',
+  about:
+    'The objects alone, for an editor, on the ground of the view “Cut-out”. MP4 cannot be transparent: it is green then.',
   choices: [
-    video('cutout-webm', 'Transparent WebM', 'cutout', 'webm', 'transparent'),
-    video('cutout-mp4', 'Green MP4', 'cutout', 'mp4', GREEN),
+    video('cutout-webm', (ground) => `${GROUNDS[ground]} WebM`, 'cutout', 'webm'),
+    video('cutout-mp4', (ground) => `${GROUNDS[ground === 'transparent' ? 'green' : ground]} MP4`, 'cutout', 'mp4'),
   ],
 };
 
 /**
  * @param {string} id
- * @param {string} label
+ * @param {import('./export.js').Choice['label']} label
  * @param {'overlay' | 'cutout'} style
  * @param {'webm' | 'mp4'} format
- * @param {string} [background]
  * @returns {import('./export.js').Choice}
  */
-function video(id, label, style, format, background) {
+function video(id, label, style, format) {
   return {
     id,
     label,
-    says: `${style === 'overlay' ? 'Overlay' : 'Cut-out'} video as ${label}`,
     file: () => `${style}.${format}`,
     make: (subject, work) => {
-      const { library, masks, frames, objects, look, quality } = subject;
-      const ground = background ? { background } : {};
+      const { library, masks, frames, objects, look, quality, ground, edges } = subject;
+      const background = format === 'mp4' && ground === 'transparent' ? GREEN : ground;
       const sound = subject.sound(format);
       return library.encodeVideo(masks, frames(work.signal), {
         style,
         format,
         objects,
         quality,
+        edges,
         opacity: look.fill,
         maskOpacity: look.opacity,
         outlineWidth: look.outline,
         ...work,
-        ...ground,
+        ...(style === 'cutout' ? { background } : {}),
         ...(sound ? { sound } : {}),
         ...rateOf(subject),
       });

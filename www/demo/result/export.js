@@ -13,6 +13,8 @@
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
  * @property {import('../../dist/index.js').VideoQuality} quality of videos
+ * @property {import('../../dist/index.js').MaskEdges} edges of the masks on screen
+ * @property {import('../../dist/index.js').Ground} ground of cut-out objects on screen
  * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source
  * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
@@ -33,7 +35,7 @@
  */
 
 /** What there is to save, before it is known how. @typedef {Omit<Subject, 'objects' | 'frames' | 'image' | 'look' |
- * 'quality' | 'sound'>} Found
+ * 'quality' | 'sound' | 'ground' | 'edges'>} Found
  */
 
 /** @typedef {{signal: AbortSignal, onProgress: (progress: {done: number, total: number}) => void}} Work */
@@ -41,7 +43,8 @@
 /**
  * @typedef {object} Choice
  * @property {string} id
- * @property {string} label of its button
+ * @property {string | ((ground: import('../panels/ground.js').GroundName) => string)} label of its button; that of a
+ *   cut-out names the ground on screen
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name
  * @property {(subject: Found) => boolean} [there] whether it can be made; always if not said
@@ -79,8 +82,8 @@ export function subjectOf(state, library) {
  * @param {Work} work
  * @returns {Promise<import('../../dist/index.js').MaskSource>} all masks, at the size that is wanted
  */
-export function masksOf({ library, masks, frames }, work) {
-  return library.masksAtSize(masks, frames(work.signal), work);
+export function masksOf({ library, masks, frames, edges }, work) {
+  return library.masksAtSize(masks, frames(work.signal), { ...work, edges });
 }
 
 /**
@@ -89,9 +92,9 @@ export function masksOf({ library, masks, frames }, work) {
  * @param {ImageData} frame that frame, at the size that is wanted
  * @returns {Promise<Uint8Array>} its labels at that size
  */
-export async function labelsOf({ library, masks }, t, frame) {
+export async function labelsOf({ library, masks, edges }, t, frame) {
   const one = { ...masks, numFrames: 1, times: null, labels: () => masks.labels(t) };
-  return (await library.masksAtSize(one, [frame])).labels(0);
+  return (await library.masksAtSize(one, [frame], { edges })).labels(0);
 }
 
 /**

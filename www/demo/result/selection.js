@@ -66,6 +66,12 @@ export class Selection {
     return this.count > 1 && this.has(object) && this.store.state.hidden.size === this.count - 1;
   }
 
+  /** @returns {{kept: number[], all: number}} the objects that are kept, and how many there are */
+  get objects() {
+    const objects = listed(this.store.state.found?.facts ?? []).flatMap(({ object }) => (object > 0 ? [object] : []));
+    return { kept: objects.filter((object) => this.has(object)), all: objects.length };
+  }
+
   get count() {
     return countOf(this.store.state.found?.facts ?? []);
   }

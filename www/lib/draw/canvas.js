@@ -11,7 +11,7 @@ import { TraceCutError, illegal } from '../errors.js';
  * Any 2D canvas context: of a canvas element, of an `OffscreenCanvas`, or of a canvas library.
  * @typedef {Pick<CanvasRenderingContext2D, 'save' | 'restore' | 'translate' | 'scale' | 'beginPath' | 'closePath'
  *   | 'moveTo' | 'lineTo' | 'rect'
- *   | 'arc' | 'fill' | 'stroke' | 'drawImage' | 'createImageData' | 'putImageData' | 'getImageData' | 'fillStyle' | 'strokeStyle' | 'lineWidth' | 'lineCap'
+ *   | 'arc' | 'fill' | 'fillRect' | 'stroke' | 'drawImage' | 'createImageData' | 'putImageData' | 'getImageData' | 'fillStyle' | 'strokeStyle' | 'lineWidth' | 'lineCap'
  *   | 'globalAlpha' | 'globalCompositeOperation' | 'imageSmoothingEnabled'> & {readonly canvas: {width: number, height: number}}} Context2D
  */
 

@@ -2,12 +2,13 @@
 
 import { TraceCutError } from '../errors.js';
 import { decodeRuns, encodeRuns } from '../video/masks.js';
+import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
 import { pixelsOf } from './drawable.js';
 import { breath } from './masks.js';
 import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
-/** @typedef {{labels: Uint8Array, width: number, height: number}} Mask */
+/** @typedef {import('./adjust.js').Mask} Mask */
 
 /**
  * `labels` holds a label for each pixel, `alpha` how opaque the chosen objects are there, 0 to 255. @typedef {{width:
@@ -17,6 +18,8 @@ import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf 
 /**
  * @typedef {object} MasksAtSizeOptions
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
+ * @property {import('./adjust.js').MaskEdges} [edges] specks left out, objects grown or shrunk; `feather` is of no meaning
+ *   here
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
@@ -30,7 +33,8 @@ import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf 
  */
 export async function masksAtSize(masks, frames, options = {}) {
   checkMasks(masks);
-  const { onProgress, signal } = checkedOptions(options, ['onProgress', 'signal']);
+  const { onProgress, signal, edges } = checkedOptions(options, ['onProgress', 'signal', 'edges']);
+  const how = checkedEdges(edges);
   const { numFrames, shots } = masks;
   const times = timesOf(masks);
   const all = chosenLabels(undefined);
@@ -44,7 +48,7 @@ export async function masksAtSize(masks, frames, options = {}) {
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
     const { width, height } = masks;
-    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all);
+    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how);
     runs.push(encodeRuns(labels));
     onProgress?.({ done: t + 1, total: numFrames });
     if (t + 1 === numFrames) break;
@@ -62,16 +66,21 @@ export async function masksAtSize(masks, frames, options = {}) {
 }
 
 /**
- * A mask at the size of a picture.
+ * A mask at the size of a picture, its edges as they are wanted: specks are left out first, so that they grow nowhere;
+ * lengths are scaled with the mask.
  * @param {Mask} mask
  * @param {import('../frames.js').PixelFrame} picture RGBA
  * @param {Uint8Array} chosen 1 for each label that is meant
+ * @param {Required<import('./adjust.js').MaskEdges>} edges
  * @returns {Promise<MaskAtSize>}
  */
-export async function maskAtSize(mask, picture, chosen) {
+export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }) {
   const { width, height } = picture;
-  const labels = mask.width === width && mask.height === height ? mask.labels : enlarged(mask, width, height);
-  return { width, height, labels, alpha: alphaOf(labels, chosen) };
+  const clean = withoutSpecks(mask, chosen, smallest);
+  const scale = Math.sqrt((width * height) / (mask.width * mask.height));
+  const labels = mask.width === width && mask.height === height ? clean.labels : enlarged(clean, width, height);
+  const large = grown({ labels, width, height }, chosen, scale * grow);
+  return { ...large, alpha: softAlpha(large, chosen, scale * feather) };
 }
 
 /**
@@ -89,16 +98,6 @@ function enlarged(mask, width, height) {
       labels[p] = /** @type {number} */ (mask.labels[row + Number(columns[x])]);
   }
   return labels;
-}
-
-/**
- * @param {Uint8Array} labels
- * @param {Uint8Array} chosen
- */
-function alphaOf(labels, chosen) {
-  const alpha = new Uint8Array(labels.length);
-  for (let p = 0; p < labels.length; p += 1) alpha[p] = chosen[/** @type {number} */ (labels[p])] ? 255 : 0;
-  return alpha;
 }
 
 /**

@@ -2,7 +2,6 @@
 
 import { illegal, typeTag } from '../errors.js';
 import { isPlainObject } from '../options.js';
-import { formatOf, opened } from './sound-track.js';
 
 /**
  * Where sound is taken from: a video file, from `start` to `end` seconds; its beginning and end if not given.
@@ -20,7 +19,7 @@ import { formatOf, opened } from './sound-track.js';
  * @returns {Promise<SoundInfo | null>}
  */
 export async function soundInfo(source) {
-  const media = await import('../vendor/media.js');
+  const [media, { formatOf, opened }] = await Promise.all([import('../vendor/media.js'), import('./sound-track.js')]);
   const input = opened(media, source);
   try {
     const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;

@@ -1,5 +1,6 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
+import { drawGround } from '../draw/cutout.js';
 import { drawLabels } from '../draw/labels.js';
 import { illegal } from '../errors.js';
 import { checkSize, maskAtSize } from './at-size.js';
@@ -36,13 +37,15 @@ export class Painter {
     /** @type {import('./at-size.js').MaskAtSize | null} That of the frame painted last, at the video's size. */
     this.mask = null;
     // A canvas passes over what it does not know as a colour.
-    if (
-      plan.style === 'cutout' &&
-      !plan.alpha &&
-      [BLACK, WHITE].every((other) => this.fills(plan.background, other) === other)
-    ) {
-      throw illegal('param', 'background', plan.background, "'transparent' or a CSS colour");
+    if (plan.style === 'cutout' && !plan.alpha && !this.isKnown(plan.background)) {
+      throw illegal('param', 'background', plan.background, "'transparent', 'blurred', a CSS colour or a picture");
     }
+  }
+
+  /** @param {import('../draw/cutout.js').Ground} background */
+  isKnown(background) {
+    if (typeof background !== 'string' || background === 'blurred') return true;
+    return [BLACK, WHITE].some((other) => this.fills(background, other) !== other);
   }
 
   /**
@@ -99,7 +102,7 @@ export class Painter {
     const isLike = mask.width === size.width && mask.height === size.height;
     // Nothing of the picture is needed where the mask has its size.
     const picture = isLike ? { ...size, data: new Uint8Array(0) } : context.getImageData(0, 0, size.width, size.height);
-    return maskAtSize(mask, picture, plan.chosen);
+    return maskAtSize(mask, picture, plan.chosen, plan.edges);
   }
 
   /**
@@ -148,8 +151,7 @@ export class Painter {
     this.paintMask(mask, plan.alpha ? MARGIN : 0);
     aside.globalCompositeOperation = 'source-in';
     aside.drawImage(image, 0, 0, width, height);
-    context.fillStyle = plan.alpha ? BLACK : plan.background;
-    context.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    drawGround(context, image, this.size, plan.alpha ? BLACK : plan.background);
     context.drawImage(aside.canvas, 0, 0);
   }
 
@@ -163,7 +165,10 @@ export class Painter {
     const picture = new ImageData(width, height);
     const pixels = new Uint32Array(picture.data.buffer);
     // The alpha is the last of the four bytes, on all machines that browsers run on the highest.
-    for (let p = 0; p < pixels.length; p += 1) pixels[p] = 0xffffff + 0x1000000 * Number(alpha[p]);
+    // With a margin it says where colours are wanted at all: also under what is nearly clear.
+    const full = margin > 0;
+    for (let p = 0; p < pixels.length; p += 1)
+      pixels[p] = 0xffffff + 0x1000000 * (full && alpha[p] ? 255 : Number(alpha[p]));
     this.shape ??= context2d(new OffscreenCanvas(width, height));
     this.shape.putImageData(picture, 0, 0);
     aside.globalCompositeOperation = 'source-over';

@@ -1,13 +1,13 @@
 // Masks and frames as a video file, encoded by the browser.
 
 import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, timesOf } from './mask-source.js';
+import { isGround } from '../draw/cutout.js';
 import { TraceCutError, illegal } from '../errors.js';
+import { checkedEdges } from './adjust.js';
 import { tooFew } from './at-size.js';
 import { breath } from './masks.js';
 import { QUALITIES } from './quality.js';
 import { checkedSound } from './sound.js';
-import { openFile } from './video-file.js';
-import { Painter } from './video-painter.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -27,9 +27,11 @@ import { Painter } from './video-painter.js';
  * @property {'overlay' | 'cutout' | 'masks'} [style] `overlay`, the frames with the masks drawn over them, if not
  *   given; `cutout`, the objects alone; `masks`, the masks' colours on black, without frames
  * @property {'webm' | 'mp4'} [format] `webm` if not given
- * @property {string} [background] of cut-out objects: `transparent` (WebM only, and its default) or any CSS colour
- *   (`#00b140`, the green of screens, in MP4 if not given)
+ * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
+ *   default), `blurred`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('./adjust.js').MaskEdges} [edges] of the masks in overlays and cut-outs: specks left out, objects grown
+ *   or shrunk, cut-outs with soft edges
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
  * @property {number} [maskOpacity] of the masks in an overlay as a whole, fill and outline, 0 to 1; 1 if not given
@@ -49,6 +51,7 @@ const LEGAL = [
   'background',
   'objects',
   'colors',
+  'edges',
   'opacity',
   'maskOpacity',
   'outline',
@@ -84,6 +87,8 @@ export async function encodeVideo(masks, frames, options = {}) {
     );
   }
   const { onProgress, signal } = options;
+  // Loaded when a video is made: few pages make any.
+  const [{ openFile }, { Painter }] = await Promise.all([import('./video-file.js'), import('./video-painter.js')]);
   /** @type {import('./video-file.js').VideoFile | null} */
   let file = null;
   const painter = new Painter(masks, plan);
@@ -143,7 +148,8 @@ function planned(masks, frames, options) {
   checkNumber('outlineWidth', outlineWidth, 0, 1000);
   checkFlag('outline', outline);
   const { background = format === 'webm' ? 'transparent' : GREEN } = options;
-  if (typeof background !== 'string') throw illegal('param', 'background', background, "'transparent' or a CSS colour");
+  if (!isGround(background))
+    throw illegal('param', 'background', background, "'transparent', 'blurred', a CSS colour or a picture");
   const alpha = style === 'cutout' && background === 'transparent';
   if (alpha && format === 'mp4')
     throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
@@ -160,6 +166,7 @@ function planned(masks, frames, options) {
     labels: { colors, opacity, outline },
     outlineWidth,
     maskOpacity,
+    edges: checkedEdges(options.edges),
     sound: checkedSound(options.sound),
     frameRate: rateOf(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
     timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),

@@ -1,0 +1,35 @@
+/** What is done to the edges of masks, on screen and in what is saved: specks, growing and shrinking, softness. @module */
+
+import { byId } from '../dom.js';
+import { DEFAULT_EDGES } from '../result/edges.js';
+
+/** @typedef {import('../result/edges.js').EdgeChoice} EdgeChoice */
+
+/** @type {{[Name in keyof EdgeChoice]: (value: number) => string}} */
+const WORDS = {
+  smallest: (value) => (value > 0 ? `${value.toFixed(2)}\u00a0%` : 'kept'),
+  grow: (value) => (value === 0 ? 'as found' : `${value > 0 ? '+' : '−'}${Math.abs(value)}\u00a0px`),
+  feather: (value) => (value > 0 ? `${value}\u00a0px` : 'hard'),
+};
+
+/** @param {Pick<import('./panels.js').Page, 'store' | 'viewer'>} page */
+export function edgesPanel({ store, viewer }) {
+  const names = /** @type {(keyof EdgeChoice)[]} */ (Object.keys(WORDS));
+  const inputs = names.map((name) => {
+    const input = /** @type {HTMLInputElement} */ (byId(`edge-${name}`));
+    input.addEventListener('input', () => store.set({ edges: { ...store.state.edges, [name]: Number(input.value) } }));
+    return { name, input };
+  });
+  byId('edges-reset').addEventListener('click', () => store.set({ edges: DEFAULT_EDGES }));
+  store.watch(['edges'], ({ edges }) => {
+    for (const { name, input } of inputs) {
+      const [value, min, max] = [edges[name], Number(input.min), Number(input.max)];
+      input.value = String(value);
+      input.style.setProperty('--share', String((value - min) / (max - min)));
+      input.setAttribute('aria-valuetext', WORDS[name](value));
+      byId(`edge-${name}-text`).textContent = WORDS[name](value);
+    }
+    byId('edges-reset').hidden = names.every((name) => edges[name] === DEFAULT_EDGES[name]);
+    viewer.redraw();
+  });
+}

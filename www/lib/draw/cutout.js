@@ -1,0 +1,98 @@
+// Objects cut out of their frame, on another ground.
+
+import { illegal } from '../errors.js';
+import { checkedOptions } from '../export/mask-source.js';
+import { asideFrom, scratch } from './canvas.js';
+
+/**
+ * What cut-out objects lie on: `transparent`, nothing; `blurred`, their own frame, out of focus; any CSS colour; or a
+ * picture, which fills the frame and is cut where it has another shape.
+ * @typedef {string | (CanvasImageSource & {width: number, height: number})} Ground
+ */
+
+/**
+ * How opaque the objects are at each pixel, row by row, 0 to 255. @typedef {{width: number, height: number, alpha:
+ * Uint8Array}} CutoutMask
+ */
+
+/** What objects lie on: `transparent` if not given. @typedef {{background?: Ground}} DrawCutoutOptions */
+
+/** Pixels of a frame that become one before it is enlarged again. */
+const BLUR = 16;
+
+/**
+ * Draws the objects of a frame alone, on a ground. The context's unit is one pixel of the mask, its origin the frame's
+ * upper left corner (see `fitFrame`).
+ * @param {import('./canvas.js').Context2D} context
+ * @param {CanvasImageSource} frame of any size: it fills the mask's
+ * @param {CutoutMask} mask
+ * @param {DrawCutoutOptions} [options]
+ */
+export function drawCutout(context, frame, mask, options = {}) {
+  const { background = 'transparent' } = checkedOptions(options, ['background']);
+  const { width, height, alpha } = mask ?? {};
+  if (!(alpha instanceof Uint8Array) || !(width > 0) || alpha.length !== width * height)
+    throw illegal('data', 'mask', mask, 'an object {width, height, alpha} with a byte for each pixel');
+  asideFrom(context, () => {
+    drawGround(context, frame, { width, height }, background);
+    const aside = scratch(context, width, height);
+    const shape = aside.context.createImageData(width, height);
+    for (let p = 0; p < alpha.length; p += 1) shape.data[4 * p + 3] = Number(alpha[p]);
+    aside.context.putImageData(shape, 0, 0);
+    aside.context.globalCompositeOperation = 'source-in';
+    aside.context.drawImage(frame, 0, 0, width, height);
+    context.drawImage(aside.canvas, 0, 0, width, height);
+  });
+}
+
+/**
+ * @param {import('./canvas.js').Context2D} context
+ * @param {CanvasImageSource} frame
+ * @param {{width: number, height: number}} size
+ * @param {Ground} background
+ */
+export function drawGround(context, frame, { width, height }, background) {
+  if (background === 'transparent') return;
+  if (background === 'blurred') {
+    drawBlurred(context, frame, width, height);
+  } else if (typeof background === 'string') {
+    context.fillStyle = background;
+    context.fillRect(0, 0, width, height);
+  } else {
+    const scale = Math.min(background.width / width, background.height / height);
+    const [w, h] = [width * scale, height * scale];
+    context.drawImage(background, (background.width - w) / 2, (background.height - h) / 2, w, h, 0, 0, width, height);
+  }
+}
+
+/**
+ * Made small step by step, then large again: unlike a filter, all browsers can do it.
+ * @param {import('./canvas.js').Context2D} context
+ * @param {CanvasImageSource} frame
+ * @param {number} width
+ * @param {number} height
+ */
+function drawBlurred(context, frame, width, height) {
+  const reduce = BLUR * Math.max(1, Math.max(width, height) / 480);
+  /** @type {CanvasImageSource} */
+  let picture = frame;
+  for (const part of [4, 2, 1, 2]) {
+    const aside = scratch(context, Math.ceil((part * width) / reduce), Math.ceil((part * height) / reduce));
+    aside.context.imageSmoothingEnabled = true;
+    aside.context.drawImage(picture, 0, 0, aside.canvas.width, aside.canvas.height);
+    picture = aside.canvas;
+  }
+  context.imageSmoothingEnabled = true;
+  context.drawImage(picture, 0, 0, width, height);
+}
+
+/**
+ * Whether this is a ground: a name, or a picture. Colours are not looked at.
+ * @param {unknown} background
+ * @returns {background is Ground}
+ */
+export function isGround(background) {
+  if (typeof background === 'string') return true;
+  const { width, height } = /** @type {{width?: unknown, height?: unknown}} */ (background ?? {});
+  return Number(width) > 0 && Number(height) > 0;
+}
