@@ -120,7 +120,9 @@ test('exports at another size grow as much as is seen, and leave specks out', as
   const mask = maskOf((x, y) => (x >= 10 && x < 20 && y >= 8 && y < 16 ? 1 : x === 2 && y === 2 ? 2 : 0));
   const masks = { width: WIDTH, height: HEIGHT, numFrames: 1, labels: () => mask.labels };
   const edges = { smallest: 4, grow: 2 };
-  const large = await masksAtSize(masks, [plain(3 * WIDTH, 3 * HEIGHT)], { edges });
+  const inside = (x, y) => x >= 30 && x < 60 && y >= 24 && y < 48;
+  const picture = plain(3 * WIDTH, 3 * HEIGHT, (x, y) => (inside(x, y) ? 200 : 60));
+  const large = await masksAtSize(masks, [picture], { edges });
   const labels = large.labels(0);
   assert.ok(!labels.includes(2));
   const row = [...labels.subarray(3 * 11 * 3 * WIDTH, (3 * 11 + 1) * 3 * WIDTH)];

@@ -13,6 +13,8 @@
 import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
 import { enlarged } from './enlarge.js';
+import { allAtSize } from './export/at-size.js';
+import { encode } from './export/video.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
@@ -154,6 +156,40 @@ export function carryEdit(editor, edit, options) {
  */
 export function enlargeMask(mask, picture, options) {
   return enlarged(mask, picture, options, platform);
+}
+
+/**
+ * Masks at the size of their frames, for exports at the size of the source: frames are read one by one, borders come to
+ * where they have them (`enlargeMask`), masks are kept as runs of equal labels. All frames have one size.
+ * @param {import('./export/mask-source.js').MaskSource} masks
+ * @param {import('./export/video.js').EncodeFrames} frames one for each frame of the masks, in order
+ * @param {import('./export/at-size.js').MasksAtSizeOptions} [options]
+ * @returns {Promise<import('./export/mask-source.js').MaskSource>} with the times and shots of `masks`
+ */
+export function masksAtSize(masks, frames, options) {
+  return allAtSize(masks, frames, options, enlargeBy(options));
+}
+
+/**
+ * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
+ * size, and masks that are smaller are enlarged by the frames (`enlargeMask`); MP4 wants even numbers, so an odd side
+ * gets one more row or column, a copy of the last. Frames are neither kept nor closed.
+ * @param {import('./export/mask-source.js').MaskSource} masks
+ * @param {import('./export/video.js').EncodeFrames | null} frames null for the style `masks`, which needs none
+ * @param {import('./export/video.js').EncodeVideoOptions} [options]
+ * @returns {Promise<Blob>} the file
+ */
+export function encodeVideo(masks, frames, options) {
+  return encode(masks, frames, options, enlargeBy(options));
+}
+
+/**
+ * @param {{decoder?: import('./options.js').WasmSource} | undefined} options
+ * @returns {import('./export/at-size.js').Enlarge}
+ */
+function enlargeBy(options) {
+  const decoder = options?.decoder;
+  return (mask, picture, { objects }) => enlarged(mask, picture, { objects, decoder }, platform);
 }
 
 /**

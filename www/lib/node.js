@@ -9,6 +9,8 @@ import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
 import { enlarged } from './enlarge.js';
+import { allAtSize } from './export/at-size.js';
+import { encode } from './export/video.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
@@ -84,9 +86,22 @@ export const carryEdit = (editor, edit, options) =>
   carryWith(editor, edit, options, () => openImageEngine({}, platform));
 /** @type {Browser['enlargeMask']} */
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
+/** @type {Browser['masksAtSize']} */
+export const masksAtSize = (masks, frames, options) => allAtSize(masks, frames, options, enlargeBy(options));
+/** @type {Browser['encodeVideo']} */
+export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
 /** @type {Browser['videoFrames']} */
 export const videoFrames = (source, options) => framesOf(source, options, platform);
 /** @type {Browser['videoInfo']} */
 export const videoInfo = (source, options) => infoOf(source, options, platform);
+
+/**
+ * @param {{decoder?: import('./options.js').WasmSource} | undefined} options
+ * @returns {import('./export/at-size.js').Enlarge}
+ */
+function enlargeBy(options) {
+  const decoder = options?.decoder;
+  return (mask, picture, { objects }) => enlarged(mask, picture, { objects, decoder }, platform);
+}

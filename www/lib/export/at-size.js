@@ -20,20 +20,27 @@ import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf 
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {import('./adjust.js').MaskEdges} [edges] specks left out, objects grown or shrunk; `feather` is of no meaning
  *   here
+ * @property {import('../options.js').WasmSource} [decoder] as for a session
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
 /**
- * Masks at the size of their frames, for exports at the size of the source: frames are read one by one, masks kept as
- * runs of equal labels. All frames have one size.
- * @param {MaskSource} masks
- * @param {import('./video.js').EncodeFrames} frames one for each frame of the masks, in order
- * @param {MasksAtSizeOptions} [options]
- * @returns {Promise<MaskSource>} with the times and shots of `masks`
+ * Enlarges a mask by its picture.
+ * @typedef {(mask: Mask, picture: import('../frames.js').FrameSource, options: {objects: (label: number) => boolean}) =>
+ *   Promise<{labels: Uint8Array<ArrayBuffer>, alpha: Uint8Array<ArrayBuffer>}>} Enlarge
  */
-export async function masksAtSize(masks, frames, options = {}) {
+
+/**
+ * Frames are read one by one, masks kept as runs of equal labels.
+ * @param {MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames
+ * @param {MasksAtSizeOptions | undefined} options
+ * @param {Enlarge} enlarge
+ * @returns {Promise<MaskSource>}
+ */
+export async function allAtSize(masks, frames, options, enlarge) {
   checkMasks(masks);
-  const { onProgress, signal, edges } = checkedOptions(options, ['onProgress', 'signal', 'edges']);
+  const { onProgress, signal, edges } = checkedOptions(options ?? {}, ['onProgress', 'signal', 'edges', 'decoder']);
   const how = checkedEdges(edges);
   const { numFrames, shots } = masks;
   const times = timesOf(masks);
@@ -48,7 +55,7 @@ export async function masksAtSize(masks, frames, options = {}) {
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
     const { width, height } = masks;
-    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how);
+    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how, enlarge);
     runs.push(encodeRuns(labels));
     onProgress?.({ done: t + 1, total: numFrames });
     if (t + 1 === numFrames) break;
@@ -65,20 +72,30 @@ export async function masksAtSize(masks, frames, options = {}) {
   };
 }
 
+/** Masks and pictures whose shapes differ by more than this part are not of one picture. */
+const SAME_SHAPE = 0.02;
+
 /**
  * A mask at the size of a picture, its edges as they are wanted: specks are left out first, so that they grow nowhere;
- * lengths are scaled with the mask.
+ * borders come to where the picture has them; lengths are scaled with the mask.
  * @param {Mask} mask
- * @param {import('../frames.js').PixelFrame} picture RGBA
+ * @param {import('../frames.js').FrameSource & {width: number, height: number}} picture
  * @param {Uint8Array} chosen 1 for each label that is meant
  * @param {Required<import('./adjust.js').MaskEdges>} edges
+ * @param {Enlarge} enlarge
  * @returns {Promise<MaskAtSize>}
  */
-export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }) {
+export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }, enlarge) {
   const { width, height } = picture;
   const clean = withoutSpecks(mask, chosen, smallest);
-  const scale = Math.sqrt((width * height) / (mask.width * mask.height));
-  const labels = mask.width === width && mask.height === height ? clean.labels : enlarged(clean, width, height);
+  const [across, down] = [width / mask.width, height / mask.height];
+  const scale = Math.sqrt(across * down);
+  const hasPicture = across > 1 && down > 1 && Math.abs(across / down - 1) < SAME_SHAPE;
+  const found = hasPicture ? await enlarge(clean, picture, { objects: (label) => chosen[label] === 1 }) : null;
+  const isLike = across === 1 && down === 1;
+  const labels = found?.labels ?? (isLike ? clean.labels : nearest(clean, width, height));
+  // As soft as the picture, unless something else is wanted.
+  if (found && grow === 0 && feather === 0) return { width, height, labels, alpha: found.alpha };
   const large = grown({ labels, width, height }, chosen, scale * grow);
   return { ...large, alpha: softAlpha(large, chosen, scale * feather) };
 }
@@ -89,7 +106,7 @@ export async function maskAtSize(mask, picture, chosen, { smallest, grow, feathe
  * @param {number} width
  * @param {number} height
  */
-function enlarged(mask, width, height) {
+function nearest(mask, width, height) {
   const labels = new Uint8Array(width * height);
   const columns = Uint32Array.from({ length: width }, (_, x) => Math.floor(((x + 0.5) * mask.width) / width));
   for (let y = 0, p = 0; y < height; y += 1) {

@@ -96,13 +96,19 @@ export class Painter {
    * The mask of frame `t` at the size of the frame, which is painted already.
    * @param {number} t
    */
-  maskOf(t) {
+  async maskOf(t) {
     const { context, masks, plan, size } = this;
     const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
     const isLike = mask.width === size.width && mask.height === size.height;
     // Nothing of the picture is needed where the mask has its size.
-    const picture = isLike ? { ...size, data: new Uint8Array(0) } : context.getImageData(0, 0, size.width, size.height);
-    return maskAtSize(mask, picture, plan.chosen, plan.edges);
+    const picture = isLike
+      ? { ...size, data: new Uint8Array(0) }
+      : await createImageBitmap(context.canvas, 0, 0, size.width, size.height);
+    try {
+      return await maskAtSize(mask, picture, plan.chosen, plan.edges, plan.enlarge);
+    } finally {
+      if ('close' in picture) picture.close();
+    }
   }
 
   /**

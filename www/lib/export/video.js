@@ -41,6 +41,7 @@ import { checkedSound } from './sound.js';
  * @property {import('./quality.js').VideoQuality} [quality] `high` if not given
  * @property {import('./sound.js').SoundOptions} [sound] kept in the video as it is, packet by packet; none if not given.
  *   The format has to be one that can hold it, see `soundInfo`
+ * @property {import('../options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
@@ -59,6 +60,7 @@ const LEGAL = [
   'frameRate',
   'quality',
   'sound',
+  'decoder',
   'onProgress',
   'signal',
 ];
@@ -69,17 +71,15 @@ const GREEN = '#00b140';
 const FRAME_RATE = 25;
 
 /**
- * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
- * size; MP4 wants even numbers, so an odd side gets one more row or column, a copy of the last. Frames are neither kept
- * nor closed.
  * @param {MaskSource} masks
- * @param {EncodeFrames | null} frames null for the style `masks`, which needs none
- * @param {EncodeVideoOptions} [options]
- * @returns {Promise<Blob>} the file
+ * @param {EncodeFrames | null} frames
+ * @param {EncodeVideoOptions | undefined} options
+ * @param {import('./at-size.js').Enlarge} enlarge
+ * @returns {Promise<Blob>}
  */
-export async function encodeVideo(masks, frames, options = {}) {
+export async function encode(masks, frames, options = {}, enlarge) {
   checkMasks(masks);
-  const plan = planned(masks, frames, checkedOptions(options, LEGAL));
+  const plan = { ...planned(masks, frames, checkedOptions(options, LEGAL)), enlarge };
   if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
     throw new TraceCutError(
       'unsupported',
@@ -121,7 +121,7 @@ async function* blanks(count) {
   }
 }
 
-/** @typedef {ReturnType<typeof planned>} Plan */
+/** @typedef {ReturnType<typeof planned> & {enlarge: import('./at-size.js').Enlarge}} Plan */
 
 /**
  * @param {MaskSource} masks
