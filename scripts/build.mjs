@@ -12,7 +12,7 @@ import { bindgenSource, ensureBindgen, ensureNodeModules, ensureRust, fail, root
 
 /**
  * Most bytes of the gzipped wasm files: the first is what every visitor of a page has to fetch, the second what those
- * fetch besides who push PNG or JPEG files.
+ * fetch besides who push PNG or JPEG files or enlarge masks.
  */
 const MAX_GZIP_BYTES = { tracecut: 360 * 1024, decoder: 130 * 1024 };
 
@@ -58,7 +58,8 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   await Promise.all([
     ensureBindgen(),
     cargoBuild(['--lib', '--features', 'wasm'], 'target'),
-    cargoBuild(['--package', 'tracecut-decoder'], decoderFolder),
+    // Small code: its hot loops wait for memory, and it has a budget too.
+    cargoBuild(['--package', 'tracecut-decoder', '--config', 'profile.wasm.opt-level="s"'], decoderFolder),
   ]);
   await step(stamps, 'decoder', [decoder, lock, ...scripts], () => buildWasm(decoder, 'decoder'));
   await step(stamps, 'wasm', [engine, lock, ...scripts], async () => {

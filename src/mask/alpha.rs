@@ -19,8 +19,8 @@ use std::ops::{AddAssign, SubAssign};
 
 /// The longer side of the picture in radii of the windows.
 const RADII_A_SIDE: usize = 140;
-/// Largest radius: squares of colours in a window still fit 32 bits, with room.
-const MAX_RADIUS: usize = 64;
+/// Largest radius, for speed; squares of colours in a window would fit 32 bits up to 128.
+const MAX_RADIUS: usize = 12;
 /// Of the radius, one of this many pixels is as near to the border as colours may be mixed; also the least radius.
 const MIXED_SHARE: usize = 3;
 /// Variance of the noise in each channel, in squared levels.
@@ -28,7 +28,7 @@ const NOISE: f64 = 6.0;
 /// Colours are believed by half where their D² is this.
 const TRUST: f64 = 2.0;
 /// Side of the tiles that are worked on, in radii.
-const TILE_RADII: usize = 12;
+const TILE_RADII: usize = 6;
 
 /// How opaque each pixel is: at least 128 inside and less outside.
 pub(super) fn opacity(inside: &Plane<bool>, picture: &Frame) -> Plane<u8> {

@@ -72,6 +72,30 @@ fn known_masks_have_known_scores_in_both_layouts() {
 }
 
 #[test]
+fn masks_at_source_are_scored_beside_those_of_the_nearest_pixels() {
+    let masks = masks_of_clip("source");
+    let root = folder("davis-source");
+    sequence(&root.join("toy/JPEGImages"), &root.join("toy/Annotations"), &masks, &|label| label != 0);
+    let file = root.join("scores.json");
+    let output = davis(&root, &["--at-source", "--set", "clip.maxSide=112", "--json", file.to_str().unwrap()]);
+    assert_done(&output);
+    let toy = row(&text(&output.stdout), "toy").iter().skip(11).map(|v| v.parse().unwrap()).collect::<Vec<f64>>();
+    assert_eq!(toy.len(), 7, "J, F and fine F of both, and milliseconds");
+    // The truth is what was found at full size; a smaller one finds less of it, whose borders come nearer to its own.
+    assert!(toy[0] > 0.4 && toy[5] > toy[4], "{toy:?}");
+    let report = json(&file);
+    let mean = &report["mean"]["atSource"];
+    for (k, name) in ["j", "f", "fineF"].into_iter().enumerate() {
+        assert!((mean[name]["nearest"].as_f64().unwrap() - toy[2 * k]).abs() < 1e-4, "{name}");
+        assert!((mean[name]["enlarged"].as_f64().unwrap() - toy[2 * k + 1]).abs() < 1e-4, "{name}");
+    }
+    // At the frames' own size nothing is to be enlarged.
+    let output = davis(&root, &["--at-source"]);
+    assert_done(&output);
+    assert_eq!(row(&text(&output.stdout), "toy")[11..17], ["1.0000"; 6]);
+}
+
+#[test]
 fn published_figures_stand_beside_and_overlays_are_written_on_demand() {
     let masks = masks_of_clip("published");
     let root = folder("published");

@@ -3,6 +3,7 @@
 use super::*;
 use std::collections::BTreeSet;
 use tracecut::image::{Frame, Plane};
+use tracecut::mask::enlarge;
 use tracecut::{Params, Session};
 
 /// Labels and palette of a palette PNG, as they stand in the file.
@@ -27,6 +28,29 @@ fn session(frames: i32) -> Session {
     }
     session.run().unwrap();
     session
+}
+
+#[test]
+fn masks_of_reduced_frames_have_the_size_of_the_frames_and_their_borders() {
+    let (input, out) = (folder("masks-source-in"), folder("masks-source-out"));
+    clip(&input, FRAMES, SIZE, &moving);
+    assert_done(&segment(&input, &out, &["--set", "clip.maxSide=112"]));
+    let mut params = Params::default();
+    params.clip.max_side = 112;
+    let mut session = Session::new(params).unwrap();
+    let frame = |t| Frame::from_rgb(rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t)), SIZE.0 as usize, SIZE.1 as usize);
+    (0..FRAMES).for_each(|t| session.push_frame(frame(t).unwrap()).unwrap());
+    session.run().unwrap();
+    let mut others = 0;
+    for t in 0..FRAMES {
+        let (mask, _) = read_mask(&out.join(format!("masks/{t:05}.png")));
+        let small = session.working_labels(t as usize).unwrap();
+        assert_eq!(small.width(), 112);
+        assert_eq!(mask, enlarge(small, &frame(t).unwrap(), |_| true).unwrap().labels, "frame {t}");
+        others += usize::from(mask != session.labels(t as usize).unwrap());
+    }
+    assert!(others > 0, "no mask is other than that of the nearest pixels");
+    assert!(out.join("overlay-masks/00000.png").is_file());
 }
 
 #[test]

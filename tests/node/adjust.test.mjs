@@ -120,7 +120,14 @@ test('exports at another size grow as much as is seen, and leave specks out', as
   const mask = maskOf((x, y) => (x >= 10 && x < 20 && y >= 8 && y < 16 ? 1 : x === 2 && y === 2 ? 2 : 0));
   const masks = { width: WIDTH, height: HEIGHT, numFrames: 1, labels: () => mask.labels };
   const edges = { smallest: 4, grow: 2 };
-  const large = await masksAtSize(masks, [plain(3 * WIDTH, 3 * HEIGHT)], { edges });
+  // The object has a colour of its own, so that its border lies where the picture says.
+  const picture = plain(3 * WIDTH, 3 * HEIGHT);
+  picture.data.forEach((_, k) => {
+    const [x, y] = [(k >> 2) % picture.width, Math.floor((k >> 2) / picture.width)];
+    const inside = x >= 30 && x < 60 && y >= 24 && y < 48;
+    if (k % 4 < 3) picture.data[k] = (inside ? [220, 60, 40] : [40, 90, 160])[k % 4];
+  });
+  const large = await masksAtSize(masks, [picture], { edges });
   const labels = large.labels(0);
   assert.ok(!labels.includes(2));
   const row = [...labels.subarray(3 * 11 * 3 * WIDTH, (3 * 11 + 1) * 3 * WIDTH)];

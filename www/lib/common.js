@@ -15,7 +15,6 @@ export { MaskEditor, editMasks } from './edit/editor.js';
 export { regionOf, strokeRegion } from './edit/regions.js';
 export { TraceCutError } from './errors.js';
 export { adjustMask } from './export/adjust.js';
-export { masksAtSize } from './export/at-size.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { maskPng, masksZip } from './export/masks.js';
@@ -23,7 +22,6 @@ export { openProject, saveProject } from './export/project.js';
 export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
-export { encodeVideo } from './export/video.js';
 export { EdgeKind, ImageEngine } from './image.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
@@ -52,6 +50,9 @@ export function parameters() {
 /** @typedef {import('./engine.js').Progress} Progress */
 /** @typedef {import('./engine.js').Stage} Stage */
 /** @typedef {import('./engine.js').FlowField} FlowField */
+/** @typedef {import('./enlarge-here.js').EnlargedMask} EnlargedMask */
+/** @typedef {import('./enlarge.js').EnlargeOptions} EnlargeOptions */
+/** @typedef {import('./enlarge.js').FrameMask} FrameMask */
 /** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
 /** @typedef {import('./image.js').DiscontinuityOptions} DiscontinuityOptions */
 /** @typedef {import('./image.js').FlowOptions} FlowOptions */

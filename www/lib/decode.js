@@ -16,26 +16,34 @@ let started;
 export async function toPixels(frame) {
   if (frame.kind === 'pixels') return frame;
   if (!frame.decoder) throw new TraceCutError('state', 'a file came without the module that decodes it');
-  started ??= startDecoder({ module_or_path: frame.decoder });
-  await started;
-  return decoded(frame.data);
+  const [data, width, height] = await callDecoder(
+    frame.decoder,
+    (decoder) => decoder.decode(frame.data),
+    (words) => ['decode', `image cannot be decoded: the decoder stopped on an internal error: ${words}`],
+  );
+  return { data, width, height };
 }
 
-/** @param {Uint8Array} file */
-function decoded(file) {
+/**
+ * Calls into the module. An error that Rust returned has a code; anything else is a panic or a trap, which `broken` puts
+ * into words.
+ * @template T
+ * @param {WebAssembly.Module} module
+ * @param {(decoder: typeof glue) => T} call
+ * @param {(words: string) => [import('./errors.js').ErrorCode, string]} broken
+ * @returns {Promise<T>}
+ */
+export async function callDecoder(module, call, broken) {
+  started ??= startDecoder({ module_or_path: module });
+  await started;
   try {
-    const [data, width, height] = glue.decode(file);
-    return { data, width, height };
+    return call(glue);
   } catch (error) {
     if (error instanceof Error && 'code' in error && typeof error.code === 'string') {
       throw new TraceCutError(/** @type {import('./errors.js').ErrorCode} */ (error.code), error.message);
     }
-    // A panic or a trap: the next file gets a fresh instance.
+    // The next call gets a fresh instance.
     glue.__wbg_reset_state();
-    throw new TraceCutError(
-      'decode',
-      `image cannot be decoded: the decoder stopped on an internal error: ${String(error)}`,
-      { cause: error },
-    );
+    throw new TraceCutError(...broken(String(error)), { cause: error });
   }
 }

@@ -47,17 +47,15 @@ async function copied(frame) {
     case 'File':
       return { kind: 'file', data: new Uint8Array(await /** @type {Blob} */ (frame).arrayBuffer()) };
     case 'VideoFrame':
-      return fromVideoFrame(/** @type {VideoFrame} */ (frame));
+      return fromImage(/** @type {VideoFrame} */ (frame));
     case 'HTMLVideoElement': {
       const video = /** @type {HTMLVideoElement} */ (frame);
       return draw(video, video.videoWidth, video.videoHeight);
     }
     case 'ImageBitmap':
     case 'HTMLCanvasElement':
-    case 'OffscreenCanvas': {
-      const image = /** @type {ImageBitmap} */ (frame);
-      return draw(image, image.width, image.height);
-    }
+    case 'OffscreenCanvas':
+      return fromImage(/** @type {ImageBitmap} */ (frame));
     default:
       return fromPixels(frame);
   }
@@ -83,6 +81,16 @@ function fromPixels(frame) {
     throw new TraceCutError('frame-bytes', `frame data has ${data.length} bytes (expected ${expected})`);
   }
   return { kind: 'pixels', data: new Uint8Array(data), width, height };
+}
+
+/**
+ * The pixels of an image that the browser holds.
+ * @param {VideoFrame | ImageBitmap} image
+ * @returns {Promise<RawFrame>}
+ */
+export async function fromImage(image) {
+  if ('visibleRect' in image) return fromVideoFrame(image);
+  return draw(image, image.width, image.height);
 }
 
 /**

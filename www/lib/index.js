@@ -12,6 +12,9 @@
 
 import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
+import { enlarged } from './enlarge.js';
+import { sized } from './export/at-size.js';
+import { encoded } from './export/video.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
@@ -137,6 +140,47 @@ export function createImageEngine(options) {
  */
 export function carryEdit(editor, edit, options) {
   return carryWith(editor, edit, options, () => openImageEngine({}, platform));
+}
+
+/**
+ * A mask at the size of its picture, which is larger than the mask or as large: borders come to where the picture parts
+ * its colours, and are as soft as they are there. In browsers it runs in a worker; in Node on the calling thread.
+ *
+ * ```js
+ * const { width, height, labels, alpha } = await enlargeMask({ labels, width: 480, height: 270 }, bitmap);
+ * ```
+ * @param {import('./enlarge.js').FrameMask} mask at the size that frames were processed at
+ * @param {import('./frames.js').FrameSource} picture the frame as it was before it was reduced
+ * @param {import('./enlarge.js').EnlargeOptions} [options]
+ * @returns {Promise<import('./enlarge-here.js').EnlargedMask>}
+ */
+export function enlargeMask(mask, picture, options) {
+  return enlarged(mask, picture, options, platform);
+}
+
+/**
+ * Masks at the size of their frames, for exports at the size of the source: frames are read one by one, masks kept as
+ * runs of equal labels. All frames have one size; borders go where the frames have them, as with `enlargeMask`.
+ * @param {import('./export/mask-source.js').MaskSource} masks
+ * @param {import('./export/video.js').EncodeFrames} frames one for each frame of the masks, in order
+ * @param {import('./export/at-size.js').MasksAtSizeOptions} [options]
+ * @returns {Promise<import('./export/mask-source.js').MaskSource>} with the times and shots of `masks`
+ */
+export function masksAtSize(masks, frames, options) {
+  return sized(masks, frames, options, enlargeMask);
+}
+
+/**
+ * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
+ * size, to which masks are brought as by `enlargeMask`; MP4 wants even numbers, so an odd side gets one more row or
+ * column, a copy of the last. Frames are neither kept nor closed.
+ * @param {import('./export/mask-source.js').MaskSource} masks
+ * @param {import('./export/video.js').EncodeFrames | null} frames null for the style `masks`, which needs none
+ * @param {import('./export/video.js').EncodeVideoOptions} [options]
+ * @returns {Promise<Blob>} the file
+ */
+export function encodeVideo(masks, frames, options) {
+  return encoded(masks, frames, options, enlargeMask);
 }
 
 /**

@@ -8,7 +8,10 @@ import { availableParallelism } from 'node:os';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
+import { enlarged } from './enlarge.js';
 import { TraceCutError } from './errors.js';
+import { sized } from './export/at-size.js';
+import { encoded } from './export/video.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
@@ -81,6 +84,12 @@ export const createImageEngine = (options) => openImageEngine(options, platform)
 /** @type {Browser['carryEdit']} */
 export const carryEdit = (editor, edit, options) =>
   carryWith(editor, edit, options, () => openImageEngine({}, platform));
+/** @type {Browser['enlargeMask']} */
+export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
+/** @type {Browser['masksAtSize']} */
+export const masksAtSize = (masks, frames, options) => sized(masks, frames, options, enlargeMask);
+/** @type {Browser['encodeVideo']} */
+export const encodeVideo = (masks, frames, options) => encoded(masks, frames, options, enlargeMask);
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
 /** @type {Browser['videoFrames']} */

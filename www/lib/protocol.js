@@ -12,11 +12,14 @@
 //   {id, type: 'push', data: [frame]} ->
 //                                     <-     {id, type: 'failed', data: {code, message}}
 
+import { typeTag } from './errors.js';
+
 /** @typedef {import('./requests.js').RequestName} RequestName */
 
 /**
  * What the page asks, beside `abort`. The arguments of a request are those of its line in `requests.js`.
  * @typedef {{type: 'create', data: {module: WebAssembly.Module, parameters: Record<string, unknown>}}
+ *   | {type: 'enlarge', data: import('./enlarge-here.js').EnlargeTask}
  *   | {type: 'help', data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}}
  *   | {type: 'helper', data: {number: number, port: MessagePort}}
  *   | {type: 'lost', data: {number: number}}
@@ -38,12 +41,13 @@
  */
 
 /**
- * The buffers of all typed arrays in a tree of plain objects, and ports: what to transfer rather than copy.
+ * The buffers of all typed arrays in a tree of plain objects, images and ports: what to transfer rather than copy.
  * @param {unknown} value
  * @returns {Transferable[]}
  */
 export function transferables(value) {
   if (value instanceof MessagePort) return [value];
+  if (['ImageBitmap', 'VideoFrame'].includes(typeTag(value))) return [/** @type {ImageBitmap} */ (value)];
   if (ArrayBuffer.isView(value)) return value.buffer instanceof ArrayBuffer ? [value.buffer] : [];
   if (typeof value !== 'object' || value === null || value instanceof WebAssembly.Module) return [];
   return Object.values(value).flatMap(transferables);

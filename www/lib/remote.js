@@ -99,6 +99,20 @@ export class RemoteEngine {
   }
 
   /**
+   * Enlarges a mask; no session is needed for it.
+   * @param {import('./enlarge-here.js').EnlargeTask} task
+   * @returns {Promise<import('./enlarge-here.js').EnlargedMask>}
+   */
+  enlarge(task) {
+    return this.#send({ type: 'enlarge', data: task });
+  }
+
+  /** Whether the worker is no more. */
+  get ended() {
+    return this.#ended !== undefined;
+  }
+
+  /**
    * Says what is not answered.
    * @param {import('./protocol.js').Message} message
    */

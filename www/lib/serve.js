@@ -1,6 +1,7 @@
 // The worker's side of the protocol.
 
 import { createLocalEngine } from './engine.js';
+import { enlargeHere } from './enlarge-here.js';
 import { TraceCutError } from './errors.js';
 import { help } from './helper.js';
 import { transferables } from './protocol.js';
@@ -9,7 +10,7 @@ import { REQUESTS } from './requests.js';
 /** @typedef {import('./protocol.js').Reply} Reply */
 
 /**
- * Answers the requests that arrive at `port`, for one session; or helps another.
+ * Answers the requests that arrive at `port`, for one session; or helps another, or enlarges masks.
  * @param {import('./protocol.js').Port} port
  */
 export function serve(port) {
@@ -37,6 +38,7 @@ export function serve(port) {
       await engine;
       return undefined;
     }
+    if (type === 'enlarge') return enlargeHere(data);
     if (type === 'help') return help(data.port, data.module, data.parameters);
     if (type === 'helper') return (await engine).pool.add(data.number, data.port);
     if (type === 'lost') return (await engine).pool.lose(data.number);

@@ -1,7 +1,7 @@
 //! Where frames come from: a folder of images, a `.bmf` list, an animated GIF, or Y4M from a file or standard input.
 //!
-//! Frames are read one at a time. They are read twice, once to find the motion and once to draw over them, so that no
-//! decoded clip has to be held; what comes from standard input is kept in a file until then.
+//! Frames are read one at a time. They are read three times, once to find the motion, once for the masks and once to draw
+//! over them, so that no decoded clip has to be held; what comes from standard input is kept in a file until then.
 
 use crate::failure::{Failure, Result, cannot_write, read};
 use crate::images;

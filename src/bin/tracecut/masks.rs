@@ -1,13 +1,14 @@
 //! Masks as files and pictures, and what the report says about them.
 
-use crate::failure::Result;
+use crate::failure::{Failure, Result};
+use crate::input::Input;
 use crate::overlay::PALETTE;
 use crate::pictures::{Pixels, Series};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tracecut::Session;
 use tracecut::image::{Frame, Plane};
-use tracecut::mask::Objects;
+use tracecut::mask::{Objects, enlarge};
 
 /// How much of a tinted pixel is the label's colour.
 const TINT_SHARE: f32 = 0.5;
@@ -49,23 +50,37 @@ impl MaskReport {
     }
 }
 
-/// Writes the session's masks into `folder` as `%05d.png`; without masks removes those of an earlier run.
-pub(crate) fn write_all(folder: PathBuf, session: &Session) -> Result<Option<MaskReport>> {
+/// Writes the session's masks, at the size of the frames of `input`, into `masks`, and the frames tinted with them into
+/// `overlay-masks`, as `%05d.png` in folders of `out`; without masks removes those of an earlier run.
+pub(crate) fn write_all(out: &Path, input: &Input, session: &Session) -> Result<Option<MaskReport>> {
+    let folders = ["masks", "overlay-masks"].map(|name| out.join(name));
     let Some(objects) = session.objects() else {
-        Series::remove(folder);
+        folders.into_iter().for_each(Series::remove);
         return Ok(None);
     };
     let mut labels = labels_of(objects);
     let mut superpixels = Vec::new();
-    let series = Series::create(folder, session.num_frames())?;
-    for t in 0..session.num_frames() {
-        let mask = session.labels(t)?;
+    let [masks, tints] = folders.map(|folder| Series::create(folder, session.num_frames()));
+    let (masks, tints) = (masks?, tints?);
+    for (t, frame) in input.frames()?.enumerate() {
+        let (name, frame) = frame?;
+        let mask = at_source(session, t, &frame).map_err(|e| Failure::about(name, e))?;
         mask.data().iter().for_each(|&label| labels[usize::from(label)].count(t));
         superpixels.push(session.superpixels(t)?.count);
-        series.write(t, (mask.width(), mask.height()), Pixels::Labels(mask.data()))?;
+        let size = (mask.width(), mask.height());
+        masks.write(t, size, Pixels::Labels(mask.data()))?;
+        tints.write(t, size, Pixels::Rgb(&tinted(&frame, &mask)))?;
     }
     let objects = labels.split_off(1);
     Ok(labels.pop().map(|background| MaskReport { background, objects, superpixels }))
+}
+
+/// The mask of frame `t` at the size of the frame: where that was reduced, with borders to the pixel of its own.
+fn at_source(session: &Session, t: usize, frame: &Frame) -> std::result::Result<Plane<u8>, tracecut::Error> {
+    if session.working_size() == session.input_size() {
+        return session.labels(t);
+    }
+    Ok(enlarge(session.working_labels(t)?, frame, |_| false)?.labels)
 }
 
 /// Writes the scene of each frame without the objects into `folder`, or removes those of an earlier run.

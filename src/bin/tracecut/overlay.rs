@@ -1,13 +1,11 @@
-//! Results drawn over their frames: trajectory points, coloured by label, and masks.
+//! Results drawn over their frames: trajectory points, coloured by label.
 
 use crate::failure::Result;
 use crate::input::Input;
-use crate::masks::tinted;
 use crate::pictures::{Pixels, Series};
 use crate::run::set_stage;
 use indicatif::ProgressBar;
 use std::path::Path;
-use tracecut::Session;
 use tracecut::discretize::Clusters;
 use tracecut::image::Frame;
 use tracecut::trajectory::Trajectories;
@@ -37,33 +35,21 @@ pub(crate) const PALETTE: [[u8; 3]; 16] = [
 /// How much of the frame's own brightness stays under the points, so that pale and dark points both stand out.
 const FRAME_SHARE: f32 = 0.75;
 
-/// Draws over each frame of `input`: the trajectories into `overlay`, and where the session has masks these into
-/// `overlay-masks`, as `%05d.png` in folders of `out`.
+/// Draws the trajectories over each frame of `input`, into `overlay` as `%05d.png`.
 pub(crate) fn write_all(
     out: &Path,
     input: &Input,
-    session: &Session,
     tracks: &Trajectories,
     clusters: &Clusters,
     bar: &ProgressBar,
 ) -> Result<()> {
     let points = Series::create(out.join("overlay"), tracks.num_frames)?;
-    let tints = match session.objects() {
-        Some(_) => Some(Series::create(out.join("overlay-masks"), tracks.num_frames)?),
-        None => {
-            Series::remove(out.join("overlay-masks"));
-            None
-        }
-    };
     bar.reset();
     set_stage(bar, "overlay", tracks.num_frames);
     for (index, frame) in input.frames()?.enumerate() {
         let (_, frame) = frame?;
         let size = (frame.width(), frame.height());
         points.write(index, size, Pixels::Rgb(&draw(&frame, index, tracks, clusters)))?;
-        if let Some(tints) = &tints {
-            tints.write(index, size, Pixels::Rgb(&tinted(&frame, &session.labels(index)?)))?;
-        }
         bar.inc(1);
     }
     bar.finish_and_clear();

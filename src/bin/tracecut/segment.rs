@@ -51,7 +51,7 @@ pub(crate) struct SegmentArgs {
 
 const RESULTS: &str = "\
 Results in the folder:
-  masks/00000.png ...          label of each pixel, 0 for the background, as a palette image at input size
+  masks/00000.png ...          label of each pixel, 0 for the background, as a palette image at the size of the frames
   overlay-masks/00000.png ...  frames with the objects tinted and outlined
   tracks.dat                   labelled trajectories
   overlay/00000.png ...        frames with the trajectories, coloured by label
@@ -110,13 +110,13 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     let (session, timing) = run(&input, params, threads, &bar)?;
     let results = Results::of(&session)?;
     write(&args.out.join("tracks.dat"), tracks::write(results.tracks, results.clusters)?)?;
-    let masks = masks::write_all(args.out.join("masks"), &session)?;
+    let masks = masks::write_all(&args.out, &input, &session)?;
     write_report(args, &session, &results, masks.as_ref(), &timing)?;
     masks::write_backgrounds(args.out.join("background"), &session, args.background)?;
     if args.dump {
         dump::write_all(&args.out.join("dump"), &session)?;
     }
-    overlay::write_all(&args.out, &input, &session, results.tracks, results.clusters, &bar)?;
+    overlay::write_all(&args.out, &input, results.tracks, results.clusters, &bar)?;
     print(summary(&session, &results, masks.as_ref(), &timing, &args.out))
 }
 

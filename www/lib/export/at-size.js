@@ -12,7 +12,7 @@ import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf 
 
 /**
  * `labels` holds a label for each pixel, `alpha` how opaque the chosen objects are there, 0 to 255. @typedef {{width:
- * number, height: number, labels: Uint8Array, alpha: Uint8Array<ArrayBuffer>}} MaskAtSize
+ * number, height: number, labels: Uint8Array<ArrayBuffer>, alpha: Uint8Array<ArrayBuffer>}} MaskAtSize
  */
 
 /**
@@ -24,14 +24,18 @@ import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf 
  */
 
 /**
- * Masks at the size of their frames, for exports at the size of the source: frames are read one by one, masks kept as
- * runs of equal labels. All frames have one size.
- * @param {MaskSource} masks
- * @param {import('./video.js').EncodeFrames} frames one for each frame of the masks, in order
- * @param {MasksAtSizeOptions} [options]
- * @returns {Promise<MaskSource>} with the times and shots of `masks`
+ * Brings a mask to the size of a picture that is as large or larger. @typedef {(mask: Mask, picture:
+ * import('../frames.js').PixelFrame, options: {objects: (label: number) => boolean}) => Promise<MaskAtSize>} Enlarge
  */
-export async function masksAtSize(masks, frames, options = {}) {
+
+/**
+ * @param {MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames
+ * @param {MasksAtSizeOptions | undefined} options
+ * @param {Enlarge} enlarge
+ * @returns {Promise<MaskSource>}
+ */
+export async function sized(masks, frames, options = {}, enlarge) {
   checkMasks(masks);
   const { onProgress, signal, edges } = checkedOptions(options, ['onProgress', 'signal', 'edges']);
   const how = checkedEdges(edges);
@@ -48,7 +52,11 @@ export async function masksAtSize(masks, frames, options = {}) {
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
     const { width, height } = masks;
-    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how);
+    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, {
+      chosen: all,
+      edges: how,
+      enlarge,
+    });
     runs.push(encodeRuns(labels));
     onProgress?.({ done: t + 1, total: numFrames });
     if (t + 1 === numFrames) break;
@@ -70,17 +78,34 @@ export async function masksAtSize(masks, frames, options = {}) {
  * lengths are scaled with the mask.
  * @param {Mask} mask
  * @param {import('../frames.js').PixelFrame} picture RGBA
- * @param {Uint8Array} chosen 1 for each label that is meant
- * @param {Required<import('./adjust.js').MaskEdges>} edges
+ * @param {{chosen: Uint8Array, edges: Required<import('./adjust.js').MaskEdges>, enlarge: Enlarge}} how `chosen` is 1
+ *   for each label that is meant
  * @returns {Promise<MaskAtSize>}
  */
-export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }) {
+export async function maskAtSize(mask, picture, { chosen, edges, enlarge }) {
   const { width, height } = picture;
-  const clean = withoutSpecks(mask, chosen, smallest);
+  const clean = withoutSpecks(mask, chosen, edges.smallest);
   const scale = Math.sqrt((width * height) / (mask.width * mask.height));
-  const labels = mask.width === width && mask.height === height ? clean.labels : enlarged(clean, width, height);
-  const large = grown({ labels, width, height }, chosen, scale * grow);
-  return { ...large, alpha: softAlpha(large, chosen, scale * feather) };
+  const large = await atSize(clean, picture, chosen, enlarge);
+  // The picture says how soft edges are, unless they are wanted otherwise.
+  if (large.alpha && edges.grow === 0 && edges.feather === 0) return { ...large, alpha: large.alpha };
+  const { labels } = grown({ labels: large.labels, width, height }, chosen, scale * edges.grow);
+  return { width, height, labels, alpha: softAlpha({ labels, width, height }, chosen, scale * edges.feather) };
+}
+
+/**
+ * @param {{labels: Uint8Array<ArrayBuffer>, width: number, height: number}} mask
+ * @param {import('../frames.js').PixelFrame} picture
+ * @param {Uint8Array} chosen
+ * @param {Enlarge} enlarge
+ * @returns {Promise<{width: number, height: number, labels: Uint8Array<ArrayBuffer>, alpha?: Uint8Array<ArrayBuffer>}>}
+ */
+async function atSize(mask, picture, chosen, enlarge) {
+  const { width, height } = picture;
+  if (mask.width === width && mask.height === height) return mask;
+  if (mask.width <= width && mask.height <= height)
+    return enlarge(mask, picture, { objects: (label) => chosen[label] === 1 });
+  return { width, height, labels: reduced(mask, width, height) };
 }
 
 /**
@@ -89,7 +114,7 @@ export async function maskAtSize(mask, picture, chosen, { smallest, grow, feathe
  * @param {number} width
  * @param {number} height
  */
-function enlarged(mask, width, height) {
+function reduced(mask, width, height) {
   const labels = new Uint8Array(width * height);
   const columns = Uint32Array.from({ length: width }, (_, x) => Math.floor(((x + 0.5) * mask.width) / width));
   for (let y = 0, p = 0; y < height; y += 1) {

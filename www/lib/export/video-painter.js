@@ -24,10 +24,12 @@ export class Painter {
   /**
    * @param {import('./mask-source.js').MaskSource} masks
    * @param {import('./video.js').Plan} plan
+   * @param {import('./at-size.js').Enlarge} enlarge
    */
-  constructor(masks, plan) {
+  constructor(masks, plan, enlarge) {
     this.masks = masks;
     this.plan = plan;
+    this.enlarge = enlarge;
     this.canvas = new OffscreenCanvas(1, 1);
     this.context = context2d(this.canvas);
     this.aside = context2d(new OffscreenCanvas(1, 1));
@@ -102,7 +104,7 @@ export class Painter {
     const isLike = mask.width === size.width && mask.height === size.height;
     // Nothing of the picture is needed where the mask has its size.
     const picture = isLike ? { ...size, data: new Uint8Array(0) } : context.getImageData(0, 0, size.width, size.height);
-    return maskAtSize(mask, picture, plan.chosen, plan.edges);
+    return maskAtSize(mask, picture, { chosen: plan.chosen, edges: plan.edges, enlarge: this.enlarge });
   }
 
   /**

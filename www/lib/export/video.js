@@ -69,15 +69,13 @@ const GREEN = '#00b140';
 const FRAME_RATE = 25;
 
 /**
- * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
- * size; MP4 wants even numbers, so an odd side gets one more row or column, a copy of the last. Frames are neither kept
- * nor closed.
  * @param {MaskSource} masks
- * @param {EncodeFrames | null} frames null for the style `masks`, which needs none
- * @param {EncodeVideoOptions} [options]
+ * @param {EncodeFrames | null} frames
+ * @param {EncodeVideoOptions | undefined} options
+ * @param {import('./at-size.js').Enlarge} enlarge
  * @returns {Promise<Blob>} the file
  */
-export async function encodeVideo(masks, frames, options = {}) {
+export async function encoded(masks, frames, options = {}, enlarge) {
   checkMasks(masks);
   const plan = planned(masks, frames, checkedOptions(options, LEGAL));
   if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
@@ -91,7 +89,7 @@ export async function encodeVideo(masks, frames, options = {}) {
   const [{ openFile }, { Painter }] = await Promise.all([import('./video-file.js'), import('./video-painter.js')]);
   /** @type {import('./video-file.js').VideoFile | null} */
   let file = null;
-  const painter = new Painter(masks, plan);
+  const painter = new Painter(masks, plan, enlarge);
   let t = 0;
   try {
     for await (const item of frames && plan.style !== 'masks' ? frames : blanks(masks.numFrames)) {

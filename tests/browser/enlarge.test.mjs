@@ -1,0 +1,109 @@
+// Masks at the size of the source in a browser: in a worker, with every kind of picture, the same bytes as in Node.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import * as inNode from '../../dist/node.js';
+import { fnv1a } from '../fingerprint.mjs';
+import { useServerAndBrowser } from '../site.mjs';
+import { emptyPage } from './empty.mjs';
+
+const site = useServerAndBrowser();
+const [WIDTH, HEIGHT, BY] = [854, 480, 2];
+
+/** Runs in the page and here: a disc on a ground, and its mask at half the size. */
+function made([width, height, by]) {
+  const inside = (x, y) => Math.hypot(x - 400.3, y - 230.8) < 150;
+  const data = new Uint8ClampedArray(4 * width * height);
+  for (let p = 0; p < width * height; p += 1) {
+    const [x, y] = [p % width, Math.floor(p / width)];
+    const texture = (x * 7 + y * 13) % 23;
+    data.set(inside(x, y) ? [150 + texture, 90, 60, 255] : [60, 90 + texture, 120, 255], 4 * p);
+  }
+  const [w, h] = [width / by, height / by];
+  const at = (p) => inside(by * (p % w) + by - 2.5, by * Math.floor(p / w) + by - 2.5);
+  return {
+    picture: { data, width, height },
+    mask: { width: w, height: h, labels: Uint8Array.from({ length: w * h }, (_, p) => Number(at(p))) },
+  };
+}
+
+async function open(t) {
+  const page = await emptyPage(t, site);
+  await page.evaluate(`globalThis.made = ${made}`);
+  await page.evaluate(
+    async (size) => {
+      const { enlargeMask } = await import('/dist/index.js');
+      const { picture, mask } = globalThis.made(size);
+      const pixels = new ImageData(picture.data, picture.width);
+      const bytes = ({ labels, alpha }) => [Array.from(labels), Array.from(alpha)];
+      Object.assign(globalThis, { enlargeMask, picture, mask, pixels, bytes });
+    },
+    [WIDTH, HEIGHT, BY],
+  );
+  return page;
+}
+
+test('every kind of picture gives the bytes of Node, and stays as it was', async (t) => {
+  const page = await open(t);
+  const { mask, picture } = made([WIDTH, HEIGHT, BY]);
+  const expected = await inNode.enlargeMask(mask, picture);
+  const found = await page.evaluate(async () => {
+    const { enlargeMask, mask, pixels, bytes } = globalThis;
+    const canvas = new OffscreenCanvas(pixels.width, pixels.height);
+    canvas.getContext('2d').putImageData(pixels, 0, 0);
+    const bitmap = await createImageBitmap(pixels);
+    const init = { format: 'RGBA', codedWidth: pixels.width, codedHeight: pixels.height, timestamp: 0 };
+    const frame = new VideoFrame(pixels.data, init);
+    const blob = await canvas.convertToBlob();
+    const all = {};
+    for (const [name, picture] of Object.entries({ pixels, canvas, bitmap, frame, blob })) {
+      all[name] = bytes(await enlargeMask(mask, picture));
+    }
+    all.here = bytes(await enlargeMask(mask, pixels, { worker: false }));
+    const still = [bitmap.width, frame.codedWidth, pixels.data.length, mask.labels.length];
+    frame.close();
+    return { all, still };
+  });
+  for (const [name, [labels, alpha]] of Object.entries(found.all)) {
+    assert.equal(fnv1a(Uint8Array.from(labels)), fnv1a(expected.labels), name);
+    assert.equal(fnv1a(Uint8Array.from(alpha)), fnv1a(expected.alpha), name);
+  }
+  assert.deepEqual(found.still, [WIDTH, WIDTH, 4 * WIDTH * HEIGHT, mask.labels.length]);
+});
+
+test('one worker enlarges all, goes on after a refusal, and the page is not held up', async (t) => {
+  const page = await open(t);
+  const seen = await page.evaluate(async () => {
+    const { enlargeMask, mask, pixels } = globalThis;
+    let workers = 0;
+    const { Worker } = globalThis;
+    globalThis.Worker = class extends Worker {
+      constructor(...args) {
+        super(...args);
+        workers += 1;
+      }
+    };
+    const bitmap = await createImageBitmap(pixels);
+    await enlargeMask(mask, bitmap);
+    const refused = await enlargeMask(mask, new ImageData(30, 20)).catch((error) => `${error.code}: ${error.message}`);
+    await enlargeMask(mask, pixels, { worker: false });
+    const start = performance.now();
+    await enlargeMask(mask, pixels, { worker: false });
+    const here = performance.now() - start;
+    let [longest, last, over] = [0, performance.now(), false];
+    const tick = () => {
+      const now = performance.now();
+      [longest, last] = [Math.max(longest, now - last), now];
+      if (!over) setTimeout(tick);
+    };
+    tick();
+    const all = await Promise.all([1, 2, 3, 4].map(() => enlargeMask(mask, bitmap)));
+    over = true;
+    return { workers, refused, here, longest, sizes: all.map(({ alpha }) => alpha.length) };
+  });
+  assert.equal(seen.workers, 1);
+  assert.equal(seen.refused, "param: mask = 427x240 (expected at most the picture's size, 30x20)");
+  assert.deepEqual(seen.sizes, Array(4).fill(WIDTH * HEIGHT));
+  t.diagnostic(`the page waited ${seen.longest.toFixed(0)} ms at most, a mask takes ${seen.here.toFixed(0)} ms`);
+  assert.ok(seen.longest < seen.here / 2, `${seen.longest} ms`);
+});

@@ -1,0 +1,124 @@
+// Masks at the size of the source: what the caller gives, and the worker that it goes to where there are workers.
+
+import { enlargeHere } from './enlarge-here.js';
+import { TraceCutError, illegal, typeTag } from './errors.js';
+import { checkedOptions, chosenLabels } from './export/mask-source.js';
+import { toRawFrame } from './frames.js';
+import { wholeNumber } from './options.js';
+import { RemoteEngine } from './remote.js';
+
+/**
+ * A mask of one frame: a label for each pixel, row by row, 0 for the background.
+ * @typedef {{labels: Uint8Array, width: number, height: number}} FrameMask
+ */
+
+/** @typedef {import('./enlarge-here.js').EnlargeTask} EnlargeTask */
+/** @typedef {import('./enlarge-here.js').EnlargedMask} EnlargedMask */
+/** @typedef {import('./enlarge-here.js').Image} Image */
+
+/**
+ * Options of enlarging: the labels whose opacity is wanted, all objects by default, also such that this frame does not
+ * have; `decoder` and `worker` as for a session.
+ * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice, decoder?: import('./options.js').WasmSource,
+ *   worker?: boolean}} EnlargeOptions
+ */
+
+const MAX_SIDE = 16384;
+/** How long a worker stays that has nothing to do: frames of a clip come one after the other. */
+const IDLE_MS = 5000;
+
+/**
+ * @param {FrameMask} mask
+ * @param {import('./frames.js').FrameSource} picture
+ * @param {EnlargeOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @returns {Promise<EnlargedMask>}
+ */
+export async function enlarged(mask, picture, options, platform) {
+  const { objects, decoder, worker } = checkedOptions(options ?? {}, ['objects', 'decoder', 'worker']);
+  if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
+  if (worker && !platform.startWorker)
+    throw new TraceCutError('unsupported', 'worker = true (expected false or nothing: this engine has no workers)');
+  const chosen = new Uint8Array(chosenLabels(objects));
+  const { labels, width } = copied(mask);
+  const load = () => platform.loadDecoder(decoder);
+  const startWorker = worker === false ? undefined : platform.startWorker;
+  const held = (startWorker && image(picture)) ?? toRawFrame(picture, load);
+  const [raw, module] = await Promise.all([held, load()]);
+  /** @type {EnlargeTask} */
+  const task = { labels, width, picture: raw, chosen, module };
+  return startWorker ? inWorker(task, startWorker) : enlargeHere(task);
+}
+
+/**
+ * A copy of a picture that the browser holds, taken before this returns; nothing where it is none, or empty.
+ * @param {import('./frames.js').FrameSource} picture
+ * @returns {Promise<Image> | undefined}
+ */
+function image(picture) {
+  switch (typeTag(picture)) {
+    case 'VideoFrame': {
+      const frame = /** @type {VideoFrame} */ (picture);
+      return frame.codedWidth > 0 ? Promise.resolve({ kind: 'image', image: frame.clone() }) : undefined;
+    }
+    case 'ImageBitmap':
+    case 'HTMLCanvasElement':
+    case 'OffscreenCanvas': {
+      const bitmap = /** @type {ImageBitmap} */ (picture);
+      if (bitmap.width === 0 || bitmap.height === 0) return undefined;
+      return createImageBitmap(bitmap).then((copy) => ({ kind: 'image', image: copy }));
+    }
+    default:
+      return undefined;
+  }
+}
+
+/**
+ * Copies a mask, so that the caller may change it at once.
+ * @param {FrameMask} mask
+ */
+function copied(mask) {
+  if (typeof mask !== 'object' || mask === null)
+    throw illegal('data', 'mask', mask, 'an object {labels, width, height}');
+  const width = wholeNumber('data', 'mask.width', mask.width, 1, MAX_SIDE);
+  const height = wholeNumber('data', 'mask.height', mask.height, 1, MAX_SIDE);
+  const { labels } = mask;
+  if (!(labels instanceof Uint8Array || /** @type {unknown} */ (labels) instanceof Uint8ClampedArray))
+    throw illegal('data', 'mask.labels', labels, 'a Uint8Array, a label for each pixel');
+  if (labels.length !== width * height)
+    throw new TraceCutError('data', `mask.labels has ${labels.length} labels (expected ${width * height})`);
+  return { labels: new Uint8Array(labels), width };
+}
+
+/** @type {RemoteEngine | undefined} */
+let engine;
+let underWay = 0;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let ending;
+
+/**
+ * Enlarges in a worker, which all calls share; its memory goes with it.
+ * @param {EnlargeTask} task
+ * @param {() => Worker} startWorker
+ */
+async function inWorker(task, startWorker) {
+  clearTimeout(ending);
+  engine ??= new RemoteEngine(startWorker());
+  const mine = engine;
+  underWay += 1;
+  try {
+    return await mine.enlarge(task);
+  } catch (error) {
+    // A worker that could not start, or was lost, is of no more use; one that refuses a mask is.
+    if (mine.ended && engine === mine) engine = undefined;
+    throw error;
+  } finally {
+    underWay -= 1;
+    if (underWay === 0) ending = setTimeout(end, IDLE_MS);
+  }
+}
+
+function end() {
+  engine?.close();
+  engine = undefined;
+}
