@@ -270,22 +270,19 @@ async function playedPixels(t) {
   return context.getImageData(0, 0, width, height);
 }
 
-/** Runs in the page: the share of pixels whose alpha is not that of the mask on screen. */
+/** Runs in the page: the share of pixels whose alpha is not that of the mask on screen, brought to the frame's size. */
 async function compareAlpha(t) {
   const { data, width, height } = await globalThis.playedPixels(t);
-  const { points } = globalThis.tracecutDemo.app;
-  const mask = points.mask(t);
-  const own = points.result;
+  const { app, source, take } = globalThis.tracecutDemo;
+  const picture = await source.preview(take.start + t, Math.max(width, height), app.job.times[t]);
+  const { labels } = await globalThis.sized.library.enlargeMask(app.viewer.view.mask(), picture);
   let [wrong, objects] = [0, 0];
-  for (let y = 0; y < height; y += 1) {
-    const row = own.width * Math.floor(((y + 0.5) * own.height) / height);
-    for (let x = 0; x < width; x += 1) {
-      const there = mask[row + Math.floor(((x + 0.5) * own.width) / width)] > 0;
-      objects += there;
-      wrong += there !== data[4 * (y * width + x) + 3] > 127;
-    }
+  for (let p = 0; p < labels.length; p += 1) {
+    const there = labels[p] > 0;
+    objects += there;
+    wrong += there !== data[4 * p + 3] > 127;
   }
-  return { wrong: wrong / (width * height), objects: objects / (width * height) };
+  return { wrong: wrong / labels.length, objects: objects / labels.length };
 }
 
 /** Runs in the page: what is shown deep inside the first object, and that object's colour. */
