@@ -21,7 +21,7 @@ export function readmeCode() {
 
 /** Where each block is run: in Node, in a browser, or by the test of bundlers. */
 export const RUN = {
-  node: ['In Node', 'Sessions', 'Corrections', 'Single images', 'Errors'],
+  node: ['In Node', 'Sessions', 'Corrections', 'Edits by hand', 'Single images', 'Errors'],
   browser: ['In the browser', 'Video', 'What comes out'],
   bundlers: ['Bundlers', 'Bundlers 2'],
 };

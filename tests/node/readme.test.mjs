@@ -23,6 +23,14 @@ const AROUND = {
      for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));`,
     'console.log(session.corrections, result.objects.labels.length > 1, result.labels(0)[y * result.width + x] === result.labels(0)[y * result.width + x + 45]);',
   ],
+  'Edits by hand': [
+    `import { createSession, synthClip } from 'tracecut';
+     const clip = await synthClip(${JSON.stringify(SCENE)});
+     const session = await createSession();
+     for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
+     const result = await session.run();`,
+    `console.log(edit.parts.size > 1, editor.undoable, editor.labels(4)[80 * 256 + 100]); session.close();`,
+  ],
   'Single images': [
     `import { synthClip } from 'tracecut';
      const image = (await synthClip({ width: 128, height: 72 })).frame(0);`,
@@ -68,6 +76,7 @@ test("the README's blocks for Node do what they say", async (t) => {
   ]);
   assert.match(run(folder, 'Sessions'), /masks \d+ \d+\n\d{3,} trajectories, [1-9] objects\n$/);
   assert.equal(run(folder, 'Corrections'), '3 true true\n');
+  assert.equal(run(folder, 'Edits by hand'), 'true 1 0\n');
   assert.equal(run(folder, 'Single images'), '9216 9216 9216 true true 9216 9216\n');
   assert.match(run(folder, 'Errors'), /^param cut\.spatialWeight = -1 \(expected /);
 });

@@ -6,7 +6,7 @@ import { byId } from './dom.js';
 import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
-import { EdgedMask } from './result/edges.js';
+import { EdgedMask } from './result/edged-mask.js';
 import { Compare } from './panels/compare.js';
 import { drawKept } from './panels/ground.js';
 import { NOWHERE } from './store.js';
