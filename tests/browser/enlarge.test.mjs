@@ -29,14 +29,14 @@ function made([width, height, by]) {
 
 async function open(t) {
   const page = await emptyPage(t, site);
-  await page.evaluate(`globalThis.made = ${made}`);
+  await page.evaluate(`globalThis.made = ${made}; globalThis.fnv1a = ${fnv1a}`);
   await page.evaluate(
     async (size) => {
       const { enlargeMask } = await import('/dist/index.js');
       const { picture, mask } = globalThis.made(size);
       const pixels = new ImageData(picture.data, picture.width);
-      const bytes = ({ labels, alpha }) => [Array.from(labels), Array.from(alpha)];
-      Object.assign(globalThis, { enlargeMask, picture, mask, pixels, bytes });
+      const print = ({ labels, alpha }) => [labels, alpha].map((bytes) => globalThis.fnv1a(bytes));
+      Object.assign(globalThis, { enlargeMask, picture, mask, pixels, print });
     },
     [WIDTH, HEIGHT, BY],
   );
@@ -48,7 +48,7 @@ test('every kind of picture gives the bytes of Node, and stays as it was', async
   const { mask, picture } = made([WIDTH, HEIGHT, BY]);
   const expected = await inNode.enlargeMask(mask, picture);
   const found = await page.evaluate(async () => {
-    const { enlargeMask, mask, pixels, bytes } = globalThis;
+    const { enlargeMask, mask, pixels, print } = globalThis;
     const canvas = new OffscreenCanvas(pixels.width, pixels.height);
     canvas.getContext('2d').putImageData(pixels, 0, 0);
     const bitmap = await createImageBitmap(pixels);
@@ -57,21 +57,20 @@ test('every kind of picture gives the bytes of Node, and stays as it was', async
     const blob = await canvas.convertToBlob();
     const all = {};
     for (const [name, picture] of Object.entries({ pixels, canvas, bitmap, frame, blob })) {
-      all[name] = bytes(await enlargeMask(mask, picture));
+      all[name] = print(await enlargeMask(mask, picture));
     }
-    all.here = bytes(await enlargeMask(mask, pixels, { worker: false }));
+    all.here = print(await enlargeMask(mask, pixels, { worker: false }));
     const still = [bitmap.width, frame.codedWidth, pixels.data.length, mask.labels.length];
     frame.close();
     return { all, still };
   });
-  for (const [name, [labels, alpha]] of Object.entries(found.all)) {
-    assert.equal(fnv1a(Uint8Array.from(labels)), fnv1a(expected.labels), name);
-    assert.equal(fnv1a(Uint8Array.from(alpha)), fnv1a(expected.alpha), name);
+  for (const [name, prints] of Object.entries(found.all)) {
+    assert.deepEqual(prints, [fnv1a(expected.labels), fnv1a(expected.alpha)], name);
   }
   assert.deepEqual(found.still, [WIDTH, WIDTH, 4 * WIDTH * HEIGHT, mask.labels.length]);
 });
 
-test('one worker enlarges all, goes on after a refusal, and the page is not held up', async (t) => {
+test('one worker enlarges all, goes on after a refusal, ends when idle, and the page is not held up', async (t) => {
   const page = await open(t);
   const seen = await page.evaluate(async () => {
     const { enlargeMask, mask, pixels } = globalThis;
@@ -106,4 +105,11 @@ test('one worker enlarges all, goes on after a refusal, and the page is not held
   assert.deepEqual(seen.sizes, Array(4).fill(WIDTH * HEIGHT));
   t.diagnostic(`the page waited ${seen.longest.toFixed(0)} ms at most, a mask takes ${seen.here.toFixed(0)} ms`);
   assert.ok(seen.longest < seen.here / 2, `${seen.longest} ms`);
+  // With nothing left to do the worker ends, and its memory with it; the next mask has one again.
+  assert.equal(page.workers().length, 1);
+  await page.workers()[0].waitForEvent('close');
+  const again = await page.evaluate(
+    async () => (await globalThis.enlargeMask(globalThis.mask, globalThis.pixels)).width,
+  );
+  assert.deepEqual([again, page.workers().length], [WIDTH, 1]);
 });
