@@ -136,27 +136,31 @@ test('the delays of a GIF are kept on screen and in what is saved', async () => 
   const times = delays.map((_, t) => delays.slice(0, t).reduce((sum, delay) => sum + delay / 100, 0));
   const known = await page.evaluate(() => globalThis.tracecutDemo.app.job.times);
   times.forEach((time, t) => assert.ok(Math.abs(known[t] - time) < 1e-6, `frame ${t} at ${known[t]} s`));
-  const shown = await page.evaluate(async () => {
-    const seen = [];
-    const scrub = document.querySelector('#scrub');
-    document.querySelector('#play').click();
-    for (const end = performance.now() + 3500; performance.now() < end; await new Promise(requestAnimationFrame))
-      if (seen.at(-1)?.[0] !== scrub.value) seen.push([scrub.value, performance.now()]);
-    document.querySelector('#play').click();
-    return seen;
-  });
-  const lasted = (frame) => {
-    const at = shown.findIndex(([value], k) => value === String(frame) && k > 0 && k + 1 < shown.length);
-    return shown[at + 1][1] - shown[at][1];
-  };
-  assert.ok(Math.abs(lasted(1) - 300) < 150, `frame 1 lasted ${lasted(1)} ms`);
-  assert.ok(Math.abs(lasted(4) - 600) < 150, `frame 4 lasted ${lasted(4)} ms`);
+  // On a busy machine a frame may come late: one round of several has to be on time.
+  let lasted = [];
+  const isOnTime = () => Math.abs(lasted[0] - 300) < 150 && Math.abs(lasted[1] - 600) < 150;
+  for (let round = 0; round < 5 && !isOnTime(); round += 1) lasted = await page.evaluate(watchFrames, [1, 4]);
+  assert.ok(isOnTime(), `frames 1 and 4 lasted ${lasted} ms`);
   await page.evaluate(prepare);
   await page.click('#export-open');
   const saved = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
   times.forEach((time, t) => assert.ok(Math.abs(saved.times[t] - time) < 0.001, `frame ${t} at ${saved.times[t]} s`));
   assert.deepEqual(faults, []);
 });
+
+/** Runs in the page: plays for a while; how long each of these frames was on screen, NaN where it was not. */
+async function watchFrames(frames) {
+  const seen = [];
+  const scrub = document.querySelector('#scrub');
+  document.querySelector('#play').click();
+  for (const end = performance.now() + 3500; performance.now() < end; await new Promise(requestAnimationFrame))
+    if (seen.at(-1)?.[0] !== scrub.value) seen.push([scrub.value, performance.now()]);
+  document.querySelector('#play').click();
+  return frames.map((frame) => {
+    const at = seen.findIndex(([value], k) => value === String(frame) && k > 0 && k + 1 < seen.length);
+    return at < 0 ? NaN : seen[at + 1][1] - seen[at][1];
+  });
+}
 
 /** Runs in the page: what the other functions share. */
 async function prepare() {
