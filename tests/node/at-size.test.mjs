@@ -38,6 +38,17 @@ test('masks of the frames’ size stay as they are', async () => {
   for (let t = 0; t < 3; t += 1) assert.deepEqual(same.labels(t), masks.labels(t));
 });
 
+test('frames of another shape than the masks stretch them, pixel by pixel', async () => {
+  const wide = { width: 400, height: 200, numFrames: 1, labels: () => new Uint8Array(80000).fill(1, 20000, 50100) };
+  const large = await masksAtSize(wide, [plain(800, 407)]);
+  const labels = large.labels(0);
+  for (let y = 0; y < 407; y += 1)
+    for (let x = 0; x < 800; x += 7) {
+      const p = 400 * Math.floor(((y + 0.5) * 200) / 407) + Math.floor(x / 2);
+      assert.equal(labels[800 * y + x], Number(p >= 20000 && p < 50100), `${x}, ${y}`);
+    }
+});
+
 test('frames that are too few, of another size, or no pixels are refused', async () => {
   await rejects(masksAtSize(masks, [plain(8, 4)]), 'data', /ended after 1 of 3/);
   await rejects(

@@ -72,8 +72,8 @@ export async function allAtSize(masks, frames, options, enlarge) {
   };
 }
 
-/** Masks and pictures whose shapes differ by more than this part are not of one picture. */
-const SAME_SHAPE = 0.02;
+/** How many of its pixels a mask's shape may differ from the picture's, as `enlargeMask` has it: sizes are rounded. */
+const SHAPE_TOLERANCE = 2;
 
 /**
  * A mask at the size of a picture, its edges as they are wanted: specks are left out first, so that they grow nowhere;
@@ -90,7 +90,10 @@ export async function maskAtSize(mask, picture, chosen, { smallest, grow, feathe
   const clean = withoutSpecks(mask, chosen, smallest);
   const [across, down] = [width / mask.width, height / mask.height];
   const scale = Math.sqrt(across * down);
-  const hasPicture = across > 1 && down > 1 && Math.abs(across / down - 1) < SAME_SHAPE;
+  // Where the picture shows something else than the mask, its borders are of no use.
+  const isOther =
+    Math.min(Math.abs(mask.height - height / across), Math.abs(mask.width - width / down)) > SHAPE_TOLERANCE;
+  const hasPicture = across > 1 && down > 1 && !isOther;
   const found = hasPicture ? await enlarge(clean, picture, { objects: (label) => chosen[label] === 1 }) : null;
   const isLike = across === 1 && down === 1;
   const labels = found?.labels ?? (isLike ? clean.labels : nearest(clean, width, height));
