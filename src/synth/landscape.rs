@@ -268,9 +268,9 @@ impl Board {
             // A third larger in a hundred frames, and back; it leans into the wind.
             let size = 1.0 + 0.33 * sin_turns(time / 400.0) * 400.0 / 628.0;
             let lean = 0.035 * sin_turns(time / 220.0) + 0.008;
-            Affine::scaling(0.88 * size, 0.88 * size)
+            Affine::scaling(0.80 * size, 0.80 * size)
                 .then(&Affine::rotation(lean))
-                .then(&self.pose(140.0 + self.drift(t, 2.2), 62.0 - self.drift(t, 0.1)))
+                .then(&self.pose(140.0 + self.drift(t, 2.2), 66.0 - self.drift(t, 0.1)))
         });
     }
 

@@ -35,7 +35,7 @@ describe('video files', () => {
       'done',
       await page.evaluate(() => document.querySelector('#error').innerText),
     );
-    assert.match(await text(page, '#subline'), /trajector.* of 384 × 216/);
+    assert.match(await text(page, '#subline'), /trajector.* of 480 × 270/);
     assert.deepEqual(faults, []);
   });
 

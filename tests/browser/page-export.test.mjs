@@ -32,7 +32,7 @@ describe('exports', () => {
     );
     // Specks are left out: less than 0.02 % of the frame.
     labels = found.map((one) => [
-      ...adjustMask({ labels: Uint8Array.from(one), width: 384, height: 216 }, { smallest: 17 }).labels,
+      ...adjustMask({ labels: Uint8Array.from(one), width: 480, height: 270 }, { smallest: 26 }).labels,
     ]);
     assert.notDeepEqual(labels, found, 'the sample has a speck');
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
@@ -143,7 +143,7 @@ describe('exports', () => {
         (FRAME + 0.5) / 15,
         [inside, outside],
       ]);
-      assert.deepEqual(size, [384, 216]);
+      assert.deepEqual(size, [480, 270]);
       assert.ok(Math.abs(duration - 24 / 15) < 0.1, `${duration} s`);
       if (id.startsWith('cutout')) {
         assert.equal(colors[0][3], 255, 'the object is there');
@@ -282,5 +282,5 @@ async function frameOf([bytes, type, time, places]) {
 /** Runs in the page. */
 async function canEncodeMp4() {
   const media = await import('/dist/vendor/media.js');
-  return media.canEncodeVideo ? media.canEncodeVideo('avc', { width: 384, height: 216 }) : true;
+  return media.canEncodeVideo ? media.canEncodeVideo('avc', { width: 480, height: 270 }) : true;
 }

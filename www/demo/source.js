@@ -57,7 +57,7 @@ export function usualTake(source) {
 }
 
 /** The sample: small enough to be through in seconds, large enough to look at. */
-export const SAMPLE = { width: 384, height: 216, frames: 24, seed: 0 };
+export const SAMPLE = { width: 480, height: 270, frames: 24, seed: 0 };
 
 /**
  * @param {Library['synthClip']} synthClip
