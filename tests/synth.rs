@@ -53,8 +53,8 @@ fn each_object_of_the_sample_has_its_size_in_every_frame() {
     assert_eq!((scene.num_objects(), scene.num_frames(), scene.size()), (3, 30, (384, 216)));
     for t in [0, 10, 20, 29] {
         let [background, balloon, van, hiker] = shares(&scene.mask(t));
-        assert!((0.75..0.88).contains(&background), "frame {t}: background {background:.4}");
-        assert!((0.07..0.13).contains(&balloon), "frame {t}: balloon {balloon:.4}");
+        assert!((0.78..0.90).contains(&background), "frame {t}: background {background:.4}");
+        assert!((0.055..0.11).contains(&balloon), "frame {t}: balloon {balloon:.4}");
         assert!((0.018..0.03).contains(&van), "frame {t}: van {van:.4}");
         assert!((0.025..0.05).contains(&hiker), "frame {t}: hiker {hiker:.4}");
     }
@@ -161,7 +161,7 @@ fn players_move_alike_and_are_apart_before_and_after_they_touch() {
 }
 
 /// Of frames 0 and 5 of `Scene::sample(96, 54, 6, 1)`. It changes when the scene is redrawn, and never otherwise.
-const HASH: u64 = 0x34a4_44e1_bc38_7552;
+const HASH: u64 = 0xdf82_5e06_fd78_03a0;
 
 /// The wasm tests check the same number: the bytes must not depend on the target.
 #[test]
