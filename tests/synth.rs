@@ -163,7 +163,7 @@ fn players_move_alike_and_are_apart_before_and_after_they_touch() {
 /// Of frames 0 and 5 of `Scene::sample(96, 54, 6, 1)`. It changes when the scene is redrawn, and never otherwise.
 const HASH: u64 = 0xdf82_5e06_fd78_03a0;
 
-/// The wasm tests check the same number: the bytes must not depend on the target.
+/// Golden files hold the bytes of the wasm build to those of native code.
 #[test]
 fn frames_never_change() {
     let scene = Scene::sample(96, 54, 6, 1);
