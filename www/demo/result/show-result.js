@@ -4,7 +4,8 @@ import { readsAreNoisy } from '../grabber.js';
 import { stagesOf } from '../panels/stages.js';
 import { kindOf } from '../source.js';
 import { phasePatch, withinFilm } from '../store.js';
-import { seconds } from '../words.js';
+import { COVERED } from '../run/preview.js';
+import { PREVIEW, seconds } from '../words.js';
 import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
@@ -46,13 +47,33 @@ export function showResult(store, job) {
 }
 
 /**
+ * While nothing is settled, coarse masks of the first frames can be looked at.
+ *
+ * @param {Store} store
+ * @param {AnyJob} job
+ */
+export function showPreview(store, job) {
+  const { phase, streaming } = store.state;
+  if (job !== store.state.job || phase !== 'running' || streaming) return;
+  const { width, height } = job.images;
+  store.set({
+    film: filmOf(job, COVERED),
+    frame: 0,
+    picture: { width, height, images: job.images },
+    preview: job.preview,
+    live: PREVIEW.live,
+    playing: !CALM.matches,
+  });
+}
+
+/**
  * While windows of a long clip are still to come, what is settled can be looked at.
  *
  * @param {Store} store
  * @param {AnyJob} job
  */
 export function showWindow(store, job) {
-  const { streaming, frame, picture } = store.state;
+  const { streaming, frame, picture, playing } = store.state;
   const { width, height, length } = job.images;
   const film = filmOf(job, Math.max(job.take.frames, length));
   const { headline, patch } = foundPatch(store.state, job, film);
@@ -61,6 +82,7 @@ export function showWindow(store, job) {
     frame: withinFilm({ film }, streaming ? frame : 0),
     picture: streaming ? picture : { width, height, images: job.images },
     streaming: true,
+    playing: streaming && playing,
     live: `${job.settled} of ${job.take.frames} frames are done: ${headline}`,
     ...patch,
   });
@@ -110,7 +132,12 @@ function foundPatch({ hidden, source }, job, film) {
     headline: headline(facts),
     numbers,
     summary: result ? summaryOf(facts, result.numFrames, film.times) : '',
-    patch: { found: { points, facts, windows, answers }, hidden: hiddenAmong(hidden, facts), notice: remark },
+    patch: {
+      preview: null,
+      found: { points, facts, windows, answers },
+      hidden: hiddenAmong(hidden, facts),
+      notice: remark,
+    },
   };
 }
 

@@ -108,9 +108,7 @@ export class ClipJob extends Job {
     this.session = session;
     for await (const { frame, time } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
-      // The picture is copied before the session gets the bytes, which it may hand on to its worker.
-      await this.images.add(frame);
-      if (time !== null) this.times.push(time);
+      await this.arrived(frame, time);
       await session.push(frame);
       this.mark('frames', this.images.length, this.take.frames);
       report();

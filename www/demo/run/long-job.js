@@ -118,13 +118,15 @@ export class LongJob extends Job {
     this.result = result;
   }
 
+  get waited() {
+    return WINDOW;
+  }
+
   async *frames() {
     const { signal } = this.life;
     for await (const { frame, time } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
-      // The picture is copied before the package gets the bytes, which it may hand on to its worker.
-      await this.images.add(frame);
-      if (time !== null) this.times.push(time);
+      await this.arrived(frame, time);
       this.mark('frames', this.images.length, Math.max(this.take.frames, this.images.length + 1));
       if (!this.stopped) this.report();
       yield time === null ? frame : { frame, time };
