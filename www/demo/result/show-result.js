@@ -47,7 +47,8 @@ export function showResult(store, job) {
 }
 
 /**
- * While nothing is settled, coarse masks of the first frames can be looked at.
+ * While nothing is settled, coarse masks of the first frames can be looked at. They do not play by themselves: drawing
+ * would take from the run what it needs.
  *
  * @param {Store} store
  * @param {AnyJob} job
@@ -62,7 +63,6 @@ export function showPreview(store, job) {
     picture: { width, height, images: job.images },
     preview: job.preview,
     live: PREVIEW.live,
-    playing: !CALM.matches,
   });
 }
 
