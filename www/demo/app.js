@@ -208,7 +208,7 @@ export class App {
     });
     try {
       await job.run(signal, show, () => visit === this.store.state.visit && showWindow(this.store, job));
-      if (visit === this.store.state.visit) this.conclude(job);
+      if (visit === this.store.state.visit) await this.conclude(job);
     } catch (error) {
       if (!signal.aborted) this.fail(visit, error);
     } finally {
@@ -221,10 +221,10 @@ export class App {
    *
    * @param {AnyJob} job
    */
-  conclude(job) {
+  async conclude(job) {
     const { measured } = job;
     if (measured) this.plans.set(kindFor(job.source, job.take), measured);
-    showResult(this.store, job);
+    await showResult(this.store, job);
   }
 
   /**
@@ -244,9 +244,9 @@ export class App {
    * @param {AnyJob} job
    */
   showArriving({ images }) {
-    const { streaming, preview, picture } = this.store.state;
+    const { found, preview, picture } = this.store.state;
     const newest = images.length - 1;
-    if (newest < 0 || streaming || preview) return;
+    if (newest < 0 || found || preview) return;
     const { width, height } = images;
     const isFitted = picture.width === width && picture.height === height;
     this.store.set({ frame: newest, ...(isFitted ? {} : { picture: { width, height, images } }) });
@@ -257,7 +257,7 @@ export class App {
     const { job, phase } = this.store.state;
     if (phase !== 'running' || !job) return;
     this.abort?.abort();
-    if (job.stop()) return this.conclude(job);
+    if (job.stop()) return void this.conclude(job);
     const advice = 'Continue where it stopped, change the settings, or open something else.';
     this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', 'Cancelled', advice) });
   }

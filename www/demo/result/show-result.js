@@ -5,6 +5,7 @@ import { stagesOf } from '../panels/stages.js';
 import { kindOf } from '../source.js';
 import { phasePatch, withinFilm } from '../store.js';
 import { COVERED } from '../run/preview.js';
+import { turn } from '../run/slices.js';
 import { PREVIEW, seconds } from '../words.js';
 import { summaryOf } from './describe.js';
 import { Points } from './points.js';
@@ -22,16 +23,18 @@ const NOISE_REMARK =
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
 /**
- * A run that has ended. What was shown window by window stays at the frame on screen.
+ * A run that has ended. What was shown window by window stays at the frame on screen. What is found is shown first, and
+ * said when the page has had its turn: both together are more than a moment's work.
  *
  * @param {Store} store
  * @param {AnyJob} job
  */
-export function showResult(store, job) {
-  const { streaming, frame, picture, pace, source } = store.state;
+export async function showResult(store, job) {
+  const { streaming, frame, picture, pace, source, visit } = store.state;
   const { width, height, length } = job.images;
   const { shown } = job;
   const film = shown.result ? filmOf(job, shown.result.numFrames) : store.state.film;
+  const { patch, words } = resultPatch(store.state, job, film);
   store.set({
     film,
     frame: withinFilm({ film }, streaming ? frame : 0),
@@ -39,8 +42,11 @@ export function showResult(store, job) {
     pace: { ...pace, [kindOf(source)]: job.ms / (width * height * Math.max(1, length)) },
     stages: stagesOf(job, 'done'),
     share: 1,
-    ...resultPatch(store.state, job, film),
+    ...patch,
   });
+  await turn();
+  if (store.state.visit !== visit || store.state.phase !== 'running') return;
+  store.set(words);
   // For whoever wants to know how long a visitor waits.
   if (shown.result) performance.mark('masks');
   if (!CALM.matches && !streaming) store.set({ playing: film.numFrames > 1 });
@@ -98,19 +104,20 @@ export function showCorrected(store, frames = null) {
   const { job, film, found } = store.state;
   if (!job || !found?.points) return;
   job.recount(frames, found.points);
-  store.set(resultPatch(store.state, job, film));
+  const { patch, words } = resultPatch(store.state, job, film);
+  store.set({ ...patch, ...words });
 }
 
 /**
  * @param {State} state
  * @param {AnyJob} job
  * @param {Film} film
- * @returns {Partial<State>} what is found, and the phase `done` in words
+ * @returns {{patch: Partial<State>, words: Partial<State>}} what is found, and the phase `done` in words
  */
 function resultPatch(state, job, film) {
   const { headline, numbers, summary, patch } = foundPatch(state, job, film);
   const facts = [...numbers, `computed in ${seconds(job.ms)}`].join(' · ');
-  return { ...patch, ...phasePatch('done', headline, facts, summary) };
+  return { patch, words: phasePatch('done', headline, facts, summary) };
 }
 
 /**

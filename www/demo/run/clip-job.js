@@ -4,9 +4,11 @@
  * @module
  */
 
+import { Presence } from '../result/presence.js';
 import { PageError, headline, plural, remark } from '../words.js';
 import { SessionCorrections } from './corrections.js';
 import { Job, remembered } from './job.js';
+import { inSlices } from './slices.js';
 import { untilAborted } from './stage-clock.js';
 
 /**
@@ -93,6 +95,18 @@ export class ClipJob extends Job {
         report();
       },
     });
+    if (this.result.objects) await inSlices(this.count(this.result));
+  }
+
+  /**
+   * Where objects are, a frame a step.
+   *
+   * @param {Result} result
+   */
+  *count(result) {
+    const presence = new Presence(result);
+    for (let t = 0; t < result.numFrames; t++) yield presence.addMask(result.labels(t));
+    this.presence = presence;
   }
 
   /**
