@@ -14,7 +14,7 @@
 
 import { Progress } from './panels/progress.js';
 import { stagesOf } from './panels/stages.js';
-import { showResult, showWindow } from './result/show-result.js';
+import { showPreview, showResult, showWindow } from './result/show-result.js';
 import { kindFor } from './run/jobs.js';
 import { optionsOf } from './settings.js';
 import { SavedJob } from './run/saved-job.js';
@@ -168,6 +168,8 @@ export class App {
     const visit = this.leave();
     const job = this.newJob(this.store.state.source);
     this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
+    job.look();
+    if (job.preview) job.preview.onMasks = () => showPreview(this.store, job);
     await this.go(visit, job);
   }
 
@@ -200,10 +202,13 @@ export class App {
     const progress = new Progress();
     const show = () => this.showRunning(job, progress);
     const clock = setInterval(show, TICK_MS);
-    signal.addEventListener('abort', () => clearInterval(clock));
+    signal.addEventListener('abort', () => {
+      clearInterval(clock);
+      job.preview?.close();
+    });
     try {
       await job.run(signal, show, () => visit === this.store.state.visit && showWindow(this.store, job));
-      if (visit === this.store.state.visit) this.conclude(job);
+      if (visit === this.store.state.visit) await this.conclude(job);
     } catch (error) {
       if (!signal.aborted) this.fail(visit, error);
     } finally {
@@ -216,10 +221,10 @@ export class App {
    *
    * @param {AnyJob} job
    */
-  conclude(job) {
+  async conclude(job) {
     const { measured } = job;
     if (measured) this.plans.set(kindFor(job.source, job.take), measured);
-    showResult(this.store, job);
+    await showResult(this.store, job);
   }
 
   /**
@@ -234,14 +239,14 @@ export class App {
   }
 
   /**
-   * While frames arrive, the newest is shown.
+   * While frames arrive, the newest is shown, until there is something to see in others.
    *
    * @param {AnyJob} job
    */
   showArriving({ images }) {
-    const { streaming, picture } = this.store.state;
+    const { found, preview, picture } = this.store.state;
     const newest = images.length - 1;
-    if (newest < 0 || streaming) return;
+    if (newest < 0 || found || preview) return;
     const { width, height } = images;
     const isFitted = picture.width === width && picture.height === height;
     this.store.set({ frame: newest, ...(isFitted ? {} : { picture: { width, height, images } }) });
@@ -252,7 +257,7 @@ export class App {
     const { job, phase } = this.store.state;
     if (phase !== 'running' || !job) return;
     this.abort?.abort();
-    if (job.stop()) return this.conclude(job);
+    if (job.stop()) return void this.conclude(job);
     const advice = 'Continue where it stopped, change the settings, or open something else.';
     this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', 'Cancelled', advice) });
   }

@@ -61,6 +61,7 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {import('./run/jobs.js').AnyJob | null} job
  * @property {number} share of the run that is through, in 0..1
  * @property {{rows: StageRow[], ms: number}} stages of the run, and the time of all
+ * @property {import('./run/preview.js').Preview | null} preview shown until there are masks
  * @property {boolean} streaming whether windows of a run under way are shown already
  * @property {Picture} picture
  * @property {Found | null} found
@@ -87,6 +88,7 @@ export const NOWHERE = { x: -1, y: -1, object: -1, trajectory: -1 };
 export const BLANK = {
   notice: '',
   job: null,
+  preview: null,
   streaming: false,
   picture: { width: 16, height: 9, images: NO_FRAMES },
   found: null,

@@ -9,6 +9,7 @@ import { drawLayers } from './layers/layers.js';
 import { EdgedMask } from './result/edged-mask.js';
 import { Compare } from './panels/compare.js';
 import { drawKept } from './panels/ground.js';
+import { DEFAULT_EDGES } from './result/edges.js';
 import { NOWHERE } from './store.js';
 import { Zoom } from './zoom.js';
 
@@ -66,7 +67,7 @@ export class Viewer {
     };
     new ResizeObserver(() => this.fit()).observe(this.box);
     this.connectPointer();
-    store.watch(['picture', 'found', 'frame', 'hidden', 'view', 'ground'], (state) => this.show(state));
+    store.watch(['picture', 'found', 'preview', 'frame', 'hidden', 'view', 'ground'], (state) => this.show(state));
   }
 
   connectPointer() {
@@ -125,9 +126,11 @@ export class Viewer {
 
   /** The mask of the frame on screen, with its edges. */
   edgedMask() {
-    const { points, frame } = this.view;
+    const { points, frame, width, height } = this.view;
+    const { edges, hidden, preview } = this.store.state;
+    const coarse = points ? null : preview?.labels(frame);
+    if (coarse) return this.edged.of(coarse, { width, height }, DEFAULT_EDGES, hidden);
     const labels = points?.mask(frame);
-    const { edges, hidden } = this.store.state;
     return points && labels ? this.edged.of(labels, points.result, edges, hidden) : null;
   }
 
@@ -141,10 +144,11 @@ export class Viewer {
     cancelAnimationFrame(this.queued);
     this.queued = 0;
     const { ctx, canvas, view } = this;
-    const { images } = this.shown.picture;
-    view.image = images.get(view.frame);
+    const { picture, preview } = this.shown;
+    const frame = preview?.shownAt(view.frame) ?? view.frame;
+    view.image = picture.images.get(frame);
     // What is on screen stays until the frame has come.
-    if (!view.image && images.has(view.frame)) return;
+    if (!view.image && picture.images.has(frame)) return;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
     const scale = (canvas.width / view.width) * this.zoom.by;

@@ -101,6 +101,11 @@ export const STILL = {
   remark: 'One picture shows no motion. To see what moves, open a video, or all images of a sequence.',
 };
 
+/** What the page says about the first look at a clip. */
+export const PREVIEW = {
+  live: 'A coarse preview of the first frames is shown until their masks are there.',
+};
+
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
   remark: 'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.',

@@ -20,6 +20,7 @@ import { loadModule } from './load.js';
 import { once } from './platform.js';
 import { openSession } from './session.js';
 import { framesOf, infoOf } from './video/frames.js';
+import { preview } from './video/preview.js';
 import { segment } from './video/segment.js';
 
 export * from './common.js';
@@ -209,6 +210,24 @@ function enlargeBy(options) {
  */
 export function segmentVideo(source, options) {
   return segment(source, options, platform);
+}
+
+/**
+ * Coarse masks of a clip's first frames, long before its own are there: those of frames 0, 2, 4, … 14, made from pictures
+ * of at most 320 pixels, on one thread. Where something moves is mostly right; small and slow things may be missing, and
+ * labels are not those that the whole clip will have. Takes what `segmentVideo` takes, with `step: 2`, `maxFrames: 8`,
+ * `threads: 1` and `clip.maxSide: 320` where the options say nothing else, and rejects as that does.
+ *
+ * ```js
+ * const coarse = await previewMasks(file, { size: 480 });
+ * drawLabels(context, coarse, 0);
+ * ```
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {import('./video/segment.js').VideoOptions} [options]
+ * @returns {Promise<import('./video/result.js').VideoResult>} of the frames taken, at the size of the source or `size`
+ */
+export function previewMasks(source, options) {
+  return preview(source, options, platform);
 }
 
 /**

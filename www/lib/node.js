@@ -17,6 +17,7 @@ import { loadModule } from './load.js';
 import { once } from './platform.js';
 import { openSession } from './session.js';
 import { framesOf, infoOf } from './video/frames.js';
+import { preview } from './video/preview.js';
 import { segment } from './video/segment.js';
 
 export * from './common.js';
@@ -92,6 +93,8 @@ export const masksAtSize = (masks, frames, options) => allAtSize(masks, frames, 
 export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
+/** @type {Browser['previewMasks']} */
+export const previewMasks = (source, options) => preview(source, options, platform);
 /** @type {Browser['videoFrames']} */
 export const videoFrames = (source, options) => framesOf(source, options, platform);
 /** @type {Browser['videoInfo']} */

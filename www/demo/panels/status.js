@@ -34,6 +34,7 @@ export function statusPanel({ store }) {
   store.watch(['live'], ({ live }) => write('live', live));
   store.watch(['share'], ({ share }) => showShare(share));
   store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
+  store.watch(['preview'], ({ preview }) => document.body.toggleAttribute('data-preview', preview !== null));
   store.watch(['source', 'found', 'streaming', 'job', 'phase'], showFacts);
   // Last, so that whoever waits for the state finds everything else in place.
   store.watch(['phase', 'error'], showPhase, { last: true });

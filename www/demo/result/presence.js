@@ -41,12 +41,15 @@ export class Presence {
     const n = new Float64Array(256);
     const x = new Float64Array(256);
     const y = new Float64Array(256);
-    for (let row = 0, p = 0; row < height; row++) {
-      for (let column = 0; column < width; column++, p++) {
-        const object = mask[p];
-        n[object] += 1;
-        x[object] += column;
-        y[object] += row;
+    for (let row = 0; row < height; row++) {
+      const begin = row * width;
+      // By runs of equal labels: there are few of them.
+      for (let from = 0, to = 1; from < width; from = to++) {
+        const object = mask[begin + from];
+        while (to < width && mask[begin + to] === object) to++;
+        n[object] += to - from;
+        x[object] += ((to - from) * (from + to - 1)) / 2;
+        y[object] += (to - from) * row;
       }
     }
     this.add(n, x, y, at);

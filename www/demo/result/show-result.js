@@ -4,7 +4,9 @@ import { readsAreNoisy } from '../grabber.js';
 import { stagesOf } from '../panels/stages.js';
 import { kindOf } from '../source.js';
 import { phasePatch, withinFilm } from '../store.js';
-import { seconds } from '../words.js';
+import { COVERED } from '../run/preview.js';
+import { turn } from '../run/slices.js';
+import { PREVIEW, seconds } from '../words.js';
 import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
@@ -21,16 +23,18 @@ const NOISE_REMARK =
 const CALM = matchMedia('(prefers-reduced-motion: reduce)');
 
 /**
- * A run that has ended. What was shown window by window stays at the frame on screen.
+ * A run that has ended. What was shown window by window stays at the frame on screen. What is found is shown first, and
+ * said when the page has had its turn: both together are more than a moment's work.
  *
  * @param {Store} store
  * @param {AnyJob} job
  */
-export function showResult(store, job) {
-  const { streaming, frame, picture, pace, source } = store.state;
+export async function showResult(store, job) {
+  const { streaming, frame, picture, pace, source, visit } = store.state;
   const { width, height, length } = job.images;
   const { shown } = job;
   const film = shown.result ? filmOf(job, shown.result.numFrames) : store.state.film;
+  const { patch, words } = resultPatch(store.state, job, film);
   store.set({
     film,
     frame: withinFilm({ film }, streaming ? frame : 0),
@@ -38,11 +42,34 @@ export function showResult(store, job) {
     pace: { ...pace, [kindOf(source)]: job.ms / (width * height * Math.max(1, length)) },
     stages: stagesOf(job, 'done'),
     share: 1,
-    ...resultPatch(store.state, job, film),
+    ...patch,
   });
+  await turn();
+  if (store.state.visit !== visit || store.state.phase !== 'running') return;
+  store.set(words);
   // For whoever wants to know how long a visitor waits.
   if (shown.result) performance.mark('masks');
   if (!CALM.matches && !streaming) store.set({ playing: film.numFrames > 1 });
+}
+
+/**
+ * While nothing is settled, coarse masks of the first frames can be looked at. They do not play by themselves: drawing
+ * would take from the run what it needs.
+ *
+ * @param {Store} store
+ * @param {AnyJob} job
+ */
+export function showPreview(store, job) {
+  const { phase, streaming } = store.state;
+  if (job !== store.state.job || phase !== 'running' || streaming) return;
+  const { width, height } = job.images;
+  store.set({
+    film: filmOf(job, COVERED),
+    frame: 0,
+    picture: { width, height, images: job.images },
+    preview: job.preview,
+    live: PREVIEW.live,
+  });
 }
 
 /**
@@ -52,7 +79,7 @@ export function showResult(store, job) {
  * @param {AnyJob} job
  */
 export function showWindow(store, job) {
-  const { streaming, frame, picture } = store.state;
+  const { streaming, frame, picture, playing } = store.state;
   const { width, height, length } = job.images;
   const film = filmOf(job, Math.max(job.take.frames, length));
   const { headline, patch } = foundPatch(store.state, job, film);
@@ -61,6 +88,7 @@ export function showWindow(store, job) {
     frame: withinFilm({ film }, streaming ? frame : 0),
     picture: streaming ? picture : { width, height, images: job.images },
     streaming: true,
+    playing: streaming && playing,
     live: `${job.settled} of ${job.take.frames} frames are done: ${headline}`,
     ...patch,
   });
@@ -76,19 +104,20 @@ export function showCorrected(store, frames = null) {
   const { job, film, found } = store.state;
   if (!job || !found?.points) return;
   job.recount(frames, found.points);
-  store.set(resultPatch(store.state, job, film));
+  const { patch, words } = resultPatch(store.state, job, film);
+  store.set({ ...patch, ...words });
 }
 
 /**
  * @param {State} state
  * @param {AnyJob} job
  * @param {Film} film
- * @returns {Partial<State>} what is found, and the phase `done` in words
+ * @returns {{patch: Partial<State>, words: Partial<State>}} what is found, and the phase `done` in words
  */
 function resultPatch(state, job, film) {
   const { headline, numbers, summary, patch } = foundPatch(state, job, film);
   const facts = [...numbers, `computed in ${seconds(job.ms)}`].join(' · ');
-  return { ...patch, ...phasePatch('done', headline, facts, summary) };
+  return { patch, words: phasePatch('done', headline, facts, summary) };
 }
 
 /**
@@ -110,7 +139,12 @@ function foundPatch({ hidden, source }, job, film) {
     headline: headline(facts),
     numbers,
     summary: result ? summaryOf(facts, result.numFrames, film.times) : '',
-    patch: { found: { points, facts, windows, answers }, hidden: hiddenAmong(hidden, facts), notice: remark },
+    patch: {
+      preview: null,
+      found: { points, facts, windows, answers },
+      hidden: hiddenAmong(hidden, facts),
+      notice: remark,
+    },
   };
 }
 

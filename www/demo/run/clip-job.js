@@ -4,9 +4,11 @@
  * @module
  */
 
+import { Presence } from '../result/presence.js';
 import { PageError, headline, plural, remark } from '../words.js';
 import { SessionCorrections } from './corrections.js';
 import { Job, remembered } from './job.js';
+import { inSlices } from './slices.js';
 import { untilAborted } from './stage-clock.js';
 
 /**
@@ -93,6 +95,18 @@ export class ClipJob extends Job {
         report();
       },
     });
+    if (this.result.objects) await inSlices(this.count(this.result));
+  }
+
+  /**
+   * Where objects are, a frame a step.
+   *
+   * @param {Result} result
+   */
+  *count(result) {
+    const presence = new Presence(result);
+    for (let t = 0; t < result.numFrames; t++) yield presence.addMask(result.labels(t));
+    this.presence = presence;
   }
 
   /**
@@ -108,9 +122,7 @@ export class ClipJob extends Job {
     this.session = session;
     for await (const { frame, time } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
-      // The picture is copied before the session gets the bytes, which it may hand on to its worker.
-      await this.images.add(frame);
-      if (time !== null) this.times.push(time);
+      await this.arrived(frame, time);
       await session.push(frame);
       this.mark('frames', this.images.length, this.take.frames);
       report();

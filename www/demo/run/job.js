@@ -4,6 +4,7 @@
  */
 
 import { FrameStore } from './frame-store.js';
+import { Preview, isWorth } from './preview.js';
 import { StageClock } from './stage-clock.js';
 
 /** @typedef {typeof import('../../dist/index.js')} Library The tracecut package. */
@@ -70,6 +71,8 @@ export class Job extends StageClock {
     this.images = new FrameStore();
     /** @type {number[]} When they are shown, in seconds; none where nobody knows. */
     this.times = [];
+    /** @type {Preview | null} What is shown until the first masks are there. */
+    this.preview = null;
     /** @type {number[]} First frames of further shots. */
     this.cuts = [];
     /** @type {Corrector | null} What can be corrected of the result. */
@@ -125,8 +128,32 @@ export class Job extends StageClock {
     return `${this.images.width} × ${this.images.height}`;
   }
 
+  /** How many frames are segmented before the first masks are shown. */
+  get waited() {
+    return Infinity;
+  }
+
+  /** Begins a preview, if the masks take so long that it is worth one. */
+  look() {
+    if (isWorth(this.source, this.take, this.waited)) this.preview = new Preview(this.library, this.options);
+  }
+
+  /**
+   * A frame has been read.
+   *
+   * @param {ImageData} frame
+   * @param {number | null} time
+   */
+  async arrived(frame, time) {
+    // The picture is copied before others get the bytes, who may hand them on to a worker.
+    await this.images.add(frame);
+    if (time !== null) this.times.push(time);
+    this.preview?.add(frame);
+  }
+
   /** Frees what it holds. */
   close() {
+    this.preview?.close();
     this.images.close();
   }
 }

@@ -10,6 +10,7 @@ import { Presence } from '../result/presence.js';
 import { LONG, PageError, countObjects, plural } from '../words.js';
 import { LongCorrections } from './corrections.js';
 import { Job, remembered } from './job.js';
+import { inSlices } from './slices.js';
 import { untilAborted } from './stage-clock.js';
 
 /** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
@@ -60,6 +61,8 @@ export class LongJob extends Job {
     /** @type {MaskStore | null} What is settled so far. */
     this.masks = null;
     this.windows = 0;
+    /** @type {Iterator<unknown>} What the package has settled, on its way to `masks` and `presence`. */
+    this.settling = [].values();
     this.corrections = new LongCorrections(
       { library: this.library, masks: () => this.result, images: this.images, cuts: () => this.cuts },
       () => this.whole(),
@@ -109,8 +112,9 @@ export class LongJob extends Job {
       },
     });
     this.video = video;
-    const result = await video.collect((window) => {
-      this.settle(window);
+    const result = await video.collect(async (window) => {
+      this.settling = this.settle(window);
+      await inSlices(this.settling);
       if (!this.stopped) this.onWindow();
     });
     this.mark('windows', 1, 1);
@@ -118,13 +122,15 @@ export class LongJob extends Job {
     this.result = result;
   }
 
+  get waited() {
+    return WINDOW;
+  }
+
   async *frames() {
     const { signal } = this.life;
     for await (const { frame, time } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
-      // The picture is copied before the package gets the bytes, which it may hand on to its worker.
-      await this.images.add(frame);
-      if (time !== null) this.times.push(time);
+      await this.arrived(frame, time);
       this.mark('frames', this.images.length, Math.max(this.take.frames, this.images.length + 1));
       if (!this.stopped) this.report();
       yield time === null ? frame : { frame, time };
@@ -143,8 +149,12 @@ export class LongJob extends Job {
     this.mark('windows', Math.min(expected - 0.01, window + part), expected);
   }
 
-  /** @param {import('../../dist/index.js').WindowResult} window */
-  settle(window) {
+  /**
+   * A frame a step.
+   *
+   * @param {import('../../dist/index.js').WindowResult} window
+   */
+  *settle(window) {
     const { width, height } = window;
     this.masks ??= new MaskStore(width, height);
     this.presence ??= new Presence({ width, height });
@@ -152,12 +162,14 @@ export class LongJob extends Job {
     for (const { labels } of window.frames()) {
       this.masks.add(labels);
       this.presence.addMask(labels);
+      yield;
     }
   }
 
   /** What is settled by now is a result too. */
   stop() {
     this.video?.pause();
+    while (!this.settling.next().done);
     this.stopped = true;
     this.result = this.video?.collected ?? null;
     if (this.result) this.corrector = null;

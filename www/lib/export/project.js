@@ -33,6 +33,8 @@ const MAX_SIDE = 16384;
 const MAX_FRAMES = 10_000_000;
 /** Frames between two breaths. */
 const BATCH = 8;
+/** Bytes that are packed between two breaths. */
+const PIECE = 2 ** 18;
 
 /**
  * Masks, and what was changed in them, as a file. The same masks and edits give the same bytes.
@@ -51,7 +53,6 @@ export async function saveProject(masks, options = {}) {
   } = checkedOptions(options, ['editor', 'about', 'files', 'frameRate', 'signal']);
   const times = timesOf(masks, frameRate);
   const { width, height, numFrames } = masks;
-  const { zipSync } = await import('../vendor/zip.js');
   const runs = [];
   for (let t = 0; t < numFrames; t += 1) {
     signal?.throwIfAborted();
@@ -62,14 +63,52 @@ export async function saveProject(masks, options = {}) {
   const shots = masks.shots?.map(({ first, last }) => ({ first, last })) ?? null;
   const json = { tracecut: VERSION, format: FORMAT, width, height, numFrames, times: [...(times ?? [])], shots };
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
-  /** @type {Record<string, Uint8Array | [Uint8Array, {level: 0}]>} */
   const entries = {
     'project.json': new TextEncoder().encode(text),
     'masks.bin': joined(runs),
     'trajectories.bin': joined(trajectoryWords(masks)),
   };
-  for (const [name, bytes] of Object.entries(files)) entries[FOLDER + name] = [bytes, { level: 0 }];
-  return zipSync(/** @type {import('fflate').Zippable} */ (entries), { mtime: new Date(1980, 0, 1) });
+  const stored = Object.fromEntries(Object.entries(files).map(([name, bytes]) => [FOLDER + name, bytes]));
+  return zipped(entries, stored, signal);
+}
+
+/**
+ * A ZIP archive, made piece by piece: the thread may answer others in between.
+ * @param {Record<string, Uint8Array>} deflated
+ * @param {Record<string, Uint8Array>} stored as they are
+ * @param {AbortSignal | undefined} signal
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ */
+async function zipped(deflated, stored, signal) {
+  const { Zip, ZipDeflate, ZipPassThrough } = await import('../vendor/zip.js');
+  /** @type {Uint8Array[]} */
+  const pieces = [];
+  const zip = new Zip((error, piece) => {
+    if (error) throw error;
+    pieces.push(piece);
+  });
+  for (const [name, bytes] of [...Object.entries(deflated), ...Object.entries(stored)]) {
+    const entry = name in deflated ? new ZipDeflate(name) : new ZipPassThrough(name);
+    entry.mtime = new Date(1980, 0, 1);
+    zip.add(entry);
+    let from = 0;
+    do {
+      signal?.throwIfAborted();
+      const to = from + PIECE;
+      // What is pushed is not copied before it is deflated; it may be the caller's.
+      entry.push(bytes.slice(from, to), to >= bytes.length);
+      from = to;
+      await breath();
+    } while (from < bytes.length);
+  }
+  zip.end();
+  const file = new Uint8Array(pieces.reduce((size, { length }) => size + length, 0));
+  let at = 0;
+  for (const piece of pieces) {
+    file.set(piece, at);
+    at += piece.length;
+  }
+  return file;
 }
 
 /**

@@ -1,5 +1,6 @@
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
+import { breath } from '../export/masks.js';
 import { areasOf, decodeRuns, encodeRuns } from './masks.js';
 import { TrackCollector, tracksDat } from './tracks.js';
 
@@ -26,6 +27,8 @@ import { TrackCollector, tracksDat } from './tracks.js';
  */
 
 const NUM_LABELS = 256;
+/** Frames between two breaths. */
+const BATCH = 8;
 
 /** The masks, objects and trajectories of a whole clip; made by `collect`. Its masks lie run-length coded in memory. */
 export class VideoResult {
@@ -165,13 +168,21 @@ export class Collector {
   #tracks = new TrackCollector();
   #size = { width: 0, height: 0 };
 
-  /** @param {import('./window.js').WindowResult} window */
-  add(window) {
-    this.#size = { width: window.width, height: window.height };
+  /**
+   * Takes all of a window at its end; on the way there the thread may answer others.
+   * @param {import('./window.js').WindowResult} window
+   */
+  async add(window) {
+    const frames = [];
     for (const { index, time, labels } of window.frames()) {
+      frames.push({ index, time, runs: encodeRuns(labels) });
+      if (frames.length % BATCH === 0) await breath();
+    }
+    this.#size = { width: window.width, height: window.height };
+    for (const { index, time, runs } of frames) {
       const shot = (this.#shots[window.shot] ??= { first: index, last: index });
       shot.last = index;
-      this.#runs.push(encodeRuns(labels));
+      this.#runs.push(runs);
       this.#times.push(time);
     }
     this.#tracks.add(window);

@@ -121,8 +121,8 @@ export class VideoSegmentation {
 
   /**
    * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories.
-   * `onWindow` is told of each window's result on the way.
-   * @param {(window: import('./window.js').WindowResult) => void} [onWindow]
+   * `onWindow` is told of each window's result on the way; a promise that it gives is waited for.
+   * @param {(window: import('./window.js').WindowResult) => void | Promise<void>} [onWindow]
    * @returns {Promise<import('./result.js').VideoResult>}
    */
   async collect(onWindow) {
@@ -131,8 +131,9 @@ export class VideoSegmentation {
     const windows = this[Symbol.asyncIterator]();
     const collector = (this.#collector = new Collector());
     for await (const window of windows) {
-      collector.add(window);
-      onWindow?.(window);
+      await collector.add(window);
+      this.#throwIfStopped();
+      await onWindow?.(window);
     }
     return collector.finish();
   }
