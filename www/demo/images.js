@@ -72,7 +72,8 @@ function stillSource(name, picture) {
   const grabber = new Grabber();
   const read = async (/** @type {number} */ _, /** @type {number} */ side) =>
     grabber.grab(picture, { width, height }, side);
-  return { ...pictureSource(name, 1, { width, height }, read), kind: 'still', close: () => picture.close() };
+  const source = pictureSource(name, 1, { width, height }, read);
+  return { ...source, kind: 'still', strip: undefined, close: () => picture.close() };
 }
 
 /**
@@ -90,6 +91,13 @@ function pictureSource(name, count, size, read) {
     fps: SEQUENCE_FPS,
     count,
     preview: read,
+    async *strip(most, side, signal) {
+      const shown = Math.min(most, count);
+      for (let k = 0; k < shown; k++) {
+        signal.throwIfAborted();
+        yield read(Math.floor(((k + 0.5) * count) / shown), side);
+      }
+    },
     async *frames(take, signal) {
       for (let k = 0; k < take.frames; k++) {
         signal.throwIfAborted();

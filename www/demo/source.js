@@ -29,6 +29,9 @@ import { PageError } from './words.js';
  * @property {number} count frames there are (for a video: about)
  * @property {(frame: number, side: number, time?: number) => Promise<ImageData>} preview one frame; found by its time in
  *   seconds where that is known
+ * @property {(count: number, side: number, signal: AbortSignal) => AsyncIterable<ImageData>} [strip] so many frames, or
+ *   all where there are fewer, evenly spread, of at most this long side; what cannot be trimmed has none
+ * @property {ArrayLike<number> | null} [times] of all frames in seconds, where the file says them
  * @property {File} [file] that of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with

@@ -34,6 +34,10 @@ export async function openVideo(file, library, kind = 'video') {
     fps,
     count,
     file,
+    times: info.times,
+    async *strip(most, side, signal) {
+      for await (const one of library.videoStrip(file, { count: most, size: side, signal })) yield pixelsOf(one);
+    },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
       const frames = library.videoFrames(file, { ...start, maxFrames: 1, size: side });

@@ -77,6 +77,7 @@ export function parameters() {
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
 /** @typedef {import('./video/source.js').VideoSource} VideoSource */
+/** @typedef {import('./video/strip.js').StripOptions} StripOptions */
 /** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */

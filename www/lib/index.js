@@ -231,3 +231,20 @@ export function videoFrames(source, options) {
 export function videoInfo(source, options) {
   return infoOf(source, options, platform);
 }
+
+/**
+ * A few frames of a video, evenly spread over it or over the part from `start` to `end`, in order: what a filmstrip
+ * shows. A clip of fewer frames gives each once. A stream, and frames that a generator gives, have no strip: their
+ * length is not known.
+ *
+ * ```js
+ * for await (const { frame, time } of videoStrip(file, { count: 12, size: 96 })) console.log(time, frame);
+ * ```
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {import('./video/strip.js').StripOptions} [options]
+ * @returns {AsyncGenerator<import('./video/frames.js').DecodedFrame, void, undefined>}
+ */
+export async function* videoStrip(source, options) {
+  const { stripOf } = await import('./video/strip.js');
+  yield* stripOf(source, options, platform);
+}

@@ -13,6 +13,7 @@ const KEYS = [
   [['+', '−', '0'], 'closer, farther, all; the wheel does it too'],
   [['Shift', '←', '→', '↑', '↓'], 'move about; dragging does it too'],
   [['W'], 'fill the screen'],
+  [['P'], 'play the clip as it is'],
   [['O'], 'open a file'],
   [['M'], 'correct the result'],
   [['Ctrl', 'Z'], 'undo a correction'],

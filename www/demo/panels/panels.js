@@ -19,6 +19,7 @@ import { savedPanel } from './saved.js';
 import { settingsPanel } from './settings.js';
 import { stagesPanel } from './stages.js';
 import { timelinePanel } from './timeline.js';
+import { trimPanel } from './trim.js';
 import { webcamPanel } from './webcam.js';
 import { zoomPanel } from './zoom.js';
 
@@ -41,6 +42,7 @@ export const PANELS = [
   comparePanel,
   groundPanel,
   timelinePanel,
+  trimPanel,
   readoutPanel,
   objectsPanel,
   edgesPanel,

@@ -23,11 +23,13 @@ import { TraceCutError } from '../errors.js';
 
 /**
  * A source of frames. `frames` gives them in the order of their times, those before `start` left out or not; `times`
- * gives the times of all frames where they are known without decoding.
+ * gives the times of all frames where they are known without decoding; `at` the frames at ascending times of frames,
+ * where that takes less than going through all.
  * @typedef {object} Reader
  * @property {() => Promise<Omit<VideoInfo, 'times'>>} info
  * @property {(range: {start: number, end: number}) => AsyncGenerator<TimedFrame, void, unknown>} frames
  * @property {() => Promise<Float64Array | null>} times
+ * @property {(times: number[]) => AsyncGenerator<TimedFrame, void, unknown>} [at]
  * @property {() => void} close
  */
 
