@@ -23,6 +23,7 @@ export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
 export { EdgeKind, ImageEngine } from './image.js';
+export { searchReport } from './report.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
 export { VideoResult } from './video/result.js';
@@ -66,6 +67,8 @@ export function parameters() {
 /** @typedef {import('./result.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
+/** @typedef {import('./report.js').Searched} Searched */
+/** @typedef {import('./report.js').SearchReport} SearchReport */
 /** @typedef {import('./session.js').RunOptions} RunOptions */
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */

@@ -12,6 +12,7 @@ import { exportPanel } from './export.js';
 import { groundPanel } from './ground.js';
 import { helpPanel } from './help.js';
 import { layersPanel } from './layers.js';
+import { nothingPanel } from './nothing.js';
 import { objectsPanel } from './objects.js';
 import { readoutPanel } from './readout.js';
 import { runPanel } from './run.js';
@@ -44,6 +45,7 @@ export const PANELS = [
   timelinePanel,
   trimPanel,
   readoutPanel,
+  nothingPanel,
   objectsPanel,
   edgesPanel,
   layersPanel,
