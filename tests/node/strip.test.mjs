@@ -2,8 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { videoStrip } from 'tracecut';
-import { framesOf, plain, rejects } from './support.mjs';
+import { segmentVideo, videoFrames, videoStrip } from 'tracecut';
+import { framesOf, plain, png, rejects } from './support.mjs';
 
 /** A list of frames whose red says their number. */
 const numbered = (count) => Array.from({ length: count }, (_, k) => plain(64, 32, k));
@@ -56,4 +56,23 @@ test('what has no strip, and what is no option, is refused by name', async () =>
   await rejects(stripOf(numbered(3), { step: 2 }), 'param', /step = 2/);
   await rejects(stripOf(numbered(3), { many: 2 }), 'param', /many = 2/);
   await rejects(stripOf(numbered(3), { start: 9 }), 'no-frames', /no frame from 9 s/);
+});
+
+test('with onDamage frames before a damaged picture come, in a strip, decoded and segmented; without it that is an error', async () => {
+  const files = (await framesOf({ width: 48, height: 32, frames: 6 })).map((frame) => png(frame));
+  files[4] = files[4].subarray(0, 70);
+  const told = [];
+  const onDamage = ({ frames, total, error }) => told.push([frames, total, error.code]);
+  let count = 0;
+  for await (const { index } of videoFrames(files, { onDamage })) count = index + 1;
+  assert.equal(count, 4);
+  const { numFrames } = await segmentVideo(files, { window: 3, overlap: 1, onDamage }).collect();
+  assert.equal(numFrames, 4);
+  assert.equal((await stripOf(files, { onDamage })).length, 4);
+  assert.deepEqual(told, Array(3).fill([4, 6, 'decode']));
+  await rejects(stripOf(files), 'decode');
+  await rejects(segmentVideo(files).collect(), 'decode');
+  // One frame is no clip.
+  await rejects(segmentVideo([files[0], files[4]], { onDamage }).collect(), 'decode');
+  await rejects(stripOf(files, { onDamage: true }), 'param', /onDamage = true/);
 });

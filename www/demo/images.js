@@ -7,6 +7,9 @@ import { PageError } from './words.js';
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
 const SEQUENCE_FPS = 15;
 
+/** Motion needs two frames: damage after fewer is an error. */
+const FEWEST = 2;
+
 /**
  * @param {File[]} files
  * @param {import('./run/job.js').Library} library
@@ -53,7 +56,9 @@ async function openOne(file, library) {
     return stillSource(file.name, picture);
   }
   const decoder = new ImageDecoder({ data: await file.arrayBuffer(), type: file.type });
-  await Promise.all([decoder.tracks.ready, decoder.completed]);
+  await decoder.tracks.ready;
+  // One that is cut off has the frames before.
+  await decoder.completed.catch(() => {});
   const { frameCount } = decoder.tracks.selectedTrack ?? { frameCount: 1 };
   decoder.close();
   if (frameCount < 2) return stillSource(file.name, picture);
@@ -84,7 +89,8 @@ function stillSource(name, picture) {
  * @returns {import('./source.js').Source}
  */
 function pictureSource(name, count, size, read) {
-  return {
+  /** @type {import('./source.js').Source} */
+  const source = {
     kind: 'images',
     name,
     ...size,
@@ -99,13 +105,21 @@ function pictureSource(name, count, size, read) {
       }
     },
     async *frames(take, signal) {
+      source.damage = null;
       for (let k = 0; k < take.frames; k++) {
         signal.throwIfAborted();
-        yield { frame: await read(take.start + k * take.step, take.side), time: null };
+        const frame = await read(take.start + k * take.step, take.side).catch((error) => {
+          if (k < FEWEST || error?.code !== 'unreadable-image') throw error;
+          source.damage = { frames: k, total: take.frames };
+          return null;
+        });
+        if (!frame) return;
+        yield { frame, time: null };
       }
     },
     close() {},
   };
+  return source;
 }
 
 /**

@@ -32,6 +32,8 @@ import { PageError } from './words.js';
  * @property {(count: number, side: number, signal: AbortSignal) => AsyncIterable<ImageData>} [strip] so many frames, or
  *   all where there are fewer, evenly spread, of at most this long side; what cannot be trimmed has none
  * @property {ArrayLike<number> | null} [times] of all frames in seconds, where the file says them
+ * @property {{frames: number, total: number | null} | null} [damage] what `frames` ended with when it was last read:
+ *   so many frames come before the damage, of so many
  * @property {File} [file] that of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with

@@ -109,6 +109,17 @@ export const LONG = {
     `Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
 };
 
+/**
+ * A file that ends in damage, and what was taken of it.
+ *
+ * @param {{frames: number, total: number | null}} damage
+ * @returns {string}
+ */
+export function damageWords({ frames, total }) {
+  const of = total !== null && total > frames ? ` of ${count(total)}` : '';
+  return `The file is cut off or damaged. ${count(frames)}${of} frames come before that: these were taken.`;
+}
+
 /** Why a layer has nothing to show. */
 export const NOTHING = {
   windows: 'Known within one window only. Take at most 50 frames to see it.',

@@ -73,6 +73,7 @@ export function parameters() {
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
 /** @typedef {import('./video/listed.js').ListedFrame} ListedFrame */
+/** @typedef {import('./video/options.js').Damage} Damage */
 /** @typedef {import('./video/options.js').TakeOptions} TakeOptions */
 /** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
 /** @typedef {import('./video/result.js').Shot} Shot */

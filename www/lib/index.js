@@ -223,9 +223,10 @@ export function videoFrames(source, options) {
 }
 
 /**
- * Size, duration, frame rate and codec of a video, read from its container where there is one.
+ * Size, duration, frame rate and codec of a video, read from its container where there is one. `onDamage` is told of
+ * damage that shows without decoding; facts are then of the frames before it.
  * @param {import('./video/source.js').VideoSource} source
- * @param {Pick<import('./video/options.js').TakeOptions, 'decoding'>} [options]
+ * @param {Pick<import('./video/options.js').TakeOptions, 'decoding' | 'onDamage'>} [options]
  * @returns {Promise<import('./video/reader.js').VideoInfo>}
  */
 export function videoInfo(source, options) {

@@ -4,7 +4,7 @@ import { readsAreNoisy } from '../grabber.js';
 import { stagesOf } from '../panels/stages.js';
 import { kindOf } from '../source.js';
 import { phasePatch, withinFilm } from '../store.js';
-import { seconds } from '../words.js';
+import { damageWords, seconds } from '../words.js';
 import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
@@ -105,7 +105,9 @@ function foundPatch({ hidden, source }, job, film) {
   const facts = Array.from({ length: points?.count ?? 0 }, (_, object) => points?.presence.facts(object)).filter(
     (one) => one !== undefined,
   );
-  const remark = notice(facts) || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
+  const damage = job.source.damage ? damageWords(job.source.damage) : '';
+  const said = [damage, notice(facts)].filter(Boolean).join(' ');
+  const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
   return {
     headline: headline(facts),
     numbers,

@@ -5,7 +5,7 @@ import { wholeNumber } from '../options.js';
 import { decoderLoader } from './frames.js';
 import { asOptions, splitTake } from './options.js';
 import { atSize, toPixelFrame } from './pixels.js';
-import { nothingTaken, unlessAborted } from './reader.js';
+import { isDamage, nothingTaken, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
@@ -32,7 +32,12 @@ export async function* stripOf(source, options, platform) {
     ...Object.keys(given).filter((name) => name === 'step' || name === 'maxFrames'),
   ][0];
   if (stray)
-    throw illegal('param', stray, given[stray], 'count, start, end, size, frameRate, decoding, decoder or signal');
+    throw illegal(
+      'param',
+      stray,
+      given[stray],
+      'count, start, end, size, frameRate, decoding, decoder, signal or onDamage',
+    );
   take.signal?.throwIfAborted();
   const wasm = /** @type {import('../options.js').WasmSource | undefined} */ (decoder);
   const reader = await openReader(source, take, decoderLoader(wasm, platform));
@@ -55,6 +60,9 @@ export async function* stripOf(source, options, platform) {
         yield { frame: await toPixelFrame(await atSize(raw, take.size)), index, time, duration };
         index += 1;
       }
+    } catch (error) {
+      if (!take.onDamage || !isDamage(error) || index === 0) throw error;
+      take.onDamage({ frames: index, total: wanted.length, error });
     } finally {
       frames.return().catch(() => {});
     }
