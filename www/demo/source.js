@@ -113,6 +113,14 @@ export async function openFiles(files, library) {
 }
 
 /**
+ * @param {File[]} files
+ * @returns {boolean} whether they are several clips
+ */
+export function areClips(files) {
+  return files.length > 1 && files.every((file) => fileKindOf(file) === 'video');
+}
+
+/**
  * @param {File} file
  * @returns {'video' | 'image' | 'other'}
  */

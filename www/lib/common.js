@@ -41,6 +41,18 @@ export function parameters() {
   return PARAMETERS.map((parameter) => ({ ...parameter }));
 }
 
+/**
+ * The masks of several clips in one ZIP archive: a folder for each, with what `masksZip` puts into one, and
+ * `report.json`, which says what became of each. The same masks give the same bytes.
+ * @param {import('./export/clips-zip.js').ZippedClip[]} clips
+ * @param {import('./export/clips-zip.js').ClipsZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
+ */
+export async function clipsZip(clips, options = {}) {
+  const { zipOfClips } = await import('./export/clips-zip.js');
+  return zipOfClips(clips, options);
+}
+
 /** @typedef {import('./errors.js').ErrorCode} ErrorCode */
 /** @typedef {import('./options.js').SessionOptions} SessionOptions */
 /** @typedef {import('./parameters.js').Parameter} Parameter */
@@ -105,6 +117,11 @@ export function parameters() {
 /** @typedef {import('./edit/regions.js').BrushStroke} BrushStroke */
 /** @typedef {import('./edit/regions.js').Region} Region */
 /** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
+/** @typedef {import('./export/clips-zip.js').ClipsZipOptions} ClipsZipOptions */
+/** @typedef {import('./export/clips-zip.js').ZippedClip} ZippedClip */
+/** @typedef {import('./video/each.js').EachOptions} EachOptions */
+/** @typedef {import('./video/each.js').QueuedClip} QueuedClip */
+/** @typedef {import('./video/each.js').SegmentedClip} SegmentedClip */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */
 /** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */

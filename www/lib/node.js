@@ -122,3 +122,20 @@ export async function* videoStrip(source, options) {
   const { stripOf } = await import('./video/strip.js');
   yield* stripOf(source, options, platform);
 }
+
+/**
+ * Segments several clips, one after the other, and gives what became of each: a clip that fails, or that its own signal
+ * takes out, stops no other. The clips may be a generator: a queue that grows on the way.
+ *
+ * ```js
+ * for await (const { name, result, error } of segmentEach(files.map((file) => ({ name: file.name, source: file }))))
+ *   console.log(name, error ?? result.objects.length);
+ * ```
+ * @param {AsyncIterable<import('./video/each.js').QueuedClip> | Iterable<import('./video/each.js').QueuedClip>} clips
+ * @param {import('./video/each.js').EachOptions} [options]
+ * @returns {AsyncGenerator<import('./video/each.js').SegmentedClip, void, undefined>}
+ */
+export async function* segmentEach(clips, options) {
+  const { eachOf } = await import('./video/each.js');
+  yield* eachOf(clips, options, segmentVideo);
+}

@@ -14,6 +14,7 @@ import { helpPanel } from './help.js';
 import { layersPanel } from './layers.js';
 import { nothingPanel } from './nothing.js';
 import { objectsPanel } from './objects.js';
+import { queuePanel } from './queue.js';
 import { readoutPanel } from './readout.js';
 import { runPanel } from './run.js';
 import { savedPanel } from './saved.js';
@@ -57,4 +58,5 @@ export const PANELS = [
   helpPanel,
   webcamPanel,
   savedPanel,
+  queuePanel,
 ];
