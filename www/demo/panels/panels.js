@@ -10,6 +10,7 @@ import { correctPanel } from './correct.js';
 import { edgesPanel } from './edges.js';
 import { exportPanel } from './export.js';
 import { groundPanel } from './ground.js';
+import { guidePanel } from './guide.js';
 import { helpPanel } from './help.js';
 import { layersPanel } from './layers.js';
 import { nothingPanel } from './nothing.js';
@@ -56,6 +57,7 @@ export const PANELS = [
   correctPanel,
   exportPanel,
   helpPanel,
+  guidePanel,
   webcamPanel,
   savedPanel,
   queuePanel,
