@@ -1,6 +1,6 @@
 /** Where nothing was found: says where was looked, and offers what to try next; each button starts it. @module */
 
-import { byId, h } from '../dom.js';
+import { CLICK, byId, h } from '../dom.js';
 import { foundNothing, triesOf, whereWords } from '../result/nothing.js';
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} page */
@@ -16,7 +16,7 @@ export function nothingPanel({ store, app, library }) {
     const tries = triesOf(state, report).map(({ id, label, patch }) =>
       h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.start()) }, label),
     );
-    tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, 'Click the object to add it'));
+    tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, `${CLICK} the object to add it`));
     byId('nothing-tries').replaceChildren(...tries);
   });
 }
