@@ -122,4 +122,81 @@ describe('work', () => {
     await other.context().close();
     await page.context().close();
   });
+
+  test('is not replaced by the next clip, nor by a run over corrections: all are in a list, to open and to delete', async () => {
+    const { page, faults } = await site.open({ bypassCSP: true });
+    const then = async (act) => {
+      const before = Number(await page.evaluate(() => document.body.dataset.kept ?? 0));
+      await act();
+      await keptAfter(page, before);
+    };
+    const listed = async () => {
+      await page.click('#works-open');
+      await page.waitForSelector('#works[open]');
+      const names = await page.locator('.work-name').allInnerTexts();
+      await page.keyboard.press('Escape');
+      return names;
+    };
+    await opened(page);
+    await addThing(page);
+    const corrected = await masks(page);
+    await then(() => page.click('#again'));
+    await then(() => page.click('#again'));
+    assert.equal((await listed()).length, 2, 'the corrected work, and one for all runs after');
+    await then(async () => {
+      await page.setInputFiles('#file', [...clip(9, 96, 64)]);
+      await inPhase(page, 'running');
+    });
+    const names = await listed();
+    assert.equal(names.length, 3);
+    assert.match(names[0], /frame000\.png … frame008\.png\n.* · 9 frames · \d/);
+    assert.match(names[2], /12 frames, corrected/);
+    await page.click('#works-open');
+    await page.waitForSelector('#works[open]');
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'works');
+    await page.click('.work:nth-child(3) [data-open]');
+    await page.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
+    assert.equal(await ended(page), 'done');
+    assert.equal(await masks(page), corrected);
+    // Kept again under its own name.
+    await then(async () => {
+      await page.click('#correct-open');
+      await page.click('#correct-undo');
+    });
+    await page.click('#correct-done');
+    assert.equal((await listed()).length, 3);
+    await page.click('#works-open');
+    await page.waitForSelector('#works[open]');
+    const remove = page.locator('.work:nth-child(1) button').last();
+    await remove.focus();
+    await page.keyboard.press('Enter');
+    assert.equal(await remove.innerText(), 'Delete for good?');
+    await page.keyboard.press('Enter');
+    await page.waitForFunction(() => document.querySelectorAll('.work').length === 2);
+    await page.keyboard.press('Escape');
+
+    const again = await page.context().newPage();
+    await again.goto(page.url());
+    await again.waitForSelector('#saved-all:not([hidden])', { timeout: 60_000 });
+    await again.click('#saved-all');
+    await again.waitForSelector('#works[open]');
+    assert.equal(await again.locator('.work').count(), 2);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('goes, the oldest first, when there are more than eight', async () => {
+    const { page } = await site.open();
+    await ended(page);
+    const ids = await page.evaluate(async () => {
+      const { keep, kept } = await import('/demo/saved/storage.js');
+      const about = { name: 'n', take: { start: 0, frames: 2, step: 1, side: 480 }, changed: [] };
+      for (let at = 1; at <= 10; at += 1)
+        await keep({ id: `w${at}`, name: 'n', at, files: [], project: new Uint8Array(3), edits: null, about });
+      return (await kept()).map(({ id }) => id);
+    });
+    assert.deepEqual(ids, ['w10', 'w9', 'w8', 'w7', 'w6', 'w5', 'w4', 'w3']);
+    await page.context().close();
+  });
 });

@@ -98,6 +98,7 @@ export async function text(page, selector) {
 
 /** The switches of the layers that the panel offers, those with nothing to show left out. */
 export async function layerSwitches(page) {
+  await page.evaluate(() => (document.querySelector('#layers-all').open = true));
   return page.locator('.layer:not([hidden]) [data-layer]:enabled').all();
 }
 

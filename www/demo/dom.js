@@ -3,6 +3,12 @@
  * @module
  */
 
+/** Whether fingers point here: words say “tap” then. */
+export const TOUCH = matchMedia('(pointer: coarse)').matches;
+
+/** What one does with the pointer, at the beginning of a sentence. */
+export const CLICK = TOUCH ? 'Tap' : 'Click';
+
 /**
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag

@@ -7,6 +7,9 @@ import { PageError } from './words.js';
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
 const SEQUENCE_FPS = 15;
 
+/** Motion needs two frames: damage after fewer is an error. */
+const FEWEST = 2;
+
 /**
  * @param {File[]} files
  * @param {import('./run/job.js').Library} library
@@ -53,7 +56,9 @@ async function openOne(file, library) {
     return stillSource(file.name, picture);
   }
   const decoder = new ImageDecoder({ data: await file.arrayBuffer(), type: file.type });
-  await Promise.all([decoder.tracks.ready, decoder.completed]);
+  await decoder.tracks.ready;
+  // One that is cut off has the frames before.
+  await decoder.completed.catch(() => {});
   const { frameCount } = decoder.tracks.selectedTrack ?? { frameCount: 1 };
   decoder.close();
   if (frameCount < 2) return stillSource(file.name, picture);
@@ -72,7 +77,8 @@ function stillSource(name, picture) {
   const grabber = new Grabber();
   const read = async (/** @type {number} */ _, /** @type {number} */ side) =>
     grabber.grab(picture, { width, height }, side);
-  return { ...pictureSource(name, 1, { width, height }, read), kind: 'still', close: () => picture.close() };
+  const source = pictureSource(name, 1, { width, height }, read);
+  return { ...source, kind: 'still', strip: undefined, close: () => picture.close() };
 }
 
 /**
@@ -83,21 +89,37 @@ function stillSource(name, picture) {
  * @returns {import('./source.js').Source}
  */
 function pictureSource(name, count, size, read) {
-  return {
+  /** @type {import('./source.js').Source} */
+  const source = {
     kind: 'images',
     name,
     ...size,
     fps: SEQUENCE_FPS,
     count,
     preview: read,
+    async *strip(most, side, signal) {
+      const shown = Math.min(most, count);
+      for (let k = 0; k < shown; k++) {
+        signal.throwIfAborted();
+        yield read(Math.floor(((k + 0.5) * count) / shown), side);
+      }
+    },
     async *frames(take, signal) {
+      source.damage = null;
       for (let k = 0; k < take.frames; k++) {
         signal.throwIfAborted();
-        yield { frame: await read(take.start + k * take.step, take.side), time: null };
+        const frame = await read(take.start + k * take.step, take.side).catch((error) => {
+          if (k < FEWEST || error?.code !== 'unreadable-image') throw error;
+          source.damage = { frames: k, total: take.frames };
+          return null;
+        });
+        if (!frame) return;
+        yield { frame, time: null };
       }
     },
     close() {},
   };
+  return source;
 }
 
 /**

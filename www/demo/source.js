@@ -29,6 +29,11 @@ import { PageError } from './words.js';
  * @property {number} count frames there are (for a video: about)
  * @property {(frame: number, side: number, time?: number) => Promise<ImageData>} preview one frame; found by its time in
  *   seconds where that is known
+ * @property {(count: number, side: number, signal: AbortSignal) => AsyncIterable<ImageData>} [strip] so many frames, or
+ *   all where there are fewer, evenly spread, of at most this long side; what cannot be trimmed has none
+ * @property {ArrayLike<number> | null} [times] of all frames in seconds, where the file says them
+ * @property {{frames: number, total: number | null} | null} [damage] what `frames` ended with when it was last read:
+ *   so many frames come before the damage, of so many
  * @property {File} [file] that of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with
@@ -105,6 +110,14 @@ export async function openFiles(files, library) {
   const source = areImages ? await openImages(files, library) : await openVideo(files[0], library);
   source.files = files;
   return source;
+}
+
+/**
+ * @param {File[]} files
+ * @returns {boolean} whether they are several clips
+ */
+export function areClips(files) {
+  return files.length > 1 && files.every((file) => fileKindOf(file) === 'video');
 }
 
 /**

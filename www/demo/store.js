@@ -76,6 +76,7 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
+ * @property {readonly File[]} queued clips that were opened together, for the queue
  */
 
 /** @type {Frames} */
@@ -122,6 +123,7 @@ const INITIAL = {
   edges: DEFAULT_EDGES,
   ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
   split: 50,
+  queued: [],
 };
 
 export class Store {

@@ -15,7 +15,12 @@ const EARLY = 1e-4;
  * @returns {Promise<import('./source.js').Source>}
  */
 export async function openVideo(file, library, kind = 'video') {
-  const info = await understood(() => library.videoInfo(file), file.name);
+  /** @type {import('../dist/index.js').Damage | null} Damage that shows without decoding. */
+  let known = null;
+  const info = await understood(
+    () => library.videoInfo(file, { onDamage: (damage) => void (known = damage) }),
+    file.name,
+  );
   const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
   const count = Math.max(1, info.numFrames ?? Math.round(info.duration * fps));
   const early = (/** @type {number} */ time) => ({ start: Math.max(0, time - EARLY) });
@@ -34,6 +39,11 @@ export async function openVideo(file, library, kind = 'video') {
     fps,
     count,
     file,
+    times: info.times,
+    async *strip(most, side, signal) {
+      const options = { count: most, size: side, signal, onDamage() {} };
+      for await (const one of library.videoStrip(file, options)) yield pixelsOf(one);
+    },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
       const frames = library.videoFrames(file, { ...start, maxFrames: 1, size: side });
@@ -41,7 +51,9 @@ export async function openVideo(file, library, kind = 'video') {
       throw new PageError('no-frames', file.name);
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
-      const options = { ...startOf(start), step, maxFrames, size: side, signal };
+      source.damage = known && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
+      const onDamage = (/** @type {import('../dist/index.js').Damage} */ damage) => (source.damage = damage);
+      const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
       for await (const one of library.videoFrames(file, options)) yield { frame: pixelsOf(one), time: one.time };
     },
     close() {},

@@ -109,11 +109,21 @@ export const PREVIEW = {
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
   remark: 'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.',
-  nothing:
-    'Nothing in this clip moves differently from the background. Choose another part of it, or every second frame for slow motion.',
+  nothing: 'Nothing in this clip moves differently from the background.',
   partial: (/** @type {number} */ done, /** @type {number} */ all) =>
     `Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
 };
+
+/**
+ * A file that ends in damage, and what was taken of it.
+ *
+ * @param {{frames: number, total: number | null}} damage
+ * @returns {string}
+ */
+export function damageWords({ frames, total }) {
+  const of = total !== null && total > frames ? ` of ${count(total)}` : '';
+  return `The file is cut off or damaged. ${count(frames)}${of} frames come before that: these were taken.`;
+}
 
 /** Why a layer has nothing to show. */
 export const NOTHING = {
@@ -233,20 +243,20 @@ export function countObjects(facts) {
 }
 
 /**
- * What to do when the result holds no moving object; empty when it does.
+ * Why the result holds no moving object; empty when it does. What to do about it are buttons, see panels/nothing.js.
  *
  * @param {{objects: {count: number} | null, clusters: {count: number}, trajectories: {count: number}}} result
  * @returns {string}
  */
 export function remark(result) {
   if (result.trajectories.count === 0) {
-    return 'The pictures have no texture that could be followed. Choose another part of the clip, or a larger working size.';
+    return 'The pictures have no texture that could be followed.';
   }
   if (result.clusters.count < 2) {
-    return 'Everything moves alike, or nothing moves. Choose another start, more frames, or every second frame for slow motion.';
+    return 'Everything moves alike, or nothing moves.';
   }
   if (result.objects?.count === 0) {
-    return 'There are several motions, but each reaches around the picture as a background does. Choose another start, or more frames.';
+    return 'There are several motions, but each goes with the background.';
   }
   return '';
 }

@@ -23,6 +23,7 @@ export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
 export { EdgeKind, ImageEngine } from './image.js';
+export { searchReport } from './report.js';
 export { Result } from './result.js';
 export { Session } from './session.js';
 export { VideoResult } from './video/result.js';
@@ -38,6 +39,18 @@ export const version = VERSION;
  */
 export function parameters() {
   return PARAMETERS.map((parameter) => ({ ...parameter }));
+}
+
+/**
+ * The masks of several clips in one ZIP archive: a folder for each, with what `masksZip` puts into one, and
+ * `report.json`, which says what became of each. The same masks give the same bytes.
+ * @param {import('./export/clips-zip.js').ZippedClip[]} clips
+ * @param {import('./export/clips-zip.js').ClipsZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
+ */
+export async function clipsZip(clips, options = {}) {
+  const { zipOfClips } = await import('./export/clips-zip.js');
+  return zipOfClips(clips, options);
 }
 
 /** @typedef {import('./errors.js').ErrorCode} ErrorCode */
@@ -66,10 +79,13 @@ export function parameters() {
 /** @typedef {import('./result.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
+/** @typedef {import('./report.js').Searched} Searched */
+/** @typedef {import('./report.js').SearchReport} SearchReport */
 /** @typedef {import('./session.js').RunOptions} RunOptions */
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
 /** @typedef {import('./video/listed.js').ListedFrame} ListedFrame */
+/** @typedef {import('./video/options.js').Damage} Damage */
 /** @typedef {import('./video/options.js').TakeOptions} TakeOptions */
 /** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
 /** @typedef {import('./video/result.js').Shot} Shot */
@@ -77,6 +93,7 @@ export function parameters() {
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
 /** @typedef {import('./video/source.js').VideoSource} VideoSource */
+/** @typedef {import('./video/strip.js').StripOptions} StripOptions */
 /** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */
@@ -100,6 +117,11 @@ export function parameters() {
 /** @typedef {import('./edit/regions.js').BrushStroke} BrushStroke */
 /** @typedef {import('./edit/regions.js').Region} Region */
 /** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
+/** @typedef {import('./export/clips-zip.js').ClipsZipOptions} ClipsZipOptions */
+/** @typedef {import('./export/clips-zip.js').ZippedClip} ZippedClip */
+/** @typedef {import('./video/each.js').EachOptions} EachOptions */
+/** @typedef {import('./video/each.js').QueuedClip} QueuedClip */
+/** @typedef {import('./video/each.js').SegmentedClip} SegmentedClip */
 /** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
 /** @typedef {import('./export/coco.js').CocoImage} CocoImage */
 /** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */

@@ -4,7 +4,7 @@
  * @module
  */
 
-import { byId } from '../dom.js';
+import { CLICK, byId } from '../dom.js';
 import { plural } from '../words.js';
 
 /** @typedef {import('../run/job.js').Corrector} Corrector */
@@ -17,7 +17,7 @@ export const NEW_OBJECT = -1;
 export const BRUSH_HELP = {
   paint: 'Paint what belongs to the object.',
   erase: 'Wipe away what does not belong to the object.',
-  add: 'Click a thing that was missed; each click adds a piece.',
+  add: `${CLICK} a thing that was missed; each ${CLICK.toLowerCase()} adds a piece.`,
 };
 
 /**

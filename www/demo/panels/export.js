@@ -38,6 +38,8 @@ class ExportPanel {
     this.recipe = '';
     /** @type {AbortController | null} */
     this.abort = null;
+    /** @type {File | null} What was saved last. */
+    this.saved = null;
     const rows = EXPORTS.map((one) => this.row(one));
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
     /** The choices, with their buttons. */
@@ -50,6 +52,7 @@ class ExportPanel {
     byId('export-open').addEventListener('click', () => this.open());
     byId('export-close').addEventListener('click', () => this.dialog.close());
     byId('export-cancel').addEventListener('click', () => this.abort?.abort());
+    byId('export-share').addEventListener('click', () => this.share());
     byId('copy-link').addEventListener('click', () => this.copy(linkOf(this.store.state.changed), 'The link'));
     byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'The recipe'));
     this.recipeBox.addEventListener('toggle', () => this.showRecipe());
@@ -69,6 +72,7 @@ class ExportPanel {
     byId('export-kept').textContent = keptWords(this.selection.objects);
     this.nameChoices();
     this.tell('');
+    this.offer(null);
     this.setBusy(false);
     this.recipeBox.open = false;
     this.dialog.showModal();
@@ -124,6 +128,7 @@ class ExportPanel {
       objects: (/** @type {number} */ object) => object > 0 && this.selection.has(object),
     };
     const file = `${stemOf(subject.name)}-${choice.file(subject)}`;
+    this.offer(null);
     this.abort = new AbortController();
     const { signal } = this.abort;
     this.setBusy(true);
@@ -132,6 +137,7 @@ class ExportPanel {
       const blob = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
       signal.throwIfAborted();
       download(blob, file);
+      this.offer(new File([blob], file, { type: blob.type }));
       this.tell(`Saved ${file}, ${bytes(blob.size)}.`);
     } catch (error) {
       if (signal.aborted) this.tell('Cancelled; nothing was saved.');
@@ -139,6 +145,27 @@ class ExportPanel {
     } finally {
       this.abort = null;
       this.setBusy(false);
+    }
+  }
+
+  /**
+   * What was saved can be handed to another app, where the browser lets a page do that with such a file.
+   *
+   * @param {File | null} file
+   */
+  offer(file) {
+    this.saved = file;
+    byId('export-share').hidden = !file || !navigator.canShare?.({ files: [file] });
+  }
+
+  async share() {
+    if (!this.saved) return;
+    try {
+      await navigator.share({ files: [this.saved], title: this.saved.name });
+    } catch (error) {
+      // Whoever thinks better of it needs no words.
+      if (/** @type {{name?: string}} */ (error)?.name !== 'AbortError')
+        this.tell('Sharing did not work here; the file is saved.', true);
     }
   }
 

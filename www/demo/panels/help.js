@@ -1,6 +1,6 @@
-/** The dialog that lists the keys. @module */
+/** The dialog that tells the keys, and on devices with fingers what these do. @module */
 
-import { byId, h } from '../dom.js';
+import { TOUCH, byId, h } from '../dom.js';
 
 /** @type {[keys: string[], what: string][]} */
 const KEYS = [
@@ -13,15 +13,25 @@ const KEYS = [
   [['+', '−', '0'], 'closer, farther, all; the wheel does it too'],
   [['Shift', '←', '→', '↑', '↓'], 'move about; dragging does it too'],
   [['W'], 'fill the screen'],
+  [['P'], 'play the clip as it is'],
   [['O'], 'open a file'],
-  [['M'], 'correct the result'],
-  [['Ctrl', 'Z'], 'undo a correction'],
+  [['M'], 'fix the result'],
+  [['Ctrl', 'Z'], 'undo'],
   [['Ctrl', 'Y'], 'do it again'],
-  [['E'], 'export'],
+  [['E'], 'save'],
   [['R'], 'run again'],
   [['Esc'], 'cancel a run, close a dialog'],
   [['Tab'], 'next control'],
   [['?'], 'this list'],
+];
+
+/** What fingers do. @type {[touches: string, what: string][]} */
+const TOUCHES = [
+  ['Tap an object', 'it alone; again, or the background, for all'],
+  ['Two fingers', 'closer, farther, move about'],
+  ['One finger, when closer', 'move about'],
+  ['Fix, then one finger', 'pick, paint, wipe away, draw strokes'],
+  ['Drag below the picture', 'go through the clip; the handles of the filmstrip choose a part'],
 ];
 
 /** @param {Pick<import('./panels.js').Page, 'keys'>} page */
@@ -33,6 +43,9 @@ export function helpPanel({ keys }) {
   ]);
   const open = () => dialog.open || dialog.showModal();
   byId('help-keys').replaceChildren(...entries);
+  byId('help-touch').replaceChildren(...TOUCHES.flatMap(([touch, what]) => [h('dt', {}, touch), h('dd', {}, what)]));
+  for (const id of ['help-touch', 'help-touch-title', 'help-keys-title']) byId(id).hidden = !TOUCH;
+  byId('help-pick').hidden = TOUCH;
   byId('help-open').addEventListener('click', open);
   byId('help-close').addEventListener('click', () => dialog.close());
   keys.on('?', open);

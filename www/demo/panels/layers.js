@@ -6,10 +6,13 @@ import { kindOf } from '../source.js';
 
 /** @typedef {import('../layers/layer.js').Layer} Layer */
 
+/** Where the layers are that everybody wants; the others show how it works. @type {Record<string, string>} */
+const PLACES = { masks: 'layer-list', image: 'layer-list-last' };
+
 /** @param {Pick<import('./panels.js').Page, 'store' | 'layers' | 'viewer' | 'keys'>} page */
 export function layersPanel({ store, layers, viewer, keys }) {
   const rows = layers.map((layer) => layerRow(layer, () => viewer.redraw()));
-  byId('layer-list').replaceChildren(...rows.map((row) => row.element));
+  for (const { layer, element } of rows) byId(PLACES[layer.id] ?? 'layer-list-how').append(element);
   // Layers that share a key are never there at the same time.
   const rowOf = (/** @type {string} */ key) =>
     rows.find(({ layer }) => layer.key === key && isFor(layer, kindOf(store.state.source)));
@@ -19,6 +22,10 @@ export function layersPanel({ store, layers, viewer, keys }) {
       () => rowOf(key)?.box.click(),
       () => rowOf(key) !== undefined,
     );
+  // Of a still image these are the result.
+  store.watch(['source'], ({ source }) => {
+    if (kindOf(source) === 'still') /** @type {HTMLDetailsElement} */ (byId('layers-all')).open = true;
+  });
   store.watch(['source', 'picture', 'found'], ({ source }) => {
     for (const row of rows) row.update(viewer.view, kindOf(source));
   });

@@ -10,15 +10,19 @@ import { correctPanel } from './correct.js';
 import { edgesPanel } from './edges.js';
 import { exportPanel } from './export.js';
 import { groundPanel } from './ground.js';
+import { guidePanel } from './guide.js';
 import { helpPanel } from './help.js';
 import { layersPanel } from './layers.js';
+import { nothingPanel } from './nothing.js';
 import { objectsPanel } from './objects.js';
+import { queuePanel } from './queue.js';
 import { readoutPanel } from './readout.js';
 import { runPanel } from './run.js';
 import { savedPanel } from './saved.js';
 import { settingsPanel } from './settings.js';
 import { stagesPanel } from './stages.js';
 import { timelinePanel } from './timeline.js';
+import { trimPanel } from './trim.js';
 import { webcamPanel } from './webcam.js';
 import { zoomPanel } from './zoom.js';
 
@@ -41,7 +45,9 @@ export const PANELS = [
   comparePanel,
   groundPanel,
   timelinePanel,
+  trimPanel,
   readoutPanel,
+  nothingPanel,
   objectsPanel,
   edgesPanel,
   layersPanel,
@@ -51,6 +57,8 @@ export const PANELS = [
   correctPanel,
   exportPanel,
   helpPanel,
+  guidePanel,
   webcamPanel,
   savedPanel,
+  queuePanel,
 ];

@@ -1,6 +1,7 @@
 /** Opening, starting and cancelling: the buttons of the heading, files that are picked, dropped or pasted. @module */
 
 import { byId } from '../dom.js';
+import { areClips } from '../source.js';
 
 /** @typedef {import('../app.js').App} App */
 
@@ -16,38 +17,43 @@ export function runPanel({ app, store, keys }) {
   for (const [ids, act] of buttons) for (const id of ids) byId(id).addEventListener('click', act);
   keys.on('Escape', () => app.cancel());
   keys.on('r', () => ['done', 'stopped'].includes(store.state.phase) && app.start());
-  connectPicker(app, keys);
-  connectDrop(app);
-  addEventListener('paste', (event) => openAll(app, event.clipboardData?.files));
+  const open = (/** @type {Iterable<File> | null | undefined} */ files) => openAll(app, store, files);
+  connectPicker(open, keys);
+  connectDrop(open);
+  addEventListener('paste', (event) => open(event.clipboardData?.files));
 }
+
+/** @typedef {(files: Iterable<File> | null | undefined) => void} Open */
 
 /**
  * @param {App} app
- * @param {Iterable<File> | null | undefined} files
+ * @param {import('../store.js').Store} store
+ * @param {Iterable<File> | null | undefined} files several videos are queued
  */
-function openAll(app, files) {
+function openAll(app, store, files) {
   const all = [...(files ?? [])];
-  if (all.length > 0) app.openFiles(all);
+  if (areClips(all)) store.set({ queued: all });
+  else if (all.length > 0) app.openFiles(all);
 }
 
 /**
- * @param {App} app
+ * @param {Open} open
  * @param {import('../keyboard.js').Keys} keys
  */
-function connectPicker(app, keys) {
+function connectPicker(open, keys) {
   const picker = /** @type {HTMLInputElement} */ (byId('file'));
   picker.addEventListener('change', () => {
     const files = [...(picker.files ?? [])];
     // The same file may be picked again.
     picker.value = '';
-    openAll(app, files);
+    open(files);
   });
   for (const id of ['open', 'error-open']) byId(id).addEventListener('click', () => picker.click());
   keys.on('o', () => picker.click());
 }
 
-/** @param {App} app */
-function connectDrop(app) {
+/** @param {Open} open */
+function connectDrop(open) {
   let depth = 0;
   const hover = (/** @type {number} */ by) => {
     depth = Math.max(0, depth + by);
@@ -59,6 +65,6 @@ function connectDrop(app) {
   addEventListener('drop', (event) => {
     event.preventDefault();
     hover(-depth);
-    openAll(app, event.dataTransfer?.files);
+    open(event.dataTransfer?.files);
   });
 }

@@ -1,12 +1,14 @@
 /**
- * Work is not lost: it is kept in the browser whenever it has changed, offered again after a reload, and nobody leaves
- * it by mistake.
+ * Work is not lost: it is kept in the browser whenever it has changed, beside what was kept before; the last is offered
+ * again after a reload, all of them in a list; and nobody leaves by mistake.
  * @module
  */
 
 import { byId } from '../dom.js';
-import { Packer, isWork, reopened } from '../saved/work.js';
-import { forget, keep, kept } from '../saved/storage.js';
+import { SavedJob } from '../run/saved-job.js';
+import { Packer, isWork } from '../saved/work.js';
+import { keep } from '../saved/storage.js';
+import { worksList } from './works.js';
 
 /** Changes within this time are kept together, in milliseconds. */
 const WAIT_MS = 700;
@@ -14,6 +16,8 @@ const WAIT_MS = 700;
 /** @param {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} page */
 export function savedPanel({ store, app, library }) {
   const packer = new Packer(library);
+  const works = worksList({ store, app, library });
+  const names = new Names(() => works.takeOpened());
   let timer = 0;
   let pending = false;
   /** @type {Promise<void>} One after the other. */
@@ -22,8 +26,9 @@ export function savedPanel({ store, app, library }) {
     const { state } = store;
     if (!isWork(state)) return;
     try {
-      await keep(await packer.pack(state));
+      await keep(await packer.pack(state, names.of(state)));
       document.body.dataset.kept = String(Date.now());
+      works.update();
     } catch {
       // No storage, or too little: leaving is asked about.
       return;
@@ -42,29 +47,35 @@ export function savedPanel({ store, app, library }) {
     const underWay = phase === 'running' && (job?.settled ?? 0) > 0 && source?.files;
     if (pending || underWay) event.preventDefault();
   });
-  offer(store, app, library);
+  works.offer();
 }
 
 /**
- * Offers what was kept when the page was opened.
- *
- * @param {import('../store.js').Store} store
- * @param {import('../app.js').App} app
- * @param {import('../run/job.js').Library} library
+ * Which work a run belongs to: a run of the same clip takes the place of the one before, unless that was corrected by
+ * hand; what was opened again is the work that it was.
  */
-async function offer(store, app, library) {
-  const saved = await kept();
-  // Something else may have been opened meanwhile.
-  if (!saved || isWork(store.state)) return;
-  const bar = byId('saved');
-  byId('saved-text').textContent = `Your work on ${saved.name} was kept.`;
-  bar.hidden = false;
-  byId('saved-open').addEventListener('click', async () => {
-    bar.hidden = true;
-    await app.openWork(saved.name, () => reopened(saved, library));
-  });
-  byId('saved-forget').addEventListener('click', async () => {
-    bar.hidden = true;
-    await forget();
-  });
+class Names {
+  /** @param {() => string | null} opened the work that was opened again last */
+  constructor(opened) {
+    this.opened = opened;
+    /** @type {WeakMap<object, string>} */
+    this.ofJob = new WeakMap();
+    /** @type {{job: import('../run/jobs.js').AnyJob, id: string, corrected: boolean} | null} */
+    this.last = null;
+  }
+
+  /**
+   * @param {import('../store.js').State} state with work
+   * @returns {string}
+   */
+  of({ job: anyJob }) {
+    const job = /** @type {import('../run/jobs.js').AnyJob} */ (anyJob);
+    const again = this.last && this.last.job.source === job.source && !this.last.corrected ? this.last.id : null;
+    const opened = job instanceof SavedJob ? this.opened() : null;
+    const id = this.ofJob.get(job) ?? opened ?? again ?? crypto.randomUUID();
+    this.ofJob.set(job, id);
+    const corrected = (job.corrector?.count() ?? 0) > 0;
+    this.last = { job, id, corrected };
+    return id;
+  }
 }

@@ -12,7 +12,7 @@ export const project = {
       label: 'Project file',
       file: () => `project${EXTENSION}`,
       there: ({ source }) => Boolean(source.files),
-      make: async ({ library, state }) => projectFile(await new Packer(library).pack(state), library),
+      make: async ({ library, state }) => projectFile(await new Packer(library).pack(state, ''), library),
     },
   ],
 };

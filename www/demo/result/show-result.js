@@ -6,7 +6,7 @@ import { kindOf } from '../source.js';
 import { phasePatch, withinFilm } from '../store.js';
 import { COVERED } from '../run/preview.js';
 import { turn } from '../run/slices.js';
-import { PREVIEW, seconds } from '../words.js';
+import { PREVIEW, damageWords, seconds } from '../words.js';
 import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
@@ -134,7 +134,9 @@ function foundPatch({ hidden, source }, job, film) {
   const facts = Array.from({ length: points?.count ?? 0 }, (_, object) => points?.presence.facts(object)).filter(
     (one) => one !== undefined,
   );
-  const remark = notice(facts) || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
+  const damage = job.source.damage ? damageWords(job.source.damage) : '';
+  const said = [damage, notice(facts)].filter(Boolean).join(' ');
+  const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
   return {
     headline: headline(facts),
     numbers,

@@ -1,13 +1,20 @@
-/** The last work, kept in the browser's own storage: it survives a reload and a closed tab. @module */
+/**
+ * The last few works, kept in the browser's own storage: they survive a reload and a closed tab. None takes the place of
+ * another; the oldest go when there are too many. @module
+ */
 
 const DATABASE = 'tracecut';
 const TABLE = 'work';
-const KEY = 'last';
+
+/** Works that are kept, and how many bytes of all together: the newest is kept however large it is. */
+export const MOST_WORKS = 8;
+const MOST_BYTES = 2 ** 31;
 
 /**
  * Work as it is kept.
  *
  * @typedef {object} Saved
+ * @property {string} id of the work: kept again it takes its own place
  * @property {string} name of the clip
  * @property {number} at when it was kept, milliseconds since 1970
  * @property {File[]} files that the clip was opened from
@@ -24,20 +31,37 @@ const KEY = 'last';
 
 /** @param {Saved} saved */
 export async function keep(saved) {
-  await request('readwrite', (table) => table.put(saved, KEY));
-}
-
-/** @returns {Promise<Saved | null>} null where there is nothing, or no storage */
-export async function kept() {
-  try {
-    return (await request('readonly', (table) => table.get(KEY))) ?? null;
-  } catch {
-    return null;
+  await request('readwrite', (table) => table.put(saved, saved.id));
+  let bytes = 0;
+  for (const [k, work] of (await kept()).entries()) {
+    bytes += bytesOf(work);
+    if (k > 0 && (k >= MOST_WORKS || bytes > MOST_BYTES)) await forget(work.id);
   }
 }
 
-export async function forget() {
-  await request('readwrite', (table) => table.delete(KEY));
+/** @returns {Promise<Saved[]>} the newest first; none where there is no storage */
+export async function kept() {
+  try {
+    const [works, keys] = await Promise.all([
+      request('readonly', (table) => table.getAll()),
+      request('readonly', (table) => table.getAllKeys()),
+    ]);
+    // Both are in the order of the keys. What an earlier version kept has no name of its own.
+    const named = works.map((work, k) => ({ ...work, id: String(keys[k]) }));
+    return named.sort((a, b) => b.at - a.at);
+  } catch {
+    return [];
+  }
+}
+
+/** @param {string} id */
+export async function forget(id) {
+  await request('readwrite', (table) => table.delete(id));
+}
+
+/** @param {Saved} saved */
+export function bytesOf({ files, project }) {
+  return files.reduce((sum, { size }) => sum + size, project.byteLength);
 }
 
 /**

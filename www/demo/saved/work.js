@@ -41,9 +41,10 @@ export class Packer {
 
   /**
    * @param {import('../store.js').State} state with work
+   * @param {string} id of the work
    * @returns {Promise<Saved>}
    */
-  async pack(state) {
+  async pack(state, id) {
     const { job, film } = state;
     const corrections = /** @type {import('../run/corrections.js').Corrections} */ (job?.corrections);
     const masks = /** @type {import('../../dist/index.js').VideoResult} */ (corrections.of.masks());
@@ -67,7 +68,7 @@ export class Packer {
     const files = (state.source?.files ?? []).filter(Boolean);
     const bytes = files.reduce((sum, { size }) => sum + size, 0);
     if (bytes > MOST_BYTES) throw new PageError('too-large-to-keep', stemOf(state.name));
-    return { name: state.name, at: Date.now(), files, project: this.packed.project, edits, about: aboutOf(state) };
+    return { id, name: state.name, at: Date.now(), files, project: this.packed.project, edits, about: aboutOf(state) };
   }
 }
 

@@ -92,6 +92,7 @@ async function demuxed(media, input, track) {
       return (await packets()).times;
     },
     frames: (range) => decodedFrames(media, track, range, packets),
+    at: (times) => framesAt(media, track, times, packets),
     close: () => input.dispose(),
   };
 }
@@ -157,6 +158,29 @@ async function* decodedFrames(media, track, { start, end }, packets) {
   }
   const final = times.findLast((time) => time < end);
   if (final !== undefined && final > start && final > last + SLACK) throw await broken('no more data', last, packets);
+}
+
+/**
+ * Packets between two times are decoded once, and not at all where a later one can be decoded without them.
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {import('mediabunny').InputVideoTrack} track
+ * @param {number[]} times of frames, ascending
+ * @param {() => Promise<PacketList>} packets
+ * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
+ */
+async function* framesAt(media, track, times, packets) {
+  const { times: all, end } = await packets();
+  let last = -Infinity;
+  try {
+    for await (const sample of new media.VideoSampleSink(track).samplesAtTimestamps(times)) {
+      if (!sample) throw new Error('no more data');
+      last = Math.max(0, sample.timestamp);
+      const next = all.find((time) => time > last + SLACK) ?? end;
+      yield { time: last, duration: next - last, read: () => pixelsOf(sample), close: () => sample.close() };
+    }
+  } catch (error) {
+    throw await broken(error, last, packets);
+  }
 }
 
 /**

@@ -28,7 +28,7 @@ export function framesOf(source, options, platform) {
       'param',
       stray,
       others[stray],
-      'start, end, step, maxFrames, size, frameRate, decoding, decoder or signal',
+      'start, end, step, maxFrames, size, frameRate, decoding, decoder, signal or onDamage',
     );
   return decoded(
     source,
@@ -65,7 +65,7 @@ async function* decoded(source, take, loadDecoder) {
 
 /**
  * @param {import('./source.js').VideoSource} source
- * @param {Pick<import('./options.js').TakeOptions, 'decoding'> | undefined} options
+ * @param {Pick<import('./options.js').TakeOptions, 'decoding' | 'onDamage'> | undefined} options
  * @param {import('../platform.js').Platform} platform
  * @returns {Promise<import('./reader.js').VideoInfo>}
  */
@@ -75,7 +75,9 @@ export async function infoOf(source, options, platform) {
   if (stray) throw illegal('param', stray, others[stray], 'decoding');
   const reader = await openReader(source, take, decoderLoader(undefined, platform));
   try {
-    return { ...(await reader.info()), times: await reader.times() };
+    const info = { ...(await reader.info()), times: await reader.times() };
+    if (reader.damage) take.onDamage?.({ frames: info.numFrames ?? 0, total: null, error: reader.damage });
+    return info;
   } finally {
     reader.close();
   }

@@ -34,23 +34,31 @@ export async function imageType(file) {
 /**
  * @param {Blob} file
  * @param {string} type
+ * @param {boolean} damaged whether its facts may be those of the frames before damage
  * @returns {Promise<import('./reader.js').Reader>}
  */
-export async function openImage(file, type) {
-  const decoder = await decoderOf(file, type);
+export async function openImage(file, type, damaged = false) {
+  const decoder = await decoderOf(file, type, damaged);
   const count = decoder.tracks.selectedTrack?.frameCount ?? 0;
   /** @type {Promise<{times: Float64Array, end: number, width: number, height: number}> | undefined} */
   let facts;
-  const measured = () => (facts ??= measure(decoder, count));
+  /** @type {TraceCutError | undefined} */
+  let damage;
+  const onDamage = damaged ? (/** @type {TraceCutError} */ error) => void (damage = error) : undefined;
+  const measured = () => (facts ??= measure(decoder, count, onDamage));
   return {
+    get damage() {
+      return damage;
+    },
     async info() {
-      const { end, width, height } = await measured();
+      const { end, width, height, times } = await measured();
+      const numFrames = times.length;
       return {
         width,
         height,
         duration: end,
-        frameRate: count > 1 ? count / end : NaN,
-        numFrames: count,
+        frameRate: numFrames > 1 ? numFrames / end : NaN,
+        numFrames,
         codec: type,
         decodable: true,
       };
@@ -79,9 +87,10 @@ export async function openImage(file, type) {
 /**
  * @param {Blob} file
  * @param {string} type
+ * @param {boolean} damaged
  * @returns {Promise<Decoder>}
  */
-async function decoderOf(file, type) {
+async function decoderOf(file, type, damaged) {
   const Kind = /** @type {{ImageDecoder?: DecoderClass}} */ (globalThis).ImageDecoder;
   if (!Kind || !(await Kind.isTypeSupported(type))) {
     throw new TraceCutError(
@@ -91,7 +100,8 @@ async function decoderOf(file, type) {
   }
   const decoder = new Kind({ data: await file.arrayBuffer(), type });
   try {
-    await Promise.all([decoder.tracks.ready, decoder.completed]);
+    await decoder.tracks.ready;
+    await (damaged ? decoder.completed.catch(() => {}) : decoder.completed);
   } catch (error) {
     decoder.close();
     throw cutOff(error);
@@ -103,12 +113,18 @@ async function decoderOf(file, type) {
  * Durations are known only of decoded frames.
  * @param {Decoder} decoder
  * @param {number} count
+ * @param {((error: TraceCutError) => void) | undefined} onDamage with it, those before damage are measured
  */
-async function measure(decoder, count) {
+async function measure(decoder, count, onDamage) {
   const times = new Float64Array(count);
   let [end, width, height] = [0, 0, 0];
   for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
-    const image = await frameAt(decoder, frameIndex);
+    const image = await frameAt(decoder, frameIndex).catch((error) => {
+      if (!onDamage || frameIndex === 0) throw error;
+      onDamage(error);
+      return null;
+    });
+    if (!image) return { times: times.slice(0, frameIndex), end: end / 1e6, width, height };
     times[frameIndex] = end / 1e6;
     end += lengthOf(image);
     if (frameIndex === 0) [width, height] = [image.displayWidth, image.displayHeight];

@@ -18,6 +18,15 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @property {import('../options.js').WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files, when
  *   not beside the package
  * @property {AbortSignal} [signal] ends the work: what is awaited rejects with its reason
+ * @property {(damage: Damage) => void} [onDamage] with it, a source that is cut off or damaged ends before the damage,
+ *   which this is told of; without it, and where fewer than two frames come before, that is an error (`truncated`,
+ *   `decode`)
+ */
+
+/**
+ * Damage that a source ends with: how many frames were taken before it, how many should have been, null where nobody
+ * knows, and what is wrong. @typedef {{frames: number, total: number | null, error:
+ * import('../errors.js').TraceCutError}} Damage
  */
 
 /**
@@ -30,6 +39,7 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @property {number} frameRate
  * @property {'auto' | 'webcodecs' | 'seeking'} decoding
  * @property {AbortSignal | undefined} signal
+ * @property {((damage: Damage) => void) | undefined} onDamage
  */
 
 const MAX_FRAMES = 1_000_000;
@@ -65,6 +75,7 @@ export function splitTake(options) {
     frameRate = 25,
     decoding = 'auto',
     signal,
+    onDamage,
     ...others
   } = options;
   if (start !== -Infinity) seconds('start', start);
@@ -79,7 +90,9 @@ export function splitTake(options) {
   if (!DECODINGS.includes(/** @type {string} */ (decoding)))
     throw illegal('param', 'decoding', decoding, "'auto', 'webcodecs' or 'seeking'");
   if (signal !== undefined && !isSignal(signal)) throw illegal('param', 'signal', signal, 'an AbortSignal');
-  const take = /** @type {Take} */ ({ start, end, step, maxFrames, size, frameRate, decoding, signal });
+  if (onDamage !== undefined && typeof onDamage !== 'function')
+    throw illegal('param', 'onDamage', onDamage, 'a function of what was damaged');
+  const take = /** @type {Take} */ ({ start, end, step, maxFrames, size, frameRate, decoding, signal, onDamage });
   return { take, others };
 }
 

@@ -1,5 +1,6 @@
 // What every source of frames looks like from inside, and what is taken of it.
 
+import { toPixels } from '../decode.js';
 import { TraceCutError } from '../errors.js';
 
 /**
@@ -23,11 +24,14 @@ import { TraceCutError } from '../errors.js';
 
 /**
  * A source of frames. `frames` gives them in the order of their times, those before `start` left out or not; `times`
- * gives the times of all frames where they are known without decoding.
+ * gives the times of all frames where they are known without decoding; `at` the frames at ascending times of frames,
+ * where that takes less than going through all.
  * @typedef {object} Reader
  * @property {() => Promise<Omit<VideoInfo, 'times'>>} info
  * @property {(range: {start: number, end: number}) => AsyncGenerator<TimedFrame, void, unknown>} frames
  * @property {() => Promise<Float64Array | null>} times
+ * @property {(times: number[]) => AsyncGenerator<TimedFrame, void, unknown>} [at]
+ * @property {TraceCutError} [damage] what the source ends with, where that is known before it is read
  * @property {() => void} close
  */
 
@@ -38,13 +42,45 @@ import { TraceCutError } from '../errors.js';
  */
 const SLACK = 1e-6;
 
+/** What damage is called, and how many frames before it are worth having: motion needs two. */
+const DAMAGE = ['truncated', 'decode', 'frame-bytes'];
+const FEWEST = 2;
+
 /**
- * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read.
+ * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read. Where the take knows what to
+ * do with damage, they end before it.
  * @param {Reader} reader
  * @param {import('./options.js').Take} take
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
 export async function* taken(reader, take) {
+  let index = 0;
+  try {
+    for await (const frame of wanted(reader, take)) {
+      yield frame;
+      index += 1;
+    }
+    if (reader.damage && index < take.maxFrames && take.end === Infinity) throw reader.damage;
+  } catch (error) {
+    if (!take.onDamage || !isDamage(error) || index < FEWEST) throw error;
+    take.onDamage({ frames: index, total: await expected(reader, take).catch(() => null), error });
+  }
+}
+
+/**
+ * @param {unknown} error
+ * @returns {error is TraceCutError}
+ */
+export function isDamage(error) {
+  return error instanceof TraceCutError && DAMAGE.includes(error.code);
+}
+
+/**
+ * @param {Reader} reader
+ * @param {import('./options.js').Take} take
+ * @returns {AsyncGenerator<TakenFrame, void, unknown>}
+ */
+async function* wanted(reader, take) {
   let passed = 0;
   let index = 0;
   for await (const frame of reader.frames(take)) {
@@ -53,8 +89,10 @@ export async function* taken(reader, take) {
       if (frame.time >= take.end - SLACK) return;
       passed += 1;
       if ((passed - 1) % take.step !== 0) continue;
-      const raw = await frame.read();
+      const read = await frame.read();
       frame.close();
+      // Whether a file is damaged shows when it is decoded.
+      const raw = take.onDamage && read.kind === 'file' ? await decoded(read) : read;
       yield { raw, index, time: frame.time, duration: frame.duration };
       index += 1;
       if (index >= take.maxFrames) return;
@@ -62,6 +100,14 @@ export async function* taken(reader, take) {
       frame.close();
     }
   }
+}
+
+/**
+ * @param {import('../frames.js').RawFrame} raw
+ * @returns {Promise<import('../frames.js').RawFrame>}
+ */
+async function decoded(raw) {
+  return { kind: 'pixels', ...(await toPixels(raw)) };
 }
 
 /**

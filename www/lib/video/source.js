@@ -68,12 +68,20 @@ async function openFile(file, take) {
   needsBrowser();
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
   const image = await imageType(file);
-  if (image) return openImage(file, image);
-  return byBestMeans(file, take, () => {
+  if (image) return openImage(file, image, take.onDamage !== undefined);
+  const { beforeCut } = take.onDamage ? await import('./webm-cut.js') : NOTHING_CUT;
+  const before = await beforeCut(file);
+  // A player of the browser's gets along with a cut as it is.
+  const reader = await byBestMeans(before ?? file, take, () => {
     const url = URL.createObjectURL(file);
     return { url: new URL(url), release: () => URL.revokeObjectURL(url) };
   });
+  const words = `the file is cut off at ${file.size} bytes, before its end`;
+  return before ? { ...reader, damage: new TraceCutError('truncated', words) } : reader;
 }
+
+/** Files are looked at for a cut only where somebody wants to know. */
+const NOTHING_CUT = { beforeCut: async (/** @type {Blob} */ _file) => null };
 
 /**
  * @param {string | URL} address

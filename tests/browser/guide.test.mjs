@@ -1,0 +1,45 @@
+// The first steps: shown on the first visit, kept away afterwards, called back from the help.
+
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { accessibilityFaults, ended, inPhase, openSample, screenshot, text, useSite } from './support.mjs';
+
+describe('first steps', () => {
+  const site = useSite();
+
+  test('are three sentences, whose words are those of the page, and go for good', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    const words = await page.locator('#guide strong').allInnerTexts();
+    assert.deepEqual(words, ['Objects', 'Fix', 'Save']);
+    assert.equal(await text(page, '#objects-title'), 'Objects');
+    assert.equal(await text(page, '#correct-open'), 'Fix');
+    assert.match(await text(page, '#export-open'), /^Save/);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'guide');
+    await page.focus('#guide-close');
+    await page.keyboard.press('Enter');
+    assert.equal(await page.locator('#guide').isVisible(), false);
+    await page.reload();
+    await inPhase(page, 'done');
+    assert.equal(await page.locator('#guide').isVisible(), false);
+    await page.click('#help-open');
+    await page.click('#guide-open');
+    assert.equal(await page.locator('#guide').isVisible(), true);
+    assert.equal(await page.locator('#help').isVisible(), false);
+    assert.deepEqual(faults, []);
+  });
+
+  test('the layers of the stages lie behind “How it works”; their keys work all the same', async () => {
+    const { page } = await openSample(site, { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true });
+    assert.equal(await ended(page), 'done');
+    assert.equal(await page.locator('[data-layer="masks"]').isVisible(), true);
+    assert.equal(await page.locator('[data-layer="image"]').isVisible(), true);
+    assert.equal(await page.locator('[data-layer="trajectories"]').isVisible(), false);
+    await page.keyboard.press('2');
+    assert.equal(await page.locator('[data-layer="trajectories"]').isChecked(), true);
+    await page.keyboard.press('2');
+    await screenshot(page, 'guide-phone');
+    await page.click('#layers-all > summary');
+    assert.equal(await page.locator('[data-layer="trajectories"]').isVisible(), true);
+  });
+});

@@ -1,0 +1,98 @@
+// Several videos opened together: each with its progress, one archive at the end; a clip that fails is a line.
+
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { before, describe, test } from 'node:test';
+import { unzipSync } from '../../dist/vendor/zip.js';
+import { accessibilityFaults, openSample, screenshot, text, useSite } from './support.mjs';
+
+/** Runs in the page: the first frames of the sample as a video. */
+async function makeVideo(count) {
+  const { source } = globalThis.tracecutDemo;
+  const media = await import('/dist/vendor/media.js');
+  const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
+  const video = new media.VideoSampleSource({ codec: 'vp8', bitrate: 1e6 });
+  output.addVideoTrack(video);
+  await output.start();
+  for (let t = 0; t < count; t += 1) {
+    const canvas = new OffscreenCanvas(192, 108);
+    const picture = await createImageBitmap(await source.preview(t, source.width));
+    canvas.getContext('2d').drawImage(picture, 0, 0, 192, 108);
+    const sample = new media.VideoSample(canvas, { timestamp: t / 15, duration: 1 / 15 });
+    await video.add(sample);
+    sample.close();
+  }
+  await output.finalize();
+  return [...new Uint8Array(output.target.buffer)];
+}
+
+describe('a queue of clips', () => {
+  const site = useSite();
+  const videos = {};
+  const file = (name, buffer) => ({ name, mimeType: 'video/webm', buffer });
+
+  before(async () => {
+    const { page } = await openSample(site);
+    for (const count of [8, 12, 24]) videos[count] = Buffer.from(await page.evaluate(makeVideo, count));
+    await page.context().close();
+  });
+  const states = (page) =>
+    page.evaluate(() => [...document.querySelectorAll('[data-queued]')].map((line) => line.dataset.queued));
+  const through = (page) => page.waitForFunction(() => !document.querySelector('#queue-close').hidden);
+
+  test('three clips and one that is none: lines, and one archive with a report', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    const download = page.waitForEvent('download');
+    await page.setInputFiles('#file', [
+      file('one.webm', videos[8]),
+      file('broken.webm', Buffer.from('nothing of the kind')),
+      file('two.webm', videos[12]),
+      file('three.webm', videos[24].subarray(0, Math.floor(0.7 * videos[24].length))),
+    ]);
+    await page.waitForSelector('[data-queued="running"]');
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await through(page);
+    assert.deepEqual(await states(page), ['done', 'failed', 'done', 'done']);
+    assert.equal(await text(page, '#queue-count'), '4 of 4 clips done');
+    assert.equal(await page.evaluate(() => document.body.dataset.source), 'sample', 'the clip on screen stays');
+    const saved = await download;
+    assert.equal(saved.suggestedFilename(), 'clips-masks.zip');
+    const files = unzipSync(new Uint8Array(await readFile(await saved.path())));
+    const { clips } = JSON.parse(Buffer.from(files['report.json']).toString());
+    assert.deepEqual(
+      clips.map(({ name, folder, numFrames, width }) => [name, folder, numFrames > 8, width]),
+      [
+        ['one.webm', 'one', false, 192],
+        ['broken.webm', undefined, false, undefined],
+        ['two.webm', 'two', true, 192],
+        ['three.webm', 'three', true, 192],
+      ],
+    );
+    assert.match(clips[1].error, /./);
+    assert.match(clips[3].damage, /cut off or damaged/);
+    assert.equal(Object.keys(files).filter((name) => name.startsWith('two/')).length, 13);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'queue');
+    await page.click('#queue-close');
+    assert.equal(await page.locator('#queue').isVisible(), false);
+    assert.deepEqual(faults, []);
+  });
+
+  test('one is cancelled, then all; what is dropped meanwhile is added', async () => {
+    const phone = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
+    const { page } = await openSample(site, phone);
+    await page.setInputFiles('#file', [file('a.webm', videos[24]), file('b.webm', videos[8])]);
+    await page.waitForSelector('[data-queued="running"]');
+    await page.setInputFiles('#file', [file('c.webm', videos[24]), file('d.webm', videos[8])]);
+    await page.click('[aria-label="Cancel a.webm"]');
+    await page.waitForFunction(() => document.querySelector('[data-queued="done"]'));
+    await screenshot(page, 'queue-phone');
+    assert.deepEqual((await states(page)).slice(0, 2), ['cancelled', 'done']);
+    await page.click('#queue-cancel');
+    await through(page);
+    const [, , c, d] = await states(page);
+    assert.deepEqual([c, d], ['cancelled', 'cancelled']);
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true);
+    assert.equal(await page.isEnabled('#queue-save'), true);
+  });
+});

@@ -1,0 +1,75 @@
+// Several clips, one after the other; one that fails stops nothing.
+
+import { illegal } from '../errors.js';
+import { asOptions } from './options.js';
+
+/**
+ * A clip of a queue: `name` is the caller's own, `signal` takes it out of the queue, before it begins or on the way.
+ * @typedef {{name: string, source: import('./source.js').VideoSource, signal?: AbortSignal}} QueuedClip
+ */
+
+/**
+ * What became of a clip: its result, or the error that ended it (the signal's reason where that took it out); `damage`
+ * is what the source ended with, if the result is of the frames before that.
+ * @typedef {{index: number, name: string, result: import('./result.js').VideoResult | null, error: unknown, damage:
+ *   import('./options.js').Damage | null}} SegmentedClip
+ */
+
+/**
+ * Options for all clips, as of `segmentVideo`; `signal` ends the whole queue, `onProgress` says which clip it is about.
+ * @typedef {Omit<import('./segment.js').VideoOptions, 'onProgress' | 'onDamage'> & {onProgress?: (progress:
+ *   import('./segment.js').VideoProgress & {index: number, name: string}) => void}} EachOptions
+ */
+
+/**
+ * @param {AsyncIterable<QueuedClip> | Iterable<QueuedClip>} clips
+ * @param {EachOptions | undefined} options
+ * @param {(source: import('./source.js').VideoSource, options: import('./segment.js').VideoOptions) =>
+ *   import('./segment.js').VideoSegmentation} segment
+ * @returns {AsyncGenerator<SegmentedClip, void, undefined>}
+ */
+export async function* eachOf(clips, options, segment) {
+  const { signal, onProgress, ...rest } = /** @type {EachOptions} */ (asOptions(options));
+  if (onProgress !== undefined && typeof onProgress !== 'function')
+    throw illegal('param', 'onProgress', onProgress, 'a function');
+  let index = 0;
+  for await (const clip of clips) {
+    signal?.throwIfAborted();
+    if (typeof clip !== 'object' || clip === null || typeof clip.name !== 'string')
+      throw illegal('data', `clips[${index}]`, clip, 'an object {name, source}');
+    const { name } = clip;
+    /** @type {import('./options.js').Damage | null} */
+    let damage = null;
+    const stop = new AbortController();
+    const release = [signal, clip.signal].map((one) => follow(one, stop));
+    const at = index;
+    // Options that are wrong are the caller's error, not the clip's.
+    const video = segment(clip.source, {
+      ...rest,
+      signal: stop.signal,
+      onDamage: (told) => (damage = told),
+      onProgress: (progress) => onProgress?.({ index: at, name, ...progress }),
+    });
+    try {
+      const result = await video.collect();
+      yield { index, name, result, error: null, damage };
+    } catch (error) {
+      signal?.throwIfAborted();
+      yield { index, name, result: null, error, damage: null };
+    } finally {
+      for (const end of release) end();
+    }
+    index += 1;
+  }
+}
+
+/**
+ * @param {AbortSignal | undefined} signal
+ * @param {AbortController} controller aborted with it
+ */
+function follow(signal, controller) {
+  const abort = () => controller.abort(signal?.reason);
+  if (signal?.aborted) abort();
+  signal?.addEventListener('abort', abort, { once: true });
+  return () => signal?.removeEventListener('abort', abort);
+}

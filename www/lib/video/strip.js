@@ -1,0 +1,103 @@
+// A few frames spread over a video, for a filmstrip.
+
+import { TraceCutError, illegal } from '../errors.js';
+import { wholeNumber } from '../options.js';
+import { decoderLoader } from './frames.js';
+import { asOptions, splitTake } from './options.js';
+import { atSize, toPixelFrame } from './pixels.js';
+import { isDamage, nothingTaken, unlessAborted } from './reader.js';
+import { openReader } from './source.js';
+
+/**
+ * `count` is how many frames the strip has at most, 1 to 1000, 12 if not given. The other options are as for
+ * `videoFrames`.
+ * @typedef {Omit<import('./options.js').TakeOptions, 'step' | 'maxFrames'> & {count?: number}} StripOptions
+ */
+
+/** Times are often sums of rounded numbers. */
+const SLACK = 1e-6;
+
+/**
+ * @param {import('./source.js').VideoSource} source
+ * @param {StripOptions | undefined} options
+ * @param {import('../platform.js').Platform} platform
+ * @returns {AsyncGenerator<import('./frames.js').DecodedFrame, void, undefined>}
+ */
+export async function* stripOf(source, options, platform) {
+  const { decoder, count = 12, ...given } = asOptions(options);
+  wholeNumber('param', 'count', count, 1, 1000);
+  const { take, others } = splitTake(given);
+  const stray = [
+    ...Object.keys(others),
+    ...Object.keys(given).filter((name) => name === 'step' || name === 'maxFrames'),
+  ][0];
+  if (stray)
+    throw illegal(
+      'param',
+      stray,
+      given[stray],
+      'count, start, end, size, frameRate, decoding, decoder, signal or onDamage',
+    );
+  take.signal?.throwIfAborted();
+  const wasm = /** @type {import('../options.js').WasmSource | undefined} */ (decoder);
+  const reader = await openReader(source, take, decoderLoader(wasm, platform));
+  try {
+    const times = await unlessAborted(reader.times(), take.signal);
+    if (!times)
+      throw new TraceCutError('unsupported', 'a stream or generator of frames has no strip: its length is not known');
+    const inRange = [...times].filter((time) => time >= take.start - SLACK && time < take.end - SLACK);
+    const wanted = spread(inRange, /** @type {number} */ (count));
+    if (wanted.length === 0) throw await nothingTaken(take, reader);
+    const frames = reader.at ? reader.at(wanted) : only(reader.frames(take), wanted);
+    let index = 0;
+    try {
+      for (;;) {
+        const { value, done } = await unlessAborted(frames.next(), take.signal);
+        if (done) return;
+        const raw = await value.read();
+        value.close();
+        const { time, duration } = value;
+        yield { frame: await toPixelFrame(await atSize(raw, take.size)), index, time, duration };
+        index += 1;
+      }
+    } catch (error) {
+      if (!take.onDamage || !isDamage(error) || index === 0) throw error;
+      take.onDamage({ frames: index, total: wanted.length, error });
+    } finally {
+      frames.return().catch(() => {});
+    }
+  } finally {
+    reader.close();
+  }
+}
+
+/**
+ * The middles of `count` equal parts; everything where there is less.
+ * @param {number[]} times
+ * @param {number} count
+ * @returns {number[]}
+ */
+function spread(times, count) {
+  if (times.length <= count) return times;
+  return Array.from(
+    { length: count },
+    (_, k) => /** @type {number} */ (times[Math.floor(((k + 0.5) * times.length) / count)]),
+  );
+}
+
+/**
+ * @param {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>} frames in order
+ * @param {number[]} times ascending
+ * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>} those at these times
+ */
+async function* only(frames, times) {
+  let next = 0;
+  for await (const frame of frames) {
+    if (frame.time < /** @type {number} */ (times[next]) - SLACK) frame.close();
+    else {
+      yield frame;
+      next += 1;
+      if (next >= times.length) return;
+    }
+  }
+}
