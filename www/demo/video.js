@@ -42,7 +42,10 @@ export async function openVideo(file, library, kind = 'video') {
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
       const options = { ...startOf(start), step, maxFrames, size: side, signal };
-      for await (const one of library.videoFrames(file, options)) yield { frame: pixelsOf(one), time: one.time };
+      for await (const one of library.videoFrames(file, options)) {
+        const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
+        yield { frame: pixelsOf(one), time: one.time, end };
+      }
     },
     close() {},
   };

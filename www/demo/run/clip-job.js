@@ -106,11 +106,12 @@ export class ClipJob extends Job {
     this.stages[0].ms = 0;
     const session = await this.library.createSession(this.options);
     this.session = session;
-    for await (const { frame, time } of this.source.frames(this.take, signal)) {
+    for await (const { frame, time, end = null } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
       // The picture is copied before the session gets the bytes, which it may hand on to its worker.
       await this.images.add(frame);
       if (time !== null) this.times.push(time);
+      this.end = end;
       await session.push(frame);
       this.mark('frames', this.images.length, this.take.frames);
       report();

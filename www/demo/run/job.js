@@ -70,6 +70,8 @@ export class Job extends StageClock {
     this.images = new FrameStore();
     /** @type {number[]} When they are shown, in seconds; none where nobody knows. */
     this.times = [];
+    /** @type {number | null} When the last of them ends. */
+    this.end = null;
     /** @type {number[]} First frames of further shots. */
     this.cuts = [];
     /** @type {Corrector | null} What can be corrected of the result. */

@@ -42,7 +42,7 @@ export async function allAtSize(masks, frames, options, enlarge) {
   checkMasks(masks);
   const { onProgress, signal, edges } = checkedOptions(options ?? {}, ['onProgress', 'signal', 'edges', 'decoder']);
   const how = checkedEdges(edges);
-  const { numFrames, shots } = masks;
+  const { numFrames, shots, end } = masks;
   const times = timesOf(masks);
   const all = chosenLabels(undefined);
   const size = { width: 0, height: 0 };
@@ -67,6 +67,7 @@ export async function allAtSize(masks, frames, options, enlarge) {
     ...size,
     numFrames,
     times,
+    end: end ?? null,
     ...(Array.isArray(shots) ? { shots } : {}),
     labels: (t) => decodeRuns(/** @type {Uint32Array} */ (runs[t]), size.width * size.height, same),
   };

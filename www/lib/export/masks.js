@@ -138,7 +138,7 @@ export async function masksZip(masks, options = {}) {
  * @param {number[]} labels
  * @param {{palette: import('../draw/palette.js').LabelColors | undefined, perObject: boolean}} options
  */
-function description({ width, height, numFrames, shots }, times, labels, { palette, perObject }) {
+function description({ width, height, numFrames, shots, end }, times, labels, { palette, perObject }) {
   const color = fileColors(palette);
   const named = (/** @type {(t: number) => string} */ name) => Array.from({ length: numFrames }, (_, t) => name(t));
   return {
@@ -148,6 +148,7 @@ function description({ width, height, numFrames, shots }, times, labels, { palet
     height,
     numFrames,
     times: times && [...times],
+    ...(times && typeof end === 'number' ? { end } : {}),
     ...(Array.isArray(shots) ? { shots: shots.map(({ first, last }) => ({ first, last })) } : {}),
     labels,
     palette: Object.fromEntries([0, ...labels].map((label) => [label, color(label)])),

@@ -60,7 +60,16 @@ export async function saveProject(masks, options = {}) {
     if (t % BATCH === BATCH - 1) await breath();
   }
   const shots = masks.shots?.map(({ first, last }) => ({ first, last })) ?? null;
-  const json = { tracecut: VERSION, format: FORMAT, width, height, numFrames, times: [...(times ?? [])], shots };
+  const json = {
+    tracecut: VERSION,
+    format: FORMAT,
+    width,
+    height,
+    numFrames,
+    times: [...(times ?? [])],
+    end: masks.end ?? null,
+    shots,
+  };
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
   /** @type {Record<string, Uint8Array | [Uint8Array, {level: 0}]>} */
   const entries = {
@@ -97,7 +106,7 @@ export async function openProject(file) {
   }
   const { 'project.json': json, 'masks.bin': masks, 'trajectories.bin': tracks } = entries;
   if (!json || !masks || !tracks) throw new TraceCutError('data', 'this archive is no project file');
-  const { width, height, times, shots, edits, about, format } = parsed(json);
+  const { width, height, times, end, shots, edits, about, format } = parsed(json);
   if (format !== FORMAT) throw illegal('data', 'the format of the project', format, `${FORMAT}`);
   const files = Object.entries(entries).filter(([name]) => name.startsWith(FOLDER));
   return {
@@ -105,6 +114,7 @@ export async function openProject(file) {
       width,
       height,
       times: Float64Array.from(times),
+      end: typeof end === 'number' ? end : null,
       shots: shots ?? [{ first: 0, last: times.length - 1 }],
       runs: runsOf(wordsOf(masks, 'masks.bin'), times.length, width * height),
       trajectories: trajectoriesOf(wordsOf(tracks, 'trajectories.bin')),

@@ -1,6 +1,6 @@
 // Masks and frames as a video file, encoded by the browser.
 
-import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, timesOf } from './mask-source.js';
+import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, endOf, timesOf } from './mask-source.js';
 import { isGround } from '../draw/cutout.js';
 import { TraceCutError, illegal } from '../errors.js';
 import { checkedEdges } from './adjust.js';
@@ -155,7 +155,8 @@ function planned(masks, frames, options) {
     throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
   if (style !== 'masks' && !isIterable(frames))
     throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
-  const times = timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE);
+  const frameRate = options.frameRate ?? FRAME_RATE;
+  const times = /** @type {Float64Array} */ (timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE));
   return {
     style,
     format,
@@ -168,8 +169,8 @@ function planned(masks, frames, options) {
     maskOpacity,
     edges: checkedEdges(options.edges),
     sound: checkedSound(options.sound),
-    frameRate: rateOf(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
-    timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
+    frameRate: rateOf(times, frameRate),
+    timing: timing(times, endOf(masks, times, frameRate)),
   };
 }
 
@@ -199,17 +200,12 @@ function rateOf(times, frameRate) {
 }
 
 /**
- * When a frame is shown and for how long: until the next; the last as long as the one before.
+ * When a frame is shown and for how long, counted from the first.
  * @param {Float64Array} times
- * @param {number} frameRate for a single frame
+ * @param {number} end of the last
  * @returns {(t: number) => {time: number, duration: number}} in seconds
  */
-function timing(times, frameRate) {
-  const at = (/** @type {number} */ t) => Number(times[t]) - Number(times[0]);
-  const last = times.length - 1;
-  return (t) => {
-    if (last === 0) return { time: 0, duration: 1 / frameRate };
-    const from = Math.min(t, last - 1);
-    return { time: at(t), duration: at(from + 1) - at(from) };
-  };
+export function timing(times, end) {
+  const first = Number(times[0]);
+  return (t) => ({ time: Number(times[t]) - first, duration: Number(times[t + 1] ?? end) - Number(times[t]) });
 }

@@ -52,7 +52,7 @@ async function* decoded(source, take, loadDecoder) {
     for (;;) {
       const { value, done } = await unlessAborted(frames.next(), take.signal);
       if (done) break;
-      const { raw, ...facts } = value;
+      const { raw, end: _, ...facts } = value;
       yield { frame: await toPixelFrame(await atSize(raw, take.size)), ...facts };
       count += 1;
     }

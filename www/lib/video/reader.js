@@ -17,8 +17,8 @@ import { TraceCutError } from '../errors.js';
 
 /**
  * A frame that is not read yet: `read` copies its pixels, `close` gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void}}
- *   TimedFrame
+ * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void,
+ *   isGuess?: boolean}} TimedFrame `isGuess` where nothing says how long it is shown
  */
 
 /**
@@ -31,7 +31,11 @@ import { TraceCutError } from '../errors.js';
  * @property {() => void} close
  */
 
-/** @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number}} TakenFrame */
+/**
+ * `end` is when a frame ends, in seconds; null where nothing says.
+ * @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number, end: number | null}}
+ *   TakenFrame
+ */
 
 /**
  * Times are often sums of rounded numbers: a frame this much before `start` is still in. WebCodecs counts microseconds.
@@ -55,7 +59,10 @@ export async function* taken(reader, take) {
       if ((passed - 1) % take.step !== 0) continue;
       const raw = await frame.read();
       frame.close();
-      yield { raw, index, time: frame.time, duration: frame.duration };
+      const { time, duration } = frame;
+      // Frames that are left out lengthen those before them; nobody knows how many would have come after the last.
+      const isKnown = duration > 0 && !frame.isGuess && take.step === 1;
+      yield { raw, index, time, duration, end: isKnown ? time + duration : null };
       index += 1;
       if (index >= take.maxFrames) return;
     } finally {

@@ -20,6 +20,7 @@ import { TrackCollector, tracksDat } from './tracks.js';
  * @property {number} width
  * @property {number} height
  * @property {Float64Array<ArrayBuffer>} times
+ * @property {number | null} [end]
  * @property {Shot[]} shots
  * @property {Uint32Array<ArrayBuffer>[]} runs
  * @property {import('./tracks.js').ClipTrajectories} trajectories
@@ -45,6 +46,8 @@ export class VideoResult {
     this.numFrames = collected.times.length;
     /** The time of each frame, in seconds. */
     this.times = collected.times;
+    /** When the last frame ends, in seconds; null where nothing says. */
+    this.end = collected.end ?? null;
     /** The shots of the clip, in order. */
     this.shots = collected.shots;
     /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
@@ -160,6 +163,8 @@ export class Collector {
   #runs = [];
   /** @type {number[]} */
   #times = [];
+  /** @type {number | null} */
+  #end = null;
   /** @type {Shot[]} */
   #shots = [];
   #tracks = new TrackCollector();
@@ -174,6 +179,8 @@ export class Collector {
       this.#runs.push(encodeRuns(labels));
       this.#times.push(time);
     }
+    // Of frames that the next window settles nothing is asked yet.
+    this.#end = window.settled.to === window.times.length ? window.end : (window.times[window.settled.to] ?? null);
     this.#tracks.add(window);
   }
 
@@ -190,6 +197,7 @@ export class Collector {
     return new VideoResult({
       ...this.#size,
       times: Float64Array.from(this.#times),
+      end: this.#end,
       shots: this.#shots.map((shot) => ({ ...shot })),
       runs: [...this.#runs],
       trajectories: this.#tracks.finish(numFrames),
