@@ -126,8 +126,8 @@ export class Viewer {
   /** The mask of the frame on screen, with its edges. */
   edgedMask() {
     const { points, frame } = this.view;
-    const labels = points?.mask(frame);
-    const { edges, hidden } = this.store.state;
+    const { edges, hidden, smoothed } = this.store.state;
+    const labels = smoothed?.labels(frame) ?? points?.mask(frame);
     return points && labels ? this.edged.of(labels, points.result, edges, hidden) : null;
   }
 

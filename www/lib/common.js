@@ -97,6 +97,7 @@ export function parameters() {
 /** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
 /** @typedef {import('./edit/editor.js').Edit} Edit */
 /** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */
+/** @typedef {import('./edit/smooth.js').SmoothMasksOptions} SmoothMasksOptions */
 /** @typedef {import('./edit/regions.js').BrushStroke} BrushStroke */
 /** @typedef {import('./edit/regions.js').Region} Region */
 /** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */

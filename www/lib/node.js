@@ -84,6 +84,11 @@ export const createImageEngine = (options) => openImageEngine(options, platform)
 /** @type {Browser['carryEdit']} */
 export const carryEdit = (editor, edit, options) =>
   carryWith(editor, edit, options, () => openImageEngine({}, platform));
+/** @type {Browser['smoothMasks']} */
+export const smoothMasks = async (masks, options) => {
+  const { smoothWith } = await import('./edit/smooth.js');
+  return smoothWith(masks, options, () => openImageEngine({}, platform));
+};
 /** @type {Browser['enlargeMask']} */
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['masksAtSize']} */

@@ -10,6 +10,7 @@ import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
 import { objectName } from '../result/palette.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
+import { untilAborted } from '../run/stage-clock.js';
 import { bytes, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
 import { groundOf } from './ground.js';
@@ -17,6 +18,9 @@ import { connectDialog } from './help.js';
 
 /** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
 const KEPT_MS = 60_000;
+
+/** How often progress is looked at, in milliseconds. */
+const TICK_MS = 200;
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
@@ -114,6 +118,7 @@ class ExportPanel {
     const frames = framesOf(job, found.masks, side);
     const subject = {
       ...found,
+      masks: found.masks,
       frames: frames.all,
       image: frames.one,
       look: this.viewer.maskLook(side),
@@ -129,6 +134,8 @@ class ExportPanel {
     this.setBusy(true);
     this.tell(`Making ${file}…`);
     try {
+      const whole = await this.smoothed(signal);
+      if (whole) subject.masks = { ...found.masks, labels: (t) => whole.labels(t) };
       const blob = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
       signal.throwIfAborted();
       download(blob, file);
@@ -139,6 +146,21 @@ class ExportPanel {
     } finally {
       this.abort = null;
       this.setBusy(false);
+    }
+  }
+
+  /**
+   * @param {AbortSignal} signal
+   * @returns {Promise<import('../../dist/index.js').MaskSource | null>} the masks as they are on screen, when all of them
+   *   are smoothed; null where none are to be
+   */
+  async smoothed(signal) {
+    const { smoothed } = this.store.state;
+    const tick = setInterval(() => this.store.state.smoothed && showProgress(this.store.state.smoothed), TICK_MS);
+    try {
+      return smoothed && (await untilAborted(smoothed.whole, signal));
+    } finally {
+      clearInterval(tick);
     }
   }
 

@@ -8,6 +8,7 @@ import { clipPanel } from './clip.js';
 import { comparePanel } from './compare.js';
 import { correctPanel } from './correct.js';
 import { edgesPanel } from './edges.js';
+import { smoothPanel } from './smooth.js';
 import { exportPanel } from './export.js';
 import { groundPanel } from './ground.js';
 import { helpPanel } from './help.js';
@@ -44,6 +45,7 @@ export const PANELS = [
   readoutPanel,
   objectsPanel,
   edgesPanel,
+  smoothPanel,
   layersPanel,
   clipPanel,
   settingsPanel,
