@@ -17,8 +17,7 @@ export { TraceCutError } from './errors.js';
 export { adjustMask } from './export/adjust.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
-export { maskPng, masksZip } from './export/masks.js';
-export { openProject, saveProject } from './export/project.js';
+export { openProject } from './export/project.js';
 export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
@@ -114,6 +113,7 @@ export function parameters() {
 /** @typedef {import('./export/project.js').Project} Project */
 /** @typedef {import('./export/project.js').ProjectOptions} ProjectOptions */
 /** @typedef {import('./export/rle.js').CocoRle} CocoRle */
+/** @typedef {import('./export/images.js').EncodeImagesOptions} EncodeImagesOptions */
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
 /** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */

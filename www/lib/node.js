@@ -10,6 +10,7 @@ import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
 import { enlarged } from './enlarge.js';
 import { allAtSize } from './export/at-size.js';
+import { projectOf } from './export/project.js';
 import { encode } from './export/video.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
@@ -93,8 +94,25 @@ export const smoothMasks = async (masks, options) => {
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['masksAtSize']} */
 export const masksAtSize = (masks, frames, options) => allAtSize(masks, frames, options, enlargeBy(options));
+/** @type {Browser['maskPng']} */
+export const maskPng = async (masks, t, options) => {
+  const { pngOfMask } = await import('./export/masks.js');
+  return pngOfMask(masks, t, options, platform);
+};
+/** @type {Browser['masksZip']} */
+export const masksZip = async (masks, options) => {
+  const { zipOfMasks } = await import('./export/masks.js');
+  return zipOfMasks(masks, options, platform);
+};
+/** @type {Browser['saveProject']} */
+export const saveProject = (masks, options) => projectOf(masks, options, platform);
 /** @type {Browser['encodeVideo']} */
 export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
+/** @type {Browser['encodeImages']} */
+export const encodeImages = async (masks, frames, options) => {
+  const { imagesOf } = await import('./export/images.js');
+  return imagesOf(masks, frames, options, enlargeBy(options), platform);
+};
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
 /** @type {Browser['videoFrames']} */

@@ -10,14 +10,12 @@ import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
 import { objectName } from '../result/palette.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
+import { download, placeFor } from '../result/save-file.js';
 import { untilAborted } from '../run/stage-clock.js';
 import { bytes, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
 import { groundOf } from './ground.js';
 import { connectDialog } from './help.js';
-
-/** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
-const KEPT_MS = 60_000;
 
 /** How often progress is looked at, in milliseconds. */
 const TICK_MS = 200;
@@ -134,14 +132,20 @@ class ExportPanel {
     this.setBusy(true);
     this.tell(`Making ${file}…`);
     try {
+      // Asked first, while the click is fresh.
+      const place = choice.type ? await placeFor(file, choice.type) : null;
+      const save = async (/** @type {Blob | ReadableStream<Uint8Array<ArrayBuffer>>} */ made) => {
+        if (!(made instanceof Blob)) return /** @type {NonNullable<typeof place>} */ (place)(made, signal);
+        download(made, file);
+        return made.size;
+      };
       const whole = await this.smoothed(signal);
       if (whole) subject.masks = { ...found.masks, labels: (t) => whole.labels(t) };
-      const blob = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
+      const made = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
       signal.throwIfAborted();
-      download(blob, file);
-      this.tell(`Saved ${file}, ${bytes(blob.size)}.`);
+      this.tell(`Saved ${file}, ${bytes(await save(made))}.`);
     } catch (error) {
-      if (signal.aborted) this.tell('Cancelled; nothing was saved.');
+      if (signal.aborted || isCancel(error)) this.tell('Cancelled; nothing was saved.');
       else this.tell(wordsOf(error), true);
     } finally {
       this.abort = null;
@@ -223,14 +227,9 @@ function showProgress({ done, total }) {
   byId('export-count').textContent = total > 0 ? `${done} of ${plural(total, 'frame')}` : '';
 }
 
-/**
- * @param {Blob} blob
- * @param {string} file
- */
-function download(blob, file) {
-  const url = URL.createObjectURL(blob);
-  h('a', { href: url, download: file }).click();
-  setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
+/** @param {unknown} error whether no file was chosen */
+function isCancel(error) {
+  return error instanceof DOMException && error.name === 'AbortError';
 }
 
 /** @param {unknown} error */

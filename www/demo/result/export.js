@@ -48,7 +48,8 @@
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name
  * @property {(subject: Found) => boolean} [there] whether it can be made; always if not said
- * @property {(subject: Subject, work: Work) => Promise<Blob>} make
+ * @property {string} [type] of a file that is written while it is made
+ * @property {(subject: Subject, work: Work) => Promise<Blob | ReadableStream<Uint8Array<ArrayBuffer>>>} make
  */
 
 /** @typedef {{title: string, about: string, choices: Choice[]}} Export */

@@ -4,7 +4,7 @@ import { TraceCutError } from '../errors.js';
 import { decodeRuns, encodeRuns } from '../video/masks.js';
 import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
 import { pixelsOf } from './drawable.js';
-import { breath } from './masks.js';
+import { breath } from './breath.js';
 import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */

@@ -7,7 +7,8 @@ import { VERSION } from '../parameters.js';
 import { encodeRuns } from '../video/masks.js';
 import { VideoResult } from '../video/result.js';
 import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
-import { breath } from './masks.js';
+import { zipped } from '../zip/zip.js';
+import { breath } from './breath.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 /** @typedef {import('../edit/editor.js').SavedEdits} SavedEdits */
@@ -35,12 +36,12 @@ const MAX_FRAMES = 10_000_000;
 const BATCH = 8;
 
 /**
- * Masks, and what was changed in them, as a file. The same masks and edits give the same bytes.
  * @param {MaskSource} masks without edits
- * @param {ProjectOptions} [options]
- * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
+ * @param {ProjectOptions | undefined} options
+ * @param {import('../zip/zip.js').Starter} platform
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function saveProject(masks, options = {}) {
+export async function projectOf(masks, options = {}, platform) {
   checkMasks(masks);
   const {
     editor,
@@ -51,7 +52,6 @@ export async function saveProject(masks, options = {}) {
   } = checkedOptions(options, ['editor', 'about', 'files', 'frameRate', 'signal']);
   const times = timesOf(masks, frameRate);
   const { width, height, numFrames } = masks;
-  const { zipSync } = await import('../vendor/zip.js');
   const runs = [];
   for (let t = 0; t < numFrames; t += 1) {
     signal?.throwIfAborted();
@@ -71,14 +71,15 @@ export async function saveProject(masks, options = {}) {
     shots,
   };
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
-  /** @type {Record<string, Uint8Array | [Uint8Array, {level: 0}]>} */
+  /** @type {Record<string, Uint8Array>} */
   const entries = {
     'project.json': new TextEncoder().encode(text),
     'masks.bin': joined(runs),
     'trajectories.bin': joined(trajectoryWords(masks)),
   };
-  for (const [name, bytes] of Object.entries(files)) entries[FOLDER + name] = [bytes, { level: 0 }];
-  return zipSync(/** @type {import('fflate').Zippable} */ (entries), { mtime: new Date(1980, 0, 1) });
+  for (const [name, bytes] of Object.entries(files)) entries[FOLDER + name] = bytes;
+  const stored = Object.keys(files).map((name) => FOLDER + name);
+  return zipped({ kind: 'zip', files: entries, stored }, platform);
 }
 
 /**
