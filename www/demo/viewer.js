@@ -7,6 +7,7 @@ import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
 import { EdgedMask } from './result/edged-mask.js';
+import { Sharp } from './result/sharp.js';
 import { Compare } from './panels/compare.js';
 import { drawKept } from './panels/ground.js';
 import { NOWHERE } from './store.js';
@@ -50,6 +51,7 @@ export class Viewer {
     /** @type {Readonly<State>} What was shown last. */
     this.shown = store.state;
     this.edged = new EdgedMask();
+    this.sharp = new Sharp(() => this.redraw());
     /** @type {View} */
     this.view = {
       points: null,
@@ -66,7 +68,9 @@ export class Viewer {
     };
     new ResizeObserver(() => this.fit()).observe(this.box);
     this.connectPointer();
-    store.watch(['picture', 'found', 'frame', 'hidden', 'view', 'ground'], (state) => this.show(state));
+    store.watch(['picture', 'found', 'frame', 'hidden', 'view', 'ground', 'playing', 'phase'], (state) =>
+      this.show(state),
+    );
   }
 
   connectPointer() {
@@ -145,6 +149,7 @@ export class Viewer {
     view.image = images.get(view.frame);
     // What is on screen stays until the frame has come.
     if (!view.image && images.has(view.frame)) return;
+    view.image = this.sharpImage() ?? view.image;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
     const scale = (canvas.width / view.width) * this.zoom.by;
@@ -157,6 +162,16 @@ export class Viewer {
     this.compare.draw(view.image, canvas, this.zoom);
     // What lies under a pointer that rests changes with the frame.
     if (this.pointer) this.store.set({ spot: this.spotAt(this.pointer) });
+  }
+
+  /** The frame as the source has it, where the clip rests. */
+  sharpImage() {
+    const { playing, job, phase } = this.store.state;
+    // A run reads the file itself, and nobody reads as fast as a clip plays.
+    if (phase !== 'done' || !this.shown.found?.points) return this.sharp.get(null, 0, 0);
+    if (playing) return this.sharp.want(null);
+    const { width, height } = this.canvas;
+    return this.sharp.get(job, this.view.frame, Math.max(width, height) * this.zoom.by);
   }
 
   /** Sizes the canvas to the largest rectangle of the clip's shape inside the box. */

@@ -17,12 +17,12 @@ export { TraceCutError } from './errors.js';
 export { adjustMask } from './export/adjust.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
-export { openProject } from './export/project.js';
 export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
 export { EdgeKind, ImageEngine } from './image.js';
 export { Result } from './result.js';
+export { sceneMotion } from './scene.js';
 export { Session } from './session.js';
 export { VideoResult } from './video/result.js';
 export { VideoSegmentation } from './video/segment.js';
@@ -37,6 +37,16 @@ export const version = VERSION;
  */
 export function parameters() {
   return PARAMETERS.map((parameter) => ({ ...parameter }));
+}
+
+/**
+ * Opens what `saveProject` made.
+ * @param {Uint8Array | ArrayBuffer | Blob} file
+ * @returns {Promise<import('./export/project.js').Project>}
+ */
+export async function openProject(file) {
+  const { projectFrom } = await import('./export/project.js');
+  return projectFrom(file);
 }
 
 /** @typedef {import('./errors.js').ErrorCode} ErrorCode */
@@ -65,6 +75,8 @@ export function parameters() {
 /** @typedef {import('./result.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
+/** @typedef {import('./scene.js').LabelledTrajectories} LabelledTrajectories */
+/** @typedef {import('./scene.js').SceneMotion} SceneMotion */
 /** @typedef {import('./session.js').RunOptions} RunOptions */
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */

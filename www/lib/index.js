@@ -14,7 +14,6 @@ import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
 import { enlarged } from './enlarge.js';
 import { allAtSize } from './export/at-size.js';
-import { projectOf } from './export/project.js';
 import { encode } from './export/video.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
@@ -38,8 +37,8 @@ const platform = {
     if (typeof Worker === 'undefined') return undefined;
     return startWorker;
   },
-  get startZipWorker() {
-    return typeof Worker === 'undefined' ? undefined : startZipWorker;
+  get startAside() {
+    return typeof Worker === 'undefined' ? undefined : startAside;
   },
   cores: () => globalThis.navigator?.hardwareConcurrency,
 };
@@ -60,11 +59,11 @@ function startWorker() {
 /** @type {string | undefined} */
 let foreignWorker;
 
-function startZipWorker() {
+function startAside() {
   try {
-    return new Worker(new URL('./zip/worker.js', import.meta.url), { type: 'module' });
+    return new Worker(new URL('./aside/worker.js', import.meta.url), { type: 'module' });
   } catch {
-    const address = new URL('zip/worker.js', packagedFile());
+    const address = new URL('aside/worker.js', packagedFile());
     return new Worker(
       URL.createObjectURL(new Blob([`import ${JSON.stringify(address.href)};`], { type: 'text/javascript' })),
       { type: 'module' },
@@ -234,7 +233,8 @@ export async function masksZip(masks, options) {
  * @param {import('./export/project.js').ProjectOptions} [options]
  * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
  */
-export function saveProject(masks, options) {
+export async function saveProject(masks, options) {
+  const { projectOf } = await import('./export/project.js');
   return projectOf(masks, options, platform);
 }
 

@@ -10,7 +10,6 @@ import { makeClip } from './clip.js';
 import { carryWith } from './edit/carry.js';
 import { enlarged } from './enlarge.js';
 import { allAtSize } from './export/at-size.js';
-import { projectOf } from './export/project.js';
 import { encode } from './export/video.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
@@ -105,7 +104,10 @@ export const masksZip = async (masks, options) => {
   return zipOfMasks(masks, options, platform);
 };
 /** @type {Browser['saveProject']} */
-export const saveProject = (masks, options) => projectOf(masks, options, platform);
+export const saveProject = async (masks, options) => {
+  const { projectOf } = await import('./export/project.js');
+  return projectOf(masks, options, platform);
+};
 /** @type {Browser['encodeVideo']} */
 export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
 /** @type {Browser['encodeImages']} */

@@ -3,9 +3,9 @@
 
 import { TraceCutError, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
-import { ZIP_DATE } from '../zip/here.js';
-import { frameHead, joined, pngHead, pngTail } from '../zip/png.js';
-import { zipped } from '../zip/zip.js';
+import { ZIP_DATE } from '../aside/here.js';
+import { frameHead, joined, pngHead, pngTail } from '../aside/png.js';
+import { aside } from '../aside/aside.js';
 import { Zip, ZipPassThrough } from '../vendor/zip.js';
 import { checkedEdges } from './adjust.js';
 import { checkSize, maskAtSize, tooFew } from './at-size.js';
@@ -49,7 +49,7 @@ const LEVEL = 3;
  * @param {import('./video.js').EncodeFrames} frames
  * @param {EncodeImagesOptions | undefined} options
  * @param {import('./at-size.js').Enlarge} enlarge
- * @param {import('../zip/zip.js').Starter} platform
+ * @param {import('../aside/aside.js').Starter} platform
  * @returns {ReadableStream<Uint8Array<ArrayBuffer>>}
  */
 export function imagesOf(masks, frames, options, enlarge, platform) {
@@ -73,7 +73,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
  * @property {Uint8Array} chosen
  * @property {Required<import('./adjust.js').MaskEdges>} edges
  * @property {import('./at-size.js').Enlarge} enlarge
- * @property {import('../zip/zip.js').Starter} platform
+ * @property {import('../aside/aside.js').Starter} platform
  */
 
 /** @typedef {{masks: MaskSource, times: Float64Array, end: number}} ImageClip */
@@ -104,7 +104,7 @@ async function* paint(masks, frames, { style, chosen, edges, enlarge, platform }
     const rgba = style === 'cutout';
     const chunk = (/** @type {number | undefined} */ sequence) => {
       const pixels = { ...size, sequence, ...(rgba ? { data: picture.data, opacity: alpha } : { data: alpha }) };
-      return zipped({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, platform, [
+      return aside({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, platform, [
         alpha.buffer,
       ]);
     };

@@ -3,7 +3,7 @@
 import { colorsOf, rgbOf } from '../draw/palette.js';
 import { wholeNumber } from '../options.js';
 import { VERSION } from '../parameters.js';
-import { pngOf, zipped } from '../zip/zip.js';
+import { pngOf, aside } from '../aside/aside.js';
 import { breath } from './breath.js';
 import { pngName } from './coco.js';
 import { MAX_LABEL, checkFlag, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
@@ -40,7 +40,7 @@ const BATCH = 4;
  * @param {MaskSource} masks
  * @param {number} t
  * @param {MaskPngOptions | undefined} options
- * @param {import('../zip/zip.js').Starter} platform
+ * @param {import('../aside/aside.js').Starter} platform
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
 export async function pngOfMask(masks, t, options = {}, platform) {
@@ -85,7 +85,7 @@ function fileColors(palette) {
 /**
  * @param {MaskSource} masks
  * @param {MasksZipOptions | undefined} options
- * @param {import('../zip/zip.js').Starter} platform
+ * @param {import('../aside/aside.js').Starter} platform
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
 export async function zipOfMasks(masks, options = {}, platform) {
@@ -127,7 +127,7 @@ export async function zipOfMasks(masks, options = {}, platform) {
   files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
   // PNG files are compressed already.
   const bytes = Object.values(files).map(({ buffer }) => buffer);
-  return zipped({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
 }
 
 /**

@@ -7,7 +7,7 @@ import { VERSION } from '../parameters.js';
 import { encodeRuns } from '../video/masks.js';
 import { VideoResult } from '../video/result.js';
 import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
-import { zipped } from '../zip/zip.js';
+import { aside } from '../aside/aside.js';
 import { breath } from './breath.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
@@ -38,7 +38,7 @@ const BATCH = 8;
 /**
  * @param {MaskSource} masks without edits
  * @param {ProjectOptions | undefined} options
- * @param {import('../zip/zip.js').Starter} platform
+ * @param {import('../aside/aside.js').Starter} platform
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
 export async function projectOf(masks, options = {}, platform) {
@@ -79,15 +79,14 @@ export async function projectOf(masks, options = {}, platform) {
   };
   for (const [name, bytes] of Object.entries(files)) entries[FOLDER + name] = bytes;
   const stored = Object.keys(files).map((name) => FOLDER + name);
-  return zipped({ kind: 'zip', files: entries, stored }, platform);
+  return aside({ kind: 'zip', files: entries, stored }, platform);
 }
 
 /**
- * Opens what `saveProject` made.
  * @param {Uint8Array | ArrayBuffer | Blob} file
  * @returns {Promise<Project>}
  */
-export async function openProject(file) {
+export async function projectFrom(file) {
   const bytes = await bytesOf(file);
   const { unzipSync } = await import('../vendor/zip.js');
   /** @type {Record<string, Uint8Array>} */

@@ -1,11 +1,11 @@
-// A module worker that makes PNG files and archives; one for all, started when it is needed.
+// A module worker for what takes long beside sessions: PNG files, archives, large pictures; one for all.
 
-import { zipHere } from './here.js';
+import { doHere } from './here.js';
 
 const port = /** @type {Worker} */ (/** @type {unknown} */ (globalThis));
 port.addEventListener('message', ({ data: { id, task } }) => {
   try {
-    const bytes = zipHere(task);
+    const bytes = doHere(task);
     port.postMessage({ id, bytes }, [bytes.buffer]);
   } catch (error) {
     port.postMessage({ id, error: String(error) });

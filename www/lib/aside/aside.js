@@ -1,16 +1,16 @@
-// PNG files and archives, made in a worker where there are workers.
+// What takes long is done in a worker of its own where there are workers: PNG files, archives, large pictures.
 
 import { TraceCutError } from '../errors.js';
 import { joined, pngHead, pngTail } from './png.js';
 
-/** @typedef {import('./here.js').ZipTask} ZipTask */
-/** @typedef {{startZipWorker?: () => Worker}} Starter */
+/** @typedef {import('./here.js').AsideTask} AsideTask */
+/** @typedef {{startAside?: () => Worker}} Starter */
 
 /** How long a worker stays that has nothing to do, in milliseconds: frames come one after the other. */
 const IDLE_MS = 5000;
 
 /**
- * @typedef {{task: ZipTask, resolve: (bytes: Uint8Array<ArrayBuffer> | Promise<Uint8Array<ArrayBuffer>>) => void, reject:
+ * @typedef {{task: AsideTask, resolve: (bytes: Uint8Array<ArrayBuffer> | Promise<Uint8Array<ArrayBuffer>>) => void, reject:
  *   (error: unknown) => void}} Waiting
  */
 
@@ -25,15 +25,15 @@ let count = 0;
 let ending;
 
 /**
- * @param {ZipTask} task
+ * @param {AsideTask} task
  * @param {Starter} platform
  * @param {Transferable[]} [transfer] what nobody else holds
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function zipped(task, { startZipWorker }, transfer = []) {
-  if (!startZipWorker || without) return here(task);
+export async function aside(task, { startAside }, transfer = []) {
+  if (!startAside || without) return here(task);
   clearTimeout(ending);
-  shared ??= opened(startZipWorker());
+  shared ??= opened(startAside());
   const { worker, waiting, heard } = shared;
   const id = (count += 1);
   try {
@@ -48,9 +48,9 @@ export async function zipped(task, { startZipWorker }, transfer = []) {
   }
 }
 
-/** @param {ZipTask} task */
+/** @param {AsideTask} task */
 async function here(task) {
-  return (await import('./here.js')).zipHere(task);
+  return (await import('./here.js')).doHere(task);
 }
 
 /**
@@ -90,8 +90,8 @@ function end() {
  * @param {Starter} platform
  */
 export async function pngOf({ pixels, width, height, palette, alpha }, platform) {
-  /** @type {ZipTask} */
+  /** @type {AsideTask} */
   const task = { kind: 'pixels', level: 6, pixels: { data: pixels, width, height, channels: 1 } };
-  const data = await zipped(task, platform, [pixels.buffer]);
+  const data = await aside(task, platform, [pixels.buffer]);
   return joined([pngHead({ width, height, palette, alpha }), data, pngTail()]);
 }
