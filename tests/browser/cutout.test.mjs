@@ -81,6 +81,65 @@ describe('the cut-out view', () => {
     assert.deepEqual((await colors())[2].shown, [90, 160, 250, 255]);
   });
 
+  test('with masks that are smoothed over time, on screen and in what is saved', async () => {
+    const shown = () =>
+      page.evaluate(() => {
+        const { viewer } = globalThis.tracecutDemo.app;
+        return [...viewer.edgedMask().labels];
+      });
+    const slide = (value) =>
+      page.$eval(
+        '#edge-smooth',
+        (input, to) => {
+          input.value = to;
+          input.dispatchEvent(new Event('input'));
+        },
+        value,
+      );
+    const before = await shown();
+    await slide('1');
+    await page.waitForFunction(() => document.querySelector('#edge-smooth-text').textContent === '±1');
+    const smooth = await shown();
+    assert.notDeepEqual(smooth, before);
+    const wanted = await page.evaluate(async () => {
+      const library = await import('/dist/index.js');
+      const { points } = globalThis.tracecutDemo.app;
+      const { corrections } = globalThis.tracecutDemo.app.job;
+      const { width, height, numFrames } = points.result;
+      const masks = { width, height, numFrames, labels: (t) => points.mask(t) };
+      const result = await library.smoothMasks(masks, { picture: (t) => corrections.pixels(t) });
+      const { edgesOf } = await import('/demo/result/edges.js');
+      const edges = edgesOf({ smallest: 0.02, grow: 0, feather: 0 }, masks);
+      const frame = globalThis.tracecutDemo.app.viewer.view.frame;
+      return [...library.adjustMask({ labels: result.labels(frame), width, height }, edges).labels];
+    });
+    assert.deepEqual(smooth, wanted);
+    await screenshot(page, 'smooth');
+    await page.keyboard.press('e');
+    const coming = page.waitForEvent('download');
+    await page.click('[data-export="png"]');
+    const png = await readFile(await (await coming).path());
+    const saved = await page.evaluate(
+      async (bytes) => {
+        const bitmap = await createImageBitmap(new Blob([Uint8Array.from(bytes)]));
+        const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+        context.drawImage(bitmap, 0, 0);
+        const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+        return Array.from({ length: data.length / 4 }, (_, p) =>
+          Number(data[4 * p] + data[4 * p + 1] + data[4 * p + 2] > 0),
+        );
+      },
+      [...png],
+    );
+    assert.deepEqual(
+      saved,
+      smooth.map((label) => Number(label > 0)),
+    );
+    await page.keyboard.press('Escape');
+    await slide('0');
+    assert.deepEqual(await shown(), before);
+  });
+
   test('with edges that grow, shrink and fade, without specks', async () => {
     const covered = () =>
       page.evaluate(() => {

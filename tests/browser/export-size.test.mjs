@@ -122,7 +122,7 @@ describe('exports at the size of the source', () => {
 
 test('the delays of a GIF are kept on screen and in what is saved', async () => {
   const { page, faults } = await openSample(site);
-  const delays = [5, 30, 5, 5, 60, 5, 5, 20];
+  const delays = [5, 30, 5, 5, 60, 5, 5, 25];
   const frames = delays.map((_, t) =>
     plainFrame(96, 64, (x, y) => {
       const inside = x >= 12 + 2 * t && x < 40 + 2 * t && y >= 16 && y < 48;
@@ -145,6 +145,9 @@ test('the delays of a GIF are kept on screen and in what is saved', async () => 
   await page.click('#export-open');
   const saved = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
   times.forEach((time, t) => assert.ok(Math.abs(saved.times[t] - time) < 0.001, `frame ${t} at ${saved.times[t]} s`));
+  // The last frame is on for five times as long as the one before.
+  assert.ok(Math.abs(saved.end - 1.4) < 0.002, `ends at ${saved.end} s`);
+  assert.match(await text(page, '#export-facts'), /8 frames, 1\.4/);
   assert.deepEqual(faults, []);
 });
 
@@ -193,7 +196,14 @@ async function prepare() {
     await output.finalize();
     return new Blob([output.target.buffer]);
   };
-  globalThis.sized = { media, library, bytesOf, base64Of, tone };
+  /** How long a player says that a file is, in seconds. */
+  const played = (blob) =>
+    new Promise((done, failed) => {
+      const video = document.createElement('video');
+      Object.assign(video, { onloadedmetadata: () => done(video.duration), onerror: () => failed(video.error) });
+      video.src = URL.createObjectURL(blob);
+    });
+  globalThis.sized = { media, library, bytesOf, base64Of, tone, played };
 }
 
 /** Runs in the page: a textured square that moves over a textured ground, with a tone. */
@@ -226,9 +236,9 @@ async function makeClip({ width, height, times }) {
   return base64Of(await library.encodeVideo(masks, frames(), options));
 }
 
-/** Runs in the page: size, times and sound of a file, which stays for the tests that follow. */
+/** Runs in the page: size, times, duration and sound of a file, which stays for the tests that follow. */
 async function readClip(base64) {
-  const { media, bytesOf } = globalThis.sized;
+  const { media, bytesOf, played } = globalThis.sized;
   const blob = new Blob([bytesOf(base64)]);
   globalThis.sized.saved = blob;
   const input = new media.Input({ source: new media.BlobSource(blob), formats: media.ALL_FORMATS });
@@ -242,6 +252,7 @@ async function readClip(base64) {
   return {
     size: [await video.getDisplayWidth(), await video.getDisplayHeight()],
     times: times.sort((a, b) => a - b),
+    end: await played(blob),
     sound,
   };
 }

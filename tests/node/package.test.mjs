@@ -129,7 +129,7 @@ test('attw has nothing to say', () => {
   const { status, stdout } = tool('@arethetypeswrong/cli/dist/index.js', '--pack', '.', '--format', 'json');
   assert.equal(status, 0, stdout);
   const { analysis } = JSON.parse(stdout);
-  assert.deepEqual(Object.keys(analysis.entrypoints), ['.', './worker', './package.json']);
+  assert.deepEqual(Object.keys(analysis.entrypoints), ['.', './worker', './aside-worker', './package.json']);
 });
 
 test('the lock file names no registry', () => {

@@ -38,6 +38,9 @@ test('a result and a video are opened again as they were, with edits, words and 
 test('masks of the caller are saved too; times come from the frame rate', async () => {
   const masks = { width: 4, height: 2, numFrames: 3, labels: (t) => Uint8Array.of(0, t, t, 0, 0, 0, 9, 9) };
   const { masks: opened, edits, files } = await openProject(await saveProject(masks, { frameRate: 2 }));
+  assert.equal(opened.end, null);
+  const timed = { ...masks, times: [0, 1, 5], end: 5.5 };
+  assert.equal((await openProject(await saveProject(timed))).masks.end, 5.5);
   assert.deepEqual([...opened.times], [0, 0.5, 1]);
   assert.deepEqual([...opened.labels(2)], [0, 2, 2, 0, 0, 0, 9, 9]);
   assert.deepEqual(

@@ -363,6 +363,18 @@ test('an object keeps its label from window to window', async () => {
   assert.ok(label > 0 && count > 0.9 * total, `label ${label} has ${count} of ${total} pixels`);
 });
 
+test('the last frame ends when its source says so', async () => {
+  const one = [...flat(4)];
+  const timed = (last) => one.map((frame, t) => ({ frame, time: t / 10, ...(t === 3 ? { duration: last } : {}) }));
+  const taken = async (source, options) => (await segmentVideo(source, options).collect()).end;
+  assert.equal(await taken(timed(0.75)), 0.3 + 0.75);
+  assert.equal(await taken(timed(0.75), { window: 3, overlap: 1 }), 0.3 + 0.75);
+  assert.equal(await taken(timed(undefined)), null);
+  assert.equal(await taken(timed(0.75), { step: 3 }), null);
+  await rejects(taken(timed(0)), 'data', /duration = 0 of a frame \(expected seconds, above 0\)/);
+  await rejects(taken(timed('long')), 'data', /duration = long/);
+});
+
 test('many windows leave no listeners behind', async () => {
   const warnings = [];
   const note = (warning) => warnings.push(warning.name);

@@ -36,8 +36,8 @@ import { PageError } from './words.js';
  *   so many frames come before the damage, of so many
  * @property {File} [file] that of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
- * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null}>} frames with
- *   their times in seconds, null where nothing says
+ * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:
+ *   number | null}>} frames with their times, and when they end, in seconds; null where nothing says
  * @property {() => void} close
  */
 
@@ -85,7 +85,7 @@ export async function sampleSource(synthClip) {
     preview: async (frame) => imageOf(frame),
     async *frames(take) {
       for (let t = 0; t < take.frames; t++) {
-        yield { frame: imageOf(t), time: t / 15 };
+        yield { frame: imageOf(t), time: t / 15, end: (t + 1) / 15 };
         // Lets the page draw in between.
         await new Promise((resolve) => setTimeout(resolve));
       }

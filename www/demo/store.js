@@ -73,6 +73,7 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {import('./panels/compare.js').View} view
  * @property {Ground} ground what cut-out objects lie on
  * @property {import('./result/edges.js').EdgeChoice} edges
+ * @property {import('./panels/smooth.js').Smoothed | null} smoothed masks as far as they are smoothed over time; null where they are not
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
@@ -121,6 +122,7 @@ const INITIAL = {
   loop: true,
   view: 'overlay',
   edges: DEFAULT_EDGES,
+  smoothed: null,
   ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
   split: 50,
   queued: [],

@@ -54,7 +54,10 @@ export async function openVideo(file, library, kind = 'video') {
       source.damage = known && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
       const onDamage = (/** @type {import('../dist/index.js').Damage} */ damage) => (source.damage = damage);
       const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
-      for await (const one of library.videoFrames(file, options)) yield { frame: pixelsOf(one), time: one.time };
+      for await (const one of library.videoFrames(file, options)) {
+        const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
+        yield { frame: pixelsOf(one), time: one.time, end };
+      }
     },
     close() {},
   };

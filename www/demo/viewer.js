@@ -7,6 +7,7 @@ import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
 import { EdgedMask } from './result/edged-mask.js';
+import { Sharp } from './result/sharp.js';
 import { Compare } from './panels/compare.js';
 import { drawKept } from './panels/ground.js';
 import { DEFAULT_EDGES } from './result/edges.js';
@@ -51,6 +52,7 @@ export class Viewer {
     /** @type {Readonly<State>} What was shown last. */
     this.shown = store.state;
     this.edged = new EdgedMask();
+    this.sharp = new Sharp(() => this.redraw());
     /** @type {View} */
     this.view = {
       points: null,
@@ -67,7 +69,8 @@ export class Viewer {
     };
     new ResizeObserver(() => this.fit()).observe(this.box);
     this.connectPointer();
-    store.watch(['picture', 'found', 'preview', 'frame', 'hidden', 'view', 'ground'], (state) => this.show(state));
+    const watched = /** @type {const} */ (['picture', 'found', 'preview', 'frame', 'hidden', 'view', 'ground']);
+    store.watch([...watched, 'playing', 'phase'], (state) => this.show(state));
   }
 
   connectPointer() {
@@ -127,10 +130,10 @@ export class Viewer {
   /** The mask of the frame on screen, with its edges. */
   edgedMask() {
     const { points, frame, width, height } = this.view;
-    const { edges, hidden, preview } = this.store.state;
+    const { edges, hidden, preview, smoothed } = this.store.state;
     const coarse = points ? null : preview?.labels(frame);
     if (coarse) return this.edged.of(coarse, { width, height }, DEFAULT_EDGES, hidden);
-    const labels = points?.mask(frame);
+    const labels = smoothed?.labels(frame) ?? points?.mask(frame);
     return points && labels ? this.edged.of(labels, points.result, edges, hidden) : null;
   }
 
@@ -149,6 +152,7 @@ export class Viewer {
     view.image = picture.images.get(frame);
     // What is on screen stays until the frame has come.
     if (!view.image && picture.images.has(frame)) return;
+    if (!preview) view.image = this.sharpImage() ?? view.image;
     ctx.resetTransform();
     ctx.clearRect(0, 0, canvas.width, canvas.height);
     const scale = (canvas.width / view.width) * this.zoom.by;
@@ -161,6 +165,16 @@ export class Viewer {
     this.compare.draw(view.image, canvas, this.zoom);
     // What lies under a pointer that rests changes with the frame.
     if (this.pointer) this.store.set({ spot: this.spotAt(this.pointer) });
+  }
+
+  /** The frame as the source has it, where the clip rests. */
+  sharpImage() {
+    const { playing, job, phase } = this.store.state;
+    // A run reads the file itself, and nobody reads as fast as a clip plays.
+    if (phase !== 'done' || !this.shown.found?.points) return this.sharp.get(null, 0, 0);
+    if (playing) return this.sharp.want(null);
+    const { width, height } = this.canvas;
+    return this.sharp.get(job, this.view.frame, Math.max(width, height) * this.zoom.by);
   }
 
   /** Sizes the canvas to the largest rectangle of the clip's shape inside the box. */

@@ -17,14 +17,13 @@ export { TraceCutError } from './errors.js';
 export { adjustMask } from './export/adjust.js';
 export { cocoRle } from './export/coco.js';
 export { labelMaps, labelsNpy } from './export/label-maps.js';
-export { maskPng, masksZip } from './export/masks.js';
-export { openProject, saveProject } from './export/project.js';
 export { fromCocoRle } from './export/rle.js';
 export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
 export { EdgeKind, ImageEngine } from './image.js';
 export { searchReport } from './report.js';
 export { Result } from './result.js';
+export { sceneMotion } from './scene.js';
 export { Session } from './session.js';
 export { VideoResult } from './video/result.js';
 export { VideoSegmentation } from './video/segment.js';
@@ -42,15 +41,13 @@ export function parameters() {
 }
 
 /**
- * The masks of several clips in one ZIP archive: a folder for each, with what `masksZip` puts into one, and
- * `report.json`, which says what became of each. The same masks give the same bytes.
- * @param {import('./export/clips-zip.js').ZippedClip[]} clips
- * @param {import('./export/clips-zip.js').ClipsZipOptions} [options]
- * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
+ * Opens what `saveProject` made.
+ * @param {Uint8Array | ArrayBuffer | Blob} file
+ * @returns {Promise<import('./export/project.js').Project>}
  */
-export async function clipsZip(clips, options = {}) {
-  const { zipOfClips } = await import('./export/clips-zip.js');
-  return zipOfClips(clips, options);
+export async function openProject(file) {
+  const { projectFrom } = await import('./export/project.js');
+  return projectFrom(file);
 }
 
 /** @typedef {import('./errors.js').ErrorCode} ErrorCode */
@@ -81,6 +78,8 @@ export async function clipsZip(clips, options = {}) {
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
 /** @typedef {import('./report.js').Searched} Searched */
 /** @typedef {import('./report.js').SearchReport} SearchReport */
+/** @typedef {import('./scene.js').LabelledTrajectories} LabelledTrajectories */
+/** @typedef {import('./scene.js').SceneMotion} SceneMotion */
 /** @typedef {import('./session.js').RunOptions} RunOptions */
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
@@ -114,6 +113,7 @@ export async function clipsZip(clips, options = {}) {
 /** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
 /** @typedef {import('./edit/editor.js').Edit} Edit */
 /** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */
+/** @typedef {import('./edit/smooth.js').SmoothMasksOptions} SmoothMasksOptions */
 /** @typedef {import('./edit/regions.js').BrushStroke} BrushStroke */
 /** @typedef {import('./edit/regions.js').Region} Region */
 /** @typedef {import('./export/at-size.js').MasksAtSizeOptions} MasksAtSizeOptions */
@@ -135,6 +135,7 @@ export async function clipsZip(clips, options = {}) {
 /** @typedef {import('./export/project.js').Project} Project */
 /** @typedef {import('./export/project.js').ProjectOptions} ProjectOptions */
 /** @typedef {import('./export/rle.js').CocoRle} CocoRle */
+/** @typedef {import('./export/images.js').EncodeImagesOptions} EncodeImagesOptions */
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */
 /** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */

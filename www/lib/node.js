@@ -85,12 +85,42 @@ export const createImageEngine = (options) => openImageEngine(options, platform)
 /** @type {Browser['carryEdit']} */
 export const carryEdit = (editor, edit, options) =>
   carryWith(editor, edit, options, () => openImageEngine({}, platform));
+/** @type {Browser['smoothMasks']} */
+export const smoothMasks = async (masks, options) => {
+  const { smoothWith } = await import('./edit/smooth.js');
+  return smoothWith(masks, options, () => openImageEngine({}, platform));
+};
 /** @type {Browser['enlargeMask']} */
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['masksAtSize']} */
 export const masksAtSize = (masks, frames, options) => allAtSize(masks, frames, options, enlargeBy(options));
+/** @type {Browser['maskPng']} */
+export const maskPng = async (masks, t, options) => {
+  const { pngOfMask } = await import('./export/masks.js');
+  return pngOfMask(masks, t, options, platform);
+};
+/** @type {Browser['masksZip']} */
+export const masksZip = async (masks, options) => {
+  const { zipOfMasks } = await import('./export/masks.js');
+  return zipOfMasks(masks, options, platform);
+};
+/** @type {Browser['clipsZip']} */
+export const clipsZip = async (clips, options) => {
+  const { zipOfClips } = await import('./export/clips-zip.js');
+  return zipOfClips(clips, options, platform);
+};
+/** @type {Browser['saveProject']} */
+export const saveProject = async (masks, options) => {
+  const { projectOf } = await import('./export/project.js');
+  return projectOf(masks, options, platform);
+};
 /** @type {Browser['encodeVideo']} */
 export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
+/** @type {Browser['encodeImages']} */
+export const encodeImages = async (masks, frames, options) => {
+  const { imagesOf } = await import('./export/images.js');
+  return imagesOf(masks, frames, options, enlargeBy(options), platform);
+};
 /** @type {Browser['segmentVideo']} */
 export const segmentVideo = (source, options) => segment(source, options, platform);
 /** @type {Browser['previewMasks']} */

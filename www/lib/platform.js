@@ -10,6 +10,7 @@ import { createRemoteEngine } from './remote.js';
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadDecoder
  * @property {(() => Worker) | undefined} startWorker
+ * @property {(() => Worker) | undefined} [startAside]
  * @property {(data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}) =>
  *   import('./crew.js').HelperWorker} [startHelper] where sessions run on the calling thread: a worker that helps one
  * @property {() => number | undefined} cores as many threads as the machine runs at once, where known

@@ -14,7 +14,7 @@
  * @typedef {object} View
  * @property {Points | null} points the result by frame; null before there is one
  * @property {boolean} windows whether the clip was taken window by window: then little is known beyond masks
- * @property {CanvasImageSource | null} image the frame itself, at clip size
+ * @property {CanvasImageSource | null} image the frame itself, at clip size or larger
  * @property {number} frame
  * @property {number} width of the clip in pixels
  * @property {number} height

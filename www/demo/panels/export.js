@@ -10,13 +10,15 @@ import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
 import { objectName } from '../result/palette.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
+import { download, placeFor } from '../result/save-file.js';
+import { untilAborted } from '../run/stage-clock.js';
 import { bytes, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
 import { groundOf } from './ground.js';
 import { connectDialog } from './help.js';
 
-/** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
-const KEPT_MS = 60_000;
+/** How often progress is looked at, in milliseconds. */
+const TICK_MS = 200;
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
@@ -118,6 +120,7 @@ class ExportPanel {
     const frames = framesOf(job, found.masks, side);
     const subject = {
       ...found,
+      masks: found.masks,
       frames: frames.all,
       image: frames.one,
       look: this.viewer.maskLook(side),
@@ -134,13 +137,22 @@ class ExportPanel {
     this.setBusy(true);
     this.tell(`Making ${file}…`);
     try {
-      const blob = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
+      // Asked first, while the click is fresh.
+      const place = choice.type ? await placeFor(file, choice.type) : null;
+      const save = async (/** @type {Blob | ReadableStream<Uint8Array<ArrayBuffer>>} */ made) => {
+        if (!(made instanceof Blob)) return /** @type {NonNullable<typeof place>} */ (place)(made, signal);
+        download(made, file);
+        return made.size;
+      };
+      const whole = await this.smoothed(signal);
+      if (whole) subject.masks = { ...found.masks, labels: (t) => whole.labels(t) };
+      const made = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
       signal.throwIfAborted();
-      download(blob, file);
-      this.offer(new File([blob], file, { type: blob.type }));
-      this.tell(`Saved ${file}, ${bytes(blob.size)}.`);
+      const size = await save(made);
+      if (made instanceof Blob) this.offer(new File([made], file, { type: made.type }));
+      this.tell(`Saved ${file}, ${bytes(size)}.`);
     } catch (error) {
-      if (signal.aborted) this.tell('Cancelled; nothing was saved.');
+      if (signal.aborted || isCancel(error)) this.tell('Cancelled; nothing was saved.');
       else this.tell(wordsOf(error), true);
     } finally {
       this.abort = null;
@@ -166,6 +178,21 @@ class ExportPanel {
       // Whoever thinks better of it needs no words.
       if (/** @type {{name?: string}} */ (error)?.name !== 'AbortError')
         this.tell('Sharing did not work here; the file is saved.', true);
+    }
+  }
+
+  /**
+   * @param {AbortSignal} signal
+   * @returns {Promise<import('../../dist/index.js').MaskSource | null>} the masks as they are on screen, when all of them
+   *   are smoothed; null where none are to be
+   */
+  async smoothed(signal) {
+    const { smoothed } = this.store.state;
+    const tick = setInterval(() => this.store.state.smoothed && showProgress(this.store.state.smoothed), TICK_MS);
+    try {
+      return smoothed && (await untilAborted(smoothed.whole, signal));
+    } finally {
+      clearInterval(tick);
     }
   }
 
@@ -228,14 +255,9 @@ function showProgress({ done, total }) {
   byId('export-count').textContent = total > 0 ? `${done} of ${plural(total, 'frame')}` : '';
 }
 
-/**
- * @param {Blob} blob
- * @param {string} file
- */
-function download(blob, file) {
-  const url = URL.createObjectURL(blob);
-  h('a', { href: url, download: file }).click();
-  setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
+/** @param {unknown} error whether no file was chosen */
+function isCancel(error) {
+  return error instanceof DOMException && error.name === 'AbortError';
 }
 
 /** @param {unknown} error */

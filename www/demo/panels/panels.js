@@ -8,6 +8,7 @@ import { clipPanel } from './clip.js';
 import { comparePanel } from './compare.js';
 import { correctPanel } from './correct.js';
 import { edgesPanel } from './edges.js';
+import { smoothPanel } from './smooth.js';
 import { exportPanel } from './export.js';
 import { groundPanel } from './ground.js';
 import { guidePanel } from './guide.js';
@@ -50,6 +51,7 @@ export const PANELS = [
   nothingPanel,
   objectsPanel,
   edgesPanel,
+  smoothPanel,
   layersPanel,
   clipPanel,
   settingsPanel,

@@ -2,13 +2,13 @@
 
 /**
  * The smallest piece that counts, in percent of the frame; how far objects grow, or shrink where it is negative, and how
- * soft their edges are, in pixels of the masks.
+ * soft their edges are, in pixels of the masks; over how many frames before and after they are smoothed.
  *
- * @typedef {{smallest: number, grow: number, feather: number}} EdgeChoice
+ * @typedef {{smallest: number, grow: number, feather: number, smooth: number}} EdgeChoice
  */
 
 /** Specks are nobody's wish. @type {EdgeChoice} */
-export const DEFAULT_EDGES = { smallest: 0.02, grow: 0, feather: 0 };
+export const DEFAULT_EDGES = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
 
 /**
  * @param {EdgeChoice} choice

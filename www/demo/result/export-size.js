@@ -74,11 +74,13 @@ export function framesOf({ source, take }, { numFrames, times }, side) {
 }
 
 /**
- * @param {{numFrames: number, times: ArrayLike<number> | null}} masks
+ * @param {{numFrames: number, times: ArrayLike<number> | null, end?: number | null}} masks
  * @param {number} fps where frames have no times
  * @returns {number} seconds from the first frame's begin to the last one's end, which lasts as long as the one before
+ *   where nobody knows
  */
-export function durationOf({ numFrames, times }, fps) {
+export function durationOf({ numFrames, times, end = null }, fps) {
+  if (times && end !== null) return end - times[0];
   if (!times || numFrames < 2) return numFrames / fps;
   const last = times[numFrames - 1];
   return 2 * last - times[numFrames - 2] - times[0];

@@ -30,10 +30,17 @@ export const cutoutVideo = {
   ],
 };
 
+/** @type {import('./export.js').Export} */
+export const maskVideo = {
+  title: 'Mask video',
+  about: 'White where objects are, black elsewhere, grey in between: a track matte for an editor.',
+  choices: [video('alpha-webm', 'WebM', 'alpha', 'webm'), video('alpha-mp4', 'MP4', 'alpha', 'mp4')],
+};
+
 /**
  * @param {string} id
  * @param {import('./export.js').Choice['label']} label
- * @param {'overlay' | 'cutout'} style
+ * @param {'overlay' | 'cutout' | 'alpha'} style
  * @param {'webm' | 'mp4'} format
  * @returns {import('./export.js').Choice}
  */
@@ -41,7 +48,7 @@ function video(id, label, style, format) {
   return {
     id,
     label,
-    file: () => `${style}.${format}`,
+    file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
       const { library, masks, frames, objects, look, quality, ground, edges } = subject;
       const background = format === 'mp4' && ground === 'transparent' ? GREEN : ground;

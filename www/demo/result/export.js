@@ -8,7 +8,7 @@
  * @typedef {object} Subject
  * @property {Library} library
  * @property {{width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array, times:
- *   ArrayLike<number> | null}} masks
+ *   ArrayLike<number> | null, end: number | null}} masks
  * @property {(signal: AbortSignal) => AsyncIterable<ImageData>} frames all frames, at the size that is wanted
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
@@ -48,7 +48,8 @@
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name
  * @property {(subject: Found) => boolean} [there] whether it can be made; always if not said
- * @property {(subject: Subject, work: Work) => Promise<Blob>} make
+ * @property {string} [type] of a file that is written while it is made
+ * @property {(subject: Subject, work: Work) => Promise<Blob | ReadableStream<Uint8Array<ArrayBuffer>>>} make
  */
 
 /** @typedef {{title: string, about: string, choices: Choice[]}} Export */
@@ -66,7 +67,14 @@ export function subjectOf(state, library) {
   const labels = (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t));
   return {
     library,
-    masks: { width, height, numFrames, labels, times: film.times.seconds?.slice(0, numFrames) ?? null },
+    masks: {
+      width,
+      height,
+      numFrames,
+      labels,
+      times: film.times.seconds?.slice(0, numFrames) ?? null,
+      end: endOf(film, numFrames),
+    },
     source: job.source,
     plate: found?.answers.background ?? null,
     frame,
@@ -75,6 +83,15 @@ export function subjectOf(state, library) {
     tracks: () => points.result.toTracksDat(),
     state,
   };
+}
+
+/**
+ * @param {import('../store.js').Film} film
+ * @param {number} numFrames of the result
+ * @returns {number | null} when the last of them ends, in seconds; null where nobody knows
+ */
+function endOf({ times }, numFrames) {
+  return times.seconds?.[numFrames] ?? times.end;
 }
 
 /**
@@ -93,7 +110,7 @@ export function masksOf({ library, masks, frames, edges }, work) {
  * @returns {Promise<Uint8Array>} its labels at that size
  */
 export async function labelsOf({ library, masks, edges }, t, frame) {
-  const one = { ...masks, numFrames: 1, times: null, labels: () => masks.labels(t) };
+  const one = { ...masks, numFrames: 1, times: null, end: null, labels: () => masks.labels(t) };
   return (await library.masksAtSize(one, [frame], { edges })).labels(0);
 }
 

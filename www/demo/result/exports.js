@@ -6,9 +6,10 @@
 
 import { background } from './export-background.js';
 import { data } from './export-data.js';
+import { images } from './export-images.js';
 import { frameMask, masks } from './export-masks.js';
 import { project } from './export-project.js';
-import { cutoutVideo, overlayVideo } from './export-video.js';
+import { cutoutVideo, maskVideo, overlayVideo } from './export-video.js';
 
 /** @type {import('./export.js').Export[]} */
-export const EXPORTS = [overlayVideo, cutoutVideo, masks, frameMask, background, data, project];
+export const EXPORTS = [overlayVideo, cutoutVideo, images, maskVideo, masks, frameMask, background, data, project];

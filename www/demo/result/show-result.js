@@ -155,12 +155,12 @@ function foundPatch({ hidden, source }, job, film) {
  * @param {number} numFrames
  * @returns {Film}
  */
-function filmOf({ source, take, times, cuts }, numFrames) {
+function filmOf({ source, take, times, end, cuts }, numFrames) {
   return {
     numFrames,
     fps: source.fps / take.step,
     // Frames are read ahead of those that are shown.
-    times: new Times(times.length > 0 ? times.slice(0, numFrames) : null),
+    times: new Times(times.length > 0 ? times.slice(0, numFrames) : null, times[numFrames] ?? end),
     cuts: [...cuts],
   };
 }

@@ -3,19 +3,23 @@
 export class Times {
   /**
    * @param {number[] | null} seconds of each frame since the beginning of the clip; null where nobody knows
+   * @param {number | null} [end] of the last frame, in seconds; null where nobody knows
    */
-  constructor(seconds) {
+  constructor(seconds, end = null) {
     this.seconds = seconds;
+    this.end = seconds && end;
   }
 
   /**
-   * How long a frame is shown: until the next; the last as long as the one before.
+   * How long a frame is shown: until the next; the last until the clip's end, or as long as the one before.
    *
    * @param {number} frame
    * @param {number} fps where nobody knows
    * @returns {number} in seconds
    */
   lasts(frame, fps) {
+    const { seconds, end } = this;
+    if (seconds && end !== null && frame === seconds.length - 1) return end - seconds[frame];
     const from = Math.min(frame, (this.seconds?.length ?? 0) - 2);
     return this.seconds && from >= 0 ? this.seconds[from + 1] - this.seconds[from] : 1 / fps;
   }

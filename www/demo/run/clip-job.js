@@ -120,9 +120,9 @@ export class ClipJob extends Job {
     this.stages[0].ms = 0;
     const session = await this.library.createSession(this.options);
     this.session = session;
-    for await (const { frame, time } of this.source.frames(this.take, signal)) {
+    for await (const { frame, time, end = null } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
-      await this.arrived(frame, time);
+      await this.arrived(frame, time, end);
       await session.push(frame);
       this.mark('frames', this.images.length, this.take.frames);
       report();

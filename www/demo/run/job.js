@@ -73,6 +73,8 @@ export class Job extends StageClock {
     this.times = [];
     /** @type {Preview | null} What is shown until the first masks are there. */
     this.preview = null;
+    /** @type {number | null} When the last of them ends. */
+    this.end = null;
     /** @type {number[]} First frames of further shots. */
     this.cuts = [];
     /** @type {Corrector | null} What can be corrected of the result. */
@@ -143,11 +145,13 @@ export class Job extends StageClock {
    *
    * @param {ImageData} frame
    * @param {number | null} time
+   * @param {number | null} end when it is over, where that is known
    */
-  async arrived(frame, time) {
+  async arrived(frame, time, end) {
     // The picture is copied before others get the bytes, who may hand them on to a worker.
     await this.images.add(frame);
     if (time !== null) this.times.push(time);
+    this.end = end;
     this.preview?.add(frame);
   }
 

@@ -128,12 +128,13 @@ export class LongJob extends Job {
 
   async *frames() {
     const { signal } = this.life;
-    for await (const { frame, time } of this.source.frames(this.take, signal)) {
+    for await (const { frame, time, end = null } of this.source.frames(this.take, signal)) {
       signal.throwIfAborted();
-      await this.arrived(frame, time);
+      await this.arrived(frame, time, end);
       this.mark('frames', this.images.length, Math.max(this.take.frames, this.images.length + 1));
       if (!this.stopped) this.report();
-      yield time === null ? frame : { frame, time };
+      if (time === null) yield frame;
+      else yield end === null ? { frame, time } : { frame, time, duration: end - time };
     }
   }
 

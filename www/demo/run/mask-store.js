@@ -12,14 +12,17 @@ export class MaskStore {
     this.runs = [];
   }
 
-  /** @param {Uint8Array} labels of the next frame */
-  add(labels) {
+  /**
+   * @param {Uint8Array} labels of a frame
+   * @param {number} [t] which one; the next if not given
+   */
+  add(labels, t = this.runs.length) {
     const runs = [];
     for (let p = 1; p <= labels.length; p++) {
       if (p === labels.length || labels[p] !== labels[p - 1]) runs.push(p * 256 + labels[p - 1]);
     }
     // Places are below 2^24: frames have at most 640 pixels on a side.
-    this.runs.push(Uint32Array.from(runs));
+    this.runs[t] = Uint32Array.from(runs);
   }
 
   /**

@@ -28,6 +28,7 @@ export class SavedJob extends LongJob {
     const { masks, edits } = this.project;
     for await (const _ of this.frames());
     this.times = [...masks.times];
+    this.end = masks.end;
     this.cuts = masks.shots.slice(1).map(({ first }) => first);
     this.masks = new MaskStore(masks.width, masks.height);
     this.presence = new Presence(masks);

@@ -61,6 +61,7 @@ export class Packer {
       const source = {
         ...{ width, height, numFrames, shots, times },
         ...more,
+        end: times && (film.times.seconds?.[masks.numFrames] ?? film.times.end),
         labels: (/** @type {number} */ t) => masks.labels(t),
       };
       this.packed = { masks, project: await this.library.saveProject(source, { frameRate: film.fps }) };

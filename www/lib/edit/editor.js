@@ -52,6 +52,8 @@ export class MaskEditor {
     this.shots = masks.shots;
     /** The time of each frame in seconds, where known. */
     this.times = masks.times ?? null;
+    /** When the last frame ends, in seconds, where known. */
+    this.end = masks.end ?? null;
   }
 
   /** The edits in force, first to last. @returns {readonly Edit[]} */

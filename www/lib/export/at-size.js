@@ -4,7 +4,7 @@ import { TraceCutError } from '../errors.js';
 import { decodeRuns, encodeRuns } from '../video/masks.js';
 import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
 import { pixelsOf } from './drawable.js';
-import { breath } from './masks.js';
+import { breath } from './breath.js';
 import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
@@ -42,7 +42,7 @@ export async function allAtSize(masks, frames, options, enlarge) {
   checkMasks(masks);
   const { onProgress, signal, edges } = checkedOptions(options ?? {}, ['onProgress', 'signal', 'edges', 'decoder']);
   const how = checkedEdges(edges);
-  const { numFrames, shots } = masks;
+  const { numFrames, shots, end } = masks;
   const times = timesOf(masks);
   const all = chosenLabels(undefined);
   const size = { width: 0, height: 0 };
@@ -67,6 +67,7 @@ export async function allAtSize(masks, frames, options, enlarge) {
     ...size,
     numFrames,
     times,
+    end: end ?? null,
     ...(Array.isArray(shots) ? { shots } : {}),
     labels: (t) => decodeRuns(/** @type {Uint32Array} */ (runs[t]), size.width * size.height, same),
   };

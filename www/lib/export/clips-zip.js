@@ -1,9 +1,10 @@
 // The masks of several clips in one archive.
 
+import { aside } from '../aside/aside.js';
 import { describe, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
 import { checkedOptions } from './mask-source.js';
-import { masksZip } from './masks.js';
+import { zipOfMasks } from './masks.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -19,14 +20,15 @@ import { masksZip } from './masks.js';
 
 /**
  * @param {ZippedClip[]} clips
- * @param {ClipsZipOptions} options
+ * @param {ClipsZipOptions | undefined} options
+ * @param {import('../aside/aside.js').Starter} platform
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function zipOfClips(clips, options) {
+export async function zipOfClips(clips, options = {}, platform) {
   if (!Array.isArray(clips)) throw illegal('data', 'clips', clips, 'a list of {name, masks}');
   const legal = ['perObject', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const { onProgress, ...each } = checkedOptions(options, legal);
-  const { unzipSync, zipSync } = await import('../vendor/zip.js');
+  const { unzipSync } = await import('../vendor/zip.js');
   const total = clips.reduce((sum, { masks }) => sum + (masks?.numFrames ?? 0), 0);
   /** @type {Record<string, Uint8Array>} */
   const files = {};
@@ -41,10 +43,8 @@ export async function zipOfClips(clips, options) {
     }
     const folder = folderOf(name, folders);
     const done = before;
-    const zip = await masksZip(masks, {
-      ...each,
-      onProgress: (progress) => onProgress?.({ done: done + progress.done, total }),
-    });
+    const counted = (/** @type {{done: number}} */ progress) => onProgress?.({ done: done + progress.done, total });
+    const zip = await zipOfMasks(masks, { ...each, onProgress: counted }, platform);
     for (const [path, bytes] of Object.entries(unzipSync(zip))) files[`${folder}/${path}`] = bytes;
     before += masks.numFrames;
     const { width, height, numFrames } = masks;
@@ -52,8 +52,8 @@ export async function zipOfClips(clips, options) {
   }
   const json = JSON.stringify({ generator: 'tracecut', version: VERSION, clips: report }, null, 2);
   files['report.json'] = new TextEncoder().encode(`${json}\n`);
-  // PNG files are compressed already. The date is the first that ZIP knows, in local time, as ZIP has it.
-  return zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) });
+  // PNG files are compressed already.
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform);
 }
 
 /** @param {unknown} error */

@@ -14,6 +14,7 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @property {(t: number) => Uint8Array} labels
  * @property {readonly {first: number, last: number}[]} [shots] stretches of frames without a cut
  * @property {ArrayLike<number> | null} [times] one for each frame, in seconds; null or absent where none are known
+ * @property {number | null} [end] when the last frame ends, in seconds; null or absent where that is not known
  */
 
 /**
@@ -80,6 +81,24 @@ export function timesOf(masks, frameRate) {
   const wrong = seconds.findIndex((time, t) => !Number.isFinite(time) || (t > 0 && time <= Number(seconds[t - 1])));
   if (wrong >= 0) throw illegal('data', `masks.times[${wrong}]`, seconds[wrong], 'seconds, ascending');
   return seconds;
+}
+
+/**
+ * When the last frame ends: as the masks say, else it lasts as long as the one before; a single one as long as a frame
+ * of the frame rate.
+ * @param {MaskSource} masks already checked
+ * @param {Float64Array} times as `timesOf` gives them
+ * @param {number} frameRate frames per second
+ * @returns {number} in seconds
+ */
+export function endOf({ end, times: own }, times, frameRate) {
+  const last = Number(times[times.length - 1]);
+  // A frame rate in the place of times says it all.
+  if (own && end !== undefined && end !== null) {
+    if (!(Number.isFinite(end) && end > last)) throw illegal('data', 'masks.end', end, `seconds, above ${last}`);
+    return end;
+  }
+  return last + (times.length > 1 ? last - Number(times[times.length - 2]) : 1 / frameRate);
 }
 
 /**

@@ -3,9 +3,10 @@
 import { colorsOf, rgbOf } from '../draw/palette.js';
 import { wholeNumber } from '../options.js';
 import { VERSION } from '../parameters.js';
+import { pngOf, aside } from '../aside/aside.js';
+import { breath } from './breath.js';
 import { pngName } from './coco.js';
 import { MAX_LABEL, checkFlag, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
-import { encodePng } from './png.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -36,22 +37,21 @@ const BLACK = '#000000';
 const BATCH = 4;
 
 /**
- * The mask of frame `t` as a PNG file: in palette colours, or of one object in black and white.
  * @param {MaskSource} masks
  * @param {number} t
- * @param {MaskPngOptions} [options]
- * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the file
+ * @param {MaskPngOptions | undefined} options
+ * @param {import('../aside/aside.js').Starter} platform
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function maskPng(masks, t, options = {}) {
+export async function pngOfMask(masks, t, options = {}, platform) {
   checkMasks(masks);
   const { object, palette, transparent = false } = checkedOptions(options, ['object', 'palette', 'transparent']);
   checkFlag('transparent', transparent);
   if (object !== undefined) wholeNumber('param', 'object', object, 0, MAX_LABEL);
   const labels = labelsOf(masks, t);
-  const { zlibSync } = await import('../vendor/zip.js');
   const { width, height } = masks;
-  if (object !== undefined) return encodePng({ pixels: only(labels, object), width, height }, zlibSync);
-  return encodePng({ pixels: labels, width, height, ...table(palette, transparent) }, zlibSync);
+  if (object !== undefined) return pngOf({ pixels: only(labels, object), width, height }, platform);
+  return pngOf({ pixels: Uint8Array.from(labels), width, height, ...table(palette, transparent) }, platform);
 }
 
 /**
@@ -59,7 +59,7 @@ export async function maskPng(masks, t, options = {}) {
  * @param {number} object
  */
 function only(labels, object) {
-  return labels.map((label) => (label === object ? 255 : 0));
+  return Uint8Array.from(labels, (label) => (label === object ? 255 : 0));
 }
 
 /**
@@ -83,13 +83,12 @@ function fileColors(palette) {
 }
 
 /**
- * All masks in one ZIP archive: PNG files, and `masks.json`, which says the frames' times and files, the labels and
- * their colours. The same masks give the same bytes.
  * @param {MaskSource} masks
- * @param {MasksZipOptions} [options]
- * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
+ * @param {MasksZipOptions | undefined} options
+ * @param {import('../aside/aside.js').Starter} platform
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function masksZip(masks, options = {}) {
+export async function zipOfMasks(masks, options = {}, platform) {
   checkMasks(masks);
   const legal = ['perObject', 'objects', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const {
@@ -107,28 +106,28 @@ export async function masksZip(masks, options = {}) {
   const chosen = chosenLabels(objects);
   const colors = table(palette, transparent);
   const { width, height, numFrames } = masks;
-  const { zipSync, zlibSync } = await import('../vendor/zip.js');
-  const present = presentLabels(masks, chosen);
-  /** @type {Record<string, Uint8Array>} */
+  const present = await presentLabels(masks, chosen);
+  /** @type {Record<string, Uint8Array<ArrayBuffer>>} */
   const files = {};
   for (let t = 0; t < numFrames; t += 1) {
     signal?.throwIfAborted();
     const labels = labelsOf(masks, t);
     if (perObject)
       for (const label of present)
-        files[objectFile(label, t)] = encodePng({ pixels: only(labels, label), width, height }, zlibSync);
-    else
-      files[pngName(t)] = encodePng(
-        { pixels: labels.map((label) => (chosen[label] ? label : 0)), width, height, ...colors },
-        zlibSync,
-      );
+        files[objectFile(label, t)] = await pngOf({ pixels: only(labels, label), width, height }, platform);
+    else {
+      const pixels = new Uint8Array(labels.length);
+      for (let p = 0; p < pixels.length; p += 1) if (chosen[Number(labels[p])]) pixels[p] = Number(labels[p]);
+      files[pngName(t)] = await pngOf({ pixels, width, height, ...colors }, platform);
+    }
     onProgress?.({ done: t + 1, total: numFrames });
     if (t % BATCH === BATCH - 1) await breath();
   }
   const about = description(masks, times, present, { palette, perObject });
   files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
-  // PNG files are compressed already. The date is the first that ZIP knows, in local time, as ZIP has it.
-  return zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) });
+  // PNG files are compressed already.
+  const bytes = Object.values(files).map(({ buffer }) => buffer);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
 }
 
 /**
@@ -138,7 +137,7 @@ export async function masksZip(masks, options = {}) {
  * @param {number[]} labels
  * @param {{palette: import('../draw/palette.js').LabelColors | undefined, perObject: boolean}} options
  */
-function description({ width, height, numFrames, shots }, times, labels, { palette, perObject }) {
+function description({ width, height, numFrames, shots, end }, times, labels, { palette, perObject }) {
   const color = fileColors(palette);
   const named = (/** @type {(t: number) => string} */ name) => Array.from({ length: numFrames }, (_, t) => name(t));
   return {
@@ -148,6 +147,7 @@ function description({ width, height, numFrames, shots }, times, labels, { palet
     height,
     numFrames,
     times: times && [...times],
+    ...(times && typeof end === 'number' ? { end } : {}),
     ...(Array.isArray(shots) ? { shots: shots.map(({ first, last }) => ({ first, last })) } : {}),
     labels,
     palette: Object.fromEntries([0, ...labels].map((label) => [label, color(label)])),
@@ -168,15 +168,14 @@ function objectFile(label, t) {
 /**
  * @param {MaskSource} masks
  * @param {Uint8Array} chosen
- * @returns {number[]} the chosen labels that are in any frame, 0 left out
+ * @returns {Promise<number[]>} the chosen labels that are in any frame, 0 left out
  */
-function presentLabels(masks, chosen) {
+async function presentLabels(masks, chosen) {
   const seen = new Uint8Array(MAX_LABEL + 1);
-  for (let t = 0; t < masks.numFrames; t += 1) for (const label of labelsOf(masks, t)) seen[label] = 1;
+  for (let t = 0; t < masks.numFrames; t += 1) {
+    const labels = labelsOf(masks, t);
+    for (let p = 0; p < labels.length; p += 1) seen[Number(labels[p])] = 1;
+    if (t % BATCH === BATCH - 1) await breath();
+  }
   return [...seen.keys()].filter((label) => label > 0 && seen[label] && chosen[label]);
-}
-
-/** Lets the page's thread do other things. */
-export function breath() {
-  return new Promise((done) => setTimeout(done));
 }

@@ -7,7 +7,8 @@ import { VERSION } from '../parameters.js';
 import { encodeRuns } from '../video/masks.js';
 import { VideoResult } from '../video/result.js';
 import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
-import { breath } from './masks.js';
+import { aside } from '../aside/aside.js';
+import { breath } from './breath.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 /** @typedef {import('../edit/editor.js').SavedEdits} SavedEdits */
@@ -33,16 +34,14 @@ const MAX_SIDE = 16384;
 const MAX_FRAMES = 10_000_000;
 /** Frames between two breaths. */
 const BATCH = 8;
-/** Bytes that are packed between two breaths. */
-const PIECE = 2 ** 18;
 
 /**
- * Masks, and what was changed in them, as a file. The same masks and edits give the same bytes.
  * @param {MaskSource} masks without edits
- * @param {ProjectOptions} [options]
- * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
+ * @param {ProjectOptions | undefined} options
+ * @param {import('../aside/aside.js').Starter} platform
+ * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function saveProject(masks, options = {}) {
+export async function projectOf(masks, options = {}, platform) {
   checkMasks(masks);
   const {
     editor,
@@ -61,62 +60,33 @@ export async function saveProject(masks, options = {}) {
     if (t % BATCH === BATCH - 1) await breath();
   }
   const shots = masks.shots?.map(({ first, last }) => ({ first, last })) ?? null;
-  const json = { tracecut: VERSION, format: FORMAT, width, height, numFrames, times: [...(times ?? [])], shots };
+  const json = {
+    tracecut: VERSION,
+    format: FORMAT,
+    width,
+    height,
+    numFrames,
+    times: [...(times ?? [])],
+    end: masks.end ?? null,
+    shots,
+  };
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
+  /** @type {Record<string, Uint8Array>} */
   const entries = {
     'project.json': new TextEncoder().encode(text),
     'masks.bin': joined(runs),
     'trajectories.bin': joined(trajectoryWords(masks)),
   };
-  const stored = Object.fromEntries(Object.entries(files).map(([name, bytes]) => [FOLDER + name, bytes]));
-  return zipped(entries, stored, signal);
+  for (const [name, bytes] of Object.entries(files)) entries[FOLDER + name] = bytes;
+  const stored = Object.keys(files).map((name) => FOLDER + name);
+  return aside({ kind: 'zip', files: entries, stored }, platform);
 }
 
 /**
- * A ZIP archive, made piece by piece: the thread may answer others in between.
- * @param {Record<string, Uint8Array>} deflated
- * @param {Record<string, Uint8Array>} stored as they are
- * @param {AbortSignal | undefined} signal
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
- */
-async function zipped(deflated, stored, signal) {
-  const { Zip, ZipDeflate, ZipPassThrough } = await import('../vendor/zip.js');
-  /** @type {Uint8Array[]} */
-  const pieces = [];
-  const zip = new Zip((error, piece) => {
-    if (error) throw error;
-    pieces.push(piece);
-  });
-  for (const [name, bytes] of [...Object.entries(deflated), ...Object.entries(stored)]) {
-    const entry = name in deflated ? new ZipDeflate(name) : new ZipPassThrough(name);
-    entry.mtime = new Date(1980, 0, 1);
-    zip.add(entry);
-    let from = 0;
-    do {
-      signal?.throwIfAborted();
-      const to = from + PIECE;
-      // What is pushed is not copied before it is deflated; it may be the caller's.
-      entry.push(bytes.slice(from, to), to >= bytes.length);
-      from = to;
-      await breath();
-    } while (from < bytes.length);
-  }
-  zip.end();
-  const file = new Uint8Array(pieces.reduce((size, { length }) => size + length, 0));
-  let at = 0;
-  for (const piece of pieces) {
-    file.set(piece, at);
-    at += piece.length;
-  }
-  return file;
-}
-
-/**
- * Opens what `saveProject` made.
  * @param {Uint8Array | ArrayBuffer | Blob} file
  * @returns {Promise<Project>}
  */
-export async function openProject(file) {
+export async function projectFrom(file) {
   const bytes = await bytesOf(file);
   const { unzipSync } = await import('../vendor/zip.js');
   /** @type {Record<string, Uint8Array>} */
@@ -136,7 +106,7 @@ export async function openProject(file) {
   }
   const { 'project.json': json, 'masks.bin': masks, 'trajectories.bin': tracks } = entries;
   if (!json || !masks || !tracks) throw new TraceCutError('data', 'this archive is no project file');
-  const { width, height, times, shots, edits, about, format } = parsed(json);
+  const { width, height, times, end, shots, edits, about, format } = parsed(json);
   if (format !== FORMAT) throw illegal('data', 'the format of the project', format, `${FORMAT}`);
   const files = Object.entries(entries).filter(([name]) => name.startsWith(FOLDER));
   return {
@@ -144,6 +114,7 @@ export async function openProject(file) {
       width,
       height,
       times: Float64Array.from(times),
+      end: typeof end === 'number' ? end : null,
       shots: shots ?? [{ first: 0, last: times.length - 1 }],
       runs: runsOf(wordsOf(masks, 'masks.bin'), times.length, width * height),
       trajectories: trajectoriesOf(wordsOf(tracks, 'trajectories.bin')),

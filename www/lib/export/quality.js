@@ -62,7 +62,7 @@ export function bitrateOf(quality, codec, { width, height, frameRate }) {
  * @property {number} width in pixels
  * @property {number} height
  * @property {number} numFrames
- * @property {'overlay' | 'cutout' | 'masks'} [style] `overlay` if not given
+ * @property {'overlay' | 'cutout' | 'masks' | 'alpha'} [style] `overlay` if not given
  * @property {VideoQuality} [quality] `high` if not given
  */
 
@@ -80,8 +80,8 @@ export function estimateVideoSize(video) {
   checkNumber('numFrames', numFrames, 1, 10_000_000);
   if (!QUALITIES.includes(quality))
     throw illegal('param', 'quality', quality, QUALITIES.map((word) => `'${word}'`).join(', '));
-  if (!['overlay', 'cutout', 'masks'].includes(style))
-    throw illegal('param', 'style', style, "'overlay', 'cutout', 'masks'");
+  if (!['overlay', 'cutout', 'masks', 'alpha'].includes(style))
+    throw illegal('param', 'style', style, "'overlay', 'cutout', 'masks', 'alpha'");
   const part = style === 'overlay' ? 1 : CUTOUT;
   return Math.round((part * USUAL[quality] * width * height * numFrames) / 8);
 }

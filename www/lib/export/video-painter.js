@@ -82,6 +82,12 @@ export class Painter {
     if (t === 0) this.begin(width, height);
     checkSize({ width, height }, this.size, t);
     this.context.globalCompositeOperation = 'source-over';
+    if (this.plan.style === 'alpha') {
+      if (frame) this.context.drawImage(frame.image, 0, 0, width, height);
+      this.mask = await this.maskOf(t);
+      this.paintAlpha(this.mask);
+      return;
+    }
     if (this.plan.style === 'masks' || !frame) {
       this.paintMasks(t);
       return;
@@ -128,6 +134,14 @@ export class Painter {
     this.context.fillRect(0, 0, this.canvas.width, this.canvas.height);
     this.context.imageSmoothingEnabled = false;
     drawLabels(this.context, this.masks, t, { ...this.drawing(), opacity: 1, outline: false });
+  }
+
+  /** @param {import('./at-size.js').MaskAtSize} mask */
+  paintAlpha({ alpha, width, height }) {
+    const picture = new ImageData(width, height);
+    const pixels = new Uint32Array(picture.data.buffer);
+    for (let p = 0; p < pixels.length; p += 1) pixels[p] = 0xff000000 + 0x10101 * Number(alpha[p]);
+    this.context.putImageData(picture, 0, 0);
   }
 
   /** @param {import('./at-size.js').MaskAtSize} mask */

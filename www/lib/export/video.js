@@ -1,11 +1,11 @@
 // Masks and frames as a video file, encoded by the browser.
 
-import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, timesOf } from './mask-source.js';
+import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, endOf, timesOf } from './mask-source.js';
 import { isGround } from '../draw/cutout.js';
 import { TraceCutError, illegal } from '../errors.js';
 import { checkedEdges } from './adjust.js';
 import { tooFew } from './at-size.js';
-import { breath } from './masks.js';
+import { breath } from './breath.js';
 import { QUALITIES } from './quality.js';
 import { checkedSound } from './sound.js';
 
@@ -24,13 +24,14 @@ import { checkedSound } from './sound.js';
 
 /**
  * @typedef {object} EncodeVideoOptions
- * @property {'overlay' | 'cutout' | 'masks'} [style] `overlay`, the frames with the masks drawn over them, if not
- *   given; `cutout`, the objects alone; `masks`, the masks' colours on black, without frames
+ * @property {'overlay' | 'cutout' | 'masks' | 'alpha'} [style] `overlay`, the frames with the masks drawn over them, if
+ *   not given; `cutout`, the objects alone; `masks`, the masks' colours on black, without frames; `alpha`, how opaque the
+ *   objects are, white on black: a matte for editors, of the frames' size where frames are given
  * @property {'webm' | 'mp4'} [format] `webm` if not given
  * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
  *   default), `blurred`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
- * @property {import('./adjust.js').MaskEdges} [edges] of the masks in overlays and cut-outs: specks left out, objects grown
+ * @property {import('./adjust.js').MaskEdges} [edges] of the masks in overlays, cut-outs and mattes: specks left out, objects grown
  *   or shrunk, cut-outs with soft edges
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
@@ -65,7 +66,7 @@ const LEGAL = [
   'signal',
 ];
 
-const STYLES = /** @type {const} */ (['overlay', 'cutout', 'masks']);
+const STYLES = /** @type {const} */ (['overlay', 'cutout', 'masks', 'alpha']);
 
 const GREEN = '#00b140';
 const FRAME_RATE = 25;
@@ -153,9 +154,11 @@ function planned(masks, frames, options) {
   const alpha = style === 'cutout' && background === 'transparent';
   if (alpha && format === 'mp4')
     throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
-  if (style !== 'masks' && !isIterable(frames))
+  const isAlone = style === 'masks' || (style === 'alpha' && frames === null);
+  if (!isAlone && !isIterable(frames))
     throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
-  const times = timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE);
+  const frameRate = options.frameRate ?? FRAME_RATE;
+  const times = /** @type {Float64Array} */ (timesOf(masks, options.frameRate) ?? timesOf(masks, FRAME_RATE));
   return {
     style,
     format,
@@ -168,8 +171,8 @@ function planned(masks, frames, options) {
     maskOpacity,
     edges: checkedEdges(options.edges),
     sound: checkedSound(options.sound),
-    frameRate: rateOf(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
-    timing: timing(/** @type {Float64Array} */ (times), options.frameRate ?? FRAME_RATE),
+    frameRate: rateOf(times, frameRate),
+    timing: timing(times, endOf(masks, times, frameRate)),
   };
 }
 
@@ -178,13 +181,13 @@ function planned(masks, frames, options) {
  * @param {unknown} value
  * @param {readonly string[]} legal
  */
-function oneOf(name, value, legal) {
+export function oneOf(name, value, legal) {
   if (!legal.includes(/** @type {string} */ (value)))
     throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
 }
 
 /** @param {unknown} frames */
-function isIterable(frames) {
+export function isIterable(frames) {
   return typeof frames === 'object' && frames !== null && (Symbol.iterator in frames || Symbol.asyncIterator in frames);
 }
 
@@ -199,17 +202,12 @@ function rateOf(times, frameRate) {
 }
 
 /**
- * When a frame is shown and for how long: until the next; the last as long as the one before.
+ * When a frame is shown and for how long, counted from the first.
  * @param {Float64Array} times
- * @param {number} frameRate for a single frame
+ * @param {number} end of the last
  * @returns {(t: number) => {time: number, duration: number}} in seconds
  */
-function timing(times, frameRate) {
-  const at = (/** @type {number} */ t) => Number(times[t]) - Number(times[0]);
-  const last = times.length - 1;
-  return (t) => {
-    if (last === 0) return { time: 0, duration: 1 / frameRate };
-    const from = Math.min(t, last - 1);
-    return { time: at(t), duration: at(from + 1) - at(from) };
-  };
+export function timing(times, end) {
+  const first = Number(times[0]);
+  return (t) => ({ time: Number(times[t]) - first, duration: Number(times[t + 1] ?? end) - Number(times[t]) });
 }

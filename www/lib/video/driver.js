@@ -15,7 +15,7 @@ import { REQUESTS, requestMap } from '../requests.js';
 import { WindowResult } from './window.js';
 
 /** @typedef {import('../frames.js').RawFrame} RawFrame */
-/** @typedef {{raw: RawFrame, time: number}} ClipFrame */
+/** `end` is when it ends, in seconds, where that is known. @typedef {{raw: RawFrame, time: number, end?: number | null}} ClipFrame */
 
 /**
  * @typedef {object} DriverOptions
@@ -36,6 +36,8 @@ export class Driver {
   #ahead = null;
   /** @type {number[]} Times of the frames that the engine holds in its window. */
   #times = [];
+  /** @type {number | null} When the last of them ends. */
+  #end = null;
   /** The clip's number of the window's first frame. */
   #first = 0;
   /** Frames of the window that an earlier one settled. */
@@ -80,8 +82,9 @@ export class Driver {
   }
 
   async #pushAhead() {
-    const { raw, time } = /** @type {ClipFrame} */ (this.#ahead);
+    const { raw, time, end = null } = /** @type {ClipFrame} */ (this.#ahead);
     this.#ahead = null;
+    this.#end = end;
     const { held } = await this.#options.engine.request('pushInShot', raw);
     if (held) this.#held = time;
     else this.#times.push(time);
@@ -150,7 +153,8 @@ export class Driver {
 
   #facts() {
     const settled = { from: this.#settled, to: this.#times.length };
-    return { shot: this.#shot, firstFrame: this.#first, times: Float64Array.from(this.#times), settled };
+    const [times, end] = [Float64Array.from(this.#times), this.#end];
+    return { shot: this.#shot, firstFrame: this.#first, times, end, settled };
   }
 
   /**

@@ -34,6 +34,7 @@ export function framesOf(source, options, platform) {
     source,
     take,
     decoderLoader(/** @type {import('../options.js').WasmSource | undefined} */ (decoder), platform),
+    platform,
   );
 }
 
@@ -41,9 +42,10 @@ export function framesOf(source, options, platform) {
  * @param {unknown} source
  * @param {import('./options.js').Take} take
  * @param {() => Promise<WebAssembly.Module>} loadDecoder
+ * @param {import('../platform.js').Platform} platform
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
  */
-async function* decoded(source, take, loadDecoder) {
+async function* decoded(source, take, loadDecoder, platform) {
   take.signal?.throwIfAborted();
   const reader = await openReader(source, take, loadDecoder);
   const frames = taken(reader, take);
@@ -52,8 +54,8 @@ async function* decoded(source, take, loadDecoder) {
     for (;;) {
       const { value, done } = await unlessAborted(frames.next(), take.signal);
       if (done) break;
-      const { raw, ...facts } = value;
-      yield { frame: await toPixelFrame(await atSize(raw, take.size)), ...facts };
+      const { raw, end: _, ...facts } = value;
+      yield { frame: await toPixelFrame(await atSize(raw, take.size, platform)), ...facts };
       count += 1;
     }
     if (count === 0) throw await nothingTaken(take, reader);

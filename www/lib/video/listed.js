@@ -5,8 +5,8 @@ import { toRawFrame } from '../frames.js';
 import { TraceCutError } from '../errors.js';
 
 /**
- * A frame with its time in seconds.
- * @typedef {{frame: import('../frames.js').FrameSource, time: number}} FrameAtTime
+ * A frame with its time, and for how long it is shown where that is known, in seconds.
+ * @typedef {{frame: import('../frames.js').FrameSource, time: number, duration?: number}} FrameAtTime
  */
 
 /**
@@ -31,7 +31,7 @@ export function openListed(list, { frameRate, loadDecoder }) {
       let index = 0;
       let before = -Infinity;
       for await (const item of itemsOf(list)) {
-        const { frame, time } = placed(item, index / frameRate);
+        const { frame, time, duration } = placed(item, index / frameRate);
         if (!(time > before)) {
           closeFrame(frame);
           throw new TraceCutError(
@@ -43,7 +43,8 @@ export function openListed(list, { frameRate, loadDecoder }) {
         index += 1;
         yield {
           time,
-          duration: 1 / frameRate,
+          duration: duration ?? 1 / frameRate,
+          isGuess: duration === undefined,
           read: () => toRawFrame(frame, loadDecoder),
           close: () => closeFrame(frame),
         };
@@ -93,7 +94,10 @@ function placed(item, otherwise) {
     if (typeof time !== 'number' || !Number.isFinite(time)) {
       throw new TraceCutError('data', `time = ${String(time)} of a frame (expected a number of seconds)`);
     }
-    return { frame: /** @type {FrameAtTime} */ (item).frame, time };
+    const { frame, duration } = /** @type {FrameAtTime} */ (item);
+    if (duration !== undefined && !(duration > 0 && duration < Infinity))
+      throw new TraceCutError('data', `duration = ${String(duration)} of a frame (expected seconds, above 0)`);
+    return { frame, time, duration };
   }
   if (typeTag(item) === 'VideoFrame')
     return { frame: /** @type {VideoFrame} */ (item), time: /** @type {VideoFrame} */ (item).timestamp / 1e6 };

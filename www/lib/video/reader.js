@@ -18,8 +18,8 @@ import { TraceCutError } from '../errors.js';
 
 /**
  * A frame that is not read yet: `read` copies its pixels, `close` gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void}}
- *   TimedFrame
+ * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void,
+ *   isGuess?: boolean}} TimedFrame `isGuess` where nothing says how long it is shown
  */
 
 /**
@@ -35,7 +35,11 @@ import { TraceCutError } from '../errors.js';
  * @property {() => void} close
  */
 
-/** @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number}} TakenFrame */
+/**
+ * `end` is when a frame ends, in seconds; null where nothing says.
+ * @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number, end: number | null}}
+ *   TakenFrame
+ */
 
 /**
  * Times are often sums of rounded numbers: a frame this much before `start` is still in. WebCodecs counts microseconds.
@@ -93,7 +97,10 @@ async function* wanted(reader, take) {
       frame.close();
       // Whether a file is damaged shows when it is decoded.
       const raw = take.onDamage && read.kind === 'file' ? await decoded(read) : read;
-      yield { raw, index, time: frame.time, duration: frame.duration };
+      const { time, duration } = frame;
+      // Frames that are left out lengthen those before them; nobody knows how many would have come after the last.
+      const isKnown = duration > 0 && !frame.isGuess && take.step === 1;
+      yield { raw, index, time, duration, end: isKnown ? time + duration : null };
       index += 1;
       if (index >= take.maxFrames) return;
     } finally {

@@ -1,6 +1,6 @@
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
-import { breath } from '../export/masks.js';
+import { breath } from '../export/breath.js';
 import { areasOf, decodeRuns, encodeRuns } from './masks.js';
 import { TrackCollector, tracksDat } from './tracks.js';
 
@@ -21,6 +21,7 @@ import { TrackCollector, tracksDat } from './tracks.js';
  * @property {number} width
  * @property {number} height
  * @property {Float64Array<ArrayBuffer>} times
+ * @property {number | null} [end]
  * @property {Shot[]} shots
  * @property {Uint32Array<ArrayBuffer>[]} runs
  * @property {import('./tracks.js').ClipTrajectories} trajectories
@@ -48,6 +49,8 @@ export class VideoResult {
     this.numFrames = collected.times.length;
     /** The time of each frame, in seconds. */
     this.times = collected.times;
+    /** When the last frame ends, in seconds; null where nothing says. */
+    this.end = collected.end ?? null;
     /** The shots of the clip, in order. */
     this.shots = collected.shots;
     /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
@@ -163,6 +166,8 @@ export class Collector {
   #runs = [];
   /** @type {number[]} */
   #times = [];
+  /** @type {number | null} */
+  #end = null;
   /** @type {Shot[]} */
   #shots = [];
   #tracks = new TrackCollector();
@@ -185,6 +190,8 @@ export class Collector {
       this.#runs.push(runs);
       this.#times.push(time);
     }
+    // Of frames that the next window settles nothing is asked yet.
+    this.#end = window.settled.to === window.times.length ? window.end : (window.times[window.settled.to] ?? null);
     this.#tracks.add(window);
   }
 
@@ -201,6 +208,7 @@ export class Collector {
     return new VideoResult({
       ...this.#size,
       times: Float64Array.from(this.#times),
+      end: this.#end,
       shots: this.#shots.map((shot) => ({ ...shot })),
       runs: [...this.#runs],
       trajectories: this.#tracks.finish(numFrames),

@@ -221,7 +221,7 @@ export class VideoSegmentation {
       const { value, done } = await frames.next();
       if (done) return null;
       this.#read += 1;
-      return { raw: await atSize(value.raw, take.size), time: value.time };
+      return { raw: await atSize(value.raw, take.size, this.#platform), time: value.time, end: value.end };
     };
     return new Driver({
       engine: this.#engine,

@@ -12,6 +12,7 @@ import { Result } from '../result.js';
  * @property {number} shot
  * @property {number} firstFrame
  * @property {Float64Array<ArrayBuffer>} times
+ * @property {number | null} end
  * @property {{from: number, to: number}} settled
  */
 
@@ -35,6 +36,8 @@ export class WindowResult extends Result {
     this.firstFrame = facts.firstFrame;
     /** The time of each of its frames, in seconds. */
     this.times = facts.times;
+    /** When the last of them ends, in seconds; null where nothing says. */
+    this.end = facts.end;
     /**
      * The frames, `from <= t < to`, whose masks are settled by this window. Windows overlap; the masks of frames
      * outside of this range are better in the window before or after, which sees more of what goes on around them.

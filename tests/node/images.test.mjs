@@ -1,0 +1,177 @@
+// PNG files of cut-out objects: in an archive, as an animation, and read again by nothing but their format.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { encodeImages } from 'tracecut';
+import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
+import { rejects } from './support.mjs';
+
+const [WIDTH, HEIGHT] = [9, 7];
+const inside = (t, x, y) => x >= 2 + t && x < 5 + t && y >= 2 && y < 5;
+const masks = {
+  width: WIDTH,
+  height: HEIGHT,
+  numFrames: 3,
+  times: [1, 1.25, 1.3],
+  end: 2,
+  labels: (t) =>
+    Uint8Array.from({ length: WIDTH * HEIGHT }, (_, p) => Number(inside(t, p % WIDTH, Math.floor(p / WIDTH)))),
+};
+const frameOf = (t, width = WIDTH, height = HEIGHT) => {
+  const data = new Uint8ClampedArray(4 * width * height);
+  for (let p = 0; p < width * height; p += 1)
+    data.set([(7 * (p % width)) % 256, (9 * Math.floor(p / width)) % 256, 50 * t, 255], 4 * p);
+  return { data, width, height };
+};
+const frames = () => [0, 1, 2].map((t) => frameOf(t));
+
+async function bytesOf(options, from = masks, of = frames()) {
+  return new Uint8Array(await new Response(await encodeImages(from, of, options)).arrayBuffer());
+}
+
+/** The chunks of a PNG file, their checksums tested by a plain rendering of the definition. */
+function chunksOf(bytes) {
+  assert.deepEqual([...bytes.subarray(0, 8)], [137, 80, 78, 71, 13, 10, 26, 10]);
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const chunks = [];
+  for (let at = 8; at < bytes.length;) {
+    const length = view.getUint32(at);
+    let crc = 0xffffffff;
+    for (const byte of bytes.subarray(at + 4, at + 8 + length)) {
+      crc ^= byte;
+      for (let bit = 0; bit < 8; bit += 1) crc = crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1;
+    }
+    assert.equal(view.getUint32(at + 8 + length), ~crc >>> 0);
+    chunks.push({
+      type: String.fromCharCode(...bytes.subarray(at + 4, at + 8)),
+      data: bytes.slice(at + 8, at + 8 + length),
+    });
+    at += 12 + length;
+  }
+  return chunks;
+}
+
+/** Pixels of deflated rows, by the definition of all five filters. */
+function pixelsOf(data, channels) {
+  const raw = unzlibSync(data);
+  const size = WIDTH * channels;
+  const pixels = new Uint8Array(HEIGHT * size);
+  for (let y = 0; y < HEIGHT; y += 1) {
+    const filter = raw[y * (size + 1)];
+    for (let k = 0; k < size; k += 1) {
+      const left = k < channels ? 0 : pixels[y * size + k - channels];
+      const up = y > 0 ? pixels[(y - 1) * size + k] : 0;
+      assert.ok([0, 1, 2, 3].includes(filter), `filter ${filter}`);
+      const guess = [0, left, up, (left + up) >> 1][filter];
+      pixels[y * size + k] = raw[y * (size + 1) + 1 + k] + guess;
+    }
+  }
+  return pixels;
+}
+
+const wanted = (t) => {
+  const { data } = frameOf(t);
+  return Uint8Array.from({ length: 4 * WIDTH * HEIGHT }, (_, k) => {
+    const p = k >> 2;
+    if (!inside(t, p % WIDTH, Math.floor(p / WIDTH))) return 0;
+    return k % 4 === 3 ? 255 : data[k];
+  });
+};
+
+test('an archive holds the objects of each frame on nothing, and the times', async () => {
+  const bytes = await bytesOf({});
+  const files = unzipSync(bytes);
+  assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', '00002.png', 'images.json']);
+  for (const t of [0, 1, 2]) {
+    const chunks = chunksOf(files[`0000${t}.png`]);
+    assert.deepEqual(
+      chunks.map(({ type }) => type),
+      ['IHDR', 'IDAT', 'IEND'],
+    );
+    assert.deepEqual([...chunks[0].data], [0, 0, 0, WIDTH, 0, 0, 0, HEIGHT, 8, 6, 0, 0, 0]);
+    assert.deepEqual(pixelsOf(chunks[1].data, 4), wanted(t), `frame ${t}`);
+  }
+  const about = JSON.parse(new TextDecoder().decode(files['images.json']));
+  assert.deepEqual([about.times, about.end, about.width, about.files[2]], [masks.times, 2, WIDTH, '00002.png']);
+  assert.deepEqual(await bytesOf({}), bytes);
+});
+
+test('an animation has the frames’ durations, that of the last too', async () => {
+  const chunks = chunksOf(await bytesOf({ format: 'apng' }));
+  assert.deepEqual(
+    chunks.map(({ type }) => type),
+    ['IHDR', 'acTL', 'fcTL', 'IDAT', 'fcTL', 'fdAT', 'fcTL', 'fdAT', 'IEND'],
+  );
+  const numbers = (data, ...at) => at.map((k) => new DataView(data.buffer).getUint32(k));
+  assert.deepEqual(numbers(chunks[1].data, 0, 4), [3, 0]);
+  const heads = chunks.filter(({ type }) => type === 'fcTL').map(({ data }) => data);
+  const delays = heads.map(({ buffer }) => new DataView(buffer).getUint16(20) / new DataView(buffer).getUint16(22));
+  assert.deepEqual(delays, [0.25, 0.05, 0.7]);
+  const counted = chunks.filter(({ type }) => ['fcTL', 'fdAT'].includes(type)).map(({ data }) => numbers(data, 0)[0]);
+  assert.deepEqual(counted, [0, 1, 2, 3, 4]);
+  assert.deepEqual(pixelsOf(chunks[3].data, 4), wanted(0));
+  assert.deepEqual(pixelsOf(chunks[7].data.slice(4), 4), wanted(2));
+});
+
+test('opacity alone is grey, soft where edges are', async () => {
+  const grey = async (edges) => {
+    const [head, data] = chunksOf(unzipSync(await bytesOf({ style: 'alpha', edges }))['00000.png']);
+    assert.equal(head.data[9], 0);
+    return pixelsOf(data.data, 1);
+  };
+  assert.deepEqual(
+    await grey({}),
+    masks.labels(0).map((label) => 255 * label),
+  );
+  const soft = await grey({ feather: 2 });
+  assert.ok(
+    soft.some((value) => value > 0 && value < 255),
+    String(soft),
+  );
+});
+
+test('objects that are not meant are left out; masks that are smaller are enlarged', async () => {
+  const other = { ...masks, labels: (t) => masks.labels(t).map((label, p) => (p === 0 ? 2 : label)) };
+  const alphaOf = async (objects) => {
+    const files = unzipSync(await bytesOf({ objects, style: 'alpha' }, other));
+    return pixelsOf(chunksOf(files['00001.png'])[1].data, 1);
+  };
+  assert.equal((await alphaOf([1]))[0], 0);
+  assert.equal((await alphaOf([2]))[0], 255);
+  const large = [0, 1, 2].map((t) => frameOf(t, 3 * WIDTH, 3 * HEIGHT));
+  const [head] = chunksOf(unzipSync(await bytesOf({}, masks, large))['00002.png']);
+  assert.deepEqual([head.data[3], head.data[7]], [3 * WIDTH, 3 * HEIGHT]);
+});
+
+test('a frame is asked for when it is read, not before; who stops reading ends it', async () => {
+  let given = 0;
+  let ended = false;
+  async function* slow() {
+    try {
+      for (let t = 0; t < 3; t += 1) {
+        given += 1;
+        yield frameOf(t);
+      }
+    } finally {
+      ended = true;
+    }
+  }
+  const reader = (await encodeImages(masks, slow(), { format: 'apng' })).getReader();
+  await new Promise((done) => setTimeout(done, 20));
+  assert.equal(given, 0);
+  await reader.read();
+  assert.equal(given, 1);
+  await reader.cancel();
+  assert.deepEqual([given, ended], [1, true]);
+});
+
+test('what is not legal is refused, and an abort is told', async () => {
+  await rejects(encodeImages(masks, frames(), { format: 'gif' }), 'param', /format = "gif" \(expected 'zip', 'apng'/);
+  await rejects(encodeImages(masks, frames(), { style: 'overlay' }), 'param', /style = "overlay"/);
+  await rejects(encodeImages(masks, null), 'param', /frames = null/);
+  await rejects(encodeImages({ ...masks, end: 1 }, frames()), 'data', /masks\.end = 1/);
+  await rejects(bytesOf({}, masks, frames().slice(1)), 'data', /ended after 2 of 3/);
+  const stop = new AbortController();
+  const reading = bytesOf({ signal: stop.signal, onProgress: () => stop.abort(new Error('enough')) });
+  await assert.rejects(reading, /enough/);
+});

@@ -1,0 +1,208 @@
+// Objects cut out of their frames, or their opacity, as PNG files in an archive or as one animated PNG: written while
+// they are read, so that no more than a frame or two is in memory.
+
+import { TraceCutError, illegal } from '../errors.js';
+import { VERSION } from '../parameters.js';
+import { ZIP_DATE } from '../aside/here.js';
+import { frameHead, joined, pngHead, pngTail } from '../aside/png.js';
+import { aside } from '../aside/aside.js';
+import { Zip, ZipPassThrough } from '../vendor/zip.js';
+import { checkedEdges } from './adjust.js';
+import { checkSize, maskAtSize, tooFew } from './at-size.js';
+import { pngName } from './coco.js';
+import { pixelsOf } from './drawable.js';
+import { checkMasks, checkedOptions, chosenLabels, endOf, labelsOf, timesOf } from './mask-source.js';
+import { breath } from './breath.js';
+import { isIterable, oneOf, timing } from './video.js';
+
+/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+
+/**
+ * @typedef {object} EncodeImagesOptions
+ * @property {'cutout' | 'alpha'} [style] `cutout`, the objects alone on nothing, if not given; `alpha`, how opaque they
+ *   are, white on black
+ * @property {'zip' | 'apng'} [format] `zip`, an archive of PNG files and `images.json` with their times, if not given;
+ *   `apng`, one animated PNG, which repeats
+ * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('./adjust.js').MaskEdges} [edges] of the masks: specks left out, objects grown or shrunk, soft edges
+ * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
+ * @property {import('../options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
+ * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
+ * @property {AbortSignal} [signal] ends the work: reading rejects with its reason
+ */
+
+const LEGAL = ['style', 'format', 'objects', 'edges', 'frameRate', 'decoder', 'onProgress', 'signal'];
+
+const FRAME_RATE = 25;
+
+/** Archives cannot say where anything lies beyond this, in bytes. */
+const MOST_BYTES = 2 ** 32 - 2 ** 24;
+
+/** An archive's checksum is counted in pieces of so many bytes, between which others may do something. */
+const PIECE = 2 ** 22;
+
+/** How hard to try: the next step makes files 2 % smaller and takes twice as long. */
+const LEVEL = 3;
+
+/**
+ * @param {MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames
+ * @param {EncodeImagesOptions | undefined} options
+ * @param {import('./at-size.js').Enlarge} enlarge
+ * @param {import('../aside/aside.js').Starter} platform
+ * @returns {ReadableStream<Uint8Array<ArrayBuffer>>}
+ */
+export function imagesOf(masks, frames, options, enlarge, platform) {
+  checkMasks(masks);
+  const checked = checkedOptions(options ?? {}, LEGAL);
+  const { style = 'cutout', format = 'zip', frameRate = FRAME_RATE, objects, edges, signal, onProgress } = checked;
+  oneOf('style', style, ['cutout', 'alpha']);
+  oneOf('format', format, ['zip', 'apng']);
+  if (!isIterable(frames))
+    throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
+  const times = timesOf(masks, checked.frameRate) ?? /** @type {Float64Array} */ (timesOf(masks, frameRate));
+  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), enlarge, platform };
+  const clip = { masks, times, end: endOf(masks, times, frameRate) };
+  const pictures = paint(masks, frames, plan, signal, onProgress);
+  return streamOf(format === 'zip' ? archive(pictures, clip) : animation(pictures, clip), signal);
+}
+
+/**
+ * @typedef {object} Plan
+ * @property {'cutout' | 'alpha'} style
+ * @property {Uint8Array} chosen
+ * @property {Required<import('./adjust.js').MaskEdges>} edges
+ * @property {import('./at-size.js').Enlarge} enlarge
+ * @property {import('../aside/aside.js').Starter} platform
+ */
+
+/** @typedef {{masks: MaskSource, times: Float64Array, end: number}} ImageClip */
+
+/**
+ * A picture: `chunk` makes that which holds its pixels. @typedef {{width: number, height: number, rgba: boolean, t:
+ * number, chunk: (sequence?: number) => Promise<Uint8Array<ArrayBuffer>>}} Painted
+ */
+
+/**
+ * @param {MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames
+ * @param {Plan} plan
+ * @param {AbortSignal | undefined} signal
+ * @param {EncodeImagesOptions['onProgress']} onProgress
+ * @returns {AsyncGenerator<Painted, void, undefined>}
+ */
+async function* paint(masks, frames, { style, chosen, edges, enlarge, platform }, signal, onProgress) {
+  const { width, height, numFrames } = masks;
+  const size = { width: 0, height: 0 };
+  let t = 0;
+  for await (const item of frames) {
+    signal?.throwIfAborted();
+    const picture = await pixelsOf(item, t);
+    if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
+    checkSize(picture, size, t);
+    const { alpha } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, enlarge);
+    const rgba = style === 'cutout';
+    const chunk = (/** @type {number | undefined} */ sequence) => {
+      const pixels = { ...size, sequence, ...(rgba ? { data: picture.data, opacity: alpha } : { data: alpha }) };
+      return aside({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, platform, [
+        alpha.buffer,
+      ]);
+    };
+    yield { ...size, rgba, t, chunk };
+    t += 1;
+    onProgress?.({ done: t, total: numFrames });
+    if (t === numFrames) break;
+  }
+  signal?.throwIfAborted();
+  if (t < numFrames) throw tooFew(t, numFrames);
+}
+
+/**
+ * @param {AsyncGenerator<Painted, void, undefined>} pictures
+ * @param {ImageClip} clip
+ * @returns {AsyncGenerator<Uint8Array<ArrayBuffer>, void, undefined>}
+ */
+async function* archive(pictures, { masks, times, end }) {
+  /** @type {Uint8Array<ArrayBuffer>[]} */
+  let ready = [];
+  let total = 0;
+  const zip = new Zip((error, bytes) => {
+    if (error) throw error;
+    ready.push(/** @type {Uint8Array<ArrayBuffer>} */ (bytes));
+    total += bytes.length;
+  });
+  const taken = () => {
+    const parts = ready;
+    ready = [];
+    return parts;
+  };
+  /** @param {string} name */
+  const begin = (name) => {
+    const file = new ZipPassThrough(name);
+    file.mtime = new Date(ZIP_DATE[0] ?? 0, 0, 1);
+    zip.add(file);
+    return file;
+  };
+  const about = { width: 0, height: 0 };
+  for await (const { width, height, rgba, t, chunk } of pictures) {
+    Object.assign(about, { width, height });
+    const bytes = joined([pngHead({ width, height, rgba }), await chunk(), pngTail()]);
+    if (total + bytes.length > MOST_BYTES)
+      throw new TraceCutError(
+        'unsupported',
+        `the archive would be of more than ${MOST_BYTES} bytes after ${t} frames; take a smaller size or fewer frames`,
+      );
+    const file = begin(pngName(t));
+    for (let from = 0; from < bytes.length; from += PIECE) {
+      file.push(bytes.subarray(from, from + PIECE), from + PIECE >= bytes.length);
+      yield* taken();
+      await breath();
+    }
+  }
+  const { numFrames } = masks;
+  const files = Array.from({ length: numFrames }, (_, t) => pngName(t));
+  const json = { generator: 'tracecut', version: VERSION, ...about, numFrames, times: [...times], end, files };
+  begin('images.json').push(new TextEncoder().encode(`${JSON.stringify(json, null, 2)}\n`), true);
+  zip.end();
+  yield* taken();
+}
+
+/**
+ * @param {AsyncGenerator<Painted, void, undefined>} pictures
+ * @param {ImageClip} clip
+ * @returns {AsyncGenerator<Uint8Array<ArrayBuffer>, void, undefined>}
+ */
+async function* animation(pictures, { masks, times, end }) {
+  const { numFrames } = masks;
+  const shown = timing(times, end);
+  for await (const { width, height, rgba, t, chunk } of pictures) {
+    if (t === 0) yield pngHead({ width, height, rgba, numFrames });
+    // Of the first frame the head alone is counted: its pixels are those of the file.
+    yield frameHead({ width, height }, t === 0 ? 0 : 2 * t - 1, shown(t).duration);
+    yield await chunk(t === 0 ? undefined : 2 * t);
+  }
+  yield pngTail();
+}
+
+/**
+ * Nothing is made before it is read.
+ * @param {AsyncGenerator<Uint8Array<ArrayBuffer>, void, undefined>} pieces
+ * @param {AbortSignal | undefined} signal
+ * @returns {ReadableStream<Uint8Array<ArrayBuffer>>}
+ */
+function streamOf(pieces, signal) {
+  return new ReadableStream(
+    {
+      async pull(controller) {
+        signal?.throwIfAborted();
+        const { value, done } = await pieces.next();
+        if (done) controller.close();
+        else controller.enqueue(value);
+      },
+      async cancel() {
+        await pieces.return();
+      },
+    },
+    { highWaterMark: 0 },
+  );
+}
