@@ -136,7 +136,8 @@ describe('the canvas', () => {
     await page.keyboard.press('0');
     await page.keyboard.press('w');
     await page.waitForFunction(() => document.fullscreenElement?.id === 'stage');
-    assert.equal(await page.getAttribute('#fill-screen', 'aria-pressed'), 'true');
+    // The page hears of it a moment later.
+    await page.waitForSelector('#fill-screen[aria-pressed="true"]');
     await screenshot(page, 'fullscreen');
     await page.keyboard.press('w');
     await page.waitForFunction(() => document.fullscreenElement === null);

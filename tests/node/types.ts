@@ -2,6 +2,7 @@
 
 import {
   boundaries,
+  clipsZip,
   cocoRle,
   createSession,
   drawBoundaries,
@@ -24,6 +25,8 @@ import {
   objectColor,
   objectShape,
   parameters,
+  searchReport,
+  segmentEach,
   segmentVideo,
   superpixels,
   synthClip,
@@ -31,12 +34,14 @@ import {
   version,
   videoFrames,
   videoInfo,
+  videoStrip,
 } from 'tracecut';
 import type {
   Background,
   BoundaryMap,
   CocoMasks,
   ComponentTable,
+  Damage,
   DiscontinuityOptions,
   ErrorCode,
   FlowField,
@@ -48,6 +53,7 @@ import type {
   Result,
   SaliencyMap,
   SaliencyTable,
+  SearchReport,
   Session,
   SessionOptions,
   Stage,
@@ -219,6 +225,26 @@ const film: Blob = await encodeVideo(whole, videoFrames(new Blob()), {
 });
 await encodeVideo(own, null, { style: 'masks', format: 'mp4' });
 console.log(png, zip, pixels, film, labelMaps(own).data, labelsNpy(own));
+const looked: SearchReport = searchReport(result);
+const damages: Damage[] = [];
+for await (const { frame, time } of videoStrip(new Blob(), {
+  count: 4,
+  size: 96,
+  onDamage: (one) => damages.push(one),
+}))
+  console.log(frame.width, time, looked.cameraMoves);
+for await (const { name, result: one, error, damage } of segmentEach([{ name: 'a', source: new Blob() }], {
+  window: 20,
+})) {
+  const masks: VideoResult | null = one;
+  const archive: Uint8Array = await clipsZip([
+    { name, masks, error },
+    { name: 'b', masks: null },
+  ]);
+  console.log(archive, damage?.frames);
+}
+// @ts-expect-error: a strip has no step
+videoStrip(new Blob(), { step: 2 });
 // @ts-expect-error: styles by the names that they have
 await encodeVideo(own, [], { style: 'outline' });
 
