@@ -102,9 +102,9 @@ function resultPatch(state, job, film) {
 function foundPatch({ hidden, source }, job, film) {
   const { result, presence, windows, answers, numbers, headline, notice } = job.shown;
   const points = result && new Points(result, presence);
-  const facts = Array.from({ length: points?.count ?? 0 }, (_, object) => points?.presence.facts(object)).filter(
-    (one) => one !== undefined,
-  );
+  const facts = Array.from({ length: points?.count ?? 0 }, (_, object) =>
+    points?.presence.facts(object, points.scene),
+  ).filter((one) => one !== undefined);
   const remark = notice(facts) || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
   return {
     headline: headline(facts),
