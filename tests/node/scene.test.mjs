@@ -54,8 +54,8 @@ test('of a made clip whose camera pans it is the true flow of the background', a
   const { x, y } = sceneMotion(await segmentVideo(frames).collect());
   let [wantedX, wantedY] = [0, 0];
   for (let t = 0; t < 7; t += 1) {
-    const flow = clip.flow(t);
-    const ground = [...clip.mask(t).keys()].filter((p) => clip.mask(t)[p] === 0 && p % 7 === 0);
+    const [flow, mask] = [clip.flow(t), clip.mask(t)];
+    const ground = [...mask.keys()].filter((p) => mask[p] === 0 && p % 7 === 0);
     const middle = (list) => list.sort((a, b) => a - b)[list.length >> 1];
     wantedX += middle(ground.map((p) => flow.u[p]));
     wantedY += middle(ground.map((p) => flow.v[p]));

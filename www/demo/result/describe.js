@@ -1,13 +1,10 @@
 /** What is seen, in words: each object, the whole clip, one frame. @module */
 
-import { objectName } from './palette.js';
+import { colourName, objectName } from './palette.js';
 import { atTime, percent, plural } from '../words.js';
 
 /** @typedef {import('./presence.js').Facts} Facts */
 /** @typedef {import('./presence.js').Presence} Presence */
-
-/** Names of the seven colours of objects, in their order (see palette.js). */
-const COLOURS = ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue'];
 
 /** Part of the picture's height or width that counts as a move. */
 const MOVE = 0.04;
@@ -20,7 +17,7 @@ const SPOKEN_OF = 3;
  * @returns {string} `Object 1 (orange)`
  */
 export function nameAndColour(object) {
-  return object === 0 ? 'Background (grey)' : `${objectName(object)} (${COLOURS[(object - 1) % COLOURS.length]})`;
+  return object === 0 ? 'Background (grey)' : `${objectName(object)} (${colourName(object)})`;
 }
 
 /**
@@ -51,18 +48,18 @@ function placePhrase(place) {
 
 /**
  * @param {Facts} facts
- * @returns {string} `moves left`, `grows`, `stays in place`
+ * @returns {string} `moves left`, `grows`, `stays in place`, against the scene; `moves right, followed by the camera`
  */
-export function moveOf({ from, to, growth }) {
-  const right = to.x - from.x;
-  const down = to.y - from.y;
-  const words = [];
+export function moveOf({ moved, followed, growth }) {
+  const { x: right, y: down } = moved;
+  const ways = [];
   // A slant is named only where it is one.
-  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down)) words.push(right > 0 ? 'right' : 'left');
-  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right)) words.unshift(down > 0 ? 'down' : 'up');
+  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down)) ways.push(right > 0 ? 'right' : 'left');
+  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right)) ways.unshift(down > 0 ? 'down' : 'up');
   const size = growth > 1.5 ? 'grows' : growth < 0.67 ? 'shrinks' : '';
-  const move = words.length > 0 ? `moves ${words.join(' and ')}` : '';
-  return [move, size].filter(Boolean).join(' and ') || 'stays in place';
+  const move = ways.length > 0 ? `moves ${ways.join(' and ')}` : '';
+  const words = [move, size].filter(Boolean).join(' and ') || 'stays in place';
+  return move && followed ? `${words}, followed by the camera` : words;
 }
 
 /**

@@ -27,6 +27,7 @@
  * @property {() => string} toTracksDat
  */
 
+import { sceneMotion } from '../../dist/index.js';
 import { Presence } from './presence.js';
 
 /** @typedef {{id: Uint32Array, x: Float32Array, y: Float32Array}} FramePoints Trajectories alive in a frame. */
@@ -54,6 +55,9 @@ export class Points {
     this.count = objects ? objects.count + 1 : clusters.count;
     /** The object that each trajectory belongs to. */
     this.object = objects ? Uint32Array.from(clusters.label, (cluster) => objects.ofCluster[cluster]) : clusters.label;
+    const { numFrames, trajectories } = result;
+    /** How the scene moves in the picture. */
+    this.scene = sceneMotion({ numFrames, trajectories: { ...trajectories, label: this.object } });
     this.presence = presence ?? new Presence(result);
     for (let t = this.presence.frames.length; t < result.numFrames; t++) {
       const mask = this.mask(t);

@@ -12,6 +12,8 @@
  * @property {number} share of the picture while it is there, in 0..1
  * @property {{x: number, y: number}} from its middle when it is first there, in parts of the picture's width and height
  * @property {{x: number, y: number}} to and at last
+ * @property {{x: number, y: number}} moved how far against the scene, in parts of the picture's width and height
+ * @property {boolean} followed whether the camera goes with it: it stays about where it is in the picture
  * @property {number} growth its size at last over that at first
  */
 
@@ -22,6 +24,9 @@ const TRACE = 0.02;
 
 /** Frames at either end of an object's time that are taken together, as one frame's mask may be off. */
 const ENDS = 3;
+
+/** An object that moves in the picture by less than this part of its way through the scene is followed by the camera. */
+const FOLLOWED = 0.4;
 
 export class Presence {
   /** @param {{width: number, height: number}} size of the clip */
@@ -122,17 +127,30 @@ export class Presence {
 
   /**
    * @param {number} object
+   * @param {import('../../dist/index.js').SceneMotion | null} [scene] how the scene moves in the picture; not at all where
+   *   nobody knows
    * @returns {Facts}
    */
-  facts(object) {
+  facts(object, scene = null) {
     const sizes = this.frames.map((_, t) => this.size(object, t));
     const largest = sizes.reduce((a, b) => Math.max(a, b), 0);
     const there = sizes.flatMap((n, t) => (n > 0 && n >= TRACE * largest ? [t] : []));
     const nowhere = { x: 0.5, y: 0.5 };
     if (there.length === 0)
-      return { object, first: -1, last: -1, peak: 0, frames: 0, share: 0, from: nowhere, to: nowhere, growth: 1 };
+      return {
+        ...{ object, first: -1, last: -1, peak: 0, frames: 0, share: 0 },
+        ...{ from: nowhere, to: nowhere, moved: { x: 0, y: 0 }, followed: false, growth: 1 },
+      };
     const begin = there.slice(0, ENDS);
     const end = there.slice(-ENDS);
+    const [from, to] = [this.middle(object, begin), this.middle(object, end)];
+    const moved = { x: to.x - from.x, y: to.y - from.y };
+    const inPicture = Math.hypot(moved.x, moved.y);
+    for (const axis of /** @type {const} */ (['x', 'y'])) {
+      const at = (/** @type {number[]} */ list) =>
+        list.reduce((total, t) => total + (scene?.[axis][t] ?? 0), 0) / list.length;
+      moved[axis] -= (at(end) - at(begin)) / (axis === 'x' ? this.width : this.height);
+    }
     const sum = (/** @type {number[]} */ list) => list.reduce((total, t) => total + sizes[t], 0);
     return {
       object,
@@ -141,8 +159,10 @@ export class Presence {
       peak: sizes.indexOf(largest),
       frames: there.length,
       share: there.reduce((total, t) => total + this.part(object, t), 0) / there.length,
-      from: this.middle(object, begin),
-      to: this.middle(object, end),
+      from,
+      to,
+      moved,
+      followed: inPicture < FOLLOWED * Math.hypot(moved.x, moved.y),
       growth: sum(end) / end.length / (sum(begin) / begin.length),
     };
   }

@@ -131,9 +131,9 @@ function resultPatch(state, job, film) {
 function foundPatch({ hidden, source }, job, film) {
   const { result, presence, windows, answers, numbers, headline, notice } = job.shown;
   const points = result && new Points(result, presence);
-  const facts = Array.from({ length: points?.count ?? 0 }, (_, object) => points?.presence.facts(object)).filter(
-    (one) => one !== undefined,
-  );
+  const facts = Array.from({ length: points?.count ?? 0 }, (_, object) =>
+    points?.presence.facts(object, points.scene),
+  ).filter((one) => one !== undefined);
   const damage = job.source.damage ? damageWords(job.source.damage) : '';
   const said = [damage, notice(facts)].filter(Boolean).join(' ');
   const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
