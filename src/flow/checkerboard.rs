@@ -11,7 +11,8 @@
 /// Empty cells before and after each half row.
 const MARGIN: usize = 1;
 
-/// A plane in the order above, with one empty row above and below.
+/// A plane in the order above, with one empty row above and below; or as many rows of it as are needed at a time, each in
+/// the place of one that is needed no more.
 ///
 /// Law: margins, the rows outside, and the last odd cell of an odd width are zero; a solver that gives them no equation
 /// and no edge leaves them so.
@@ -19,6 +20,8 @@ const MARGIN: usize = 1;
 pub(super) struct Checkerboard {
     data: Vec<f32>,
     width: usize,
+    /// Rows that are held: row `y` lies at `y + 1`, modulo this.
+    rows: usize,
     /// Cells of a half row, margins included.
     half: usize,
 }
@@ -32,13 +35,20 @@ pub(super) struct Around<'a> {
     pub(super) down: &'a [f32],
 }
 
+// Called once a row: copies of them wherever they are called would only make the file larger.
 impl Checkerboard {
     /// Gives the plane this size. A plane that has it already keeps its values.
     pub(super) fn resize(&mut self, width: usize, height: usize) {
+        self.hold(width, height + 2);
+    }
+
+    /// Gives the plane this width, and room for so many `rows`, those above and below counted.
+    #[inline(never)]
+    pub(super) fn hold(&mut self, width: usize, rows: usize) {
         let half = width.div_ceil(2) + 2 * MARGIN;
-        let length = 2 * half * (height + 2);
-        if (self.width, self.data.len()) != (width, length) {
-            (self.width, self.half) = (width, half);
+        let length = 2 * half * rows;
+        if (self.width, self.rows) != (width, rows) {
+            (self.width, self.rows, self.half) = (width, rows, half);
             self.data.clear();
             self.data.resize(length, 0.0);
         }
@@ -50,11 +60,13 @@ impl Checkerboard {
     }
 
     /// The columns of `parity` in row `y`, which counts from -1.
+    #[inline(never)]
     pub(super) fn row(&self, y: isize, parity: usize) -> &[f32] {
         &self.data[self.start(y, parity)..][..self.half - 2 * MARGIN]
     }
 
     /// The same, to write.
+    #[inline(never)]
     pub(super) fn row_mut(&mut self, y: usize, parity: usize) -> &mut [f32] {
         let (start, cells) = (self.start(y as isize, parity), self.cells());
         &mut self.data[start..][..cells]
@@ -62,16 +74,18 @@ impl Checkerboard {
 
     /// The pixels to the left of those of `parity`. Even pixel `k` has the odd `k - 1` there, odd pixel `k` the even
     /// `k`.
+    #[inline(never)]
     pub(super) fn left_of(&self, y: isize, parity: usize) -> &[f32] {
         &self.data[self.start(y, 1 - parity) + parity - 1..][..self.half - 2 * MARGIN]
     }
 
     /// The pixels to the right of those of `parity`.
+    #[inline(never)]
     pub(super) fn right_of(&self, y: isize, parity: usize) -> &[f32] {
         &self.data[self.start(y, 1 - parity) + parity..][..self.half - 2 * MARGIN]
     }
 
-    /// The columns of `parity` in row `y` to write, and their neighbours.
+    /// The columns of `parity` in row `y` to write, and their neighbours, in a plane that holds all rows.
     pub(super) fn around_mut(&mut self, y: usize, parity: usize) -> (Around<'_>, &mut [f32]) {
         let (half, cells) = (self.half, self.cells());
         let (above, rest) = self.data.split_at_mut((y + 1) * 2 * half);
@@ -88,9 +102,11 @@ impl Checkerboard {
     }
 
     /// Fills row `y` from values in the usual order.
+    #[inline(never)]
     pub(super) fn write(&mut self, y: usize, values: &[f32]) {
         let half = self.half;
-        let (even, odd) = self.data[(y + 1) * 2 * half..][..2 * half].split_at_mut(half);
+        let start = self.start(y as isize, 0) - MARGIN;
+        let (even, odd) = self.data[start..][..2 * half].split_at_mut(half);
         let pairs = values.chunks_exact(2);
         if let [last] = pairs.remainder() {
             even[half - MARGIN - 1] = *last;
@@ -113,8 +129,14 @@ impl Checkerboard {
         }
     }
 
+    /// The row above the first becomes zero again.
+    pub(super) fn clear_above(&mut self) {
+        self.data[..2 * self.half].fill(0.0);
+    }
+
+    #[inline(never)]
     fn start(&self, y: isize, parity: usize) -> usize {
-        ((y + 1) as usize * 2 + parity) * self.half + MARGIN
+        ((y + 1) as usize % self.rows * 2 + parity) * self.half + MARGIN
     }
 }
 

@@ -60,15 +60,14 @@ const REACH: f32 = 3.0;
 const SCAN_RADIUS: [i16; 2] = [4, 2];
 
 #[doc(hidden)]
-/// Working memory of [`flow_between_with`], about 150 bytes a pixel of the frame.
+/// Working memory of [`flow_between_with`], about 60 bytes a pixel of the frame.
 ///
 /// Its contents never affect results; dropping it is always safe.
 #[derive(Debug, Clone, Default)]
 pub struct FlowScratch {
     grid: PatchGrid,
     votes: Votes,
-    /// One a level: planes that keep their size need not be cleared.
-    refiners: Vec<Refiner>,
+    refiner: Refiner,
 }
 
 /// The flow from `from` to `to`, two pyramids of frames of the same size, made with these `params`; no motion if the
@@ -110,9 +109,6 @@ pub fn flow_between_with(
         return FlowField::still(width, height);
     }
     let num_levels = from.levels.len().min(to.levels.len());
-    if scratch.refiners.len() < num_levels {
-        scratch.refiners.resize_with(num_levels, Refiner::default);
-    }
     let finest = (params.finest_level as usize).min(num_levels - 1);
     let mut coarser = None;
     for level in (finest..num_levels).rev() {
@@ -128,7 +124,7 @@ pub fn flow_between_with(
             scan,
         });
         let mut flow = scratch.match_patches(pair, search.as_ref());
-        scratch.refiners[level].refine(&pair.0.image, &pair.1.image, &mut flow.u, &mut flow.v, params);
+        scratch.refiner.refine(&pair.0.image, &pair.1.image, &mut flow.u, &mut flow.v, params);
         coarser = Some(flow);
     }
     let flow = coarser.unwrap_or_default();

@@ -18,8 +18,9 @@
 //!
 //! **Order of work.** Steps 3 and 4 run as one wavefront down the rows: sweep `s` two rows behind sweep `s - 1`, fixed
 //! point `k` behind the last sweep of `k - 1`. The numbers are those of one pass after another, but a row is still in
-//! the cache when it is needed again. Cost: about 100 operations a pixel and fixed point, 20 more a sweep. Memory: 90
-//! bytes a pixel.
+//! the cache when it is needed again, and of what only the wavefront looks at no more rows are held than it is long.
+//! Cost: about 100 operations a pixel and fixed point, 20 more a sweep. Memory: 32 bytes a pixel, and 64 a pixel of the
+//! wavefront's rows.
 
 use super::checkerboard::{Around, Checkerboard};
 use super::params::FlowParams;
@@ -39,7 +40,7 @@ const LEAST_STIFFNESS: f32 = 1e-5;
 /// Least determinant of a pixel's matrix as a share of its diagonal's product; less would be rounding error only.
 const LEAST_DETERMINANT: f32 = 1e-6;
 
-/// Working planes of the refinement at one level.
+/// Working planes of the refinement.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Refiner {
     mean: Padded,
@@ -48,6 +49,8 @@ pub(super) struct Refiner {
     slope_y: Padded,
     warp: WarpRow,
     inside: Vec<f32>,
+    /// A row of each of the terms.
+    rows: [Vec<f32>; 9],
     /// Of brightness, its slope across and its slope down: the coefficients `a, b, c` of the term `a u + b v + c`.
     terms: [Checkerboard; 9],
     u: Checkerboard,
@@ -69,28 +72,33 @@ impl Refiner {
         v: &mut Plane<f32>,
         params: &FlowParams,
     ) {
-        self.resize(from.width, from.height);
+        self.resize(from.width, from.height, wavefront(params) + 2);
         self.warp_back(from, to, u, v);
-        self.differentiate(u, v);
+        self.differentiate();
         for y in 0..from.height {
             self.u.write(y, u.row(y));
             self.v.write(y, v.row(y));
         }
-        self.solve(from.width, from.height, params);
+        self.solve(u, v, params);
         for y in 0..from.height {
             self.u.read(y, u.row_mut(y));
             self.v.read(y, v.row_mut(y));
         }
     }
 
-    fn resize(&mut self, width: usize, height: usize) {
+    /// Of what only the wavefront looks at, so many `rows` are held.
+    fn resize(&mut self, width: usize, height: usize, rows: usize) {
         for plane in [&mut self.mean, &mut self.difference, &mut self.slope_x, &mut self.slope_y] {
             plane.resize(width, height);
         }
         let Self { terms, u, v, system, edge_right, edge_down, .. } = self;
-        for plane in terms.iter_mut().chain([u, v, edge_right, edge_down]).chain(system) {
+        for plane in [u, v] {
             plane.resize(width, height);
         }
+        for plane in terms.iter_mut().chain([edge_right, edge_down]).chain(system) {
+            plane.hold(width, rows.min(height + 2));
+        }
+        self.rows.iter_mut().for_each(|row| row.resize(width, 0.0));
         self.inside.resize(width * height, 0.0);
     }
 
@@ -110,46 +118,53 @@ impl Refiner {
         self.difference.replicate_border();
     }
 
-    /// Step 2: the three terms, linear around the flow so far.
-    fn differentiate(&mut self, u: &Plane<f32>, v: &Plane<f32>) {
-        let (width, height) = (self.mean.width, self.mean.height);
-        for y in 0..height {
+    /// Step 2: slopes of the mean.
+    fn differentiate(&mut self) {
+        for y in 0..self.mean.height {
             slope_across(&self.mean, y, self.slope_x.row_mut(y));
             slope_down(&self.mean, y, self.slope_y.row_mut(y));
         }
         self.slope_x.replicate_border();
         self.slope_y.replicate_border();
-        let mut rows: [Vec<f32>; 9] = std::array::from_fn(|_| vec![0.0; width]);
-        for (y, inside) in self.inside.chunks_exact(width).enumerate() {
-            let [x, y_, z, xx, xy, xz, yx, yy, yz] = &mut rows;
-            x.copy_from_slice(self.slope_x.row(y));
-            y_.copy_from_slice(self.slope_y.row(y));
-            z.copy_from_slice(self.difference.row(y));
-            slope_across(&self.slope_x, y, xx);
-            slope_down(&self.slope_x, y, xy);
-            slope_across(&self.difference, y, xz);
-            slope_across(&self.slope_y, y, yx);
-            slope_down(&self.slope_y, y, yy);
-            slope_down(&self.difference, y, yz);
-            for term in [[x, y_, z], [xx, xy, xz], [yx, yy, yz]] {
-                linearise(term, u.row(y), v.row(y), inside);
-            }
-            for (row, plane) in rows.iter().zip(&mut self.terms) {
-                plane.write(y, row);
-            }
+    }
+
+    /// Step 2 in row `y`: the three terms, linear around the flow so far.
+    #[inline(never)]
+    fn take_terms(&mut self, y: usize, u: &Plane<f32>, v: &Plane<f32>) {
+        let inside = &self.inside[y * self.mean.width..][..self.mean.width];
+        let [x, y_, z, xx, xy, xz, yx, yy, yz] = &mut self.rows;
+        x.copy_from_slice(self.slope_x.row(y));
+        y_.copy_from_slice(self.slope_y.row(y));
+        z.copy_from_slice(self.difference.row(y));
+        slope_across(&self.slope_x, y, xx);
+        slope_down(&self.slope_x, y, xy);
+        slope_across(&self.difference, y, xz);
+        slope_across(&self.slope_y, y, yx);
+        slope_down(&self.slope_y, y, yy);
+        slope_down(&self.difference, y, yz);
+        for term in [[x, y_, z], [xx, xy, xz], [yx, yy, yz]] {
+            linearise(term, u.row(y), v.row(y), inside);
+        }
+        for (row, plane) in self.rows.iter().zip(&mut self.terms) {
+            plane.write(y, row);
         }
     }
 
     /// Steps 3 and 4 as one wavefront. Red are the pixels whose column and row have an even sum; black runs one row
     /// behind red. Row `y` gets its equations when no sweep has touched row `y` or `y + 1` yet, which a lag of `2
-    /// sweeps + 1` rows grants.
-    fn solve(&mut self, width: usize, height: usize, params: &FlowParams) {
+    /// sweeps + 1` rows grants. `u` and `v` are the flow before.
+    fn solve(&mut self, u: &Plane<f32>, v: &Plane<f32>, params: &FlowParams) {
+        let (width, height) = (self.mean.width, self.mean.height);
         let (fixed_points, sweeps) = (params.fixed_points as usize, params.sweeps as usize);
-        let lag = 2 * sweeps + 1;
+        let lag = lag(params);
+        self.edge_down.clear_above();
         for front in 0..height + fixed_points * lag {
             for fixed_point in 0..fixed_points {
                 let Some(first) = front.checked_sub(fixed_point * lag) else { break };
                 if first < height {
+                    if fixed_point == 0 {
+                        self.take_terms(first, u, v);
+                    }
                     self.weigh_edges(first, width, height, params.smoothness);
                     self.set_up(first, params);
                 }
@@ -205,6 +220,16 @@ impl Refiner {
         let system = self.system.each_ref().map(|plane| plane.row(y as isize, parity));
         relax_row(u, v, [around_u, around_v], edges, system, overrelaxation);
     }
+}
+
+/// Rows that a fixed point is behind the one before it.
+fn lag(params: &FlowParams) -> usize {
+    2 * params.sweeps as usize + 1
+}
+
+/// Rows from the first that still changes to the last that has begun to.
+fn wavefront(params: &FlowParams) -> usize {
+    params.fixed_points as usize * lag(params)
 }
 
 /// Weights of the four edges of each pixel of a half row.
@@ -315,12 +340,14 @@ fn linearise(term: [&mut Vec<f32>; 3], u: &[f32], v: &[f32], inside: &[f32]) {
 }
 
 /// Central differences along row `y`, exact for polynomials of fourth degree.
+#[inline(never)]
 fn slope_across(plane: &Padded, y: usize, out: &mut [f32]) {
     let row = plane.padded_row(y as isize);
     five_taps(out, [PAD - 2, PAD - 1, PAD + 1, PAD + 2].map(|start| &row[start..]));
 }
 
 /// Central differences down the columns at row `y`.
+#[inline(never)]
 fn slope_down(plane: &Padded, y: usize, out: &mut [f32]) {
     five_taps(out, [-2, -1, 1, 2].map(|k| &plane.padded_row(y as isize + k)[PAD..]));
 }
@@ -350,7 +377,10 @@ mod tests {
     }
 
     /// Fixed points and sweeps one after another, each over the whole plane.
-    fn solve_plainly(refiner: &mut Refiner, width: usize, height: usize, params: &FlowParams) {
+    fn solve_plainly(refiner: &mut Refiner, flow: &Plane<f32>, params: &FlowParams) {
+        let (width, height) = (flow.width(), flow.height());
+        (0..height).for_each(|y| refiner.take_terms(y, flow, flow));
+        refiner.edge_down.clear_above();
         for _ in 0..params.fixed_points {
             (0..height).for_each(|y| refiner.weigh_edges(y, width, height, params.smoothness));
             (0..height).for_each(|y| refiner.set_up(y, params));
@@ -364,19 +394,20 @@ mod tests {
     #[test]
     fn the_wavefront_gives_the_bits_of_one_sweep_after_another() {
         let mut rng = Rng::for_stage(2, "refine");
-        for (width, height) in [(1, 1), (7, 5), (12, 9), (5, 30)] {
+        let mut wavefront = Refiner::default();
+        // Of the last two the wavefront holds a part at a time, one after the other in the same rows.
+        for (width, height) in [(1, 1), (7, 5), (12, 9), (5, 30), (9, 80), (9, 97)] {
             let (from, to) = (noise(width, height, &mut rng), noise(width, height, &mut rng));
             let flow = Plane::from_fn(width, height, |_, _| rng.range(-2.0, 2.0) as f32);
             let params = FlowParams { fixed_points: 3, sweeps: 4, ..FlowParams::default() };
             let mut plain = Refiner::default();
-            plain.resize(width, height);
+            plain.resize(width, height, height + 2);
             plain.warp_back(&from, &to, &flow, &flow);
-            plain.differentiate(&flow, &flow);
+            plain.differentiate();
             (0..height).for_each(|y| plain.u.write(y, flow.row(y)));
             (0..height).for_each(|y| plain.v.write(y, flow.row(y)));
-            let mut wavefront = plain.clone();
-            solve_plainly(&mut plain, width, height, &params);
-            wavefront.solve(width, height, &params);
+            solve_plainly(&mut plain, &flow, &params);
+            wavefront.refine(&from, &to, &mut flow.clone(), &mut flow.clone(), &params);
             for (y, parity) in (0..height as isize).flat_map(|y| [(y, 0), (y, 1)]) {
                 assert_eq!(plain.u.row(y, parity), wavefront.u.row(y, parity), "{width}x{height}");
                 assert_eq!(plain.v.row(y, parity), wavefront.v.row(y, parity), "{width}x{height}");
