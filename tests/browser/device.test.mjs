@@ -104,6 +104,16 @@ describe('devices', () => {
         const colours = await coloursOf(page, await box.screenshot());
         assert.ok(colours >= 2, `${selector} has ${colours} colours`);
       }
+      // What is to be pressed next looks like the other such buttons: words on a ground of their own.
+      await page.locator('[data-parameter="affinity.noiseFloor"] input').first().fill('0.4');
+      const looks = await page.evaluate(() =>
+        ['#open', '#again', '#pending-run'].map((id) => {
+          const { color, backgroundColor, forcedColorAdjust } = getComputedStyle(document.querySelector(id));
+          return [color, backgroundColor, forcedColorAdjust].join();
+        }),
+      );
+      assert.equal(new Set(looks).size, 1, looks.join(' | '));
+      await page.click('#settings-reset');
       const states = await page.evaluate(() =>
         [...document.querySelectorAll('#views span')].map((span) => getComputedStyle(span).backgroundColor),
       );

@@ -72,7 +72,7 @@ class Names {
     const job = /** @type {import('../run/jobs.js').AnyJob} */ (anyJob);
     const again = this.last && this.last.job.source === job.source && !this.last.corrected ? this.last.id : null;
     const opened = job instanceof SavedJob ? this.opened() : null;
-    const id = this.ofJob.get(job) ?? opened ?? again ?? crypto.randomUUID();
+    const id = this.ofJob.get(job) ?? opened ?? again ?? `work-${Date.now()}`;
     this.ofJob.set(job, id);
     const corrected = (job.corrector?.count() ?? 0) > 0;
     this.last = { job, id, corrected };

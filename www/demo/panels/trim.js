@@ -119,9 +119,7 @@ class TrimPanel {
     const box = byId('trim-box');
     box.style.setProperty('--from', String(first / (source.count - 1)));
     box.style.setProperty('--to', String(last / (source.count - 1)));
-    byId('trim-text').textContent = whole
-      ? `Whole clip, ${lengthOf(source)}`
-      : `${at(first)} to ${at(last)} of ${lengthOf(source)}`;
+    byId('trim-text').textContent = whole ? `Whole clip, ${lengthOf(source)}` : partWords(source, first, last);
     byId('trim-all').hidden = whole;
   }
 
@@ -203,6 +201,17 @@ function lastOf({ start, frames, step }) {
  */
 function placeOf(source, frame) {
   return source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`;
+}
+
+/**
+ * @param {Source} source
+ * @param {number} first
+ * @param {number} last
+ * @returns {string} `0.5–1.7 s of 3.0 s`, `images 7–30 of 30`
+ */
+function partWords(source, first, last) {
+  if (source.kind !== 'video') return `images ${first + 1}–${last + 1} of ${source.count}`;
+  return `${timeOf(source, first).toFixed(1)}–${placeOf(source, last)} of ${lengthOf(source)}`;
 }
 
 /** @param {Source} source */
