@@ -16,9 +16,10 @@ import { TraceCutError } from '../errors.js';
  */
 
 /**
- * A frame that is not read yet: `read` copies its pixels, `close` gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void,
- *   isGuess?: boolean}} TimedFrame `isGuess` where nothing says how long it is shown
+ * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close` gives up whatever holds it, read or not.
+ * @typedef {{time: number, duration: number, read: (size?: number, platform?:
+ *   import('../aside/aside.js').Starter) => Promise<import('../frames.js').RawFrame>, close: () => void, isGuess?: boolean}}
+ *   TimedFrame `isGuess` where nothing says how long it is shown
  */
 
 /**
@@ -46,9 +47,10 @@ const SLACK = 1e-6;
  * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read.
  * @param {Reader} reader
  * @param {import('./options.js').Take} take
+ * @param {import('../aside/aside.js').Starter} [platform] where there are workers
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
-export async function* taken(reader, take) {
+export async function* taken(reader, take, platform) {
   let passed = 0;
   let index = 0;
   for await (const frame of reader.frames(take)) {
@@ -57,7 +59,7 @@ export async function* taken(reader, take) {
       if (frame.time >= take.end - SLACK) return;
       passed += 1;
       if ((passed - 1) % take.step !== 0) continue;
-      const raw = await frame.read();
+      const raw = await frame.read(take.size, platform);
       frame.close();
       const { time, duration } = frame;
       // Frames that are left out lengthen those before them; nobody knows how many would have come after the last.
