@@ -290,6 +290,7 @@ export class LongCorrections extends Corrections {
     super(of);
     this.result = result;
     this.take = take;
+    this.splitsAtPlace = true;
   }
 
   /**
