@@ -84,7 +84,7 @@ function hands(page) {
     await page.click(button);
     return said();
   };
-  return { frame, masks, labelAt, use, paint, click, press };
+  return { frame, masks, labelAt, place, use, paint, click, press };
 }
 
 describe('masks changed by hand', () => {
@@ -137,7 +137,7 @@ describe('masks changed by hand', () => {
     await inPhase(page, 'running');
     assert.equal(await ended(page), 'done');
     assert.match(await text(page, '#subline'), /in 3 windows/);
-    const { masks, labelAt, use, click, paint, press } = hands(page);
+    const { masks, labelAt, place, use, click, paint, press } = hands(page);
     const before = await masks();
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(55));
     await page.click('#correct-open');
@@ -157,6 +157,39 @@ describe('masks changed by hand', () => {
     assert.equal(await masks(), before);
     for (const _ of [0, 1]) await press('#correct-redo');
     assert.equal(await masks(), painted);
+
+    // The square is taken apart by two strokes, in all windows; and put together again.
+    const line = async (x) => {
+      await page.mouse.move(...(await place(x, 30)));
+      await page.mouse.down();
+      await page.mouse.move(...(await place(x, 46)), { steps: 6 });
+      await page.mouse.up();
+    };
+    const halves = async (t, left) => [await labelAt(t, left + 4, 38), await labelAt(t, left + 22, 38)];
+    const [whole] = await halves(55, 35);
+    assert.ok(whole > 0);
+    await use('apart');
+    for (const x of [39, 57]) await line(x);
+    await press('#strokes-apply');
+    const [one, other] = await halves(55, 35);
+    assert.ok(one === whole && other > 0 && other !== one, `${one} and ${other}`);
+    for (const [t, left] of [
+      [50, 40],
+      [70, 20],
+      [100, 30],
+    ])
+      assert.deepEqual(await halves(t, left), [one, other], `frame ${t}`);
+    const apart = await masks();
+    await press('#correct-undo');
+    assert.equal(await masks(), painted);
+    await press('#correct-redo');
+    assert.equal(await masks(), apart);
+    await use('together');
+    for (const x of [39, 57]) await line(x);
+    await press('#strokes-apply');
+    assert.equal(new Set(await halves(70, 20)).size, 1);
+    await press('#correct-undo');
+    assert.equal(await masks(), apart);
     assert.deepEqual(faults, []);
     await page.context().close();
   });

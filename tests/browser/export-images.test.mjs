@@ -33,8 +33,6 @@ describe('cut-out pictures', () => {
 
   test('are a ZIP of PNG files, transparent where no object is', async () => {
     ({ page, faults } = await openSample(site, { acceptDownloads: true }));
-    // Nobody answers a dialog of the browser's here.
-    await page.evaluate(() => (globalThis.showSaveFilePicker = undefined));
     const found = await page.evaluate((t) => [...globalThis.tracecutDemo.result.labels(t)], FRAME);
     // Specks are left out: less than 0.02 % of the frame.
     ({ labels } = adjustMask({ labels: Uint8Array.from(found), width: WIDTH, height: HEIGHT }, { smallest: 17 }));

@@ -30,6 +30,8 @@ export function useSite(launch) {
       serviceWorkers: 'block',
       ...options,
     });
+    // Nobody answers a dialog of the browser's here: files come as downloads.
+    await context.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     const faults = watch(page, site.url);

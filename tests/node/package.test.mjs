@@ -21,7 +21,7 @@ const MOST_UNPACKED = 2.5 * 1024 * 1024;
  * first needed.
  */
 const MOST_ZIPPED = {
-  'index.js': 54 * 1024,
+  'index.js': 56 * 1024,
   'worker.js': 9 * 1024,
   'vendor/media.js': 150 * 1024,
   'vendor/zip.js': 8 * 1024,

@@ -11,6 +11,7 @@ export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.j
 export { CUT_RED, flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
 export { drawTrajectories } from './draw/trajectories.js';
+export { divideRegions, pieceRegion } from './edit/divide.js';
 export { MaskEditor, editMasks } from './edit/editor.js';
 export { regionOf, strokeRegion } from './edit/regions.js';
 export { TraceCutError } from './errors.js';

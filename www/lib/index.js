@@ -11,7 +11,6 @@
  */
 
 import { makeClip } from './clip.js';
-import { carryWith } from './edit/carry.js';
 import { enlarged } from './enlarge.js';
 import { allAtSize } from './export/at-size.js';
 import { encode } from './export/video.js';
@@ -154,7 +153,8 @@ export function createImageEngine(options) {
  * @param {import('./edit/carry.js').CarryOptions} options
  * @returns {Promise<import('./edit/carry.js').Carried>}
  */
-export function carryEdit(editor, edit, options) {
+export async function carryEdit(editor, edit, options) {
+  const { carryWith } = await import('./edit/carry.js');
   return carryWith(editor, edit, options, () => openImageEngine({}, platform));
 }
 

@@ -7,7 +7,6 @@ import { readFile } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
-import { carryWith } from './edit/carry.js';
 import { enlarged } from './enlarge.js';
 import { allAtSize } from './export/at-size.js';
 import { encode } from './export/video.js';
@@ -83,8 +82,10 @@ export const flow = (from, to, options) => flowOf(from, to, options, platform);
 /** @type {Browser['createImageEngine']} */
 export const createImageEngine = (options) => openImageEngine(options, platform);
 /** @type {Browser['carryEdit']} */
-export const carryEdit = (editor, edit, options) =>
-  carryWith(editor, edit, options, () => openImageEngine({}, platform));
+export const carryEdit = async (editor, edit, options) => {
+  const { carryWith } = await import('./edit/carry.js');
+  return carryWith(editor, edit, options, () => openImageEngine({}, platform));
+};
 /** @type {Browser['smoothMasks']} */
 export const smoothMasks = async (masks, options) => {
   const { smoothWith } = await import('./edit/smooth.js');

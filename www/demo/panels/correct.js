@@ -227,7 +227,11 @@ class Correction {
     disable('correct-merge', busy || object === 0);
     disable('correct-into', busy || object === 0);
     disable('correct-background', busy || object === 0);
-    disable('correct-split', busy || !corrector.split || (object === 0 && !this.place));
+    const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace === true);
+    const noPart = object === 0 && corrector.splitsAtPlace === true;
+    disable('correct-split', busy || !corrector.split || lacksPlace || noPart);
+    byId('correct-split').title =
+      lacksPlace || noPart ? 'Click the part of the object that is another thing first' : '';
     disable('correct-undo', busy || corrector.count() === 0);
     disable('correct-redo', busy || corrector.redoable() === 0);
     const { answers } = this.store.state.found ?? {};
@@ -272,7 +276,8 @@ class Correction {
       showCorrected(store, frames ?? null);
       this.tell(`Corrected in ${seconds(performance.now() - began)}. ${store.state.headline}.`);
     } catch (error) {
-      if (visit === store.state.visit) this.tell(`That is not possible here: ${explain(error).detail}.`, true);
+      const { title, detail } = explain(error);
+      if (visit === store.state.visit) this.tell(`That is not possible here: ${detail || title}.`, true);
     } finally {
       if (visit === store.state.visit) {
         this.busy = false;

@@ -276,7 +276,10 @@ export class SessionCorrections extends Corrections {
   }
 }
 
-/** Corrections of a clip of many windows: no session holds it any more. */
+/**
+ * Corrections of a clip of many windows: no session holds it any more. What is split or kept apart is divided in the frame
+ * at hand and carried to the others as what is painted is.
+ */
 export class LongCorrections extends Corrections {
   /**
    * @param {Corrected} of
@@ -287,6 +290,7 @@ export class LongCorrections extends Corrections {
     super(of);
     this.result = result;
     this.take = take;
+    this.splitsAtPlace = true;
   }
 
   /**
@@ -302,5 +306,82 @@ export class LongCorrections extends Corrections {
       undo: () => this.take(before),
       frames: null,
     });
+  }
+
+  /**
+   * The piece at a place becomes an object of its own.
+   *
+   * @param {number} label
+   * @param {{t: number, x: number, y: number}} [at]
+   */
+  async split(label, at) {
+    // The background hangs together everywhere.
+    if (!at || label === 0) throw new PageError('no-place');
+    const { width, height } = this.opened;
+    const mask = { width, height, labels: this.opened.labels(at.t) };
+    if (mask.labels[Math.round(at.y) * width + Math.round(at.x)] !== label) throw new PageError('no-place');
+    const region = this.of.library.pieceRegion(mask, at);
+    return this.divided(at.t, label, [region]);
+  }
+
+  /**
+   * All but the first become objects of their own.
+   *
+   * @param {import('../panels/strokes.js').Stroke[]} strokes
+   */
+  async apart(strokes) {
+    const [{ t }] = strokes;
+    if (strokes.some((stroke) => stroke.t !== t)) throw new PageError('other-frame');
+    const { width, height } = this.opened;
+    const mask = { width, height, labels: this.opened.labels(t) };
+    const { label, regions } = this.of.library.divideRegions(mask, strokes);
+    return this.divided(t, label, regions.slice(1));
+  }
+
+  /**
+   * The objects that strokes lie on become one.
+   *
+   * @param {import('../panels/strokes.js').Stroke[]} strokes
+   */
+  async together(strokes) {
+    const { width, height } = this.opened;
+    /** @type {Set<number>} */
+    const covered = new Set();
+    for (const stroke of strokes) {
+      const labels = this.opened.labels(stroke.t);
+      const region = this.of.library.strokeRegion(stroke, width, height);
+      for (let k = 0; k < region.length; k += 2)
+        for (let p = region[k]; p < region[k] + region[k + 1]; p++) if (labels[p] > 0) covered.add(labels[p]);
+    }
+    const [into, ...others] = [...covered].sort((a, b) => a - b);
+    if (others.length === 0) throw new PageError('one-object');
+    return this.edited((editor) => editor.relabel(Object.fromEntries(others.map((one) => [one, into]))), null);
+  }
+
+  /**
+   * Gives each region a label of its own, and carries it to the other frames.
+   *
+   * @param {number} t
+   * @param {number} label that they have
+   * @param {import('../../dist/index.js').Region[]} regions
+   */
+  async divided(t, label, regions) {
+    const editor = this.opened;
+    /** @type {Edit[]} */
+    const edits = [];
+    let first = true;
+    const changed = await this.step({
+      do: () => {
+        for (const region of regions) {
+          if (first) edits.push(editor.paint({ label: editor.newLabel(), over: [label], t, region }));
+          else editor.redo();
+        }
+        first = false;
+      },
+      undo: () => regions.forEach(() => editor.undo()),
+      frames: null,
+    });
+    for (const edit of edits) await this.carry({ edit, frames: [] }, new AbortController().signal, () => {});
+    return changed;
   }
 }

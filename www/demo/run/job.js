@@ -33,6 +33,7 @@ import { StageClock } from './stage-clock.js';
  * @property {(a: number, b: number) => Promise<number[] | null>} merge gives the frames that change, null for all, as
  *   all of these
  * @property {(label: number, at?: {t: number, x: number, y: number}) => Promise<number[] | null>} [split]
+ * @property {boolean} [splitsAtPlace] whether objects are split at a place alone
  * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<number[] | null>} [together]
  * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<number[] | null>} [apart]
  * @property {(painted: ToPaint) => Promise<Painted>} paint

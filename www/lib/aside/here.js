@@ -1,16 +1,17 @@
 // What takes long of PNG files, archives and pictures, in the thread that it is called in.
 
+import { fromImage } from '../frames.js';
 import { zipSync, zlibSync } from '../vendor/zip.js';
 import { pixelChunk } from './png.js';
 import { reduced } from './reduce.js';
 
 /**
- * The pixels of a PNG file, or files that become an archive, or a picture that is to have fewer pixels. `level` is how
- * hard to try, 0 to 9.
+ * The pixels of a PNG file, or files that become an archive, or a picture or a video's frame that is to have fewer
+ * pixels. `level` is how hard to try, 0 to 9.
  * @typedef {{kind: 'pixels', pixels: import('./png.js').Pixels, level: 0 | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9}
  *   | {kind: 'zip', files: Record<string, Uint8Array>, stored: string[]}
  *   | {kind: 'reduce', picture: {data: Uint8Array<ArrayBuffer>, width: number, height: number}, width: number, height:
- *   number}} AsideTask
+ *   number} | {kind: 'frame', frame: VideoFrame, width: number, height: number}} AsideTask
  */
 
 /** The first date that ZIP knows, in local time, as ZIP has it. */
@@ -18,14 +19,30 @@ export const ZIP_DATE = [1980, 0, 1];
 
 /**
  * @param {AsideTask} task
- * @returns {Uint8Array<ArrayBuffer>} a chunk of a PNG file, an archive, or pixels
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} a chunk of a PNG file, an archive, or pixels
  */
-export function doHere(task) {
+export async function doHere(task) {
   if (task.kind === 'pixels') return pixelChunk(task.pixels, (data) => zlibSync(data, { level: task.level }));
+  if (task.kind === 'frame') return pixelsOf(task.frame, task.width, task.height);
   if (task.kind === 'reduce') return reduced(task.picture, task.width, task.height);
   const stored = new Set(task.stored);
   /** @type {import('fflate').Zippable} */
   const files = {};
   for (const [name, bytes] of Object.entries(task.files)) files[name] = [bytes, { level: stored.has(name) ? 0 : 6 }];
   return zipSync(files, { mtime: new Date(ZIP_DATE[0] ?? 0, 0, 1) });
+}
+
+/**
+ * @param {VideoFrame} frame closed when it is read
+ * @param {number} width
+ * @param {number} height
+ */
+async function pixelsOf(frame, width, height) {
+  try {
+    const raw = await fromImage(frame);
+    if (raw.kind !== 'pixels' || (raw.width === width && raw.height === height)) return raw.data;
+    return reduced(raw, width, height);
+  } finally {
+    frame.close();
+  }
 }

@@ -3,9 +3,9 @@
 import { doHere } from './here.js';
 
 const port = /** @type {Worker} */ (/** @type {unknown} */ (globalThis));
-port.addEventListener('message', ({ data: { id, task } }) => {
+port.addEventListener('message', async ({ data: { id, task } }) => {
   try {
-    const bytes = doHere(task);
+    const bytes = await doHere(task);
     port.postMessage({ id, bytes }, [bytes.buffer]);
   } catch (error) {
     port.postMessage({ id, error: String(error) });

@@ -76,7 +76,7 @@ export function strokeRegion(stroke, width, height) {
  * @param {unknown} stroke
  * @returns {{points: number[], radius: number}}
  */
-function checkedStroke(stroke) {
+export function checkedStroke(stroke) {
   const { points, radius } = isPlainObject(stroke) ? stroke : { points: undefined, radius: undefined };
   if (typeof radius !== 'number' || !(radius >= 0 && radius <= MAX_RADIUS))
     throw illegal('param', 'stroke.radius', radius, `mask pixels, 0..=${MAX_RADIUS}`);

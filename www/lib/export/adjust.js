@@ -91,7 +91,7 @@ export function withoutSpecks({ labels, width, height }, chosen, smallest) {
  * @param {Uint32Array} piece filled with them
  * @returns {number} how many they are
  */
-function fillPiece({ labels, width, height }, start, seen, piece) {
+export function fillPiece({ labels, width, height }, start, seen, piece) {
   let count = 1;
   piece[0] = start;
   seen[start] = 1;

@@ -151,7 +151,12 @@ async function* decodedFrames(media, track, { start, end }, packets) {
       while (next < times.length && at(times, next) <= last + SLACK) next += 1;
       // Not every container says how long its frames last; all say when the next one comes.
       const duration = (next < times.length ? at(times, next) : clipEnd) - last;
-      yield { time: last, duration, read: () => pixelsOf(sample), close: () => sample.close() };
+      yield {
+        time: last,
+        duration,
+        read: (size, platform) => pixelsOf(sample, size, platform),
+        close: () => sample.close(),
+      };
     }
   } catch (error) {
     throw await broken(error, last, packets);
@@ -193,10 +198,12 @@ const unseen = (timestamp, duration) => timestamp < 0 && timestamp + duration <=
 
 /**
  * @param {import('mediabunny').VideoSample} sample
+ * @param {number} [size]
+ * @param {import('../aside/aside.js').Starter} [platform]
  * @returns {Promise<import('../frames.js').RawFrame>}
  */
-async function pixelsOf(sample) {
-  if (sample.rotation === 0 && !sample.flip) return readAndClose(sample.toVideoFrame());
+async function pixelsOf(sample, size, platform) {
+  if (sample.rotation === 0 && !sample.flip) return readAndClose(sample.toVideoFrame(), size, platform);
   const { displayWidth: width, displayHeight: height } = sample;
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to turn the frame with');

@@ -48,7 +48,7 @@ export function framesOf(source, options, platform) {
 async function* decoded(source, take, loadDecoder, platform) {
   take.signal?.throwIfAborted();
   const reader = await openReader(source, take, loadDecoder);
-  const frames = taken(reader, take);
+  const frames = taken(reader, take, platform);
   let count = 0;
   try {
     for (;;) {

@@ -74,7 +74,7 @@ export async function openImage(file, type, damaged = false) {
         yield {
           time: begin / 1e6,
           duration: length / 1e6,
-          read: () => readAndClose(image),
+          read: (size, platform) => readAndClose(image, size, platform),
           close: () => image.close(),
         };
         begin += length;

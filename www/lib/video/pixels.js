@@ -53,11 +53,20 @@ export async function toPixelFrame(raw) {
 }
 
 /**
- * Copies a decoded frame and closes it.
+ * Copies a decoded frame and closes it. A large one is copied, and reduced where `size` says so, in a worker.
  * @param {VideoFrame} frame
+ * @param {number} [size]
+ * @param {import('../aside/aside.js').Starter} [platform]
+ * @returns {Promise<RawFrame>}
  */
-export async function readAndClose(frame) {
+export async function readAndClose(frame, size, platform = {}) {
   try {
+    const { displayWidth, displayHeight } = frame;
+    if (displayWidth * displayHeight > LARGE && platform.startAside) {
+      const { width, height } = fitted(displayWidth, displayHeight, size);
+      const data = await aside({ kind: 'frame', frame, width, height }, platform, [frame]);
+      return { kind: 'pixels', data, width, height };
+    }
     return await toRawFrame(frame, noDecoder);
   } finally {
     frame.close();

@@ -17,9 +17,10 @@ import { TraceCutError } from '../errors.js';
  */
 
 /**
- * A frame that is not read yet: `read` copies its pixels, `close` gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: () => Promise<import('../frames.js').RawFrame>, close: () => void,
- *   isGuess?: boolean}} TimedFrame `isGuess` where nothing says how long it is shown
+ * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close` gives up whatever holds it, read or not.
+ * @typedef {{time: number, duration: number, read: (size?: number, platform?:
+ *   import('../aside/aside.js').Starter) => Promise<import('../frames.js').RawFrame>, close: () => void, isGuess?: boolean}}
+ *   TimedFrame `isGuess` where nothing says how long it is shown
  */
 
 /**
@@ -55,12 +56,13 @@ const FEWEST = 2;
  * do with damage, they end before it.
  * @param {Reader} reader
  * @param {import('./options.js').Take} take
+ * @param {import('../aside/aside.js').Starter} [platform] where there are workers
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
-export async function* taken(reader, take) {
+export async function* taken(reader, take, platform) {
   let index = 0;
   try {
-    for await (const frame of wanted(reader, take)) {
+    for await (const frame of wanted(reader, take, platform)) {
       yield frame;
       index += 1;
     }
@@ -82,9 +84,10 @@ export function isDamage(error) {
 /**
  * @param {Reader} reader
  * @param {import('./options.js').Take} take
+ * @param {import('../aside/aside.js').Starter} [platform]
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
-async function* wanted(reader, take) {
+async function* wanted(reader, take, platform) {
   let passed = 0;
   let index = 0;
   for await (const frame of reader.frames(take)) {
@@ -93,7 +96,7 @@ async function* wanted(reader, take) {
       if (frame.time >= take.end - SLACK) return;
       passed += 1;
       if ((passed - 1) % take.step !== 0) continue;
-      const read = await frame.read();
+      const read = await frame.read(take.size, platform);
       frame.close();
       // Whether a file is damaged shows when it is decoded.
       const raw = take.onDamage && read.kind === 'file' ? await decoded(read) : read;

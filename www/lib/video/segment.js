@@ -215,7 +215,7 @@ export class VideoSegmentation {
     this.#throwIfStopped();
     this.#engine = await openEngine(engine, this.#platform);
     this.#throwIfStopped();
-    const frames = taken(reader, take);
+    const frames = taken(reader, take, this.#platform);
     this.#frames = frames;
     const nextFrame = async () => {
       const { value, done } = await frames.next();
