@@ -90,6 +90,8 @@ describe('work', () => {
     const third = await context.newPage();
     await third.goto(address);
     await third.click('#saved-forget', { timeout: 60_000 });
+    // A reload would come before the storage has forgotten it.
+    await third.waitForFunction(() => document.querySelector('#works-open').hidden);
     await ended(third);
     await third.reload();
     assert.equal(await ended(third), 'done');
