@@ -20,9 +20,18 @@ const folders = [
  * @returns {{version: string, files: string[]}}
  */
 export function precacheList() {
+  return listed(folders);
+}
+
+/**
+ * The same of any folders.
+ * @param {typeof folders} places
+ * @returns {{version: string, files: string[]}}
+ */
+export function listed(places) {
   const hash = createHash('sha256');
   const files = ['./'];
-  for (const { folder, at, wanted } of folders.filter((one) => existsSync(one.folder))) {
+  for (const { folder, at, wanted } of places.filter((one) => existsSync(one.folder))) {
     const names = readdirSync(folder, { recursive: true, withFileTypes: true })
       .filter((entry) => entry.isFile())
       .map((entry) =>
@@ -38,9 +47,9 @@ export function precacheList() {
   return { version: hash.digest('hex').slice(0, 16), files };
 }
 
-/** The text of the service worker, filled in. */
-export function serviceWorker() {
+/** The text of the service worker, filled in with the files that it keeps. */
+export function serviceWorker(list = precacheList()) {
   const source = readFileSync(join(root, 'www', 'service-worker.js'), 'utf8');
   if (!source.includes(PLACEHOLDER)) throw new Error('www/service-worker.js has no place for the list of files.');
-  return source.replace(PLACEHOLDER, `const PRECACHE = ${JSON.stringify(precacheList())};`);
+  return source.replace(PLACEHOLDER, `const PRECACHE = ${JSON.stringify(list)};`);
 }

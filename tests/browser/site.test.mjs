@@ -1,0 +1,84 @@
+// The page as it is put on a host, bundled and minified: that it works from a folder of a host, and what it weighs.
+
+import assert from 'node:assert/strict';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { tmpdir } from 'node:os';
+import { extname, join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { gzipSync } from 'node:zlib';
+import { launchBrowser } from '../../scripts/browser.mjs';
+import { writeSite } from '../../scripts/site.mjs';
+import { ended, text } from './support.mjs';
+
+/** Most bytes of all that a visit loads until the sample is segmented, each file zipped as a host sends it. */
+const MOST_ZIPPED = 500 * 1024;
+const FOLDER = '/some/where/';
+const TYPES = {
+  '.html': 'text/html',
+  '.js': 'text/javascript',
+  '.css': 'text/css',
+  '.wasm': 'application/wasm',
+  '.svg': 'image/svg+xml',
+  '.webmanifest': 'application/manifest+json',
+};
+
+const target = mkdtempSync(join(tmpdir(), 'tracecut-site-'));
+const asked = new Map();
+let files, server, browser;
+
+before(async () => {
+  files = await writeSite(target);
+  server = createServer((request, response) => {
+    const { pathname } = new URL(request.url, 'http://localhost');
+    const name = pathname === FOLDER ? 'index.html' : pathname.slice(FOLDER.length);
+    if (!pathname.startsWith(FOLDER) || !existsSync(join(target, name))) return response.writeHead(404).end();
+    const bytes = readFileSync(join(target, name));
+    asked.set(name, gzipSync(bytes, { level: 9 }).length);
+    return response.writeHead(200, { 'content-type': TYPES[extname(name)] ?? 'image/png' }).end(bytes);
+  });
+  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  browser = await launchBrowser();
+});
+after(async () => {
+  await browser?.close();
+  server?.closeAllConnections();
+  server?.close();
+  rmSync(target, { recursive: true, force: true });
+});
+
+/** A page at the site, its sample segmented. */
+async function visit(serviceWorkers) {
+  asked.clear();
+  const context = await browser.newContext({ serviceWorkers });
+  await context.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
+  const page = await context.newPage();
+  const faults = [];
+  page.on('pageerror', ({ message }) => faults.push(message));
+  page.on('response', (response) => response.ok() || faults.push(`${response.status()} ${response.url()}`));
+  await page.goto(`http://127.0.0.1:${server.address().port}${FOLDER}`);
+  assert.equal(await ended(page), 'done');
+  assert.match(await text(page, '#headline'), /^[2-9] moving objects/);
+  return { page, faults };
+}
+
+test('the site segments its sample, and weighs less than 500 KB until then', async () => {
+  const { faults } = await visit('block');
+  const weight = [...asked.values()].reduce((sum, size) => sum + size, 0);
+  console.log(`a first visit: ${weight} bytes zipped in ${asked.size} files`);
+  assert.ok(weight < MOST_ZIPPED, `${weight} bytes`);
+  assert.deepEqual(faults, []);
+});
+
+test('the site is kept whole for use without a network, and finds what is fetched when it is needed', async () => {
+  const { page, faults } = await visit('allow');
+  // A service worker that misses a file is not installed.
+  await page.evaluate(() => navigator.serviceWorker.ready.then(() => true));
+  const unasked = files.filter((name) => name !== './' && !asked.has(name.slice(2)));
+  assert.deepEqual(unasked, []);
+  await page.keyboard.press('e');
+  const coming = page.waitForEvent('download');
+  await page.locator('#export-list button').first().click();
+  assert.ok(await (await coming).path());
+  assert.deepEqual(faults, []);
+});
