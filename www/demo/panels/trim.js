@@ -7,6 +7,7 @@
 import { openPlayer, timeOf } from '../clip-player.js';
 import { byId, h } from '../dom.js';
 import { fitTake } from '../source.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../source.js').Source} Source */
 /** @typedef {import('../source.js').Take} Take */
@@ -120,8 +121,8 @@ class TrimPanel {
     box.style.setProperty('--from', String(first / (source.count - 1)));
     box.style.setProperty('--to', String(last / (source.count - 1)));
     byId('trim-text').textContent = whole
-      ? `Whole clip, ${lengthOf(source)}`
-      : `${at(first)} to ${at(last)} of ${lengthOf(source)}`;
+      ? say`Whole clip, ${lengthOf(source)}`
+      : say`${at(first)} to ${at(last)} of ${lengthOf(source)}`;
     byId('trim-all').hidden = whole;
   }
 
@@ -186,7 +187,7 @@ class TrimPanel {
   showPlaying() {
     const button = byId('trim-play');
     button.dataset.playing = String(this.playing);
-    button.setAttribute('aria-label', this.playing ? 'Stop the clip' : 'Play the clip');
+    button.setAttribute('aria-label', this.playing ? say('Stop the clip') : say('Play the clip'));
     byId('trim-box').toggleAttribute('data-playing', this.playing);
   }
 }
@@ -202,12 +203,12 @@ function lastOf({ start, frames, step }) {
  * @returns {string} `1.2 s`, `image 13`
  */
 function placeOf(source, frame) {
-  return source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`;
+  return source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : say`image ${frame + 1}`;
 }
 
 /** @param {Source} source */
 function lengthOf(source) {
-  if (source.kind !== 'video') return `${source.count} images`;
+  if (source.kind !== 'video') return say`${source.count} images`;
   return `${(timeOf(source, source.count - 1) + 1 / source.fps).toFixed(1)}\u00a0s`;
 }
 
@@ -222,5 +223,5 @@ function showRun({ source, take, phase, job }) {
   const button = byId('trim-run');
   button.hidden = !(done && other);
   const whole = source && take.start === 0 && lastOf(take) + take.step >= source.count;
-  button.textContent = whole ? 'Run the whole clip' : 'Run this part';
+  button.textContent = whole ? say('Run the whole clip') : say('Run this part');
 }
