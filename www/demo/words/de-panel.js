@@ -25,7 +25,7 @@ export const edges = {
   Smooth: 'Glätten',
   'Smooth over time': 'Über die Zeit glätten',
   kept: 'bleiben',
-  'as found': 'wie gefunden',
+  'as found': 'gar nicht',
   hard: 'hart',
   on: 'an',
   off: 'aus',

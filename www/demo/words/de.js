@@ -315,7 +315,7 @@ const fix = {
   Brush: 'Pinsel',
   Eraser: 'Radierer',
   Add: 'Hinzufügen',
-  'Belong together': 'Gehört zusammen',
+  'Belong together': 'Zusammen',
   Apart: 'Getrennt',
   Undo: 'Rückgängig',
   Redo: 'Wiederherstellen',
