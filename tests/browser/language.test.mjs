@@ -41,8 +41,13 @@ function readable() {
 /** Runs in the page: buttons, labels and headings whose words do not fit; some are meant to end in dots. */
 function cutOff() {
   const kinds = 'button, h1, h2, h3, label > span, summary, .object-name, .layer-name, .stage-name, legend, .value';
+  // Heard, not seen, while a result is fixed on a phone.
+  const isShrunk = (heading) => heading !== null && heading.offsetWidth <= 1;
   return [...document.querySelectorAll(kinds)]
-    .filter((element) => element.offsetParent && !element.closest('.visually-hidden'))
+    .filter(
+      (element) =>
+        element.offsetParent && !element.closest('.visually-hidden') && !isShrunk(element.closest('.heading')),
+    )
     .filter((element) => getComputedStyle(element).textOverflow !== 'ellipsis')
     .filter((element) => element.clientWidth > 0 && element.scrollWidth > element.clientWidth + 1)
     .map((element) => element.textContent.trim());
