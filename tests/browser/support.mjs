@@ -23,7 +23,7 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
  */
 export function useSite(launch) {
   const site = useServerAndBrowser(launch);
-  const open = async (options = {}) => {
+  const open = async ({ query = '', ...options } = {}) => {
     const context = await site.browser.newContext({
       viewport: { width: 1280, height: 800 },
       reducedMotion: 'reduce',
@@ -35,7 +35,7 @@ export function useSite(launch) {
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     const faults = watch(page, site.url);
-    await page.goto(site.url);
+    await page.goto(site.url + query);
     return { page, faults };
   };
   return { open };

@@ -12,6 +12,7 @@
  * @module
  */
 
+import { say } from './language.js';
 import { Progress } from './panels/progress.js';
 import { stagesOf } from './panels/stages.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
@@ -64,7 +65,7 @@ export class App {
   /** Opens the sample and runs it. */
   async openSample() {
     await this.open(
-      'Sample clip',
+      say('Sample clip'),
       () => sampleSource(this.library.synthClip),
       () => this.start(),
     );
@@ -93,7 +94,7 @@ export class App {
    */
   async openRecording(file) {
     await this.open(
-      'Camera',
+      say('Camera'),
       () => openFiles([file], this.library),
       () => this.start(),
     );
@@ -137,7 +138,7 @@ export class App {
   async open(name, opener, next) {
     const visit = this.leave();
     this.store.state.source?.close();
-    this.store.set({ source: null, name, ...phasePatch('opening', 'Opening…', '') });
+    this.store.set({ source: null, name, ...phasePatch('opening', say('Opening…'), '') });
     try {
       const source = await opener();
       if (visit !== this.store.state.visit) return source.close();
@@ -197,7 +198,7 @@ export class App {
   async go(visit, job) {
     this.abort = new AbortController();
     const { signal } = this.abort;
-    this.store.set(phasePatch('running', job.current?.name ?? '', ''));
+    this.store.set(phasePatch('running', say(job.current?.name ?? ''), ''));
     if (job.settled > 0) showWindow(this.store, job);
     const progress = new Progress();
     const show = () => this.showRunning(job, progress);
@@ -258,8 +259,8 @@ export class App {
     if (phase !== 'running' || !job) return;
     this.abort?.abort();
     if (job.stop()) return void this.conclude(job);
-    const advice = 'Continue where it stopped, change the settings, or open something else.';
-    this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', 'Cancelled', advice) });
+    const advice = say('Continue where it stopped, change the settings, or open something else.');
+    this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', say('Cancelled'), advice) });
   }
 
   /**

@@ -3,6 +3,7 @@
 import { Grabber } from './grabber.js';
 import { openVideo } from './video.js';
 import { PageError } from './words.js';
+import { say } from './language.js';
 
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
 const SEQUENCE_FPS = 15;
@@ -30,8 +31,9 @@ export async function openImages(files, library) {
     async (k, side) => {
       const picture = await decode(sorted[k]);
       if (picture.width !== size.width || picture.height !== size.height) {
-        const found = `${sorted[k].name} is ${picture.width}×${picture.height}`;
-        throw new PageError('mixed-sizes', `${found}, the first is ${size.width}×${size.height}`);
+        const found = `${picture.width}×${picture.height}`;
+        const wanted = `${size.width}×${size.height}`;
+        throw new PageError('mixed-sizes', say`${sorted[k].name} is ${found}, the first is ${wanted}`);
       }
       const pixels = grabber.grab(picture, size, side);
       picture.close();

@@ -1,5 +1,6 @@
 /** Starts the page: loads the package, connects buttons, keys, drag and drop, and runs the sample. @module */
 
+import { chooseLanguage, wantedLanguage } from './language.js';
 import { stayOffline } from './offline.js';
 import { statusPanel } from './panels/status.js';
 import { Store, errorPatch, withinFilm } from './store.js';
@@ -11,6 +12,8 @@ const SIMD_PROBE = new Uint8Array([
 ]);
 
 async function main() {
+  // Whoever cannot fetch the words reads English.
+  await chooseLanguage(wantedLanguage()).catch(() => {});
   const store = new Store();
   statusPanel({ store });
   try {

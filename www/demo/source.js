@@ -6,6 +6,7 @@
 import { openImages } from './images.js';
 import { openVideo } from './video.js';
 import { PageError } from './words.js';
+import { say } from './language.js';
 
 /** @typedef {import('./run/job.js').Library} Library */
 
@@ -77,7 +78,7 @@ export async function sampleSource(synthClip) {
   return {
     clip,
     kind: 'sample',
-    name: 'Sample clip',
+    name: say('Sample clip'),
     width: clip.width,
     height: clip.height,
     fps: 15,
@@ -105,7 +106,7 @@ export async function openFiles(files, library) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
   const areImages = kinds.every((kind) => kind === 'image');
-  if (!areImages && files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
+  if (!areImages && files.length > 1) throw new PageError('mixed-files', say`${files.length} files`);
   /** @type {Source} */
   const source = areImages ? await openImages(files, library) : await openVideo(files[0], library);
   source.files = files;

@@ -4,6 +4,7 @@
  * @module
  */
 
+import { say } from './language.js';
 import { DEFAULT_EDGES } from './result/edges.js';
 import { Times } from './result/times.js';
 import { DEFAULT_TAKE } from './source.js';
@@ -131,7 +132,7 @@ const INITIAL = {
 export class Store {
   constructor() {
     /** @type {Readonly<State>} */
-    this.state = { ...INITIAL };
+    this.state = { ...INITIAL, headline: say(INITIAL.headline) };
     /** @type {{keys: (keyof State)[], show: (state: Readonly<State>) => void, last: boolean}[]} */
     this.watchers = [];
   }
@@ -182,7 +183,7 @@ export function phasePatch(phase, headline, subline, summary = '') {
  * @returns {Partial<State>}
  */
 export function errorPatch(error) {
-  return { ...phasePatch('error', 'Nothing to show', ''), live: '', error };
+  return { ...phasePatch('error', say('Nothing to show'), ''), live: '', error };
 }
 
 /**

@@ -3,6 +3,8 @@
  * @module
  */
 
+import { say } from './language.js';
+
 /** An error of the page itself (the library's own is `TraceCutError`); both carry a `code`. */
 export class PageError extends Error {
   /**
@@ -117,7 +119,7 @@ export const LONG = {
   remark: 'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.',
   nothing: 'Nothing in this clip moves differently from the background.',
   partial: (/** @type {number} */ done, /** @type {number} */ all) =>
-    `Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
+    say`Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
 };
 
 /**
@@ -127,8 +129,9 @@ export const LONG = {
  * @returns {string}
  */
 export function damageWords({ frames, total }) {
-  const of = total !== null && total > frames ? ` of ${count(total)}` : '';
-  return `The file is cut off or damaged. ${count(frames)}${of} frames come before that: these were taken.`;
+  return total !== null && total > frames
+    ? say`The file is cut off or damaged. ${count(frames)} of ${count(total)} frames come before that: these were taken.`
+    : say`The file is cut off or damaged. ${count(frames)} frames come before that: these were taken.`;
 }
 
 /** Why a layer has nothing to show. */
@@ -148,13 +151,14 @@ export const NOTHING = {
 export function explain(error) {
   const code = /** @type {{code?: unknown}} */ (error)?.code;
   const detail = error instanceof Error ? error.message : String(error);
+  const told = (/** @type {[string, string]} */ [title, advice]) => ({ title: say(title), advice: say(advice) });
   const known = typeof code === 'string' ? ADVICE[code] : undefined;
-  if (known) return { code: String(code), title: known[0], advice: known[1], detail: detail === code ? '' : detail };
-  if (error instanceof RangeError) return { code: 'memory', title: ADVICE.memory[0], advice: ADVICE.memory[1], detail };
+  if (known) return { code: String(code), ...told(known), detail: detail === code ? '' : detail };
+  if (error instanceof RangeError) return { code: 'memory', ...told(ADVICE.memory), detail };
   return {
     code: typeof code === 'string' ? code : 'unknown',
-    title: 'Something went wrong',
-    advice: 'Run it again, or open the sample. The browser’s console has the details.',
+    title: say('Something went wrong'),
+    advice: say('Run it again, or open the sample. The browser’s console has the details.'),
     detail,
   };
 }
@@ -173,10 +177,10 @@ export function count(n) {
  * @param {number} n
  * @param {string} one
  * @param {string} [many]
- * @returns {string} `1 frame`, `2 frames`
+ * @returns {string} `1 frame`, `2 frames`; nouns are put into the language of the page
  */
 export function plural(n, one, many = `${one}s`) {
-  return `${count(n)} ${n === 1 ? one : many}`;
+  return `${count(n)} ${say(n === 1 ? one : many)}`;
 }
 
 /**
@@ -203,9 +207,9 @@ export function seconds(ms) {
  */
 export function remaining(ms) {
   const s = ms / 1000;
-  if (s < 1.5) return 'almost done';
-  if (s > 90) return `about ${Math.round(s / 60)}\u00a0min left`;
-  return `about ${s > 20 ? 5 * Math.round(s / 5) : Math.round(s)}\u00a0s left`;
+  if (s < 1.5) return say('almost done');
+  if (s > 90) return say`about ${Math.round(s / 60)}\u00a0min left`;
+  return say`about ${s > 20 ? 5 * Math.round(s / 5) : Math.round(s)}\u00a0s left`;
 }
 
 /**
@@ -234,7 +238,7 @@ export function percent(share) {
  * @returns {string}
  */
 export function headline(result, facts) {
-  if (result.trajectories.count === 0) return 'Nothing to follow';
+  if (result.trajectories.count === 0) return say('Nothing to follow');
   return countObjects(facts);
 }
 
@@ -244,8 +248,8 @@ export function headline(result, facts) {
  */
 export function countObjects(facts) {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).length;
-  if (objects < 1) return 'No motion that differs from the background';
-  return `${plural(objects, 'moving object')} and the background`;
+  if (objects < 1) return say('No motion that differs from the background');
+  return say`${plural(objects, 'moving object')} and the background`;
 }
 
 /**
@@ -256,13 +260,13 @@ export function countObjects(facts) {
  */
 export function remark(result) {
   if (result.trajectories.count === 0) {
-    return 'The pictures have no texture that could be followed.';
+    return say('The pictures have no texture that could be followed.');
   }
   if (result.clusters.count < 2) {
-    return 'Everything moves alike, or nothing moves.';
+    return say('Everything moves alike, or nothing moves.');
   }
   if (result.objects?.count === 0) {
-    return 'There are several motions, but each goes with the background.';
+    return say('There are several motions, but each goes with the background.');
   }
   return '';
 }

@@ -9,6 +9,7 @@ import { fromCorner, opacity } from './layer.js';
 import { markerSize, trailLength } from './markers.js';
 import { CUT_RED, FAINT } from '../result/palette.js';
 import { NOTHING, count } from '../words.js';
+import { say } from '../language.js';
 
 /** The background's points are smaller by this. */
 const FAINT_SIZE = 0.55;
@@ -28,7 +29,7 @@ export function foregroundLayer() {
     z: 62,
     on: false,
     settings: { opacity: opacity(), trail },
-    legend: () => [key('dot', CUT_RED, `foreground${counted}`), key('dot', FAINT, 'all others')],
+    legend: () => [key('dot', CUT_RED, counted || 'foreground'), key('dot', FAINT, 'all others')],
     missing({ points }) {
       if (!points) return '';
       const { saliency } = points.result;
@@ -43,7 +44,8 @@ export function foregroundLayer() {
       if (!points?.result.saliency) return;
       const { foreground } = points.result.saliency;
       if (counted === '') {
-        counted = `, ${count(foreground.reduce((n, f) => n + f, 0))} of ${count(foreground.length)}`;
+        const those = foreground.reduce((n, f) => n + f, 0);
+        counted = say`foreground, ${count(those)} of ${count(foreground.length)}`;
         layer.changed?.();
       }
       const { radius, width } = markerSize(view);
@@ -57,7 +59,7 @@ export function foregroundLayer() {
     readout({ points }, { trajectory }) {
       const { foreground } = points?.result.saliency ?? {};
       if (!foreground || trajectory < 0) return '';
-      return foreground[trajectory] ? 'foreground' : 'not foreground';
+      return foreground[trajectory] ? say('foreground') : say('not foreground');
     },
   };
   return layer;

@@ -3,6 +3,8 @@
  * @module
  */
 
+import { say } from '../language.js';
+
 /** @typedef {import('../result/points.js').Points} Points */
 
 /** @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Canvas2D */
@@ -139,7 +141,15 @@ export function opacity(value = 1) {
  * @returns {Setting}
  */
 export function toggle(name, on) {
-  return { name, value: on ? 1 : 0, min: 0, max: 1, step: 1, text: (v) => (v > 0 ? 'on' : 'off'), toggle: true };
+  return {
+    name,
+    value: on ? 1 : 0,
+    min: 0,
+    max: 1,
+    step: 1,
+    text: (v) => (v > 0 ? say('on') : say('off')),
+    toggle: true,
+  };
 }
 
 /**

@@ -1,5 +1,7 @@
 /** How points of trajectories look at the viewer's zoom. @module */
 
+import { say } from '../language.js';
+
 /** @typedef {import('./layer.js').View} View */
 
 /** Radius of a point against the distance between points, and its bounds in CSS pixels. */
@@ -25,5 +27,5 @@ export function markerSize(view) {
  * @returns {import('./layer.js').Setting}
  */
 export function trailLength(value) {
-  return { name: 'Trail', value, min: 0, max: 24, step: 1, text: (v) => (v === 0 ? 'none' : `${v} frames`) };
+  return { name: 'Trail', value, min: 0, max: 24, step: 1, text: (v) => (v === 0 ? say('none') : say`${v} frames`) };
 }

@@ -10,6 +10,7 @@ import { markerSize } from './markers.js';
 import { heatColor } from '../result/palette.js';
 import { picture, valueAt } from './regions.js';
 import { NOTHING } from '../words.js';
+import { say } from '../language.js';
 
 /** Points are drawn in this many groups of like saliency, because a fill for each is slow. */
 const GRADES = 24;
@@ -52,11 +53,12 @@ export function saliencyLayer() {
     readout(view, spot) {
       const { map } = maps.get(view, view.frame) ?? {};
       const here = map && valueAt(map, map.saliency, view, spot);
-      const words = here === undefined ? [] : [`saliency ${here.toFixed(2)}`];
+      const words = here === undefined ? [] : [say`saliency ${here.toFixed(2)}`];
       const { ofPoints, inContext } = view.points?.result.saliency ?? {};
       const { trajectory } = spot;
       if (trajectory >= 0 && ofPoints && inContext) {
-        words.push(`trajectory’s ${ofPoints[trajectory].toFixed(2)}, in context ${inContext[trajectory].toFixed(2)}`);
+        const [own, around] = [ofPoints[trajectory].toFixed(2), inContext[trajectory].toFixed(2)];
+        words.push(say`trajectory’s ${own}, in context ${around}`);
       }
       return words.join(', ');
     },

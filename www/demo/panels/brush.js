@@ -4,8 +4,9 @@
  * @module
  */
 
-import { CLICK, byId } from '../dom.js';
+import { TOUCH, byId } from '../dom.js';
 import { plural } from '../words.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../run/job.js').Corrector} Corrector */
 /** @typedef {import('../run/job.js').Painted} Painted */
@@ -17,7 +18,9 @@ export const NEW_OBJECT = -1;
 export const BRUSH_HELP = {
   paint: 'Paint what belongs to the object.',
   erase: 'Wipe away what does not belong to the object.',
-  add: `${CLICK} a thing that was missed; each ${CLICK.toLowerCase()} adds a piece.`,
+  add: TOUCH
+    ? 'Tap a thing that was missed; each tap adds a piece.'
+    : 'Click a thing that was missed; each click adds a piece.',
 };
 
 /**
@@ -115,9 +118,9 @@ export class Brush {
       host.show(edit.frames);
       if (label > 0) host.choose(label);
       if (this.others.checked) await this.carry(corrector, edit, same);
-      else host.tell(`In frame ${edit.frames[0] + 1}.`);
+      else host.tell(say`In frame ${edit.frames[0] + 1}.`);
     } catch (error) {
-      if (same()) host.tell(`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
+      if (same()) host.tell(say`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
     }
   }
 
@@ -131,9 +134,9 @@ export class Brush {
     const carrying = new AbortController();
     this.carrying = carrying;
     byId('brush-stop').hidden = false;
-    const reach = () => `${plural(edit.frames.length, 'frame')}`;
+    const reach = () => plural(edit.frames.length, 'frame');
     try {
-      await corrector.carry(edit, carrying.signal, () => same() && host.tell(`Carried to ${reach()}…`));
+      await corrector.carry(edit, carrying.signal, () => same() && host.tell(say`Carried to ${reach()}…`));
     } catch (error) {
       if (!carrying.signal.aborted) throw error;
     } finally {
@@ -144,8 +147,8 @@ export class Brush {
         const [first, last] = [Math.min(...edit.frames), Math.max(...edit.frames)];
         host.tell(
           first === last
-            ? `In frame ${first + 1} alone: the picture changes too much.`
-            : `In ${reach()}, ${first + 1} to ${last + 1}.`,
+            ? say`In frame ${first + 1} alone: the picture changes too much.`
+            : say`In ${reach()}, ${first + 1} to ${last + 1}.`,
         );
       }
     }

@@ -1,6 +1,7 @@
 /** The original beside the result, or one over the other with a border that can be moved. @module */
 
 import { byId } from '../dom.js';
+import { say } from '../language.js';
 
 /** @typedef {'overlay' | 'beside' | 'slider' | 'cutout'} View */
 
@@ -57,7 +58,7 @@ export class Compare {
   showSplit(percent) {
     this.split.value = String(percent);
     this.box.style.setProperty('--split', String(percent / 100));
-    this.split.setAttribute('aria-valuetext', `Original up to ${percent} %`);
+    this.split.setAttribute('aria-valuetext', say`Original up to ${percent} %`);
   }
 
   /**

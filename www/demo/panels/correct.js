@@ -13,6 +13,7 @@ import { showCorrected } from '../result/show-result.js';
 import { explain, percent, seconds } from '../words.js';
 import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush } from './brush.js';
 import { Strokes } from './strokes.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Spot} Spot */
 /** @typedef {import('../run/job.js').Corrector} Corrector */
@@ -117,7 +118,8 @@ class Correction {
     if (this.makesNew) objects.push(NEW_OBJECT);
     if (!objects.includes(this.object)) this.object = objects.find((object) => object > 0) ?? 0;
     [this.other] = objects;
-    const called = (/** @type {number} */ object) => (object === NEW_OBJECT ? 'New object' : nameAndColour(object));
+    const called = (/** @type {number} */ object) =>
+      object === NEW_OBJECT ? say('New object') : nameAndColour(object);
     this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, called(object))));
     objects.splice(objects.indexOf(NEW_OBJECT) >>> 0, 1);
     this.into.replaceChildren(...objects.map((object) => h('option', { value: object }, objectName(object))));
@@ -197,9 +199,9 @@ class Correction {
     into.value = String(this.other);
     this.list.value = String(object);
     byId('correct-facts').textContent =
-      object === 0 ? 'Everything that is no object.' : factsText(facts.find((one) => one.object === object));
+      object === 0 ? say('Everything that is no object.') : factsText(facts.find((one) => one.object === object));
     byId('correct-split').textContent =
-      object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
+      object === 0 ? say('Make an object here') : this.place ? say('Split off this part') : say('Split');
   }
 
   showTool() {
@@ -212,11 +214,11 @@ class Correction {
     byId('brush-width').hidden = tool === 'add';
     byId('stroke-help').hidden = picking;
     byId('stroke-help').textContent = isBrush(tool)
-      ? BRUSH_HELP[tool]
+      ? say(BRUSH_HELP[tool])
       : tool === 'together'
-        ? 'Paint over what is one thing.'
-        : 'Paint over each of the things that are not one: a stroke for each.';
-    byId('strokes-count').textContent = `${strokes.list.length} painted`;
+        ? say('Paint over what is one thing.')
+        : say('Paint over each of the things that are not one: a stroke for each.');
+    byId('strokes-count').textContent = say`${strokes.list.length} painted`;
   }
 
   /** @param {Corrector} corrector */
@@ -231,7 +233,7 @@ class Correction {
     const noPart = object === 0 && corrector.splitsAtPlace === true;
     disable('correct-split', busy || !corrector.split || lacksPlace || noPart);
     byId('correct-split').title =
-      lacksPlace || noPart ? 'Click the part of the object that is another thing first' : '';
+      lacksPlace || noPart ? say('Click the part of the object that is another thing first') : '';
     disable('correct-undo', busy || corrector.count() === 0);
     disable('correct-redo', busy || corrector.redoable() === 0);
     const { answers } = this.store.state.found ?? {};
@@ -239,7 +241,7 @@ class Correction {
       const needs = { together: corrector.together, apart: corrector.apart, add: answers?.superpixels };
       const lacks = radio.value in needs && !needs[/** @type {keyof typeof needs} */ (radio.value)];
       radio.disabled = lacks;
-      /** @type {HTMLElement} */ (radio.parentElement).title = lacks ? 'Only where the clip is one window' : '';
+      /** @type {HTMLElement} */ (radio.parentElement).title = lacks ? say('Only where the clip is one window') : '';
     }
   }
 
@@ -266,7 +268,7 @@ class Correction {
     const { visit } = store.state;
     const began = performance.now();
     this.busy = true;
-    this.tell('Correcting…');
+    this.tell(say('Correcting…'));
     this.update();
     try {
       const frames = await correct(corrector);
@@ -274,10 +276,10 @@ class Correction {
       this.strokes.clear();
       this.place = null;
       showCorrected(store, frames ?? null);
-      this.tell(`Corrected in ${seconds(performance.now() - began)}. ${store.state.headline}.`);
+      this.tell(say`Corrected in ${seconds(performance.now() - began)}. ${store.state.headline}.`);
     } catch (error) {
       const { title, detail } = explain(error);
-      if (visit === store.state.visit) this.tell(`That is not possible here: ${detail || title}.`, true);
+      if (visit === store.state.visit) this.tell(say`That is not possible here: ${detail || title}.`, true);
     } finally {
       if (visit === store.state.visit) {
         this.busy = false;

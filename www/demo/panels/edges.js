@@ -2,15 +2,16 @@
 
 import { byId } from '../dom.js';
 import { DEFAULT_EDGES } from '../result/edges.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../result/edges.js').EdgeChoice} EdgeChoice */
 
 /** @type {{[Name in keyof EdgeChoice]: (value: number) => string}} */
 const WORDS = {
-  smallest: (value) => (value > 0 ? `${value.toFixed(2)}\u00a0%` : 'kept'),
-  grow: (value) => (value === 0 ? 'as found' : `${value > 0 ? '+' : '−'}${Math.abs(value)}\u00a0px`),
-  feather: (value) => (value > 0 ? `${value}\u00a0px` : 'hard'),
-  smooth: (value) => (value > 0 ? `±${value}` : 'off'),
+  smallest: (value) => (value > 0 ? `${value.toFixed(2)}\u00a0%` : say('kept')),
+  grow: (value) => (value === 0 ? say('as found') : `${value > 0 ? '+' : '−'}${Math.abs(value)}\u00a0px`),
+  feather: (value) => (value > 0 ? `${value}\u00a0px` : say('hard')),
+  smooth: (value) => (value > 0 ? `±${value}` : say('off')),
 };
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'viewer'>} page */

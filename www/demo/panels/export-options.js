@@ -4,6 +4,7 @@ import { byId, h } from '../dom.js';
 import { workingSize } from '../grabber.js';
 import { LEAST_SIDE, durationOf, sizesOf } from '../result/export-size.js';
 import { bytes, plural } from '../words.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../../dist/index.js').VideoQuality} VideoQuality */
 /** @typedef {import('../../dist/index.js').SoundInfo} SoundInfo */
@@ -95,7 +96,7 @@ export class ExportOptions {
       `${width} × ${height}`,
       plural(numFrames, 'frame'),
       `${durationOf(known.masks, known.fps).toFixed(1)}\u00a0s`,
-      `a video takes roughly ${bytes(size)}`,
+      say`a video takes roughly ${bytes(size)}`,
     ];
     byId('export-facts').textContent = `${facts.join(', ')}.`;
   }
@@ -106,8 +107,9 @@ export class ExportOptions {
     if (!sound) return '';
     const name = CODECS[sound.codec] ?? sound.codec;
     const without = Object.keys(FORMATS).filter((format) => !sound.formats.includes(/** @type {'mp4'} */ (format)));
-    if (without.length === 0) return `${name}, as it is.`;
+    if (without.length === 0) return say`${name}, as it is.`;
     const names = without.map((format) => FORMATS[/** @type {'mp4'} */ (format)]);
-    return `${name}, as it is. ${names.join(' and ')} cannot hold it: such files are silent.`;
+    const said = names.length > 1 ? say`${names[0]} and ${names[1]}` : names[0];
+    return say`${name}, as it is. ${said} cannot hold it: such files are silent.`;
   }
 }

@@ -12,10 +12,11 @@ import { objectName } from '../result/palette.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
 import { download, placeFor } from '../result/save-file.js';
 import { untilAborted } from '../run/stage-clock.js';
-import { bytes, explain, plural } from '../words.js';
+import { bytes, count, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
 import { groundOf } from './ground.js';
 import { connectDialog } from './help.js';
+import { say } from '../language.js';
 
 /** How often progress is looked at, in milliseconds. */
 const TICK_MS = 200;
@@ -55,8 +56,10 @@ class ExportPanel {
     byId('export-close').addEventListener('click', () => this.dialog.close());
     byId('export-cancel').addEventListener('click', () => this.abort?.abort());
     byId('export-share').addEventListener('click', () => this.share());
-    byId('copy-link').addEventListener('click', () => this.copy(linkOf(this.store.state.changed), 'The link'));
-    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'The recipe'));
+    byId('copy-link').addEventListener('click', () =>
+      this.copy(linkOf(this.store.state.changed), say('The link is on the clipboard.')),
+    );
+    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, say('The recipe is on the clipboard.')));
     this.recipeBox.addEventListener('toggle', () => this.showRecipe());
     this.dialog.addEventListener('close', () => this.abort?.abort());
     connectDialog(this.dialog);
@@ -106,8 +109,8 @@ class ExportPanel {
   nameChoices() {
     const { name } = this.store.state.ground;
     for (const { title, choice, button } of this.choices) {
-      button.textContent = typeof choice.label === 'string' ? choice.label : choice.label(name);
-      button.setAttribute('aria-label', choice.says ?? `${title}: ${button.textContent}`);
+      button.textContent = typeof choice.label === 'string' ? say(choice.label) : choice.label(name);
+      button.setAttribute('aria-label', choice.says ? say(choice.says) : `${say(title)}: ${button.textContent}`);
     }
   }
 
@@ -135,7 +138,7 @@ class ExportPanel {
     this.abort = new AbortController();
     const { signal } = this.abort;
     this.setBusy(true);
-    this.tell(`Making ${file}…`);
+    this.tell(say`Making ${file}…`);
     try {
       // Asked first, while the click is fresh.
       const place = choice.type ? await placeFor(file, choice.type) : null;
@@ -150,9 +153,9 @@ class ExportPanel {
       signal.throwIfAborted();
       const size = await save(made);
       if (made instanceof Blob) this.offer(new File([made], file, { type: made.type }));
-      this.tell(`Saved ${file}, ${bytes(size)}.`);
+      this.tell(say`Saved ${file}, ${bytes(size)}.`);
     } catch (error) {
-      if (signal.aborted || isCancel(error)) this.tell('Cancelled; nothing was saved.');
+      if (signal.aborted || isCancel(error)) this.tell(say('Cancelled; nothing was saved.'));
       else this.tell(wordsOf(error), true);
     } finally {
       this.abort = null;
@@ -177,7 +180,7 @@ class ExportPanel {
     } catch (error) {
       // Whoever thinks better of it needs no words.
       if (/** @type {{name?: string}} */ (error)?.name !== 'AbortError')
-        this.tell('Sharing did not work here; the file is saved.', true);
+        this.tell(say('Sharing did not work here; the file is saved.'), true);
     }
   }
 
@@ -225,14 +228,14 @@ class ExportPanel {
 
   /**
    * @param {string} text
-   * @param {string} what
+   * @param {string} done what is told then
    */
-  async copy(text, what) {
+  async copy(text, done) {
     try {
       await navigator.clipboard.writeText(text);
-      this.tell(`${what} is on the clipboard.`);
+      this.tell(done);
     } catch {
-      this.tell(`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
+      this.tell(say`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
     }
   }
 }
@@ -243,8 +246,11 @@ class ExportPanel {
  */
 function keptWords({ kept, all }) {
   if (kept.length === all) return '';
-  const names = kept.length > 0 ? kept.map(objectName).join(', ') : 'No object';
-  return `${names} of ${plural(all, 'object')} ${kept.length === 1 || kept.length === 0 ? 'is' : 'are'} kept: what is saved has no other.`;
+  const names = kept.length > 0 ? kept.map(objectName).join(', ') : say('No object');
+  const of = plural(all, 'object');
+  return kept.length < 2
+    ? say`${names} of ${of} is kept: what is saved has no other.`
+    : say`${names} of ${of} are kept: what is saved has no other.`;
 }
 
 /** @param {{done: number, total: number}} progress a total of 0 before the first step */
@@ -252,7 +258,8 @@ function showProgress({ done, total }) {
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
   byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
-  byId('export-count').textContent = total > 0 ? `${done} of ${plural(total, 'frame')}` : '';
+  const words = total === 1 ? say`${done} of 1 frame` : say`${done} of ${count(total)} frames`;
+  byId('export-count').textContent = total > 0 ? words : '';
 }
 
 /** @param {unknown} error whether no file was chosen */

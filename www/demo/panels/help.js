@@ -1,6 +1,7 @@
 /** The dialog that tells the keys, and on devices with fingers what these do. @module */
 
 import { TOUCH, byId, h } from '../dom.js';
+import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
 
 /** @type {[keys: string[], what: string][]} */
 const KEYS = [
@@ -50,6 +51,15 @@ export function helpPanel({ keys }) {
   byId('help-close').addEventListener('click', () => dialog.close());
   keys.on('?', open);
   connectDialog(dialog);
+  connectLanguages(/** @type {HTMLSelectElement} */ (byId('language')));
+}
+
+/** @param {HTMLSelectElement} list of all languages, each by its own name */
+function connectLanguages(list) {
+  const names = Object.entries(LANGUAGES);
+  list.replaceChildren(...names.map(([code, name]) => h('option', { value: code, lang: code }, name)));
+  list.value = shownLanguage();
+  list.addEventListener('change', () => changeLanguage(/** @type {import('../language.js').Language} */ (list.value)));
 }
 
 /**

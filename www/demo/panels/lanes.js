@@ -3,6 +3,7 @@
 import { moveOf, nameAndColour, spanOf } from '../result/describe.js';
 import { byId, h } from '../dom.js';
 import { objectColor, objectName, objectShape } from '../result/palette.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../result/presence.js').Facts} Facts */
 /** @typedef {import('../result/presence.js').Presence} Presence */
@@ -43,7 +44,8 @@ export class Lanes {
     const { object, peak } = facts;
     const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
     swatch.style.setProperty('--mark', objectColor(object));
-    const where = `${nameAndColour(object)}, ${spanOf(facts, times)}, ${moveOf(facts)}; go to where it is largest, ${times.at(peak)}`;
+    const what = `${nameAndColour(object)}, ${spanOf(facts, times)}, ${moveOf(facts)}`;
+    const where = say`${what}; go to where it is largest, ${times.at(peak)}`;
     const button = h(
       'button',
       { type: 'button', class: 'lane-name', title: where, 'aria-label': where, click: () => this.onSeek(peak) },

@@ -3,6 +3,7 @@
 import { byId, h } from '../dom.js';
 import { missingOf } from '../layers/layers.js';
 import { kindOf } from '../source.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Layer} Layer */
 
@@ -89,7 +90,7 @@ function layerRow(layer, onChange) {
     box.disabled = reason !== '';
     if (reason) box.setAttribute('aria-describedby', missing.id);
     else box.removeAttribute('aria-describedby');
-    missing.textContent = reason;
+    missing.textContent = say(reason);
     missing.hidden = reason === '';
     refresh();
   };
@@ -120,7 +121,7 @@ function slider(layerId, name, setting, onChange) {
     'data-setting': `${layerId}.${name}`,
   });
   // The slider itself tells its value to screen readers.
-  const output = h('span', { class: 'value', 'aria-hidden': 'true' }, setting.text(setting.value));
+  const output = h('span', { class: 'value', 'aria-hidden': 'true' });
   const show = () => {
     output.textContent = setting.text(setting.value);
     input.setAttribute('aria-valuetext', setting.text(setting.value));

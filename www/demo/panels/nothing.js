@@ -1,7 +1,8 @@
 /** Where nothing was found: says where was looked, and offers what to try next; each button starts it. @module */
 
-import { CLICK, byId, h } from '../dom.js';
+import { TOUCH, byId, h } from '../dom.js';
 import { foundNothing, triesOf, whereWords } from '../result/nothing.js';
+import { say } from '../language.js';
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} page */
 export function nothingPanel({ store, app, library }) {
@@ -16,7 +17,8 @@ export function nothingPanel({ store, app, library }) {
     const tries = triesOf(state, report).map(({ id, label, patch }) =>
       h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.start()) }, label),
     );
-    tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, `${CLICK} the object to add it`));
+    const adds = TOUCH ? say('Tap the object to add it') : say('Click the object to add it');
+    tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, adds));
     byId('nothing-tries').replaceChildren(...tries);
   });
 }

@@ -8,6 +8,7 @@ import { moveOf, nameAndColour, placeName, spanOf } from '../result/describe.js'
 import { objectColor, objectName, objectShape } from '../result/palette.js';
 import { listed } from '../result/selection.js';
 import { percent, plural } from '../words.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../result/presence.js').Facts} Facts */
 /** @typedef {import('../result/selection.js').Selection} Selection */
@@ -51,7 +52,7 @@ function objectRow(facts, motions, times, selection) {
   bar.style.setProperty('--share', String(share));
   const alone = h(
     'button',
-    { type: 'button', class: 'object-main', title: `Show ${name} alone`, click: () => selection.isolate(object) },
+    { type: 'button', class: 'object-main', title: say`Show ${name} alone`, click: () => selection.isolate(object) },
     swatch,
     h('span', { class: 'object-name' }, name, h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`)),
     h('span', { class: 'object-share' }, percent(share)),
@@ -82,8 +83,8 @@ function eyeOf(selection) {
     icon('icon-eye-off'),
   );
   const update = (/** @type {boolean} */ shown) => {
-    element.setAttribute('aria-label', `${shown ? 'Hide' : 'Show'} ${objectName(0)}`);
-    element.title = shown ? 'Hide' : 'Show';
+    element.setAttribute('aria-label', shown ? say`Hide ${objectName(0)}` : say`Show ${objectName(0)}`);
+    element.title = shown ? say('Hide') : say('Show');
   };
   return { element, update };
 }
@@ -95,7 +96,7 @@ function eyeOf(selection) {
 function keepOf(object, selection) {
   const box = h('input', {
     type: 'checkbox',
-    'aria-label': `Keep ${objectName(object)}`,
+    'aria-label': say`Keep ${objectName(object)}`,
     change: () => selection.toggle(object),
   });
   const element = h('label', { class: 'keep', title: 'Keep it on screen, and in what is saved' }, box, 'Keep');
@@ -112,7 +113,7 @@ function keepOf(object, selection) {
 function factsOf(facts, motions, times) {
   const parts =
     facts.object > 0 && facts.first >= 0 ? [`${placeName(facts.from)}, ${moveOf(facts)}`, spanOf(facts, times)] : [];
-  if (facts.first < 0) parts.push('not seen');
+  if (facts.first < 0) parts.push(say('not seen'));
   if (motions > 1) parts.push(plural(motions, 'motion'));
   return parts.join(' · ');
 }

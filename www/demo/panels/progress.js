@@ -3,6 +3,7 @@
 import { Countdown, timeLeft } from '../run/estimate.js';
 import { count, remaining, seconds } from '../words.js';
 import { stagesOf } from './stages.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../run/stage-clock.js').StageClock} StageClock */
 
@@ -20,15 +21,16 @@ export class Progress {
   of(clock, headline) {
     const stage = clock.current;
     if (!stage) return {};
+    const name = say(stage.name);
     const now = performance.now();
     const left = this.countdown.follow(timeLeft(clock, now), now);
     const words = [
-      stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}` : '',
-      `${seconds(clock.ms + now - clock.markedAt)} so far`,
+      stage.total > 1 ? say`${count(stage.done)} of ${count(stage.total)}` : '',
+      say`${seconds(clock.ms + now - clock.markedAt)} so far`,
       left === null ? '' : remaining(left),
     ];
     return {
-      ...(headline === stage.name ? {} : { headline: stage.name, live: stage.name }),
+      ...(headline === name ? {} : { headline: name, live: name }),
       subline: words.filter(Boolean).join(' · '),
       share: clock.share,
       stages: stagesOf(clock, 'running'),

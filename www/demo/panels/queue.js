@@ -10,6 +10,7 @@ import { optionsOf } from '../settings.js';
 import { DEFAULT_TAKE } from '../source.js';
 import { bytes, damageWords, explain, plural } from '../words.js';
 import { edgesOf } from '../result/edges.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
 
@@ -105,11 +106,12 @@ class Queue {
       const masks = await library.masksAtSize(result, frames, {
         edges: edgesOf(store.state.edges, result),
         signal,
-        onProgress: ({ done, total }) => line.show(FOUND + ((1 - FOUND) * done) / total, 'Bringing masks to full size'),
+        onProgress: ({ done, total }) =>
+          line.show(FOUND + ((1 - FOUND) * done) / total, say('Bringing masks to full size')),
       });
       line.done(masks, result.objects.length, damage);
     } catch (caught) {
-      if (line.stop.signal.aborted) line.end('cancelled', 'Cancelled');
+      if (line.stop.signal.aborted) line.end('cancelled', say('Cancelled'));
       else line.fail(caught);
     }
   }
@@ -132,7 +134,7 @@ class Queue {
     const saving = (this.saving = new AbortController());
     this.show();
     const file = 'clips-masks.zip';
-    this.tell(`Making ${file}…`);
+    this.tell(say`Making ${file}…`);
     const clips = this.lines.map(({ file: { name }, masks, words, damage }) => ({
       name,
       masks,
@@ -145,9 +147,9 @@ class Queue {
       const url = URL.createObjectURL(blob);
       h('a', { href: url, download: file }).click();
       setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
-      this.tell(`Saved ${file}, ${bytes(blob.size)}.`);
+      this.tell(say`Saved ${file}, ${bytes(blob.size)}.`);
     } catch (error) {
-      this.tell(saving.signal.aborted ? 'Cancelled; nothing was saved.' : explain(error).title);
+      this.tell(saving.signal.aborted ? say('Cancelled; nothing was saved.') : explain(error).title);
     } finally {
       this.saving = null;
       this.show();
@@ -161,7 +163,7 @@ class Queue {
 
   show() {
     const through = this.lines.filter(({ state }) => !['waiting', 'running'].includes(state)).length;
-    byId('queue-count').textContent = `${through} of ${plural(this.lines.length, 'clip')} done`;
+    byId('queue-count').textContent = say`${through} of ${plural(this.lines.length, 'clip')} done`;
     const button = (/** @type {string} */ id) => /** @type {HTMLButtonElement} */ (byId(id));
     button('queue-save').disabled = this.working || this.saving !== null || !this.lines.some(({ masks }) => masks);
     button('queue-cancel').hidden = !this.working;
@@ -181,7 +183,7 @@ class Line {
     this.masks = null;
     /** @type {import('../../dist/index.js').Damage | null} */
     this.damage = null;
-    this.words = 'Waiting';
+    this.words = say('Waiting');
     this.bar = h('span', {
       class: 'bar',
       role: 'progressbar',
@@ -193,7 +195,7 @@ class Line {
     this.text = h('span', { class: 'queued-words' }, this.words);
     this.button = h(
       'button',
-      { type: 'button', class: 'link', 'aria-label': `Cancel ${file.name}`, click: () => this.cancel() },
+      { type: 'button', class: 'link', 'aria-label': say`Cancel ${file.name}`, click: () => this.cancel() },
       'Cancel',
     );
     const name = h('span', { class: 'queued-name', title: file.name }, file.name);
@@ -202,7 +204,7 @@ class Line {
 
   begin() {
     this.state = 'running';
-    this.show(0, 'Reading frames');
+    this.show(0, say('Reading frames'));
   }
 
   /**
@@ -212,7 +214,8 @@ class Line {
   progress({ done, total }, window) {
     if (this.state !== 'running') return;
     const share = total ? done / total : 0;
-    this.show(FOUND * share, `Frame ${done}${total ? ` of ${total}` : ''}, window ${window + 1}`);
+    const frame = total ? say`Frame ${done} of ${total}` : say`Frame ${done}`;
+    this.show(FOUND * share, say`${frame}, window ${window + 1}`);
   }
 
   /**
@@ -235,8 +238,9 @@ class Line {
   done(masks, objects, damage) {
     this.masks = masks;
     this.damage = damage;
-    const of = damage ? ', up to the damage' : '';
-    this.end('done', `${plural(masks.numFrames, 'frame')}${of}, ${plural(objects, 'object')}`, 1);
+    const frames = plural(masks.numFrames, 'frame');
+    const taken = damage ? say`${frames}, up to the damage` : frames;
+    this.end('done', `${taken}, ${plural(objects, 'object')}`, 1);
   }
 
   /** @param {unknown} error */
@@ -250,7 +254,7 @@ class Line {
     if (this.state !== 'waiting' && this.state !== 'running') return;
     this.stop.abort(new DOMException('cancelled', 'AbortError'));
     // One under way ends when the queue hears of it.
-    if (this.state === 'waiting') this.end('cancelled', 'Cancelled');
+    if (this.state === 'waiting') this.end('cancelled', say('Cancelled'));
   }
 
   /**

@@ -1,6 +1,7 @@
 /** A control for one parameter: a switch, a list, a slider, or a field for numbers. @module */
 
 import { h } from '../dom.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../settings.js').Parameter} Parameter */
 
@@ -105,7 +106,7 @@ function field({ kind, min, max }, { id, set }) {
     step: kind === 'integer' ? 1 : 'any',
     inputmode: 'decimal',
   });
-  const legal = `${kind === 'integer' ? 'a whole number, ' : ''}${min} to ${max}`;
+  const legal = kind === 'integer' ? say`a whole number, ${min} to ${max}` : say`${min} to ${max}`;
   const note = h('span', { class: 'value' }, legal);
   const tell = (/** @type {boolean} */ fine) => {
     input.setAttribute('aria-invalid', String(!fine));

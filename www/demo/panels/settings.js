@@ -9,6 +9,7 @@ import { groupsFor, optionsOf } from '../settings.js';
 import { kindOf } from '../source.js';
 import { plural } from '../words.js';
 import { controlOf } from './settings-controls.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../settings.js').Settings} Settings */
 /** @typedef {import('../store.js').State} State */
@@ -36,7 +37,7 @@ export function settingsPanel({ store, settings }) {
 function showCount({ changed, source }) {
   const wanted = groupsFor(kindOf(source));
   const count = [...changed.keys()].filter((name) => wanted(name.split('.')[0])).length;
-  byId('settings-count').textContent = count > 0 ? `${count} changed` : '';
+  byId('settings-count').textContent = count > 0 ? say`${count} changed` : '';
   byId('settings-reset').hidden = changed.size === 0;
   byId('settings-reset').title = plural(changed.size, 'changed setting');
 }
@@ -79,7 +80,7 @@ function groupOf(settings, group) {
   );
   settings.store.watch(['changed'], ({ changed }) => {
     const count = names.filter((name) => changed.has(name)).length;
-    note.textContent = count > 0 ? `${count} changed` : '';
+    note.textContent = count > 0 ? say`${count} changed` : '';
   });
   return { element, group };
 }
@@ -93,14 +94,14 @@ function groupOf(settings, group) {
 function row(settings, name, { label, about, range, unit = '' }) {
   const parameter = /** @type {import('../settings.js').Parameter} */ (settings.parameters.get(name));
   const id = `setting-${range ? 'few' : 'all'}-${name.replace('.', '-')}`;
-  const control = controlOf(parameter, { id, range, unit, set: (value) => settings.set(name, value) });
+  const control = controlOf(parameter, { id, range, unit: say(unit), set: (value) => settings.set(name, value) });
   const reset = h(
     'button',
     {
       type: 'button',
       class: 'icon-button reset',
-      'aria-label': `Reset ${label}`,
-      title: `Back to ${parameter.default}`,
+      'aria-label': say`Reset ${say(label)}`,
+      title: say`Back to ${parameter.default}`,
       click: () => {
         settings.reset(name);
         control.input.focus();

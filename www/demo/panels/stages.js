@@ -2,6 +2,7 @@
 
 import { addBlock, h } from '../dom.js';
 import { seconds } from '../words.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../run/stage-clock.js').StageClock} StageClock */
 
@@ -56,7 +57,7 @@ function stageRow() {
   const element = h('li', { class: 'stage-row' }, name, bar, time);
   /** @param {StageRow} row */
   const show = (row) => {
-    name.textContent = row.name;
+    name.textContent = say(row.name);
     bar.style.setProperty('--share', String(row.bar));
     time.textContent = row.ms > 0 ? seconds(row.ms) : '–';
     element.className = `stage-row ${row.underWay ? 'is-current' : ''} ${row.through ? 'is-through' : ''}`;

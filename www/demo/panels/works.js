@@ -5,6 +5,7 @@ import { bytesOf, forget, kept } from '../saved/storage.js';
 import { isWork, reopened } from '../saved/work.js';
 import { bytes } from '../words.js';
 import { connectDialog } from './help.js';
+import { say, shownLanguage } from '../language.js';
 
 /** @typedef {import('../saved/storage.js').Saved} Saved */
 
@@ -43,7 +44,7 @@ export function worksList({ store, app, library }) {
     const works = await update();
     const [last] = works;
     if (!last || isWork(store.state)) return;
-    byId('saved-text').textContent = `Your work on ${last.name} was kept.`;
+    byId('saved-text').textContent = say`Your work on ${last.name} was kept.`;
     byId('saved-all').hidden = works.length < 2;
     byId('saved').hidden = false;
     byId('saved-open').addEventListener('click', () => open(last));
@@ -66,13 +67,17 @@ export function worksList({ store, app, library }) {
  * @param {(saved: Saved) => void} drop
  */
 function lineOf(saved, open, drop) {
-  const when = new Date(saved.at).toLocaleString('en', { dateStyle: 'medium', timeStyle: 'short' });
+  const when = new Date(saved.at).toLocaleString(shownLanguage(), { dateStyle: 'medium', timeStyle: 'short' });
   const { frames } = saved.about.take;
-  const facts = `${when} · ${frames} frames${saved.edits ? ', corrected' : ''} · ${bytes(bytesOf(saved))}`;
+  const facts = [
+    when,
+    saved.edits ? say`${frames} frames, corrected` : say`${frames} frames`,
+    bytes(bytesOf(saved)),
+  ].join(' · ');
   const name = h('span', { class: 'work-name' }, saved.name, h('span', { class: 'work-facts' }, facts));
   const opener = h(
     'button',
-    { type: 'button', 'aria-label': `Open ${saved.name}`, 'data-open': saved.id, click: () => open(saved) },
+    { type: 'button', 'aria-label': say`Open ${saved.name}`, 'data-open': saved.id, click: () => open(saved) },
     'Open',
   );
   // Deleting is done by the second press.
@@ -80,17 +85,17 @@ function lineOf(saved, open, drop) {
     'button',
     {
       type: 'button',
-      'aria-label': `Delete ${saved.name}`,
+      'aria-label': say`Delete ${saved.name}`,
       click: () => {
         if (deleter.dataset.sure) return drop(saved);
         deleter.dataset.sure = 'asked';
-        deleter.textContent = 'Delete for good?';
-        deleter.setAttribute('aria-label', `Delete ${saved.name} for good?`);
+        deleter.textContent = say('Delete for good?');
+        deleter.setAttribute('aria-label', say`Delete ${saved.name} for good?`);
       },
       blur: () => {
         delete deleter.dataset.sure;
-        deleter.textContent = 'Delete';
-        deleter.setAttribute('aria-label', `Delete ${saved.name}`);
+        deleter.textContent = say('Delete');
+        deleter.setAttribute('aria-label', say`Delete ${saved.name}`);
       },
     },
     'Delete',

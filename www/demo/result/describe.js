@@ -2,12 +2,25 @@
 
 import { colourName, objectName } from './palette.js';
 import { atTime, percent, plural } from '../words.js';
+import { say } from '../language.js';
 
 /** @typedef {import('./presence.js').Facts} Facts */
 /** @typedef {import('./presence.js').Presence} Presence */
 
 /** Part of the picture's height or width that counts as a move. */
 const MOVE = 0.04;
+
+/** Thirds of the picture, downwards and across. */
+const REGIONS = [
+  ['upper left', 'top', 'upper right'],
+  ['left', 'middle', 'right'],
+  ['lower left', 'bottom', 'lower right'],
+];
+const PHRASES = [
+  ['at the upper left', 'at the top', 'at the upper right'],
+  ['on the left', 'in the middle', 'on the right'],
+  ['at the lower left', 'at the bottom', 'at the lower right'],
+];
 
 /** Objects that the summary speaks of one by one. */
 const SPOKEN_OF = 3;
@@ -17,7 +30,7 @@ const SPOKEN_OF = 3;
  * @returns {string} `Object 1 (orange)`
  */
 export function nameAndColour(object) {
-  return object === 0 ? 'Background (grey)' : `${objectName(object)} (${colourName(object)})`;
+  return object === 0 ? say('Background (grey)') : `${objectName(object)} (${colourName(object)})`;
 }
 
 /**
@@ -25,10 +38,7 @@ export function nameAndColour(object) {
  * @returns {string} `upper left`, `middle`, …
  */
 export function placeName({ x, y }) {
-  const across = ['left', '', 'right'][third(x)];
-  const down = ['upper', '', 'lower'][third(y)];
-  if (across && down) return `${down} ${across}`;
-  return across || { upper: 'top', lower: 'bottom', '': 'middle' }[down] || 'middle';
+  return say(REGIONS[third(y)][third(x)]);
 }
 
 /** @param {number} part */
@@ -41,9 +51,15 @@ function third(part) {
  * @returns {string} `at the upper left`, `in the middle`, …
  */
 function placePhrase(place) {
-  const name = placeName(place);
-  const before = name === 'middle' ? 'in' : ['left', 'right'].includes(name) ? 'on' : 'at';
-  return `${before} the ${name}`;
+  return say(PHRASES[third(place.y)][third(place.x)]);
+}
+
+/**
+ * @param {string[]} words one or two, or none
+ * @returns {string}
+ */
+function both(words) {
+  return words.length > 1 ? say`${words[0]} and ${words[1]}` : (words[0] ?? '');
 }
 
 /**
@@ -54,12 +70,14 @@ export function moveOf({ moved, followed, growth }) {
   const { x: right, y: down } = moved;
   const ways = [];
   // A slant is named only where it is one.
-  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down)) ways.push(right > 0 ? 'right' : 'left');
-  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right)) ways.unshift(down > 0 ? 'down' : 'up');
-  const size = growth > 1.5 ? 'grows' : growth < 0.67 ? 'shrinks' : '';
-  const move = ways.length > 0 ? `moves ${ways.join(' and ')}` : '';
-  const words = [move, size].filter(Boolean).join(' and ') || 'stays in place';
-  return move && followed ? `${words}, followed by the camera` : words;
+  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down))
+    ways.push(right > 0 ? say('right') : say('left'));
+  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right))
+    ways.unshift(down > 0 ? say('down') : say('up'));
+  const size = growth > 1.5 ? say('grows') : growth < 0.67 ? say('shrinks') : '';
+  const move = ways.length > 0 ? say`moves ${both(ways)}` : '';
+  const words = both([move, size].filter(Boolean)) || say('stays in place');
+  return move && followed ? say`${words}, followed by the camera` : words;
 }
 
 /**
@@ -68,7 +86,7 @@ export function moveOf({ moved, followed, growth }) {
  * @returns {string} `0.0–1.6 s`, `frames 1–9`
  */
 export function spanOf({ first, last }, times) {
-  return first < 0 ? 'never' : times.span(first, last);
+  return first < 0 ? say('never') : times.span(first, last);
 }
 
 /**
@@ -79,7 +97,7 @@ export function spanOf({ first, last }, times) {
  */
 function clause(facts, numFrames, times) {
   const when = facts.frames >= numFrames - 1 ? '' : `, ${spanOf(facts, times)}`;
-  return `${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${moveOf(facts)}${when}`;
+  return say`${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${moveOf(facts)}${when}`;
 }
 
 /**
@@ -94,7 +112,7 @@ export function summaryOf(facts, numFrames, times) {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).sort((a, b) => b.share - a.share);
   const spoken = objects.slice(0, SPOKEN_OF).map((one) => clause(one, numFrames, times));
   const rest = objects.length - spoken.length;
-  if (rest > 0) spoken.push(`and ${plural(rest, 'smaller one')}`);
+  if (rest > 0) spoken.push(say`and ${plural(rest, 'smaller one')}`);
   return spoken.length > 0 ? `${spoken.join('; ')}.` : '';
 }
 
@@ -114,5 +132,6 @@ export function frameText(presence, count, frame, times) {
     if (part > 0)
       there.push(`${nameAndColour(object)} ${placeName(presence.middle(object, [frame]))}, ${percent(part)}`);
   }
-  return `Frame ${frame + 1} of ${presence.frames.length}${atTime(times, frame)}: ${there.length > 0 ? there.join('; ') : 'background alone'}.`;
+  const seen = there.length > 0 ? there.join('; ') : say('background alone');
+  return `${say`Frame ${frame + 1} of ${presence.frames.length}${atTime(times, frame)}`}: ${seen}.`;
 }

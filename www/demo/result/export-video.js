@@ -2,6 +2,7 @@
 
 import { GREEN } from '../panels/ground.js';
 import { rateOf } from './export.js';
+import { say } from '../language.js';
 
 /** The grounds of cut-out objects, on buttons. @type {Record<import('../panels/ground.js').GroundName, string>} */
 const GROUNDS = {
@@ -25,8 +26,13 @@ export const cutoutVideo = {
   about:
     'The objects alone, for an editor, on the ground of the view “Cut-out”. MP4 cannot be transparent: it is green then.',
   choices: [
-    video('cutout-webm', (ground) => `${GROUNDS[ground]} WebM`, 'cutout', 'webm'),
-    video('cutout-mp4', (ground) => `${GROUNDS[ground === 'transparent' ? 'green' : ground]} MP4`, 'cutout', 'mp4'),
+    video('cutout-webm', (ground) => say`${say(GROUNDS[ground])} WebM`, 'cutout', 'webm'),
+    video(
+      'cutout-mp4',
+      (ground) => say`${say(GROUNDS[ground === 'transparent' ? 'green' : ground])} MP4`,
+      'cutout',
+      'mp4',
+    ),
   ],
 };
 

@@ -2,6 +2,7 @@
 
 import { fitTake } from '../source.js';
 import { percent, plural } from '../words.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../source.js').Take} Take */
 /** @typedef {import('../store.js').State} State */
@@ -35,17 +36,19 @@ export function foundNothing({ phase, found, job }) {
  * @returns {string}
  */
 export function whereWords({ numFrames, trajectories, coverage, speed, cameraMoves, motions }) {
-  if (trajectories === 0) return `Looked at ${plural(numFrames, 'frame')} and found no point to follow.`;
-  const followed = `Followed ${plural(trajectories, 'point')} over ${percent(coverage)} of the picture, through ${plural(numFrames, 'frame')}`;
-  const camera = cameraMoves ? `the camera moves, about ${speed.toFixed(1)} px a frame` : 'the camera stands still';
+  if (trajectories === 0) return say`Looked at ${plural(numFrames, 'frame')} and found no point to follow.`;
+  const followed = say`Followed ${plural(trajectories, 'point')} over ${percent(coverage)} of the picture, through ${plural(numFrames, 'frame')}`;
+  const camera = cameraMoves
+    ? say`the camera moves, about ${speed.toFixed(1)} px a frame`
+    : say('the camera stands still');
   return `${followed}; ${camera}. ${groundWords(motions)}`;
 }
 
 /** @param {number[] | null} motions parts of the points, the largest first */
 function groundWords(motions) {
-  if (!motions || motions.length < 1) return 'All of it was taken as background.';
-  if (motions.length === 1) return 'All points move alike: they were taken as background.';
-  return `Of ${motions.length} motions the largest has ${percent(motions[0])} of the points; all were taken as background.`;
+  if (!motions || motions.length < 1) return say('All of it was taken as background.');
+  if (motions.length === 1) return say('All points move alike: they were taken as background.');
+  return say`Of ${motions.length} motions the largest has ${percent(motions[0])} of the points; all were taken as background.`;
 }
 
 /**
@@ -66,7 +69,7 @@ export function triesOf({ source, job, changed }, { coverage }) {
   if (isOwn && take.frames >= FEWEST && take.step < LARGEST_STEP) {
     const step = take.step + 1;
     const frames = Math.ceil((take.frames * take.step) / step);
-    const label = step === 2 ? 'Every 2nd frame, for slow motion' : 'Every 3rd frame';
+    const label = step === 2 ? say('Every 2nd frame, for slow motion') : say('Every 3rd frame');
     tries.push({ id: 'step', label, patch: { take: fitTake({ ...take, step, frames }, source) } });
   }
   if (isOwn && (take.start > 0 || take.start + take.frames * take.step < source.count)) {
@@ -75,7 +78,7 @@ export function triesOf({ source, job, changed }, { coverage }) {
   }
   const side = SIDES.find((one) => one > take.side);
   if (isOwn && side && Math.max(source.width, source.height) > take.side)
-    tries.push({ id: 'side', label: `Finer, at ${side} px`, patch: { take: { ...take, side } } });
+    tries.push({ id: 'side', label: say`Finer, at ${side} px`, patch: { take: { ...take, side } } });
   if (coverage < LITTLE && Object.keys(WEAK).some((name) => !changed.has(name)))
     tries.push({
       id: 'weak',

@@ -11,6 +11,7 @@ import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
 import { Times } from './times.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../run/jobs.js').AnyJob} AnyJob */
 /** @typedef {import('../store.js').Film} Film */
@@ -68,7 +69,7 @@ export function showPreview(store, job) {
     frame: 0,
     picture: { width, height, images: job.images },
     preview: job.preview,
-    live: PREVIEW.live,
+    live: say(PREVIEW.live),
   });
 }
 
@@ -89,7 +90,7 @@ export function showWindow(store, job) {
     picture: streaming ? picture : { width, height, images: job.images },
     streaming: true,
     playing: streaming && playing,
-    live: `${job.settled} of ${job.take.frames} frames are done: ${headline}`,
+    live: say`${job.settled} of ${job.take.frames} frames are done: ${headline}`,
     ...patch,
   });
 }
@@ -116,7 +117,7 @@ export function showCorrected(store, frames = null) {
  */
 function resultPatch(state, job, film) {
   const { headline, numbers, summary, patch } = foundPatch(state, job, film);
-  const facts = [...numbers, `computed in ${seconds(job.ms)}`].join(' · ');
+  const facts = [...numbers, say`computed in ${seconds(job.ms)}`].join(' · ');
   return { patch, words: phasePatch('done', headline, facts, summary) };
 }
 
@@ -136,7 +137,7 @@ function foundPatch({ hidden, source }, job, film) {
   ).filter((one) => one !== undefined);
   const damage = job.source.damage ? damageWords(job.source.damage) : '';
   const said = [damage, notice(facts)].filter(Boolean).join(' ');
-  const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
+  const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? say(NOISE_REMARK) : '');
   return {
     headline: headline(facts),
     numbers,

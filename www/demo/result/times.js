@@ -1,5 +1,7 @@
 /** When each frame is shown: in seconds where the clip has a clock, else by the number of the image. @module */
 
+import { say } from '../language.js';
+
 export class Times {
   /**
    * @param {number[] | null} seconds of each frame since the beginning of the clip; null where nobody knows
@@ -30,7 +32,7 @@ export class Times {
    */
   at(frame) {
     const seconds = this.seconds?.[frame];
-    return seconds === undefined ? `frame ${frame + 1}` : `${clock(seconds)}\u00a0s`;
+    return seconds === undefined ? say`frame ${frame + 1}` : `${clock(seconds)}\u00a0s`;
   }
 
   /**
@@ -39,7 +41,7 @@ export class Times {
    * @returns {string} `0.0–1.6 s`, `frames 1–9`
    */
   span(first, last) {
-    if (!this.seconds) return first === last ? this.at(first) : `frames ${first + 1}–${last + 1}`;
+    if (!this.seconds) return first === last ? this.at(first) : say`frames ${first + 1}–${last + 1}`;
     return `${clock(this.seconds[first])}–${clock(this.seconds[last])}\u00a0s`;
   }
 }

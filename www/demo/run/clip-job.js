@@ -10,6 +10,7 @@ import { SessionCorrections } from './corrections.js';
 import { Job, remembered } from './job.js';
 import { inSlices } from './slices.js';
 import { untilAborted } from './stage-clock.js';
+import { say } from '../language.js';
 
 /**
  * Stages in order, with the share of the whole time that each usually takes; after a run, its own shares are taken.
@@ -152,7 +153,7 @@ export class ClipJob extends Job {
       },
       numbers: [
         plural(result.trajectories.count, 'trajectory', 'trajectories'),
-        `${plural(this.images.length, 'frame')} of ${this.size}`,
+        say`${plural(this.images.length, 'frame')} of ${this.size}`,
       ],
       headline: (facts) => headline(result, facts),
       notice: () => remark(result),

@@ -12,6 +12,7 @@ import { LongCorrections } from './corrections.js';
 import { Job, remembered } from './job.js';
 import { inSlices } from './slices.js';
 import { untilAborted } from './stage-clock.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
 
@@ -232,15 +233,15 @@ export class LongJob extends Job {
   get extent() {
     const shots = this.cuts.length + 1;
     const windows = plural(this.windows, 'window');
-    const pieces = shots > 1 ? `${windows} and ${plural(shots, 'shot')}` : windows;
-    return `${plural(this.settled, 'frame')} of ${this.size} in ${pieces}`;
+    const pieces = shots > 1 ? say`${windows} and ${plural(shots, 'shot')}` : windows;
+    return say`${plural(this.settled, 'frame')} of ${this.size} in ${pieces}`;
   }
 
   /** @param {import('./job.js').Facts[]} facts */
   notice(facts) {
     if (this.partial) return LONG.partial(this.settled, this.take.frames);
     const some = facts.some(({ object, first }) => object > 0 && first >= 0);
-    return some || !this.result ? LONG.remark : LONG.nothing;
+    return some || !this.result ? say(LONG.remark) : say(LONG.nothing);
   }
 
   /**

@@ -3,6 +3,7 @@
 import { Presence } from '../result/presence.js';
 import { LongJob } from './long-job.js';
 import { MaskStore } from './mask-store.js';
+import { say } from '../language.js';
 
 /** @type {import('./stage-clock.js').StagePlan[]} */
 export const SAVED_STAGES = [{ id: 'frames', name: 'Reading frames', share: 1 }];
@@ -40,6 +41,6 @@ export class SavedJob extends LongJob {
   }
 
   get extent() {
-    return `${this.settled} frames of ${this.size}, opened again`;
+    return say`${this.settled} frames of ${this.size}, opened again`;
   }
 }

@@ -7,6 +7,7 @@
 import { STILL, plural } from '../words.js';
 import { Job } from './job.js';
 import { untilAborted } from './stage-clock.js';
+import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Boundaries} Boundaries */
 /** @typedef {import('../layers/layer.js').Superpixels} Superpixels */
@@ -112,8 +113,8 @@ export class StillJob extends Job {
         imageEdges: imageEdges ? async () => imageEdges : null,
       },
       numbers: [plural(superpixels?.count ?? 0, 'superpixel'), this.size],
-      headline: () => STILL.headline,
-      notice: () => STILL.remark,
+      headline: () => say(STILL.headline),
+      notice: () => say(STILL.remark),
     };
   }
 }

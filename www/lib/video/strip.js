@@ -54,10 +54,10 @@ export async function* stripOf(source, options, platform) {
       for (;;) {
         const { value, done } = await unlessAborted(frames.next(), take.signal);
         if (done) return;
-        const raw = await value.read();
+        const raw = await value.read(take.size, platform);
         value.close();
         const { time, duration } = value;
-        yield { frame: await toPixelFrame(await atSize(raw, take.size)), index, time, duration };
+        yield { frame: await toPixelFrame(await atSize(raw, take.size, platform)), index, time, duration };
         index += 1;
       }
     } catch (error) {
