@@ -115,7 +115,8 @@ function row(settings, name, { label, about, range, unit = '' }) {
     h('label', { class: 'setting-name', for: id }, label),
     reset,
     control.element,
-    h('p', { class: 'about', id: `${id}-about` }, about),
+    // The package documents its parameters in English.
+    h('p', { class: 'about', id: `${id}-about`, lang: range ? false : 'en' }, about),
   );
   control.input.setAttribute('aria-describedby', `${id}-about`);
   /** @type {import('../settings.js').Value | undefined} */
