@@ -32,7 +32,7 @@ async function cutClip({ made, share, scrambled = false, options = {} }) {
   return found;
 }
 
-describe('frames before the damage', { timeout: 120_000 }, () => {
+describe('frames before the damage', { timeout: 240_000 }, () => {
   const library = useLibrary();
 
   for (const made of [

@@ -69,7 +69,7 @@ describe('work', () => {
 
     const again = await context.newPage();
     await again.goto(address);
-    await again.waitForSelector('#saved:not([hidden])', { timeout: 60_000 });
+    await again.waitForSelector('#saved:not([hidden])', { timeout: 180_000 });
     assert.match(await text(again, '#saved-text'), /^Your work on .* was kept\.$/);
     await ended(again);
     await screenshot(again, 'saved');
@@ -89,7 +89,7 @@ describe('work', () => {
 
     const third = await context.newPage();
     await third.goto(address);
-    await third.click('#saved-forget', { timeout: 60_000 });
+    await third.click('#saved-forget', { timeout: 180_000 });
     // A reload would come before the storage has forgotten it.
     await third.waitForFunction(() => document.querySelector('#works-open').hidden);
     await ended(third);
@@ -180,7 +180,7 @@ describe('work', () => {
 
     const again = await page.context().newPage();
     await again.goto(page.url());
-    await again.waitForSelector('#saved-all:not([hidden])', { timeout: 60_000 });
+    await again.waitForSelector('#saved-all:not([hidden])', { timeout: 180_000 });
     await again.click('#saved-all');
     await again.waitForSelector('#works[open]');
     assert.equal(await again.locator('.work').count(), 2);

@@ -123,16 +123,22 @@ describe('the filmstrip of the page', () => {
 
   test('the handles never meet, and a run under way follows them', async () => {
     const { page } = await openSample(site);
+    // The moment that a run is under way the page itself moves the handle: from here it might be over.
+    await page.evaluate(() => {
+      const moved = new MutationObserver(() => {
+        if (document.body.dataset.phase !== 'running') return;
+        moved.disconnect();
+        const handle = document.querySelector('#trim-to');
+        handle.value = '0';
+        for (const kind of ['input', 'change']) handle.dispatchEvent(new Event(kind, { bubbles: true }));
+      });
+      moved.observe(document.body, { attributeFilter: ['data-phase'] });
+    });
     await page.setInputFiles('#file', [await videoFile(page, 30)]);
-    await inPhase(page, 'running');
-    await page.focus('#trim-to');
-    await page.keyboard.press('Home');
-    assert.equal(await page.inputValue('#trim-to'), '1');
     await page.waitForFunction(
       () => globalThis.tracecutDemo.take?.frames === 2 && document.body.dataset.phase === 'done',
-      undefined,
-      { timeout: 60_000 },
     );
+    assert.equal(await page.inputValue('#trim-to'), '1');
   });
 
   test('the clip plays without a run, a video by its player and images one by one', async () => {

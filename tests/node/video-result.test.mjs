@@ -4,7 +4,8 @@ import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
 import { segmentVideo, videoFrames, videoInfo } from 'tracecut';
 import { areasOf, decodeRuns, encodeRuns } from '../../dist/video/masks.js';
-import { fitted, reduced } from '../../dist/video/pixels.js';
+import { reduced } from '../../dist/aside/reduce.js';
+import { fitted } from '../../dist/video/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 
 const identity = Uint8Array.from({ length: 256 }, (_, k) => k);
