@@ -7,7 +7,7 @@ import { unzipSync } from 'fflate';
 import { adjustMask } from '../../dist/node.js';
 import { openSample, screenshot, useSite } from './support.mjs';
 
-const [WIDTH, HEIGHT, FRAMES] = [384, 216, 24];
+const [WIDTH, HEIGHT, FRAMES] = [480, 270, 24];
 const FRAME = 12;
 
 describe('cut-out pictures', () => {
@@ -35,7 +35,7 @@ describe('cut-out pictures', () => {
     ({ page, faults } = await openSample(site, { acceptDownloads: true }));
     const found = await page.evaluate((t) => [...globalThis.tracecutDemo.result.labels(t)], FRAME);
     // Specks are left out: less than 0.02 % of the frame.
-    ({ labels } = adjustMask({ labels: Uint8Array.from(found), width: WIDTH, height: HEIGHT }, { smallest: 17 }));
+    ({ labels } = adjustMask({ labels: Uint8Array.from(found), width: WIDTH, height: HEIGHT }, { smallest: 26 }));
     await page.click('#export-open');
     const { name, bytes } = await save('cutout-zip');
     await screenshot(page, 'export-images');
