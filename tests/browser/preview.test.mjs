@@ -15,7 +15,7 @@ import {
 } from './support.mjs';
 
 const WIDTH = 320;
-const HEIGHT = 192;
+const HEIGHT = 216;
 const FRAMES = 55;
 const SQUARE = { top: 50, side: 80 };
 
@@ -38,13 +38,12 @@ const clip = Array.from({ length: FRAMES }, (_, t) => {
   return pngFile(`frame${String(t).padStart(2, '0')}.png`, frame);
 });
 
-/** Runs in the page: the clip's frames after the first `count` wait for `goOn`. */
+/** Runs in the page: the clip's frames after the first `count` wait for `goOn`, whoever reads them. */
 function holdBack(count) {
   const decode = globalThis.createImageBitmap.bind(globalThis);
   const held = new Promise((resolve) => (globalThis.goOn = resolve));
-  let files = 0;
   globalThis.createImageBitmap = async (source, ...rest) => {
-    if (source instanceof File && ++files > count + 1) await held;
+    if (source instanceof File && Number(/\d+/.exec(source.name)) >= count) await held;
     return decode(source, ...rest);
   };
 }

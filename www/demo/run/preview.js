@@ -14,7 +14,7 @@ const TAKEN = 8;
 export const COVERED = STEP * (TAKEN - 1) + 1;
 
 /** Pixels of all frames together from which on a run takes so long that it is worth a preview: about three seconds. */
-const WORTH = 3e6;
+const WORTH = 3.2e6;
 
 /**
  * @param {import('../source.js').Source} source
