@@ -56,7 +56,7 @@ describe('the cut-out view', () => {
     assert.deepEqual(await accessibilityFaults(page), []);
   });
 
-  test('on green, a colour, the frame blurred, or a picture', async () => {
+  test('on green, a colour, the frame blurred, grey or dark, or a picture', async () => {
     await page.selectOption('#ground', 'green');
     assert.deepEqual((await colors())[2].shown, [0, 0xb1, 0x40, 255]);
     await page.selectOption('#ground', 'colour');
@@ -67,6 +67,14 @@ describe('the cut-out view', () => {
     assert.equal(ground.shown[3], 255);
     assert.notDeepEqual(ground.shown, ground.own);
     await screenshot(page, 'cutout-blurred');
+    await page.selectOption('#ground', 'desaturated');
+    const [, , grey] = await colors();
+    assert.ok(grey.shown[3] === 255 && Math.max(...grey.shown.slice(0, 3)) - Math.min(...grey.shown.slice(0, 3)) <= 2);
+    assert.notDeepEqual(grey.shown, grey.own);
+    await page.selectOption('#ground', 'dimmed');
+    const [, , dark] = await colors();
+    assert.ok(dark.own.slice(0, 3).every((v, k) => Math.abs(dark.shown[k] - 0.35 * v) <= 2));
+    await screenshot(page, 'cutout-spotlight');
     const choosing = page.waitForEvent('filechooser');
     await page.selectOption('#ground', 'picture');
     await (

@@ -147,6 +147,17 @@ test('cut-out objects lie on their own frame, blurred, or on a picture', async (
   near(blurred.colors[0], frameColor(INSIDE), 'inside');
   // The frames are ramps, which look the same when they are blurred, but for their ends.
   near(blurred.colors[1], [24, 80, 128], 'outside');
+  const dimmed = await encoded(page, { style: 'cutout', background: 'dimmed' });
+  near(dimmed.colors[0], frameColor(INSIDE), 'inside');
+  near(
+    dimmed.colors[1],
+    frameColor(OUTSIDE).map((v) => 0.35 * v),
+    'darker outside',
+  );
+  const grey = await encoded(page, { style: 'cutout', background: 'desaturated' });
+  near(grey.colors[0], frameColor(INSIDE), 'inside');
+  const [red, green, blue] = grey.colors[1];
+  assert.ok(Math.max(red, green, blue) - Math.min(red, green, blue) <= 8, `grey outside: ${grey.colors[1]}`);
   const colors = await page.evaluate(
     async (places) => {
       const { encodeVideo: encode, masks, frames, shown } = globalThis.kit;
@@ -328,9 +339,9 @@ test('what cannot be encoded is refused in words', async (t) => {
     /^data: frame 0 = an Object \(expected something a canvas can draw/,
     /^param: frames = null \(expected an iterable/,
     /^param: background = "transparent" \(expected a colour: MP4 files cannot be transparent, format: 'webm' can\)/,
-    /^param: style = "outline" \(expected 'overlay', 'cutout', 'masks'\)/,
+    /^param: style = "outline" \(expected 'overlay', 'cutout', 'masks', 'alpha'\)/,
     /^param: codec = "vp9" \(expected no such option/,
-    /^param: background = "no colour" \(expected 'transparent', 'blurred', a CSS colour or a picture\)/,
+    /^param: background = "no colour" \(expected 'transparent', 'blurred', 'desaturated', 'dimmed', a CSS colour or a picture\)/,
     /^unsupported: .*masksZip gives the masks as PNG files/,
   ];
   expected.forEach((pattern, k) => assert.match(messages[k], pattern));

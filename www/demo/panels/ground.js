@@ -6,7 +6,7 @@ import { fromCorner } from '../layers/layer.js';
 import { errorPatch } from '../store.js';
 import { PageError } from '../words.js';
 
-/** @typedef {'transparent' | 'green' | 'colour' | 'blurred' | 'picture'} GroundName */
+/** @typedef {'transparent' | 'green' | 'colour' | 'blurred' | 'desaturated' | 'dimmed' | 'picture'} GroundName */
 
 /** The green of screens. */
 export const GREEN = '#00b140';

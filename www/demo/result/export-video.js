@@ -10,6 +10,8 @@ const GROUNDS = {
   green: 'Green',
   colour: 'Coloured',
   blurred: 'Blurred',
+  desaturated: 'Grey around',
+  dimmed: 'Spotlight',
   picture: 'Picture',
 };
 

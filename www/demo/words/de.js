@@ -264,6 +264,8 @@ const viewer = {
   Colour: 'Farbe',
   Coloured: 'Farbig',
   Blurred: 'Unscharf',
+  'Grey around': 'Grau ringsum',
+  Spotlight: 'Scheinwerfer',
   'Picture…': 'Bild…',
   'Colour of the ground': 'Farbe des Grundes',
   'Picture for the ground': 'Bild für den Grund',

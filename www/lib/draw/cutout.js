@@ -5,8 +5,9 @@ import { checkedOptions } from '../export/mask-source.js';
 import { asideFrom, scratch } from './canvas.js';
 
 /**
- * What cut-out objects lie on: `transparent`, nothing; `blurred`, their own frame, out of focus; any CSS colour; or a
- * picture, which fills the frame and is cut where it has another shape.
+ * What cut-out objects lie on: `transparent`, nothing; their own frame, `blurred` (out of focus), `desaturated` (without
+ * its colours) or `dimmed` (dark, as beside a spotlight); any CSS colour; or a picture, which fills the frame and is cut
+ * where it has another shape.
  * @typedef {string | (CanvasImageSource & {width: number, height: number})} Ground
  */
 
@@ -19,6 +20,12 @@ import { asideFrom, scratch } from './canvas.js';
 
 /** Pixels of a frame that become one before it is enlarged again. */
 const BLUR = 16;
+/** What is left of the light of a frame that is dimmed. */
+const DIMMED = 0.35;
+/** Grounds that are made of the frame itself. */
+const OF_FRAME = ['blurred', 'desaturated', 'dimmed'];
+/** What a ground may be, in words. */
+export const GROUNDS = "'transparent', 'blurred', 'desaturated', 'dimmed', a CSS colour or a picture";
 
 /**
  * Draws the objects of a frame alone, on a ground. The context's unit is one pixel of the mask, its origin the frame's
@@ -55,6 +62,13 @@ export function drawGround(context, frame, { width, height }, background) {
   if (background === 'transparent') return;
   if (background === 'blurred') {
     drawBlurred(context, frame, width, height);
+  } else if (background === 'desaturated' || background === 'dimmed') {
+    context.drawImage(frame, 0, 0, width, height);
+    // Grey has no saturation to give.
+    if (background === 'desaturated') context.globalCompositeOperation = 'saturation';
+    context.fillStyle = background === 'desaturated' ? '#808080' : `rgba(0, 0, 0, ${1 - DIMMED})`;
+    context.fillRect(0, 0, width, height);
+    context.globalCompositeOperation = 'source-over';
   } else if (typeof background === 'string') {
     context.fillStyle = background;
     context.fillRect(0, 0, width, height);
@@ -84,6 +98,14 @@ function drawBlurred(context, frame, width, height) {
   }
   context.imageSmoothingEnabled = true;
   context.drawImage(picture, 0, 0, width, height);
+}
+
+/**
+ * Whether this names something that is made of the frame.
+ * @param {Ground} background
+ */
+export function isOfFrame(background) {
+  return typeof background === 'string' && OF_FRAME.includes(background);
 }
 
 /**

@@ -1,6 +1,6 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
-import { drawGround } from '../draw/cutout.js';
+import { GROUNDS, drawGround, isOfFrame } from '../draw/cutout.js';
 import { drawLabels } from '../draw/labels.js';
 import { illegal } from '../errors.js';
 import { checkSize, maskAtSize } from './at-size.js';
@@ -38,13 +38,13 @@ export class Painter {
     this.mask = null;
     // A canvas passes over what it does not know as a colour.
     if (plan.style === 'cutout' && !plan.alpha && !this.isKnown(plan.background)) {
-      throw illegal('param', 'background', plan.background, "'transparent', 'blurred', a CSS colour or a picture");
+      throw illegal('param', 'background', plan.background, GROUNDS);
     }
   }
 
   /** @param {import('../draw/cutout.js').Ground} background */
   isKnown(background) {
-    if (typeof background !== 'string' || background === 'blurred') return true;
+    if (typeof background !== 'string' || isOfFrame(background)) return true;
     return [BLACK, WHITE].some((other) => this.fills(background, other) !== other);
   }
 

@@ -1,7 +1,7 @@
 // Masks and frames as a video file, encoded by the browser.
 
 import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, endOf, timesOf } from './mask-source.js';
-import { isGround } from '../draw/cutout.js';
+import { GROUNDS, isGround } from '../draw/cutout.js';
 import { TraceCutError, illegal } from '../errors.js';
 import { checkedEdges } from './adjust.js';
 import { tooFew } from './at-size.js';
@@ -29,7 +29,7 @@ import { checkedSound } from './sound.js';
  *   objects are, white on black: a matte for editors, of the frames' size where frames are given
  * @property {'webm' | 'mp4'} [format] `webm` if not given
  * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
- *   default), `blurred`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
+ *   default), `blurred`, `desaturated`, `dimmed`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('./adjust.js').MaskEdges} [edges] of the masks in overlays, cut-outs and mattes: specks left out, objects grown
  *   or shrunk, cut-outs with soft edges
@@ -149,8 +149,7 @@ function planned(masks, frames, options) {
   checkNumber('outlineWidth', outlineWidth, 0, 1000);
   checkFlag('outline', outline);
   const { background = format === 'webm' ? 'transparent' : GREEN } = options;
-  if (!isGround(background))
-    throw illegal('param', 'background', background, "'transparent', 'blurred', a CSS colour or a picture");
+  if (!isGround(background)) throw illegal('param', 'background', background, GROUNDS);
   const alpha = style === 'cutout' && background === 'transparent';
   if (alpha && format === 'mp4')
     throw illegal('param', 'background', background, "a colour: MP4 files cannot be transparent, format: 'webm' can");
