@@ -2,7 +2,7 @@
 // sub-path. Its code is bundled and minified; what is served while one works on the page is as written.
 
 import { cpSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
-import { dirname, extname, join, relative, resolve, sep } from 'node:path';
+import { dirname, join, relative, resolve, sep } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { build as bundle, transform } from 'esbuild';
 import { build } from './build.mjs';
@@ -27,21 +27,34 @@ const PLACES = { dist: join(root, 'dist'), demo: join(root, 'www', 'demo') };
 export async function writeSite(target) {
   // Parts of an earlier site have other names.
   for (const { folder } of BUNDLES) rmSync(join(target, folder), { recursive: true, force: true });
-  const isBundled = (name) => extname(name) === '.js' && !name.startsWith('./dist/vendor/');
-  for (const name of precacheList().files.filter((file) => file !== './' && !isBundled(file))) {
-    const from = name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name);
+  const isMade = (name) => /\.(js|css|html)$/.test(name) && !name.startsWith('./dist/vendor/');
+  for (const name of precacheList().files.filter((file) => file !== './' && !isMade(file))) {
     const to = join(target, name);
     mkdirSync(dirname(to), { recursive: true });
-    if (extname(name) === '.css') writeFileSync(to, await small(readFileSync(from, 'utf8'), 'css'));
-    else cpSync(from, to);
+    cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name), to);
   }
+  await writeDocument(target);
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo|styles|icons)\/|^(index\.html|favicon\.svg|manifest\.webmanifest)$/.test(name);
+    /^(dist|demo|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name);
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   writeFileSync(join(target, 'service-worker.js'), await small(serviceWorker(list), 'js'));
   cpSync(join(PLACES.dist, 'vendor', 'LICENSES.txt'), join(target, 'dist', 'vendor', 'LICENSES.txt'));
   return list.files;
+}
+
+/** The document, its style sheets as one in their order. @param {string} target */
+async function writeDocument(target) {
+  const source = readFileSync(join(root, 'www', 'index.html'), 'utf8');
+  const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
+  const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'www', href), 'utf8'));
+  let count = 0;
+  const one = '\n    <link rel="stylesheet" href="./page.css">';
+  writeFileSync(
+    join(target, 'index.html'),
+    source.replace(link, () => (count++ === 0 ? one : '')),
+  );
+  writeFileSync(join(target, 'page.css'), await small(sheets.join('\n'), 'css'));
 }
 
 /**

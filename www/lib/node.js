@@ -140,36 +140,13 @@ function enlargeBy(options) {
   return (mask, picture, { objects }) => enlarged(mask, picture, { objects, decoder }, platform);
 }
 
-/**
- * A few frames of a video, evenly spread over it or over the part from `start` to `end`, in order: what a filmstrip
- * shows. A clip of fewer frames gives each once. A stream, and frames that a generator gives, have no strip: their
- * length is not known.
- *
- * ```js
- * for await (const { frame, time } of videoStrip(frames, { count: 12, size: 96 })) console.log(time, frame);
- * ```
- * @param {import('./video/source.js').VideoSource} source
- * @param {import('./video/strip.js').StripOptions} [options]
- * @returns {AsyncGenerator<import('./video/frames.js').DecodedFrame, void, undefined>}
- */
-export async function* videoStrip(source, options) {
+/** @type {Browser['videoStrip']} */
+export const videoStrip = async function* (source, options) {
   const { stripOf } = await import('./video/strip.js');
   yield* stripOf(source, options, platform);
-}
-
-/**
- * Segments several clips, one after the other, and gives what became of each: a clip that fails, or that its own signal
- * takes out, stops no other. The clips may be a generator: a queue that grows on the way.
- *
- * ```js
- * for await (const { name, result, error } of segmentEach(files.map((file) => ({ name: file.name, source: file }))))
- *   console.log(name, error ?? result.objects.length);
- * ```
- * @param {AsyncIterable<import('./video/each.js').QueuedClip> | Iterable<import('./video/each.js').QueuedClip>} clips
- * @param {import('./video/each.js').EachOptions} [options]
- * @returns {AsyncGenerator<import('./video/each.js').SegmentedClip, void, undefined>}
- */
-export async function* segmentEach(clips, options) {
+};
+/** @type {Browser['segmentEach']} */
+export const segmentEach = async function* (clips, options) {
   const { eachOf } = await import('./video/each.js');
   yield* eachOf(clips, options, segmentVideo);
-}
+};

@@ -15,7 +15,7 @@ import { reduced } from './reduce.js';
  */
 
 /** The first date that ZIP knows, in local time, as ZIP has it. */
-export const ZIP_DATE = [1980, 0, 1];
+export const zipDate = () => new Date(1980, 0, 1);
 
 /**
  * @param {AsideTask} task
@@ -29,7 +29,7 @@ export async function doHere(task) {
   /** @type {import('fflate').Zippable} */
   const files = {};
   for (const [name, bytes] of Object.entries(task.files)) files[name] = [bytes, { level: stored.has(name) ? 0 : 6 }];
-  return zipSync(files, { mtime: new Date(ZIP_DATE[0] ?? 0, 0, 1) });
+  return zipSync(files, { mtime: zipDate() });
 }
 
 /**

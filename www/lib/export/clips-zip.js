@@ -4,7 +4,7 @@ import { aside } from '../aside/aside.js';
 import { describe, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
 import { checkedOptions } from './mask-source.js';
-import { zipOfMasks } from './masks.js';
+import { filesOfMasks } from './masks.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -28,9 +28,8 @@ export async function zipOfClips(clips, options = {}, platform) {
   if (!Array.isArray(clips)) throw illegal('data', 'clips', clips, 'a list of {name, masks}');
   const legal = ['perObject', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const { onProgress, ...each } = checkedOptions(options, legal);
-  const { unzipSync } = await import('../vendor/zip.js');
   const total = clips.reduce((sum, { masks }) => sum + (masks?.numFrames ?? 0), 0);
-  /** @type {Record<string, Uint8Array>} */
+  /** @type {Record<string, Uint8Array<ArrayBuffer>>} */
   const files = {};
   const folders = new Set();
   const report = [];
@@ -44,8 +43,8 @@ export async function zipOfClips(clips, options = {}, platform) {
     const folder = folderOf(name, folders);
     const done = before;
     const counted = (/** @type {{done: number}} */ progress) => onProgress?.({ done: done + progress.done, total });
-    const zip = await zipOfMasks(masks, { ...each, onProgress: counted }, platform);
-    for (const [path, bytes] of Object.entries(unzipSync(zip))) files[`${folder}/${path}`] = bytes;
+    const made = await filesOfMasks(masks, { ...each, onProgress: counted }, platform);
+    for (const [path, bytes] of Object.entries(made)) files[`${folder}/${path}`] = bytes;
     before += masks.numFrames;
     const { width, height, numFrames } = masks;
     report.push({ name, folder, width, height, numFrames, ...about });
@@ -53,7 +52,8 @@ export async function zipOfClips(clips, options = {}, platform) {
   const json = JSON.stringify({ generator: 'tracecut', version: VERSION, clips: report }, null, 2);
   files['report.json'] = new TextEncoder().encode(`${json}\n`);
   // PNG files are compressed already.
-  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform);
+  const bytes = Object.values(files).map(({ buffer }) => buffer);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
 }
 
 /** @param {unknown} error */

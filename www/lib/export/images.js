@@ -3,7 +3,7 @@
 
 import { TraceCutError, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
-import { ZIP_DATE } from '../aside/here.js';
+import { zipDate } from '../aside/here.js';
 import { frameHead, joined, pngHead, pngTail } from '../aside/png.js';
 import { aside } from '../aside/aside.js';
 import { Zip, ZipPassThrough } from '../vendor/zip.js';
@@ -139,7 +139,7 @@ async function* archive(pictures, { masks, times, end }) {
   /** @param {string} name */
   const begin = (name) => {
     const file = new ZipPassThrough(name);
-    file.mtime = new Date(ZIP_DATE[0] ?? 0, 0, 1);
+    file.mtime = zipDate();
     zip.add(file);
     return file;
   };

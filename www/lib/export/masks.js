@@ -89,6 +89,20 @@ function fileColors(palette) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
 export async function zipOfMasks(masks, options = {}, platform) {
+  const files = await filesOfMasks(masks, options, platform);
+  // PNG files are compressed already.
+  const bytes = Object.values(files).map(({ buffer }) => buffer);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
+}
+
+/**
+ * What the archive holds, by name.
+ * @param {MaskSource} masks
+ * @param {MasksZipOptions} options
+ * @param {import('../aside/aside.js').Starter} platform
+ * @returns {Promise<Record<string, Uint8Array<ArrayBuffer>>>}
+ */
+export async function filesOfMasks(masks, options, platform) {
   checkMasks(masks);
   const legal = ['perObject', 'objects', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const {
@@ -125,9 +139,7 @@ export async function zipOfMasks(masks, options = {}, platform) {
   }
   const about = description(masks, times, present, { palette, perObject });
   files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
-  // PNG files are compressed already.
-  const bytes = Object.values(files).map(({ buffer }) => buffer);
-  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
+  return files;
 }
 
 /**

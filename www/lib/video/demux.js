@@ -181,7 +181,12 @@ async function* framesAt(media, track, times, packets) {
       if (!sample) throw new Error('no more data');
       last = Math.max(0, sample.timestamp);
       const next = all.find((time) => time > last + SLACK) ?? end;
-      yield { time: last, duration: next - last, read: () => pixelsOf(sample), close: () => sample.close() };
+      yield {
+        time: last,
+        duration: next - last,
+        read: (size, platform) => pixelsOf(sample, size, platform),
+        close: () => sample.close(),
+      };
     }
   } catch (error) {
     throw await broken(error, last, packets);

@@ -45,7 +45,7 @@ import { TraceCutError } from '../errors.js';
 /**
  * Times are often sums of rounded numbers: a frame this much before `start` is still in. WebCodecs counts microseconds.
  */
-const SLACK = 1e-6;
+export const SLACK = 1e-6;
 
 /** What damage is called, and how many frames before it are worth having: motion needs two. */
 const DAMAGE = ['truncated', 'decode', 'frame-bytes'];

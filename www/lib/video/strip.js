@@ -5,7 +5,7 @@ import { wholeNumber } from '../options.js';
 import { decoderLoader } from './frames.js';
 import { asOptions, splitTake } from './options.js';
 import { atSize, toPixelFrame } from './pixels.js';
-import { isDamage, nothingTaken, unlessAborted } from './reader.js';
+import { SLACK, isDamage, nothingTaken, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
@@ -13,9 +13,6 @@ import { openReader } from './source.js';
  * `videoFrames`.
  * @typedef {Omit<import('./options.js').TakeOptions, 'step' | 'maxFrames'> & {count?: number}} StripOptions
  */
-
-/** Times are often sums of rounded numbers. */
-const SLACK = 1e-6;
 
 /**
  * @param {import('./source.js').VideoSource} source
