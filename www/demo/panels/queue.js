@@ -10,6 +10,7 @@ import { optionsOf } from '../settings.js';
 import { DEFAULT_TAKE } from '../source.js';
 import { bytes, damageWords, explain, plural } from '../words.js';
 import { edgesOf } from '../result/edges.js';
+import { download } from '../result/save-file.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
@@ -19,9 +20,6 @@ const OVERLAP = 10;
 
 /** Of a clip's bar: masks as found; the rest brings them to the size of the source. */
 const FOUND = 0.85;
-
-/** How long a file that was saved stays in memory for the browser to read, in milliseconds. */
-const KEPT_MS = 60_000;
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'library'>} page */
 export function queuePanel({ store, library }) {
@@ -142,11 +140,9 @@ class Queue {
       about: { result: words, ...(damage ? { damage: damageWords(damage) } : {}) },
     }));
     try {
-      const zip = await this.library.clipsZip(clips, { frameRate: undefined, signal: saving.signal });
+      const zip = await this.library.clipsZip(clips, { signal: saving.signal });
       const blob = new Blob([zip], { type: 'application/zip' });
-      const url = URL.createObjectURL(blob);
-      h('a', { href: url, download: file }).click();
-      setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
+      download(blob, file);
       this.tell(say`Saved ${file}, ${bytes(blob.size)}.`);
     } catch (error) {
       this.tell(saving.signal.aborted ? say('Cancelled; nothing was saved.') : explain(error).title);

@@ -53,8 +53,8 @@ function groundWords(motions) {
 
 /**
  * What to try: only what can change the result, by what it changed on clips in which nothing was found. Every second
- * frame found slow things in two of three, a larger size and a longer part each found an elephant; weaker texture what moves before a plain ground;
- * denser points and a lower noise floor found nothing in any.
+ * frame found slow things in two of three, a larger size and a longer part each found an elephant; weaker texture what
+ * moves before a plain ground; denser points and a lower noise floor found nothing.
  *
  * @param {State} state
  * @param {import('../../dist/index.js').SearchReport} report
