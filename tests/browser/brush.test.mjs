@@ -159,8 +159,38 @@ describe('masks changed by hand', () => {
     for (const x of [39, 57]) await line(x);
     await press('#strokes-apply');
     assert.equal(new Set(await halves(70, 20)).size, 1);
+    const together = await masks();
     await press('#correct-undo');
     assert.equal(await masks(), apart);
+    await press('#correct-redo');
+    assert.equal(await masks(), together);
+
+    // A spot of the square's label elsewhere is one object with it, until it is split off where it was clicked.
+    await use('paint');
+    await page.selectOption('#correct-object', String(whole));
+    await paint(8, 10, 12, 10);
+    assert.equal(await labelAt(55, 10, 10), whole);
+    assert.equal(await labelAt(100, 10, 10), whole);
+    const spotted = await masks();
+    await use('pick');
+    await page.mouse.click(...(await place(10, 10)));
+    assert.equal(await text(page, '#correct-split'), 'Split off this part');
+    assert.match(await press('#correct-split'), /^Corrected/);
+    const spot = await labelAt(55, 10, 10);
+    assert.ok(spot > 0 && spot !== whole, `the spot is ${spot}, the square ${whole}`);
+    for (const [t, left] of [
+      [52, 38],
+      [55, 35],
+      [100, 30],
+    ]) {
+      assert.equal(await labelAt(t, 10, 10), spot, `frame ${t}`);
+      assert.equal((await halves(t, left))[0], whole, `frame ${t}`);
+    }
+    const split = await masks();
+    await press('#correct-undo');
+    assert.equal(await masks(), spotted);
+    await press('#correct-redo');
+    assert.equal(await masks(), split);
     assert.deepEqual(faults, []);
     await page.context().close();
   });
