@@ -2,36 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import {
-  accessibilityFaults,
-  ended,
-  inPhase,
-  openSample,
-  plainFrame,
-  pngFile,
-  screenshot,
-  text,
-  useSite,
-} from './support.mjs';
-
-/** A textured ground that stands still, a square that moves, and a disc that rests: 110 frames are three windows. */
-function clip(count, [width, height]) {
-  const noise = (x, y, salt) => {
-    const h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
-    const mixed = Math.imul(h ^ (h >>> 13), 1274126177);
-    return 60 + (((mixed ^ (mixed >>> 16)) >>> 0) % 160);
-  };
-  return Array.from({ length: count }, (_, t) => {
-    const left = 10 + (t % 80 < 40 ? t % 40 : 40 - (t % 40));
-    const frame = plainFrame(width, height, (x, y) => {
-      if ((x - 76) ** 2 + (y - 14) ** 2 < 64) return [230, 40, 40];
-      const inside = x >= left && x < left + 26 && y >= 24 && y < 52;
-      const value = inside ? noise(x - left, y, 2) : noise(x, y, 1);
-      return [value, value, inside ? 255 - value : value];
-    });
-    return pngFile(`frame${String(t).padStart(3, '0')}.png`, frame);
-  });
-}
+import { accessibilityFaults, ended, inPhase, movingClip, openSample, screenshot, text, useSite } from './support.mjs';
 
 /** What the tests do with the page. */
 function hands(page) {
@@ -133,7 +104,7 @@ describe('masks changed by hand', () => {
 
   test('in a clip of three windows things are added and painted all the same', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
-    await page.setInputFiles('#file', clip(110, [96, 64]));
+    await page.setInputFiles('#file', movingClip(110, [96, 64]));
     await inPhase(page, 'running');
     assert.equal(await ended(page), 'done');
     assert.match(await text(page, '#subline'), /in 3 windows/);
@@ -188,8 +159,38 @@ describe('masks changed by hand', () => {
     for (const x of [39, 57]) await line(x);
     await press('#strokes-apply');
     assert.equal(new Set(await halves(70, 20)).size, 1);
+    const together = await masks();
     await press('#correct-undo');
     assert.equal(await masks(), apart);
+    await press('#correct-redo');
+    assert.equal(await masks(), together);
+
+    // A spot of the square's label elsewhere is one object with it, until it is split off where it was clicked.
+    await use('paint');
+    await page.selectOption('#correct-object', String(whole));
+    await paint(8, 10, 12, 10);
+    assert.equal(await labelAt(55, 10, 10), whole);
+    assert.equal(await labelAt(100, 10, 10), whole);
+    const spotted = await masks();
+    await use('pick');
+    await page.mouse.click(...(await place(10, 10)));
+    assert.equal(await text(page, '#correct-split'), 'Split off this part');
+    assert.match(await press('#correct-split'), /^Corrected/);
+    const spot = await labelAt(55, 10, 10);
+    assert.ok(spot > 0 && spot !== whole, `the spot is ${spot}, the square ${whole}`);
+    for (const [t, left] of [
+      [52, 38],
+      [55, 35],
+      [100, 30],
+    ]) {
+      assert.equal(await labelAt(t, 10, 10), spot, `frame ${t}`);
+      assert.equal((await halves(t, left))[0], whole, `frame ${t}`);
+    }
+    const split = await masks();
+    await press('#correct-undo');
+    assert.equal(await masks(), spotted);
+    await press('#correct-redo');
+    assert.equal(await masks(), split);
     assert.deepEqual(faults, []);
     await page.context().close();
   });

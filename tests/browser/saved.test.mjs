@@ -57,10 +57,34 @@ describe('work', () => {
     await keptAfter(page, then);
   }
 
+  /** Chooses edges, a ground, a trail, and that the first object is not kept. */
+  async function chooseLook(page) {
+    const then = Number(await page.evaluate(() => document.body.dataset.kept));
+    for (const [name, value] of Object.entries({ grow: 3, feather: 2, smallest: 0.5, smooth: 1 }))
+      await page.fill(`#edge-${name}`, String(value));
+    await page.check('[name="view"][value="cutout"]', { force: true });
+    await page.selectOption('#ground', 'green');
+    await page.selectOption('#trail', { label: 'Short trail' });
+    await page.uncheck('[data-object="1"] input');
+    await keptAfter(page, then);
+  }
+
+  /** What is chosen, as the page shows it. */
+  async function chosen(page) {
+    const values = await page.$$eval(
+      '#edge-grow, #edge-feather, #edge-smallest, #edge-smooth, #ground, #trail',
+      (all) => all.map(({ id, value }) => `${id} ${value}`),
+    );
+    const kept = await page.$$eval('[data-object] input', (all) => all.map(({ checked }) => checked));
+    return { values, kept };
+  }
+
   test('is offered again after a killed tab, with corrections, and can be discarded', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     await opened(page);
     await addThing(page);
+    await chooseLook(page);
+    const look = await chosen(page);
     const before = await masks(page);
     const address = page.url();
     const context = page.context();
@@ -78,6 +102,7 @@ describe('work', () => {
     await again.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
     assert.equal(await ended(again), 'done');
     assert.equal(await masks(again), before);
+    assert.deepEqual(await chosen(again), look);
     await again.click('#correct-open');
     await again.click('#correct-undo');
     await again.waitForFunction(() => document.querySelector('#correct-undo').disabled);
@@ -104,7 +129,18 @@ describe('work', () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     await opened(page);
     await addThing(page);
+    await chooseLook(page);
+    const look = await chosen(page);
+    assert.deepEqual(look.values.sort(), [
+      ...['edge-feather 2', 'edge-grow 3', 'edge-smallest 0.5', 'edge-smooth 1', 'ground green', 'trail 4 2'],
+    ]);
+    assert.ok(look.kept.length > 1 && !look.kept[0]);
     const before = await masks(page);
+    const alpha = (of) => of.evaluate(() => globalThis.tracecutDemo.app.viewer.edgedMask().alpha.join());
+    const smooth = (of) => of.waitForFunction(() => document.querySelector('#edge-smooth-text').textContent === '±1');
+    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(5));
+    await smooth(page);
+    const edged = await alpha(page);
     await page.click('#export-open');
     const [download] = await Promise.all([page.waitForEvent('download'), page.click('[data-export="project"]')]);
     assert.match(download.suggestedFilename(), /-project\.tracecut$/);
@@ -117,6 +153,13 @@ describe('work', () => {
     await other.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
     assert.equal(await ended(other), 'done');
     assert.equal(await masks(other), before);
+    const again = await chosen(other);
+    assert.deepEqual({ ...again, values: again.values.sort() }, look);
+    await other.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(5));
+    await other.waitForFunction(() => !/%/.test(document.querySelector('#edge-smooth-text').textContent));
+    await smooth(other);
+    await other.waitForFunction(() => globalThis.tracecutDemo.app.viewer.store.state.smoothed);
+    assert.equal(await alpha(other), edged);
     await other.setInputFiles('#file', { ...file, buffer: file.buffer.subarray(0, 500) });
     await inPhase(other, 'error');
     assert.match(await text(other, '#error'), /project/i);

@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { cocoRle, editMasks, openProject, saveProject, segmentVideo } from 'tracecut';
+import { lookOf, lookPatch } from '../../www/demo/saved/look.js';
 import { framesOf, ready, rejects } from './support.mjs';
 
 test('a result and a video are opened again as they were, with edits, words and files', async (t) => {
@@ -69,4 +70,29 @@ test('what is no project, or is damaged, is refused in words', async () => {
   await rejects(other('masks.bin', Uint8Array.of(1, 2)), 'data', /masks.bin is cut off/);
   await rejects(other('trajectories.bin', Uint8Array.of(9, 0, 0, 0, 1, 0, 0, 0)), 'data', /trajectories/);
   await rejects(saveProject(masks, { title: 'x' }), 'param', /title/);
+});
+
+test('what the page keeps of a look is taken as far as it is legal', () => {
+  const picture = { name: 'picture', colour: '#010203', picture: {}, trail: { copies: 4, spacing: 2 } };
+  const edges = { smallest: 0.5, grow: -3, feather: 2, smooth: 1 };
+  const state = { edges, hidden: new Set([2, 5]), ground: picture };
+  const look = JSON.parse(JSON.stringify(lookOf(state)));
+  const blank = { ground: { name: 'dimmed', colour: '#ffffff', picture: null, trail: { copies: 0, spacing: 1 } } };
+  assert.deepEqual(lookPatch(look, blank), {
+    edges,
+    hidden: new Set([2, 5]),
+    ground: { name: 'transparent', colour: '#010203', picture: null, trail: { copies: 4, spacing: 2 } },
+  });
+  assert.deepEqual(lookPatch(undefined, blank), {});
+  const wrong = {
+    edges: { smallest: 2, grow: '3', feather: NaN, smooth: 1e9 },
+    hidden: [1, -1, 'x', 256],
+    ground: { name: 'green', colour: 'url(x)', trail: { copies: 1000, spacing: 0 } },
+  };
+  assert.deepEqual(lookPatch(wrong, blank), {
+    edges: { smallest: 0.02, grow: 0, feather: 0, smooth: 0 },
+    hidden: new Set([1]),
+    ground: { ...blank.ground, name: 'green' },
+  });
+  assert.deepEqual(lookPatch({ hidden: 7, ground: { name: 'picture' } }, blank).ground, blank.ground);
 });

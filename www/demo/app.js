@@ -19,6 +19,7 @@ import { showPreview, showResult, showWindow } from './result/show-result.js';
 import { kindFor } from './run/jobs.js';
 import { optionsOf } from './settings.js';
 import { SavedJob } from './run/saved-job.js';
+import { lookPatch } from './saved/look.js';
 import { EXTENSION, readProjectFile } from './saved/work.js';
 import { fitTake, openFiles, sampleSource, usualTake } from './source.js';
 import { BLANK, errorPatch, phasePatch } from './store.js';
@@ -120,7 +121,10 @@ export class App {
         const { about, project } = /** @type {Awaited<ReturnType<typeof read>>} */ (work);
         const { source } = this.store.state;
         if (!source) return;
-        this.store.set({ name: about.name, take: fitTake(about.take, source), changed: new Map(about.changed) });
+        this.store.set({
+          ...{ name: about.name, take: fitTake(about.take, source), changed: new Map(about.changed) },
+          ...lookPatch(about.look, this.store.state),
+        });
         const { visit, take } = this.store.state;
         const options = optionsOf(this.store.state);
         const job = new SavedJob([this.library, source, { ...take }, options, SavedJob.stages], project);

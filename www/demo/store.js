@@ -17,9 +17,10 @@ import { DEFAULT_TAKE } from './source.js';
  */
 
 /**
- * Frames to show: `get` gives null for one that is still on its way; then `onReady` is called.
+ * Frames to show: `get` gives null for one that is still on its way; then `onReady` is called. `more` frames after it are
+ * made ready too.
  *
- * @typedef {{get: (frame: number) => CanvasImageSource | null, has: (frame: number) => boolean, onReady: () => void}}
+ * @typedef {{get: (frame: number, more?: number) => CanvasImageSource | null, has: (frame: number) => boolean, onReady: () => void}}
  *   Frames
  */
 
@@ -39,7 +40,14 @@ import { DEFAULT_TAKE } from './source.js';
  */
 
 /**
- * @typedef {{name: import('./panels/ground.js').GroundName, colour: string, picture: ImageBitmap | null}} Ground
+ * @typedef {{name: import('./panels/ground.js').GroundName, colour: string, picture: ImageBitmap | null, trail: Trail}}
+ *   Ground
+ */
+
+/**
+ * Copies of the objects behind them, 0 for none, and how many frames lie between two of them.
+ *
+ * @typedef {{copies: number, spacing: number}} Trail
  */
 
 /** @typedef {import('./panels/stages.js').StageRow} StageRow */
@@ -124,7 +132,7 @@ const INITIAL = {
   view: 'overlay',
   edges: DEFAULT_EDGES,
   smoothed: null,
-  ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
+  ground: { name: 'transparent', colour: '#f4f1ea', picture: null, trail: { copies: 0, spacing: 1 } },
   split: 50,
   queued: [],
 };

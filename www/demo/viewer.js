@@ -8,6 +8,7 @@ import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
 import { EdgedMask } from './result/edged-mask.js';
 import { Sharp } from './result/sharp.js';
+import { TrailCutouts } from './result/trail.js';
 import { Compare } from './panels/compare.js';
 import { drawKept } from './panels/ground.js';
 import { DEFAULT_EDGES } from './result/edges.js';
@@ -52,6 +53,7 @@ export class Viewer {
     /** @type {Readonly<State>} What was shown last. */
     this.shown = store.state;
     this.edged = new EdgedMask();
+    this.trail = new TrailCutouts();
     this.sharp = new Sharp(() => this.redraw());
     /** @type {View} */
     this.view = {
@@ -64,6 +66,7 @@ export class Viewer {
       unit: 1,
       visible: (object) => !store.state.hidden.has(object),
       mask: () => this.edgedMask(),
+      trail: () => this.trail.of(this.ctx, store.state, this.view.frame),
       answers: NO_ANSWERS,
       redraw: () => this.redraw(),
     };

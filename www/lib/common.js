@@ -4,12 +4,13 @@ import { PARAMETERS, VERSION } from './parameters.js';
 
 export { Clip } from './clip.js';
 export { fitFrame } from './draw/canvas.js';
-export { drawCutout } from './draw/cutout.js';
+export { cutOut, drawCutout } from './draw/cutout.js';
 export { drawDiscontinuities } from './draw/discontinuities.js';
 export { drawLabels } from './draw/labels.js';
 export { drawBoundaries, drawCells, drawFlow, drawSaliency } from './draw/maps.js';
 export { CUT_RED, flowColor, heatColor, objectColor, objectShape } from './draw/palette.js';
 export { EDGE_STYLES, drawSuperpixels } from './draw/superpixels.js';
+export { trailFrames } from './draw/trail.js';
 export { drawTrajectories } from './draw/trajectories.js';
 export { divideRegions, pieceRegion } from './edit/divide.js';
 export { MaskEditor, editMasks } from './edit/editor.js';
@@ -98,7 +99,10 @@ export async function openProject(file) {
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */
 /** @typedef {import('./draw/cutout.js').CutoutMask} CutoutMask */
+/** @typedef {import('./draw/cutout.js').Cutout} Cutout */
 /** @typedef {import('./draw/cutout.js').DrawCutoutOptions} DrawCutoutOptions */
+/** @typedef {import('./draw/trail.js').TrailOptions} TrailOptions */
+/** @typedef {import('./draw/trail.js').TrailFrame} TrailFrame */
 /** @typedef {import('./draw/cutout.js').Ground} Ground */
 /** @typedef {import('./draw/discontinuities.js').DrawDiscontinuitiesOptions} DrawDiscontinuitiesOptions */
 /** @typedef {import('./draw/discontinuities.js').EdgeSource} EdgeSource */

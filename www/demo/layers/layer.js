@@ -24,6 +24,7 @@ import { say } from '../language.js';
  * @property {(object: number) => boolean} visible
  * @property {() => ReturnType<typeof import('../../dist/index.js').adjustMask> | null} mask of the frame, its edges as
  *   they are wanted; null where there is none
+ * @property {() => {cutout: import('../../dist/index.js').Cutout | null, opacity: number}[]} trail behind cut-out objects
  * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */

@@ -35,7 +35,7 @@ export function savedPanel({ store, app, library }) {
     }
     pending = false;
   };
-  store.watch(['phase', 'found'], (state) => {
+  store.watch(['phase', 'found', 'edges', 'hidden', 'ground'], (state) => {
     if (!isWork(state)) return;
     pending = true;
     byId('saved').hidden = true;

@@ -1,6 +1,7 @@
 /** Masks smoothed over time: made in the background from the frame on screen on, shown frame by frame as they come. @module */
 
 import { byId } from '../dom.js';
+import { shotsOf } from '../result/export.js';
 import { MaskStore } from '../run/mask-store.js';
 
 /** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
@@ -95,11 +96,10 @@ class Smoothing {
     const corrections = job?.corrections;
     if (!corrections) throw new Error('there are no frames');
     const { width, height, numFrames } = points.result;
-    const starts = [0, ...film.cuts.filter((cut) => cut < numFrames)];
     const masks = {
       ...{ width, height, numFrames },
       times: film.times.seconds?.slice(0, numFrames) ?? null,
-      shots: starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 })),
+      shots: shotsOf(film, numFrames),
       labels: (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t)),
     };
     this.engine ??= this.library.createImageEngine();

@@ -29,8 +29,8 @@ function stream(id, label, file, style, format) {
     file: () => file,
     type: format === 'zip' ? 'application/zip' : 'image/png',
     make: (subject, work) => {
-      const { library, masks, frames, objects, edges } = subject;
-      const options = { style, format, objects, edges, ...work, ...rateOf(subject) };
+      const { library, masks, frames, objects, edges, trail } = subject;
+      const options = { style, format, objects, edges, trail, ...work, ...rateOf(subject) };
       return library.encodeImages(masks, frames(work.signal), options);
     },
   };

@@ -58,7 +58,7 @@ function video(id, label, style, format) {
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
-      const { library, masks, frames, objects, look, quality, ground, edges } = subject;
+      const { library, masks, frames, objects, look, quality, ground, trail, edges } = subject;
       const background = format === 'mp4' && ground === 'transparent' ? GREEN : ground;
       const sound = subject.sound(format);
       return library.encodeVideo(masks, frames(work.signal), {
@@ -71,7 +71,7 @@ function video(id, label, style, format) {
         maskOpacity: look.opacity,
         outlineWidth: look.outline,
         ...work,
-        ...(style === 'cutout' ? { background } : {}),
+        ...(style === 'cutout' ? { background, trail } : {}),
         ...(sound ? { sound } : {}),
         ...rateOf(subject),
       });

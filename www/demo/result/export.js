@@ -8,13 +8,14 @@
  * @typedef {object} Subject
  * @property {Library} library
  * @property {{width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array, times:
- *   ArrayLike<number> | null, end: number | null}} masks
+ *   ArrayLike<number> | null, end: number | null, shots: {first: number, last: number}[]}} masks
  * @property {(signal: AbortSignal) => AsyncIterable<ImageData>} frames all frames, at the size that is wanted
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
  * @property {import('../../dist/index.js').VideoQuality} quality of videos
  * @property {import('../../dist/index.js').MaskEdges} edges of the masks on screen
  * @property {import('../../dist/index.js').Ground} ground of cut-out objects on screen
+ * @property {import('../store.js').Trail} trail behind them
  * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source
  * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
@@ -35,7 +36,7 @@
  */
 
 /** What there is to save, before it is known how. @typedef {Omit<Subject, 'objects' | 'frames' | 'image' | 'look' |
- * 'quality' | 'sound' | 'ground' | 'edges'>} Found
+ * 'quality' | 'sound' | 'ground' | 'trail' | 'edges'>} Found
  */
 
 /** @typedef {{signal: AbortSignal, onProgress: (progress: {done: number, total: number}) => void}} Work */
@@ -74,6 +75,7 @@ export function subjectOf(state, library) {
       labels,
       times: film.times.seconds?.slice(0, numFrames) ?? null,
       end: endOf(film, numFrames),
+      shots: shotsOf(film, numFrames),
     },
     source: job.source,
     plate: found?.answers.background ?? null,
@@ -83,6 +85,16 @@ export function subjectOf(state, library) {
     tracks: () => points.result.toTracksDat(),
     state,
   };
+}
+
+/**
+ * @param {import('../store.js').Film} film
+ * @param {number} numFrames of the result
+ * @returns {{first: number, last: number}[]} stretches without a cut
+ */
+export function shotsOf({ cuts }, numFrames) {
+  const starts = [0, ...cuts.filter((cut) => cut < numFrames)];
+  return starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
 }
 
 /**
@@ -110,7 +122,7 @@ export function masksOf({ library, masks, frames, edges }, work) {
  * @returns {Promise<Uint8Array>} its labels at that size
  */
 export async function labelsOf({ library, masks, edges }, t, frame) {
-  const one = { ...masks, numFrames: 1, times: null, end: null, labels: () => masks.labels(t) };
+  const one = { ...masks, numFrames: 1, times: null, end: null, shots: [], labels: () => masks.labels(t) };
   return (await library.masksAtSize(one, [frame], { edges })).labels(0);
 }
 

@@ -62,15 +62,16 @@ export class FrameStore {
 
   /**
    * @param {number} at
+   * @param {number} [more] frames after it that are made ready too
    * @returns {ImageBitmap | null} null as long as it is on its way, and where there is none
    */
-  get(at) {
+  get(at, more = AHEAD) {
     const picture = this.pictures.get(at) ?? null;
     if (picture) {
       this.pictures.delete(at);
       this.pictures.set(at, picture);
     }
-    for (let ahead = at; ahead <= at + AHEAD; ahead++)
+    for (let ahead = at; ahead <= at + more; ahead++)
       if (!this.pictures.has(ahead) && this.files.has(ahead)) this.open(ahead);
     return picture;
   }

@@ -24,9 +24,10 @@ const MOST_BYTES = 2 ** 31;
  */
 
 /**
- * What it takes to open the clip as it was.
+ * What it takes to open the clip as it was, and to show the result as it was; works of earlier versions have no `look`.
  *
- * @typedef {{name: string, take: import('../source.js').Take, changed: [string, number | boolean | string][]}} About
+ * @typedef {{name: string, take: import('../source.js').Take, changed: [string, number | boolean | string][],
+ *   look?: import('./look.js').Look}} About
  */
 
 /** @param {Saved} saved */

@@ -2,6 +2,7 @@
 
 import { stemOf } from '../result/export.js';
 import { PageError } from '../words.js';
+import { lookOf } from './look.js';
 
 /** @typedef {import('./storage.js').About} About */
 /** @typedef {import('./storage.js').Saved} Saved */
@@ -25,9 +26,10 @@ export function isWork({ phase, found, source, job }) {
  * @param {import('../store.js').State} state with work
  * @returns {About}
  */
-function aboutOf({ job, changed, name }) {
+function aboutOf(state) {
+  const { job, changed, name } = state;
   const { take } = /** @type {import('../run/jobs.js').AnyJob} */ (job);
-  return { name, take, changed: [...changed] };
+  return { name, take, changed: [...changed], look: lookOf(state) };
 }
 
 /** Makes work of what is on screen; masks that have not changed since are not packed again. */

@@ -16,7 +16,16 @@ import { asideFrom, scratch } from './canvas.js';
  * Uint8Array}} CutoutMask
  */
 
-/** What objects lie on: `transparent` if not given. @typedef {{background?: Ground}} DrawCutoutOptions */
+/**
+ * The objects of a frame alone: a picture that is clear elsewhere, and the box that it fills, in pixels of the mask.
+ * @typedef {{picture: CanvasImageSource, x: number, y: number, width: number, height: number}} Cutout
+ */
+
+/**
+ * What objects lie on, `transparent` if not given; and what of other frames lies behind them, none if not given, the
+ * first at the bottom, each as opaque as it says, 0 to 1: a trail, see `trailFrames`.
+ * @typedef {{background?: Ground, trail?: readonly {cutout: Cutout | null, opacity: number}[]}} DrawCutoutOptions
+ */
 
 /** Pixels of a frame that become one before it is enlarged again. */
 const BLUR = 16;
@@ -36,20 +45,69 @@ export const GROUNDS = "'transparent', 'blurred', 'desaturated', 'dimmed', a CSS
  * @param {DrawCutoutOptions} [options]
  */
 export function drawCutout(context, frame, mask, options = {}) {
-  const { background = 'transparent' } = checkedOptions(options, ['background']);
+  const { background = 'transparent', trail = [] } = checkedOptions(options, ['background', 'trail']);
+  checkMask(mask);
+  if (!Array.isArray(trail)) throw illegal('param', 'trail', trail, 'a list of {cutout, opacity}');
+  asideFrom(context, () => {
+    drawGround(context, frame, mask, background);
+    const { globalAlpha } = context;
+    for (const { cutout, opacity } of [...trail, { cutout: cutOut(context, frame, mask), opacity: 1 }]) {
+      if (!cutout) continue;
+      const { picture, x, y, width, height } = cutout;
+      context.globalAlpha = globalAlpha * opacity;
+      context.drawImage(picture, x, y, width, height);
+    }
+  });
+}
+
+/**
+ * Cuts the objects out of a frame, to be drawn once or often.
+ * @param {import('./canvas.js').Context2D} context any: the picture is of its make
+ * @param {CanvasImageSource} frame of any size: it fills the mask's
+ * @param {CutoutMask} mask
+ * @returns {Cutout | null} null where there is no object
+ */
+export function cutOut(context, frame, mask) {
+  checkMask(mask);
+  const { width: across, height: down, alpha } = mask;
+  const box = boxOf(alpha, across, down);
+  if (!box) return null;
+  const { x, y, width, height } = box;
+  const aside = scratch(context, width, height);
+  const shape = aside.context.createImageData(width, height);
+  for (let p = 0; p < width * height; p += 1)
+    shape.data[4 * p + 3] = Number(alpha[(y + Math.floor(p / width)) * across + x + (p % width)]);
+  aside.context.putImageData(shape, 0, 0);
+  aside.context.globalCompositeOperation = 'source-in';
+  aside.context.drawImage(frame, -x, -y, across, down);
+  return { picture: aside.canvas, ...box };
+}
+
+/**
+ * @param {Uint8Array} alpha row by row
+ * @param {number} across pixels in a row
+ * @param {number} down rows
+ * @returns {{x: number, y: number, width: number, height: number} | null} what is not clear; null where all is
+ */
+export function boxOf(alpha, across, down) {
+  let [left, right, top, bottom] = [across, -1, -1, -1];
+  for (let y = 0, p = 0; y < down; y += 1) {
+    for (let x = 0; x < across; x += 1, p += 1) {
+      if (alpha[p] === 0) continue;
+      if (x < left) left = x;
+      if (x > right) right = x;
+      if (top < 0) top = y;
+      bottom = y;
+    }
+  }
+  return right < 0 ? null : { x: left, y: top, width: right - left + 1, height: bottom - top + 1 };
+}
+
+/** @param {CutoutMask} mask */
+function checkMask(mask) {
   const { width, height, alpha } = mask ?? {};
   if (!(alpha instanceof Uint8Array) || !(width > 0) || alpha.length !== width * height)
     throw illegal('data', 'mask', mask, 'an object {width, height, alpha} with a byte for each pixel');
-  asideFrom(context, () => {
-    drawGround(context, frame, { width, height }, background);
-    const aside = scratch(context, width, height);
-    const shape = aside.context.createImageData(width, height);
-    for (let p = 0; p < alpha.length; p += 1) shape.data[4 * p + 3] = Number(alpha[p]);
-    aside.context.putImageData(shape, 0, 0);
-    aside.context.globalCompositeOperation = 'source-in';
-    aside.context.drawImage(frame, 0, 0, width, height);
-    context.drawImage(aside.canvas, 0, 0, width, height);
-  });
 }
 
 /**

@@ -2,6 +2,7 @@
 // they are read, so that no more than a frame or two is in memory.
 
 import { TraceCutError, illegal } from '../errors.js';
+import { checkedTrail } from '../draw/trail.js';
 import { VERSION } from '../parameters.js';
 import { zipDate } from '../aside/here.js';
 import { frameHead, joined, pngHead, pngTail } from '../aside/png.js';
@@ -13,6 +14,7 @@ import { pngName } from './coco.js';
 import { pixelsOf } from './drawable.js';
 import { checkMasks, checkedOptions, chosenLabels, endOf, labelsOf, timesOf } from './mask-source.js';
 import { breath } from './breath.js';
+import { Trails } from './trails.js';
 import { isIterable, oneOf, timing } from './video.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
@@ -25,13 +27,15 @@ import { isIterable, oneOf, timing } from './video.js';
  *   `apng`, one animated PNG, which repeats
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('./adjust.js').MaskEdges} [edges] of the masks: specks left out, objects grown or shrunk, soft edges
+ * @property {import('../draw/trail.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
+ *   so many frames as it is long are kept in memory
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
  * @property {import('../options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: reading rejects with its reason
  */
 
-const LEGAL = ['style', 'format', 'objects', 'edges', 'frameRate', 'decoder', 'onProgress', 'signal'];
+const LEGAL = ['style', 'format', 'objects', 'edges', 'trail', 'frameRate', 'decoder', 'onProgress', 'signal'];
 
 const FRAME_RATE = 25;
 
@@ -61,7 +65,9 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
   if (!isIterable(frames))
     throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
   const times = timesOf(masks, checked.frameRate) ?? /** @type {Float64Array} */ (timesOf(masks, frameRate));
-  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), enlarge, platform };
+  const trail = checkedTrail(checked.trail);
+  const trails = trail && style === 'cutout' ? new Trails(trail, masks.shots) : null;
+  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), trails, enlarge, platform };
   const clip = { masks, times, end: endOf(masks, times, frameRate) };
   const pictures = paint(masks, frames, plan, signal, onProgress);
   return streamOf(format === 'zip' ? archive(pictures, clip) : animation(pictures, clip), signal);
@@ -72,6 +78,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
  * @property {'cutout' | 'alpha'} style
  * @property {Uint8Array} chosen
  * @property {Required<import('./adjust.js').MaskEdges>} edges
+ * @property {Trails | null} trails
  * @property {import('./at-size.js').Enlarge} enlarge
  * @property {import('../aside/aside.js').Starter} platform
  */
@@ -91,7 +98,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
  * @param {EncodeImagesOptions['onProgress']} onProgress
  * @returns {AsyncGenerator<Painted, void, undefined>}
  */
-async function* paint(masks, frames, { style, chosen, edges, enlarge, platform }, signal, onProgress) {
+async function* paint(masks, frames, { style, chosen, edges, trails, enlarge, platform }, signal, onProgress) {
   const { width, height, numFrames } = masks;
   const size = { width: 0, height: 0 };
   let t = 0;
@@ -100,10 +107,11 @@ async function* paint(masks, frames, { style, chosen, edges, enlarge, platform }
     const picture = await pixelsOf(item, t);
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
-    const { alpha } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, enlarge);
+    const mask = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, enlarge);
+    const { data, alpha } = trails?.next(t, picture, mask.alpha) ?? { data: picture.data, alpha: mask.alpha };
     const rgba = style === 'cutout';
     const chunk = (/** @type {number | undefined} */ sequence) => {
-      const pixels = { ...size, sequence, ...(rgba ? { data: picture.data, opacity: alpha } : { data: alpha }) };
+      const pixels = { ...size, sequence, ...(rgba ? { data, opacity: alpha } : { data: alpha }) };
       return aside({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, platform, [
         alpha.buffer,
       ]);

@@ -6,6 +6,7 @@ import { illegal } from '../errors.js';
 import { checkSize, maskAtSize } from './at-size.js';
 import { context2d, drawable } from './drawable.js';
 import { labelsOf } from './mask-source.js';
+import { Trails } from './trails.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./drawable.js').Drawable} Drawable */
@@ -36,6 +37,8 @@ export class Painter {
     this.size = { width: 0, height: 0 };
     /** @type {import('./at-size.js').MaskAtSize | null} That of the frame painted last, at the video's size. */
     this.mask = null;
+    /** The objects with their trail; null where they have none. */
+    this.trails = plan.trail && plan.style === 'cutout' ? new Trails(plan.trail, masks.shots) : null;
     // A canvas passes over what it does not know as a colour.
     if (plan.style === 'cutout' && !plan.alpha && !this.isKnown(plan.background)) {
       throw illegal('param', 'background', plan.background, GROUNDS);
@@ -95,6 +98,7 @@ export class Painter {
     this.context.drawImage(frame.image, 0, 0, width, height);
     this.mask = await this.maskOf(t);
     if (this.plan.style === 'overlay') this.paintOverlay(this.mask);
+    else if (this.trails) this.paintTrail(frame, this.trails, this.mask, t);
     else this.paintCutout(frame, this.mask);
   }
 
@@ -176,12 +180,29 @@ export class Painter {
   }
 
   /**
+   * @param {Drawable} frame
+   * @param {Trails} trails
+   * @param {import('./at-size.js').MaskAtSize} mask
+   * @param {number} t
+   */
+  paintTrail({ image }, trails, mask, t) {
+    const { width, height } = this.size;
+    const { context, plan } = this;
+    const { data, alpha } = trails.next(t, context.getImageData(0, 0, width, height), mask.alpha);
+    // A transparent video says beside its colours how opaque they are.
+    if (!plan.alpha) for (let p = 0; p < alpha.length; p += 1) data[4 * p + 3] = Number(alpha[p]);
+    this.mask = { ...mask, alpha };
+    this.spread(new ImageData(data, width, height), plan.alpha ? MARGIN : 0);
+    drawGround(context, image, this.size, plan.alpha ? BLACK : plan.background);
+    context.drawImage(this.aside.canvas, 0, 0);
+  }
+
+  /**
    * Paints the objects white on nothing, aside.
    * @param {import('./at-size.js').MaskAtSize} mask
    * @param {number} margin so many pixels wider on all sides
    */
   paintMask({ alpha, width, height }, margin) {
-    const { aside } = this;
     const picture = new ImageData(width, height);
     const pixels = new Uint32Array(picture.data.buffer);
     // The alpha is the last of the four bytes, on all machines that browsers run on the highest.
@@ -189,12 +210,24 @@ export class Painter {
     const full = margin > 0;
     for (let p = 0; p < pixels.length; p += 1)
       pixels[p] = 0xffffff + 0x1000000 * (full && alpha[p] ? 255 : Number(alpha[p]));
-    this.shape ??= context2d(new OffscreenCanvas(width, height));
+    this.spread(picture, margin);
+  }
+
+  /**
+   * Paints a picture on nothing, aside.
+   * @param {ImageData} picture
+   * @param {number} margin so many pixels wider on all sides
+   */
+  spread(picture, margin) {
+    const { aside } = this;
+    this.shape ??= context2d(new OffscreenCanvas(picture.width, picture.height));
     this.shape.putImageData(picture, 0, 0);
     aside.globalCompositeOperation = 'source-over';
-    aside.clearRect(0, 0, width, height);
-    const steps = margin > 0 ? [-margin, 0, margin] : [0];
+    aside.clearRect(0, 0, picture.width, picture.height);
+    const steps = margin > 0 ? [-margin, 0, margin] : [];
     for (const dy of steps) for (const dx of steps) aside.drawImage(this.shape.canvas, dx, dy);
+    // Its own colours lie over those of its margin.
+    aside.drawImage(this.shape.canvas, 0, 0);
   }
 
   /** @returns {Uint8Array<ArrayBuffer>} how opaque each pixel of the frame painted last is, 0 to 255 */

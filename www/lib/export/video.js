@@ -2,6 +2,7 @@
 
 import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, endOf, timesOf } from './mask-source.js';
 import { GROUNDS, isGround } from '../draw/cutout.js';
+import { checkedTrail } from '../draw/trail.js';
 import { TraceCutError, illegal } from '../errors.js';
 import { checkedEdges } from './adjust.js';
 import { tooFew } from './at-size.js';
@@ -30,6 +31,8 @@ import { checkedSound } from './sound.js';
  * @property {'webm' | 'mp4'} [format] `webm` if not given
  * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
  *   default), `blurred`, `desaturated`, `dimmed`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
+ * @property {import('../draw/trail.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
+ *   so many frames as it is long are kept in memory
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('./adjust.js').MaskEdges} [edges] of the masks in overlays, cut-outs and mattes: specks left out, objects grown
  *   or shrunk, cut-outs with soft edges
@@ -51,6 +54,7 @@ const LEGAL = [
   'style',
   'format',
   'background',
+  'trail',
   'objects',
   'colors',
   'edges',
@@ -164,6 +168,7 @@ function planned(masks, frames, options) {
     quality,
     background,
     alpha,
+    trail: checkedTrail(options.trail),
     chosen: chosenLabels(objects),
     labels: { colors, opacity, outline },
     outlineWidth,

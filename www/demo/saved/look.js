@@ -1,0 +1,70 @@
+/** What was chosen for a result beside its masks: edges and smoothing, what is kept, the ground. Kept with the work. @module */
+
+import { DEFAULT_EDGES } from '../result/edges.js';
+
+/** @typedef {import('../store.js').State} State */
+
+/**
+ * Grounds with a picture are kept without it: they are transparent.
+ *
+ * @typedef {object} Look
+ * @property {import('../result/edges.js').EdgeChoice} edges
+ * @property {number[]} hidden objects that are not kept
+ * @property {{name: string, colour: string, trail: import('../store.js').Trail}} ground
+ */
+
+/** What edges may be. @type {Record<keyof import('../result/edges.js').EdgeChoice, [min: number, max: number]>} */
+const RANGES = { smallest: [0, 1], grow: [-10, 10], feather: [0, 20], smooth: [0, 2] };
+const KEPT_GROUNDS = ['transparent', 'green', 'colour', 'blurred', 'desaturated', 'dimmed'];
+const MOST_COPIES = 8;
+
+/**
+ * @param {Pick<State, 'edges' | 'hidden' | 'ground'>} state
+ * @returns {Look}
+ */
+export function lookOf({ edges, hidden, ground: { name, colour, trail } }) {
+  const known = name === 'picture' ? 'transparent' : name;
+  return { edges: { ...edges }, hidden: [...hidden], ground: { name: known, colour, trail: { ...trail } } };
+}
+
+/**
+ * What a file says is looked at closely: anyone may have written it.
+ *
+ * @param {unknown} look undefined in works of earlier versions
+ * @param {State} state
+ * @returns {Partial<State>} what of it can be taken
+ */
+export function lookPatch(look, { ground }) {
+  if (!look) return {};
+  const found = /** @type {{edges?: any, hidden?: any, ground?: any}} */ (look);
+  const edges = { ...DEFAULT_EDGES };
+  for (const [name, [min, max]] of /** @type {[keyof typeof RANGES, [number, number]][]} */ (Object.entries(RANGES)))
+    if (isWithin(found.edges?.[name], min, max)) edges[name] = found.edges[name];
+  edges.smooth = Math.round(edges.smooth);
+  const hidden = Array.isArray(found.hidden) ? found.hidden.filter((one) => isWithin(one, 0, 255)) : [];
+  return { edges, hidden: new Set(hidden), ground: { ...ground, ...groundOf(found.ground) } };
+}
+
+/**
+ * @param {any} ground
+ * @returns {Partial<import('../store.js').Ground>}
+ */
+function groundOf(ground) {
+  if (!KEPT_GROUNDS.includes(ground?.name)) return {};
+  const { copies, spacing } = ground.trail ?? {};
+  const isTrail = [copies, spacing].every(Number.isInteger) && isWithin(copies, 0, MOST_COPIES);
+  return {
+    name: ground.name,
+    ...(/^#[0-9a-f]{6}$/.test(ground.colour) ? { colour: ground.colour } : {}),
+    ...(isTrail && isWithin(spacing, 1, MOST_COPIES) ? { trail: { copies, spacing } } : {}),
+  };
+}
+
+/**
+ * @param {unknown} value
+ * @param {number} min
+ * @param {number} max
+ */
+function isWithin(value, min, max) {
+  return typeof value === 'number' && value >= min && value <= max;
+}
