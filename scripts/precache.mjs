@@ -11,7 +11,11 @@ const PLACEHOLDER = "const PRECACHE = { version: '', files: [] };";
  * Folders of the site: where they lie, where they are served, and which of their files a page in a browser may ask for.
  */
 const folders = [
-  { folder: join(root, 'www'), at: './', wanted: (name) => !/^(lib\/|service-worker\.js$)|\.(json|ts|md)$/.test(name) },
+  {
+    folder: join(root, 'www'),
+    at: './',
+    wanted: (name) => !/^(lib\/|demo\/gallery\/|service-worker\.js$)|\.(json|ts|md)$/.test(name),
+  },
   { folder: join(root, 'dist'), at: './dist/', wanted: (name) => /\.(js|wasm)$/.test(name) && name !== 'node.js' },
 ];
 

@@ -34,9 +34,11 @@ export async function writeSite(target) {
     cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name), to);
   }
   await writeDocument(target);
+  // Fetched when somebody looks at it, and not kept before.
+  cpSync(join(PLACES.demo, 'gallery'), join(target, 'demo', 'gallery'), { recursive: true });
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name);
+    /^(dist|demo(?!\/gallery)|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name);
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   writeFileSync(join(target, 'service-worker.js'), await small(serviceWorker(list), 'js'));
   cpSync(join(PLACES.dist, 'vendor', 'LICENSES.txt'), join(target, 'dist', 'vendor', 'LICENSES.txt'));

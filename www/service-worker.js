@@ -40,7 +40,15 @@ async function dropOthers() {
 async function answer(request) {
   const cache = await caches.open(NAME);
   const { origin, pathname } = new URL(request.url);
+  if (pathname.includes('/demo/gallery/')) return fetchedOrKept(request, origin + pathname, cache);
   return (await cache.match(origin + pathname)) ?? fetch(request);
+}
+
+/** The gallery is no part of the list: what was fetched of it is kept from then on, and shown without a network. */
+async function fetchedOrKept(request, address, cache) {
+  const response = await fetch(request).catch(() => null);
+  if (response?.ok) await cache.put(address, response.clone());
+  return response ?? (await cache.match(address)) ?? Response.error();
 }
 
 /** Where something else has moved in at this address, the worker steps aside. */

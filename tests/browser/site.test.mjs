@@ -53,6 +53,8 @@ async function visit(serviceWorkers) {
   const context = await browser.newContext({ serviceWorkers });
   await context.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
   const page = await context.newPage();
+  // On a busy machine the sample takes far longer than alone.
+  page.setDefaultTimeout(180_000);
   const faults = [];
   page.on('pageerror', ({ message }) => faults.push(message));
   page.on('response', (response) => response.ok() || faults.push(`${response.status()} ${response.url()}`));
@@ -80,5 +82,18 @@ test('the site is kept whole for use without a network, and finds what is fetche
   const coming = page.waitForEvent('download');
   await page.locator('#export-list button').first().click();
   assert.ok(await (await coming).path());
+  assert.deepEqual(faults, []);
+});
+
+test('the gallery is part of the site, and fetched when it is looked at', async () => {
+  const { page, faults } = await visit('block');
+  const ofGallery = () => [...asked.keys()].filter((name) => name.startsWith('demo/gallery/'));
+  assert.deepEqual(ofGallery(), []);
+  await page.click('#gallery summary');
+  await page.click('[data-clip="street"]');
+  await page.waitForFunction(() => globalThis.tracecutDemo.source?.gallery === 'street');
+  assert.equal(await ended(page), 'done');
+  assert.match(await text(page, '#headline'), /^3 moving objects/);
+  assert.ok(ofGallery().includes('demo/gallery/street.tracecut'));
   assert.deepEqual(faults, []);
 });

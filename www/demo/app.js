@@ -106,7 +106,7 @@ export class App {
    *
    * @param {string} name
    * @param {() => Promise<{files: File[], about: import('./saved/storage.js').About, project:
-   *   import('../dist/index.js').Project}>} read
+   *   import('../dist/index.js').Project, gallery?: string}>} read
    */
   async openWork(name, read) {
     /** @type {Awaited<ReturnType<typeof read>> | null} */
@@ -115,7 +115,7 @@ export class App {
       name,
       async () => {
         work = await read();
-        return openFiles(work.files, this.library);
+        return Object.assign(await openFiles(work.files, this.library), { gallery: work.gallery });
       },
       async () => {
         const { about, project } = /** @type {Awaited<ReturnType<typeof read>>} */ (work);

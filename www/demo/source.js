@@ -37,6 +37,7 @@ import { say } from './language.js';
  *   so many frames come before the damage, of so many
  * @property {File} [file] that of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
+ * @property {string} [gallery] which clip of the gallery it is, if it is one
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:
  *   number | null}>} frames with their times, and when they end, in seconds; null where nothing says
  * @property {() => void} close

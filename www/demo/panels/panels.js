@@ -10,6 +10,7 @@ import { correctPanel } from './correct.js';
 import { edgesPanel } from './edges.js';
 import { smoothPanel } from './smooth.js';
 import { exportPanel } from './export.js';
+import { galleryPanel } from './gallery.js';
 import { groundPanel } from './ground.js';
 import { guidePanel } from './guide.js';
 import { helpPanel } from './help.js';
@@ -63,4 +64,5 @@ export const PANELS = [
   webcamPanel,
   savedPanel,
   queuePanel,
+  galleryPanel,
 ];

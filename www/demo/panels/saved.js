@@ -44,7 +44,7 @@ export function savedPanel({ store, app, library }) {
   });
   addEventListener('beforeunload', (event) => {
     const { phase, job, source } = store.state;
-    const underWay = phase === 'running' && (job?.settled ?? 0) > 0 && source?.files;
+    const underWay = phase === 'running' && (job?.settled ?? 0) > 0 && source?.files && !source.gallery;
     if (pending || underWay) event.preventDefault();
   });
   works.offer();

@@ -16,9 +16,10 @@ export const EXTENSION = '.tracecut';
 
 /**
  * @param {import('../store.js').State} state
- * @returns {boolean} whether there is work: masks of a clip of the user's own
+ * @returns {boolean} whether there is work: masks of a clip of the user's own, or one of the gallery's with corrections
  */
 export function isWork({ phase, found, source, job }) {
+  if (source?.gallery && !job?.corrector?.count()) return false;
   return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.masks() && source?.files);
 }
 

@@ -5,6 +5,7 @@
  */
 
 import { clip, edges, layers, objects, settings } from './de-panel.js';
+import { gallery } from './de-gallery.js';
 import { errors, saving } from './de-saving.js';
 
 const top = {
@@ -452,4 +453,5 @@ export default {
   camera,
   saving,
   errors,
+  gallery,
 };
