@@ -106,6 +106,8 @@ pub mod window;
 
 pub use error::Error;
 pub use pipeline::{Params, Progress, Session, Stage, Step};
+#[cfg(not(target_arch = "wasm32"))]
+pub use pipeline::{Window, Windows};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

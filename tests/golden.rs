@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use tracecut::synth::Scene;
-use tracecut::{Params, Session};
+use tracecut::{Error, Params, Session, Windows};
 
 fn agrees(name: &str) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
@@ -63,4 +63,27 @@ fn the_sample_scene_has_the_labels_of_the_wasm_build() {
 #[test]
 fn a_scene_of_odd_size_has_the_labels_of_the_wasm_build() {
     agrees("golden-odd.json");
+}
+
+#[test]
+fn windows_have_the_masks_of_the_package() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/golden-windows.json");
+    let golden: Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+    let number = |value: &Value, key: &str| value[key].as_u64().unwrap() as usize;
+    let frames = golden["scene"]["shots"].as_array().unwrap().iter().flat_map(|shot| {
+        let (width, height, frames) = (number(shot, "width"), number(shot, "height"), number(shot, "frames"));
+        let scene = Scene::sample(width, height, frames, number(shot, "seed") as u64);
+        (0..frames).map(move |t| Ok::<_, Error>(scene.frame(t)))
+    });
+    let (window, overlap) = (number(&golden["scene"], "window"), number(&golden["scene"], "overlap"));
+    let mut windows = Windows::new(Params::default(), frames).unwrap().with_window(window, overlap).unwrap();
+    let expected = golden["windows"].as_array().unwrap();
+    for expected in expected {
+        let found = windows.next_window(|_| ()).unwrap().unwrap();
+        let place = [found.index, found.shot, found.first_frame, found.settled.start, found.settled.end];
+        assert_eq!(place, ["index", "shot", "firstFrame", "from", "to"].map(|key| number(expected, key)));
+        let masks: Vec<String> = found.settled.map(|t| fnv1a(windows.session().labels(t).unwrap().data())).collect();
+        assert_eq!(&serde_json::json!(masks), &expected["masks"], "masks of window {}", found.index);
+    }
+    assert!(windows.next_window(|_| ()).is_none());
 }

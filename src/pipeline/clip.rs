@@ -75,9 +75,8 @@ impl Clip {
     pub(super) fn push_in_shot(&mut self, frame: &Frame) -> Result<bool, Error> {
         let frame = self.accepted(frame)?;
         let thumbnail = Thumbnail::new(&frame);
-        let bound = self.params.shot.unmatched;
+        let is_cut = self.is_cut_before(&thumbnail);
         let windows = self.windows.get_or_insert_default();
-        let is_cut = windows.last.as_ref().is_some_and(|last| bound < 1.0 && unmatched_share(last, &thumbnail) > bound);
         windows.last = Some(thumbnail);
         if is_cut {
             windows.held = Some(frame);
@@ -85,6 +84,17 @@ impl Clip {
             self.frames.push(frame);
         }
         Ok(is_cut)
+    }
+
+    /// Whether `frame`, of whatever size, looks nothing like the last one.
+    pub(super) fn begins_shot(&self, frame: &Frame) -> bool {
+        self.accepted(frame).is_ok_and(|frame| self.is_cut_before(&Thumbnail::new(&frame)))
+    }
+
+    fn is_cut_before(&self, next: &Thumbnail) -> bool {
+        let bound = self.params.shot.unmatched;
+        let last = self.windows.as_ref().and_then(|windows| windows.last.as_ref());
+        last.is_some_and(|last| bound < 1.0 && unmatched_share(last, next) > bound)
     }
 
     pub(super) fn holds_frame(&self) -> bool {

@@ -9,6 +9,10 @@ mod figure;
 mod foreground;
 mod found;
 mod geometry;
+#[cfg(not(target_arch = "wasm32"))]
+mod long;
+#[cfg(test)]
+mod long_tests;
 mod motion;
 mod pair;
 mod params;
@@ -37,6 +41,8 @@ mod windows_tests;
 #[cfg(any(feature = "wasm", test))]
 mod wire;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub use long::{Window, Windows};
 pub use params::{ClipParams, Params, ScaledParams};
 #[cfg(feature = "wasm")]
 pub(crate) use piece::{Made, Piece, PieceId};

@@ -33,6 +33,11 @@ impl Session {
         self.clip().is_some_and(Clip::holds_frame)
     }
 
+    /// Whether `frame` would be held back by [`Session::push_in_shot`].
+    pub(super) fn begins_shot(&self, frame: &Frame) -> bool {
+        self.clip().is_some_and(|clip| clip.begins_shot(frame))
+    }
+
     /// Goes on to the next window. It begins with the last `overlap` frames of this one, or, if a frame of a new shot
     /// is held back, with that frame alone. Results of this window are dropped.
     ///

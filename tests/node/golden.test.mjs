@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { synthClip } from 'tracecut';
+import { segmentVideo, synthClip } from 'tracecut';
 import { fnv1a, segment } from './support.mjs';
 
 const scenes = {
@@ -18,20 +18,43 @@ for (const [name, scene] of Object.entries(scenes)) {
   test(`${name} is labelled as before`, async () => {
     const clip = await synthClip(scene);
     const frames = Array.from({ length: scene.frames }, (_, t) => clip.frame(t));
-    const actual = summary(frames, await segment(frames));
-    const file = new URL(`../data/${name}.json`, import.meta.url);
-    if (process.env.REGENERATE) {
-      writeFileSync(
-        file,
-        `${JSON.stringify({ scene, ...actual }, null, 1).replace(/\[[^\]]*\]/g, (list) => list.replace(/\s+/g, ' '))}\n`,
-      );
-      assert.fail(`${name}.json was rewritten: look at the difference, then run again without REGENERATE`);
-    }
-    assert.ok(existsSync(file), `${name}.json is missing; make it with REGENERATE=1`);
-    const { scene: made, ...expected } = JSON.parse(readFileSync(file, 'utf8'));
-    assert.deepEqual(made, scene);
-    assert.deepEqual(actual, expected);
+    isAsBefore(name, scene, summary(frames, await segment(frames)));
   });
+}
+
+test('golden-windows is labelled as before, window by window', async () => {
+  // A cut in the middle of a window, and one right after a full window.
+  const shots = [
+    { width: 160, height: 90, frames: 27, seed: 1 },
+    { width: 160, height: 90, frames: 12, seed: 7 },
+    { width: 160, height: 90, frames: 8, seed: 3 },
+  ];
+  const clips = await Promise.all(shots.map((shot) => synthClip(shot)));
+  const source = (async function* () {
+    for (const [k, shot] of shots.entries()) for (let t = 0; t < shot.frames; t += 1) yield clips[k].frame(t);
+  })();
+  const windows = [];
+  for await (const window of segmentVideo(source, { window: 12, overlap: 5 })) {
+    const { index, shot, firstFrame, settled } = window;
+    const masks = [...window.frames()].map(({ labels }) => fnv1a(labels));
+    windows.push({ index, shot, firstFrame, from: settled.from, to: settled.to, masks });
+  }
+  isAsBefore('golden-windows', { shots, window: 12, overlap: 5 }, { windows });
+});
+
+function isAsBefore(name, scene, actual) {
+  const file = new URL(`../data/${name}.json`, import.meta.url);
+  if (process.env.REGENERATE) {
+    writeFileSync(
+      file,
+      `${JSON.stringify({ scene, ...actual }, null, 1).replace(/\[[^\][{}]*\]/g, (list) => list.replace(/\s+/g, ' '))}\n`,
+    );
+    assert.fail(`${name}.json was rewritten: look at the difference, then run again without REGENERATE`);
+  }
+  assert.ok(existsSync(file), `${name}.json is missing; make it with REGENERATE=1`);
+  const { scene: made, ...expected } = JSON.parse(readFileSync(file, 'utf8'));
+  assert.deepEqual(made, scene);
+  assert.deepEqual(actual, expected);
 }
 
 function summary(frames, result) {

@@ -6,7 +6,7 @@ use crate::input::{Input, NamedFrame};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use tracecut::image::Plane;
-use tracecut::{Params, Session, Stage};
+use tracecut::{Params, Session, Stage, Windows};
 
 /// How long reading the frames and each stage took.
 #[derive(Debug, Default)]
@@ -71,39 +71,24 @@ pub(crate) fn run_frames(
     Ok((session, timing))
 }
 
-/// The masks of all frames of a clip taken in windows of `window` frames, as the package and the page take long ones:
-/// neighbouring windows have ten frames in common, or all but one of smaller ones.
+/// The masks of all frames of a clip taken in windows of `window` frames, as the package and the page take long ones.
 pub(crate) fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plane<u8>>, Timing)> {
     let frames = input.frames()?.collect::<Result<Vec<NamedFrame>>>()?;
-    let (mut timing, clock) = (Timing::default(), Clock::start());
-    let mut session = Session::new(params)?;
+    let (mut timing, clock, count) = (Timing::default(), Clock::start(), frames.len());
+    let frames = frames.into_iter().map(|(_, frame)| Ok::<_, Failure>(frame));
+    let overlap = SHARED.min(window - 1);
+    let mut windows = Windows::new(params, frames)?.with_window(window, overlap)?.with_length(count);
     let mut masks = Vec::new();
-    let (mut first, mut next) = (0, 0);
-    loop {
-        let mut held = session.holds_frame();
-        while next < frames.len() && next - first < window && !held {
-            let (name, frame) = &frames[next];
-            held = session.push_in_shot(frame.clone()).map_err(|e| Failure::about(name, e))?;
-            next += 1;
+    while let Some(found) = windows.next_window(|_| ()) {
+        for t in found?.settled {
+            masks.push(windows.session().labels(t)?);
         }
-        session.run()?;
-        let end = next - usize::from(held);
-        let left = frames.len() - next;
-        let common = if held || left == 0 { 0 } else { (window - 1).min(SHARED.max(window.saturating_sub(left))) };
-        for t in masks.len()..end - common.div_ceil(2) {
-            masks.push(session.labels(t - first)?);
-        }
-        if end == frames.len() {
-            break;
-        }
-        session.advance(common.max(1))?;
-        first = end - common;
     }
     timing.total = clock.seconds();
     Ok((masks, timing))
 }
 
-/// Frames that neighbouring windows have in common.
+/// Frames that neighbouring windows have in common, where they have more.
 const SHARED: usize = 10;
 
 /// A bar on standard error if that is a terminal, otherwise none.

@@ -1,0 +1,98 @@
+//! Laws of the iterator of windows.
+
+use super::{Window, Windows};
+use crate::image::Frame;
+use crate::synth::Scene;
+use crate::{Error, Params};
+
+const SIZE: (usize, usize) = (96, 64);
+
+fn scene(frames: usize, seed: u64) -> impl Iterator<Item = Result<Frame, Error>> {
+    let scene = Scene::sample(SIZE.0, SIZE.1, frames, seed);
+    (0..frames).map(move |t| Ok(scene.frame(t)))
+}
+
+fn all<I: Iterator<Item = Result<Frame, Error>>>(mut windows: Windows<I>) -> Vec<Window> {
+    let mut found = Vec::new();
+    while let Some(window) = windows.next_window(|_| ()) {
+        let window = window.unwrap();
+        assert!(window.settled.end <= windows.session().num_frames());
+        assert!(window.settled.clone().all(|t| windows.session().labels(t).is_ok()));
+        found.push(window);
+    }
+    assert!(windows.next_window(|_| ()).is_none());
+    found
+}
+
+/// The clip's numbers of the settled frames, in the order in which they were settled.
+fn settled(windows: &[Window]) -> Vec<usize> {
+    windows.iter().flat_map(|w| w.settled.clone().map(|t| w.first_frame + t)).collect()
+}
+
+fn windows<I: Iterator<Item = Result<Frame, Error>>>(frames: I, window: usize, overlap: usize) -> Windows<I> {
+    Windows::new(Params::default(), frames).unwrap().with_window(window, overlap).unwrap()
+}
+
+#[test]
+fn each_frame_is_settled_once_and_in_order() {
+    for (count, window, overlap) in [(1, 12, 4), (2, 12, 4), (12, 12, 4), (13, 12, 4), (30, 12, 5), (20, 2, 1)] {
+        let found = all(windows(scene(count, 1), window, overlap));
+        assert_eq!(settled(&found), (0..count).collect::<Vec<_>>(), "{count} frames by {window}");
+        assert!(found.iter().enumerate().all(|(k, w)| w.index == k && w.shot == 0));
+        assert_eq!(settled(&all(windows(scene(count, 1), window, overlap).with_length(count))).len(), count);
+    }
+}
+
+#[test]
+fn a_window_of_all_frames_is_a_session() {
+    let mut session = crate::Session::new(Params::default()).unwrap();
+    scene(10, 3).for_each(|frame| session.push_frame(frame.unwrap()).unwrap());
+    session.run().unwrap();
+    let mut windows = windows(scene(10, 3), 10, 4).with_threads(2);
+    assert_eq!(windows.next_window(|_| ()).unwrap().unwrap().settled, 0..10);
+    for t in 0..10 {
+        assert_eq!(windows.session().labels(t).unwrap(), session.labels(t).unwrap());
+    }
+}
+
+#[test]
+fn a_last_window_of_a_known_length_is_a_full_one() {
+    let found = all(windows(scene(15, 1), 12, 4).with_length(15));
+    assert_eq!(found.iter().map(|w| w.first_frame).collect::<Vec<_>>(), [0, 3]);
+    assert_eq!(all(windows(scene(15, 1), 12, 4))[1].first_frame, 8);
+}
+
+#[test]
+fn a_cut_ends_a_window_wherever_it_falls() {
+    // In the middle of a window, right after a full one, in the first frame after it, and shots of a single frame.
+    for cut in [1, 6, 12, 13, 19] {
+        let found = all(windows(scene(cut, 1).chain(scene(20 - cut, 7)), 12, 4));
+        assert_eq!(settled(&found), (0..20).collect::<Vec<_>>(), "a cut before frame {cut}");
+        let begin = found.iter().find(|w| w.shot == 1).map(|w| w.first_frame);
+        assert_eq!(begin, Some(cut));
+        assert_eq!(found.last().map(|w| w.shot), Some(1));
+    }
+}
+
+#[test]
+fn an_error_ends_it_and_names_the_frame_of_the_clip() {
+    let small = Frame::from_rgb(vec![0; 3 * 16 * 16], 16, 16).unwrap();
+    let mut windows = windows(scene(15, 1).chain([Ok(small)]), 12, 4);
+    assert!(windows.next_window(|_| ()).unwrap().is_ok());
+    let error = windows.next_window(|_| ()).unwrap().unwrap_err();
+    assert_eq!(error, Error::FrameSizeChanged { index: 15, expected: SIZE, actual: (16, 16) });
+    assert!(windows.next_window(|_| ()).is_none());
+}
+
+#[test]
+fn windows_and_overlaps_have_ranges() {
+    let new = || Windows::new(Params::default(), scene(2, 0)).unwrap();
+    for (window, overlap, message) in [
+        (1, 1, "window = 1 (expected a whole number of frames, 2..=400)"),
+        (401, 1, "window = 401 (expected a whole number of frames, 2..=400)"),
+        (10, 10, "overlap = 10 (expected a whole number of frames, 1..=9)"),
+        (10, 0, "overlap = 0 (expected a whole number of frames, 1..=9)"),
+    ] {
+        assert_eq!(new().with_window(window, overlap).err().unwrap().to_string(), message);
+    }
+}
