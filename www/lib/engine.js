@@ -15,7 +15,7 @@ const SLICE_MS = 30;
 /**
  * How far a run is: `done` of `total` steps of a stage. `done` only grows, `total` stays; steps differ in how long they
  * take.
- * @typedef {{stage: Stage, done: number, total: number}} Progress
+ * @typedef {{readonly stage: Stage, readonly done: number, readonly total: number}} Progress
  */
 /**
  * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance,
@@ -26,7 +26,8 @@ const SLICE_MS = 30;
 /**
  * Where each pixel goes from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` ×
  * `height` is the size that frames are processed at.
- * @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField
+ * @typedef {{readonly width: number, readonly height: number, readonly u: Float32Array<ArrayBuffer>, readonly v:
+ *   Float32Array<ArrayBuffer>}} FlowField
  */
 
 /**

@@ -3,7 +3,10 @@ import { wholeNumber } from './options.js';
 
 /**
  * RGBA bytes, four a pixel, row by row; `ImageData` is one.
- * @typedef {{data: Uint8ClampedArray | Uint8Array, width: number, height: number}} PixelFrame
+ * @typedef {object} PixelFrame
+ * @property {Uint8ClampedArray | Uint8Array} data 4 × `width` × `height` bytes
+ * @property {number} width in pixels, 1 to 16384
+ * @property {number} height in pixels, 1 to 16384
  */
 
 /**

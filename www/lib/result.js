@@ -6,30 +6,33 @@ import { REQUESTS } from './requests.js';
  * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
  * one for each of the consecutive frames from `startFrame[i]` on. `id[i]` is its number in the clip, which it keeps
  * from window to window.
- * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, id:
+ * @typedef {{readonly count: number, readonly startFrame: Uint32Array, readonly offset: Uint32Array, readonly x:
+ *   Float32Array, readonly y: Float32Array, readonly id:
  *   Uint32Array}} TrajectoryList
  */
 
 /**
  * A label for each trajectory, `0` to `count - 1`; 0 is the cluster with most points.
- * @typedef {{count: number, label: Uint32Array}} ClusterList
+ * @typedef {{readonly count: number, readonly label: Uint32Array}} ClusterList
  */
 
 /**
  * The spectral embedding: `dimensions` eigenvalues, largest first, and one row of as many numbers per trajectory.
- * @typedef {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array, converged: boolean, residual:
+ * @typedef {{readonly dimensions: number, readonly eigenvalues: Float64Array, readonly vectors: Float32Array,
+ *   readonly converged: boolean, readonly residual:
  *   number}} EmbeddingTable
  */
 
 /**
  * Neighbour pairs with their discontinuities, and which of them are Delaunay edges of which frame.
- * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array, frameOffset: Uint32Array, frameEdges: Uint32Array}}
+ * @typedef {{readonly i: Uint32Array, readonly j: Uint32Array, readonly d: Float32Array, readonly frameOffset:
+ *   Uint32Array, readonly frameEdges: Uint32Array}}
  *   EdgeTable
  */
 
 /**
  * Edges between trajectories `i` and `j`, with discontinuity `d` in 0 to 1.
- * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array}} Edges
+ * @typedef {{readonly i: Uint32Array, readonly j: Uint32Array, readonly d: Float32Array}} Edges
  */
 
 /**
@@ -43,26 +46,27 @@ import { REQUESTS } from './requests.js';
  * How much each trajectory stands out against what surrounds it, 0 to 1: `ofPoints`, the greatest saliency of the
  * pixels that it went over (the paper's s), and `inContext`, the mean of that over the trajectories that move like it
  * (s̄). `foreground` is 1 where s̄ is above `saliency.threshold`, else 0.
- * @typedef {{ofPoints: Float32Array, inContext: Float32Array, foreground: Uint8Array}} SaliencyTable
+ * @typedef {{readonly ofPoints: Float32Array, readonly inContext: Float32Array, readonly foreground: Uint8Array}}
+ *   SaliencyTable
  */
 
 /**
  * The connected pieces of the foreground: their number in each frame, and the piece of each trajectory point in its
  * frame (points as in `trajectories.x`), `0` to `count[t] - 1`. It is -1 for points that are in none: background, and
  * foreground too small to count.
- * @typedef {{count: Uint32Array, ofPoint: Int32Array}} ComponentTable
+ * @typedef {{readonly count: Uint32Array, readonly ofPoint: Int32Array}} ComponentTable
  */
 
 /**
  * The scene of a frame without the objects, as RGBA bytes for `ImageData`: pixels of the background are the frame's own,
  * those behind objects come from the nearest frames that show them, as the camera moves. Alpha is 0 where none does,
  * else 255.
- * @typedef {import('./image.js').Grid & {data: Uint8ClampedArray<ArrayBuffer>}} Background
+ * @typedef {import('./image.js').Grid & {readonly data: Uint8ClampedArray<ArrayBuffer>}} Background
  */
 
 /**
  * How much each pixel of a frame stands out against its surroundings, 0 to 1, row by row.
- * @typedef {import('./image.js').Grid & {saliency: Float32Array<ArrayBuffer>}} SaliencyMap
+ * @typedef {import('./image.js').Grid & {readonly saliency: Float32Array<ArrayBuffer>}} SaliencyMap
  */
 
 /** What a run found. */
@@ -76,31 +80,33 @@ export class Result {
    * @param {import('./requests.js').AskMap} askMap
    */
   constructor(raw, askMap) {
-    /** Width of the input in pixels. */
+    /** Width of the input in pixels. @readonly */
     this.width = raw.info.width;
-    /** Height of the input in pixels. */
+    /** Height of the input in pixels. @readonly */
     this.height = raw.info.height;
-    /** Number of frames. */
+    /** Number of frames. @readonly */
     this.numFrames = raw.info.numFrames;
-    /** Point trajectories in input pixels. */
+    /** Point trajectories in input pixels. @readonly */
     this.trajectories = raw.trajectories;
-    /** The label of each trajectory. */
+    /** The label of each trajectory. @readonly */
     this.clusters = raw.clusters;
     /**
      * The simpler segmentation by thresholded discontinuities alone (`discontinuity.threshold`); strays are clusters.
+     * @readonly
      */
     this.thresholdClusters = raw.thresholdClusters;
-    /** The embedding coordinates of each trajectory. */
+    /** The embedding coordinates of each trajectory. @readonly */
     this.embedding = raw.embedding;
-    /** Seconds spent in each stage. */
+    /** Seconds spent in each stage. @readonly */
     this.seconds = raw.seconds;
-    /** The objects of the masks; null when there are no masks (`clip.dense` off, or trajectories from outside). */
+    /** The objects of the masks; null without masks (`clip.dense` off, or trajectories from outside). @readonly */
     this.objects = raw.objects;
     /**
      * How salient each trajectory is, and which are foreground; null for trajectories from outside, which have no flow.
+     * @readonly
      */
     this.saliency = raw.saliency;
-    /** The connected pieces of the foreground in each frame; null for trajectories from outside. */
+    /** The connected pieces of the foreground in each frame; null for trajectories from outside. @readonly */
     this.components = raw.components;
     this.#edges = raw.edges;
     this.#labels = raw.labels;

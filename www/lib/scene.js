@@ -16,7 +16,7 @@ import { illegal } from './errors.js';
 /**
  * Where the scene lies in each frame as against the first, in pixels: a camera that pans to the right moves it to the
  * left.
- * @typedef {{x: Float64Array<ArrayBuffer>, y: Float64Array<ArrayBuffer>}} SceneMotion
+ * @typedef {{readonly x: Float64Array<ArrayBuffer>, readonly y: Float64Array<ArrayBuffer>}} SceneMotion
  */
 
 /** Trajectories of a frame that are listened to: their median is no better with more. */

@@ -33,7 +33,10 @@ const NOTHING = {
 
 /**
  * How a run or a correction reports and is stopped.
- * @typedef {{onProgress?: (progress: import('./engine.js').Progress) => void, signal?: AbortSignal}} RunOptions
+ * @typedef {object} RunOptions
+ * @property {(progress: import('./engine.js').Progress) => void} [onProgress] hears of each stage
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason, and the session keeps what it
+ *   has
  */
 
 /**

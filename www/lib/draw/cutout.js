@@ -16,7 +16,11 @@ import { asideFrom, scratch } from './canvas.js';
  * Uint8Array}} CutoutMask
  */
 
-/** What objects lie on: `transparent` if not given. @typedef {{background?: Ground}} DrawCutoutOptions */
+/**
+ * How cut-out objects are drawn.
+ * @typedef {object} DrawCutoutOptions
+ * @property {Ground} [background] what they lie on; `transparent` if not given
+ */
 
 /** Pixels of a frame that become one before it is enlarged again. */
 const BLUR = 16;

@@ -10,8 +10,8 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @typedef {object} MaskSource
  * @property {number} width in pixels
  * @property {number} height in pixels
- * @property {number} numFrames
- * @property {(t: number) => Uint8Array} labels
+ * @property {number} numFrames how many there are
+ * @property {(t: number) => Uint8Array} labels of frame `t`: a label for each pixel, row by row
  * @property {readonly {first: number, last: number}[]} [shots] stretches of frames without a cut
  * @property {ArrayLike<number> | null} [times] one for each frame, in seconds; null or absent where none are known
  * @property {number | null} [end] when the last frame ends, in seconds; null or absent where that is not known

@@ -11,21 +11,34 @@ import { MAX_LABEL, checkFlag, checkMasks, checkedOptions, chosenLabels, labelsO
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
 /**
- * With `object` the file is grey: 255 where that label is, else 0. Without it the file's pixel values are the labels,
- * shown in the colours of a palette; label 0 is black unless `palette` says otherwise, or shown as nothing with
- * `transparent`.
- * @typedef {{object?: number, palette?: import('../draw/palette.js').LabelColors, transparent?: boolean}}
- *   MaskPngOptions
+ * How a mask is written. Without `object` the file's pixel values are the labels, shown in the colours of a palette.
+ * @typedef {object} MaskPngOptions
+ * @property {number} [object] the label of one object, 0 to 255, that is in the clip: the file is grey, 255 where that
+ *   label
+ *   is, else 0
+ * @property {import('../draw/palette.js').LabelColors} [palette] the colours that labels are shown in; `objectColor`,
+ *   and
+ *   black for label 0, if not given
+ * @property {boolean} [transparent] whether label 0, or with `object` all but that object, is shown as nothing; false
+ *   if not
+ *   given
  */
 
 /**
- * With `perObject` there is a folder for each object, `object-1/00000.png` and so on, of files that are 255 where it is
- * and else 0; without, a file for each frame whose pixel values are the labels. `objects` leaves others out (they
- * become 0), `palette` and `transparent` are as for single files. `frameRate`, in frames per second, gives times to
- * masks that have none. `onProgress` is told of each frame; `signal` aborts.
- * @typedef {{perObject?: boolean, objects?: import('./mask-source.js').ObjectChoice, palette?:
- *   import('../draw/palette.js').LabelColors, transparent?: boolean, frameRate?: number, onProgress?: (progress:
- *   ExportProgress) => void, signal?: AbortSignal}} MasksZipOptions
+ * What an archive of masks holds.
+ * @typedef {object} MasksZipOptions
+ * @property {boolean} [perObject] true for a folder for each object, `object-1/00000.png` and so on, of files that are
+ *   255
+ *   where it is and else 0; else a file for each frame whose pixel values are the labels
+ * @property {import('./mask-source.js').ObjectChoice} [objects] others are left out (they become 0); all but the
+ *   background
+ *   if not given
+ * @property {import('../draw/palette.js').LabelColors} [palette] the colours that labels are shown in, as of single
+ *   files
+ * @property {boolean} [transparent] whether what is no object is shown as nothing; false if not given
+ * @property {number} [frameRate] frames per second, above 0, up to 1000: gives times to masks that have none
+ * @property {(progress: ExportProgress) => void} [onProgress] told of each frame
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
 /** How far an export is, in frames. @typedef {{done: number, total: number}} ExportProgress */

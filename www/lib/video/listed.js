@@ -5,8 +5,11 @@ import { toRawFrame } from '../frames.js';
 import { TraceCutError } from '../errors.js';
 
 /**
- * A frame with its time, and for how long it is shown where that is known, in seconds.
- * @typedef {{frame: import('../frames.js').FrameSource, time: number, duration?: number}} FrameAtTime
+ * A frame with its time.
+ * @typedef {object} FrameAtTime
+ * @property {import('../frames.js').FrameSource} frame
+ * @property {number} time seconds
+ * @property {number} [duration] for how long it is shown, in seconds, where that is known
  */
 
 /**

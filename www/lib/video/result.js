@@ -7,13 +7,14 @@ import { TrackCollector, tracksDat } from './tracks.js';
 /**
  * An object of a clip: its label in the masks, the first and last frame it is in, the number of frames it is in, its
  * mean area over these in pixels, and its area in each frame of the clip.
- * @typedef {{label: number, firstFrame: number, lastFrame: number, frames: number, meanArea: number, areas:
+ * @typedef {{readonly label: number, readonly firstFrame: number, readonly lastFrame: number, readonly frames: number,
+ *   readonly meanArea: number, readonly areas:
  *   Uint32Array<ArrayBuffer>}} VideoObject
  */
 
 /**
  * A stretch of frames without a cut, `first` and `last` included. Objects of different shots have different labels.
- * @typedef {{first: number, last: number}} Shot
+ * @typedef {{readonly first: number, readonly last: number}} Shot
  */
 
 /**
@@ -41,24 +42,24 @@ export class VideoResult {
    * @param {Uint8Array} table what each collected label is called now
    */
   constructor(collected, table = Uint8Array.from({ length: NUM_LABELS }, (_, label) => label)) {
-    /** Width of the masks in pixels. */
+    /** Width of the masks in pixels. @readonly */
     this.width = collected.width;
-    /** Height of the masks in pixels. */
+    /** Height of the masks in pixels. @readonly */
     this.height = collected.height;
-    /** Number of frames. */
+    /** Number of frames. @readonly */
     this.numFrames = collected.times.length;
-    /** The time of each frame, in seconds. */
+    /** The time of each frame, in seconds. @readonly */
     this.times = collected.times;
-    /** When the last frame ends, in seconds; null where nothing says. */
+    /** When the last frame ends, in seconds; null where nothing says. @readonly */
     this.end = collected.end ?? null;
-    /** The shots of the clip, in order. */
+    /** The shots of the clip, in order. @readonly */
     this.shots = collected.shots;
-    /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
+    /** Point trajectories over the whole clip, in pixels of the masks, each with its object. @readonly */
     this.trajectories = {
       ...collected.trajectories,
       label: collected.trajectories.label.map((label) => /** @type {number} */ (table[label])),
     };
-    /** The objects, by their labels. */
+    /** The objects, by their labels. @readonly */
     this.objects = objectsOf(collected.runs, table);
     this.#collected = collected;
     this.#table = table;
@@ -168,7 +169,7 @@ export class Collector {
   #times = [];
   /** @type {number | null} */
   #end = null;
-  /** @type {Shot[]} */
+  /** @type {{first: number, last: number}[]} */
   #shots = [];
   #tracks = new TrackCollector();
   #size = { width: 0, height: 0 };

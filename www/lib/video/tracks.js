@@ -4,7 +4,8 @@
  * Trajectories of a whole clip, shaped as `Result.trajectories`: the points of trajectory `i` are `offset[i]` to
  * `offset[i + 1]`, one for each of the consecutive frames from `startFrame[i]` on. `label[i]` is the object that most
  * of its points were on, 0 for the background.
- * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, label:
+ * @typedef {{readonly count: number, readonly startFrame: Uint32Array, readonly offset: Uint32Array, readonly x:
+ *   Float32Array, readonly y: Float32Array, readonly label:
  *   Uint8Array}} ClipTrajectories
  */
 
