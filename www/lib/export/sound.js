@@ -12,9 +12,10 @@ import { isPlainObject } from '../options.js';
  */
 
 /**
- * The sound of a file: the codec, and the formats of `encodeVideo` that can hold it as it is. @typedef {{readonly
- * codec: string,
- * readonly channels: number, readonly sampleRate: number, readonly formats: ('webm' | 'mp4')[]}} SoundInfo
+ * The sound of a file: the codec, and the formats of `encodeVideo` that can hold it as it is.
+ * @typedef {{readonly codec: string, readonly channels: number, readonly sampleRate: number, readonly formats: ('webm'
+ *   |
+ *   'mp4')[]}} SoundInfo
  */
 
 /**
