@@ -19,7 +19,8 @@ import { wholeNumber } from './options.js';
 /**
  * A frame on its way to the engine, in memory that nobody else holds. Files go with the module that decodes them.
  * @typedef {{kind: 'pixels', data: Uint8Array<ArrayBuffer>, width: number, height: number}
- *   | {kind: 'file', data: Uint8Array<ArrayBuffer>, decoder?: WebAssembly.Module}} RawFrame
+ *   | {kind: 'file', data: Uint8Array<ArrayBuffer>, decoder?: WebAssembly.Module, index?: number, name?: string}}
+ *   RawFrame `index` and `name` say which frame of the clip, for errors
  */
 
 const MAX_SIDE = 16384;
@@ -48,7 +49,7 @@ async function copied(frame) {
       return { kind: 'file', data: new Uint8Array(/** @type {ArrayBuffer} */ (frame)).slice() };
     case 'Blob':
     case 'File':
-      return { kind: 'file', data: new Uint8Array(await /** @type {Blob} */ (frame).arrayBuffer()) };
+      return fromFile(/** @type {File} */ (frame));
     case 'VideoFrame':
       return fromImage(/** @type {VideoFrame} */ (frame));
     case 'HTMLVideoElement': {
@@ -62,6 +63,14 @@ async function copied(frame) {
     default:
       return fromPixels(frame);
   }
+}
+
+/**
+ * @param {Blob & {name?: string}} file
+ * @returns {Promise<RawFrame>}
+ */
+async function fromFile(file) {
+  return { kind: 'file', data: new Uint8Array(await file.arrayBuffer()), name: file.name };
 }
 
 /**

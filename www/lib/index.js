@@ -369,6 +369,24 @@ export async function* videoStrip(source, options) {
 }
 
 /**
+ * The frames that lie as PNG or JPEG files in a folder, in the order of the numbers in their names (frame2 before
+ * frame10), one read at a time. Hidden files and what is no picture are left out. In Node a folder is its path; a page
+ * gives the files that a user chose.
+ *
+ * ```js
+ * for await (const window of segmentVideo(readFrames('frames'), { frameRate: 30 })) console.log(window.objects);
+ * ```
+ * @param {string | URL | Iterable<File>} folder its path or `file:` address, or its files
+ * @returns {AsyncGenerator<import('./video/folder.js').FrameFile, void, undefined>} for `segmentVideo`; errors of one
+ *   that cannot be decoded say its name
+ * @throws {TraceCutError} `no-frames` where the folder has no such file, `data` where a frame is in another format
+ */
+export async function* readFrames(folder) {
+  const { framesOfFiles } = await import('./video/folder.js');
+  yield* framesOfFiles(folder);
+}
+
+/**
  * Segments several clips, one after the other, and gives what became of each: a clip that fails, or that its own signal
  * takes out, stops no other. The clips may be a generator: a queue that grows on the way.
  *

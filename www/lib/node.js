@@ -3,8 +3,10 @@
  * @module
  */
 
-import { readFile } from 'node:fs/promises';
+import { readFile, readdir } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
+import { basename, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
@@ -145,6 +147,27 @@ export const videoStrip = async function* (source, options) {
   const { stripOf } = await import('./video/strip.js');
   yield* stripOf(source, options, platform);
 };
+/** @type {Browser['readFrames']} */
+export const readFrames = async function* (folder) {
+  const { frameNames, framesOfFiles } = await import('./video/folder.js');
+  if (typeof folder !== 'string' && !(folder instanceof URL)) {
+    yield* framesOfFiles(folder);
+    return;
+  }
+  const path = typeof folder === 'string' ? folder : fileURLToPath(folder);
+  for (const name of frameNames(await filesIn(path), `the folder ${basename(path)}`))
+    yield { frame: new Uint8Array(await readFile(join(path, name))), name };
+};
+
+/** @param {string} path */
+async function filesIn(path) {
+  try {
+    const entries = await readdir(path, { withFileTypes: true });
+    return entries.filter((entry) => !entry.isDirectory()).map(({ name }) => name);
+  } catch (cause) {
+    throw new TraceCutError('no-frames', `the folder ${path} cannot be read: ${String(cause)}`, { cause });
+  }
+}
 /** @type {Browser['segmentEach']} */
 export const segmentEach = async function* (clips, options) {
   const { eachOf } = await import('./video/each.js');

@@ -60,6 +60,8 @@ export class Session {
   /** @type {((reason: unknown) => void) | undefined} Ends the present run early. */
   #stopRun;
 
+  /** Frames that are on their way or there. */
+  #pushed = 0;
   #loadDecoder;
   /** @type {Promise<unknown>} Frames reach the engine in the order of the calls, however long each takes to copy. */
   #copied = Promise.resolve();
@@ -102,7 +104,14 @@ export class Session {
     await before;
     const raw = await copying;
     this.#check('push');
-    this.#info = await this.#engine.request('push', raw);
+    const index = this.#pushed;
+    this.#pushed += 1;
+    try {
+      this.#info = await this.#engine.request('push', raw.kind === 'file' ? { ...raw, index } : raw);
+    } catch (error) {
+      this.#pushed -= 1;
+      throw error;
+    }
   }
 
   /**
@@ -324,6 +333,7 @@ export class Session {
     this.#check('clear');
     this.#clip += 1;
     this.#info = await this.#engine.request('clear');
+    this.#pushed = 0;
   }
 
   /** Frees the session's memory. A run under way rejects with code `closed`; closing twice is fine. */

@@ -4,9 +4,7 @@ import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { openDemuxed } from './demux.js';
 import { imageType, openImage } from './images.js';
 import { openListed } from './listed.js';
-import { openLive } from './live.js';
 import { atSize } from './pixels.js';
-import { openElement, openSeeking } from './seek.js';
 
 /**
  * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its
@@ -43,11 +41,20 @@ export async function openReader(source, take, loadDecoder) {
     case 'HTMLVideoElement':
       return openVideoElement(/** @type {HTMLVideoElement} */ (source), take);
     case 'MediaStream':
-      return openLive(/** @type {MediaStream} */ (source), (raw) => atSize(raw, take.size));
+      return openStream(/** @type {MediaStream} */ (source), take);
     default:
       if (!isList(source)) throw illegal('data', 'source', source, LEGAL);
       return openListed(source, { frameRate: take.frameRate, loadDecoder });
   }
+}
+
+/**
+ * @param {MediaStream} stream
+ * @param {Take} take
+ */
+async function openStream(stream, take) {
+  const { openLive } = await import('./live.js');
+  return openLive(stream, (raw) => atSize(raw, take.size));
 }
 
 /**
@@ -130,6 +137,7 @@ async function byBestMeans(source, { decoding }, address) {
       `${what} cannot be decoded by WebCodecs here; decoding = 'auto' can fall back to the browser's player`,
     );
   }
+  const { openSeeking } = await import('./seek.js');
   return openSeeking(address().url, { ...address(), times, codec });
 }
 
@@ -139,8 +147,7 @@ async function byBestMeans(source, { decoding }, address) {
  * @returns {Promise<Reader>}
  */
 async function openVideoElement(video, take) {
-  if (typeTag(video.srcObject) === 'MediaStream')
-    return openLive(/** @type {MediaStream} */ (video.srcObject), (raw) => atSize(raw, take.size));
+  if (typeTag(video.srcObject) === 'MediaStream') return openStream(/** @type {MediaStream} */ (video.srcObject), take);
   const address = video.currentSrc || video.src;
   if (!address) throw new TraceCutError('no-video', 'the video element has nothing loaded; set its src first');
   const url = new URL(address);
@@ -148,6 +155,7 @@ async function openVideoElement(video, take) {
   if (demuxed?.decodable && take.decoding !== 'seeking') return demuxed;
   const times = demuxed && (await demuxed.times().catch(() => null));
   demuxed?.close();
+  const { openElement } = await import('./seek.js');
   return openElement(video, { times, codec: demuxed?.codec ?? null });
 }
 
