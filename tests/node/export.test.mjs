@@ -438,7 +438,7 @@ test('a result without masks says so', async (t) => {
 test('a real run is written and read back to the pixel', async () => {
   const frames = await framesOf();
   const result = await segment(frames);
-  assert.ok(result.objects.count >= 1);
+  assert.ok(result.objects.length >= 1);
   const files = unzipSync(await masksZip(result));
   const { annotations } = cocoRle(result);
   for (let t = 0; t < result.numFrames; t += 1) {

@@ -1,6 +1,7 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
 import { end, guarded, instance } from './instance.js';
+import { objectList } from './objects.js';
 import { Pool } from './pool.js';
 import { lineOf } from './requests.js';
 
@@ -36,13 +37,13 @@ const SLICE_MS = 30;
  * @property {Info} info
  * @property {Partial<Record<Stage, number>>} seconds
  * @property {import('./result.js').TrajectoryList} trajectories
- * @property {import('./result.js').ClusterList} clusters
+ * @property {import('./result.js').ClusterList & import('./result.js').ClusterObjects} clusters
  * @property {import('./result.js').ClusterList} thresholdClusters
  * @property {import('./result.js').EmbeddingTable} embedding
  * @property {import('./result.js').EdgeTable} edges
  * @property {import('./result.js').SaliencyTable | null} saliency null without frames
  * @property {import('./result.js').ComponentTable | null} components null without frames
- * @property {import('./result.js').ObjectList | null} objects null without masks
+ * @property {import('./objects.js').ObjectList | null} objects null without masks
  * @property {Uint8Array<ArrayBuffer> | null} labels the masks of all frames, one after the other
  */
 
@@ -210,19 +211,20 @@ export class LocalEngine {
    */
   #result(session) {
     const info = session.info();
-    const objects = session.objects() ?? null;
+    const found = session.objects() ?? null;
+    const masks = found && allMasks(session, info, found.labels);
     return {
       info,
       seconds: { ...this.#seconds },
       trajectories: session.trajectories(),
-      clusters: session.clusters(),
+      clusters: { ...session.clusters(), object: found && found.ofCluster },
       thresholdClusters: session.thresholdClusters(),
       embedding: session.embedding(),
       edges: session.edges(),
       saliency: session.saliency() ?? null,
       components: session.components() ?? null,
-      objects,
-      labels: objects && allLabels(session, info),
+      objects: masks && masks.objects,
+      labels: masks && masks.labels,
     };
   }
 
@@ -249,13 +251,25 @@ export class LocalEngine {
 }
 
 /**
+ * The masks of all frames, one after the other, and the objects in them.
  * @param {import('./tracecut.js').Session} session
  * @param {Info} info
+ * @param {Uint8Array} known the labels of objects
  */
-function allLabels(session, { numFrames, width, height }) {
+function allMasks(session, { numFrames, width, height }, known) {
   const labels = new Uint8Array(numFrames * width * height);
-  for (let t = 0; t < numFrames; t += 1) labels.set(session.labels(t), t * width * height);
-  return labels;
+  /** @type {Map<number, Uint32Array<ArrayBuffer>>} */
+  const areas = new Map();
+  for (const label of known) areas.set(label, new Uint32Array(numFrames));
+  const count = new Uint32Array(256);
+  for (let t = 0; t < numFrames; t += 1) {
+    const mask = session.labels(t);
+    labels.set(mask, t * width * height);
+    count.fill(0);
+    for (const label of mask) count[label] = Number(count[label]) + 1;
+    for (const [label, own] of areas) own[t] = Number(count[label]);
+  }
+  return { labels, objects: objectList(areas) };
 }
 
 /** @type {(() => Promise<void>) | undefined} */

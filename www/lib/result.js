@@ -36,10 +36,9 @@ import { REQUESTS } from './requests.js';
  */
 
 /**
- * The objects of the masks: the highest label, for each cluster the label that it has in the masks (0 for the
- * background), and the labels of all objects, lowest first. Several clusters may be one object, or the background.
- * Labels run from 1 on without gaps, but not in later windows of a long clip and after corrections.
- * @typedef {{count: number, ofCluster: Uint8Array, labels: Uint8Array}} ObjectList
+ * The object of each cluster: the label that it has in the masks, 0 for the background; null without masks. Several
+ * clusters may be one object, or the background.
+ * @typedef {{readonly object: Uint8Array | null}} ClusterObjects
  */
 
 /**
@@ -88,7 +87,7 @@ export class Result {
     this.numFrames = raw.info.numFrames;
     /** Point trajectories in input pixels. @readonly */
     this.trajectories = raw.trajectories;
-    /** The label of each trajectory. @readonly */
+    /** The cluster of each trajectory, and the object of each cluster. @readonly */
     this.clusters = raw.clusters;
     /**
      * The simpler segmentation by thresholded discontinuities alone (`discontinuity.threshold`); strays are clusters.
@@ -114,8 +113,8 @@ export class Result {
   }
 
   /**
-   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background, `1` to
-   * `objects.count` are the objects.
+   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background,
+   * other numbers are the labels of `objects`.
    * @param {number} t
    * @returns {Uint8Array<ArrayBuffer>}
    */

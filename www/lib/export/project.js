@@ -181,10 +181,10 @@ function runsOf(words, numFrames, size) {
  * Trajectories as words: their number and that of their points, first frames, offsets, places, labels.
  * @param {any} masks
  */
-function trajectoryWords({ trajectories, clusters, objects }) {
+function trajectoryWords({ trajectories, clusters }) {
   if (!trajectories) return [Uint32Array.of(0, 0, 0)];
   const { count, startFrame, offset, x, y, label } = trajectories;
-  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => objects?.ofCluster[c] ?? 0);
+  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => clusters.object?.[c] ?? 0);
   const places = [x, y].map((values) => new Uint32Array(Float32Array.from(values).buffer));
   return [Uint32Array.of(count, x.length), startFrame, offset, ...places, Uint32Array.from(labels)];
 }

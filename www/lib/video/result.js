@@ -1,16 +1,9 @@
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
 import { breath } from '../export/breath.js';
+import { objectList } from '../objects.js';
 import { areasOf, decodeRuns, encodeRuns } from './masks.js';
 import { TrackCollector, tracksDat } from './tracks.js';
-
-/**
- * An object of a clip: its label in the masks, the first and last frame it is in, the number of frames it is in, its
- * mean area over these in pixels, and its area in each frame of the clip.
- * @typedef {{readonly label: number, readonly firstFrame: number, readonly lastFrame: number, readonly frames: number,
- *   readonly meanArea: number, readonly areas:
- *   Uint32Array<ArrayBuffer>}} VideoObject
- */
 
 /**
  * A stretch of frames without a cut, `first` and `last` included. Objects of different shots have different labels.
@@ -52,7 +45,11 @@ export class VideoResult {
     this.times = collected.times;
     /** When the last frame ends, in seconds; null where nothing says. @readonly */
     this.end = collected.end ?? null;
-    /** The shots of the clip, in order. @readonly */
+    /**
+     * The shots of the clip, in order.
+     * @type {readonly Shot[]}
+     * @readonly
+     */
     this.shots = collected.shots;
     /** Point trajectories over the whole clip, in pixels of the masks, each with its object. @readonly */
     this.trajectories = {
@@ -132,7 +129,7 @@ export class VideoResult {
 /**
  * @param {Uint32Array<ArrayBuffer>[]} runs
  * @param {Uint8Array} table
- * @returns {VideoObject[]}
+ * @returns {import('../objects.js').ObjectList}
  */
 function objectsOf(runs, table) {
   /** @type {Map<number, Uint32Array<ArrayBuffer>>} */
@@ -146,19 +143,7 @@ function objectsOf(runs, table) {
       own[t] = /** @type {number} */ (own[t]) + area;
     });
   });
-  return [...areas].sort(([a], [b]) => a - b).map(([label, own]) => ({ label, ...presence(own), areas: own }));
-}
-
-/** @param {Uint32Array} areas */
-function presence(areas) {
-  const present = [...areas.keys()].filter((t) => areas[t]);
-  const sum = areas.reduce((total, area) => total + area, 0);
-  return {
-    firstFrame: present[0] ?? 0,
-    lastFrame: present[present.length - 1] ?? 0,
-    frames: present.length,
-    meanArea: sum / present.length,
-  };
+  return objectList(areas);
 }
 
 /** Collects window after window. */

@@ -17,7 +17,7 @@ export class TrackCollector {
   #tracks = new Map();
 
   /** @param {import('./window.js').WindowResult} window */
-  add({ trajectories, clusters, objects, firstFrame }) {
+  add({ trajectories, clusters, firstFrame }) {
     for (let i = 0; i < trajectories.count; i += 1) {
       const [begin, end] = [at(trajectories.offset, i), at(trajectories.offset, i + 1)];
       const start = firstFrame + at(trajectories.startFrame, i);
@@ -28,7 +28,7 @@ export class TrackCollector {
         track.x.push(at(trajectories.x, p));
         track.y.push(at(trajectories.y, p));
       }
-      const label = objects ? at(objects.ofCluster, at(clusters.label, i)) : 0;
+      const label = clusters.object ? at(clusters.object, at(clusters.label, i)) : 0;
       track.votes.set(label, (track.votes.get(label) ?? 0) + end - begin);
     }
   }
