@@ -16,27 +16,12 @@ let started;
 export async function toPixels(frame) {
   if (frame.kind === 'pixels') return frame;
   if (!frame.decoder) throw new TraceCutError('state', 'a file came without the module that decodes it');
-  try {
-    const [data, width, height] = await callDecoder(
-      frame.decoder,
-      (decoder) => decoder.decode(frame.data),
-      (words) => ['decode', `image cannot be decoded: the decoder stopped on an internal error: ${words}`],
-    );
-    return { data, width, height };
-  } catch (error) {
-    throw inFrame(error, frame);
-  }
-}
-
-/**
- * An error that says which frame it is about, where that is known.
- * @param {unknown} error
- * @param {{index?: number, name?: string}} frame
- */
-export function inFrame(error, { index, name }) {
-  if (!(error instanceof TraceCutError) || (index === undefined && name === undefined)) return error;
-  const words = index === undefined ? name : `frame ${index}${name === undefined ? '' : ` (${name})`}`;
-  return new TraceCutError(error.code, `${words}: ${error.message}`, { cause: error });
+  const [data, width, height] = await callDecoder(
+    frame.decoder,
+    (decoder) => decoder.decode(frame.data),
+    (words) => ['decode', `image cannot be decoded: the decoder stopped on an internal error: ${words}`],
+  );
+  return { data, width, height };
 }
 
 /**

@@ -137,6 +137,7 @@ interface ContextLike {
 
 export type AbortSignal = Global<'AbortSignal', AbortSignalLike>;
 export type Blob = Global<'Blob', BlobLike>;
+export type File = Global<'File', BlobLike & { readonly name: string }>;
 export type HTMLCanvasElement = Global<'HTMLCanvasElement', CanvasLike>;
 export type HTMLVideoElement = Global<'HTMLVideoElement', VideoElementLike>;
 export type ImageBitmap = Global<'ImageBitmap', ImageBitmapLike>;

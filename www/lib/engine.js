@@ -1,7 +1,6 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
 import { end, guarded, instance } from './instance.js';
-import { objectList } from './objects.js';
 import { Pool } from './pool.js';
 import { lineOf } from './requests.js';
 
@@ -43,7 +42,7 @@ const SLICE_MS = 30;
  * @property {import('./result.js').EdgeTable} edges
  * @property {import('./result.js').SaliencyTable | null} saliency null without frames
  * @property {import('./result.js').ComponentTable | null} components null without frames
- * @property {import('./objects.js').ObjectList | null} objects null without masks
+ * @property {import('./objects.js').Areas[] | null} areas of the objects; null without masks
  * @property {Uint8Array<ArrayBuffer> | null} labels the masks of all frames, one after the other
  */
 
@@ -223,7 +222,7 @@ export class LocalEngine {
       edges: session.edges(),
       saliency: session.saliency() ?? null,
       components: session.components() ?? null,
-      objects: masks && masks.objects,
+      areas: masks && masks.areas,
       labels: masks && masks.labels,
     };
   }
@@ -251,25 +250,20 @@ export class LocalEngine {
 }
 
 /**
- * The masks of all frames, one after the other, and the objects in them.
+ * The masks of all frames, one after the other, and how many pixels each object has in each.
  * @param {import('./tracecut.js').Session} session
  * @param {Info} info
  * @param {Uint8Array} known the labels of objects
  */
 function allMasks(session, { numFrames, width, height }, known) {
   const labels = new Uint8Array(numFrames * width * height);
-  /** @type {Map<number, Uint32Array<ArrayBuffer>>} */
-  const areas = new Map();
-  for (const label of known) areas.set(label, new Uint32Array(numFrames));
-  const count = new Uint32Array(256);
+  const counts = Array.from({ length: 256 }, () => new Uint32Array(numFrames));
   for (let t = 0; t < numFrames; t += 1) {
     const mask = session.labels(t);
     labels.set(mask, t * width * height);
-    count.fill(0);
-    for (const label of mask) count[label] = Number(count[label]) + 1;
-    for (const [label, own] of areas) own[t] = Number(count[label]);
+    for (const label of mask) /** @type {any} */ (counts[label])[t] += 1;
   }
-  return { labels, objects: objectList(areas) };
+  return { labels, areas: Array.from(known, (label) => ({ label, areas: /** @type {any} */ (counts[label]) })) };
 }
 
 /** @type {(() => Promise<void>) | undefined} */

@@ -12,8 +12,6 @@
 
 import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
-import { allAtSize } from './export/at-size.js';
-import { encode } from './export/video.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
@@ -200,7 +198,8 @@ export function enlargeMask(mask, picture, options) {
  * @param {import('./export/at-size.js').MasksAtSizeOptions} [options]
  * @returns {Promise<import('./export/mask-source.js').MaskSource>} with the times and shots of `masks`
  */
-export function masksAtSize(masks, frames, options) {
+export async function masksAtSize(masks, frames, options) {
+  const { allAtSize } = await import('./export/at-size.js');
   return allAtSize(masks, frames, options, enlargeBy(options));
 }
 
@@ -260,7 +259,8 @@ export async function saveProject(masks, options) {
  * @param {import('./export/video.js').EncodeVideoOptions} [options]
  * @returns {Promise<Blob>} the file
  */
-export function encodeVideo(masks, frames, options) {
+export async function encodeVideo(masks, frames, options) {
+  const { encode } = await import('./export/video.js');
   return encode(masks, frames, options, enlargeBy(options));
 }
 

@@ -10,8 +10,6 @@ import { fileURLToPath } from 'node:url';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
-import { allAtSize } from './export/at-size.js';
-import { encode } from './export/video.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
@@ -96,7 +94,10 @@ export const smoothMasks = async (masks, options) => {
 /** @type {Browser['enlargeMask']} */
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['masksAtSize']} */
-export const masksAtSize = (masks, frames, options) => allAtSize(masks, frames, options, enlargeBy(options));
+export const masksAtSize = async (masks, frames, options) => {
+  const { allAtSize } = await import('./export/at-size.js');
+  return allAtSize(masks, frames, options, enlargeBy(options));
+};
 /** @type {Browser['maskPng']} */
 export const maskPng = async (masks, t, options) => {
   const { pngOfMask } = await import('./export/masks.js');
@@ -118,7 +119,10 @@ export const saveProject = async (masks, options) => {
   return projectOf(masks, options, platform);
 };
 /** @type {Browser['encodeVideo']} */
-export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
+export const encodeVideo = async (masks, frames, options) => {
+  const { encode } = await import('./export/video.js');
+  return encode(masks, frames, options, enlargeBy(options));
+};
 /** @type {Browser['encodeImages']} */
 export const encodeImages = async (masks, frames, options) => {
   const { imagesOf } = await import('./export/images.js');

@@ -14,11 +14,18 @@
  */
 
 /**
- * @param {Map<number, Uint32Array<ArrayBuffer>>} areas by label, one number for each frame
+ * The pixels of an object in each frame.
+ * @typedef {{readonly label: number, readonly areas: Uint32Array<ArrayBuffer>}} Areas
+ */
+
+/**
+ * @param {readonly Areas[]} objects
  * @returns {ObjectList}
  */
-export function objectList(areas) {
-  return [...areas].sort(([a], [b]) => a - b).map(([label, own]) => ({ label, ...presence(own), areas: own }));
+export function objectList(objects) {
+  return [...objects]
+    .sort((a, b) => a.label - b.label)
+    .map(({ label, areas }) => ({ label, ...presence(areas), areas }));
 }
 
 /** @param {Uint32Array} areas */

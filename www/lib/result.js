@@ -1,6 +1,9 @@
 import { TraceCutError } from './errors.js';
 import { wholeNumber } from './options.js';
 import { REQUESTS } from './requests.js';
+import { objectList } from './objects.js';
+import { opened, saved } from './saved.js';
+import { IDENTITY, decodeRuns, encodeRuns } from './video/masks.js';
 
 /**
  * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
@@ -70,8 +73,6 @@ import { REQUESTS } from './requests.js';
 
 /** What a run found. */
 export class Result {
-  #edges;
-  #labels;
   #askMap;
 
   /**
@@ -99,7 +100,7 @@ export class Result {
     /** Seconds spent in each stage. @readonly */
     this.seconds = raw.seconds;
     /** The objects of the masks; null without masks (`clip.dense` off, or trajectories from outside). @readonly */
-    this.objects = raw.objects;
+    this.objects = raw.areas && objectList(raw.areas);
     /**
      * How salient each trajectory is, and which are foreground; null for trajectories from outside, which have no flow.
      * @readonly
@@ -107,8 +108,10 @@ export class Result {
     this.saliency = raw.saliency;
     /** The connected pieces of the foreground in each frame; null for trajectories from outside. @readonly */
     this.components = raw.components;
-    this.#edges = raw.edges;
-    this.#labels = raw.labels;
+    /** The masks of all frames, one after the other; null where there are none. `labels(t)` copies one. @readonly */
+    this.masks = raw.labels;
+    /** The Delaunay edges of all frames; `edges(t)` gives those of one. @readonly */
+    this.edgeTable = raw.edges;
     this.#askMap = askMap;
   }
 
@@ -120,9 +123,9 @@ export class Result {
    */
   labels(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    if (!this.#labels) throw without('masks', 'masks');
+    if (!this.masks) throw without('masks', 'masks');
     const size = this.width * this.height;
-    return this.#labels.slice(t * size, (t + 1) * size);
+    return this.masks.slice(t * size, (t + 1) * size);
   }
 
   /**
@@ -169,7 +172,7 @@ export class Result {
   async #map(name, t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
     const { called, from } = REQUESTS[name];
-    const there = { frames: true, saliency: this.saliency, masks: this.#labels };
+    const there = { frames: true, saliency: this.saliency, masks: this.masks };
     if (!there[from]) throw without(called, from);
     return this.#askMap(name, t);
   }
@@ -181,13 +184,33 @@ export class Result {
    */
   edges(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    const { i, j, d, frameOffset, frameEdges } = this.#edges;
+    const { i, j, d, frameOffset, frameEdges } = this.edgeTable;
     const chosen = frameEdges.subarray(frameOffset[t], frameOffset[t + 1]);
     return {
       i: Uint32Array.from(chosen, (edge) => /** @type {number} */ (i[edge])),
       j: Uint32Array.from(chosen, (edge) => /** @type {number} */ (j[edge])),
       d: Float32Array.from(chosen, (edge) => /** @type {number} */ (d[edge])),
     };
+  }
+
+  /**
+   * All of it for `JSON.stringify`, compressed, each number to its last bit; `fromJSON` is the way back.
+   * `structuredClone`
+   * of a result gives its data too, as a plain object without methods, which `fromJSON` takes as well.
+   * @returns {Record<string, unknown>}
+   */
+  toJSON() {
+    return saved({ ...this, masks: this.masks && encodeRuns(this.masks) });
+  }
+
+  /**
+   * A result that was saved. It has no session behind it: superpixels, boundaries, backgrounds and saliency maps are
+   * gone.
+   * @param {string | object} json what `JSON.stringify` made, or that parsed, or what `structuredClone` gave
+   * @returns {Result} with code `data` where it is damaged, or another kind of result
+   */
+  static fromJSON(json) {
+    return restored(json, ['trajectories', 'clusters', 'edgeTable'], (raw, askMap) => new Result(raw, askMap));
   }
 
   /**
@@ -226,4 +249,26 @@ function at(values, index) {
   const value = values[index];
   if (value === undefined) throw new TraceCutError('data', `index ${index} is outside of 0..${values.length}`);
   return value;
+}
+
+/**
+ * @template T
+ * @param {string | object} json
+ * @param {string[]} needed
+ * @param {(raw: import('./engine.js').RawResult, askMap: import('./requests.js').AskMap, facts: any) => T} make
+ * @returns {T}
+ */
+export function restored(json, needed, make) {
+  const found = opened(json, [...needed, 'masks']);
+  const { masks, edgeTable, ...facts } = found;
+  const size = facts.width * facts.height * wholeNumber('data', 'numFrames', facts.numFrames, 1, 2 ** 31);
+  const labels = masks instanceof Uint32Array ? decodeRuns(masks, size, IDENTITY) : masks;
+  if (labels && labels.length !== size)
+    throw new TraceCutError('data', `the saved masks have ${labels.length} pixels (expected ${size})`);
+  return make({ ...facts, info: facts, edges: edgeTable, areas: facts.objects, labels }, noSession, facts);
+}
+
+/** @type {import('./requests.js').AskMap} */
+async function noSession(name) {
+  throw new TraceCutError('state', `a result that was saved has no ${REQUESTS[name].called}; a session keeps them`);
 }

@@ -1,5 +1,5 @@
 import { mergeOf, splitOf, strokesOf } from './correction.js';
-import { TraceCutError, illegal } from './errors.js';
+import { TraceCutError, illegal, inFrame } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
@@ -107,10 +107,10 @@ export class Session {
     const index = this.#pushed;
     this.#pushed += 1;
     try {
-      this.#info = await this.#engine.request('push', raw.kind === 'file' ? { ...raw, index } : raw);
+      this.#info = await this.#engine.request('push', raw);
     } catch (error) {
       this.#pushed -= 1;
-      throw error;
+      throw raw.kind === 'file' ? inFrame(error, { index, name: raw.name }) : error;
     }
   }
 

@@ -1,7 +1,6 @@
 // Frames that the caller hands over one by one: lists, generators, streams.
 
-import { typeTag } from '../errors.js';
-import { inFrame } from '../decode.js';
+import { inFrame, typeTag } from '../errors.js';
 import { toRawFrame } from '../frames.js';
 import { TraceCutError } from '../errors.js';
 

@@ -2,7 +2,6 @@
 
 import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { openDemuxed } from './demux.js';
-import { imageType, openImage } from './images.js';
 import { openListed } from './listed.js';
 import { atSize } from './pixels.js';
 
@@ -75,7 +74,7 @@ async function openFile(file, take) {
   needsBrowser();
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
   const image = await imageType(file);
-  if (image) return openImage(file, image, take.onDamage !== undefined);
+  if (image) return (await import('./images.js')).openImage(file, image, take.onDamage !== undefined);
   const { beforeCut } = take.onDamage ? await import('./webm-cut.js') : NOTHING_CUT;
   const before = await beforeCut(file);
   // A player of the browser's gets along with a cut as it is.
@@ -89,6 +88,20 @@ async function openFile(file, take) {
 
 /** Files are looked at for a cut only where somebody wants to know. */
 const NOTHING_CUT = { beforeCut: async (/** @type {Blob} */ _file) => null };
+
+/**
+ * The type of an image file by its first bytes; null for anything else.
+ * @param {Blob} file
+ * @returns {Promise<string | null>}
+ */
+async function imageType(file) {
+  const head = new Uint8Array(await file.slice(0, 12).arrayBuffer());
+  const text = String.fromCharCode(...head);
+  if (text.startsWith('GIF8')) return 'image/gif';
+  if (text.startsWith('\x89PNG')) return 'image/png';
+  if (text.startsWith('\xff\xd8\xff')) return 'image/jpeg';
+  return text.startsWith('RIFF') && text.slice(8) === 'WEBP' ? 'image/webp' : null;
+}
 
 /**
  * @param {string | URL} address

@@ -1,4 +1,4 @@
-import { Result } from '../result.js';
+import { Result, restored } from '../result.js';
 
 /**
  * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte
@@ -47,6 +47,16 @@ export class WindowResult extends Result {
     this.settled = facts.settled;
     /** Bytes of memory that the engine held at the end of this window. @readonly */
     this.memoryBytes = raw.info.memoryBytes;
+  }
+
+  /**
+   * A window's result that was saved.
+   * @param {string | object} json as of `Result.fromJSON`
+   * @returns {WindowResult}
+   */
+  static fromJSON(json) {
+    const needed = ['trajectories', 'clusters', 'edgeTable', 'settled', 'firstFrame'];
+    return restored(json, needed, (raw, askMap, facts) => new WindowResult(raw, askMap, facts));
   }
 
   /**
