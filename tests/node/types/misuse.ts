@@ -124,6 +124,11 @@ whole.relabel({ 3: 'one' });
 // @ts-expect-error: a window has settled frames to go through
 for (const frame of part) void frame;
 
+// @ts-expect-error: objects are a list
+result.objects?.ofCluster;
+// @ts-expect-error: that does not change
+whole.objects.push(whole.objects[0]!);
+
 // Video
 // @ts-expect-error: a number is no video
 segmentVideo(7);

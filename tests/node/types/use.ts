@@ -13,6 +13,8 @@ import {
   maskPng,
   masksZip,
   openProject,
+  readFrames,
+  Result as ResultClass,
   saveProject,
   segmentEach,
   segmentVideo,
@@ -68,7 +70,11 @@ for await (const { name, result: found, error } of segmentEach([{ name: 'a', sou
   if (error instanceof TraceCutError) void error.code;
   void [name, found?.numFrames];
 }
+for await (const { name } of readFrames('frames')) void name.length;
+await segmentVideo(readFrames('frames')).collect();
+const again: Result = ResultClass.fromJSON(JSON.stringify(result));
+const labels: number[] = again.objects?.map(({ label }) => label) ?? [];
 const images = await createImageEngine({ contour: { low: 0.05 } });
 const { borders } = await images.superpixels(pixels, { count: 400 });
 const soft = adjustMask({ labels: result.labels(0), width: 4, height: 4 }, { grow: 2, feather: 1 });
-export { borders, coco, file, fitFrame, masks, project, soft, whole, zip };
+export { labels, borders, coco, file, fitFrame, masks, project, soft, whole, zip };
