@@ -6,7 +6,7 @@ import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync,
 import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
-import { describeTypes } from './declarations.mjs';
+import { describeTypes, importPlatform } from './declarations.mjs';
 import { writeParameters } from './parameters.mjs';
 import { bindgenSource, ensureBindgen, ensureNodeModules, ensureRust, fail, root, run, runBeside } from './tools.mjs';
 
@@ -173,7 +173,7 @@ async function buildVendored(entry) {
 /** The hand-written modules, by their places below `www/lib`. */
 function libraryFiles() {
   return readdirSync(lib, { recursive: true })
-    .filter((name) => /\.(js|json)$/.test(name))
+    .filter((name) => /\.(js|json|d\.ts)$/.test(name))
     .sort();
 }
 
@@ -182,13 +182,14 @@ function removeStale() {
   for (const name of readdirSync(dist, { recursive: true }).map((file) => file.replaceAll('\\', '/'))) {
     const isModule =
       /\.(js|d\.ts)$/.test(name) && !/^(tracecut|decoder|glue|parameters)\b|^\w+_bg\.wasm|^vendor\//.test(name);
-    if (isModule && !existsSync(join(lib, name.replace(/\.d\.ts$/, '.js')))) rmSync(join(dist, name));
+    const sources = [name, name.replace(/\.d\.ts$/, '.js')].map((source) => join(lib, source));
+    if (isModule && !sources.some(existsSync)) rmSync(join(dist, name));
   }
 }
 
 function buildModules() {
   removeStale();
-  for (const name of libraryFiles().filter((file) => file.endsWith('.js'))) {
+  for (const name of libraryFiles().filter((file) => /\.(js|d\.ts)$/.test(file))) {
     mkdirSync(dirname(join(dist, name)), { recursive: true });
     copyFileSync(join(lib, name), join(dist, name));
   }
@@ -196,6 +197,7 @@ function buildModules() {
     hint: 'The types of www/lib do not agree.',
   });
   describeTypes(lib, dist);
+  importPlatform(dist);
 }
 
 function checkSize(complain) {

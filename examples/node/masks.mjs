@@ -24,6 +24,6 @@ for await (const window of segmentVideo(frames())) {
     await writeFile(join(output, `${parse(files[index]).name}.png`), await maskPng(window, t));
   }
   console.log(
-    `${window.firstFrame + window.settled.to} of ${files.length} frames, ${window.objects.labels.length} objects`,
+    `${window.firstFrame + window.settled.to} of ${files.length} frames, ${window.objects.length} objects`,
   );
 }

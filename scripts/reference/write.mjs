@@ -93,16 +93,26 @@ function typesOf(dist, api) {
 function undocumented(items, parameters) {
   const lacking = items.flatMap((item) => {
     const missing = item.members.filter(({ doc }) => !doc.words).map(({ name }) => `${item.name}.${name}`);
-    const described = item.doc.words || (item.kind === 'type' && everyFieldDescribed(item.text));
+    const described = item.doc.words || (item.kind === 'type' && fieldsWithoutWords(item.text)?.length === 0);
     return described ? missing : [item.name, ...missing];
   });
+  lacking.push(...undescribedOptions(items.filter(({ kind }) => kind === 'type')));
   return [...new Set(lacking), ...parameters.filter(({ doc }) => !doc.trim()).map(({ name }) => name)];
 }
 
-/** Whether each field of an object type has a comment of its own. */
-function everyFieldDescribed(text) {
-  const fields = text.match(/^ {4}\w+\??:/gm) ?? [];
-  return fields.length > 0 && fields.length === (text.match(/^ {4}\/\*\*/gm) ?? []).length;
+/** The fields of an object type that have no comment of their own; undefined for a type without fields. */
+function fieldsWithoutWords(text) {
+  const fields = [...text.matchAll(/(\*\/\s*)?\n {4}(?:readonly )?(\w+)\??:/g)];
+  return fields.length > 0 ? fields.filter(([, comment]) => !comment).map(([, , name]) => name) : undefined;
+}
+
+/** Options that an editor would show no words for: of types called so, and of the types that these are put together of. */
+function undescribedOptions(types) {
+  const options = types.filter(({ name }) => name.endsWith('Options'));
+  const parts = options.flatMap(({ text }) => text.split('{')[0].match(/\w+/g));
+  return types
+    .filter(({ name }) => name.endsWith('Options') || parts.includes(name))
+    .flatMap(({ name, text }) => (fieldsWithoutWords(text) ?? []).map((field) => `${name}.${field}`));
 }
 
 /**

@@ -99,7 +99,7 @@ describe('exports', () => {
         .filter((file) => file.includes('/'))
         .map((file) => file.split('/')[0]),
     );
-    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutDemo.result.objects.count));
+    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutDemo.result.objects.length));
   });
 
   test('run lengths are those of the masks', async () => {

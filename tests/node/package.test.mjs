@@ -39,6 +39,16 @@ test('declarations compile in projects that use them, with browser types and wit
   }
 });
 
+test('misuse fails to compile, and use compiles, whatever types a project knows', () => {
+  const folder = join(root, 'tests', 'node', 'types');
+  const misuse = readFileSync(join(folder, 'misuse.ts'), 'utf8').match(/@ts-expect-error/g);
+  assert.ok(misuse.length >= 40, `${misuse.length} misuses`);
+  for (const project of ['node', 'bare', 'webworker', 'dom', 'exact']) {
+    const { status, stdout, stderr } = tool('typescript/bin/tsc', '--project', join(folder, `${project}.json`));
+    assert.equal(status, 0, `${project}: ${stdout}${stderr}`);
+  }
+});
+
 test('browser and Node entries export the same names, and none is a thenable', async () => {
   const browser = await import('../../dist/index.js');
   assert.deepEqual(Object.keys(browser).sort(), Object.keys(tracecut).sort());
@@ -59,6 +69,7 @@ test('the tarball holds the built package and nothing else', () => {
     'decoder_bg.wasm.d.ts',
     'parameters.js',
     'parameters.d.ts',
+    'dom.d.ts',
     'vendor/media.js',
     'vendor/zip.js',
     'vendor/LICENSES.txt',

@@ -75,7 +75,8 @@ export async function openProject(file) {
 /** @typedef {import('./image.js').Superpixels} Superpixels */
 /** @typedef {import('./result.js').Background} Background */
 /** @typedef {import('./result.js').ComponentTable} ComponentTable */
-/** @typedef {import('./result.js').ObjectList} ObjectList */
+/** @typedef {import('./result.js').ClusterObjects} ClusterObjects */
+/** @typedef {import('./objects.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
 /** @typedef {import('./report.js').Searched} Searched */
@@ -90,7 +91,7 @@ export async function openProject(file) {
 /** @typedef {import('./video/options.js').TakeOptions} TakeOptions */
 /** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
 /** @typedef {import('./video/result.js').Shot} Shot */
-/** @typedef {import('./video/result.js').VideoObject} VideoObject */
+/** @typedef {import('./objects.js').VideoObject} VideoObject */
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
 /** @typedef {import('./video/source.js').VideoSource} VideoSource */

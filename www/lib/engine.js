@@ -15,7 +15,7 @@ const SLICE_MS = 30;
 /**
  * How far a run is: `done` of `total` steps of a stage. `done` only grows, `total` stays; steps differ in how long they
  * take.
- * @typedef {{stage: Stage, done: number, total: number}} Progress
+ * @typedef {{readonly stage: Stage, readonly done: number, readonly total: number}} Progress
  */
 /**
  * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance,
@@ -26,7 +26,8 @@ const SLICE_MS = 30;
 /**
  * Where each pixel goes from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` ×
  * `height` is the size that frames are processed at.
- * @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField
+ * @typedef {{readonly width: number, readonly height: number, readonly u: Float32Array<ArrayBuffer>, readonly v:
+ *   Float32Array<ArrayBuffer>}} FlowField
  */
 
 /**
@@ -35,13 +36,13 @@ const SLICE_MS = 30;
  * @property {Info} info
  * @property {Partial<Record<Stage, number>>} seconds
  * @property {import('./result.js').TrajectoryList} trajectories
- * @property {import('./result.js').ClusterList} clusters
+ * @property {import('./result.js').ClusterList & import('./result.js').ClusterObjects} clusters
  * @property {import('./result.js').ClusterList} thresholdClusters
  * @property {import('./result.js').EmbeddingTable} embedding
  * @property {import('./result.js').EdgeTable} edges
  * @property {import('./result.js').SaliencyTable | null} saliency null without frames
  * @property {import('./result.js').ComponentTable | null} components null without frames
- * @property {import('./result.js').ObjectList | null} objects null without masks
+ * @property {import('./objects.js').Areas[] | null} areas of the objects; null without masks
  * @property {Uint8Array<ArrayBuffer> | null} labels the masks of all frames, one after the other
  */
 
@@ -209,19 +210,20 @@ export class LocalEngine {
    */
   #result(session) {
     const info = session.info();
-    const objects = session.objects() ?? null;
+    const found = session.objects() ?? null;
+    const masks = found && allMasks(session, info, found.labels);
     return {
       info,
       seconds: { ...this.#seconds },
       trajectories: session.trajectories(),
-      clusters: session.clusters(),
+      clusters: { ...session.clusters(), object: found && found.ofCluster },
       thresholdClusters: session.thresholdClusters(),
       embedding: session.embedding(),
       edges: session.edges(),
       saliency: session.saliency() ?? null,
       components: session.components() ?? null,
-      objects,
-      labels: objects && allLabels(session, info),
+      areas: masks && masks.areas,
+      labels: masks && masks.labels,
     };
   }
 
@@ -248,13 +250,20 @@ export class LocalEngine {
 }
 
 /**
+ * The masks of all frames, one after the other, and how many pixels each object has in each.
  * @param {import('./tracecut.js').Session} session
  * @param {Info} info
+ * @param {Uint8Array} known the labels of objects
  */
-function allLabels(session, { numFrames, width, height }) {
+function allMasks(session, { numFrames, width, height }, known) {
   const labels = new Uint8Array(numFrames * width * height);
-  for (let t = 0; t < numFrames; t += 1) labels.set(session.labels(t), t * width * height);
-  return labels;
+  const counts = Array.from({ length: 256 }, () => new Uint32Array(numFrames));
+  for (let t = 0; t < numFrames; t += 1) {
+    const mask = session.labels(t);
+    labels.set(mask, t * width * height);
+    for (const label of mask) /** @type {any} */ (counts[label])[t] += 1;
+  }
+  return { labels, areas: Array.from(known, (label) => ({ label, areas: /** @type {any} */ (counts[label]) })) };
 }
 
 /** @type {(() => Promise<void>) | undefined} */

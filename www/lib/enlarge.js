@@ -17,10 +17,14 @@ import { RemoteEngine } from './remote.js';
 /** @typedef {import('./enlarge-here.js').Image} Image */
 
 /**
- * Options of enlarging: the labels whose opacity is wanted, all objects by default, also such that this frame does not
- * have; `decoder` and `worker` as for a session.
- * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice, decoder?: import('./options.js').WasmSource,
- *   worker?: boolean}} EnlargeOptions
+ * Options of enlarging.
+ * @typedef {object} EnlargeOptions
+ * @property {import('./export/mask-source.js').ObjectChoice} [objects] the labels whose opacity is wanted, all objects
+ *   if
+ *   not given, also such that this frame does not have
+ * @property {import('./options.js').WasmSource} [decoder] where the wasm file is that enlarges, when not beside the
+ *   package
+ * @property {boolean} [worker] false to work on the calling thread (Node always does)
  */
 
 const MAX_SIDE = 16384;

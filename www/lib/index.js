@@ -12,8 +12,6 @@
 
 import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
-import { allAtSize } from './export/at-size.js';
-import { encode } from './export/video.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
 import { once } from './platform.js';
@@ -200,7 +198,8 @@ export function enlargeMask(mask, picture, options) {
  * @param {import('./export/at-size.js').MasksAtSizeOptions} [options]
  * @returns {Promise<import('./export/mask-source.js').MaskSource>} with the times and shots of `masks`
  */
-export function masksAtSize(masks, frames, options) {
+export async function masksAtSize(masks, frames, options) {
+  const { allAtSize } = await import('./export/at-size.js');
   return allAtSize(masks, frames, options, enlargeBy(options));
 }
 
@@ -260,7 +259,8 @@ export async function saveProject(masks, options) {
  * @param {import('./export/video.js').EncodeVideoOptions} [options]
  * @returns {Promise<Blob>} the file
  */
-export function encodeVideo(masks, frames, options) {
+export async function encodeVideo(masks, frames, options) {
+  const { encode } = await import('./export/video.js');
   return encode(masks, frames, options, enlargeBy(options));
 }
 
@@ -366,6 +366,24 @@ export function videoInfo(source, options) {
 export async function* videoStrip(source, options) {
   const { stripOf } = await import('./video/strip.js');
   yield* stripOf(source, options, platform);
+}
+
+/**
+ * The frames that lie as PNG or JPEG files in a folder, in the order of the numbers in their names (frame2 before
+ * frame10), one read at a time. Hidden files and what is no picture are left out. In Node a folder is its path; a page
+ * gives the files that a user chose.
+ *
+ * ```js
+ * for await (const window of segmentVideo(readFrames('frames'), { frameRate: 30 })) console.log(window.objects);
+ * ```
+ * @param {string | URL | Iterable<File>} folder its path or `file:` address, or its files
+ * @returns {AsyncGenerator<import('./video/folder.js').FrameFile, void, undefined>} for `segmentVideo`; errors of one
+ *   that cannot be decoded say its name
+ * @throws {TraceCutError} `no-frames` where the folder has no such file, `data` where a frame is in another format
+ */
+export async function* readFrames(folder) {
+  const { framesOfFiles } = await import('./video/folder.js');
+  yield* framesOfFiles(folder);
 }
 
 /**

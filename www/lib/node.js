@@ -3,13 +3,13 @@
  * @module
  */
 
-import { readFile } from 'node:fs/promises';
+import { readFile, readdir } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
+import { basename, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
-import { allAtSize } from './export/at-size.js';
-import { encode } from './export/video.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
@@ -94,7 +94,10 @@ export const smoothMasks = async (masks, options) => {
 /** @type {Browser['enlargeMask']} */
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['masksAtSize']} */
-export const masksAtSize = (masks, frames, options) => allAtSize(masks, frames, options, enlargeBy(options));
+export const masksAtSize = async (masks, frames, options) => {
+  const { allAtSize } = await import('./export/at-size.js');
+  return allAtSize(masks, frames, options, enlargeBy(options));
+};
 /** @type {Browser['maskPng']} */
 export const maskPng = async (masks, t, options) => {
   const { pngOfMask } = await import('./export/masks.js');
@@ -116,7 +119,10 @@ export const saveProject = async (masks, options) => {
   return projectOf(masks, options, platform);
 };
 /** @type {Browser['encodeVideo']} */
-export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
+export const encodeVideo = async (masks, frames, options) => {
+  const { encode } = await import('./export/video.js');
+  return encode(masks, frames, options, enlargeBy(options));
+};
 /** @type {Browser['encodeImages']} */
 export const encodeImages = async (masks, frames, options) => {
   const { imagesOf } = await import('./export/images.js');
@@ -145,6 +151,27 @@ export const videoStrip = async function* (source, options) {
   const { stripOf } = await import('./video/strip.js');
   yield* stripOf(source, options, platform);
 };
+/** @type {Browser['readFrames']} */
+export const readFrames = async function* (folder) {
+  const { frameNames, framesOfFiles } = await import('./video/folder.js');
+  if (typeof folder !== 'string' && !(folder instanceof URL)) {
+    yield* framesOfFiles(folder);
+    return;
+  }
+  const path = typeof folder === 'string' ? folder : fileURLToPath(folder);
+  for (const name of frameNames(await filesIn(path), `the folder ${basename(path)}`))
+    yield { frame: new Uint8Array(await readFile(join(path, name))), name };
+};
+
+/** @param {string} path */
+async function filesIn(path) {
+  try {
+    const entries = await readdir(path, { withFileTypes: true });
+    return entries.filter((entry) => !entry.isDirectory()).map(({ name }) => name);
+  } catch (cause) {
+    throw new TraceCutError('no-frames', `the folder ${path} cannot be read: ${String(cause)}`, { cause });
+  }
+}
 /** @type {Browser['segmentEach']} */
 export const segmentEach = async function* (clips, options) {
   const { eachOf } = await import('./video/each.js');

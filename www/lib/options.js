@@ -8,13 +8,22 @@ import { illegal, typeTag } from './errors.js';
  */
 
 /**
- * Options of a session: the parameter tree, over a `preset` if there is one (`'fast'` takes half of the time and loses
- * some of what is small or fast, `'paper'` makes masks as the paper does), and settings of this layer. `wasm` says
- * where the wasm file is, `decoder` where the one is that reads PNG and JPEG files and enlarges masks (it is fetched when the
- * first file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does). `threads` is
- * the number of threads to work on, 1 to 64, each with some memory; results are the same for any number. By default it is all but one of the machine's, at most 8, and 1 with `worker: false`.
- * @typedef {ParameterOptions & {preset?: 'default' | 'fast' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?:
- *   boolean, threads?: number}} SessionOptions
+ * The options of a session that are no parameters of the method.
+ * @typedef {object} SessionSettings
+ * @property {'default' | 'fast' | 'paper'} [preset] what the parameters are that are not given: `'fast'` takes half of
+ *   the
+ *   time and loses some of what is small or fast, `'paper'` makes masks as the paper does
+ * @property {WasmSource} [wasm] where the wasm file is, when not beside the package
+ * @property {WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files and enlarges masks, when not
+ *   beside the package; it is fetched when the first file is pushed
+ * @property {boolean} [worker] false to run a browser's session on the calling thread (Node always does)
+ * @property {number} [threads] to work on, 1 to 64, each with some memory; results are the same for any number. If not
+ *   given, all but one of the machine's, at most 8, and 1 with `worker: false`
+ */
+
+/**
+ * Options of a session: the parameter tree, over a preset if there is one, and settings of this layer.
+ * @typedef {ParameterOptions & SessionSettings} SessionOptions
  */
 
 /**

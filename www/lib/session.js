@@ -1,5 +1,5 @@
 import { mergeOf, splitOf, strokesOf } from './correction.js';
-import { TraceCutError, illegal } from './errors.js';
+import { TraceCutError, illegal, inFrame } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
@@ -33,7 +33,10 @@ const NOTHING = {
 
 /**
  * How a run or a correction reports and is stopped.
- * @typedef {{onProgress?: (progress: import('./engine.js').Progress) => void, signal?: AbortSignal}} RunOptions
+ * @typedef {object} RunOptions
+ * @property {(progress: import('./engine.js').Progress) => void} [onProgress] hears of each stage
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason, and the session keeps what it
+ *   has
  */
 
 /**
@@ -57,6 +60,8 @@ export class Session {
   /** @type {((reason: unknown) => void) | undefined} Ends the present run early. */
   #stopRun;
 
+  /** Frames that are on their way or there. */
+  #pushed = 0;
   #loadDecoder;
   /** @type {Promise<unknown>} Frames reach the engine in the order of the calls, however long each takes to copy. */
   #copied = Promise.resolve();
@@ -99,7 +104,14 @@ export class Session {
     await before;
     const raw = await copying;
     this.#check('push');
-    this.#info = await this.#engine.request('push', raw);
+    const index = this.#pushed;
+    this.#pushed += 1;
+    try {
+      this.#info = await this.#engine.request('push', raw);
+    } catch (error) {
+      this.#pushed -= 1;
+      throw raw.kind === 'file' ? inFrame(error, { index, name: raw.name }) : error;
+    }
   }
 
   /**
@@ -321,6 +333,7 @@ export class Session {
     this.#check('clear');
     this.#clip += 1;
     this.#info = await this.#engine.request('clear');
+    this.#pushed = 0;
   }
 
   /** Frees the session's memory. A run under way rejects with code `closed`; closing twice is fine. */

@@ -15,7 +15,7 @@ export async function outcome() {
   const result = await session.run();
   session.close();
   return {
-    objects: result.objects?.count,
+    objects: result.objects?.length,
     ...compared(result, clip),
     decoded: await decodedSize(),
     zip: sumOf(await masksZip(result)),

@@ -9,8 +9,12 @@ import { filesOfMasks } from './masks.js';
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
 /**
- * A clip of the archive: its masks, or the error for which there are none; `about` is the caller's own, for the report.
- * @typedef {{name: string, masks: MaskSource | null, error?: unknown, about?: Record<string, unknown>}} ZippedClip
+ * A clip of the archive: its masks, or the error for which there are none.
+ * @typedef {object} ZippedClip
+ * @property {string} name what its folder is called after
+ * @property {MaskSource | null} masks null where there are none
+ * @property {unknown} [error] why there are none
+ * @property {Record<string, unknown>} [about] the caller's own, for the report
  */
 
 /**

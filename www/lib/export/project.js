@@ -15,15 +15,19 @@ import { breath } from './breath.js';
 /** @typedef {import('../video/tracks.js').ClipTrajectories} ClipTrajectories */
 
 /**
- * What is saved beside the masks: edits by hand (those of `editor`, over these very masks), anything that JSON can hold, and files by name, stored as
- * they are. `frameRate` gives times to masks that have none, 25 if not given.
- * @typedef {{editor?: import('../edit/editor.js').MaskEditor, about?: unknown, files?: Record<string, Uint8Array>,
- *   frameRate?: number, signal?: AbortSignal}} ProjectOptions
+ * What is saved beside the masks.
+ * @typedef {object} ProjectOptions
+ * @property {import('../edit/editor.js').MaskEditor} [editor] its edits by hand, over these very masks
+ * @property {unknown} [about] the caller's own, anything that JSON can hold
+ * @property {Record<string, Uint8Array>} [files] by name, stored as they are
+ * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
 /**
  * A project that was opened: `masks` as they were before `edits`, which `MaskEditor.restore` does again.
- * @typedef {{masks: VideoResult, edits: SavedEdits | null, about: unknown, files: Record<string, Uint8Array>}} Project
+ * @typedef {{readonly masks: VideoResult, readonly edits: SavedEdits | null, readonly about: unknown, readonly files:
+ *   Record<string, Uint8Array>}} Project
  */
 
 const FORMAT = 1;
@@ -177,10 +181,10 @@ function runsOf(words, numFrames, size) {
  * Trajectories as words: their number and that of their points, first frames, offsets, places, labels.
  * @param {any} masks
  */
-function trajectoryWords({ trajectories, clusters, objects }) {
+function trajectoryWords({ trajectories, clusters }) {
   if (!trajectories) return [Uint32Array.of(0, 0, 0)];
   const { count, startFrame, offset, x, y, label } = trajectories;
-  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => objects?.ofCluster[c] ?? 0);
+  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => clusters.object?.[c] ?? 0);
   const places = [x, y].map((values) => new Uint32Array(Float32Array.from(values).buffer));
   return [Uint32Array.of(count, x.length), startFrame, offset, ...places, Uint32Array.from(labels)];
 }
