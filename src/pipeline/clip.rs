@@ -87,6 +87,7 @@ impl Clip {
     }
 
     /// Whether `frame`, of whatever size, looks nothing like the last one.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn begins_shot(&self, frame: &Frame) -> bool {
         self.accepted(frame).is_ok_and(|frame| self.is_cut_before(&Thumbnail::new(&frame)))
     }

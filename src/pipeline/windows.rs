@@ -34,6 +34,7 @@ impl Session {
     }
 
     /// Whether `frame` would be held back by [`Session::push_in_shot`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn begins_shot(&self, frame: &Frame) -> bool {
         self.clip().is_some_and(|clip| clip.begins_shot(frame))
     }
