@@ -5,6 +5,7 @@ import { TraceCutError, illegal, typeTag } from './errors.js';
 import { checkedOptions, chosenLabels } from './export/mask-source.js';
 import { toRawFrame } from './frames.js';
 import { wholeNumber } from './options.js';
+import { checkWorker, workerStarter } from './places.js';
 import { RemoteEngine } from './remote.js';
 
 /**
@@ -20,7 +21,7 @@ import { RemoteEngine } from './remote.js';
  * Options of enlarging: the labels whose opacity is wanted, all objects by default, also such that this frame does not
  * have; `decoder` and `worker` as for a session.
  * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice, decoder?: import('./options.js').WasmSource,
- *   worker?: boolean}} EnlargeOptions
+ *   worker?: boolean | import('./places.js').WorkerSource}} EnlargeOptions
  */
 
 const MAX_SIDE = 16384;
@@ -36,13 +37,11 @@ const IDLE_MS = 5000;
  */
 export async function enlarged(mask, picture, options, platform) {
   const { objects, decoder, worker } = checkedOptions(options ?? {}, ['objects', 'decoder', 'worker']);
-  if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
-  if (worker && !platform.startWorker)
-    throw new TraceCutError('unsupported', 'worker = true (expected false or nothing: this engine has no workers)');
+  if (worker !== undefined) checkWorker(worker);
+  const startWorker = workerStarter(worker, platform);
   const chosen = new Uint8Array(chosenLabels(objects));
   const { labels, width } = copied(mask);
   const load = () => platform.loadDecoder(decoder);
-  const startWorker = worker === false ? undefined : platform.startWorker;
   const held = (startWorker && image(picture)) ?? toRawFrame(picture, load);
   const [raw, module] = await Promise.all([held, load()]);
   /** @type {EnlargeTask} */

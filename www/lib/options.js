@@ -1,4 +1,5 @@
 import { illegal, typeTag } from './errors.js';
+import { checkWorker } from './places.js';
 
 /** @typedef {import('./parameters.js').ParameterOptions} ParameterOptions */
 
@@ -11,14 +12,14 @@ import { illegal, typeTag } from './errors.js';
  * Options of a session: the parameter tree, over a `preset` if there is one (`'fast'` takes half of the time and loses
  * some of what is small or fast, `'paper'` makes masks as the paper does), and settings of this layer. `wasm` says
  * where the wasm file is, `decoder` where the one is that reads PNG and JPEG files and enlarges masks (it is fetched when the
- * first file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does). `threads` is
- * the number of threads to work on, 1 to 64, each with some memory; results are the same for any number. By default it is all but one of the machine's, at most 8, and 1 with `worker: false`.
+ * first file is pushed); `configure` says both for all calls. `worker: false` runs a browser's session on the calling thread
+ * (Node always does), an address (of `worker.bundle.js`, one file) or a function that starts one says where the worker is. `threads` is the number of threads to work on, 1 to 64, each with some memory; results are the same for any number. By default it is all but one of the machine's, at most 8, and 1 with `worker: false`.
  * @typedef {ParameterOptions & {preset?: 'default' | 'fast' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?:
- *   boolean, threads?: number}} SessionOptions
+ *   boolean | import('./places.js').WorkerSource, threads?: number}} SessionOptions
  */
 
 /**
- * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean, threads?: number,
+ * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean | import('./places.js').WorkerSource, threads?: number,
  *   parameters: Record<string, unknown>}} SplitOptions
  */
 
@@ -37,7 +38,7 @@ const MAX_DEPTH = 4;
 export function splitOptions(options = {}) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');
   const { wasm, decoder, worker, threads, ...parameters } = /** @type {SessionOptions} */ (options);
-  if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
+  if (worker !== undefined) checkWorker(worker);
   if (threads !== undefined) wholeNumber('param', 'threads', threads, 1, MAX_THREADS);
   return { wasm, decoder, worker, threads, parameters: copyTree(parameters, '', 0) };
 }

@@ -14,6 +14,7 @@ import { pixelsOf } from './drawable.js';
 import { checkMasks, checkedOptions, chosenLabels, endOf, labelsOf, timesOf } from './mask-source.js';
 import { breath } from './breath.js';
 import { isIterable, oneOf, timing } from './video.js';
+import { Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -162,7 +163,7 @@ async function* archive(pictures, { masks, times, end }) {
   const { numFrames } = masks;
   const files = Array.from({ length: numFrames }, (_, t) => pngName(t));
   const json = { generator: 'tracecut', version: VERSION, ...about, numFrames, times: [...times], end, files };
-  begin('images.json').push(new TextEncoder().encode(`${JSON.stringify(json, null, 2)}\n`), true);
+  begin('images.json').push(new Encoder().encode(`${JSON.stringify(json, null, 2)}\n`), true);
   zip.end();
   yield* taken();
 }

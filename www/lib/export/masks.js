@@ -7,6 +7,7 @@ import { pngOf, aside } from '../aside/aside.js';
 import { breath } from './breath.js';
 import { pngName } from './coco.js';
 import { MAX_LABEL, checkFlag, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import { Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -138,7 +139,7 @@ export async function filesOfMasks(masks, options, platform) {
     if (t % BATCH === BATCH - 1) await breath();
   }
   const about = description(masks, times, present, { palette, perObject });
-  files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
+  files['masks.json'] = new Encoder().encode(`${JSON.stringify(about, null, 2)}\n`);
   return files;
 }
 

@@ -7,6 +7,7 @@ import { openListed } from './listed.js';
 import { openLive } from './live.js';
 import { atSize } from './pixels.js';
 import { openElement, openSeeking } from './seek.js';
+import { part } from '../places.js';
 
 /**
  * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its
@@ -69,7 +70,7 @@ async function openFile(file, take) {
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
   const image = await imageType(file);
   if (image) return openImage(file, image, take.onDamage !== undefined);
-  const { beforeCut } = take.onDamage ? await import('./webm-cut.js') : NOTHING_CUT;
+  const { beforeCut } = take.onDamage ? await part(import('./webm-cut.js')) : NOTHING_CUT;
   const before = await beforeCut(file);
   // A player of the browser's gets along with a cut as it is.
   const reader = await byBestMeans(before ?? file, take, () => {
