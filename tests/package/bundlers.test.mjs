@@ -1,8 +1,7 @@
-// The packed tarball, installed in an empty folder, in a browser: through Vite, webpack and esbuild, and without a
-// bundler. Each must give what Node gives.
+// The packed tarball, installed in an empty folder, in a browser: through Vite and webpack, and without a bundler;
+// esbuild has tests of its own. Each must give what Node gives.
 
 import assert from 'node:assert/strict';
-import { execFileSync } from 'node:child_process';
 import { cpSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -71,14 +70,17 @@ test('webpack, without a setting for the package', async (t) => {
   await gives(t, site.browser, await served(t, path), expected);
 });
 
-test('esbuild, told what the README says', async (t) => {
-  // The project has no esbuild of its own; this one's is named in full.
-  const script = readmeCode()
-    .get('Bundlers 2')
-    .replace("'esbuild'", JSON.stringify(import.meta.resolve('esbuild')));
-  execFileSync(process.execPath, ['--input-type=module', '--eval', script], { cwd: folder });
-  cpSync(join(folder, 'index.html'), join(folder, 'out', 'index.html'));
-  await gives(t, site.browser, await served(t, join(folder, 'out')), expected);
+test('Vite, with the files and the worker where the README says that others have them', async (t) => {
+  const outDir = join(folder, 'out-configured');
+  writeFileSync(join(folder, 'configured.js'), `${readmeCode().get('Bundlers 2')}\n`);
+  const edit = {
+    name: 'configured',
+    transform: (code, id) => (id.endsWith('/main.js') ? `import './configured.js';\n${code}` : undefined),
+  };
+  await vite.build({ root: folder, configFile: false, logLevel: 'error', build: { outDir }, plugins: [edit] });
+  for (const name of ['tracecut_bg.wasm', 'decoder_bg.wasm', 'worker.bundle.js'])
+    cpSync(join(folder, 'node_modules', 'tracecut', 'dist', name), join(outDir, name));
+  await gives(t, site.browser, await served(t, outDir), expected, { files: 1 });
 });
 
 test('a page without a bundler, under a strict content security policy', async (t) => {

@@ -74,7 +74,7 @@ async function compile(bytes, name, hint = '') {
   if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE))) {
     throw new TraceCutError(
       'unsupported',
-      'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 20)',
+      'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 18)',
     );
   }
   try {
