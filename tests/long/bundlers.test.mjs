@@ -35,9 +35,9 @@ for (const format of ['es', 'iife']) {
 }
 
 test('Parcel', async (t) => {
-  const folder = await project(t, { tools: { parcel: '2.16.4' }, recipe: 'parcel' });
+  const folder = await project(t, { tools: { parcel: '2.16.4' }, recipe: 'parcel', files: { 'main.js': MAIN } });
   await tool(folder, 'parcel', 'build', 'index.html', '--no-cache');
-  await right(t, join(folder, 'dist'));
+  await right(t, join(folder, 'dist'), { files: 1 });
 });
 
 test('Rspack', async (t) => {
