@@ -60,7 +60,11 @@ test('Vite 7, built and in development', async (t) => {
   await tool(folder, 'vite', 'build');
   await right(t, join(folder, 'dist'));
   const { createServer } = await import(join(folder, 'node_modules/vite/dist/node/index.js'));
-  const server = await createServer({ root: folder, logLevel: 'error', server: { port: 0, host: '127.0.0.1', hmr: false } });
+  const server = await createServer({
+    root: folder,
+    logLevel: 'error',
+    server: { port: 0, host: '127.0.0.1', hmr: false },
+  });
   t.after(() => server.close());
   await server.listen();
   await gives(t, site.browser, server.resolvedUrls.local[0], expected);
@@ -82,16 +86,30 @@ test('Angular', async (t) => {
   );
   const tools = { ...core, '@angular/build': '20.3.41', '@angular/cli': '20.3.41', rxjs: '7.8.2', typescript: '5.9.3' };
   const [setup, assets] = [recipe('angular').get('setup.js'), JSON.parse(recipe('angular').get('assets.json'))];
-  const options = { browser: 'src/main.ts', index: 'src/index.html', tsConfig: 'tsconfig.json', outputPath: 'out', assets };
+  const options = {
+    browser: 'src/main.ts',
+    index: 'src/index.html',
+    tsConfig: 'tsconfig.json',
+    outputPath: 'out',
+    assets,
+  };
   const target = { builder: '@angular/build:application', options: { ...options, aot: true } };
   const app = { projectType: 'application', root: '', sourceRoot: 'src', architect: { build: target } };
-  const compilerOptions = { target: 'ES2022', module: 'preserve', moduleResolution: 'bundler', strict: true, allowJs: true, skipLibCheck: true };
+  const compilerOptions = {
+    target: 'ES2022',
+    module: 'preserve',
+    moduleResolution: 'bundler',
+    strict: true,
+    allowJs: true,
+    skipLibCheck: true,
+  };
   const folder = await project(t, {
     tools,
     files: {
       'angular.json': JSON.stringify({ version: 1, projects: { app }, cli: { analytics: false } }),
       'tsconfig.json': JSON.stringify({ compilerOptions, files: ['src/main.ts'] }),
-      'src/index.html': '<!doctype html><meta charset="utf-8"><base href="/"><link rel="icon" href="data:,"><app-root></app-root>',
+      'src/index.html':
+        '<!doctype html><meta charset="utf-8"><base href="/"><link rel="icon" href="data:,"><app-root></app-root>',
       'src/main.ts': `import { provideZonelessChangeDetection, Component } from '@angular/core';
 import { bootstrapApplication } from '@angular/platform-browser';
 ${setup}

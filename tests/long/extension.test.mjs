@@ -62,17 +62,23 @@ test('a page of an extension with the package in a file beside it, under the pol
 test('a service worker that loads the package in many modules is told to take the one with everything inside', async (t) => {
   const folder = await project(t, {});
   segment(folder, ORDINARY);
-  writeFileSync(join(folder, 'worker.js'), `import { outcome } from './segment.js';
+  writeFileSync(
+    join(folder, 'worker.js'),
+    `import { outcome } from './segment.js';
     self.addEventListener('message', ({ source }) => {
       outcome().then((found) => source.postMessage(found), ({ code, message }) => source.postMessage({ code, message }));
-    });`);
+    });`,
+  );
   const found = await inServiceWorker(t, folder);
   assert.equal(found.code, 'wasm-load');
   assert.match(found.message, /import\(\) is disallowed.*tracecut\/inline/);
   const inside = await project(t, {});
   segment(inside, INLINE);
-  writeFileSync(join(inside, 'worker.js'), `import { outcome } from './segment.js';
-    self.addEventListener('message', (event) => event.waitUntil(outcome().then((found) => event.source.postMessage(found))));`);
+  writeFileSync(
+    join(inside, 'worker.js'),
+    `import { outcome } from './segment.js';
+    self.addEventListener('message', (event) => event.waitUntil(outcome().then((found) => event.source.postMessage(found))));`,
+  );
   assert.deepEqual(await inServiceWorker(t, inside), expected);
 });
 
@@ -89,13 +95,19 @@ async function inServiceWorker(t, folder) {
   });
 }
 
-for (const [how, from] of [['in many modules', ORDINARY], ['with everything inside', INLINE]]) {
+for (const [how, from] of [
+  ['in many modules', ORDINARY],
+  ['with everything inside', INLINE],
+]) {
   test(`a shared worker with the package ${how}`, async (t) => {
     const folder = await project(t, {});
     segment(folder, from);
-    writeFileSync(join(folder, 'shared.js'), `import { outcome } from './segment.js';
+    writeFileSync(
+      join(folder, 'shared.js'),
+      `import { outcome } from './segment.js';
       self.onconnect = ({ ports: [port] }) =>
-        outcome().then((found) => port.postMessage(found), ({ code, message }) => port.postMessage({ code, message }));`);
+        outcome().then((found) => port.postMessage(found), ({ code, message }) => port.postMessage({ code, message }));`,
+    );
     const page = await emptyPage(t, folder);
     const found = await page.evaluate(
       () =>

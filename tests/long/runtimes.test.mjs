@@ -33,7 +33,8 @@ for (const version of ['18.20.8', '20.19.5', '22.21.1', '24.11.1']) {
 test('Bun, as it is, bundled with the package outside, and with everything inside', async (t) => {
   const folder = await project(t, { tools: { bun: '1.4.5' }, files: { 'print.js': PRINT } });
   const bun = join(folder, 'node_modules', 'bun', 'bin', 'bun.exe');
-  const prints = async (program, file) => assert.deepEqual(JSON.parse(await execute(folder, program, [file])), expected);
+  const prints = async (program, file) =>
+    assert.deepEqual(JSON.parse(await execute(folder, program, [file])), expected);
   await prints(bun, 'print.js');
   await execute(folder, bun, ['build', 'print.js', '--target=node', '--external', 'tracecut', '--outdir', 'out']);
   await prints(process.execPath, 'out/print.js');
@@ -49,7 +50,9 @@ test('Bun, as it is, bundled with the package outside, and with everything insid
 test('Deno, with the rights that the recipe names', async (t) => {
   const folder = await project(t, { tools: { deno: '2.9.6' }, files: { 'print.js': PRINT } });
   // What the package's own script would link when it is installed.
-  const [name] = Object.keys(JSON.parse(readFileSync(join(folder, 'node_modules/deno/package.json'), 'utf8')).optionalDependencies)
+  const [name] = Object.keys(
+    JSON.parse(readFileSync(join(folder, 'node_modules/deno/package.json'), 'utf8')).optionalDependencies,
+  )
     .filter((each) => each.includes(`${process.platform}-${process.arch}`))
     .filter((each) => !each.includes('musl'));
   const deno = join(folder, 'node_modules', name, process.platform === 'win32' ? 'deno.exe' : 'deno');
@@ -101,6 +104,7 @@ test('workerd, from its first modules on', async (t) => {
   });
   // What wrangler does: bundled by esbuild, the wasm files as modules beside the script.
   const { build } = await import('esbuild');
+  const files = new Set();
   await build({
     absWorkingDir: folder,
     entryPoints: ['worker.js'],
@@ -108,21 +112,27 @@ test('workerd, from its first modules on', async (t) => {
     bundle: true,
     format: 'esm',
     conditions: ['workerd', 'worker', 'browser'],
-    plugins: [wasmModules(folder)],
+    plugins: [wasmModules(files)],
     logLevel: 'error',
   });
-  const lines = (await execute(folder, process.execPath, ['run.mjs'])).trim().split('\n').map((line) => JSON.parse(line));
+  for (const file of files) cpSync(join(folder, 'node_modules/tracecut/dist', file), join(folder, 'out', file));
+  assert.equal(files.size, 2);
+  const lines = (await execute(folder, process.execPath, ['run.mjs']))
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line));
   assert.equal(lines.length, 3);
   for (const { compatibilityDate, found } of lines) assert.deepEqual(found, expected, compatibilityDate);
 });
 
-function wasmModules(folder) {
+/** The package's wasm files as modules that stay outside; their names go into `wanted`. */
+function wasmModules(wanted) {
   return {
     name: 'wasm-modules',
     setup(build) {
       build.onResolve({ filter: /\.wasm$/ }, ({ path }) => {
         const file = path === 'tracecut/tracecut.wasm' ? 'tracecut_bg.wasm' : 'decoder_bg.wasm';
-        build.onEnd(() => cpSync(join(folder, 'node_modules/tracecut/dist', file), join(folder, 'out', file)));
+        wanted.add(file);
         return { path: `./${file}`, external: true };
       });
     },
