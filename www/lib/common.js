@@ -1,6 +1,7 @@
 // What is the same in browsers and Node.
 
 import { PARAMETERS, VERSION } from './parameters.js';
+import { part } from './places.js';
 
 export { Clip } from './clip.js';
 export { fitFrame } from './draw/canvas.js';
@@ -24,6 +25,7 @@ export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
 export { EdgeKind, ImageEngine } from './image.js';
 export { searchReport } from './report.js';
+export { configure } from './places.js';
 export { Result } from './result.js';
 export { sceneMotion } from './scene.js';
 export { Session } from './session.js';
@@ -48,7 +50,7 @@ export function parameters() {
  * @returns {Promise<import('./export/project.js').Project>}
  */
 export async function openProject(file) {
-  const { projectFrom } = await import('./export/project.js');
+  const { projectFrom } = await part(import('./export/project.js'));
   return projectFrom(file);
 }
 

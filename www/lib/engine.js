@@ -1,5 +1,6 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
+import { breath } from './export/breath.js';
 import { end, guarded, instance } from './instance.js';
 import { Pool } from './pool.js';
 import { lineOf } from './requests.js';
@@ -271,9 +272,14 @@ let nextTask;
 
 /** Lets waiting messages and events in. `setTimeout` would do, but browsers make nested ones wait 4 ms. */
 function macrotask() {
-  nextTask ??=
-    typeof setImmediate === 'function' ? () => new Promise((resolve) => setImmediate(resolve)) : channelTask();
+  nextTask ??= taskSource();
   return nextTask();
+}
+
+function taskSource() {
+  if (typeof setImmediate === 'function')
+    return () => new Promise((/** @type {(value: void) => void} */ resolve) => setImmediate(resolve));
+  return globalThis.MessageChannel ? channelTask() : breath;
 }
 
 function channelTask() {

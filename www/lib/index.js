@@ -14,7 +14,8 @@ import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
-import { once } from './platform.js';
+import { asideStarter, importing, known, part, wayOut } from './places.js';
+import { loader } from './platform.js';
 import { openSession } from './session.js';
 import { framesOf, infoOf } from './video/frames.js';
 import { preview } from './video/preview.js';
@@ -24,19 +25,21 @@ export * from './common.js';
 
 // Bundlers look for these very expressions, and for that of the worker.
 const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
-const packaged = once(() => loadModule(packagedFile()));
-const packagedDecoder = once(() => loadModule(new URL('./decoder_bg.wasm', import.meta.url)));
+const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 
 /** @type {import('./platform.js').Platform} */
 const platform = {
-  loadModule: (source) => (source === undefined ? packaged() : loadModule(source)),
-  loadDecoder: (source) => (source === undefined ? packagedDecoder() : loadModule(source)),
+  loadModule: loader('wasm', loadModule, async () => loadModule(known('wasm', packagedFile), wayOut('wasm'))),
+  loadDecoder: loader('decoder', loadModule, async () =>
+    loadModule(known('decoder', packagedDecoder), wayOut('decoder')),
+  ),
   get startWorker() {
     if (typeof Worker === 'undefined') return undefined;
     return startWorker;
   },
   get startAside() {
-    return typeof Worker === 'undefined' ? undefined : startAside;
+    if (typeof Worker === 'undefined') return undefined;
+    return asideStarter(startAside);
   },
   cores: () => globalThis.navigator?.hardwareConcurrency,
 };
@@ -45,27 +48,15 @@ function startWorker() {
   try {
     return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
   } catch {
-    // Browsers start no worker from another origin, such as a CDN's, but let one of the page's own import it from
-    // there.
-    foreignWorker ??= URL.createObjectURL(
-      new Blob([`import ${JSON.stringify(new URL('worker.js', packagedFile()).href)};`], { type: 'text/javascript' }),
-    );
-    return new Worker(foreignWorker, { type: 'module' });
+    return importing(known('worker', () => new URL('worker.js', packagedFile())));
   }
 }
-
-/** @type {string | undefined} */
-let foreignWorker;
 
 function startAside() {
   try {
     return new Worker(new URL('./aside/worker.js', import.meta.url), { type: 'module' });
   } catch {
-    const address = new URL('aside/worker.js', packagedFile());
-    return new Worker(
-      URL.createObjectURL(new Blob([`import ${JSON.stringify(address.href)};`], { type: 'text/javascript' })),
-      { type: 'module' },
-    );
+    return importing(known('worker', () => new URL('aside/worker.js', packagedFile())));
   }
 }
 
@@ -152,7 +143,7 @@ export function createImageEngine(options) {
  * @returns {Promise<import('./edit/carry.js').Carried>}
  */
 export async function carryEdit(editor, edit, options) {
-  const { carryWith } = await import('./edit/carry.js');
+  const { carryWith } = await part(import('./edit/carry.js'));
   return carryWith(editor, edit, options, () => openImageEngine({}, platform));
 }
 
@@ -170,7 +161,7 @@ export async function carryEdit(editor, edit, options) {
  * @returns {Promise<import('./export/mask-source.js').MaskSource>} of the same size, times and shots
  */
 export async function smoothMasks(masks, options) {
-  const { smoothWith } = await import('./edit/smooth.js');
+  const { smoothWith } = await part(import('./edit/smooth.js'));
   return smoothWith(masks, options, () => openImageEngine({}, platform));
 }
 
@@ -199,7 +190,7 @@ export function enlargeMask(mask, picture, options) {
  * @returns {Promise<import('./export/mask-source.js').MaskSource>} with the times and shots of `masks`
  */
 export async function masksAtSize(masks, frames, options) {
-  const { allAtSize } = await import('./export/at-size.js');
+  const { allAtSize } = await part(import('./export/at-size.js'));
   return allAtSize(masks, frames, options, enlargeBy(options));
 }
 
@@ -211,7 +202,7 @@ export async function masksAtSize(masks, frames, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the file
  */
 export async function maskPng(masks, t, options) {
-  const { pngOfMask } = await import('./export/masks.js');
+  const { pngOfMask } = await part(import('./export/masks.js'));
   return pngOfMask(masks, t, options, platform);
 }
 
@@ -223,7 +214,7 @@ export async function maskPng(masks, t, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
 export async function masksZip(masks, options) {
-  const { zipOfMasks } = await import('./export/masks.js');
+  const { zipOfMasks } = await part(import('./export/masks.js'));
   return zipOfMasks(masks, options, platform);
 }
 
@@ -235,7 +226,7 @@ export async function masksZip(masks, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
 export async function clipsZip(clips, options) {
-  const { zipOfClips } = await import('./export/clips-zip.js');
+  const { zipOfClips } = await part(import('./export/clips-zip.js'));
   return zipOfClips(clips, options, platform);
 }
 
@@ -246,7 +237,7 @@ export async function clipsZip(clips, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
  */
 export async function saveProject(masks, options) {
-  const { projectOf } = await import('./export/project.js');
+  const { projectOf } = await part(import('./export/project.js'));
   return projectOf(masks, options, platform);
 }
 
@@ -260,7 +251,7 @@ export async function saveProject(masks, options) {
  * @returns {Promise<Blob>} the file
  */
 export async function encodeVideo(masks, frames, options) {
-  const { encode } = await import('./export/video.js');
+  const { encode } = await part(import('./export/video.js'));
   return encode(masks, frames, options, enlargeBy(options));
 }
 
@@ -288,7 +279,7 @@ function enlargeBy(options) {
  * @returns {Promise<ReadableStream<Uint8Array<ArrayBuffer>>>} the bytes of the file
  */
 export async function encodeImages(masks, frames, options) {
-  const { imagesOf } = await import('./export/images.js');
+  const { imagesOf } = await part(import('./export/images.js'));
   return imagesOf(masks, frames, options, enlargeBy(options), platform);
 }
 
@@ -364,7 +355,7 @@ export function videoInfo(source, options) {
  * @returns {AsyncGenerator<import('./video/frames.js').DecodedFrame, void, undefined>}
  */
 export async function* videoStrip(source, options) {
-  const { stripOf } = await import('./video/strip.js');
+  const { stripOf } = await part(import('./video/strip.js'));
   yield* stripOf(source, options, platform);
 }
 
@@ -382,7 +373,7 @@ export async function* videoStrip(source, options) {
  * @throws {TraceCutError} `no-frames` where the folder has no such file, `data` where a frame is in another format
  */
 export async function* readFrames(folder) {
-  const { framesOfFiles } = await import('./video/folder.js');
+  const { framesOfFiles } = await part(import('./video/folder.js'));
   yield* framesOfFiles(folder);
 }
 
@@ -399,6 +390,6 @@ export async function* readFrames(folder) {
  * @returns {AsyncGenerator<import('./video/each.js').SegmentedClip, void, undefined>}
  */
 export async function* segmentEach(clips, options) {
-  const { eachOf } = await import('./video/each.js');
+  const { eachOf } = await part(import('./video/each.js'));
   yield* eachOf(clips, options, segmentVideo);
 }

@@ -3,6 +3,7 @@
  * @module
  */
 
+import { existsSync } from 'node:fs';
 import { readFile, readdir } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
 import { basename, join } from 'node:path';
@@ -13,7 +14,8 @@ import { enlarged } from './enlarge.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
-import { once } from './platform.js';
+import { known, part } from './places.js';
+import { loader } from './platform.js';
 import { openSession } from './session.js';
 import { framesOf, infoOf } from './video/frames.js';
 import { preview } from './video/preview.js';
@@ -21,13 +23,14 @@ import { segment } from './video/segment.js';
 
 export * from './common.js';
 
-const packaged = once(() => readModule(new URL('./tracecut_bg.wasm', import.meta.url)));
-const packagedDecoder = once(() => readModule(new URL('./decoder_bg.wasm', import.meta.url)));
+// Bundlers that carry files along look for these very expressions.
+const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
+const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 
 /** @type {import('./platform.js').Platform} */
 const platform = {
-  loadModule: (source) => (source === undefined ? packaged() : load(source)),
-  loadDecoder: (source) => (source === undefined ? packagedDecoder() : load(source)),
+  loadModule: loader('wasm', load, () => readPackaged('wasm', 'tracecut_bg.wasm', packagedFile)),
+  loadDecoder: loader('decoder', load, () => readPackaged('decoder', 'decoder_bg.wasm', packagedDecoder)),
   startWorker: undefined,
   startHelper,
   cores: availableParallelism,
@@ -50,16 +53,46 @@ function startHelper(data) {
 
 /** @param {import('./options.js').WasmSource} source */
 function load(source) {
-  return source instanceof URL && source.protocol === 'file:' ? readModule(source) : loadModule(source);
+  if (source instanceof URL && source.protocol === 'file:') return readModule(source);
+  return typeof source === 'string' && !/^[a-z][a-z\d+.-]+:/i.test(source) ? readModule(source) : loadModule(source);
 }
 
-/** @param {URL} url */
-async function readModule(url) {
+/**
+ * A file beside this module. Where a bundler gives an address of its own in its place, as webpack does, it is looked for
+ * where this module was when it was bundled.
+ * @param {'wasm' | 'decoder'} name
+ * @param {string} file
+ * @param {() => URL} make
+ */
+async function readPackaged(name, file, make) {
+  const url = known(name, make, wayOut(name, file));
+  const here = import.meta.url;
+  const candidates = url.href.startsWith('file:') ? [new URL(url.href)] : [];
+  candidates.push(new URL(file, here));
+  const found = candidates.find((candidate) => existsSync(candidate)) ?? candidates[0];
+  return readModule(/** @type {URL} */ (found), wayOut(name, file));
+}
+
+/**
+ * The way out where a bundler has left a file behind.
+ * @param {string} name
+ * @param {string} file
+ */
+function wayOut(name, file) {
+  return `If your bundler leaves it out, keep the package out of the bundle (external: ['tracecut'], serverExternalPackages: ['tracecut']), or copy tracecut/dist/${file} and say where: configure({ ${name}: 'path/of/${file}' })`;
+}
+
+/**
+ * @param {URL | string} place
+ * @param {string} [hint]
+ */
+async function readModule(place, hint) {
   try {
-    return await loadModule(await readFile(url));
+    return await loadModule(await readFile(place));
   } catch (cause) {
     if (cause instanceof TraceCutError) throw cause;
-    throw new TraceCutError('wasm-load', `${url.href} could not be read: ${String(cause)}`, { cause });
+    const words = `${place instanceof URL ? place.href : place} could not be read: ${String(cause)}`;
+    throw new TraceCutError('wasm-load', hint ? `${words}. ${hint}` : words, { cause });
   }
 }
 
@@ -83,49 +116,49 @@ export const flow = (from, to, options) => flowOf(from, to, options, platform);
 export const createImageEngine = (options) => openImageEngine(options, platform);
 /** @type {Browser['carryEdit']} */
 export const carryEdit = async (editor, edit, options) => {
-  const { carryWith } = await import('./edit/carry.js');
+  const { carryWith } = await part(import('./edit/carry.js'));
   return carryWith(editor, edit, options, () => openImageEngine({}, platform));
 };
 /** @type {Browser['smoothMasks']} */
 export const smoothMasks = async (masks, options) => {
-  const { smoothWith } = await import('./edit/smooth.js');
+  const { smoothWith } = await part(import('./edit/smooth.js'));
   return smoothWith(masks, options, () => openImageEngine({}, platform));
 };
 /** @type {Browser['enlargeMask']} */
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['masksAtSize']} */
 export const masksAtSize = async (masks, frames, options) => {
-  const { allAtSize } = await import('./export/at-size.js');
+  const { allAtSize } = await part(import('./export/at-size.js'));
   return allAtSize(masks, frames, options, enlargeBy(options));
 };
 /** @type {Browser['maskPng']} */
 export const maskPng = async (masks, t, options) => {
-  const { pngOfMask } = await import('./export/masks.js');
+  const { pngOfMask } = await part(import('./export/masks.js'));
   return pngOfMask(masks, t, options, platform);
 };
 /** @type {Browser['masksZip']} */
 export const masksZip = async (masks, options) => {
-  const { zipOfMasks } = await import('./export/masks.js');
+  const { zipOfMasks } = await part(import('./export/masks.js'));
   return zipOfMasks(masks, options, platform);
 };
 /** @type {Browser['clipsZip']} */
 export const clipsZip = async (clips, options) => {
-  const { zipOfClips } = await import('./export/clips-zip.js');
+  const { zipOfClips } = await part(import('./export/clips-zip.js'));
   return zipOfClips(clips, options, platform);
 };
 /** @type {Browser['saveProject']} */
 export const saveProject = async (masks, options) => {
-  const { projectOf } = await import('./export/project.js');
+  const { projectOf } = await part(import('./export/project.js'));
   return projectOf(masks, options, platform);
 };
 /** @type {Browser['encodeVideo']} */
 export const encodeVideo = async (masks, frames, options) => {
-  const { encode } = await import('./export/video.js');
+  const { encode } = await part(import('./export/video.js'));
   return encode(masks, frames, options, enlargeBy(options));
 };
 /** @type {Browser['encodeImages']} */
 export const encodeImages = async (masks, frames, options) => {
-  const { imagesOf } = await import('./export/images.js');
+  const { imagesOf } = await part(import('./export/images.js'));
   return imagesOf(masks, frames, options, enlargeBy(options), platform);
 };
 /** @type {Browser['segmentVideo']} */
@@ -148,12 +181,12 @@ function enlargeBy(options) {
 
 /** @type {Browser['videoStrip']} */
 export const videoStrip = async function* (source, options) {
-  const { stripOf } = await import('./video/strip.js');
+  const { stripOf } = await part(import('./video/strip.js'));
   yield* stripOf(source, options, platform);
 };
 /** @type {Browser['readFrames']} */
 export const readFrames = async function* (folder) {
-  const { frameNames, framesOfFiles } = await import('./video/folder.js');
+  const { frameNames, framesOfFiles } = await part(import('./video/folder.js'));
   if (typeof folder !== 'string' && !(folder instanceof URL)) {
     yield* framesOfFiles(folder);
     return;
@@ -174,6 +207,6 @@ async function filesIn(path) {
 }
 /** @type {Browser['segmentEach']} */
 export const segmentEach = async function* (clips, options) {
-  const { eachOf } = await import('./video/each.js');
+  const { eachOf } = await part(import('./video/each.js'));
   yield* eachOf(clips, options, segmentVideo);
 };

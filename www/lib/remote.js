@@ -2,6 +2,7 @@
 
 import { Crew } from './crew.js';
 import { TraceCutError } from './errors.js';
+import { wayOut } from './places.js';
 import { transferables } from './protocol.js';
 
 /** @typedef {import('./engine.js').Engine} Engine */
@@ -199,6 +200,6 @@ function lost(words) {
 function notStarted(words) {
   return new TraceCutError(
     'wasm-load',
-    `the worker could not be started${words ? ` (${words})` : ''}; check that worker.js and the files beside it are served as JavaScript`,
+    `the worker could not be started${words ? ` (${words})` : ''}; check that worker.js and the files beside it are served as JavaScript. ${wayOut('worker')}`,
   );
 }

@@ -42,9 +42,13 @@ const NOTHING = {
 /**
  * Closes the engines of sessions that were dropped without `close`: nothing else would end their workers. A run or a
  * push under way, and a result that may still ask, keep their session.
- * @type {FinalizationRegistry<import('./engine.js').Engine>}
+ * Some engines, such as older workerd, never tell.
+ * @type {FinalizationRegistry<import('./engine.js').Engine> | undefined}
  */
-const forgotten = /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
+const forgotten =
+  typeof FinalizationRegistry === 'undefined'
+    ? undefined
+    : /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
 
 /**
  * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work,
@@ -73,7 +77,7 @@ export class Session {
   constructor(engine, loadDecoder) {
     this.#engine = engine;
     this.#loadDecoder = loadDecoder;
-    forgotten.register(this, engine, this);
+    forgotten?.register(this, engine, this);
   }
 
   /** Frames pushed so far, or of the outside trajectories' clip. */
@@ -340,7 +344,7 @@ export class Session {
   close() {
     if (this.#closed) return;
     this.#closed = true;
-    forgotten.unregister(this);
+    forgotten?.unregister(this);
     this.#stopRun?.(new TraceCutError('closed', 'the session was closed'));
     this.#engine.close();
   }

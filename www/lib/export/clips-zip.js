@@ -5,6 +5,7 @@ import { describe, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
 import { checkedOptions } from './mask-source.js';
 import { filesOfMasks } from './masks.js';
+import { Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -54,7 +55,7 @@ export async function zipOfClips(clips, options = {}, platform) {
     report.push({ name, folder, width, height, numFrames, ...about });
   }
   const json = JSON.stringify({ generator: 'tracecut', version: VERSION, clips: report }, null, 2);
-  files['report.json'] = new TextEncoder().encode(`${json}\n`);
+  files['report.json'] = new Encoder().encode(`${json}\n`);
   // PNG files are compressed already.
   const bytes = Object.values(files).map(({ buffer }) => buffer);
   return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);

@@ -17,6 +17,7 @@ import {
   labelsOf,
   timesOf,
 } from './mask-source.js';
+import { Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -188,7 +189,7 @@ export async function filesOfMasks(masks, options, platform) {
     if (t % BATCH === BATCH - 1) await breath();
   }
   const about = description(masks, times, present, { palette, perObject });
-  files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
+  files['masks.json'] = new Encoder().encode(`${JSON.stringify(about, null, 2)}\n`);
   return files;
 }
 

@@ -9,6 +9,8 @@ import { VideoResult } from '../video/result.js';
 import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
 import { aside } from '../aside/aside.js';
 import { breath } from './breath.js';
+import { part } from '../places.js';
+import { Decoder, Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 /** @typedef {import('../edit/editor.js').SavedEdits} SavedEdits */
@@ -77,7 +79,7 @@ export async function projectOf(masks, options = {}, platform) {
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
   /** @type {Record<string, Uint8Array>} */
   const entries = {
-    'project.json': new TextEncoder().encode(text),
+    'project.json': new Encoder().encode(text),
     'masks.bin': joined(runs),
     'trajectories.bin': joined(trajectoryWords(masks)),
   };
@@ -92,7 +94,7 @@ export async function projectOf(masks, options = {}, platform) {
  */
 export async function projectFrom(file) {
   const bytes = await bytesOf(file);
-  const { unzipSync } = await import('../vendor/zip.js');
+  const { unzipSync } = await part(import('../vendor/zip.js'));
   /** @type {Record<string, Uint8Array>} */
   let entries;
   let total = 0;
@@ -145,7 +147,7 @@ function parsed(bytes) {
   /** @type {any} */
   let json;
   try {
-    json = JSON.parse(new TextDecoder().decode(bytes));
+    json = JSON.parse(new Decoder().decode(bytes));
   } catch (cause) {
     throw new TraceCutError('data', 'project.json is damaged', { cause });
   }

@@ -4,6 +4,7 @@ import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { openDemuxed } from './demux.js';
 import { openListed } from './listed.js';
 import { atSize } from './pixels.js';
+import { part } from '../places.js';
 
 /**
  * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its
@@ -52,7 +53,7 @@ export async function openReader(source, take, loadDecoder) {
  * @param {Take} take
  */
 async function openStream(stream, take) {
-  const { openLive } = await import('./live.js');
+  const { openLive } = await part(import('./live.js'));
   return openLive(stream, (raw) => atSize(raw, take.size));
 }
 
@@ -74,8 +75,8 @@ async function openFile(file, take) {
   needsBrowser();
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
   const image = await imageType(file);
-  if (image) return (await import('./images.js')).openImage(file, image, take.onDamage !== undefined);
-  const { beforeCut } = take.onDamage ? await import('./webm-cut.js') : NOTHING_CUT;
+  if (image) return (await part(import('./images.js'))).openImage(file, image, take.onDamage !== undefined);
+  const { beforeCut } = take.onDamage ? await part(import('./webm-cut.js')) : NOTHING_CUT;
   const before = await beforeCut(file);
   // A player of the browser's gets along with a cut as it is.
   const reader = await byBestMeans(before ?? file, take, () => {
@@ -150,7 +151,7 @@ async function byBestMeans(source, { decoding }, address) {
       `${what} cannot be decoded by WebCodecs here; decoding = 'auto' can fall back to the browser's player`,
     );
   }
-  const { openSeeking } = await import('./seek.js');
+  const { openSeeking } = await part(import('./seek.js'));
   return openSeeking(address().url, { ...address(), times, codec });
 }
 
@@ -168,7 +169,7 @@ async function openVideoElement(video, take) {
   if (demuxed?.decodable && take.decoding !== 'seeking') return demuxed;
   const times = demuxed && (await demuxed.times().catch(() => null));
   demuxed?.close();
-  const { openElement } = await import('./seek.js');
+  const { openElement } = await part(import('./seek.js'));
   return openElement(video, { times, codec: demuxed?.codec ?? null });
 }
 
