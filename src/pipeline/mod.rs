@@ -9,6 +9,8 @@ mod figure;
 mod foreground;
 mod found;
 mod geometry;
+#[cfg(test)]
+mod given_tests;
 mod motion;
 mod pair;
 mod params;

@@ -42,7 +42,7 @@ export async function enlarged(mask, picture, options, platform) {
   const chosen = new Uint8Array(chosenLabels(objects));
   const { labels, width } = copied(mask);
   const load = () => platform.loadDecoder(decoder);
-  const startWorker = worker === false ? undefined : platform.startWorker;
+  const startWorker = (worker ?? !platform.inProcess) ? platform.startWorker : undefined;
   const held = (startWorker && image(picture)) ?? toRawFrame(picture, load);
   const [raw, module] = await Promise.all([held, load()]);
   /** @type {EnlargeTask} */

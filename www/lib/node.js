@@ -1,5 +1,6 @@
 /**
- * TraceCut in Node: the same interface as in browsers; the work runs in-process, in slices, and on threads beside it.
+ * TraceCut in Node: the same interface as in browsers, and readers of streams and files; the work runs in-process, in
+ * slices, and on threads beside it, or with `worker: true` off the calling thread altogether.
  * @module
  */
 
@@ -13,6 +14,7 @@ import { encode } from './export/video.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
+import { startThread } from './node-thread.js';
 import { once } from './platform.js';
 import { openSession } from './session.js';
 import { framesOf, infoOf } from './video/frames.js';
@@ -20,6 +22,11 @@ import { preview } from './video/preview.js';
 import { segment } from './video/segment.js';
 
 export * from './common.js';
+export { framesOfRaw, framesOfVideo, framesOfY4m } from './node-frames.js';
+
+/** @typedef {import('./node-frames.js').ByteSource} ByteSource */
+/** @typedef {import('./node-frames.js').FfmpegOptions} FfmpegOptions */
+/** @typedef {import('./node-frames.js').RawOptions} RawOptions */
 
 const packaged = once(() => readModule(new URL('./tracecut_bg.wasm', import.meta.url)));
 const packagedDecoder = once(() => readModule(new URL('./decoder_bg.wasm', import.meta.url)));
@@ -28,7 +35,8 @@ const packagedDecoder = once(() => readModule(new URL('./decoder_bg.wasm', impor
 const platform = {
   loadModule: (source) => (source === undefined ? packaged() : load(source)),
   loadDecoder: (source) => (source === undefined ? packagedDecoder() : load(source)),
-  startWorker: undefined,
+  startWorker: startThread,
+  inProcess: true,
   startHelper,
   cores: availableParallelism,
 };
@@ -36,7 +44,12 @@ const platform = {
 /** @type {NonNullable<import('./platform.js').Platform['startHelper']>} */
 function startHelper(data) {
   const port = /** @type {import('node:worker_threads').MessagePort} */ (/** @type {unknown} */ (data.port));
-  const worker = new Worker(new URL('./node-worker.js', import.meta.url), { workerData: data, transferList: [port] });
+  const worker = new Worker(new URL('./node-worker.js', import.meta.url), {
+    workerData: data,
+    transferList: [port],
+    // Those of the process may be for its script alone, as `--input-type` is.
+    execArgv: [],
+  });
   // A session that nobody closed keeps no process alive.
   worker.unref();
   return {
@@ -79,6 +92,11 @@ export const superpixels = (image, options) => superpixelsOf(image, options, pla
 export const imageDiscontinuities = (image, options) => discontinuitiesOf(image, options, platform);
 /** @type {Browser['flow']} */
 export const flow = (from, to, options) => flowOf(from, to, options, platform);
+/** @type {Browser['trajectories']} */
+export const trajectories = async (source, options) => {
+  const { trackedOf } = await import('./tracking.js');
+  return trackedOf(source, options, platform);
+};
 /** @type {Browser['createImageEngine']} */
 export const createImageEngine = (options) => openImageEngine(options, platform);
 /** @type {Browser['carryEdit']} */

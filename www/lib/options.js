@@ -11,7 +11,8 @@ import { illegal, typeTag } from './errors.js';
  * Options of a session: the parameter tree, over a `preset` if there is one (`'fast'` takes half of the time and loses
  * some of what is small or fast, `'paper'` makes masks as the paper does), and settings of this layer. `wasm` says
  * where the wasm file is, `decoder` where the one is that reads PNG and JPEG files and enlarges masks (it is fetched when the
- * first file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does). `threads` is
+ * first file is pushed); `worker: false` runs a browser's session on the calling thread; in Node, which does so of itself, `worker: true` runs it
+ * on a thread of its own, and the calling one stays free. `threads` is
  * the number of threads to work on, 1 to 64, each with some memory; results are the same for any number. By default it is all but one of the machine's, at most 8, and 1 with `worker: false`.
  * @typedef {ParameterOptions & {preset?: 'default' | 'fast' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?:
  *   boolean, threads?: number}} SessionOptions

@@ -1,8 +1,9 @@
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
 import { breath } from '../export/breath.js';
+import { tracksDat } from '../tracks-dat.js';
 import { areasOf, decodeRuns, encodeRuns } from './masks.js';
-import { TrackCollector, tracksDat } from './tracks.js';
+import { TrackCollector } from './tracks.js';
 
 /**
  * An object of a clip: its label in the masks, the first and last frame it is in, the number of frames it is in, its
@@ -109,7 +110,7 @@ export class VideoResult {
    * @returns {string}
    */
   toTracksDat() {
-    return tracksDat(this.trajectories, this.numFrames);
+    return tracksDat({ ...this.trajectories, numFrames: this.numFrames });
   }
 
   /**
