@@ -5,16 +5,17 @@ import { exportsOf, lookUp, read, resolved } from './read.mjs';
 const INTRODUCTION = `# API reference
 
 Written from the package's declarations by \`node scripts/reference.mjs\`; the text of each entry stands in the source. Everything here is
-imported from \`'tracecut'\`, in browsers and in Node alike.
+imported from \`'tracecut'\`, in browsers and in Node alike; what Node alone has, from \`'tracecut/node'\`.
 `;
 
 /** Where functions are listed, by the folder of their module. */
 const SECTIONS = [
-  ['Functions', (module) => !module.includes('/')],
+  ['Functions', (module) => !module.includes('/') && !module.startsWith('node-')],
   ['Video', (module) => module.startsWith('video/')],
   ['Editing', (module) => module.startsWith('edit/')],
   ['Files', (module) => module.startsWith('export/')],
   ['Drawing', (module) => module.startsWith('draw/')],
+  ['Node alone', (module) => module.startsWith('node-')],
 ];
 
 /**
@@ -25,7 +26,7 @@ const SECTIONS = [
  *   and all names
  */
 export function reference(dist, parameters) {
-  const api = exportsOf(dist, 'index.js');
+  const api = new Map([...exportsOf(dist, 'index.js'), ...exportsOf(dist, 'node-frames.js')]);
   const types = typesOf(dist, api);
   const all = [...api.values()];
   const functions = all.filter(({ kind }) => kind === 'function');

@@ -115,6 +115,16 @@ describe('exports', () => {
     );
   });
 
+  test('objects are a table', async () => {
+    const { name, bytes } = await save('table');
+    assert.equal(name, 'sample-clip-objects.csv');
+    const [heading, ...rows] = String(bytes).trim().split('\n');
+    assert.match(heading, /^frame,time,object,/);
+    const own = rows.map((row) => row.split(',').map(Number)).find(([t, , object]) => t === FRAME && object === 1);
+    assert.equal(own[7], labels[FRAME].filter((label) => label === 1).length);
+    assert.ok(own[12] > 0 && Math.hypot(own[10], own[11]) > 0);
+  });
+
   test('trajectories are a track file', async () => {
     const { name, bytes } = await save('tracks');
     assert.equal(name, 'sample-clip-tracks.dat');

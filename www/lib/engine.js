@@ -59,6 +59,8 @@ const SLICE_MS = 30;
  * @property {<N extends import('./requests.js').RequestName>(name: N, ...args: import('./requests.js').Arguments<N>) =>
  *   Promise<import('./requests.js').Answer<N>>} request
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
+ * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) =>
+ *   Promise<import('./result.js').TrajectoryList | null>} track as `run`, no further than the trajectories
  * @property {() => void} close
  */
 
@@ -126,17 +128,35 @@ export class LocalEngine {
 
   /** @type {Engine['run']} */
   run(onProgress, signal) {
+    return this.#work(onProgress, signal, undefined, (session) => this.#result(session));
+  }
+
+  /** @type {Engine['track']} */
+  track(onProgress, signal) {
+    return this.#work(onProgress, signal, 'trajectories', (session) => session.trajectories());
+  }
+
+  /**
+   * Steps to the end, or to that of a stage.
+   * @template T
+   * @param {(progress: Progress) => void} onProgress
+   * @param {AbortSignal} signal
+   * @param {Stage | undefined} last
+   * @param {(session: import('./tracecut.js').Session) => T} answer
+   * @returns {Promise<T | null>}
+   */
+  #work(onProgress, signal, last, answer) {
     return this.#inOrder(async () => {
       this.#clock = performance.now();
       const wake = () => this.pool.wake();
       signal.addEventListener('abort', wake);
       try {
         while (!signal.aborted && !this.#closed) {
-          const state = this.#slice(onProgress);
+          const state = this.#slice(onProgress, last);
           if (state === 'done') {
             // Helpers have nothing left to do, unless there is another window.
             if (!this.#inShots) this.crew?.rest();
-            return this.#call((session) => this.#result(session));
+            return this.#call(answer);
           }
           await (state === 'waiting' ? this.pool.next() : macrotask());
         }
@@ -161,9 +181,10 @@ export class LocalEngine {
    * Steps until the slice is over, until nothing is left to do, or until nothing can be done before a helper is back.
    * Reports the last step of each stage and of the slice.
    * @param {(progress: Progress) => void} onProgress
+   * @param {Stage | undefined} until the stage that is the last one, if not all are wanted
    * @returns {'more' | 'waiting' | 'done'}
    */
-  #slice(onProgress) {
+  #slice(onProgress, until) {
     const end = performance.now() + SLICE_MS;
     /** @type {Progress | undefined} */
     let last;
@@ -175,6 +196,10 @@ export class LocalEngine {
         if (!progress) return 'done';
         this.#count(progress.stage);
         last = progress;
+        if (progress.stage === until && progress.done === progress.total) {
+          onProgress(last);
+          return 'done';
+        }
       }
       if (pause || performance.now() >= end) {
         if (last) onProgress(last);

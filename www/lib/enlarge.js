@@ -24,8 +24,8 @@ import { RemoteEngine } from './remote.js';
  *   if not given, also such that this frame does not have
  * @property {import('./options.js').WasmSource} [decoder] where the wasm file is that enlarges, when not beside the
  *   package
- * @property {boolean | import('./places.js').WorkerSource} [worker] false to work on the calling thread (Node always
- *   does), or where the worker is
+ * @property {boolean | import('./places.js').WorkerSource} [worker] false to work on the calling thread (Node does so
+ *   unless it is true), or where the worker is
  */
 
 const MAX_SIDE = 16384;

@@ -121,6 +121,22 @@ export function flow(from, to, options) {
 }
 
 /**
+ * Follows points through a clip, and no more: flow and tracking of a session, in the time that these take. Memory grows
+ * with the clip, as all of it is one window.
+ *
+ * ```js
+ * const { count, startFrame, offset, x, y } = await trajectories(frames, { trajectory: { gridStep: 6 } });
+ * ```
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {import('./tracking.js').TrajectoryOptions} [options]
+ * @returns {Promise<import('./tracking.js').TrackedClip>}
+ */
+export async function trajectories(source, options) {
+  const { trackedOf } = await part(import('./tracking.js'));
+  return trackedOf(source, options, platform);
+}
+
+/**
  * Opens an engine for boundaries, superpixels, discontinuities and flow of many single images: all that starting costs is
  * paid once.
  * @param {import('./image.js').ImageEngineOptions} [options]

@@ -1,5 +1,6 @@
 /**
- * TraceCut in Node: the same interface as in browsers; the work runs in-process, in slices, and on threads beside it.
+ * TraceCut in Node: the same interface as in browsers, and readers of streams and files; the work runs in-process, in
+ * slices, and on threads beside it, or with `worker: true` off the calling thread altogether.
  * @module
  */
 
@@ -14,6 +15,7 @@ import { enlarged } from './enlarge.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
+import { startThread } from './node-thread.js';
 import { known, part } from './places.js';
 import { loader } from './platform.js';
 import { openSession } from './session.js';
@@ -22,6 +24,11 @@ import { preview } from './video/preview.js';
 import { segment } from './video/segment.js';
 
 export * from './common.js';
+export { framesOfRaw, framesOfVideo, framesOfY4m } from './node-frames.js';
+
+/** @typedef {import('./node-frames.js').ByteSource} ByteSource */
+/** @typedef {import('./node-frames.js').FfmpegOptions} FfmpegOptions */
+/** @typedef {import('./node-frames.js').RawOptions} RawOptions */
 
 // Bundlers that carry files along look for these very expressions.
 const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
@@ -31,7 +38,8 @@ const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 const platform = {
   loadModule: loader('wasm', load, () => readPackaged('wasm', 'tracecut_bg.wasm', packagedFile)),
   loadDecoder: loader('decoder', load, () => readPackaged('decoder', 'decoder_bg.wasm', packagedDecoder)),
-  startWorker: undefined,
+  startWorker: startThread,
+  inProcess: true,
   startHelper,
   cores: availableParallelism,
 };
@@ -39,7 +47,12 @@ const platform = {
 /** @type {NonNullable<import('./platform.js').Platform['startHelper']>} */
 function startHelper(data) {
   const port = /** @type {import('node:worker_threads').MessagePort} */ (/** @type {unknown} */ (data.port));
-  const worker = new Worker(new URL('./node-worker.js', import.meta.url), { workerData: data, transferList: [port] });
+  const worker = new Worker(new URL('./node-worker.js', import.meta.url), {
+    workerData: data,
+    transferList: [port],
+    // Those of the process may be for its script alone, as `--input-type` is.
+    execArgv: [],
+  });
   // A session that nobody closed keeps no process alive.
   worker.unref();
   return {
@@ -112,6 +125,11 @@ export const superpixels = (image, options) => superpixelsOf(image, options, pla
 export const imageDiscontinuities = (image, options) => discontinuitiesOf(image, options, platform);
 /** @type {Browser['flow']} */
 export const flow = (from, to, options) => flowOf(from, to, options, platform);
+/** @type {Browser['trajectories']} */
+export const trajectories = async (source, options) => {
+  const { trackedOf } = await part(import('./tracking.js'));
+  return trackedOf(source, options, platform);
+};
 /** @type {Browser['createImageEngine']} */
 export const createImageEngine = (options) => openImageEngine(options, platform);
 /** @type {Browser['carryEdit']} */

@@ -17,7 +17,8 @@ import { checkWorker } from './places.js';
  * @property {WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files and enlarges masks, when not
  *   beside the package; it is fetched when the first file is pushed
  * @property {boolean | import('./places.js').WorkerSource} [worker] false to run a browser's session on the calling
- *   thread (Node always does); an address (of `worker.bundle.js`, one file) or a function that starts one says where the
+ *   thread; in Node, which does so of itself, true to run it on a thread of its own, so that the calling one stays
+ *   free; an address (of `worker.bundle.js`, one file) or a function that starts one says where the
  *   worker is
  * @property {number} [threads] to work on, 1 to 64, each with some memory; results are the same for any number. If not
  *   given, all but one of the machine's, at most 8, and 1 with `worker: false`

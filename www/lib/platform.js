@@ -10,6 +10,7 @@ import { createRemoteEngine } from './remote.js';
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadDecoder
  * @property {(() => Worker) | undefined} startWorker
+ * @property {boolean} [inProcess] whether work stays on the calling thread where nobody asks for a worker
  * @property {(() => Worker) | undefined} [startAside]
  * @property {(data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}) =>
  *   import('./crew.js').HelperWorker} [startHelper] where sessions run on the calling thread: a worker that helps one
@@ -57,7 +58,8 @@ export function loader(name, load, loadPackaged) {
 }
 
 /**
- * An engine in a worker where there are workers and the options do not say otherwise, else in this thread.
+ * An engine in a worker where there are workers and the options do not say otherwise (in Node where they ask for one),
+ * else in this thread.
  * @param {import('./options.js').SplitOptions} options
  * @param {Platform} platform
  * @returns {Promise<import('./engine.js').Engine>}

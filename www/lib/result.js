@@ -4,6 +4,7 @@ import { REQUESTS } from './requests.js';
 import { objectList } from './objects.js';
 import { opened, saved } from './saved.js';
 import { IDENTITY, decodeRuns, encodeRuns } from './video/masks.js';
+import { tracksDat } from './tracks-dat.js';
 
 /**
  * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
@@ -99,14 +100,15 @@ export class Result {
     this.embedding = raw.embedding;
     /** Seconds spent in each stage. @readonly */
     this.seconds = raw.seconds;
-    /** The objects of the masks; null without masks (`clip.dense` off, or trajectories from outside). @readonly */
+    /** The objects of the masks; null without masks (`clip.dense` off, or no frames). @readonly */
     this.objects = raw.areas && objectList(raw.areas);
     /**
-     * How salient each trajectory is, and which are foreground; null for trajectories from outside, which have no flow.
+     * How salient each trajectory is, and which are foreground; null for trajectories without frames, which have no
+     * flow.
      * @readonly
      */
     this.saliency = raw.saliency;
-    /** The connected pieces of the foreground in each frame; null for trajectories from outside. @readonly */
+    /** The connected pieces of the foreground in each frame; null for trajectories without frames. @readonly */
     this.components = raw.components;
     /** The masks of all frames, one after the other; null where there are none. `labels(t)` copies one. @readonly */
     this.masks = raw.labels;
@@ -219,15 +221,7 @@ export class Result {
    * @returns {string}
    */
   toTracksDat() {
-    const { count, startFrame, offset, x, y } = this.trajectories;
-    const lines = [`${this.numFrames}`, `${count}`];
-    for (let i = 0; i < count; i += 1) {
-      const [begin, end, start] = [at(offset, i), at(offset, i + 1), at(startFrame, i)];
-      lines.push(`${at(this.clusters.label, i)} ${end - begin}`);
-      for (let p = begin; p < end; p += 1)
-        lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
-    }
-    return `${lines.join('\n')}\n`;
+    return tracksDat({ ...this.trajectories, numFrames: this.numFrames, label: this.clusters.label });
   }
 }
 
@@ -237,18 +231,8 @@ export class Result {
  */
 function without(what, from) {
   const dense = from === 'masks' ? ', and clip.dense = true' : '';
-  const needs = `frames, not trajectories from outside${dense}`;
+  const needs = `frames, not trajectories alone${dense}`;
   return new TraceCutError('state', `this result has no ${what} (they need ${needs})`);
-}
-
-/**
- * @param {Uint32Array | Float32Array} values
- * @param {number} index
- */
-function at(values, index) {
-  const value = values[index];
-  if (value === undefined) throw new TraceCutError('data', `index ${index} is outside of 0..${values.length}`);
-  return value;
 }
 
 /**

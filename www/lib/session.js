@@ -119,7 +119,9 @@ export class Session {
   }
 
   /**
-   * Uses the trajectories of any tracker in place of frames, flow and tracking.
+   * Uses the trajectories of any tracker in place of those that tracking would find. With frames pushed, before or
+   * after, as many as the trajectories have, `run` makes masks too, by the flow and the denser trajectories of this
+   * session; without frames it ends with the labels of these. Set again, they take the place of those before.
    * @param {import('./trajectories.js').TrajectoryInput} trajectories
    * @returns {Promise<void>}
    */

@@ -3,8 +3,9 @@ import { isPlainObject, wholeNumber } from '../options.js';
 import { breath } from '../export/breath.js';
 import { objectList } from '../objects.js';
 import { opened, saved } from '../saved.js';
+import { tracksDat } from '../tracks-dat.js';
 import { IDENTITY, areasOf, decodeRuns, encodeRuns } from './masks.js';
-import { TrackCollector, tracksDat } from './tracks.js';
+import { TrackCollector } from './tracks.js';
 
 /**
  * A stretch of frames without a cut, `first` and `last` included. Objects of different shots have different labels.
@@ -125,7 +126,7 @@ export class VideoResult {
    * @returns {string}
    */
   toTracksDat() {
-    return tracksDat(this.trajectories, this.numFrames);
+    return tracksDat({ ...this.trajectories, numFrames: this.numFrames });
   }
 
   /**

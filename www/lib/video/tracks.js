@@ -89,21 +89,6 @@ function majority(votes) {
 }
 
 /**
- * @param {ClipTrajectories} trajectories
- * @param {number} numFrames
- */
-export function tracksDat({ count, startFrame, offset, x, y, label }, numFrames) {
-  const lines = [`${numFrames}`, `${count}`];
-  for (let i = 0; i < count; i += 1) {
-    const [begin, end, start] = [at(offset, i), at(offset, i + 1), at(startFrame, i)];
-    lines.push(`${at(label, i)} ${end - begin}`);
-    for (let p = begin; p < end; p += 1)
-      lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
-  }
-  return `${lines.join('\n')}\n`;
-}
-
-/**
  * @param {Uint32Array | Uint8Array | Float32Array} values
  * @param {number} index
  */
