@@ -134,7 +134,7 @@ fn motion(text: &mut Vec<String>, session: &Session, why: &Explanation, named: &
 
 fn flips(text: &mut Vec<String>, t: usize, why: &Explanation, named: &dyn Fn(u32) -> String) {
     let Some(other) = why.runner_up else {
-        text.push(format!("  there is nothing else that it could be"));
+        text.push("  there is nothing else that it could be".to_owned());
         return;
     };
     text.push(format!(
@@ -144,7 +144,7 @@ fn flips(text: &mut Vec<String>, t: usize, why: &Explanation, named: &dyn Fn(u32
     ));
     match other.votes {
         Some(votes) => text.push(format!("    {votes} more trajectories of that cluster in the superpixel")),
-        None => text.push(format!("    no number of trajectories in this superpixel alone")),
+        None => text.push("    no number of trajectories in this superpixel alone".to_owned()),
     }
     // A neighbour that goes over costs the one label its link and saves it the other.
     let own = why.reasons.label;
