@@ -105,7 +105,7 @@ pub mod wasm;
 pub mod window;
 
 pub use error::Error;
-pub use pipeline::{Params, Progress, Session, Stage, Step};
+pub use pipeline::{Explanation, Params, Progress, Rim, RunnerUp, Session, Source, Stage, Step, Voter};
 #[cfg(not(target_arch = "wasm32"))]
 pub use pipeline::{Window, Windows};
 

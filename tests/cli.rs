@@ -212,7 +212,7 @@ fn standard_input_gives_what_the_file_gives_and_leaves_no_copy() {
     for file in ["tracks.dat", "masks/00007.png", "overlay/00007.png", "overlay-masks/00007.png"] {
         assert_eq!(fs::read(from_pipe.join(file)).unwrap(), fs::read(from_file.join(file)).unwrap(), "{file}");
     }
-    assert_eq!(names_in(&from_pipe), ["masks", "overlay", "overlay-masks", "result.json", "tracks.dat"]);
+    assert_eq!(names_in(&from_pipe), ["masks", "objects.csv", "overlay", "overlay-masks", "result.json", "tracks.dat"]);
 }
 
 #[test]

@@ -136,6 +136,11 @@ impl Expansion {
         self.label
     }
 
+    #[cfg(test)]
+    pub(super) fn problem(&self) -> &Potts {
+        &self.problem
+    }
+
     /// The labels as they are now.
     pub fn labels(&self) -> &[u32] {
         &self.label

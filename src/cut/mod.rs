@@ -26,6 +26,7 @@ mod ambiguous;
 mod appearance;
 mod colour;
 mod expansion;
+mod explain;
 mod input;
 mod maxflow;
 mod params;
@@ -39,6 +40,8 @@ pub(crate) use appearance::appearance;
 pub(crate) use colour::{Colour, Histogram, UNSEEN};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
+pub(crate) use explain::margins;
+pub use explain::{Link, OwnCost, Reasons, STEPS_PER_UNIT};
 pub use input::{CutInput, STRANGER, UNKNOWN};
 pub use params::CutParams;
 pub(crate) use region::Region;
@@ -105,6 +108,18 @@ impl GabrielCut {
     pub(crate) fn finish(mut self) -> CutLabels {
         while self.step() {}
         self.labels()
+    }
+
+    /// The energy of the labels as they are now, but for that of one superpixel; `None` where it has no such choice.
+    #[cfg(test)]
+    pub(crate) fn energy_if(&self, node: u32, label: u32) -> Option<i64> {
+        let (node, label) = match &self.rest {
+            None => (node as usize, label),
+            Some((_, nodes, labels)) => (nodes.binary_search(&node).ok()?, labels.binary_search(&label).ok()? as u32),
+        };
+        let mut found = self.expansion.labels().to_vec();
+        found[node] = label;
+        Some(self.expansion.problem().energy(&found))
     }
 
     /// The labels as they are now.

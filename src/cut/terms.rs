@@ -21,7 +21,7 @@ use crate::image::Plane;
 use crate::superpixel::Superpixels;
 
 /// Steps per unit of cost: fine enough for any weight, and sums over a clip stay far below 2^63.
-const SCALE: f32 = 65536.0;
+pub(super) const SCALE: f32 = 65536.0;
 
 /// Length of a border relative to the mean, least and most.
 const LENGTH_RANGE: (f32, f32) = (0.05, 4.0);
@@ -62,20 +62,20 @@ pub(crate) fn pixel_of<T: Copy>(plane: &Plane<T>, x: f32, y: f32) -> usize {
 }
 
 /// No superpixel: a point in a frame that has none.
-const NOWHERE: u32 = u32::MAX;
+pub(super) const NOWHERE: u32 = u32::MAX;
 
 /// Where superpixels and points of trajectories are in the clip.
-struct Nodes {
+pub(super) struct Nodes {
     /// First superpixel of each frame, and the number of all.
-    base: Vec<u32>,
+    pub(super) base: Vec<u32>,
     /// Superpixel of each point of a trajectory.
-    of_point: Vec<u32>,
+    pub(super) of_point: Vec<u32>,
     /// Number of trajectories in each superpixel.
     num_tracks: Vec<u32>,
 }
 
 impl Nodes {
-    fn new(input: &CutInput) -> Self {
+    pub(super) fn new(input: &CutInput) -> Self {
         let mut base = vec![0];
         for s in input.superpixels {
             base.push(base[base.len() - 1] + s.count as u32);
@@ -101,15 +101,28 @@ impl Nodes {
 
 /// Step 2, node by node, label by label.
 fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
+    let mut costs = heard(input, params, nodes).0;
+    for (costs, &evidence) in costs.chunks_exact_mut(input.num_labels.max(1)).zip(input.evidence) {
+        for (label, cost) in costs.iter_mut().enumerate() {
+            let against = if input.objects.get(label) == Some(&true) { -evidence } else { evidence };
+            *cost += rounded(against.max(0.0));
+        }
+    }
+    costs
+}
+
+/// What trajectories or, where these have no say, colours ask of each superpixel for each label; and the λ of each.
+pub(super) fn heard(input: &CutInput, params: &CutParams, nodes: &Nodes) -> (Vec<i32>, Vec<f32>) {
     let num_labels = input.num_labels;
     if num_labels == 0 {
-        return Vec::new();
+        return Default::default();
     }
     let (votes, strangers) = votes(input, nodes);
     let is_object = |label: usize| input.objects.get(label) == Some(&true);
     let stranger_weight = if (0..num_labels).any(is_object) { params.stranger_weight } else { 0.0 };
     let trust = trust(input, params);
     let mut costs = Vec::with_capacity(votes.len());
+    let mut lambdas = Vec::with_capacity(strangers.len());
     let mut silent = Vec::new();
     let wanted = params.colour_weight > 0.0;
     let mut colours = if wanted { ClipColours::new(input.superpixels, input.frames, num_labels) } else { None };
@@ -117,6 +130,7 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
         let strange = stranger_weight * strangers[node] as f32;
         let total = votes.iter().sum::<u32>() as f32 + strange;
         let lambda = params.unary_weight * total.min(1.0) * trust.get(node).copied().unwrap_or(1.0);
+        lambdas.push(lambda);
         let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
         let of_strangers = |label| if is_object(label) && total > 0.0 { strange / total } else { 0.0 };
         costs.extend(votes.iter().enumerate().map(|(l, &v)| rounded(lambda * (1.0 - share(v) - of_strangers(l)))));
@@ -136,17 +150,11 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
             }
         }
     }
-    for (costs, &evidence) in costs.chunks_exact_mut(num_labels).zip(input.evidence) {
-        for (label, cost) in costs.iter_mut().enumerate() {
-            let against = if is_object(label) { -evidence } else { evidence };
-            *cost += rounded(against.max(0.0));
-        }
-    }
-    costs
+    (costs, lambdas)
 }
 
 /// How many points of trajectories of each label lie in each superpixel, node by node, and how many of strangers.
-fn votes(input: &CutInput, nodes: &Nodes) -> (Vec<u32>, Vec<u32>) {
+pub(super) fn votes(input: &CutInput, nodes: &Nodes) -> (Vec<u32>, Vec<u32>) {
     let num_labels = input.num_labels;
     let mut votes = vec![0; nodes.num_nodes() * num_labels];
     let mut strangers = vec![0; nodes.num_nodes()];

@@ -27,5 +27,6 @@ pub mod foreground;
 pub mod masks;
 pub mod moseg;
 mod pieces;
+pub mod reliability;
 pub mod superpixels;
 pub mod tracks;

@@ -5,6 +5,7 @@
 
 mod alpha;
 mod border;
+mod confidence;
 mod enlarge;
 mod objects;
 mod runs;
@@ -13,6 +14,7 @@ mod table;
 
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
+pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};
 pub use objects::{Objects, find_objects};
 pub(crate) use objects::{find_objects_in, number_objects};

@@ -98,6 +98,7 @@ impl Segmented {
         let mut of_cluster = std::mem::take(&mut self.cut.objects.of_cluster);
         of_cluster.iter_mut().for_each(rename);
         self.cut.objects = objects_with(of_cluster);
+        self.cut.sure.take();
         self.masks.iter_mut().for_each(|mask| mask.data_mut().iter_mut().for_each(rename));
         self.parts.corrections.before.push(before);
         self.parts.corrections.held.iter_mut().for_each(|held| rename(&mut held.label));

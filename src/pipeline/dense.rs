@@ -2,7 +2,7 @@
 
 use super::clip::Clip;
 use super::figure::{figure_and_ground, voted};
-use super::found::{Clustered, Corrections, Cut, Found, Parts, Segmented};
+use super::found::{Clustered, Corrections, Cut, CutGround, Found, Parts, Segmented};
 use super::geometry::Scale;
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
@@ -13,7 +13,7 @@ use crate::cut::{CutInput, GabrielCut, appearance, paint};
 use crate::image::Plane;
 use crate::mask::{Objects, refine};
 use crate::superpixel::{Superpixels, superpixels_of};
-use crate::trajectory::Trajectories;
+use std::sync::{Arc, OnceLock};
 
 /// Superpixels being made, frame by frame.
 #[derive(Debug)]
@@ -67,6 +67,8 @@ pub(super) struct Moving {
     recut: Option<Recut>,
     objects: Objects,
     terms: Terms,
+    /// The evidence of this round.
+    evidence: Vec<f32>,
     moves: GabrielCut,
     /// Steps of the rounds before.
     made: u32,
@@ -110,11 +112,12 @@ impl Cutting {
         let terms = Terms::new(&parts, recut.as_ref(), &objects, voted, clip);
         let before = recut.as_ref().filter(|_| clip.params.cut.appearance_rounds > 0).map(Recut::present);
         let evidence = before.map(|before| terms.evidence_with(&parts, before, clip));
-        let moves = terms.moves(&parts, recut.as_ref(), evidence.as_ref().unwrap_or(&terms.evidence), clip);
+        let evidence = evidence.unwrap_or_else(|| terms.evidence.clone());
+        let moves = terms.moves(&parts, recut.as_ref(), &evidence, clip);
         // Without objects there is nothing to be learned.
         let is_once = recut.is_some() || !terms.is_object.contains(&true);
         let rounds = if is_once { 0 } else { clip.params.cut.appearance_rounds };
-        Box::new(Moving { parts, recut, objects, terms, moves, made: 0, rounds }).step(clip)
+        Box::new(Moving { parts, recut, objects, terms, evidence, moves, made: 0, rounds }).step(clip)
     }
 
     pub(super) fn found(&self) -> Found<'_> {
@@ -138,18 +141,11 @@ impl Terms {
         }
         let mut terms = Self { voted, is_object, evidence: Vec::new() };
         if let Some(background) = background {
-            let (tracks, label) = terms.labelled(clustered);
+            let (tracks, label) = clustered.counting(terms.voted.as_deref());
             let settings = &clip.params.background;
             terms.evidence = background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
         }
         terms
-    }
-
-    /// The trajectories that count, and their labels.
-    fn labelled<'a>(&'a self, clustered: &'a Clustered) -> (&'a Trajectories, &'a [u32]) {
-        let tracked = &clustered.embedded.tracked;
-        let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
-        (tracks, self.voted.as_ref().unwrap_or(&clustered.clusters.label))
     }
 
     /// The energy.
@@ -162,17 +158,7 @@ impl Terms {
     }
 
     fn input<'a>(&'a self, parts: &'a Parts, evidence: &'a [f32], clip: &'a Clip) -> CutInput<'a> {
-        let (tracks, label) = self.labelled(&parts.clustered);
-        CutInput {
-            superpixels: &parts.superpixels,
-            tracks,
-            label,
-            num_labels: parts.clustered.clusters.count.max(1),
-            objects: &self.is_object,
-            evidence,
-            flows: &clip.flows,
-            frames: &clip.frames,
-        }
+        parts.input(self.voted.as_deref(), &self.is_object, evidence, clip)
     }
 
     /// The evidence with that of what the labels of a cut before look like.
@@ -199,14 +185,22 @@ impl Moving {
         }
         if !is_last {
             let labels = self.moves.labels().labels;
-            let evidence = self.terms.evidence_with(&self.parts, &labels, clip);
-            self.moves.begin_again(&self.terms.input(&self.parts, &evidence, clip), &clip.params.cut);
+            self.evidence = self.terms.evidence_with(&self.parts, &labels, clip);
+            self.moves.begin_again(&self.terms.input(&self.parts, &self.evidence, clip), &clip.params.cut);
             (self.made, self.rounds) = (done, self.rounds - 1);
             return Turn::more(progress, self);
         }
-        let Self { parts, recut, objects, moves, .. } = *self;
-        let cut = Cut { labels: moves.finish(), objects };
+        let Self { parts, recut, objects, terms, evidence, moves, .. } = *self;
+        let Terms { voted, is_object, evidence: cues } = terms;
+        let region = recut.as_ref().map(|recut| recut.region(&parts.superpixels));
+        let ground = Arc::new(CutGround { voted, is_object, cues, evidence, region });
+        let cut = Cut { labels: moves.finish(), objects, ground, sure: OnceLock::new() };
         Turn::done(progress, Box::new(Masking { parts, recut, cut, masks: Vec::new() }))
+    }
+
+    #[cfg(test)]
+    pub(super) fn moves(&self) -> &GabrielCut {
+        &self.moves
     }
 
     pub(super) fn found(&self) -> Found<'_> {
@@ -300,7 +294,11 @@ pub(super) fn clusters_of(
 
 /// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.
 pub(super) fn to_input<T: Copy>(mask: &Plane<T>, scale: Scale) -> Plane<T> {
-    let (sx, sy) = (scale.x(), scale.y());
-    let place = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
-    Plane::from_fn(scale.input.0, scale.input.1, |x, y| mask[(place(x, sx, mask.width()), place(y, sy, mask.height()))])
+    Plane::from_fn(scale.input.0, scale.input.1, |x, y| mask[place(scale, x, y)])
+}
+
+/// The working pixel that covers the centre of an input pixel.
+pub(super) fn place(scale: Scale, x: usize, y: usize) -> (usize, usize) {
+    let along = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
+    (along(x, scale.x(), scale.working.0), along(y, scale.y(), scale.working.1))
 }

@@ -1,11 +1,12 @@
 //! What the stages find, phase by phase: each type holds what is certainly there once its phase is over.
 
+use super::clip::Clip;
 use super::geometry::Scale;
 use crate::background::Background;
 use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
 use crate::correction::Held;
-use crate::cut::CutLabels;
+use crate::cut::{CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
@@ -15,6 +16,7 @@ use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
+use std::sync::{Arc, OnceLock};
 
 /// What can be read of a session: the outputs so far, none where they are yet to come.
 #[derive(Debug, Clone, Copy, Default)]
@@ -172,6 +174,13 @@ impl Clustered {
         Found { clusters: Some(&self.clusters), ..found }
     }
 
+    /// The trajectories that the cut listens to, and their labels; `voted` has those of the denser ones.
+    pub(super) fn counting<'a>(&'a self, voted: Option<&'a [u32]>) -> (&'a Trajectories, &'a [u32]) {
+        let tracked = &self.embedded.tracked;
+        let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
+        (tracks, voted.unwrap_or(&self.clusters.label))
+    }
+
     /// The greatest saliency of each of the denser trajectories; empty where it is not known.
     pub(super) fn salience(&self) -> &[f32] {
         self.foreground.as_ref().map_or(&[], |foreground| &foreground.salient.of_denser)
@@ -191,6 +200,27 @@ pub(super) struct Parts {
 }
 
 impl Parts {
+    /// What the cut is made from; `voted` has the labels of the denser trajectories.
+    pub(super) fn input<'a>(
+        &'a self,
+        voted: Option<&'a [u32]>,
+        is_object: &'a [bool],
+        evidence: &'a [f32],
+        clip: &'a Clip,
+    ) -> CutInput<'a> {
+        let (tracks, label) = self.clustered.counting(voted);
+        CutInput {
+            superpixels: &self.superpixels,
+            tracks,
+            label,
+            num_labels: self.clustered.clusters.count.max(1),
+            objects: is_object,
+            evidence,
+            flows: &clip.flows,
+            frames: &clip.frames,
+        }
+    }
+
     pub(super) fn found(&self) -> Found<'_> {
         Found {
             camera: self.camera.as_ref(),
@@ -206,6 +236,43 @@ impl Parts {
 pub(super) struct Cut {
     pub(super) labels: CutLabels,
     pub(super) objects: Objects,
+    /// Shared with what was before a correction.
+    pub(super) ground: Arc<CutGround>,
+    /// Made when first asked for.
+    pub(super) sure: OnceLock<Sureness>,
+}
+
+/// What confidences are made from.
+#[derive(Debug, Clone)]
+pub(super) struct Sureness {
+    /// How much dearer another mask label is for each superpixel, in units of cost.
+    pub(super) margins: Vec<f32>,
+    /// What the background says for an object, the mean over each mask label.
+    pub(super) cue: [f32; 256],
+}
+
+/// What the cut was made from, as far as it is not kept elsewhere: to say why.
+#[derive(Debug)]
+pub(super) struct CutGround {
+    /// The labels of the denser trajectories; `None` without them.
+    pub(super) voted: Option<Vec<u32>>,
+    /// Whether each cluster is an object.
+    pub(super) is_object: Vec<bool>,
+    /// What the background says for an object in each superpixel; empty without one.
+    pub(super) cues: Vec<f32>,
+    /// The same with what objects look like.
+    pub(super) evidence: Vec<f32>,
+    /// What a correction cut anew; `None` for the first cut.
+    pub(super) region: Option<CutRegion>,
+}
+
+/// What a correction cut anew.
+#[derive(Debug)]
+pub(super) struct CutRegion {
+    /// Which clusters could be given and taken.
+    pub(super) open: Vec<bool>,
+    /// Superpixels under strokes: frame, superpixel, and whether each cluster was legal.
+    pub(super) held: Vec<(usize, u32, Vec<bool>)>,
 }
 
 /// All that is found of a clip with masks.

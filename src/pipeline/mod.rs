@@ -31,12 +31,16 @@ mod session;
 mod spectral;
 mod stage;
 mod state;
+mod sure;
 #[cfg(test)]
 mod tests;
 #[cfg(not(target_arch = "wasm32"))]
 mod threads;
 mod trackers;
 mod turn;
+mod why;
+#[cfg(test)]
+mod why_tests;
 mod windows;
 #[cfg(test)]
 mod windows_tests;
@@ -50,3 +54,4 @@ pub use params::{ClipParams, Params, ScaledParams};
 pub(crate) use piece::{Made, Piece, PieceId};
 pub use session::Session;
 pub use stage::{Progress, Stage, Step};
+pub use why::{Explanation, Rim, RunnerUp, Source, Voter};

@@ -1,6 +1,6 @@
 //! The cut and the masks made anew where a correction asks for it, and left as they are elsewhere.
 
-use super::found::{Cut, Parts, Segmented};
+use super::found::{Cut, CutRegion, Parts, Segmented};
 use super::params::Params;
 use crate::correction::{Held, regroup};
 use crate::cut::{CutInput, CutParams, GabrielCut, Region, areas, pixel_of};
@@ -45,7 +45,7 @@ impl Recut {
     /// Clusters by the wanted labels, in force from now on, and what is to be cut anew. What was before is kept.
     pub(super) fn new(found: Segmented, wanted: Wanted) -> (Parts, Self) {
         let before = found.snapshot();
-        let Segmented { mut parts, cut: Cut { labels: cut, objects }, masks } = found;
+        let Segmented { mut parts, cut: Cut { labels: cut, objects, .. }, masks } = found;
         let clustered = &mut parts.clustered;
         let tracks = &clustered.embedded.tracked.tracks;
         let regrouped = regroup(tracks, &clustered.clusters, &objects.of_cluster, &wanted.label);
@@ -72,15 +72,21 @@ impl Recut {
 
     /// The energy of the part that is cut anew.
     pub(super) fn cut(&self, input: &CutInput, params: &CutParams) -> GabrielCut {
+        let CutRegion { open, held } = self.region(input.superpixels);
+        GabrielCut::within(input, params, &Region { present: &self.present, open: &open, held: &held })
+    }
+
+    /// Which clusters can be given and taken, and which superpixels are held.
+    pub(super) fn region(&self, superpixels: &[Superpixels]) -> CutRegion {
         let of_cluster = &self.objects.of_cluster;
-        let open: Vec<bool> = of_cluster.iter().map(|&l| self.open[usize::from(l)]).collect();
+        let open = of_cluster.iter().map(|&l| self.open[usize::from(l)]).collect();
         let mut held = Vec::new();
-        for (t, superpixels) in input.superpixels.iter().enumerate() {
+        for (t, superpixels) in superpixels.iter().enumerate() {
             for (superpixel, label) in self.held_superpixels(t, superpixels) {
                 held.push((t, superpixel, of_cluster.iter().map(|&l| l == label).collect()));
             }
         }
-        GabrielCut::within(input, params, &Region { present: &self.present, open: &open, held: &held })
+        CutRegion { open, held }
     }
 
     /// The denser trajectories that strokes were painted over have their labels, by the largest cluster of each.

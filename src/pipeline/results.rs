@@ -248,6 +248,6 @@ impl Session {
     }
 }
 
-fn missing_frame(what: &str, t: usize, known: usize) -> Error {
+pub(super) fn missing_frame(what: &str, t: usize, known: usize) -> Error {
     state_error(&format!("the {what} of frame {t} is not available (expected a frame in 0..{known})"))
 }

@@ -37,7 +37,7 @@ describe('exports', () => {
     assert.notDeepEqual(labels, found, 'the sample has a speck');
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     await page.keyboard.press('e');
-    assert.equal(await page.locator('#export').isVisible(), true);
+    await page.locator('#export').waitFor();
     await screenshot(page, 'export');
     assert.deepEqual(await accessibilityFaults(page), []);
   });
@@ -213,6 +213,18 @@ describe('exports', () => {
       trajectory: { gridStep: 12 },
     });
     assert.deepEqual(faults, []);
+  });
+
+  test('a dialog that cannot be fetched is spoken of, and fetched the next time', async () => {
+    const { page: other } = await openSample(site);
+    await other.route('**/panels/export-dialog.js', (route) => route.abort());
+    await other.click('#export-open');
+    await other.waitForFunction(() => /network does not answer/.test(document.querySelector('#notice').textContent));
+    assert.equal(await other.locator('#export').isVisible(), false);
+    await other.unroute('**/panels/export-dialog.js');
+    await other.click('#export-open');
+    await other.locator('#export').waitFor();
+    await other.context().close();
   });
 
   test('a still image has no masks to save', async () => {

@@ -186,3 +186,39 @@ fn tracks_of_a_file_take_the_place_of_those_of_the_tracker() {
     let refused = segment(&input, &again, &["--tracks", half.to_str().unwrap()]);
     assert_refused(&refused, 1, &["trajectories of 11 frames with 10 frames pushed"]);
 }
+
+#[test]
+fn explain_says_in_numbers_what_the_library_does_and_refuses_what_is_not_there() {
+    let input = folder("explain-in");
+    clip(&input, FRAMES, SIZE, &moving);
+    let asked = |at: &str| tracecut(["explain", input.to_str().unwrap(), "--at", at]);
+    let output = asked("4,50,45");
+    assert_done(&output);
+    let (words, why) = (text(&output.stdout), session(FRAMES).explain(4, 50, 45).unwrap());
+    assert!(words.starts_with(&format!("frame 4, pixel 50,45: object {}", why.label)), "{words}");
+    for cluster in 0..why.of_cluster.len() as u32 {
+        let sum = format!("{:.4}", why.reasons.cost(cluster) as f64 / 65536.0);
+        assert!(words.contains(&sum), "{sum} is not in\n{words}");
+    }
+    let margin = format!("costs {:.4} more", why.runner_up.unwrap().margin as f64 / 65536.0);
+    assert!(words.contains(&margin), "{margin} is not in\n{words}");
+    assert_refused(&asked("4,128,0"), 1, &["128", "0..128"]);
+    assert_refused(&asked("10,0,0"), 1, &["10", "0..10"]);
+    assert_refused(&asked("4,x"), 2, &["three whole numbers"]);
+}
+
+#[test]
+fn confidences_are_grey_pictures_of_what_the_library_says() {
+    let (input, out) = (folder("sure-in"), folder("sure-out"));
+    clip(&input, FRAMES, SIZE, &moving);
+    assert_done(&segment(&input, &out, &["--confidence"]));
+    let session = session(FRAMES);
+    for t in 0..FRAMES as usize {
+        let picture = image::open(out.join(format!("confidence/{t:05}.png"))).unwrap();
+        assert_eq!(picture.color(), image::ColorType::L8);
+        let sure = session.confidence(t).unwrap().map(|p| (255.0 * p).round() as u8);
+        assert_eq!(picture.into_luma8().into_raw(), sure.data());
+    }
+    assert_done(&segment(&input, &out, &[]));
+    assert!(!out.join("confidence").exists());
+}

@@ -4,6 +4,7 @@ mod boundaries;
 mod clock;
 mod dump;
 mod eval;
+mod explain;
 mod failure;
 mod images;
 mod input;
@@ -33,6 +34,8 @@ struct Cli {
 enum Command {
     /// Segment a clip: masks, tracks.dat, overlay pictures and result.json
     Segment(segment::SegmentArgs),
+    /// Say why pixels have their labels: the terms of the cut, and what is behind them
+    Explain(explain::ExplainArgs),
     /// Score against ground truth
     #[command(subcommand)]
     Eval(eval::EvalCommand),
@@ -47,6 +50,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Segment(args) => segment::segment(&args),
+        Command::Explain(args) => explain::explain(&args),
         Command::Eval(command) => eval::eval(&command),
         Command::Boundaries(args) => boundaries::boundaries(&args),
         Command::Superpixels(args) => superpixels::superpixels(&args),

@@ -102,6 +102,20 @@ pub(crate) fn write_backgrounds(folder: PathBuf, session: &Session, wanted: bool
     Ok(())
 }
 
+/// Writes the confidence of each frame into `folder`, or removes those of an earlier run.
+pub(crate) fn write_confidences(folder: PathBuf, session: &Session, wanted: bool) -> Result<()> {
+    if !wanted || session.objects().is_none() {
+        Series::remove(folder);
+        return Ok(());
+    }
+    let series = Series::create(folder, session.num_frames())?;
+    for t in 0..session.num_frames() {
+        let sure = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
+        series.write(t, (sure.width(), sure.height()), Pixels::Grey(sure.data()))?;
+    }
+    Ok(())
+}
+
 /// An entry for the background and one for each object, nothing counted yet.
 fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
     let clusters = |label: u8| (0..objects.of_cluster.len()).filter(|&c| objects.of_cluster[c] == label).collect();

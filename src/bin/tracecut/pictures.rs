@@ -13,6 +13,8 @@ pub(crate) enum Pixels<'a> {
     Rgb(&'a [u8]),
     /// Four bytes a pixel.
     Rgba(&'a [u8]),
+    /// One byte a pixel, black to white.
+    Grey(&'a [u8]),
     /// One byte a pixel, the number of a colour of the palette of [`voc_colour`].
     Labels(&'a [u8]),
 }
@@ -65,6 +67,11 @@ fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()
         }
         Pixels::Rgba(bytes) => {
             encoder.set_color(ColorType::Rgba);
+            encoder.set_compression(Compression::Fast);
+            bytes
+        }
+        Pixels::Grey(bytes) => {
+            encoder.set_color(ColorType::Grayscale);
             encoder.set_compression(Compression::Fast);
             bytes
         }

@@ -43,6 +43,9 @@ pub(crate) struct SegmentArgs {
     /// Also write the scene without the objects, frame by frame, at the size that frames are processed at
     #[arg(long, conflicts_with = "no_dense")]
     background: bool,
+    /// Also write how sure the label of each pixel is, frame by frame, at the size that frames are processed at
+    #[arg(long, conflicts_with = "no_dense")]
+    confidence: bool,
     /// Also write the affinities, the eigenpairs, the neighbour pairs and the saliency as text
     #[arg(long)]
     dump: bool,
@@ -62,6 +65,7 @@ Results in the folder:
   objects.csv                  box, area, centre and mean motion of each object in each frame
   result.json                  sizes, objects, parameters, times
   background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene
+  confidence/00000.png ...     with --confidence: grey, 0 to 255 for a probability of 0 to 1 that the label is right
   dump/                        with --dump";
 
 /// What goes into `result.json`.
@@ -119,6 +123,7 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     let masks = masks::write_all(&args.out, &input, &session)?;
     write_report(args, &session, &results, masks.as_ref(), &timing)?;
     masks::write_backgrounds(args.out.join("background"), &session, args.background)?;
+    masks::write_confidences(args.out.join("confidence"), &session, args.confidence)?;
     if args.dump {
         dump::write_all(&args.out.join("dump"), &session)?;
     }

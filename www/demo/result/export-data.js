@@ -21,7 +21,7 @@ export const data = {
     {
       id: 'table',
       label: 'objects.csv',
-      says: 'Table of the objects: place, size and motion in each frame',
+      says: 'objects.csv: place, size and motion of the objects in each frame',
       file: () => 'objects.csv',
       make: async (subject, work) => {
         const { library, objects, points } = subject;

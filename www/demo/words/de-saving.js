@@ -65,8 +65,8 @@ export const saving = {
   Data: 'Daten',
   'COCO run lengths for annotation tools; a table of objects; trajectories with their labels for the Moseg benchmark.':
     'COCO-Lauflängen für Programme zum Annotieren; eine Tabelle der Objekte; Trajektorien mit ihren Nummern für den Moseg-Benchmark.',
-  'Table of the objects: place, size and motion in each frame':
-    'Tabelle der Objekte: Ort, Größe und Bewegung in jedem Bild',
+  'objects.csv: place, size and motion of the objects in each frame':
+    'objects.csv: Ort, Größe und Bewegung der Objekte in jedem Bild',
   Project: 'Projekt',
   'Masks, corrections and the clip itself in one file, which this page opens again.':
     'Masken, Korrekturen und der Clip selbst in einer Datei, die diese Seite wieder öffnet.',
@@ -165,6 +165,8 @@ export const errors = {
   'The computation ran out of memory': 'Der Berechnung ging der Speicher aus',
   'Choose fewer frames or a smaller working size under “Clip”.':
     'Unter „Clip“ weniger Bilder oder eine kleinere Größe wählen.',
+  'The network does not answer, so this could not be opened. Please try again.':
+    'Das Netz antwortet nicht, darum ließ sich das nicht öffnen. Bitte noch einmal versuchen.',
   'Something went wrong': 'Etwas ist schiefgegangen',
   'Run it again, or open the sample. The browser’s console has the details.':
     'Neu berechnen oder das Beispiel öffnen. Die Konsole des Browsers hat die Einzelheiten.',

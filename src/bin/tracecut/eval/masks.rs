@@ -15,10 +15,11 @@ use indicatif::ProgressBar;
 use report::Report;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use tracecut::Params;
 use tracecut::eval::davis::{boundary, scored_frames};
 use tracecut::eval::masks::{Census, ClipScorer, MaskScores, Truth};
+use tracecut::eval::reliability::Reliability;
 use tracecut::image::Plane;
+use tracecut::{Params, Session};
 
 /// The truth's outline in overlays.
 const OUTLINE: [u8; 3] = [255, 255, 255];
@@ -39,6 +40,9 @@ Per clip, means over its scored frames; all labels other than 0 are foreground:
                  overlap (two that touch once are one; those that never fill 1/2000 of the frame are left out). One is found when labels
                  that are not false have at least half of its pixels
   false objects  labels with most of their pixels in the clip on the background, of how many labels
+
+Below: what was said of pixels to be right (in that they are on an object or are not), and the share that was, in tenths of what was said;
+every clip counts alike. Without --window.
 
 The kind of a clip is what stands before -- in its name, or else the name of DIR. With --seeds figures are means over the seeds, and
 spread is the largest J less the smallest: of the clip, of the mean over the kind, or of the mean over all.";
@@ -79,6 +83,9 @@ pub(super) struct Run {
     of_frames: Vec<Scored>,
     #[serde(flatten)]
     time: Seconds,
+    /// What confidences said and what was right; empty in windows.
+    #[serde(skip)]
+    reliability: Reliability,
 }
 
 #[derive(Debug, Serialize)]
@@ -143,11 +150,18 @@ pub(super) fn run_clip(
     let images = clip.frames(frames)?;
     let truth = images.iter().map(|image| clip.truth(image)).collect::<Result<Vec<_>>>()?;
     let input = Input::open(&clip.images, frames, Path::new(""))?;
+    let mut reliability = Reliability::default();
     let (masks, timing) = match window {
         Some(window) => run_windows(&input, params, window as usize)?,
         None => {
             let (session, timing) = run(&input, params, 1, &ProgressBar::hidden())?;
-            ((0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<_>>()?, timing)
+            let masks = (0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<Vec<_>>>()?;
+            for t in scored_frames(truth.len()) {
+                if let Some(truth) = &truth[t] {
+                    reliability.add(&masks[t], &confidence_at_input(&session, t)?, truth)?;
+                }
+            }
+            (masks, timing)
         }
     };
     if let Some(folder) = overlay {
@@ -167,7 +181,13 @@ pub(super) fn run_clip(
         return Err(Failure::about(clip.images.display(), reason));
     }
     let scores = MaskScores::mean_of(scorer.frames());
-    Ok(Run { seed, frames: truth.len(), scores, census: scorer.census(), of_frames, time: timing.total })
+    Ok(Run { seed, frames: truth.len(), scores, census: scorer.census(), of_frames, time: timing.total, reliability })
+}
+
+/// The confidence of each pixel of frame `t` at input size.
+fn confidence_at_input(session: &Session, t: usize) -> Result<Plane<f32>> {
+    let (sure, (width, height)) = (session.confidence(t)?, session.input_size().unwrap_or_default());
+    Ok(Plane::from_fn(width, height, |x, y| sure[(x * sure.width() / width, y * sure.height() / height)]))
 }
 
 fn write_overlays(folder: PathBuf, input: &Input, masks: &[Plane<u8>], truth: &[Option<Plane<Truth>>]) -> Result<()> {

@@ -7,6 +7,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use tracecut::Params;
 use tracecut::eval::masks::MaskScores;
+use tracecut::eval::reliability::{Bin, Reliability};
+
+/// Bins of the reliability with less of all pixels say little.
+const FAIR_SHARE: f64 = 0.01;
 
 /// Means of some clips.
 #[derive(Debug, Serialize)]
@@ -28,6 +32,8 @@ pub(super) struct Report<'a> {
     kinds: BTreeMap<&'a str, Group>,
     mean_of_kinds: Group,
     mean_of_clips: Group,
+    /// What confidences said and what was right, in tenths; `null` where none is.
+    reliability: Vec<Option<Bin>>,
     params: &'a Params,
 }
 
@@ -46,6 +52,7 @@ impl<'a> Report<'a> {
             kinds,
             mean_of_kinds: Group::of(clips.len(), &over_kinds),
             mean_of_clips: Group::of(clips.len(), &seed_means(&all)),
+            reliability: Reliability::of_clips(all.iter().flat_map(|o| &o.runs).map(|r| &r.reliability)).curve(),
             params,
         }
     }
@@ -67,6 +74,7 @@ impl<'a> Report<'a> {
             sum(|r| r.census.labels),
             runs().map(|r| r.time.best()).sum::<f64>()
         ));
+        lines.extend(reliability_lines(&Reliability::of_clips(runs().map(|r| &r.reliability))));
         lines
     }
 
@@ -85,6 +93,23 @@ impl Group {
     fn row(&self, title: &str) -> String {
         format!("{title:43}{}{}", columns(&self.scores), spread_column(&self.j_of_seeds))
     }
+}
+
+/// The curve of what was said against what was right.
+fn reliability_lines(found: &Reliability) -> Vec<String> {
+    let bins = found.curve().into_iter().enumerate().filter_map(|(k, bin)| Some((k, bin?)));
+    let row = |(k, bin): (usize, Bin)| {
+        let (low, high) = (k as f64 / 10.0, (k + 1) as f64 / 10.0);
+        let off = bin.right - bin.said;
+        format!("{low:.1} to {high:.1} {:10.3} {:7.3} {off:+7.3} {:7.3}", bin.said, bin.right, bin.share)
+    };
+    let mut lines: Vec<String> = bins.map(row).collect();
+    if !lines.is_empty() {
+        lines.splice(0..0, [String::new(), "confidence       said   right     off   share".to_owned()]);
+        let furthest = found.furthest(FAIR_SHARE);
+        lines.push(format!("furthest from the diagonal, with at least {FAIR_SHARE} of the pixels: {furthest:.3}"));
+    }
+    lines
 }
 
 /// Means over clips, seed by seed.

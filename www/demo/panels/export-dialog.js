@@ -1,0 +1,268 @@
+/**
+ * The dialog in which results are saved: files, a link with the settings, and what it takes to get the same result
+ * again. @module
+ */
+
+import { byId, h } from '../dom.js';
+import { edgesOf } from '../result/edges.js';
+import { stemOf, subjectOf } from '../result/export.js';
+import { framesOf } from '../result/export-size.js';
+import { EXPORTS } from '../result/exports.js';
+import { objectName } from '../result/palette.js';
+import { linkOf, recipeOf } from '../result/recipe.js';
+import { download, placeFor } from '../result/save-file.js';
+import { untilAborted } from '../run/stage-clock.js';
+import { bytes, count, explain, plural } from '../words.js';
+import { ExportOptions } from './export-options.js';
+import { groundOf } from './ground.js';
+import { connectDialog } from './help.js';
+import { say } from '../language.js';
+
+/** How often progress is looked at, in milliseconds. */
+const TICK_MS = 200;
+
+export class ExportDialog {
+  /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'viewer'>} page */
+  constructor({ store, library, selection, viewer }) {
+    this.store = store;
+    this.library = library;
+    this.selection = selection;
+    this.viewer = viewer;
+    this.options = new ExportOptions(library);
+    this.dialog = /** @type {HTMLDialogElement} */ (byId('export'));
+    this.recipeBox = /** @type {HTMLDetailsElement} */ (byId('recipe-box'));
+    /** What it takes to get the same result again. */
+    this.recipe = '';
+    /** @type {AbortController | null} */
+    this.abort = null;
+    /** @type {File | null} What was saved last. */
+    this.saved = null;
+    const rows = EXPORTS.map((one) => this.row(one));
+    byId('export-list').replaceChildren(...rows.map(({ element }) => element));
+    /** The choices, with their buttons. */
+    this.choices = rows.flatMap(({ choices }) => choices);
+    this.nameChoices();
+    this.connect();
+  }
+
+  connect() {
+    byId('export-close').addEventListener('click', () => this.dialog.close());
+    byId('export-cancel').addEventListener('click', () => this.abort?.abort());
+    byId('export-share').addEventListener('click', () => this.share());
+    byId('copy-link').addEventListener('click', () =>
+      this.copy(linkOf(this.store.state.changed), say('The link is on the clipboard.')),
+    );
+    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, say('The recipe is on the clipboard.')));
+    this.recipeBox.addEventListener('toggle', () => this.showRecipe());
+    this.dialog.addEventListener('close', () => this.abort?.abort());
+    connectDialog(this.dialog);
+  }
+
+  /** What there is to save; null without a result. */
+  subject() {
+    return subjectOf(this.store.state, this.library);
+  }
+
+  open() {
+    const found = this.subject();
+    if (!found || this.dialog.open) return;
+    this.options.open(found);
+    byId('export-kept').textContent = keptWords(this.selection.objects);
+    this.nameChoices();
+    this.tell('');
+    this.offer(null);
+    this.setBusy(false);
+    this.recipeBox.open = false;
+    this.dialog.showModal();
+  }
+
+  /** @param {import('../result/export.js').Export} one */
+  row({ title, about, choices }) {
+    const withButtons = choices.map((choice) => ({
+      title,
+      choice,
+      button: h('button', {
+        type: 'button',
+        class: 'save',
+        'data-export': choice.id,
+        click: () => this.save(choice),
+      }),
+    }));
+    const element = h(
+      'li',
+      { class: 'export' },
+      h('h3', {}, title),
+      h('p', { class: 'about' }, about),
+      h('div', { class: 'saves' }, ...withButtons.map(({ button }) => button)),
+    );
+    return { element, choices: withButtons };
+  }
+
+  /** Buttons of cut-outs say on which ground. */
+  nameChoices() {
+    const { name } = this.store.state.ground;
+    for (const { title, choice, button } of this.choices) {
+      button.textContent = typeof choice.label === 'string' ? say(choice.label) : choice.label(name);
+      button.setAttribute('aria-label', choice.says ? say(choice.says) : `${say(title)}: ${button.textContent}`);
+    }
+  }
+
+  /** @param {import('../result/export.js').Choice} choice */
+  async save(choice) {
+    const found = this.subject();
+    const { job } = this.store.state;
+    if (!found || !job || this.abort) return;
+    const { side, quality } = this.options.chosen;
+    const frames = framesOf(job, found.masks, side);
+    const subject = {
+      ...found,
+      masks: found.masks,
+      frames: frames.all,
+      image: frames.one,
+      look: this.viewer.maskLook(side),
+      quality,
+      edges: edgesOf(this.store.state.edges, found.masks),
+      ground: groundOf(this.store.state.ground),
+      trail: this.store.state.ground.trail,
+      sound: (/** @type {'webm' | 'mp4'} */ format) => this.options.soundFor(format),
+      objects: (/** @type {number} */ object) => object > 0 && this.selection.has(object),
+    };
+    const file = `${stemOf(subject.name)}-${choice.file(subject)}`;
+    this.offer(null);
+    this.abort = new AbortController();
+    const { signal } = this.abort;
+    this.setBusy(true);
+    this.tell(say`Making ${file}…`);
+    try {
+      // Asked first, while the click is fresh.
+      const place = choice.type ? await placeFor(file, choice.type) : null;
+      const save = async (/** @type {Blob | ReadableStream<Uint8Array<ArrayBuffer>>} */ made) => {
+        if (!(made instanceof Blob)) return /** @type {NonNullable<typeof place>} */ (place)(made, signal);
+        download(made, file);
+        return made.size;
+      };
+      const whole = await this.smoothed(signal);
+      if (whole) subject.masks = { ...found.masks, labels: (t) => whole.labels(t) };
+      const made = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
+      signal.throwIfAborted();
+      const size = await save(made);
+      if (made instanceof Blob) this.offer(new File([made], file, { type: made.type }));
+      this.tell(say`Saved ${file}, ${bytes(size)}.`);
+    } catch (error) {
+      if (signal.aborted || isCancel(error)) this.tell(say('Cancelled; nothing was saved.'));
+      else this.tell(wordsOf(error), true);
+    } finally {
+      this.abort = null;
+      this.setBusy(false);
+    }
+  }
+
+  /**
+   * What was saved can be handed to another app, where the browser lets a page do that with such a file.
+   *
+   * @param {File | null} file
+   */
+  offer(file) {
+    this.saved = file;
+    byId('export-share').hidden = !file || !navigator.canShare?.({ files: [file] });
+  }
+
+  async share() {
+    if (!this.saved) return;
+    try {
+      await navigator.share({ files: [this.saved], title: this.saved.name });
+    } catch (error) {
+      // Whoever thinks better of it needs no words.
+      if (/** @type {{name?: string}} */ (error)?.name !== 'AbortError')
+        this.tell(say('Sharing did not work here; the file is saved.'), true);
+    }
+  }
+
+  /**
+   * @param {AbortSignal} signal
+   * @returns {Promise<import('../../dist/index.js').MaskSource | null>} the masks as they are on screen, when all of them
+   *   are smoothed; null where none are to be
+   */
+  async smoothed(signal) {
+    const { smoothed } = this.store.state;
+    const tick = setInterval(() => this.store.state.smoothed && showProgress(this.store.state.smoothed), TICK_MS);
+    try {
+      return smoothed && (await untilAborted(smoothed.whole, signal));
+    } finally {
+      clearInterval(tick);
+    }
+  }
+
+  /** @param {boolean} busy */
+  setBusy(busy) {
+    const subject = this.subject();
+    for (const { choice, button } of this.choices)
+      button.disabled = busy || !subject || choice.there?.(subject) === false;
+    byId('export-progress').hidden = !busy;
+    showProgress({ done: 0, total: 0 });
+  }
+
+  /**
+   * @param {string} text
+   * @param {boolean} [wrong]
+   */
+  tell(text, wrong = false) {
+    byId('export-status').textContent = text;
+    byId('export-status').classList.toggle('is-wrong', wrong);
+  }
+
+  async showRecipe() {
+    const { state } = this.store;
+    const masks = this.subject()?.masks;
+    if (!this.recipeBox.open || !masks || !state.job) return;
+    const corrections = state.job.corrector?.count() ?? 0;
+    this.recipe = await recipeOf({ version: this.library.version, job: state.job, masks, corrections });
+    byId('recipe').textContent = this.recipe;
+  }
+
+  /**
+   * @param {string} text
+   * @param {string} done what is told then
+   */
+  async copy(text, done) {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.tell(done);
+    } catch {
+      this.tell(say`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
+    }
+  }
+}
+
+/**
+ * @param {{kept: number[], all: number}} objects
+ * @returns {string} which of them are saved
+ */
+function keptWords({ kept, all }) {
+  if (kept.length === all) return '';
+  const names = kept.length > 0 ? kept.map(objectName).join(', ') : say('No object');
+  const of = plural(all, 'object');
+  return kept.length < 2
+    ? say`${names} of ${of} is kept: what is saved has no other.`
+    : say`${names} of ${of} are kept: what is saved has no other.`;
+}
+
+/** @param {{done: number, total: number}} progress a total of 0 before the first step */
+function showProgress({ done, total }) {
+  const share = total > 0 ? done / total : 0;
+  byId('export-bar').style.setProperty('--share', String(share));
+  byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
+  const words = total === 1 ? say`${done} of 1 frame` : say`${done} of ${count(total)} frames`;
+  byId('export-count').textContent = total > 0 ? words : '';
+}
+
+/** @param {unknown} error whether no file was chosen */
+function isCancel(error) {
+  return error instanceof DOMException && error.name === 'AbortError';
+}
+
+/** @param {unknown} error */
+function wordsOf(error) {
+  const { title, advice, detail } = explain(error);
+  return [title, advice, detail].filter(Boolean).join('. ');
+}
