@@ -19,8 +19,8 @@ const BUNDLES = [
 ];
 
 /**
- * Least bytes of a bundle that names its source map: the name alone weighs 35, and a visit loads many small parts. Their
- * maps lie beside them all the same.
+ * Least bytes of a bundle that names its source map: the name alone weighs 35, and a visit loads many small parts.
+ * Their maps lie beside them all the same.
  */
 const LEAST_MAPPED = 4096;
 

@@ -11,7 +11,7 @@ import { root } from '../tools.mjs';
  * @property {string} text
  */
 
-/** How the text of a licence is known, its line breaks aside, in the order in which we choose where there is a choice. */
+/** How a licence's text is known, line breaks aside, in the order in which we choose where there is a choice. */
 const KNOWN = {
   MIT: /Permission is hereby granted, free of charge, to any person obtaining a copy/,
   'BSD-3-Clause': /Redistribution and use in source and binary forms.*Neither the name/,
