@@ -40,8 +40,7 @@ function anchors(text) {
 }
 
 /** Where files of ours are outside of the repository: links from pages of registries have to name them so. */
-const OUTSIDE =
-  /^https:\/\/(?:github\.com\/tracecut\/tracecut\/(?:blob|tree)|raw\.githubusercontent\.com\/tracecut\/tracecut)\/HEAD\//;
+const OUTSIDE = /^https:\/\/(?:raw\.githubusercontent|github)\.com\/tracecut\/tracecut\/(?:(?:blob|tree)\/)?HEAD\//;
 
 /** What is wrong with a link of a file, or null. */
 function fault(file, target) {
