@@ -172,7 +172,7 @@ async function dryRun() {
   checkTag(checkVersion());
   const { version, tarball } = await check();
   // npm says what it would do, and looks at manifest and files as it does when it publishes.
-  const [[, ...publish]] = publishing(version);
+  const [[, ...words]] = publishing(version);
   run('npm', [
     ...publish.filter((word) => word !== '--provenance'),
     '--no-provenance',

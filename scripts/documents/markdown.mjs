@@ -63,15 +63,18 @@ export function lex(text) {
   return tokens;
 }
 
+const BLOCKS = ['blockquote', 'code', 'heading', 'list', 'paragraph', 'space', 'table'];
+
 /** The words of tokens, without their marks. */
-function plain(tokens) {
+export function plain(tokens) {
   const words = (token) => {
     if (token.type === 'table')
       return [...token.header, ...token.rows.flat()].map(({ tokens: one }) => plain(one)).join(' ');
     if (token.type === 'list') return token.items.map((item) => plain(item.tokens)).join(' ');
     return token.tokens ? plain(token.tokens) : (token.text ?? '');
   };
-  return tokens.map(words).join(' ').replace(/\s+/g, ' ').trim();
+  const apart = (token) => (BLOCKS.includes(token.type) ? ` ${words(token)} ` : words(token));
+  return tokens.map(apart).join('').replace(/\s+/g, ' ').trim();
 }
 
 /** The page and place that a link into one of our files has here, or null. */

@@ -2,7 +2,7 @@
 
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
-import { lex } from './markdown.mjs';
+import { lex, plain } from './markdown.mjs';
 import { root } from '../tools.mjs';
 
 /**
@@ -72,8 +72,8 @@ function ofFolder(folder) {
 /** @returns {Page} */
 function fileAt(source, path, group) {
   const tokens = lex(read(source));
-  const title = tokens.find(({ type, depth }) => type === 'heading' && depth === 1)?.text ?? basename(path, '.html');
-  return { path, title: title.replaceAll('`', ''), group, source, tokens };
+  const heading = tokens.find(({ type, depth }) => type === 'heading' && depth === 1);
+  return { path, title: heading ? plain([heading]) : basename(path, '.html'), group, source, tokens };
 }
 
 /** The clips of the demo page's gallery, in its own words. @returns {Page} */

@@ -1,6 +1,6 @@
 // A page of the documentation around its text: head, navigation, search.
 
-import { hopTo } from './markdown.mjs';
+import { hopTo, plain } from './markdown.mjs';
 import { GROUPS } from './pages.mjs';
 
 const POLICY =
@@ -59,9 +59,9 @@ function groupOf(group, page, pages) {
 /** A page in the navigation; below the one that is open, its parts. */
 function itemOf(one, page) {
   const link = (/** @type {string} */ place, /** @type {string} */ title, here = '') =>
-    `<a href="${hopTo(place, page)}"${here}>${escaped(title.replaceAll('`', ''))}</a>`;
+    `<a href="${hopTo(place, page)}"${here}>${escaped(title)}</a>`;
   if (one !== page) return `<li>${link(one.path, one.title)}</li>\n`;
   const parts = page.tokens.filter(({ type, depth }) => type === 'heading' && depth === 2);
-  const inner = parts.map(({ slug, text }) => `<li>${link(`${one.path}#${slug}`, text)}</li>`).join('\n');
+  const inner = parts.map((part) => `<li>${link(`${one.path}#${part.slug}`, plain([part]))}</li>`).join('\n');
   return `<li>${link(one.path, one.title, ' aria-current="page"')}\n<ul>\n${inner}\n</ul>\n</li>\n`;
 }
