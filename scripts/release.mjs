@@ -76,6 +76,12 @@ export function publishing(version) {
   ];
 }
 
+/** The first of them as npm tries it without publishing; here nobody signs. */
+export function rehearsal(version) {
+  const words = publishing(version)[0].filter((word) => word !== '--provenance');
+  return [...words, '--no-provenance', '--dry-run', '--ignore-scripts'];
+}
+
 /**
  * What keeps a package from being published with provenance from here, in words: the registry takes the word of a build
  * service that signs for the commit, so it has to be one, at the tag of this very version.
@@ -172,13 +178,8 @@ async function dryRun() {
   checkTag(checkVersion());
   const { version, tarball } = await check();
   // npm says what it would do, and looks at manifest and files as it does when it publishes.
-  const [[, ...words]] = publishing(version);
-  run('npm', [
-    ...publish.filter((word) => word !== '--provenance'),
-    '--no-provenance',
-    '--dry-run',
-    '--ignore-scripts',
-  ]);
+  const [command, ...args] = rehearsal(version);
+  run(command, args);
   console.log(`\n${tarball} and the crate are in order; the tag is ${tagOf(version)}. Nothing was published. By hand:`);
   console.log(byHand(version).slice(1).join('\n'));
 }
