@@ -6,7 +6,8 @@ import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync,
 import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
-import { describeTypes } from './declarations.mjs';
+import { BUNDLE_SOURCES, buildBundles } from './bundles.mjs';
+import { describeTypes, importPlatform } from './declarations.mjs';
 import { writeLicences } from './licences.mjs';
 import { writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
@@ -57,7 +58,10 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
     // Small code: its hot loops wait for memory, and it has a budget too.
     cargoBuild(['--package', 'tracecut-decoder', '--config', 'profile.wasm.opt-level="s"'], decoderFolder),
   ]);
-  await step(stamps, 'decoder', [decoder, lock, ...scripts], () => buildWasm(decoder, 'decoder'));
+  await step(stamps, 'decoder', [decoder, lock, ...scripts], () => {
+    buildWasm(decoder, 'decoder');
+    editDecoder();
+  });
   await step(stamps, 'wasm', [engine, lock, ...scripts], async () => {
     buildWasm(engine, 'tracecut');
     await buildGlue();
@@ -66,6 +70,9 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
   const sources = libraryFiles().map((name) => join(lib, name));
   await step(stamps, 'modules', [...sources, join(dist, 'parameters.d.ts'), lock, ...scripts], () => buildModules());
+  const bundled = ['tracecut_bg.wasm', 'decoder_bg.wasm', 'glue.js', 'decoder.js', 'vendor/media.js', 'vendor/zip.js'];
+  const parts = [...bundled.map((name) => join(dist, name)), ...BUNDLE_SOURCES, join(root, 'scripts', 'bundles.mjs')];
+  await step(stamps, 'bundles', [...sources, ...parts, lock, ...scripts], buildBundles);
   // Always: the toolchain counts among the inputs too, and it takes less than a second.
   writeLicences(dist);
   writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
@@ -111,6 +118,18 @@ function buildWasm(cargoWasm, name) {
   run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', '--converge', ...wasmFeatures, wasm, '-o', wasm]);
 }
 
+/** Engines without `TextDecoder` have one of the package's. */
+const TEXT = "import { Decoder as TextDecoder, Encoder as TextEncoder } from './text.js';\n";
+
+/** It would find the wasm file by itself, and bundlers with it; here it is always given. */
+function editDecoder() {
+  const file = join(dist, 'decoder.js');
+  const text = readFileSync(file, 'utf8');
+  const edited = text.replace("new URL('decoder_bg.wasm', import.meta.url)", 'undefined');
+  if (edited === text) fail('decoder.js does not say where its wasm file is.');
+  writeFileSync(file, TEXT + edited);
+}
+
 /**
  * Writes `glue.js`: wasm-bindgen's module, which is bound to one instance, as a function that makes as many as are
  * wanted.
@@ -124,10 +143,13 @@ async function buildGlue() {
     format: 'iife',
     globalName: 'glue',
     target: 'es2022',
-    banner: { js: '// Written by the build from the module that wasm-bindgen made.\nexport function makeGlue() {' },
+    banner: {
+      js: `// Written by the build from the module that wasm-bindgen made.\n${TEXT}export function makeGlue() {`,
+    },
     footer: { js: '  return glue;\n}' },
-    // It would find the wasm file by itself; here it is always given.
-    define: { 'import.meta.url': 'undefined' },
+    // It would find and fetch the wasm file by itself; here a module is always given.
+    define: { 'import.meta.url': 'undefined', Response: 'undefined', Request: 'undefined', URL: 'undefined' },
+    minifySyntax: true,
     logLevel: 'warning',
   });
   writeFileSync(join(dist, 'glue.d.ts'), "export declare function makeGlue(): typeof import('./tracecut.js');\n");
@@ -158,7 +180,7 @@ async function buildVendored(entry) {
 /** The hand-written modules, by their places below `www/lib`. */
 function libraryFiles() {
   return readdirSync(lib, { recursive: true })
-    .filter((name) => /\.(js|json)$/.test(name))
+    .filter((name) => /\.(js|json|d\.ts)$/.test(name))
     .sort();
 }
 
@@ -166,14 +188,16 @@ function libraryFiles() {
 function removeStale() {
   for (const name of readdirSync(dist, { recursive: true }).map((file) => file.replaceAll('\\', '/'))) {
     const isModule =
-      /\.(js|d\.ts)$/.test(name) && !/^(tracecut|decoder|glue|parameters)\b|^\w+_bg\.wasm|^vendor\//.test(name);
-    if (isModule && !existsSync(join(lib, name.replace(/\.d\.ts$/, '.js')))) rmSync(join(dist, name));
+      /\.(js|d\.ts)$/.test(name) &&
+      !/^(tracecut|decoder|glue|parameters|inline|worker\.bundle)\b|^\w+_bg\.wasm|^vendor\//.test(name);
+    const sources = [name, name.replace(/\.d\.ts$/, '.js')].map((source) => join(lib, source));
+    if (isModule && !sources.some(existsSync)) rmSync(join(dist, name));
   }
 }
 
 function buildModules() {
   removeStale();
-  for (const name of libraryFiles().filter((file) => file.endsWith('.js'))) {
+  for (const name of libraryFiles().filter((file) => /\.(js|d\.ts)$/.test(file))) {
     mkdirSync(dirname(join(dist, name)), { recursive: true });
     copyFileSync(join(lib, name), join(dist, name));
   }
@@ -181,6 +205,7 @@ function buildModules() {
     hint: 'The types of www/lib do not agree.',
   });
   describeTypes(lib, dist);
+  importPlatform(dist);
 }
 
 function checkSize(complain) {

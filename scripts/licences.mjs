@@ -15,8 +15,11 @@ import { root } from './tools.mjs';
 export const LICENCES = 'THIRD-PARTY-LICENSES.txt';
 export const BILL = 'sbom.cdx.json';
 
-/** The libraries whose JavaScript the package carries within, each in the file of that name below `dist/vendor`. */
-export const VENDORED = { mediabunny: 'media.js', fflate: 'zip.js' };
+/** The libraries whose JavaScript the package carries within, and the files of `dist/` that hold it. */
+export const VENDORED = {
+  mediabunny: ['vendor/media.js', 'inline.js'],
+  fflate: ['vendor/zip.js', 'inline.js', 'node.cjs', 'worker.bundle.js'],
+};
 
 /**
  * Everything in the package that is not ours, in the order of its identifiers.

@@ -7,6 +7,9 @@ import { root } from './tools.mjs';
 
 const PLACEHOLDER = "const PRECACHE = { version: '', files: [] };";
 
+/** Entries of Node, and builds in one file. */
+const NOT_THE_PAGES = ['node.js', 'inline.js', 'worker.bundle.js'];
+
 /**
  * Folders of the site: where they lie, where they are served, and which of their files a page in a browser may ask for.
  */
@@ -16,7 +19,11 @@ const folders = [
     at: './',
     wanted: (name) => !/^(lib\/|demo\/gallery\/|service-worker\.js$)|\.(json|ts|md)$/.test(name),
   },
-  { folder: join(root, 'dist'), at: './dist/', wanted: (name) => /\.(js|wasm)$/.test(name) && name !== 'node.js' },
+  {
+    folder: join(root, 'dist'),
+    at: './dist/',
+    wanted: (name) => /\.(js|wasm)$/.test(name) && !NOT_THE_PAGES.includes(name),
+  },
 ];
 
 /**

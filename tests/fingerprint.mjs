@@ -20,8 +20,8 @@ export function fingerprint(result) {
     clusters.count,
     lists.map((list) => [...list]),
     edges,
-    objects?.count,
-    [...(objects?.ofCluster ?? [])],
+    Math.max(0, ...(objects ?? []).map(({ label }) => label)),
+    [...(clusters.object ?? [])],
     masks,
   ]);
 }

@@ -7,7 +7,10 @@
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
+use tracecut::image::Plane;
+use tracecut::mask::{ObjectRow, object_rows, object_table};
 use tracecut::synth::Scene;
+use tracecut::trajectory::Trajectories;
 use tracecut::{Error, Params, Session, Windows};
 
 fn agrees(name: &str) {
@@ -86,4 +89,22 @@ fn windows_have_the_masks_of_the_package() {
         assert_eq!(&serde_json::json!(masks), &expected["masks"], "masks of window {}", found.index);
     }
     assert!(windows.next_window(|_| ()).is_none());
+}
+
+#[test]
+fn a_made_clip_gives_the_table_that_the_package_gives() {
+    // The package's test makes the same clip.
+    let mask = |t: usize| {
+        Plane::from_fn(12, 8, |x, y| {
+            let block = (1 + t..5 + 2 * t).contains(&x) && (2..5).contains(&y);
+            if block { 1 } else { u8::from(t != 1 && x + y > 16) * 7 }
+        })
+    };
+    let mut tracks = Trajectories::empty(3, (12, 8));
+    tracks.push(0, [(1.25, 2.0, 0.0), (2.5, 2.0625, 0.0), (4.0, 2.5, 0.0)]);
+    tracks.push(0, [(4.49, 4.49, 0.0), (5.0, 4.0, 0.0)]);
+    tracks.push(1, [(6.0, 4.5, 0.0), (5.75, 4.25, 0.0)]);
+    tracks.push(0, [(11.5, 7.5, 0.0), (11.0, 7.0, 0.0)]);
+    let rows: Vec<ObjectRow> = (0..3).flat_map(|t| object_rows(&mask(t), &tracks, t)).collect();
+    assert_eq!(object_table(&rows), include_str!("data/objects.csv"));
 }

@@ -1,12 +1,12 @@
-// The README's code, which is tested as it stands.
+// The code of the README and of docs/tasks.md, which is tested as it stands.
 
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { root } from '../scripts/tools.mjs';
 
 /** Blocks of JavaScript by the heading above them; two below one heading are told apart by a number. */
-export function readmeCode() {
-  const text = readFileSync(join(root, 'README.md'), 'utf8').replaceAll('\r', '');
+export function readmeCode(file = 'README.md') {
+  const text = readFileSync(join(root, file), 'utf8').replaceAll('\r', '');
   const found = new Map();
   let heading = '';
   for (const [, title, indent, code] of text.matchAll(/^#+ (.+)$|^( *)```js\n([^]*?)^ *```$/gm)) {
@@ -18,6 +18,22 @@ export function readmeCode() {
   }
   return found;
 }
+
+/** Where each block of docs/tasks.md is run; those for Node in this order. */
+export const TASKS = {
+  node: [
+    'The motion between two pictures',
+    'Points followed through a clip',
+    "Masks from trajectories of one's own",
+    'Where each object is, how large, how fast',
+    'Many single pictures',
+    'Video files in Node',
+    'Uncompressed video from a stream',
+    'Uncompressed video from a stream 2',
+    'A server that answers meanwhile',
+  ],
+  browser: ['Effects: blurred, dimmed or other backgrounds'],
+};
 
 /** Where each block is run: in Node, in a browser, or by the test of bundlers. */
 export const RUN = {

@@ -23,7 +23,5 @@ for await (const window of segmentVideo(frames())) {
   for (const { t, index } of window.frames()) {
     await writeFile(join(output, `${parse(files[index]).name}.png`), await maskPng(window, t));
   }
-  console.log(
-    `${window.firstFrame + window.settled.to} of ${files.length} frames, ${window.objects.labels.length} objects`,
-  );
+  console.log(`${window.firstFrame + window.settled.to} of ${files.length} frames, ${window.objects.length} objects`);
 }

@@ -41,7 +41,7 @@ function show(next) {
   Object.assign(canvas, { width, height });
   context.putImageData(new ImageData(data, width, height), 0, 0);
   drawLabels(context, result, 0);
-  status.textContent = `${result.objects.labels.length} objects`;
+  status.textContent = `${result.objects.length} objects`;
   undo.disabled = session.corrections === 0;
   save.disabled = false;
 }

@@ -11,6 +11,8 @@ const BUILDS = {
   'tracecut_bg.wasm': ['--package', 'tracecut', '--features', 'wasm'],
   'decoder_bg.wasm': ['--package', 'tracecut-decoder'],
 };
+/** The build in one file holds both. */
+const INLINE = 'inline.js';
 const OURS = ['tracecut', 'tracecut-decoder'];
 
 /**
@@ -53,7 +55,7 @@ export function cargoParts() {
       if (OURS.includes(line.name)) continue;
       const purl = purlOf(line);
       if (!parts.has(purl)) parts.set(purl, partOf(line, checksums));
-      parts.get(purl).files.add(file);
+      parts.get(purl).files.add(file).add(INLINE);
       const user = above[line.depth - 1];
       (OURS.includes(user.name) ? direct : parts.get(purlOf(user)).uses).add(purl);
     }
@@ -105,7 +107,7 @@ export function standardLibrary() {
     source: 'https://github.com/rust-lang/rust',
     hashes: [],
     notices,
-    files: new Set(Object.keys(BUILDS)),
+    files: new Set([...Object.keys(BUILDS), INLINE]),
     uses: new Set(),
   };
 }

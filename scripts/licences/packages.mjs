@@ -6,12 +6,12 @@ import { root } from '../tools.mjs';
 import { noticesIn } from './notices.mjs';
 
 /**
- * @param {Record<string, string>} vendored names of packages, and the file of `dist/vendor` that holds each
+ * @param {Record<string, string[]>} vendored names of packages, and the files of `dist/` that hold each
  * @returns {import('./sbom.mjs').Part[]}
  */
 export function npmParts(vendored) {
   const { packages } = JSON.parse(readFileSync(join(root, 'package-lock.json'), 'utf8'));
-  return Object.entries(vendored).map(([name, file]) => {
+  return Object.entries(vendored).map(([name, files]) => {
     const folder = join(root, 'node_modules', name);
     const { version, license, repository } = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
     return {
@@ -22,7 +22,7 @@ export function npmParts(vendored) {
       source: (repository.url ?? repository).replace(/^git\+|\.git$/g, ''),
       hashes: [hashOf(packages[`node_modules/${name}`].integrity)],
       notices: noticesIn(folder, license, `Copyright (c) the ${name} developers`),
-      files: new Set([`vendor/${file}`]),
+      files: new Set(files),
       uses: new Set(),
     };
   });

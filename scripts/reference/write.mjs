@@ -5,16 +5,17 @@ import { exportsOf, lookUp, read, resolved } from './read.mjs';
 const INTRODUCTION = `# API reference
 
 Written from the package's declarations by \`node scripts/reference.mjs\`; the text of each entry stands in the source. Everything here is
-imported from \`'tracecut'\`, in browsers and in Node alike.
+imported from \`'tracecut'\`, in browsers and in Node alike; what Node alone has, from \`'tracecut/node'\`.
 `;
 
 /** Where functions are listed, by the folder of their module. */
 const SECTIONS = [
-  ['Functions', (module) => !module.includes('/')],
+  ['Functions', (module) => !module.includes('/') && !module.startsWith('node-')],
   ['Video', (module) => module.startsWith('video/')],
   ['Editing', (module) => module.startsWith('edit/')],
   ['Files', (module) => module.startsWith('export/')],
   ['Drawing', (module) => module.startsWith('draw/')],
+  ['Node alone', (module) => module.startsWith('node-')],
 ];
 
 /**
@@ -25,7 +26,7 @@ const SECTIONS = [
  *   and all names
  */
 export function reference(dist, parameters) {
-  const api = exportsOf(dist, 'index.js');
+  const api = new Map([...exportsOf(dist, 'index.js'), ...exportsOf(dist, 'node-frames.js')]);
   const types = typesOf(dist, api);
   const all = [...api.values()];
   const functions = all.filter(({ kind }) => kind === 'function');
@@ -93,16 +94,26 @@ function typesOf(dist, api) {
 function undocumented(items, parameters) {
   const lacking = items.flatMap((item) => {
     const missing = item.members.filter(({ doc }) => !doc.words).map(({ name }) => `${item.name}.${name}`);
-    const described = item.doc.words || (item.kind === 'type' && everyFieldDescribed(item.text));
+    const described = item.doc.words || (item.kind === 'type' && fieldsWithoutWords(item.text)?.length === 0);
     return described ? missing : [item.name, ...missing];
   });
+  lacking.push(...undescribedOptions(items.filter(({ kind }) => kind === 'type')));
   return [...new Set(lacking), ...parameters.filter(({ doc }) => !doc.trim()).map(({ name }) => name)];
 }
 
-/** Whether each field of an object type has a comment of its own. */
-function everyFieldDescribed(text) {
-  const fields = text.match(/^ {4}\w+\??:/gm) ?? [];
-  return fields.length > 0 && fields.length === (text.match(/^ {4}\/\*\*/gm) ?? []).length;
+/** The fields of an object type that have no comment of their own; undefined for a type without fields. */
+function fieldsWithoutWords(text) {
+  const fields = [...text.matchAll(/(\*\/\s*)?\n {4}(?:readonly )?(\w+)\??:/g)];
+  return fields.length > 0 ? fields.filter(([, comment]) => !comment).map(([, , name]) => name) : undefined;
+}
+
+/** Options that an editor would show no words for: of types called so, and of the types that these are put together of. */
+function undescribedOptions(types) {
+  const options = types.filter(({ name }) => name.endsWith('Options'));
+  const parts = options.flatMap(({ text }) => text.split('{')[0].match(/\w+/g));
+  return types
+    .filter(({ name }) => name.endsWith('Options') || parts.includes(name))
+    .flatMap(({ name, text }) => (fieldsWithoutWords(text) ?? []).map((field) => `${name}.${field}`));
 }
 
 /**

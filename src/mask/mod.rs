@@ -9,6 +9,7 @@ mod enlarge;
 mod objects;
 mod runs;
 mod salient;
+mod table;
 
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
@@ -17,3 +18,4 @@ pub use objects::{Objects, find_objects};
 pub(crate) use objects::{find_objects_in, number_objects};
 pub(crate) use runs::Runs;
 pub(crate) use salient::salient_objects;
+pub use table::{ObjectRow, object_rows, object_table};

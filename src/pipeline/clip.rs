@@ -1,12 +1,15 @@
 //! The clip that a session runs on: frames at working size, their flow, and what goes along from window to window.
 
+use super::found::Tracked;
 use super::geometry::Scale;
 use super::params::ScaledParams;
 use super::piece::Ledger;
+use super::session::state_error;
 use super::trackers::Trackers;
 use crate::Error;
 use crate::flow::{CompactFlow, FlowScratch};
 use crate::image::Frame;
+use crate::trajectory::Trajectories;
 use crate::window::{Identities, Thumbnail, unmatched_share};
 
 /// What a run works on.
@@ -14,8 +17,10 @@ use crate::window::{Identities, Thumbnail, unmatched_share};
 pub(super) struct Clip {
     pub(super) params: ScaledParams,
     pub(super) scale: Scale,
-    /// The frames at working size; none where trajectories come from outside.
+    /// The frames at working size; there may be none where trajectories come from outside.
     pub(super) frames: Vec<Frame>,
+    /// Trajectories from outside, until the run takes them.
+    pub(super) given: Option<Box<Tracked>>,
     /// The flow of each pair of them, as far as it is known.
     pub(super) flows: Vec<CompactFlow>,
     /// Working memory of the flow.
@@ -49,6 +54,7 @@ impl Clip {
             params,
             scale,
             frames: Vec::new(),
+            given: None,
             flows: Vec::new(),
             scratch: FlowScratch::default(),
             ledger: Ledger::default(),
@@ -87,6 +93,7 @@ impl Clip {
     }
 
     /// Whether `frame`, of whatever size, looks nothing like the last one.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn begins_shot(&self, frame: &Frame) -> bool {
         self.accepted(frame).is_ok_and(|frame| self.is_cut_before(&Thumbnail::new(&frame)))
     }
@@ -111,8 +118,26 @@ impl Clip {
         self.windows.is_some() && self.frames.len() == 1 && self.flows.is_empty()
     }
 
-    /// Checks that there are enough frames for a run.
+    /// Takes trajectories from outside beside the frames.
+    pub(super) fn give(&mut self, tracked: Box<Tracked>) -> Result<(), Error> {
+        let (size, (width, height)) = (tracked.input.size, self.scale.input);
+        if self.windows.is_some() {
+            return Err(state_error("trajectories were set in a clip that is taken window by window"));
+        }
+        if size != self.scale.input {
+            let reason =
+                format!("trajectories of {}x{} pixels (expected {width}x{height}, as the frames)", size.0, size.1);
+            return Err(Error::Data { reason });
+        }
+        self.given = Some(tracked);
+        Ok(())
+    }
+
+    /// Checks that there are enough frames for a run, and that trajectories from outside lie in them.
     pub(super) fn check(&self) -> Result<(), Error> {
+        if let Some(given) = &self.given {
+            return if self.frames.is_empty() { Ok(()) } else { fits(&given.input, self.frames.len()) };
+        }
         let needed = (self.windows.as_ref().map_or(0, |w| w.overlap) + 1).max(2);
         match self.frames.len() {
             got if got < needed && !self.is_lone_frame() => Err(Error::TooFewFrames { got, needed }),
@@ -162,4 +187,26 @@ impl Clip {
     pub(super) fn dropped_by(&self, overlap: usize) -> usize {
         if self.holds_frame() { self.frames.len() } else { self.frames.len() - overlap }
     }
+}
+
+/// Checks that trajectories are of so many frames, and that their points lie in them.
+fn fits(tracks: &Trajectories, frames: usize) -> Result<(), Error> {
+    let reason = if tracks.num_frames == frames {
+        let (width, height) = tracks.size;
+        let Some((name, p, v, side)) = stray("x", &tracks.x, width).or_else(|| stray("y", &tracks.y, height)) else {
+            return Ok(());
+        };
+        format!("{name}[{p}] = {v} (expected a place in the frame, -0.5..={})", side - 0.5)
+    } else {
+        format!("trajectories of {} frames with {frames} frames pushed (expected as many)", tracks.num_frames)
+    };
+    Err(Error::Data { reason })
+}
+
+/// The first coordinate that lies beyond the frame: its name, number and value, and the side of the frame.
+#[inline(never)]
+fn stray(name: &'static str, values: &[f32], side: usize) -> Option<(&'static str, usize, f64, f64)> {
+    let side = side as f64;
+    let mut numbered = values.iter().map(|&v| f64::from(v)).enumerate();
+    numbered.find(|&(_, v)| v < -0.5 || v > side - 0.5).map(|(p, v)| (name, p, v, side))
 }

@@ -1,5 +1,6 @@
 //! What the stages find, phase by phase: each type holds what is certainly there once its phase is over.
 
+use super::geometry::Scale;
 use crate::background::Background;
 use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
@@ -8,7 +9,7 @@ use crate::cut::CutLabels;
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
-use crate::image::Plane;
+use crate::image::{Plane, sample_bilinear};
 use crate::mask::{Objects, Runs};
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
@@ -48,6 +49,32 @@ pub(super) struct Tracked {
 }
 
 impl Tracked {
+    /// Trajectories from outside, in input pixels.
+    pub(super) fn given(input: Trajectories, scale: Scale) -> Self {
+        let tracks = scale.to_working(&input);
+        let numbers = (0..tracks.len() as u32).collect();
+        Self { tracks, input, numbers, with_past: None, denser: None }
+    }
+
+    /// The points in frame `t` get the local flow variation there, where it is not known; it is at half the working
+    /// size. Points in the last frame have that of the points before, as those of the tracker.
+    pub(super) fn learn(&mut self, t: usize, variation: &Plane<f32>) {
+        let is_last = t + 2 == self.tracks.num_frames;
+        for i in 0..self.tracks.len() {
+            let alive = self.tracks.frames(i);
+            if alive.contains(&t) {
+                let p = self.tracks.point(i, t);
+                let Trajectories { x, y, variation: known, .. } = &mut self.tracks;
+                if known[p] == 0.0 {
+                    known[p] = sample_bilinear(variation, (x[p] - 0.5) * 0.5, (y[p] - 0.5) * 0.5);
+                }
+                if is_last && t + 1 < alive.end && known[p + 1] == 0.0 {
+                    known[p + 1] = known[p];
+                }
+            }
+        }
+    }
+
     /// The whole life of the trajectories, as far as it is remembered.
     pub(super) fn lived(&self) -> &Trajectories {
         self.with_past.as_ref().unwrap_or(&self.tracks)

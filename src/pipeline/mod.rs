@@ -9,6 +9,8 @@ mod figure;
 mod foreground;
 mod found;
 mod geometry;
+#[cfg(test)]
+mod given_tests;
 #[cfg(not(target_arch = "wasm32"))]
 mod long;
 #[cfg(test)]

@@ -28,6 +28,8 @@ pub(super) struct Motion {
     seen: Option<Seen>,
     pair: Pair,
     trackers: Trackers,
+    /// Trajectories from outside, which take the place of those that are tracked.
+    given: Option<Box<Tracked>>,
 }
 
 impl Motion {
@@ -35,11 +37,13 @@ impl Motion {
     /// of them, flow and tracking go on from there.
     pub(super) fn new(clip: &mut Clip) -> Self {
         let (mut trackers, known) = clip.trackers();
+        let given = clip.given.take();
+        trackers.is_given = given.is_some();
         if known == 0 {
             trackers.seed(&structure(&clip.frames[0].luma()));
         }
         let t = known.saturating_sub(1);
-        Self { t, seen: None, pair: Pair::Nothing, trackers }
+        Self { t, seen: None, pair: Pair::Nothing, trackers, given }
     }
 
     /// One field, or the tracking through a pair of them; finished forward fields are added to those of the clip.
@@ -67,6 +71,9 @@ impl Motion {
             Pair::Both(made) => {
                 self.pair = Pair::Nothing;
                 self.trackers.follow(&made);
+                if let Some(given) = &mut self.given {
+                    given.learn(self.t, &made.variation);
+                }
                 self.trackers.seed(&made.structure);
                 clip.flows.push(CompactFlow::new(&made.forward));
                 self.t += 1;
@@ -83,13 +90,14 @@ impl Motion {
 
     /// The trajectories at the last frame.
     fn finish(self: Box<Self>, clip: &mut Clip) -> Tracked {
-        let (tracks, numbers) = self.trackers.tracks.numbered();
-        let tracked = Tracked {
-            input: clip.scale.to_input(&tracks),
-            tracks,
-            numbers,
-            with_past: self.trackers.tracks.with_past(),
-            denser: self.trackers.masks.as_ref().map(|masks| masks.numbered().0),
+        let denser = self.trackers.masks.as_ref().map(|masks| masks.numbered().0);
+        let tracked = match self.given {
+            Some(given) => Tracked { denser, ..*given },
+            None => {
+                let (tracks, numbers) = self.trackers.tracks.numbered();
+                let input = clip.scale.to_input(&tracks);
+                Tracked { input, tracks, numbers, with_past: self.trackers.tracks.with_past(), denser }
+            }
         };
         clip.keep(self.trackers);
         clip.scratch = Default::default();

@@ -211,12 +211,18 @@ impl Params {
         self.scaled(1.0, spacing)
     }
 
+    /// The same with frames of `size` pixels beside them.
+    pub(crate) fn for_size_at(&self, size: (usize, usize), spacing: f32) -> ScaledParams {
+        self.scaled(self.length_scale(size), spacing)
+    }
+
     /// What lengths are to be multiplied with in frames of `size` pixels.
     fn length_scale(&self, (width, height): (usize, usize)) -> f32 {
         let side = ((width * height) as f32).sqrt();
         (side / self.clip.reference.max(1) as f32).clamp(LEAST_SCALE, 1.0)
     }
 
+    #[inline(never)] // Large, and called from several places: wasm has a budget.
     fn scaled(&self, scale: f32, spacing: f32) -> ScaledParams {
         let mut params = self.clone();
         params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_STEP);

@@ -142,7 +142,7 @@ impl Session {
         let (clip, labels) = match &mut self.phase {
             Phase::Frames(clip) => (clip, None),
             Phase::Begun(clip, state) => (clip, Some(state)),
-            Phase::Empty | Phase::Tracks(..) => return None,
+            Phase::Empty => return None,
         };
         let Clip { ledger, frames, flows, params, .. } = clip.as_mut();
         let pairs = flows.len()..frames.len().saturating_sub(1).min(flows.len() + ahead);
@@ -185,7 +185,7 @@ impl Session {
         let Some(piece) = self.take_piece(ahead) else { return false };
         let made = match &mut self.phase {
             Phase::Frames(clip) | Phase::Begun(clip, _) => piece.work(&self.params, &mut clip.scratch),
-            Phase::Empty | Phase::Tracks(..) => return false,
+            Phase::Empty => return false,
         };
         self.accept(piece.id, made);
         true

@@ -12,7 +12,7 @@ use crate::trajectory::Trajectories;
 
 /// One clip on its way through the stages.
 ///
-/// Push frames (or set trajectories), call [`Session::step`] until it returns [`Step::Done`], read results; those of a
+/// Push frames (or set trajectories, or both), call [`Session::step`] until it returns [`Step::Done`], read results; those of a
 /// finished stage can be read while later ones still run. To cancel, stop stepping: stepping again later goes on and
 /// ends in the same result.
 #[derive(Debug)]
@@ -29,10 +29,8 @@ pub(super) enum Phase {
     /// Nothing was pushed yet.
     #[default]
     Empty,
-    /// Taking frames.
+    /// Taking frames, or trajectories, or both.
     Frames(Box<Clip>),
-    /// Trajectories were set.
-    Tracks(Box<Clip>, Box<Tracked>),
     /// The run has begun.
     Begun(Box<Clip>, State),
 }
@@ -44,15 +42,11 @@ impl Phase {
             Self::Empty => Err((self, Error::TooFewFrames { got: 0, needed: 2 })),
             Self::Frames(mut clip) => match clip.check() {
                 Ok(()) => {
-                    let state = State::of_frames(&mut clip);
+                    let state = State::first(&mut clip);
                     Ok((clip, state))
                 }
                 Err(error) => Err((Self::Frames(clip), error)),
             },
-            Self::Tracks(clip, tracked) => {
-                let state = State::of_tracks(*tracked, &clip);
-                Ok((clip, state))
-            }
             Self::Begun(clip, state) => Ok((clip, state)),
         }
     }
@@ -92,8 +86,8 @@ impl Session {
     /// Adds the next frame.
     ///
     /// # Errors
-    /// [`Error::FrameSizeChanged`] unless it has the size of the first; [`Error::State`] once stepping has begun or
-    /// when trajectories were set.
+    /// [`Error::FrameSizeChanged`] unless it has the size of the first, or of the trajectories that were set;
+    /// [`Error::State`] once stepping has begun.
     pub fn push_frame(&mut self, frame: Frame) -> Result<(), Error> {
         self.open_for(&frame)?.push(&frame)
     }
@@ -106,37 +100,47 @@ impl Session {
             self.phase = Phase::Frames(Box::new(Clip::new(scale, params)));
         }
         match &mut self.phase {
-            Phase::Frames(clip) => Ok(clip),
-            Phase::Begun(..) => Err(begun_error("a frame was pushed")),
-            Phase::Empty | Phase::Tracks(..) => {
-                Err(state_error("a frame was pushed after trajectories were set: clear the session first"))
+            Phase::Frames(clip) => {
+                if let (Some(given), true) = (&clip.given, clip.frames.is_empty()) {
+                    clip.params = self.params.for_size_at(clip.scale.working, typical_spacing(&given.tracks));
+                }
+                Ok(clip)
             }
+            _ => Err(begun_error("a frame was pushed")),
         }
     }
 
-    /// Uses the trajectories of any tracker, in input pixels, in place of frames, flow and tracking.
+    /// Uses the trajectories of any tracker, in input pixels, in place of those that tracking would find. With frames
+    /// pushed, before or after, as many as the trajectories have, masks are made too, by the flow and the denser
+    /// trajectories of this session; without, the run ends with the labels of these. Set again, they take the place of
+    /// those before.
     ///
     /// # Errors
-    /// [`Error::Data`] when they break the law of [`Trajectories`] (NaN, wrong counts), [`Error::FrameSize`] and
-    /// [`Error::TooFewFrames`] as for frames, [`Error::State`] when frames were pushed or stepping has begun.
+    /// [`Error::Data`] when they break the law of [`Trajectories`] (NaN, wrong counts), or have not the size of the
+    /// frames pushed; [`Error::FrameSize`] and [`Error::TooFewFrames`] as for frames; [`Error::State`] once stepping has
+    /// begun, and in a clip that is taken window by window.
     pub fn set_trajectories(&mut self, trajectories: Trajectories) -> Result<(), Error> {
-        match self.phase {
-            Phase::Begun(..) => return Err(begun_error("trajectories were set")),
-            Phase::Frames(_) => {
-                return Err(state_error("trajectories were set after frames were pushed: clear the session first"));
-            }
-            Phase::Empty | Phase::Tracks(..) => {}
+        if matches!(self.phase, Phase::Begun(..)) {
+            return Err(begun_error("trajectories were set"));
         }
         let scale = Scale::checked(trajectories.size, self.params.clip.max_side as usize)?;
         if trajectories.num_frames < 2 {
             return Err(Error::TooFewFrames { got: trajectories.num_frames, needed: 2 });
         }
         trajectories.check()?;
-        let tracks = scale.to_working(&trajectories);
-        let clip = Clip::new(scale, self.params.at_spacing(typical_spacing(&tracks)));
-        let numbers = (0..tracks.len() as u32).collect();
-        let tracked = Tracked { tracks, input: trajectories, numbers, with_past: None, denser: None };
-        self.phase = Phase::Tracks(Box::new(clip), Box::new(tracked));
+        let tracked = Box::new(Tracked::given(trajectories, scale));
+        let spacing = typical_spacing(&tracked.tracks);
+        match &mut self.phase {
+            Phase::Frames(clip) if !clip.frames.is_empty() => {
+                clip.give(tracked)?;
+                clip.params = self.params.for_size_at(scale.working, spacing);
+            }
+            phase => {
+                let mut clip = Box::new(Clip::new(scale, self.params.at_spacing(spacing)));
+                clip.given = Some(tracked);
+                *phase = Phase::Frames(clip);
+            }
+        }
         Ok(())
     }
 
@@ -176,15 +180,15 @@ impl Session {
     pub(super) fn clip(&self) -> Option<&Clip> {
         match &self.phase {
             Phase::Empty => None,
-            Phase::Frames(clip) | Phase::Tracks(clip, _) | Phase::Begun(clip, _) => Some(clip),
+            Phase::Frames(clip) | Phase::Begun(clip, _) => Some(clip),
         }
     }
 
     /// What is found so far.
     pub(super) fn found(&self) -> Found<'_> {
         match &self.phase {
-            Phase::Empty | Phase::Frames(_) => Found::default(),
-            Phase::Tracks(_, tracked) => tracked.found(),
+            Phase::Empty => Found::default(),
+            Phase::Frames(clip) => clip.given.as_ref().map_or_else(Found::default, |given| given.found()),
             Phase::Begun(_, state) => state.found(),
         }
     }

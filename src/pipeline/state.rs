@@ -48,21 +48,19 @@ pub(super) enum State {
 }
 
 impl State {
-    /// The first work on a clip of enough frames ([`Clip::check`]).
-    pub(super) fn of_frames(clip: &mut Clip) -> Self {
+    /// The first work on a clip that is as it should be ([`Clip::check`]).
+    pub(super) fn first(clip: &mut Clip) -> Self {
         if clip.is_lone_frame() {
-            let none = |size| Trajectories::empty(1, size);
-            let (tracks, input) = (none(clip.scale.working), none(clip.scale.input));
-            return Self::of_tracks(
-                Tracked { tracks, input, numbers: Vec::new(), with_past: None, denser: None },
-                clip,
-            );
+            return Self::of_tracks(Tracked::given(Trajectories::empty(1, clip.scale.input), clip.scale), clip);
         }
-        Self::Motion(Box::new(Motion::new(clip)))
+        match clip.given.take_if(|_| clip.frames.is_empty()) {
+            Some(given) => Self::of_tracks(*given, clip),
+            None => Self::Motion(Box::new(Motion::new(clip))),
+        }
     }
 
     /// The first work on trajectories.
-    pub(super) fn of_tracks(tracked: Tracked, clip: &Clip) -> Self {
+    fn of_tracks(tracked: Tracked, clip: &Clip) -> Self {
         Self::Affinities(Box::new(Linking::new(tracked, clip)))
     }
 

@@ -57,8 +57,8 @@ fn outside_trajectories_are_checked() {
     assert!(session().set_trajectories(Trajectories::empty(3, (0, 48))).is_err());
     let mut s = session();
     s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap();
-    assert_eq!(s.push_rgba(&shades(64, 48, 0), 64, 48).unwrap_err().code(), "state");
     s.run().unwrap();
+    assert_eq!(s.push_rgba(&shades(64, 48, 0), 64, 48).unwrap_err().code(), "state");
     assert_eq!(s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap_err().code(), "state");
     s.clear();
     s.set_trajectories(Trajectories::empty(3, (64, 48))).unwrap();

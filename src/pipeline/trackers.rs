@@ -14,17 +14,19 @@ pub(super) struct Trackers {
     pub(super) tracks: Tracker,
     /// Follows the denser trajectories that the masks are made from.
     pub(super) masks: Option<Tracker>,
+    /// Whether other trajectories take the place of `tracks`, which are none then.
+    pub(super) is_given: bool,
 }
 
 impl Trackers {
     /// For frames of `size` pixels; trajectories are numbered from `first` on.
     pub(super) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
         let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
-        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks }
+        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks, is_given: false }
     }
 
     fn each(&mut self) -> impl Iterator<Item = &mut Tracker> {
-        std::iter::once(&mut self.tracks).chain(&mut self.masks)
+        (!self.is_given).then_some(&mut self.tracks).into_iter().chain(&mut self.masks)
     }
 
     /// Starts tracks in the present frame, which has this structure.

@@ -25,7 +25,11 @@ impl Session {
                 "a frame was pushed while one of the next shot is held back: run and advance first",
             ));
         }
-        self.open_for(&frame)?.push_in_shot(&frame)
+        let clip = self.open_for(&frame)?;
+        if clip.given.is_some() {
+            return Err(state_error("a frame was pushed in a shot after trajectories were set: use push_frame"));
+        }
+        clip.push_in_shot(&frame)
     }
 
     /// Whether a frame of the next shot is held back.
@@ -34,6 +38,7 @@ impl Session {
     }
 
     /// Whether `frame` would be held back by [`Session::push_in_shot`].
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn begins_shot(&self, frame: &Frame) -> bool {
         self.clip().is_some_and(|clip| clip.begins_shot(frame))
     }
@@ -77,7 +82,7 @@ impl Session {
         match &self.phase {
             Phase::Begun(clip, state) => clip.windows.is_some() && state.is_done(),
             Phase::Frames(clip) => clip.is_seen(),
-            Phase::Empty | Phase::Tracks(..) => false,
+            Phase::Empty => false,
         }
     }
 

@@ -48,7 +48,7 @@ describe('video files', () => {
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(19));
     await screenshot(page, 'dashcam');
     const pictures = new Set();
-    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.count);
+    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.length);
     const ids = await layerNames(page);
     for (const id of ids) {
       await showOnly(page, id);

@@ -37,8 +37,7 @@ async function prepare() {
       x: Float32Array.of(5, 10, 15, 12, 12, 30, 30, 30, 38, 38),
       y: Float32Array.of(12, 12, 12, 18, 18, 4, 4, 4, 20, 25),
     },
-    clusters: { count: 4, label: Uint32Array.of(1, 1, 0, 3) },
-    objects: { count: 2, ofCluster: Uint8Array.of(0, 1, 1, 2) },
+    clusters: { count: 4, label: Uint32Array.of(1, 1, 0, 3), object: Uint8Array.of(0, 1, 1, 2) },
     edges: () => ({ i: Uint32Array.of(0, 0, 2), j: Uint32Array.of(2, 3, 3), d: Float32Array.of(0.95, 0.2, 0.7) }),
   };
   const canvas = (kind, w, h) =>

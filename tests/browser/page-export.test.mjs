@@ -99,7 +99,7 @@ describe('exports', () => {
         .filter((file) => file.includes('/'))
         .map((file) => file.split('/')[0]),
     );
-    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutDemo.result.objects.count));
+    assert.equal(folders.size, await page.evaluate(() => globalThis.tracecutDemo.result.objects.length));
   });
 
   test('run lengths are those of the masks', async () => {
@@ -113,6 +113,16 @@ describe('exports', () => {
       [...fromCocoRle(one.segmentation)].map(Number),
       labels[FRAME].map((label) => Number(label === 1)),
     );
+  });
+
+  test('objects are a table', async () => {
+    const { name, bytes } = await save('table');
+    assert.equal(name, 'sample-clip-objects.csv');
+    const [heading, ...rows] = String(bytes).trim().split('\n');
+    assert.match(heading, /^frame,time,object,/);
+    const own = rows.map((row) => row.split(',').map(Number)).find(([t, , object]) => t === FRAME && object === 1);
+    assert.equal(own[7], labels[FRAME].filter((label) => label === 1).length);
+    assert.ok(own[12] > 0 && Math.hypot(own[10], own[11]) > 0);
   });
 
   test('trajectories are a track file', async () => {

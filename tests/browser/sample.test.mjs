@@ -28,7 +28,7 @@ describe('the sample', () => {
     assert.match(await text(page, '#subline'), /trajectories · 24 frames of 480 × 270 · computed in \d/);
     const ms = await page.evaluate(() => performance.getEntriesByName('masks')[0].startTime);
     console.log(`from opening the page to the sample's masks: ${(ms / 1000).toFixed(2)} s of page time`);
-    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.count);
+    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.length);
     assert.ok(objects >= 2, `${objects} objects`);
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     await screenshot(page, 'sample');

@@ -158,7 +158,7 @@ describe('views and words', () => {
   test('each object has a lane, and a click in it seeks', async () => {
     const { page } = sample;
     const lanes = await page.locator('.lane').count();
-    assert.equal(lanes, await page.evaluate(() => globalThis.tracecutDemo.result.objects.count));
+    assert.equal(lanes, await page.evaluate(() => globalThis.tracecutDemo.result.objects.length));
     const box = await page.locator('[data-lane="1"] .lane-canvas').boundingBox();
     await page.mouse.click(box.x + (box.width * 20.5) / 24, box.y + box.height / 2);
     assert.equal(await text(page, '#counter'), '21 / 24');

@@ -2,8 +2,10 @@
 
 use super::*;
 use std::collections::BTreeSet;
+use tracecut::discretize::Clusters;
 use tracecut::image::{Frame, Plane};
 use tracecut::mask::enlarge;
+use tracecut::trajectory::Trajectories;
 use tracecut::{Params, Session};
 
 /// Labels and palette of a palette PNG, as they stand in the file.
@@ -153,4 +155,34 @@ fn a_shorter_second_run_leaves_no_pictures_of_the_first() {
     let report = json(&out.join("result.json"));
     assert!(report["objects"].is_null() && report["superpixels"].is_null(), "{report}");
     assert_eq!(report["params"]["clip"]["dense"], false);
+}
+
+#[test]
+fn tracks_of_a_file_take_the_place_of_those_of_the_tracker() {
+    let (input, out, again) = (folder("tracks-in"), folder("tracks-out"), folder("tracks-again"));
+    clip(&input, FRAMES, SIZE, &moving);
+    assert_done(&segment(&input, &out, &[]));
+    let file = out.join("tracks.dat");
+    let given = fs::read_to_string(&file).unwrap();
+    let (tracks, _) = tracks::parse(&given).unwrap();
+    // Those of them that stay in the upper half.
+    let mut upper = Trajectories::empty(tracks.num_frames, (0, 0));
+    let is_upper = |i: usize| tracks.points(i).all(|p| tracks.y[p] < 48.0);
+    for i in (0..tracks.len()).filter(|&i| is_upper(i)) {
+        upper.push(tracks.frames(i).start, tracks.points(i).map(|p| (tracks.x[p], tracks.y[p], 0.0)));
+    }
+    let one = Clusters { count: 1, label: vec![0; upper.len()] };
+    let half = input.join("half.dat");
+    fs::write(&half, tracks::write(&upper, &one).unwrap()).unwrap();
+    assert_done(&segment(&input, &again, &["--tracks", half.to_str().unwrap()]));
+    let (found, clusters) = tracks::parse(&fs::read_to_string(again.join("tracks.dat")).unwrap()).unwrap();
+    assert_eq!((found.x, found.y), (upper.x, upper.y));
+    assert!(clusters.count > 1);
+    let table = fs::read_to_string(again.join("objects.csv")).unwrap();
+    assert!(table.starts_with("frame,time,object,") && table.contains("\n0,,1,"), "{table}");
+    let (mask, _) = read_mask(&again.join("masks/00004.png"));
+    assert_ne!(mask[(50, 35)], mask[(5, 5)]);
+    fs::write(&half, given.replacen("10\n", "11\n", 1)).unwrap();
+    let refused = segment(&input, &again, &["--tracks", half.to_str().unwrap()]);
+    assert_refused(&refused, 1, &["trajectories of 11 frames with 10 frames pushed"]);
 }

@@ -12,7 +12,7 @@ test('a background has the pixels of the frame where no object is near, and othe
   const session = await ready(t, {}, frames);
   await rejects(session.background(0), 'state', /background of frame 0/);
   const result = await session.run();
-  assert.ok(result.objects.count > 0);
+  assert.ok(result.objects.length > 0);
   const [frame, labels, plate] = [clip.frame(3).data, result.labels(3), await result.background(3)];
   assert.deepEqual([plate.width, plate.height, plate.scaleX, plate.scaleY], [256, 144, 1, 1]);
   assert.ok(plate.data instanceof Uint8ClampedArray);

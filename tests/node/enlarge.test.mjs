@@ -103,7 +103,6 @@ test('what cannot be used is refused', async () => {
   await rejects(enlargeMask(mask, disc(), { objects: [256] }), 'param', /objects = 256 \(expected .* 0\.\.=255\)/);
   await rejects(enlargeMask(mask, disc(), { objects: 3 }), 'param', /objects = 3/);
   await rejects(enlargeMask(mask, disc(), { alpha: true }), 'param', /alpha = true/);
-  await rejects(enlargeMask(mask, disc(), { worker: true }), 'unsupported');
   // Nothing of this is left behind.
   assert.equal((await enlargeMask(mask, disc())).width, WIDTH);
 });

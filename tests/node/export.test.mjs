@@ -57,7 +57,31 @@ describe('a mask as a PNG file', () => {
       [...pixels],
       [...TWO_FRAMES.labels(1)].map((label) => (label === 2 ? 255 : 0)),
     );
-    assert.equal(sum(readPng(await maskPng(TWO_FRAMES, 0, { object: 77 })).pixels), 0, 'an object that is not there');
+  });
+
+  test('is empty where an object is in other frames only, and an error where it is in none', async () => {
+    const one = { width: 2, height: 1, numFrames: 2, labels: (t) => Uint8Array.of(3 * t, 5) };
+    assert.deepEqual([...readPng(await maskPng(one, 0, { object: 3 })).pixels], [0, 0]);
+    await assert.rejects(maskPng(one, 0, { object: 77 }), refuses('param', /object = 77 .*an object: 3, 5/));
+    const none = { ...one, labels: () => new Uint8Array(2) };
+    await assert.rejects(maskPng(none, 0, { object: 1 }), refuses('param', /object = 1 .*there are none/));
+  });
+
+  test('is one object on nothing, alone and in archives', async () => {
+    const single = await maskPng(TWO_FRAMES, 1, { object: 2, transparent: true });
+    const { order, alpha, pixels } = readPng(single);
+    assert.equal(order, 'IHDR tRNS IDAT IEND');
+    assert.deepEqual([...alpha], [0, 0], 'the grey value that is clear');
+    assert.ok(pixels.includes(255) && pixels.includes(0));
+    const files = unzipSync(await masksZip(TWO_FRAMES, { perObject: true, transparent: true }));
+    assert.deepEqual(files['object-2/00001.png'], single);
+  });
+
+  test('is called after its frame in the clip, where the masks are a window of it', async () => {
+    const files = unzipSync(await masksZip({ ...TWO_FRAMES, firstFrame: 40 }));
+    assert.deepEqual(Object.keys(files), ['00040.png', '00041.png', 'masks.json']);
+    const { firstFrame, files: names } = JSON.parse(new TextDecoder().decode(files['masks.json']));
+    assert.deepEqual([firstFrame, names], [40, ['00040.png', '00041.png']]);
   });
 
   test('can have a clear background, and colours of the caller', async () => {
@@ -285,14 +309,31 @@ describe('masks as COCO run lengths', () => {
         iscrowd,
       ]),
       [
-        [1, 1, 1, 1, 0],
-        [2, 1, 2, 1, 0],
-        [3, 2, 1, 1, 0],
-        [4, 2, 2, 1, 0],
-        [5, 2, 3, 2, 0],
+        [2, 1, 1, 1, 0],
+        [3, 1, 2, 1, 0],
+        [258, 2, 1, 1, 0],
+        [259, 2, 2, 1, 0],
+        [260, 2, 3, 2, 0],
       ],
     );
+    assert.ok(coco.annotations.every(({ track_id, attributes }) => attributes.track_id === track_id));
     assert.equal(coco.info.version, version);
+  });
+
+  test('of windows that overlap are those of the clip, put together', () => {
+    const times = [0, 0.1, 0.2, 0.3, 0.4];
+    const labels = (t) => Uint8Array.of(1, t, 0);
+    const clip = { width: 3, height: 1, numFrames: 5, times, labels };
+    const part = (first, numFrames, from, to) => ({
+      ...clip,
+      ...{ numFrames, firstFrame: first, settled: { from, to }, times: times.slice(first, first + numFrames) },
+      labels: (t) => labels(first + t),
+    });
+    const [a, b, all] = [part(0, 3, 0, 2), part(1, 4, 1, 4), clip].map((masks) => cocoRle(masks));
+    assert.deepEqual([...a.images, ...b.images], all.images);
+    assert.deepEqual([...a.annotations, ...b.annotations], all.annotations);
+    assert.equal(new Set(all.annotations.map(({ id }) => id)).size, all.annotations.length);
+    assert.throws(() => cocoRle({ ...clip, firstFrame: -1 }), refuses('data', /firstFrame = -1/));
   });
 
   test('are none where there is no object, and 255 where there are so many', () => {
@@ -397,7 +438,7 @@ test('a result without masks says so', async (t) => {
 test('a real run is written and read back to the pixel', async () => {
   const frames = await framesOf();
   const result = await segment(frames);
-  assert.ok(result.objects.count >= 1);
+  assert.ok(result.objects.length >= 1);
   const files = unzipSync(await masksZip(result));
   const { annotations } = cocoRle(result);
   for (let t = 0; t < result.numFrames; t += 1) {

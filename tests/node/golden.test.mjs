@@ -71,9 +71,9 @@ function summary(frames, result) {
     meanY: mean(trajectories.y),
     clusters: clusters.count,
     label: [...clusters.label],
-    objects: [...objects.ofCluster],
+    objects: [...clusters.object],
     // Pixels of each label in the whole clip tell how much has changed where the hashes only tell that it has.
-    area: areas(masks, objects.count),
+    area: areas(masks, objects.at(-1)?.label ?? 0),
     masks: masks.map(fnv1a),
   };
 }

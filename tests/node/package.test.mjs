@@ -7,11 +7,14 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { build as bundle } from 'esbuild';
 import * as tracecut from 'tracecut';
-import { MOST_WASM, MOST_ZIPPED, packed, sizes, table } from '../../scripts/size.mjs';
+import { MOST_OF_FILES, MOST_WASM, MOST_ZIPPED, packed, sizes, table } from '../../scripts/size.mjs';
 import { root } from '../../scripts/tools.mjs';
 
 const read = (name) => readFileSync(join(root, name), 'utf8');
 const manifest = JSON.parse(read('package.json'));
+
+/** What reads streams and starts programs. */
+const ONLY_IN_NODE = ['framesOfRaw', 'framesOfVideo', 'framesOfY4m'];
 
 test('the versions of crate, package and built module are one', () => {
   assert.equal(/^version = "(.+)"$/m.exec(read('Cargo.toml'))[1], manifest.version);
@@ -25,9 +28,20 @@ test('declarations compile in projects that use them, with browser types and wit
   }
 });
 
-test('browser and Node entries export the same names, and none is a thenable', async () => {
+test('misuse fails to compile, and use compiles, whatever types a project knows', () => {
+  const folder = join(root, 'tests', 'node', 'types');
+  const misuse = readFileSync(join(folder, 'misuse.ts'), 'utf8').match(/@ts-expect-error/g);
+  assert.ok(misuse.length >= 40, `${misuse.length} misuses`);
+  for (const project of ['node', 'bare', 'webworker', 'dom', 'exact']) {
+    const { status, stdout, stderr } = tool('typescript/bin/tsc', '--project', join(folder, `${project}.json`));
+    assert.equal(status, 0, `${project}: ${stdout}${stderr}`);
+  }
+});
+
+test('the Node entry exports what the browser entry does and its readers, and none is a thenable', async () => {
   const browser = await import('../../dist/index.js');
-  assert.deepEqual(Object.keys(browser).sort(), Object.keys(tracecut).sort());
+  const both = Object.keys(tracecut).filter((name) => !ONLY_IN_NODE.includes(name));
+  assert.deepEqual(Object.keys(browser).sort(), both.sort());
   assert.ok(!Object.keys(tracecut).includes('then'));
 });
 
@@ -45,10 +59,16 @@ test('the tarball holds the built package and nothing else', () => {
     'decoder_bg.wasm.d.ts',
     'parameters.js',
     'parameters.d.ts',
+    'dom.d.ts',
     'vendor/media.js',
     'vendor/zip.js',
     'THIRD-PARTY-LICENSES.txt',
     'sbom.cdx.json',
+    'inline.js',
+    'inline.d.ts',
+    'worker.bundle.js',
+    'node.cjs',
+    'node.d.cts',
   ].map((name) => `dist/${name}`);
   const words = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
   const { files } = packed();
@@ -60,7 +80,14 @@ test('every module of the source is in the build, unchanged', () => {
 });
 
 test('no module of the package imports anything by a bare name, so that a page needs no bundler', () => {
-  const names = modules().concat('vendor/media.js', 'vendor/zip.js', 'glue.js', 'decoder.js');
+  const names = modules().concat(
+    'vendor/media.js',
+    'vendor/zip.js',
+    'glue.js',
+    'decoder.js',
+    'inline.js',
+    'worker.bundle.js',
+  );
   const bare = names.flatMap((name) =>
     importsOf(read(join('dist', name)))
       .filter((specifier) => !/^\.{1,2}\//.test(specifier))
@@ -71,12 +98,16 @@ test('no module of the package imports anything by a bare name, so that a page n
     bare.filter((line) => !line.includes('node:')),
     [],
   );
-  assert.deepEqual(new Set(bare.map((line) => line.split(':')[0])), new Set(['node.js', 'node-worker.js']));
+  assert.deepEqual(
+    new Set(bare.map((line) => line.split(':')[0])),
+    new Set(['node-frames.js', 'node-thread.js', 'node-worker.js', 'node.js']),
+  );
 });
 
 test('what a page loads first is small, and so is all of it', async () => {
   const rows = await sizes();
-  const names = [...Object.keys(MOST_ZIPPED), ...Object.keys(MOST_WASM), 'package'];
+  const files = Object.keys(MOST_OF_FILES).map((name) => `${name}, as a file`);
+  const names = [...Object.keys(MOST_ZIPPED), ...Object.keys(MOST_WASM), ...files, 'package, without these'];
   assert.deepEqual(
     rows.map(({ name }) => name),
     names,
@@ -153,7 +184,14 @@ test('attw has nothing to say', () => {
   const { status, stdout } = tool('@arethetypeswrong/cli/dist/index.js', '--pack', '.', '--format', 'json');
   assert.equal(status, 0, stdout);
   const { analysis } = JSON.parse(stdout);
-  assert.deepEqual(Object.keys(analysis.entrypoints), ['.', './worker', './aside-worker', './package.json']);
+  assert.deepEqual(Object.keys(analysis.entrypoints), [
+    '.',
+    './inline',
+    './node',
+    './worker',
+    './aside-worker',
+    './package.json',
+  ]);
 });
 
 test('the lock file names no registry', () => {

@@ -21,7 +21,7 @@ const AROUND = {
      const clip = await synthClip(${JSON.stringify(SCENE)});
      const session = await createSession();
      for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));`,
-    'console.log(session.corrections, result.objects.labels.length > 1, result.labels(0)[y * result.width + x] === result.labels(0)[y * result.width + x + 45]);',
+    'console.log(session.corrections, result.objects.length > 1, result.labels(0)[y * result.width + x] === result.labels(0)[y * result.width + x + 45]);',
   ],
   'Edits by hand': [
     `import { createSession, synthClip } from 'tracecut';

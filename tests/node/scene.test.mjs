@@ -43,7 +43,7 @@ test('the median of the background tells, objects and strangers do not', () => {
 test('where no background is seen, nothing moves; clusters are taken for their objects', () => {
   const lists = [line(0, 2, [10, 10], [4, 0], 3), line(2, 2, [10, 10], [4, 0], 3), line(0, 4, [0, 0], [50, 50], 1)];
   const { label, ...trajectories } = trajectoriesOf(lists);
-  const result = { numFrames: 4, trajectories, clusters: { label }, objects: { ofCluster: [1, 1, 1, 0] } };
+  const result = { numFrames: 4, trajectories, clusters: { label, object: [1, 1, 1, 0] } };
   assert.deepEqual([...sceneMotion(result).x], [0, 4, 4, 8]);
   assert.deepEqual([...sceneMotion({ ...result, objects: null }).x], [0, 0, 0, 0]);
 });

@@ -130,7 +130,7 @@ const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
 const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' }, contour: { sigma: 2 } };
 const found: ImageDiscontinuities = await imageDiscontinuities(clip.frame(0), embedded);
 console.log(found.pb, found.discontinuity, found.spectral, found.combined, found.scaleX);
-console.log(masks, objects?.ofCluster, regions.borders.pb, map.scaleX, gabriel, thin);
+console.log(masks, objects?.length, result.clusters.object, regions.borders.pb, map.scaleX, gabriel, thin);
 const names: string[] = parameters().map((parameter) => parameter.name);
 console.log(version.length, labels, x, values, edges, seconds, text, flow.u, names);
 

@@ -371,7 +371,7 @@ test('the last frame ends when its source says so', async () => {
   assert.equal(await taken(timed(0.75), { window: 3, overlap: 1 }), 0.3 + 0.75);
   assert.equal(await taken(timed(undefined)), null);
   assert.equal(await taken(timed(0.75), { step: 3 }), null);
-  await rejects(taken(timed(0)), 'data', /duration = 0 of a frame \(expected seconds, above 0\)/);
+  await rejects(taken(timed(0)), 'data', /duration = 0 of frame 3 \(expected seconds, above 0\)/);
   await rejects(taken(timed('long')), 'data', /duration = long/);
 });
 

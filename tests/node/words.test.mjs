@@ -9,7 +9,19 @@ import { modules, textsOf, textsOfPage } from '../words.mjs';
 /** What is the same in German. */
 const SAME = [
   ...['320 px', '480 px', '640 px', 'COCO JSON', 'Clip', 'Clips', 'Esc', 'Original', 'PNG', 'Pb', 'Superpixels', 'Tab'],
-  ...['TraceCut', 'Transparent', 'Zoom', 'beige', 'magenta', 'orange', 'px', 'tracks.dat', '{0} MP4', '{0} WebM'],
+  ...[
+    'TraceCut',
+    'Transparent',
+    'Zoom',
+    'beige',
+    'magenta',
+    'orange',
+    'objects.csv',
+    'px',
+    'tracks.dat',
+    '{0} MP4',
+    '{0} WebM',
+  ],
 ];
 
 const table = new Map(Object.values(german).flatMap((group) => Object.entries(group)));

@@ -8,12 +8,12 @@ import { after, before, test } from 'node:test';
 import { drawnFrames } from '../../scripts/picture.mjs';
 import { root } from '../../scripts/tools.mjs';
 import { animatedWebp } from '../../scripts/webp.mjs';
-import { readmeCode } from '../readme.mjs';
+import { TASKS, readmeCode } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { installed, served } from './installed.mjs';
 
 const site = useServerAndBrowser();
-const code = readmeCode();
+const code = new Map([...readmeCode(), ...readmeCode('docs/tasks.md')]);
 const cleaners = [];
 let folder;
 let clip;
@@ -153,3 +153,11 @@ async function decoded(file) {
   await page.close();
   return facts;
 }
+
+test('the effects of docs/tasks.md are three videos that differ', async (t) => {
+  const [heading] = TASKS.browser;
+  const { outcome } = await runWithFile(t, heading, '[blur, spotlight, replace].map(({ type, size }) => [type, size])');
+  assert.deepEqual(new Set(outcome.map(([type]) => type)), new Set(['video/mp4']));
+  assert.equal(new Set(outcome.map(([, size]) => size)).size, 3);
+  assert.ok(outcome.every(([, size]) => size > 1000));
+});

@@ -233,7 +233,7 @@ export function percent(share) {
 /**
  * What the page sees, in one sentence.
  *
- * @param {{objects: {count: number} | null, clusters: {count: number}, trajectories: {count: number}}} result
+ * @param {{objects: readonly object[] | null, clusters: {count: number}, trajectories: {count: number}}} result
  * @param {import('./result/presence.js').Facts[]} facts
  * @returns {string}
  */
@@ -255,7 +255,7 @@ export function countObjects(facts) {
 /**
  * Why the result holds no moving object; empty when it does. What to do about it are buttons, see panels/nothing.js.
  *
- * @param {{objects: {count: number} | null, clusters: {count: number}, trajectories: {count: number}}} result
+ * @param {{objects: readonly object[] | null, clusters: {count: number}, trajectories: {count: number}}} result
  * @returns {string}
  */
 export function remark(result) {
@@ -265,7 +265,7 @@ export function remark(result) {
   if (result.clusters.count < 2) {
     return say('Everything moves alike, or nothing moves.');
   }
-  if (result.objects?.count === 0) {
+  if (result.objects?.length === 0) {
     return say('There are several motions, but each goes with the background.');
   }
   return '';

@@ -1,6 +1,7 @@
 // What is the same in browsers and Node.
 
 import { PARAMETERS, VERSION } from './parameters.js';
+import { part } from './places.js';
 
 export { Clip } from './clip.js';
 export { fitFrame } from './draw/canvas.js';
@@ -24,9 +25,11 @@ export { estimateVideoSize } from './export/quality.js';
 export { soundInfo } from './export/sound.js';
 export { EdgeKind, ImageEngine } from './image.js';
 export { searchReport } from './report.js';
+export { configure } from './places.js';
 export { Result } from './result.js';
 export { sceneMotion } from './scene.js';
 export { Session } from './session.js';
+export { tracksDat } from './tracks-dat.js';
 export { VideoResult } from './video/result.js';
 export { VideoSegmentation } from './video/segment.js';
 export { WindowResult } from './video/window.js';
@@ -48,8 +51,50 @@ export function parameters() {
  * @returns {Promise<import('./export/project.js').Project>}
  */
 export async function openProject(file) {
-  const { projectFrom } = await import('./export/project.js');
+  const { projectFrom } = await part(import('./export/project.js'));
   return projectFrom(file);
+}
+
+/**
+ * Where each object is in each frame, how large and how it moves: a row for each frame and object in it, by frame, then
+ * by label. `JSON.stringify` and `objectTableCsv` write them.
+ *
+ * ```js
+ * for (const { frame, object, x, y } of await objectTable(result)) console.log(frame, object, x, y);
+ * ```
+ * @param {import('./export/mask-source.js').MaskSource & {trajectories?: import('./export/table.js').TrajectoryPoints}} masks
+ * @param {import('./export/table.js').ObjectTableOptions} [options]
+ * @returns {Promise<import('./export/table.js').ObjectRow[]>}
+ */
+export async function objectTable(masks, options) {
+  const { tableOf } = await part(import('./export/table.js'));
+  return tableOf(masks, options);
+}
+
+/**
+ * Rows of `objectTable` as a table of comma-separated values, with a heading; the command line writes the same as
+ * `objects.csv`. Places have three decimals, what is null is left empty.
+ * @param {readonly import('./export/table.js').ObjectRow[]} rows
+ * @returns {Promise<string>}
+ */
+export async function objectTableCsv(rows) {
+  const { csvOf } = await part(import('./export/table.js'));
+  return csvOf(rows);
+}
+
+/**
+ * Reads a track file. How large the frames are is not in it.
+ *
+ * ```js
+ * await session.setTrajectories(await fromTracksDat(text, { width: 640, height: 480 }));
+ * ```
+ * @param {string} text
+ * @param {{readonly width: number, readonly height: number}} size of the frames in pixels
+ * @returns {Promise<import('./tracks-file.js').TrackFile>}
+ */
+export async function fromTracksDat(text, size) {
+  const { readTracks } = await part(import('./tracks-file.js'));
+  return readTracks(text, size);
 }
 
 /** @typedef {import('./errors.js').ErrorCode} ErrorCode */
@@ -75,7 +120,8 @@ export async function openProject(file) {
 /** @typedef {import('./image.js').Superpixels} Superpixels */
 /** @typedef {import('./result.js').Background} Background */
 /** @typedef {import('./result.js').ComponentTable} ComponentTable */
-/** @typedef {import('./result.js').ObjectList} ObjectList */
+/** @typedef {import('./result.js').ClusterObjects} ClusterObjects */
+/** @typedef {import('./objects.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
 /** @typedef {import('./report.js').Searched} Searched */
@@ -90,7 +136,7 @@ export async function openProject(file) {
 /** @typedef {import('./video/options.js').TakeOptions} TakeOptions */
 /** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
 /** @typedef {import('./video/result.js').Shot} Shot */
-/** @typedef {import('./video/result.js').VideoObject} VideoObject */
+/** @typedef {import('./objects.js').VideoObject} VideoObject */
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
 /** @typedef {import('./video/source.js').VideoSource} VideoSource */
@@ -140,6 +186,13 @@ export async function openProject(file) {
 /** @typedef {import('./export/project.js').Project} Project */
 /** @typedef {import('./export/project.js').ProjectOptions} ProjectOptions */
 /** @typedef {import('./export/rle.js').CocoRle} CocoRle */
+/** @typedef {import('./export/table.js').ObjectRow} ObjectRow */
+/** @typedef {import('./export/table.js').ObjectTableOptions} ObjectTableOptions */
+/** @typedef {import('./export/table.js').TrajectoryPoints} TrajectoryPoints */
+/** @typedef {import('./tracking.js').TrackedClip} TrackedClip */
+/** @typedef {import('./tracking.js').TrajectoryOptions} TrajectoryOptions */
+/** @typedef {import('./tracks-file.js').TrackFile} TrackFile */
+/** @typedef {import('./tracks-dat.js').TracksToWrite} TracksToWrite */
 /** @typedef {import('./export/images.js').EncodeImagesOptions} EncodeImagesOptions */
 /** @typedef {import('./export/video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('./export/video.js').EncodeFrames} EncodeFrames */

@@ -4,14 +4,21 @@ import { illegal } from './errors.js';
 import { wholeNumber } from './options.js';
 
 /**
- * A place in the clip: frame `t`, and input pixels, pixel centres at whole numbers.
- * @typedef {{t: number, x: number, y: number}} Place
+ * A place in the clip.
+ * @typedef {object} Place
+ * @property {number} t the frame, from 0
+ * @property {number} x in input pixels, pixel centres at whole numbers
+ * @property {number} y in input pixels, down from the top
  */
 
 /**
- * A line painted in frame `t`, in input pixels: `points` are x0, y0, x1, y1 and so on along its middle, `radius` is
- * half the width of the brush. A single point is a dot. Points may lie outside of the frame, but not all of them.
- * @typedef {{t: number, points: ArrayLike<number>, radius: number}} Stroke
+ * A line painted in a frame. Points may lie outside of the frame, but not all of them.
+ * @typedef {object} Stroke
+ * @property {number} t the frame, from 0
+ * @property {ArrayLike<number>} points x0, y0, x1, y1 and so on along its middle, in input pixels, pixel centres at
+ *   whole
+ *   numbers; a single point is a dot
+ * @property {number} radius half the width of the brush, in input pixels
  */
 
 /**

@@ -1,5 +1,6 @@
 // A session in this thread: one queue of calls, and a run that steps in slices so that the thread stays responsive.
 
+import { breath } from './export/breath.js';
 import { end, guarded, instance } from './instance.js';
 import { Pool } from './pool.js';
 import { lineOf } from './requests.js';
@@ -15,7 +16,7 @@ const SLICE_MS = 30;
 /**
  * How far a run is: `done` of `total` steps of a stage. `done` only grows, `total` stays; steps differ in how long they
  * take.
- * @typedef {{stage: Stage, done: number, total: number}} Progress
+ * @typedef {{readonly stage: Stage, readonly done: number, readonly total: number}} Progress
  */
 /**
  * What a session holds: `corrections` is the number in force, `memoryBytes` the linear memory of its wasm instance,
@@ -26,7 +27,8 @@ const SLICE_MS = 30;
 /**
  * Where each pixel goes from one frame to the next, in input pixels, row by row: `u` to the right, `v` down. `width` ×
  * `height` is the size that frames are processed at.
- * @typedef {{width: number, height: number, u: Float32Array<ArrayBuffer>, v: Float32Array<ArrayBuffer>}} FlowField
+ * @typedef {{readonly width: number, readonly height: number, readonly u: Float32Array<ArrayBuffer>, readonly v:
+ *   Float32Array<ArrayBuffer>}} FlowField
  */
 
 /**
@@ -35,13 +37,13 @@ const SLICE_MS = 30;
  * @property {Info} info
  * @property {Partial<Record<Stage, number>>} seconds
  * @property {import('./result.js').TrajectoryList} trajectories
- * @property {import('./result.js').ClusterList} clusters
+ * @property {import('./result.js').ClusterList & import('./result.js').ClusterObjects} clusters
  * @property {import('./result.js').ClusterList} thresholdClusters
  * @property {import('./result.js').EmbeddingTable} embedding
  * @property {import('./result.js').EdgeTable} edges
  * @property {import('./result.js').SaliencyTable | null} saliency null without frames
  * @property {import('./result.js').ComponentTable | null} components null without frames
- * @property {import('./result.js').ObjectList | null} objects null without masks
+ * @property {import('./objects.js').Areas[] | null} areas of the objects; null without masks
  * @property {Uint8Array<ArrayBuffer> | null} labels the masks of all frames, one after the other
  */
 
@@ -57,6 +59,8 @@ const SLICE_MS = 30;
  * @property {<N extends import('./requests.js').RequestName>(name: N, ...args: import('./requests.js').Arguments<N>) =>
  *   Promise<import('./requests.js').Answer<N>>} request
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
+ * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) =>
+ *   Promise<import('./result.js').TrajectoryList | null>} track as `run`, no further than the trajectories
  * @property {() => void} close
  */
 
@@ -124,17 +128,35 @@ export class LocalEngine {
 
   /** @type {Engine['run']} */
   run(onProgress, signal) {
+    return this.#work(onProgress, signal, undefined, (session) => this.#result(session));
+  }
+
+  /** @type {Engine['track']} */
+  track(onProgress, signal) {
+    return this.#work(onProgress, signal, 'trajectories', (session) => session.trajectories());
+  }
+
+  /**
+   * Steps to the end, or to that of a stage.
+   * @template T
+   * @param {(progress: Progress) => void} onProgress
+   * @param {AbortSignal} signal
+   * @param {Stage | undefined} last
+   * @param {(session: import('./tracecut.js').Session) => T} answer
+   * @returns {Promise<T | null>}
+   */
+  #work(onProgress, signal, last, answer) {
     return this.#inOrder(async () => {
       this.#clock = performance.now();
       const wake = () => this.pool.wake();
       signal.addEventListener('abort', wake);
       try {
         while (!signal.aborted && !this.#closed) {
-          const state = this.#slice(onProgress);
+          const state = this.#slice(onProgress, last);
           if (state === 'done') {
             // Helpers have nothing left to do, unless there is another window.
             if (!this.#inShots) this.crew?.rest();
-            return this.#call((session) => this.#result(session));
+            return this.#call(answer);
           }
           await (state === 'waiting' ? this.pool.next() : macrotask());
         }
@@ -159,9 +181,10 @@ export class LocalEngine {
    * Steps until the slice is over, until nothing is left to do, or until nothing can be done before a helper is back.
    * Reports the last step of each stage and of the slice.
    * @param {(progress: Progress) => void} onProgress
+   * @param {Stage | undefined} until the stage that is the last one, if not all are wanted
    * @returns {'more' | 'waiting' | 'done'}
    */
-  #slice(onProgress) {
+  #slice(onProgress, until) {
     const end = performance.now() + SLICE_MS;
     /** @type {Progress | undefined} */
     let last;
@@ -173,6 +196,10 @@ export class LocalEngine {
         if (!progress) return 'done';
         this.#count(progress.stage);
         last = progress;
+        if (progress.stage === until && progress.done === progress.total) {
+          onProgress(last);
+          return 'done';
+        }
       }
       if (pause || performance.now() >= end) {
         if (last) onProgress(last);
@@ -209,19 +236,20 @@ export class LocalEngine {
    */
   #result(session) {
     const info = session.info();
-    const objects = session.objects() ?? null;
+    const found = session.objects() ?? null;
+    const masks = found && allMasks(session, info, found.labels);
     return {
       info,
       seconds: { ...this.#seconds },
       trajectories: session.trajectories(),
-      clusters: session.clusters(),
+      clusters: { ...session.clusters(), object: found && found.ofCluster },
       thresholdClusters: session.thresholdClusters(),
       embedding: session.embedding(),
       edges: session.edges(),
       saliency: session.saliency() ?? null,
       components: session.components() ?? null,
-      objects,
-      labels: objects && allLabels(session, info),
+      areas: masks && masks.areas,
+      labels: masks && masks.labels,
     };
   }
 
@@ -248,13 +276,20 @@ export class LocalEngine {
 }
 
 /**
+ * The masks of all frames, one after the other, and how many pixels each object has in each.
  * @param {import('./tracecut.js').Session} session
  * @param {Info} info
+ * @param {Uint8Array} known the labels of objects
  */
-function allLabels(session, { numFrames, width, height }) {
+function allMasks(session, { numFrames, width, height }, known) {
   const labels = new Uint8Array(numFrames * width * height);
-  for (let t = 0; t < numFrames; t += 1) labels.set(session.labels(t), t * width * height);
-  return labels;
+  const counts = Array.from({ length: 256 }, () => new Uint32Array(numFrames));
+  for (let t = 0; t < numFrames; t += 1) {
+    const mask = session.labels(t);
+    labels.set(mask, t * width * height);
+    for (const label of mask) /** @type {any} */ (counts[label])[t] += 1;
+  }
+  return { labels, areas: Array.from(known, (label) => ({ label, areas: /** @type {any} */ (counts[label]) })) };
 }
 
 /** @type {(() => Promise<void>) | undefined} */
@@ -262,9 +297,14 @@ let nextTask;
 
 /** Lets waiting messages and events in. `setTimeout` would do, but browsers make nested ones wait 4 ms. */
 function macrotask() {
-  nextTask ??=
-    typeof setImmediate === 'function' ? () => new Promise((resolve) => setImmediate(resolve)) : channelTask();
+  nextTask ??= taskSource();
   return nextTask();
+}
+
+function taskSource() {
+  if (typeof setImmediate === 'function')
+    return () => new Promise((/** @type {(value: void) => void} */ resolve) => setImmediate(resolve));
+  return globalThis.MessageChannel ? channelTask() : breath;
 }
 
 function channelTask() {

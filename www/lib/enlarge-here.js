@@ -7,7 +7,8 @@ import { fromImage } from './frames.js';
  * A mask at the size of its picture: `labels` holds the label of each pixel, `alpha` how opaque the chosen objects are
  * there, 0 not at all to 255 fully: from 128 on exactly where the label is one of theirs, soft where the picture goes
  * softly from one to the other, and 0 or 255 away from their borders.
- * @typedef {{width: number, height: number, labels: Uint8Array<ArrayBuffer>, alpha: Uint8Array<ArrayBuffer>}}
+ * @typedef {{readonly width: number, readonly height: number, readonly labels: Uint8Array<ArrayBuffer>,
+ *   readonly alpha: Uint8Array<ArrayBuffer>}}
  *   EnlargedMask
  */
 

@@ -5,6 +5,7 @@ import { TraceCutError, illegal, typeTag } from './errors.js';
 import { checkedOptions, chosenLabels } from './export/mask-source.js';
 import { toRawFrame } from './frames.js';
 import { wholeNumber } from './options.js';
+import { checkWorker, workerStarter } from './places.js';
 import { RemoteEngine } from './remote.js';
 
 /**
@@ -17,10 +18,14 @@ import { RemoteEngine } from './remote.js';
 /** @typedef {import('./enlarge-here.js').Image} Image */
 
 /**
- * Options of enlarging: the labels whose opacity is wanted, all objects by default, also such that this frame does not
- * have; `decoder` and `worker` as for a session.
- * @typedef {{objects?: import('./export/mask-source.js').ObjectChoice, decoder?: import('./options.js').WasmSource,
- *   worker?: boolean}} EnlargeOptions
+ * Options of enlarging.
+ * @typedef {object} EnlargeOptions
+ * @property {import('./export/mask-source.js').ObjectChoice} [objects] the labels whose opacity is wanted, all objects
+ *   if not given, also such that this frame does not have
+ * @property {import('./options.js').WasmSource} [decoder] where the wasm file is that enlarges, when not beside the
+ *   package
+ * @property {boolean | import('./places.js').WorkerSource} [worker] false to work on the calling thread (Node does so
+ *   unless it is true), or where the worker is
  */
 
 const MAX_SIDE = 16384;
@@ -36,13 +41,11 @@ const IDLE_MS = 5000;
  */
 export async function enlarged(mask, picture, options, platform) {
   const { objects, decoder, worker } = checkedOptions(options ?? {}, ['objects', 'decoder', 'worker']);
-  if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
-  if (worker && !platform.startWorker)
-    throw new TraceCutError('unsupported', 'worker = true (expected false or nothing: this engine has no workers)');
+  if (worker !== undefined) checkWorker(worker);
+  const startWorker = workerStarter(worker, platform);
   const chosen = new Uint8Array(chosenLabels(objects));
   const { labels, width } = copied(mask);
   const load = () => platform.loadDecoder(decoder);
-  const startWorker = worker === false ? undefined : platform.startWorker;
   const held = (startWorker && image(picture)) ?? toRawFrame(picture, load);
   const [raw, module] = await Promise.all([held, load()]);
   /** @type {EnlargeTask} */

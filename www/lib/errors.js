@@ -62,3 +62,14 @@ export function describe(value) {
 export function typeTag(value) {
   return Object.prototype.toString.call(value).slice(8, -1);
 }
+
+/**
+ * An error that says which frame it is about, where that is known.
+ * @param {unknown} error
+ * @param {{kind?: string, index?: number, name?: string}} frame
+ */
+export function inFrame(error, { index, name }) {
+  if (!(error instanceof TraceCutError) || (index ?? name) === undefined) return error;
+  const words = index === undefined ? name : `frame ${index}${name ? ` (${name})` : ''}`;
+  return new TraceCutError(error.code, `${words}: ${error.message}`, { cause: error });
+}

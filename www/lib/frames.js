@@ -3,7 +3,10 @@ import { wholeNumber } from './options.js';
 
 /**
  * RGBA bytes, four a pixel, row by row; `ImageData` is one.
- * @typedef {{data: Uint8ClampedArray | Uint8Array, width: number, height: number}} PixelFrame
+ * @typedef {object} PixelFrame
+ * @property {Uint8ClampedArray | Uint8Array} data 4 × `width` × `height` bytes
+ * @property {number} width in pixels, 1 to 16384
+ * @property {number} height in pixels, 1 to 16384
  */
 
 /**
@@ -16,7 +19,8 @@ import { wholeNumber } from './options.js';
 /**
  * A frame on its way to the engine, in memory that nobody else holds. Files go with the module that decodes them.
  * @typedef {{kind: 'pixels', data: Uint8Array<ArrayBuffer>, width: number, height: number}
- *   | {kind: 'file', data: Uint8Array<ArrayBuffer>, decoder?: WebAssembly.Module}} RawFrame
+ *   | {kind: 'file', data: Uint8Array<ArrayBuffer>, decoder?: WebAssembly.Module, index?: number, name?: string}}
+ *   RawFrame `index` and `name` say which frame of the clip, for errors
  */
 
 const MAX_SIDE = 16384;
@@ -45,7 +49,7 @@ async function copied(frame) {
       return { kind: 'file', data: new Uint8Array(/** @type {ArrayBuffer} */ (frame)).slice() };
     case 'Blob':
     case 'File':
-      return { kind: 'file', data: new Uint8Array(await /** @type {Blob} */ (frame).arrayBuffer()) };
+      return fromFile(/** @type {File} */ (frame));
     case 'VideoFrame':
       return fromImage(/** @type {VideoFrame} */ (frame));
     case 'HTMLVideoElement': {
@@ -59,6 +63,14 @@ async function copied(frame) {
     default:
       return fromPixels(frame);
   }
+}
+
+/**
+ * @param {Blob & {name?: string}} file
+ * @returns {Promise<RawFrame>}
+ */
+async function fromFile(file) {
+  return { kind: 'file', data: new Uint8Array(await file.arrayBuffer()), name: file.name };
 }
 
 /**

@@ -9,13 +9,13 @@ import { once, openEngine } from './platform.js';
 /**
  * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its
  * pixels covers `scaleX` × `scaleY` input pixels, so that its place `x` is `(x + 0.5) * scaleX - 0.5` in the input.
- * @typedef {{width: number, height: number, scaleX: number, scaleY: number}} Grid
+ * @typedef {{readonly width: number, readonly height: number, readonly scaleX: number, readonly scaleY: number}} Grid
  */
 
 /**
  * How likely each pixel lies on a boundary between two things, 0 to 1, row by row: `pb`, and `thin`, the same on ridges
  * one pixel wide and 0 elsewhere.
- * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, thin: Float32Array<ArrayBuffer>}} BoundaryMap
+ * @typedef {Grid & {readonly pb: Float32Array<ArrayBuffer>, readonly thin: Float32Array<ArrayBuffer>}} BoundaryMap
  */
 
 /**
@@ -23,26 +23,30 @@ import { once, openEngine } from './platform.js';
  * discontinuities `d`; beside it `pb`, the boundary probability that the embedding comes from, `spectral`, the
  * gradients of its eigenvectors to compare with, and `combined`, the boundary probability by `pb` and `discontinuity`
  * together.
- * @typedef {Grid & {pb: Float32Array<ArrayBuffer>, discontinuity: Float32Array<ArrayBuffer>, spectral:
- *   Float32Array<ArrayBuffer>, combined: Float32Array<ArrayBuffer>}} ImageDiscontinuities
+ * @typedef {Grid & {readonly pb: Float32Array<ArrayBuffer>, readonly discontinuity: Float32Array<ArrayBuffer>,
+ *   readonly spectral:
+ *   Float32Array<ArrayBuffer>, readonly combined: Float32Array<ArrayBuffer>}} ImageDiscontinuities
  */
 
 /**
  * Which superpixels touch: `a < b`, the length of their common border in pixels of the grid, and the mean of `pb` along
  * it.
- * @typedef {{a: Uint32Array<ArrayBuffer>, b: Uint32Array<ArrayBuffer>, length: Float32Array<ArrayBuffer>,
- *   pb: Float32Array<ArrayBuffer>}} SuperpixelBorders
+ * @typedef {{readonly a: Uint32Array<ArrayBuffer>, readonly b: Uint32Array<ArrayBuffer>, readonly length:
+ *   Float32Array<ArrayBuffer>,
+ *   readonly pb: Float32Array<ArrayBuffer>}} SuperpixelBorders
  */
 
 /**
  * The edges of the triangulation that the superpixels come from, in pixels of the grid, with their {@link EdgeKind}.
- * @typedef {{x0: Float32Array<ArrayBuffer>, y0: Float32Array<ArrayBuffer>, x1: Float32Array<ArrayBuffer>,
- *   y1: Float32Array<ArrayBuffer>, kind: Uint8Array<ArrayBuffer>}} SuperpixelEdges
+ * @typedef {{readonly x0: Float32Array<ArrayBuffer>, readonly y0: Float32Array<ArrayBuffer>, readonly x1:
+ *   Float32Array<ArrayBuffer>,
+ *   readonly y1: Float32Array<ArrayBuffer>, readonly kind: Uint8Array<ArrayBuffer>}} SuperpixelEdges
  */
 
 /**
  * A partition of an image: `label` holds the superpixel of each pixel, `0` to `count - 1`, row by row.
- * @typedef {Grid & {count: number, label: Uint32Array<ArrayBuffer>, borders: SuperpixelBorders, edges:
+ * @typedef {Grid & {readonly count: number, readonly label: Uint32Array<ArrayBuffer>, readonly borders:
+ *   SuperpixelBorders, readonly edges:
  *   SuperpixelEdges}} Superpixels
  */
 
@@ -65,9 +69,15 @@ export const EdgeKind = Object.freeze({
  */
 
 /**
- * Options of the superpixels of a single image. With `count` they are joined across their weakest borders until so many
- * are left; an image with few contours has fewer.
- * @typedef {ImageOptions & {count?: number}} SuperpixelOptions
+ * How many superpixels are wanted.
+ * @typedef {object} SuperpixelCount
+ * @property {number} [count] they are joined across their weakest borders until so many are left; an image with few
+ *   contours has fewer
+ */
+
+/**
+ * Options of the superpixels of a single image.
+ * @typedef {ImageOptions & SuperpixelCount} SuperpixelOptions
  */
 
 /**

@@ -12,11 +12,10 @@
 
 import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
-import { allAtSize } from './export/at-size.js';
-import { encode } from './export/video.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
-import { once } from './platform.js';
+import { asideStarter, importing, known, part, wayOut } from './places.js';
+import { loader } from './platform.js';
 import { openSession } from './session.js';
 import { framesOf, infoOf } from './video/frames.js';
 import { preview } from './video/preview.js';
@@ -26,19 +25,21 @@ export * from './common.js';
 
 // Bundlers look for these very expressions, and for that of the worker.
 const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
-const packaged = once(() => loadModule(packagedFile()));
-const packagedDecoder = once(() => loadModule(new URL('./decoder_bg.wasm', import.meta.url)));
+const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 
 /** @type {import('./platform.js').Platform} */
 const platform = {
-  loadModule: (source) => (source === undefined ? packaged() : loadModule(source)),
-  loadDecoder: (source) => (source === undefined ? packagedDecoder() : loadModule(source)),
+  loadModule: loader('wasm', loadModule, async () => loadModule(known('wasm', packagedFile), wayOut('wasm'))),
+  loadDecoder: loader('decoder', loadModule, async () =>
+    loadModule(known('decoder', packagedDecoder), wayOut('decoder')),
+  ),
   get startWorker() {
     if (typeof Worker === 'undefined') return undefined;
     return startWorker;
   },
   get startAside() {
-    return typeof Worker === 'undefined' ? undefined : startAside;
+    if (typeof Worker === 'undefined') return undefined;
+    return asideStarter(startAside);
   },
   cores: () => globalThis.navigator?.hardwareConcurrency,
 };
@@ -47,27 +48,15 @@ function startWorker() {
   try {
     return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
   } catch {
-    // Browsers start no worker from another origin, such as a CDN's, but let one of the page's own import it from
-    // there.
-    foreignWorker ??= URL.createObjectURL(
-      new Blob([`import ${JSON.stringify(new URL('worker.js', packagedFile()).href)};`], { type: 'text/javascript' }),
-    );
-    return new Worker(foreignWorker, { type: 'module' });
+    return importing(known('worker', () => new URL('worker.js', packagedFile())));
   }
 }
-
-/** @type {string | undefined} */
-let foreignWorker;
 
 function startAside() {
   try {
     return new Worker(new URL('./aside/worker.js', import.meta.url), { type: 'module' });
   } catch {
-    const address = new URL('aside/worker.js', packagedFile());
-    return new Worker(
-      URL.createObjectURL(new Blob([`import ${JSON.stringify(address.href)};`], { type: 'text/javascript' })),
-      { type: 'module' },
-    );
+    return importing(known('worker', () => new URL('aside/worker.js', packagedFile())));
   }
 }
 
@@ -132,6 +121,22 @@ export function flow(from, to, options) {
 }
 
 /**
+ * Follows points through a clip, and no more: flow and tracking of a session, in the time that these take. Memory grows
+ * with the clip, as all of it is one window.
+ *
+ * ```js
+ * const { count, startFrame, offset, x, y } = await trajectories(frames, { trajectory: { gridStep: 6 } });
+ * ```
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {import('./tracking.js').TrajectoryOptions} [options]
+ * @returns {Promise<import('./tracking.js').TrackedClip>}
+ */
+export async function trajectories(source, options) {
+  const { trackedOf } = await part(import('./tracking.js'));
+  return trackedOf(source, options, platform);
+}
+
+/**
  * Opens an engine for boundaries, superpixels, discontinuities and flow of many single images: all that starting costs is
  * paid once.
  * @param {import('./image.js').ImageEngineOptions} [options]
@@ -154,7 +159,7 @@ export function createImageEngine(options) {
  * @returns {Promise<import('./edit/carry.js').Carried>}
  */
 export async function carryEdit(editor, edit, options) {
-  const { carryWith } = await import('./edit/carry.js');
+  const { carryWith } = await part(import('./edit/carry.js'));
   return carryWith(editor, edit, options, () => openImageEngine({}, platform));
 }
 
@@ -172,7 +177,7 @@ export async function carryEdit(editor, edit, options) {
  * @returns {Promise<import('./export/mask-source.js').MaskSource>} of the same size, times and shots
  */
 export async function smoothMasks(masks, options) {
-  const { smoothWith } = await import('./edit/smooth.js');
+  const { smoothWith } = await part(import('./edit/smooth.js'));
   return smoothWith(masks, options, () => openImageEngine({}, platform));
 }
 
@@ -200,7 +205,8 @@ export function enlargeMask(mask, picture, options) {
  * @param {import('./export/at-size.js').MasksAtSizeOptions} [options]
  * @returns {Promise<import('./export/mask-source.js').MaskSource>} with the times and shots of `masks`
  */
-export function masksAtSize(masks, frames, options) {
+export async function masksAtSize(masks, frames, options) {
+  const { allAtSize } = await part(import('./export/at-size.js'));
   return allAtSize(masks, frames, options, enlargeBy(options));
 }
 
@@ -212,7 +218,7 @@ export function masksAtSize(masks, frames, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the file
  */
 export async function maskPng(masks, t, options) {
-  const { pngOfMask } = await import('./export/masks.js');
+  const { pngOfMask } = await part(import('./export/masks.js'));
   return pngOfMask(masks, t, options, platform);
 }
 
@@ -224,7 +230,7 @@ export async function maskPng(masks, t, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
 export async function masksZip(masks, options) {
-  const { zipOfMasks } = await import('./export/masks.js');
+  const { zipOfMasks } = await part(import('./export/masks.js'));
   return zipOfMasks(masks, options, platform);
 }
 
@@ -236,7 +242,7 @@ export async function masksZip(masks, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
 export async function clipsZip(clips, options) {
-  const { zipOfClips } = await import('./export/clips-zip.js');
+  const { zipOfClips } = await part(import('./export/clips-zip.js'));
   return zipOfClips(clips, options, platform);
 }
 
@@ -247,7 +253,7 @@ export async function clipsZip(clips, options) {
  * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
  */
 export async function saveProject(masks, options) {
-  const { projectOf } = await import('./export/project.js');
+  const { projectOf } = await part(import('./export/project.js'));
   return projectOf(masks, options, platform);
 }
 
@@ -260,7 +266,8 @@ export async function saveProject(masks, options) {
  * @param {import('./export/video.js').EncodeVideoOptions} [options]
  * @returns {Promise<Blob>} the file
  */
-export function encodeVideo(masks, frames, options) {
+export async function encodeVideo(masks, frames, options) {
+  const { encode } = await part(import('./export/video.js'));
   return encode(masks, frames, options, enlargeBy(options));
 }
 
@@ -288,7 +295,7 @@ function enlargeBy(options) {
  * @returns {Promise<ReadableStream<Uint8Array<ArrayBuffer>>>} the bytes of the file
  */
 export async function encodeImages(masks, frames, options) {
-  const { imagesOf } = await import('./export/images.js');
+  const { imagesOf } = await part(import('./export/images.js'));
   return imagesOf(masks, frames, options, enlargeBy(options), platform);
 }
 
@@ -364,8 +371,26 @@ export function videoInfo(source, options) {
  * @returns {AsyncGenerator<import('./video/frames.js').DecodedFrame, void, undefined>}
  */
 export async function* videoStrip(source, options) {
-  const { stripOf } = await import('./video/strip.js');
+  const { stripOf } = await part(import('./video/strip.js'));
   yield* stripOf(source, options, platform);
+}
+
+/**
+ * The frames that lie as PNG or JPEG files in a folder, in the order of the numbers in their names (frame2 before
+ * frame10), one read at a time. Hidden files and what is no picture are left out. In Node a folder is its path; a page
+ * gives the files that a user chose.
+ *
+ * ```js
+ * for await (const window of segmentVideo(readFrames('frames'), { frameRate: 30 })) console.log(window.objects);
+ * ```
+ * @param {string | URL | Iterable<File>} folder its path or `file:` address, or its files
+ * @returns {AsyncGenerator<import('./video/folder.js').FrameFile, void, undefined>} for `segmentVideo`; errors of one
+ *   that cannot be decoded say its name
+ * @throws {TraceCutError} `no-frames` where the folder has no such file, `data` where a frame is in another format
+ */
+export async function* readFrames(folder) {
+  const { framesOfFiles } = await part(import('./video/folder.js'));
+  yield* framesOfFiles(folder);
 }
 
 /**
@@ -381,6 +406,6 @@ export async function* videoStrip(source, options) {
  * @returns {AsyncGenerator<import('./video/each.js').SegmentedClip, void, undefined>}
  */
 export async function* segmentEach(clips, options) {
-  const { eachOf } = await import('./video/each.js');
+  const { eachOf } = await part(import('./video/each.js'));
   yield* eachOf(clips, options, segmentVideo);
 }

@@ -8,62 +8,73 @@ const SIMD_PROBE = [
 /**
  * Compiles the wasm module from wherever it is.
  * @param {import('./options.js').WasmSource} source
+ * @param {string} [hint] what to do where it is not found
  * @returns {Promise<WebAssembly.Module>}
  */
-export async function loadModule(source) {
+export async function loadModule(source, hint = '') {
   if (typeof WebAssembly === 'undefined')
     throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly');
-  if (source instanceof WebAssembly.Module) return source;
-  if (typeof source === 'string' || source instanceof URL) return fromResponse(await fetched(source), String(source));
+  if (source instanceof WebAssembly.Module || typeTag(source) === 'WebAssembly.Module')
+    return /** @type {WebAssembly.Module} */ (source);
+  if (typeof source === 'string' || source instanceof URL)
+    return fromResponse(await fetched(source, hint), String(source), hint);
   if (typeTag(source) === 'Response') return fromResponse(/** @type {Response} */ (source), 'the response');
-  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return compile(source, 'the bytes given');
+  if (typeTag(source) === 'ArrayBuffer' || ArrayBuffer.isView(source))
+    return compile(/** @type {BufferSource} */ (source), 'the bytes given');
   throw illegal('param', 'wasm', source, 'a URL, a Response, bytes or a WebAssembly.Module');
 }
 
-/** @param {string | URL} url */
-async function fetched(url) {
+/**
+ * @param {string | URL} url
+ * @param {string} hint
+ */
+async function fetched(url, hint) {
   try {
     return await fetch(url);
   } catch (cause) {
-    throw new TraceCutError('wasm-load', `${url} could not be fetched: ${words(cause)}`, { cause });
+    throw new TraceCutError('wasm-load', advised(`${url} could not be fetched: ${words(cause)}`, hint), { cause });
   }
 }
 
 /**
  * @param {Response} response
  * @param {string} name
+ * @param {string} [hint]
  */
-async function fromResponse(response, name) {
-  if (!response.ok)
-    throw new TraceCutError('wasm-load', `${name} could not be fetched: the server answered ${response.status}`);
+async function fromResponse(response, name, hint = '') {
+  if (!response.ok) {
+    const words = `${name} could not be fetched: the server answered ${response.status}`;
+    throw new TraceCutError('wasm-load', advised(words, hint));
+  }
   if (response.headers.get('Content-Type') === 'application/wasm') {
     const spare = response.clone();
     try {
       return await WebAssembly.compileStreaming(response);
     } catch {
-      return compile(await spare.arrayBuffer(), name); // Says what is wrong.
+      return compile(await spare.arrayBuffer(), name, hint); // Says what is wrong.
     }
   }
-  return compile(await response.arrayBuffer(), name);
+  return compile(await response.arrayBuffer(), name, hint);
 }
 
 /**
  * @param {BufferSource} bytes
  * @param {string} name
+ * @param {string} [hint]
  */
-async function compile(bytes, name) {
+async function compile(bytes, name, hint = '') {
   const view = ArrayBuffer.isView(bytes)
     ? new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength)
     : new Uint8Array(bytes);
   if (view[0] === 0x3c) {
-    const hint =
+    const check =
       "check that the .wasm file is where the URL says (with Vite before 8, set optimizeDeps.exclude to ['tracecut'])";
-    throw new TraceCutError('wasm-load', `${name} is a page of HTML, not WebAssembly: ${hint}`);
+    throw new TraceCutError('wasm-load', advised(`${name} is a page of HTML, not WebAssembly: ${check}`, hint));
   }
   if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE))) {
     throw new TraceCutError(
       'unsupported',
-      'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 20)',
+      'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 18)',
     );
   }
   try {
@@ -71,6 +82,14 @@ async function compile(bytes, name) {
   } catch (cause) {
     throw new TraceCutError('wasm-load', `${name} could not be compiled: ${words(cause)}`, { cause });
   }
+}
+
+/**
+ * @param {string} words
+ * @param {string} hint
+ */
+function advised(words, hint) {
+  return hint ? `${words}. ${hint}` : words;
 }
 
 /** @param {unknown} error */

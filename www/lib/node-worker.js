@@ -1,6 +1,11 @@
-// A thread of Node that helps a session; started by `createSession` there.
+// A thread of Node: it serves a session (`worker: true`), or helps one. Started by `createSession` there.
 
-import { workerData } from 'node:worker_threads';
+import { parentPort, workerData } from 'node:worker_threads';
 import { help } from './helper.js';
+import { serve } from './serve.js';
 
-help(workerData.port, workerData.module, workerData.parameters);
+if (workerData?.port) help(workerData.port, workerData.module, workerData.parameters);
+else if (parentPort) {
+  serve(/** @type {import('./protocol.js').Port} */ (/** @type {unknown} */ (parentPort)));
+  /** @type {import('node:worker_threads').MessagePort} */ (parentPort).start();
+}

@@ -1,34 +1,45 @@
 /**
- * TraceCut in Node: the same interface as in browsers; the work runs in-process, in slices, and on threads beside it.
+ * TraceCut in Node: the same interface as in browsers, and readers of streams and files; the work runs in-process, in
+ * slices, and on threads beside it, or with `worker: true` off the calling thread altogether.
  * @module
  */
 
-import { readFile } from 'node:fs/promises';
+import { existsSync } from 'node:fs';
+import { readFile, readdir } from 'node:fs/promises';
 import { availableParallelism } from 'node:os';
+import { basename, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
 import { Worker } from 'node:worker_threads';
 import { makeClip } from './clip.js';
 import { enlarged } from './enlarge.js';
-import { allAtSize } from './export/at-size.js';
-import { encode } from './export/video.js';
 import { TraceCutError } from './errors.js';
 import { boundariesOf, discontinuitiesOf, flowOf, openImageEngine, superpixelsOf } from './image.js';
 import { loadModule } from './load.js';
-import { once } from './platform.js';
+import { startThread } from './node-thread.js';
+import { known, part } from './places.js';
+import { loader } from './platform.js';
 import { openSession } from './session.js';
 import { framesOf, infoOf } from './video/frames.js';
 import { preview } from './video/preview.js';
 import { segment } from './video/segment.js';
 
 export * from './common.js';
+export { framesOfRaw, framesOfVideo, framesOfY4m } from './node-frames.js';
 
-const packaged = once(() => readModule(new URL('./tracecut_bg.wasm', import.meta.url)));
-const packagedDecoder = once(() => readModule(new URL('./decoder_bg.wasm', import.meta.url)));
+/** @typedef {import('./node-frames.js').ByteSource} ByteSource */
+/** @typedef {import('./node-frames.js').FfmpegOptions} FfmpegOptions */
+/** @typedef {import('./node-frames.js').RawOptions} RawOptions */
+
+// Bundlers that carry files along look for these very expressions.
+const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
+const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 
 /** @type {import('./platform.js').Platform} */
 const platform = {
-  loadModule: (source) => (source === undefined ? packaged() : load(source)),
-  loadDecoder: (source) => (source === undefined ? packagedDecoder() : load(source)),
-  startWorker: undefined,
+  loadModule: loader('wasm', load, () => readPackaged('wasm', 'tracecut_bg.wasm', packagedFile)),
+  loadDecoder: loader('decoder', load, () => readPackaged('decoder', 'decoder_bg.wasm', packagedDecoder)),
+  startWorker: startThread,
+  inProcess: true,
   startHelper,
   cores: availableParallelism,
 };
@@ -36,7 +47,12 @@ const platform = {
 /** @type {NonNullable<import('./platform.js').Platform['startHelper']>} */
 function startHelper(data) {
   const port = /** @type {import('node:worker_threads').MessagePort} */ (/** @type {unknown} */ (data.port));
-  const worker = new Worker(new URL('./node-worker.js', import.meta.url), { workerData: data, transferList: [port] });
+  const worker = new Worker(new URL('./node-worker.js', import.meta.url), {
+    workerData: data,
+    transferList: [port],
+    // Those of the process may be for its script alone, as `--input-type` is.
+    execArgv: [],
+  });
   // A session that nobody closed keeps no process alive.
   worker.unref();
   return {
@@ -50,16 +66,46 @@ function startHelper(data) {
 
 /** @param {import('./options.js').WasmSource} source */
 function load(source) {
-  return source instanceof URL && source.protocol === 'file:' ? readModule(source) : loadModule(source);
+  if (source instanceof URL && source.protocol === 'file:') return readModule(source);
+  return typeof source === 'string' && !/^[a-z][a-z\d+.-]+:/i.test(source) ? readModule(source) : loadModule(source);
 }
 
-/** @param {URL} url */
-async function readModule(url) {
+/**
+ * A file beside this module. Where a bundler gives an address of its own in its place, as webpack does, it is looked for
+ * where this module was when it was bundled.
+ * @param {'wasm' | 'decoder'} name
+ * @param {string} file
+ * @param {() => URL} make
+ */
+async function readPackaged(name, file, make) {
+  const url = known(name, make, wayOut(name, file));
+  const here = import.meta.url;
+  const candidates = url.href.startsWith('file:') ? [new URL(url.href)] : [];
+  candidates.push(new URL(file, here));
+  const found = candidates.find((candidate) => existsSync(candidate)) ?? candidates[0];
+  return readModule(/** @type {URL} */ (found), wayOut(name, file));
+}
+
+/**
+ * The way out where a bundler has left a file behind.
+ * @param {string} name
+ * @param {string} file
+ */
+function wayOut(name, file) {
+  return `If your bundler leaves it out, keep the package out of the bundle (external: ['tracecut'], serverExternalPackages: ['tracecut']), or copy tracecut/dist/${file} and say where: configure({ ${name}: 'path/of/${file}' })`;
+}
+
+/**
+ * @param {URL | string} place
+ * @param {string} [hint]
+ */
+async function readModule(place, hint) {
   try {
-    return await loadModule(await readFile(url));
+    return await loadModule(await readFile(place));
   } catch (cause) {
     if (cause instanceof TraceCutError) throw cause;
-    throw new TraceCutError('wasm-load', `${url.href} could not be read: ${String(cause)}`, { cause });
+    const words = `${place instanceof URL ? place.href : place} could not be read: ${String(cause)}`;
+    throw new TraceCutError('wasm-load', hint ? `${words}. ${hint}` : words, { cause });
   }
 }
 
@@ -79,47 +125,58 @@ export const superpixels = (image, options) => superpixelsOf(image, options, pla
 export const imageDiscontinuities = (image, options) => discontinuitiesOf(image, options, platform);
 /** @type {Browser['flow']} */
 export const flow = (from, to, options) => flowOf(from, to, options, platform);
+/** @type {Browser['trajectories']} */
+export const trajectories = async (source, options) => {
+  const { trackedOf } = await part(import('./tracking.js'));
+  return trackedOf(source, options, platform);
+};
 /** @type {Browser['createImageEngine']} */
 export const createImageEngine = (options) => openImageEngine(options, platform);
 /** @type {Browser['carryEdit']} */
 export const carryEdit = async (editor, edit, options) => {
-  const { carryWith } = await import('./edit/carry.js');
+  const { carryWith } = await part(import('./edit/carry.js'));
   return carryWith(editor, edit, options, () => openImageEngine({}, platform));
 };
 /** @type {Browser['smoothMasks']} */
 export const smoothMasks = async (masks, options) => {
-  const { smoothWith } = await import('./edit/smooth.js');
+  const { smoothWith } = await part(import('./edit/smooth.js'));
   return smoothWith(masks, options, () => openImageEngine({}, platform));
 };
 /** @type {Browser['enlargeMask']} */
 export const enlargeMask = (mask, picture, options) => enlarged(mask, picture, options, platform);
 /** @type {Browser['masksAtSize']} */
-export const masksAtSize = (masks, frames, options) => allAtSize(masks, frames, options, enlargeBy(options));
+export const masksAtSize = async (masks, frames, options) => {
+  const { allAtSize } = await part(import('./export/at-size.js'));
+  return allAtSize(masks, frames, options, enlargeBy(options));
+};
 /** @type {Browser['maskPng']} */
 export const maskPng = async (masks, t, options) => {
-  const { pngOfMask } = await import('./export/masks.js');
+  const { pngOfMask } = await part(import('./export/masks.js'));
   return pngOfMask(masks, t, options, platform);
 };
 /** @type {Browser['masksZip']} */
 export const masksZip = async (masks, options) => {
-  const { zipOfMasks } = await import('./export/masks.js');
+  const { zipOfMasks } = await part(import('./export/masks.js'));
   return zipOfMasks(masks, options, platform);
 };
 /** @type {Browser['clipsZip']} */
 export const clipsZip = async (clips, options) => {
-  const { zipOfClips } = await import('./export/clips-zip.js');
+  const { zipOfClips } = await part(import('./export/clips-zip.js'));
   return zipOfClips(clips, options, platform);
 };
 /** @type {Browser['saveProject']} */
 export const saveProject = async (masks, options) => {
-  const { projectOf } = await import('./export/project.js');
+  const { projectOf } = await part(import('./export/project.js'));
   return projectOf(masks, options, platform);
 };
 /** @type {Browser['encodeVideo']} */
-export const encodeVideo = (masks, frames, options) => encode(masks, frames, options, enlargeBy(options));
+export const encodeVideo = async (masks, frames, options) => {
+  const { encode } = await part(import('./export/video.js'));
+  return encode(masks, frames, options, enlargeBy(options));
+};
 /** @type {Browser['encodeImages']} */
 export const encodeImages = async (masks, frames, options) => {
-  const { imagesOf } = await import('./export/images.js');
+  const { imagesOf } = await part(import('./export/images.js'));
   return imagesOf(masks, frames, options, enlargeBy(options), platform);
 };
 /** @type {Browser['segmentVideo']} */
@@ -142,11 +199,32 @@ function enlargeBy(options) {
 
 /** @type {Browser['videoStrip']} */
 export const videoStrip = async function* (source, options) {
-  const { stripOf } = await import('./video/strip.js');
+  const { stripOf } = await part(import('./video/strip.js'));
   yield* stripOf(source, options, platform);
 };
+/** @type {Browser['readFrames']} */
+export const readFrames = async function* (folder) {
+  const { frameNames, framesOfFiles } = await part(import('./video/folder.js'));
+  if (typeof folder !== 'string' && !(folder instanceof URL)) {
+    yield* framesOfFiles(folder);
+    return;
+  }
+  const path = typeof folder === 'string' ? folder : fileURLToPath(folder);
+  for (const name of frameNames(await filesIn(path), `the folder ${basename(path)}`))
+    yield { frame: new Uint8Array(await readFile(join(path, name))), name };
+};
+
+/** @param {string} path */
+async function filesIn(path) {
+  try {
+    const entries = await readdir(path, { withFileTypes: true });
+    return entries.filter((entry) => !entry.isDirectory()).map(({ name }) => name);
+  } catch (cause) {
+    throw new TraceCutError('no-frames', `the folder ${path} cannot be read: ${String(cause)}`, { cause });
+  }
+}
 /** @type {Browser['segmentEach']} */
 export const segmentEach = async function* (clips, options) {
-  const { eachOf } = await import('./video/each.js');
+  const { eachOf } = await part(import('./video/each.js'));
   yield* eachOf(clips, options, segmentVideo);
 };

@@ -1,4 +1,5 @@
 import { illegal, typeTag } from './errors.js';
+import { checkWorker } from './places.js';
 
 /** @typedef {import('./parameters.js').ParameterOptions} ParameterOptions */
 
@@ -8,17 +9,28 @@ import { illegal, typeTag } from './errors.js';
  */
 
 /**
- * Options of a session: the parameter tree, over a `preset` if there is one (`'fast'` takes half of the time and loses
- * some of what is small or fast, `'paper'` makes masks as the paper does), and settings of this layer. `wasm` says
- * where the wasm file is, `decoder` where the one is that reads PNG and JPEG files and enlarges masks (it is fetched when the
- * first file is pushed); `worker: false` runs a browser's session on the calling thread (Node always does). `threads` is
- * the number of threads to work on, 1 to 64, each with some memory; results are the same for any number. By default it is all but one of the machine's, at most 8, and 1 with `worker: false`.
- * @typedef {ParameterOptions & {preset?: 'default' | 'fast' | 'paper', wasm?: WasmSource, decoder?: WasmSource, worker?:
- *   boolean, threads?: number}} SessionOptions
+ * The options of a session that are no parameters of the method.
+ * @typedef {object} SessionSettings
+ * @property {'default' | 'fast' | 'paper'} [preset] what the parameters are that are not given: `'fast'` takes half of
+ *   the time and loses some of what is small or fast, `'paper'` makes masks as the paper does
+ * @property {WasmSource} [wasm] where the wasm file is, when not beside the package; `configure` says it for all calls
+ * @property {WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files and enlarges masks, when not
+ *   beside the package; it is fetched when the first file is pushed
+ * @property {boolean | import('./places.js').WorkerSource} [worker] false to run a browser's session on the calling
+ *   thread; in Node, which does so of itself, true to run it on a thread of its own, so that the calling one stays
+ *   free; an address (of `worker.bundle.js`, one file) or a function that starts one says where the
+ *   worker is
+ * @property {number} [threads] to work on, 1 to 64, each with some memory; results are the same for any number. If not
+ *   given, all but one of the machine's, at most 8, and 1 with `worker: false`
  */
 
 /**
- * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean, threads?: number,
+ * Options of a session: the parameter tree, over a preset if there is one, and settings of this layer.
+ * @typedef {ParameterOptions & SessionSettings} SessionOptions
+ */
+
+/**
+ * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean | import('./places.js').WorkerSource, threads?: number,
  *   parameters: Record<string, unknown>}} SplitOptions
  */
 
@@ -37,7 +49,7 @@ const MAX_DEPTH = 4;
 export function splitOptions(options = {}) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, 'an object such as {flow: {patchStride: 5}}');
   const { wasm, decoder, worker, threads, ...parameters } = /** @type {SessionOptions} */ (options);
-  if (worker !== undefined && typeof worker !== 'boolean') throw illegal('param', 'worker', worker, 'true or false');
+  if (worker !== undefined) checkWorker(worker);
   if (threads !== undefined) wholeNumber('param', 'threads', threads, 1, MAX_THREADS);
   return { wasm, decoder, worker, threads, parameters: copyTree(parameters, '', 0) };
 }

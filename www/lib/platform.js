@@ -2,7 +2,7 @@
 
 import { Crew, usualThreads } from './crew.js';
 import { createLocalEngine } from './engine.js';
-import { TraceCutError } from './errors.js';
+import { places, workerStarter } from './places.js';
 import { createRemoteEngine } from './remote.js';
 
 /**
@@ -10,6 +10,7 @@ import { createRemoteEngine } from './remote.js';
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
  * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadDecoder
  * @property {(() => Worker) | undefined} startWorker
+ * @property {boolean} [inProcess] whether work stays on the calling thread where nobody asks for a worker
  * @property {(() => Worker) | undefined} [startAside]
  * @property {(data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}) =>
  *   import('./crew.js').HelperWorker} [startHelper] where sessions run on the calling thread: a worker that helps one
@@ -33,22 +34,41 @@ export function once(load) {
 }
 
 /**
- * An engine in a worker where there are workers and the options do not say otherwise, else in this thread.
+ * Loads what a call names, or what `configure` named, or what the package brings; the latter two once.
+ * @param {'wasm' | 'decoder'} name
+ * @param {(source: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} load
+ * @param {() => Promise<WebAssembly.Module>} loadPackaged
+ * @returns {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>}
+ */
+export function loader(name, load, loadPackaged) {
+  const packaged = once(loadPackaged);
+  /** @type {unknown} */
+  let known;
+  let configured = packaged;
+  return (source) => {
+    if (source !== undefined) return load(source);
+    const place = places[name];
+    if (place === undefined) return packaged();
+    if (place !== known) {
+      known = place;
+      configured = once(async () => load(typeof place === 'function' ? place() : place));
+    }
+    return configured();
+  };
+}
+
+/**
+ * An engine in a worker where there are workers and the options do not say otherwise (in Node where they ask for one),
+ * else in this thread.
  * @param {import('./options.js').SplitOptions} options
  * @param {Platform} platform
  * @returns {Promise<import('./engine.js').Engine>}
  */
 export async function openEngine({ wasm, worker, threads, parameters }, platform) {
-  if (worker && !platform.startWorker) {
-    throw new TraceCutError(
-      'unsupported',
-      'worker = true (expected false or nothing: this engine has no module workers; the session runs in-process)',
-    );
-  }
+  const start = workerStarter(worker, platform);
   const module = await platform.loadModule(wasm);
   const usual = worker === false ? 1 : usualThreads(platform.cores());
-  if (platform.startWorker && worker !== false)
-    return createRemoteEngine(platform.startWorker, module, parameters, threads ?? usual);
+  if (start) return createRemoteEngine(start, module, parameters, threads ?? usual);
   const engine = await createLocalEngine(module, parameters);
   const { startHelper } = platform;
   if (startHelper) {

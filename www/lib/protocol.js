@@ -5,7 +5,7 @@
 //   page                                     worker
 //   {id, type: 'create', data}        ->
 //                                     <-     {id, type: 'done', data}
-//   {id, type: 'run'}                 ->
+//   {id, type: 'run'}                 ->                                    (or 'track': no further than trajectories)
 //                                     <-     {id, type: 'progress', data}   (any number)
 //   {id, type: 'abort'}               ->                                    (id of the run; has no answer of its own)
 //                                     <-     {id, type: 'done', data: null}
@@ -24,6 +24,7 @@ import { typeTag } from './errors.js';
  *   | {type: 'helper', data: {number: number, port: MessagePort}}
  *   | {type: 'lost', data: {number: number}}
  *   | {type: 'run', data?: undefined}
+ *   | {type: 'track', data?: undefined}
  *   | {type: RequestName, data: import('./requests.js').Arguments<RequestName>}} Message
  */
 /** @typedef {{id: number} & (Message | {type: 'abort'})} Request */

@@ -2,6 +2,7 @@
 
 import { Crew } from './crew.js';
 import { TraceCutError } from './errors.js';
+import { wayOut } from './places.js';
 import { transferables } from './protocol.js';
 
 /** @typedef {import('./engine.js').Engine} Engine */
@@ -121,11 +122,27 @@ export class RemoteEngine {
   }
 
   /** @type {Engine['run']} */
-  async run(onProgress, signal) {
+  run(onProgress, signal) {
+    return this.#work('run', onProgress, signal);
+  }
+
+  /** @type {Engine['track']} */
+  track(onProgress, signal) {
+    return this.#work('track', onProgress, signal);
+  }
+
+  /**
+   * @template T what a run of this type is answered with
+   * @param {'run' | 'track'} type
+   * @param {(progress: import('./engine.js').Progress) => void} onProgress
+   * @param {AbortSignal} signal
+   * @returns {Promise<T>}
+   */
+  async #work(type, onProgress, signal) {
     const id = this.#nextId;
     const abort = () => this.#worker.postMessage({ id, type: 'abort' });
-    /** @type {ReturnType<Engine['run']>} */
-    const running = this.#send({ type: 'run' }, onProgress);
+    /** @type {Promise<T>} */
+    const running = this.#send({ type }, onProgress);
     signal.addEventListener('abort', abort);
     try {
       const result = await running;
@@ -199,6 +216,6 @@ function lost(words) {
 function notStarted(words) {
   return new TraceCutError(
     'wasm-load',
-    `the worker could not be started${words ? ` (${words})` : ''}; check that worker.js and the files beside it are served as JavaScript`,
+    `the worker could not be started${words ? ` (${words})` : ''}; check that worker.js and the files beside it are served as JavaScript. ${wayOut('worker')}`,
   );
 }

@@ -18,7 +18,8 @@ import { TraceCutError, illegal } from './errors.js';
  * their points, in pixels a frame; the camera counts as moving (`cameraMoves`) where that is above a thousandth of the
  * longer side. `motions` are the parts of all points that each cluster holds, the largest first; null for a result of
  * many windows, which has no clusters.
- * @typedef {{numFrames: number, trajectories: number, coverage: number, speed: number, cameraMoves: boolean, motions:
+ * @typedef {{readonly numFrames: number, readonly trajectories: number, readonly coverage: number, readonly speed:
+ *   number, readonly cameraMoves: boolean, readonly motions:
  *   number[] | null}} SearchReport
  */
 

@@ -1,74 +1,79 @@
 import { TraceCutError } from './errors.js';
 import { wholeNumber } from './options.js';
 import { REQUESTS } from './requests.js';
+import { objectList } from './objects.js';
+import { opened, saved } from './saved.js';
+import { IDENTITY, decodeRuns, encodeRuns } from './video/masks.js';
+import { tracksDat } from './tracks-dat.js';
 
 /**
  * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,
  * one for each of the consecutive frames from `startFrame[i]` on. `id[i]` is its number in the clip, which it keeps
  * from window to window.
- * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, id:
+ * @typedef {{readonly count: number, readonly startFrame: Uint32Array, readonly offset: Uint32Array, readonly x:
+ *   Float32Array, readonly y: Float32Array, readonly id:
  *   Uint32Array}} TrajectoryList
  */
 
 /**
  * A label for each trajectory, `0` to `count - 1`; 0 is the cluster with most points.
- * @typedef {{count: number, label: Uint32Array}} ClusterList
+ * @typedef {{readonly count: number, readonly label: Uint32Array}} ClusterList
  */
 
 /**
  * The spectral embedding: `dimensions` eigenvalues, largest first, and one row of as many numbers per trajectory.
- * @typedef {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array, converged: boolean, residual:
+ * @typedef {{readonly dimensions: number, readonly eigenvalues: Float64Array, readonly vectors: Float32Array,
+ *   readonly converged: boolean, readonly residual:
  *   number}} EmbeddingTable
  */
 
 /**
  * Neighbour pairs with their discontinuities, and which of them are Delaunay edges of which frame.
- * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array, frameOffset: Uint32Array, frameEdges: Uint32Array}}
+ * @typedef {{readonly i: Uint32Array, readonly j: Uint32Array, readonly d: Float32Array, readonly frameOffset:
+ *   Uint32Array, readonly frameEdges: Uint32Array}}
  *   EdgeTable
  */
 
 /**
  * Edges between trajectories `i` and `j`, with discontinuity `d` in 0 to 1.
- * @typedef {{i: Uint32Array, j: Uint32Array, d: Float32Array}} Edges
+ * @typedef {{readonly i: Uint32Array, readonly j: Uint32Array, readonly d: Float32Array}} Edges
  */
 
 /**
- * The objects of the masks: the highest label, for each cluster the label that it has in the masks (0 for the
- * background), and the labels of all objects, lowest first. Several clusters may be one object, or the background.
- * Labels run from 1 on without gaps, but not in later windows of a long clip and after corrections.
- * @typedef {{count: number, ofCluster: Uint8Array, labels: Uint8Array}} ObjectList
+ * The object of each cluster: the label that it has in the masks, 0 for the background; null without masks. Several
+ * clusters may be one object, or the background.
+ * @typedef {{readonly object: Uint8Array | null}} ClusterObjects
  */
 
 /**
  * How much each trajectory stands out against what surrounds it, 0 to 1: `ofPoints`, the greatest saliency of the
  * pixels that it went over (the paper's s), and `inContext`, the mean of that over the trajectories that move like it
  * (s̄). `foreground` is 1 where s̄ is above `saliency.threshold`, else 0.
- * @typedef {{ofPoints: Float32Array, inContext: Float32Array, foreground: Uint8Array}} SaliencyTable
+ * @typedef {{readonly ofPoints: Float32Array, readonly inContext: Float32Array, readonly foreground: Uint8Array}}
+ *   SaliencyTable
  */
 
 /**
  * The connected pieces of the foreground: their number in each frame, and the piece of each trajectory point in its
  * frame (points as in `trajectories.x`), `0` to `count[t] - 1`. It is -1 for points that are in none: background, and
  * foreground too small to count.
- * @typedef {{count: Uint32Array, ofPoint: Int32Array}} ComponentTable
+ * @typedef {{readonly count: Uint32Array, readonly ofPoint: Int32Array}} ComponentTable
  */
 
 /**
  * The scene of a frame without the objects, as RGBA bytes for `ImageData`: pixels of the background are the frame's own,
  * those behind objects come from the nearest frames that show them, as the camera moves. Alpha is 0 where none does,
  * else 255.
- * @typedef {import('./image.js').Grid & {data: Uint8ClampedArray<ArrayBuffer>}} Background
+ * @typedef {import('./image.js').Grid & {readonly data: Uint8ClampedArray<ArrayBuffer>}} Background
  */
 
 /**
  * How much each pixel of a frame stands out against its surroundings, 0 to 1, row by row.
- * @typedef {import('./image.js').Grid & {saliency: Float32Array<ArrayBuffer>}} SaliencyMap
+ * @typedef {import('./image.js').Grid & {readonly saliency: Float32Array<ArrayBuffer>}} SaliencyMap
  */
 
 /** What a run found. */
 export class Result {
-  #edges;
-  #labels;
   #askMap;
 
   /**
@@ -76,48 +81,53 @@ export class Result {
    * @param {import('./requests.js').AskMap} askMap
    */
   constructor(raw, askMap) {
-    /** Width of the input in pixels. */
+    /** Width of the input in pixels. @readonly */
     this.width = raw.info.width;
-    /** Height of the input in pixels. */
+    /** Height of the input in pixels. @readonly */
     this.height = raw.info.height;
-    /** Number of frames. */
+    /** Number of frames. @readonly */
     this.numFrames = raw.info.numFrames;
-    /** Point trajectories in input pixels. */
+    /** Point trajectories in input pixels. @readonly */
     this.trajectories = raw.trajectories;
-    /** The label of each trajectory. */
+    /** The cluster of each trajectory, and the object of each cluster. @readonly */
     this.clusters = raw.clusters;
     /**
      * The simpler segmentation by thresholded discontinuities alone (`discontinuity.threshold`); strays are clusters.
+     * @readonly
      */
     this.thresholdClusters = raw.thresholdClusters;
-    /** The embedding coordinates of each trajectory. */
+    /** The embedding coordinates of each trajectory. @readonly */
     this.embedding = raw.embedding;
-    /** Seconds spent in each stage. */
+    /** Seconds spent in each stage. @readonly */
     this.seconds = raw.seconds;
-    /** The objects of the masks; null when there are no masks (`clip.dense` off, or trajectories from outside). */
-    this.objects = raw.objects;
+    /** The objects of the masks; null without masks (`clip.dense` off, or no frames). @readonly */
+    this.objects = raw.areas && objectList(raw.areas);
     /**
-     * How salient each trajectory is, and which are foreground; null for trajectories from outside, which have no flow.
+     * How salient each trajectory is, and which are foreground; null for trajectories without frames, which have no
+     * flow.
+     * @readonly
      */
     this.saliency = raw.saliency;
-    /** The connected pieces of the foreground in each frame; null for trajectories from outside. */
+    /** The connected pieces of the foreground in each frame; null for trajectories without frames. @readonly */
     this.components = raw.components;
-    this.#edges = raw.edges;
-    this.#labels = raw.labels;
+    /** The masks of all frames, one after the other; null where there are none. `labels(t)` copies one. @readonly */
+    this.masks = raw.labels;
+    /** The Delaunay edges of all frames; `edges(t)` gives those of one. @readonly */
+    this.edgeTable = raw.edges;
     this.#askMap = askMap;
   }
 
   /**
-   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background, `1` to
-   * `objects.count` are the objects.
+   * The mask of frame `t`, a copy: one byte for each input pixel, row by row; 0 is the background,
+   * other numbers are the labels of `objects`.
    * @param {number} t
    * @returns {Uint8Array<ArrayBuffer>}
    */
   labels(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    if (!this.#labels) throw without('masks', 'masks');
+    if (!this.masks) throw without('masks', 'masks');
     const size = this.width * this.height;
-    return this.#labels.slice(t * size, (t + 1) * size);
+    return this.masks.slice(t * size, (t + 1) * size);
   }
 
   /**
@@ -164,7 +174,7 @@ export class Result {
   async #map(name, t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
     const { called, from } = REQUESTS[name];
-    const there = { frames: true, saliency: this.saliency, masks: this.#labels };
+    const there = { frames: true, saliency: this.saliency, masks: this.masks };
     if (!there[from]) throw without(called, from);
     return this.#askMap(name, t);
   }
@@ -176,7 +186,7 @@ export class Result {
    */
   edges(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    const { i, j, d, frameOffset, frameEdges } = this.#edges;
+    const { i, j, d, frameOffset, frameEdges } = this.edgeTable;
     const chosen = frameEdges.subarray(frameOffset[t], frameOffset[t + 1]);
     return {
       i: Uint32Array.from(chosen, (edge) => /** @type {number} */ (i[edge])),
@@ -186,20 +196,32 @@ export class Result {
   }
 
   /**
+   * All of it for `JSON.stringify`, compressed, each number to its last bit; `fromJSON` is the way back.
+   * `structuredClone`
+   * of a result gives its data too, as a plain object without methods, which `fromJSON` takes as well.
+   * @returns {Record<string, unknown>}
+   */
+  toJSON() {
+    return saved({ ...this, masks: this.masks && encodeRuns(this.masks) });
+  }
+
+  /**
+   * A result that was saved. It has no session behind it: superpixels, boundaries, backgrounds and saliency maps are
+   * gone.
+   * @param {string | object} json what `JSON.stringify` made, or that parsed, or what `structuredClone` gave
+   * @returns {Result} with code `data` where it is damaged, or another kind of result
+   */
+  static fromJSON(json) {
+    return restored(json, ['trajectories', 'clusters', 'edgeTable'], (raw, askMap) => new Result(raw, askMap));
+  }
+
+  /**
    * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track
    * its label and length and, line by line, `x y frame`.
    * @returns {string}
    */
   toTracksDat() {
-    const { count, startFrame, offset, x, y } = this.trajectories;
-    const lines = [`${this.numFrames}`, `${count}`];
-    for (let i = 0; i < count; i += 1) {
-      const [begin, end, start] = [at(offset, i), at(offset, i + 1), at(startFrame, i)];
-      lines.push(`${at(this.clusters.label, i)} ${end - begin}`);
-      for (let p = begin; p < end; p += 1)
-        lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
-    }
-    return `${lines.join('\n')}\n`;
+    return tracksDat({ ...this.trajectories, numFrames: this.numFrames, label: this.clusters.label });
   }
 }
 
@@ -209,16 +231,28 @@ export class Result {
  */
 function without(what, from) {
   const dense = from === 'masks' ? ', and clip.dense = true' : '';
-  const needs = `frames, not trajectories from outside${dense}`;
+  const needs = `frames, not trajectories alone${dense}`;
   return new TraceCutError('state', `this result has no ${what} (they need ${needs})`);
 }
 
 /**
- * @param {Uint32Array | Float32Array} values
- * @param {number} index
+ * @template T
+ * @param {string | object} json
+ * @param {string[]} needed
+ * @param {(raw: import('./engine.js').RawResult, askMap: import('./requests.js').AskMap, facts: any) => T} make
+ * @returns {T}
  */
-function at(values, index) {
-  const value = values[index];
-  if (value === undefined) throw new TraceCutError('data', `index ${index} is outside of 0..${values.length}`);
-  return value;
+export function restored(json, needed, make) {
+  const found = opened(json, [...needed, 'masks']);
+  const { masks, edgeTable, ...facts } = found;
+  const size = facts.width * facts.height * wholeNumber('data', 'numFrames', facts.numFrames, 1, 2 ** 31);
+  const labels = masks instanceof Uint32Array ? decodeRuns(masks, size, IDENTITY) : masks;
+  if (labels && labels.length !== size)
+    throw new TraceCutError('data', `the saved masks have ${labels.length} pixels (expected ${size})`);
+  return make({ ...facts, info: facts, edges: edgeTable, areas: facts.objects, labels }, noSession, facts);
+}
+
+/** @type {import('./requests.js').AskMap} */
+async function noSession(name) {
+  throw new TraceCutError('state', `a result that was saved has no ${REQUESTS[name].called}; a session keeps them`);
 }

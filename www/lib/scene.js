@@ -9,14 +9,13 @@ import { illegal } from './errors.js';
  * @property {number} numFrames
  * @property {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, label?:
  *   ArrayLike<number>}} trajectories
- * @property {{label: ArrayLike<number>}} [clusters]
- * @property {{ofCluster: ArrayLike<number>} | null} [objects]
+ * @property {{label: ArrayLike<number>, object?: ArrayLike<number> | null}} [clusters]
  */
 
 /**
  * Where the scene lies in each frame as against the first, in pixels: a camera that pans to the right moves it to the
  * left.
- * @typedef {{x: Float64Array<ArrayBuffer>, y: Float64Array<ArrayBuffer>}} SceneMotion
+ * @typedef {{readonly x: Float64Array<ArrayBuffer>, readonly y: Float64Array<ArrayBuffer>}} SceneMotion
  */
 
 /** Trajectories of a frame that are listened to: their median is no better with more. */
@@ -33,12 +32,12 @@ const ENOUGH = 400;
  * @returns {SceneMotion}
  */
 export function sceneMotion(result) {
-  const { numFrames, trajectories, clusters, objects } = result ?? {};
+  const { numFrames, trajectories, clusters } = result ?? {};
   const known = trajectories?.label ?? clusters?.label;
   if (!known || !(numFrames >= 1))
     throw illegal('data', 'result', result, 'a result with trajectories and their labels');
   const { count, startFrame, offset, x, y, label } = trajectories;
-  const ofCluster = label || !objects ? null : objects.ofCluster;
+  const ofCluster = label ? null : clusters?.object;
   const isScene = (/** @type {number} */ i) => (ofCluster ? ofCluster[Number(known[i])] : known[i]) === 0;
   const scene = Array.from({ length: count }, (_, i) => i).filter(isScene);
   const points = scene.reduce((sum, i) => sum + Number(offset[i + 1]) - Number(offset[i]), 0);

@@ -23,11 +23,15 @@ export function serve(port) {
   /** @param {Reply} reply */
   const post = (reply) => port.postMessage(reply, transferables(reply.data));
 
-  /** @param {number} id */
-  async function run(id) {
+  /**
+   * @param {number} id
+   * @param {'run' | 'track'} type
+   */
+  async function run(id, type) {
     const controller = new AbortController();
     runs.set(id, controller);
-    const running = (await engine).run((progress) => post({ id, type: 'progress', data: progress }), controller.signal);
+    const report = (/** @type {import('./engine.js').Progress} */ data) => post({ id, type: 'progress', data });
+    const running = (await engine)[type](report, controller.signal);
     return running.finally(() => runs.delete(id));
   }
 
@@ -42,7 +46,8 @@ export function serve(port) {
     if (type === 'help') return help(data.port, data.module, data.parameters);
     if (type === 'helper') return (await engine).pool.add(data.number, data.port);
     if (type === 'lost') return (await engine).pool.lose(data.number);
-    if (type === 'run') return run(id);
+    if (type === 'run') return run(id, type);
+    if (type === 'track') return run(id, type);
     if (!Object.keys(REQUESTS).includes(type)) throw new TraceCutError('state', `unknown request "${type}"`);
     return (await engine).request(type, ...data);
   }

@@ -1,5 +1,5 @@
 import { mergeOf, splitOf, strokesOf } from './correction.js';
-import { TraceCutError, illegal } from './errors.js';
+import { TraceCutError, illegal, inFrame } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
@@ -33,15 +33,22 @@ const NOTHING = {
 
 /**
  * How a run or a correction reports and is stopped.
- * @typedef {{onProgress?: (progress: import('./engine.js').Progress) => void, signal?: AbortSignal}} RunOptions
+ * @typedef {object} RunOptions
+ * @property {(progress: import('./engine.js').Progress) => void} [onProgress] hears of each stage
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason, and the session keeps what it
+ *   has
  */
 
 /**
  * Closes the engines of sessions that were dropped without `close`: nothing else would end their workers. A run or a
  * push under way, and a result that may still ask, keep their session.
- * @type {FinalizationRegistry<import('./engine.js').Engine>}
+ * Some engines, such as older workerd, never tell.
+ * @type {FinalizationRegistry<import('./engine.js').Engine> | undefined}
  */
-const forgotten = /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
+const forgotten =
+  typeof FinalizationRegistry === 'undefined'
+    ? undefined
+    : /* @__PURE__ */ new FinalizationRegistry((engine) => engine.close());
 
 /**
  * One clip on its way to labelled trajectories and masks. Made by `createSession`. Frames go in, `run` does the work,
@@ -57,6 +64,8 @@ export class Session {
   /** @type {((reason: unknown) => void) | undefined} Ends the present run early. */
   #stopRun;
 
+  /** Frames that are on their way or there. */
+  #pushed = 0;
   #loadDecoder;
   /** @type {Promise<unknown>} Frames reach the engine in the order of the calls, however long each takes to copy. */
   #copied = Promise.resolve();
@@ -68,7 +77,7 @@ export class Session {
   constructor(engine, loadDecoder) {
     this.#engine = engine;
     this.#loadDecoder = loadDecoder;
-    forgotten.register(this, engine, this);
+    forgotten?.register(this, engine, this);
   }
 
   /** Frames pushed so far, or of the outside trajectories' clip. */
@@ -99,11 +108,20 @@ export class Session {
     await before;
     const raw = await copying;
     this.#check('push');
-    this.#info = await this.#engine.request('push', raw);
+    const index = this.#pushed;
+    this.#pushed += 1;
+    try {
+      this.#info = await this.#engine.request('push', raw);
+    } catch (error) {
+      this.#pushed -= 1;
+      throw raw.kind === 'file' ? inFrame(error, { index, name: raw.name }) : error;
+    }
   }
 
   /**
-   * Uses the trajectories of any tracker in place of frames, flow and tracking.
+   * Uses the trajectories of any tracker in place of those that tracking would find. With frames pushed, before or
+   * after, as many as the trajectories have, `run` makes masks too, by the flow and the denser trajectories of this
+   * session; without frames it ends with the labels of these. Set again, they take the place of those before.
    * @param {import('./trajectories.js').TrajectoryInput} trajectories
    * @returns {Promise<void>}
    */
@@ -321,13 +339,14 @@ export class Session {
     this.#check('clear');
     this.#clip += 1;
     this.#info = await this.#engine.request('clear');
+    this.#pushed = 0;
   }
 
   /** Frees the session's memory. A run under way rejects with code `closed`; closing twice is fine. */
   close() {
     if (this.#closed) return;
     this.#closed = true;
-    forgotten.unregister(this);
+    forgotten?.unregister(this);
     this.#stopRun?.(new TraceCutError('closed', 'the session was closed'));
     this.#engine.close();
   }

@@ -2,16 +2,17 @@ import { describe, illegal } from './errors.js';
 import { isPlainObject, wholeNumber } from './options.js';
 
 /**
- * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input
- * pixels, one for each of the consecutive frames from `startFrame[i]` on; `offset` is one longer than `startFrame`.
+ * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, one for
+ * each
+ * of the consecutive frames from `startFrame[i]` on.
  * @typedef {object} TrajectoryInput
- * @property {number} numFrames
- * @property {number} width
- * @property {number} height
- * @property {Uint32Array | readonly number[]} startFrame
- * @property {Uint32Array | readonly number[]} offset
- * @property {Float32Array | Float64Array | readonly number[]} x
- * @property {Float32Array | Float64Array | readonly number[]} y
+ * @property {number} numFrames of the clip
+ * @property {number} width of its frames in pixels
+ * @property {number} height of its frames in pixels
+ * @property {Uint32Array | readonly number[]} startFrame the first frame of each trajectory
+ * @property {Uint32Array | readonly number[]} offset where the points of each begin; one longer than `startFrame`
+ * @property {Float32Array | Float64Array | readonly number[]} x of all points, in input pixels
+ * @property {Float32Array | Float64Array | readonly number[]} y of all points, in input pixels
  */
 
 /**

@@ -1,6 +1,6 @@
 //! Masks as files and pictures, and what the report says about them.
 
-use crate::failure::{Failure, Result};
+use crate::failure::{Failure, Result, write};
 use crate::input::Input;
 use crate::overlay::PALETTE;
 use crate::pictures::{Pixels, Series};
@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tracecut::Session;
 use tracecut::image::{Frame, Plane};
-use tracecut::mask::{Objects, enlarge};
+use tracecut::mask::{Objects, enlarge, object_rows, object_table};
 
 /// How much of a tinted pixel is the label's colour.
 const TINT_SHARE: f32 = 0.5;
@@ -54,23 +54,28 @@ impl MaskReport {
 /// `overlay-masks`, as `%05d.png` in folders of `out`; without masks removes those of an earlier run.
 pub(crate) fn write_all(out: &Path, input: &Input, session: &Session) -> Result<Option<MaskReport>> {
     let folders = ["masks", "overlay-masks"].map(|name| out.join(name));
-    let Some(objects) = session.objects() else {
+    let table = out.join("objects.csv");
+    let (Some(objects), Some(tracks)) = (session.objects(), session.trajectories()) else {
         folders.into_iter().for_each(Series::remove);
+        // There may be none from an earlier run.
+        let _ = std::fs::remove_file(table);
         return Ok(None);
     };
     let mut labels = labels_of(objects);
-    let mut superpixels = Vec::new();
+    let (mut superpixels, mut rows) = (Vec::new(), Vec::new());
     let [masks, tints] = folders.map(|folder| Series::create(folder, session.num_frames()));
     let (masks, tints) = (masks?, tints?);
     for (t, frame) in input.frames()?.enumerate() {
         let (name, frame) = frame?;
         let mask = at_source(session, t, &frame).map_err(|e| Failure::about(name, e))?;
         mask.data().iter().for_each(|&label| labels[usize::from(label)].count(t));
+        rows.extend(object_rows(&mask, tracks, t));
         superpixels.push(session.superpixels(t)?.count);
         let size = (mask.width(), mask.height());
         masks.write(t, size, Pixels::Labels(mask.data()))?;
         tints.write(t, size, Pixels::Rgb(&tinted(&frame, &mask)))?;
     }
+    write(&table, object_table(&rows))?;
     let objects = labels.split_off(1);
     Ok(labels.pop().map(|background| MaskReport { background, objects, superpixels }))
 }

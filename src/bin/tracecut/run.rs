@@ -6,6 +6,7 @@ use crate::input::{Input, NamedFrame};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use tracecut::image::Plane;
+use tracecut::trajectory::Trajectories;
 use tracecut::{Params, Session, Stage, Windows};
 
 /// How long reading the frames and each stage took.
@@ -28,13 +29,25 @@ impl Timing {
 
 /// Reads all frames of `input` and steps a session to its end on so many threads.
 pub(crate) fn run(input: &Input, params: Params, threads: usize, bar: &ProgressBar) -> Result<(Session, Timing)> {
-    run_frames(input.frames()?, input.num_frames(), params, threads, bar)
+    run_frames(input.frames()?, input.num_frames(), None, params, threads, bar)
+}
+
+/// The same with these trajectories in the place of those that tracking would find; their size is that of the frames.
+pub(crate) fn run_with_tracks(
+    input: &Input,
+    tracks: Option<Trajectories>,
+    params: Params,
+    threads: usize,
+    bar: &ProgressBar,
+) -> Result<(Session, Timing)> {
+    run_frames(input.frames()?, input.num_frames(), tracks, params, threads, bar)
 }
 
 /// Steps a session to its end over `frames`, whose number is `count` where known.
 pub(crate) fn run_frames(
     frames: impl Iterator<Item = Result<NamedFrame>>,
     count: Option<usize>,
+    tracks: Option<Trajectories>,
     params: Params,
     threads: usize,
     bar: &ProgressBar,
@@ -47,6 +60,10 @@ pub(crate) fn run_frames(
         let (name, frame) = frame?;
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
         bar.inc(1);
+    }
+    if let (Some(mut tracks), Some(size)) = (tracks, session.input_size()) {
+        tracks.size = size;
+        session.set_trajectories(tracks)?;
     }
     timing.read = clock.seconds();
     timing.total = timing.read;

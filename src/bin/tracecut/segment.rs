@@ -2,11 +2,11 @@
 
 use crate::clock::peak_memory_bytes;
 use crate::dump;
-use crate::failure::{Failure, Result, create_folder, print, write};
+use crate::failure::{Failure, Result, create_folder, print, read_text, write};
 use crate::input::Input;
 use crate::masks::{self, MaskReport};
 use crate::overlay;
-use crate::run::{Timing, progress_bar, run};
+use crate::run::{Timing, progress_bar, run_with_tracks};
 use crate::settings::Settings;
 use clap::Args;
 use serde::Serialize;
@@ -33,6 +33,10 @@ pub(crate) struct SegmentArgs {
     /// Spacing of the trajectories, in pixels; short for --set trajectory.gridStep=PX
     #[arg(long, value_name = "PX")]
     track_step: Option<f64>,
+    /// Trajectories of any tracker, in the form of tracks.dat, in the place of those that tracking would find; their
+    /// labels are not looked at
+    #[arg(long, value_name = "FILE")]
+    tracks: Option<PathBuf>,
     /// End with the labels of the trajectories, without masks; short for --set clip.dense=false
     #[arg(long)]
     no_dense: bool,
@@ -55,6 +59,7 @@ Results in the folder:
   overlay-masks/00000.png ...  frames with the objects tinted and outlined
   tracks.dat                   labelled trajectories
   overlay/00000.png ...        frames with the trajectories, coloured by label
+  objects.csv                  box, area, centre and mean motion of each object in each frame
   result.json                  sizes, objects, parameters, times
   background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene
   dump/                        with --dump";
@@ -107,7 +112,8 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     let bar = progress_bar();
     let all = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = args.threads.map_or_else(all, |threads| threads as usize);
-    let (session, timing) = run(&input, params, threads, &bar)?;
+    let tracks = args.tracks.as_deref().map(read_tracks).transpose()?;
+    let (session, timing) = run_with_tracks(&input, tracks, params, threads, &bar)?;
     let results = Results::of(&session)?;
     write(&args.out.join("tracks.dat"), tracks::write(results.tracks, results.clusters)?)?;
     let masks = masks::write_all(&args.out, &input, &session)?;
@@ -118,6 +124,11 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     }
     overlay::write_all(&args.out, &input, results.tracks, results.clusters, &bar)?;
     print(summary(&session, &results, masks.as_ref(), &timing, &args.out))
+}
+
+/// The trajectories of a track file. What does not fit the frames is an error of the session.
+fn read_tracks(path: &Path) -> Result<Trajectories> {
+    tracks::parse(&read_text(path)?).map(|(tracks, _)| tracks).map_err(|e| Failure::about(path.display(), e))
 }
 
 /// What a finished session holds.

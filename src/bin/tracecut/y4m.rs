@@ -252,4 +252,22 @@ mod tests {
     fn a_stream_without_frames_is_empty() {
         assert_eq!(frames(b"YUV4MPEG2 W2 H2\n").unwrap().len(), 0);
     }
+
+    /// The package reads the same pixels: its test has the same sums (FNV-1a).
+    #[test]
+    fn pixels_are_those_of_the_package() {
+        let mixed = |k: usize| (k * 7 + (k >> 8) * 13 + (k >> 16) * 91) as u8;
+        for (header, length, sum) in [
+            ("W128 H128 F25:1 C444", 3 * 128 * 128, 0x14c1_89a9),
+            ("W128 H128 C444 XCOLORRANGE=FULL", 3 * 128 * 128, 0x277e_5219),
+            ("W33 H21 F30000:1001 Ip C420jpeg", 33 * 21 + 2 * 17 * 11, 0xb33c_712f),
+            ("W33 H21 C422", 33 * 21 + 2 * 17 * 21, 0x0a32_3128),
+            ("W33 H21 Cmono", 33 * 21, 0xc258_8092_u32),
+        ] {
+            let bytes: Vec<u8> = (0..length).map(mixed).collect();
+            let frame = &frames(&stream(header, &[&bytes])).unwrap()[0];
+            let found = frame.rgb().iter().fold(0x811c_9dc5, |h: u32, &b| (h ^ u32::from(b)).wrapping_mul(0x0100_0193));
+            assert_eq!(found, sum, "{header}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 // What a user's project may ask of the installed package; the tests run it in Node and, through each bundler, in a
 // browser, and compare.
 
-import { createSession, encodeVideo, masksZip, segmentVideo, synthClip } from 'tracecut';
+import { createSession, encodeVideo, maskPng, masksZip, segmentVideo, synthClip } from 'tracecut';
 
 const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
 
@@ -15,9 +15,10 @@ export async function outcome() {
   const result = await session.run();
   session.close();
   return {
-    objects: result.objects?.count,
+    objects: result.objects?.length,
     ...compared(result, clip),
     decoded: await decodedSize(),
+    png: sumOf(await maskPng(result, 0)),
     zip: sumOf(await masksZip(result)),
   };
 }

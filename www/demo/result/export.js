@@ -25,6 +25,7 @@
  * @property {string} name of the clip
  * @property {number} fps where frames have no times
  * @property {() => string} tracks the trajectories as a track file
+ * @property {import('../../dist/index.js').TrajectoryPoints} points of the trajectories, in pixels of the masks
  * @property {import('../store.js').State} state of the page
  */
 
@@ -83,6 +84,7 @@ export function subjectOf(state, library) {
     name: job.source.name,
     fps: film.fps,
     tracks: () => points.result.toTracksDat(),
+    points: points.result.trajectories,
     state,
   };
 }

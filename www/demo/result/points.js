@@ -15,8 +15,8 @@
  * @property {number} numFrames
  * @property {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array}}
  *   trajectories
- * @property {{count: number, label: Uint32Array}} clusters
- * @property {{count: number, ofCluster: Uint8Array} | null} objects null without masks
+ * @property {{count: number, label: Uint32Array, object: Uint8Array | null}} clusters each with its object
+ * @property {readonly {label: number}[] | null} objects null without masks
  * @property {{ofPoints: Float32Array, inContext: Float32Array, foreground: Uint8Array} | null} saliency null without
  *   frames
  * @property {{count: Uint32Array, ofPoint: Int32Array} | null} components null without frames; -1 for points that are
@@ -51,10 +51,11 @@ export class Points {
     this.masks = new Map();
     const { clusters, objects } = result;
     this.hasMasks = objects !== null;
-    /** Number of objects, the background among them. */
-    this.count = objects ? objects.count + 1 : clusters.count;
+    /** One more than the highest label, or the number of clusters. */
+    this.count = objects ? Math.max(0, ...objects.map(({ label }) => label)) + 1 : clusters.count;
     /** The object that each trajectory belongs to. */
-    this.object = objects ? Uint32Array.from(clusters.label, (cluster) => objects.ofCluster[cluster]) : clusters.label;
+    const { object } = clusters;
+    this.object = object ? Uint32Array.from(clusters.label, (cluster) => object[cluster]) : clusters.label;
     const { numFrames, trajectories } = result;
     /** How the scene moves in the picture. */
     this.scene = sceneMotion({ numFrames, trajectories: { ...trajectories, label: this.object } });
@@ -97,9 +98,9 @@ export class Points {
    * @returns {number} how many clusters make it up
    */
   clustersOf(object) {
-    const { clusters, objects } = this.result;
-    return objects
-      ? objects.ofCluster.reduce((n, label) => n + Number(label === object), 0)
+    const { clusters } = this.result;
+    return clusters.object
+      ? clusters.object.reduce((n, label) => n + Number(label === object), 0)
       : Number(object < clusters.count);
   }
 

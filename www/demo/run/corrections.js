@@ -170,7 +170,7 @@ export class Corrections {
     const { width, height, numFrames, trajectories, clusters, objects, saliency, components, embedding } = result;
     return {
       ...{ width, height, numFrames, trajectories, clusters, saliency, components, embedding },
-      objects: objects && { ...objects, count: Math.max(objects.count, highest) },
+      objects: objects && highest > 0 ? [...objects, { label: highest }] : objects,
       labels: (t) => editor.labels(t),
       edges: (t) => result.edges(t),
       toTracksDat: () => result.toTracksDat(),

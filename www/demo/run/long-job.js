@@ -261,8 +261,12 @@ export class LongJob extends Job {
       numFrames: this.result?.numFrames ?? settled,
       trajectories,
       // Each object is one cluster: over many windows there are no others.
-      clusters: { count: count + 1, label: Uint32Array.from(trajectories.label) },
-      objects: { count, ofCluster: Uint8Array.from({ length: count + 1 }, (_, object) => object) },
+      clusters: {
+        count: count + 1,
+        label: Uint32Array.from(trajectories.label),
+        object: Uint8Array.from({ length: count + 1 }, (_, object) => object),
+      },
+      objects: Array.from({ length: count }, (_, k) => ({ label: k + 1 })),
       saliency: null,
       components: null,
       embedding: { dimensions: 0, eigenvalues: new Float64Array(0), vectors: new Float32Array(0) },

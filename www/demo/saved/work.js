@@ -59,7 +59,6 @@ export class Packer {
       const more = /** @type {object} */ ({
         trajectories,
         clusters: fieldOf(masks, 'clusters'),
-        objects: masks.objects,
       });
       const source = {
         ...{ width, height, numFrames, shots, times },

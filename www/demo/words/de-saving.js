@@ -63,8 +63,10 @@ export const saving = {
   'Background of this frame as PNG': 'Hintergrund dieses Bildes als PNG',
   'ZIP, all frames': 'ZIP, alle Bilder',
   Data: 'Daten',
-  'COCO run lengths for annotation tools; trajectories with their labels for the Moseg benchmark.':
-    'COCO-Lauflängen für Programme zum Annotieren; Trajektorien mit ihren Nummern für den Moseg-Benchmark.',
+  'COCO run lengths for annotation tools; a table of objects; trajectories with their labels for the Moseg benchmark.':
+    'COCO-Lauflängen für Programme zum Annotieren; eine Tabelle der Objekte; Trajektorien mit ihren Nummern für den Moseg-Benchmark.',
+  'Table of the objects: place, size and motion in each frame':
+    'Tabelle der Objekte: Ort, Größe und Bewegung in jedem Bild',
   Project: 'Projekt',
   'Masks, corrections and the clip itself in one file, which this page opens again.':
     'Masken, Korrekturen und der Clip selbst in einer Datei, die diese Seite wieder öffnet.',

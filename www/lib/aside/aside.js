@@ -2,6 +2,7 @@
 
 import { TraceCutError } from '../errors.js';
 import { joined, pngHead, pngTail } from './png.js';
+import { part } from '../places.js';
 
 /** @typedef {import('./here.js').AsideTask} AsideTask */
 /** @typedef {{startAside?: () => Worker}} Starter */
@@ -50,7 +51,7 @@ export async function aside(task, { startAside }, transfer = []) {
 
 /** @param {AsideTask} task */
 async function here(task) {
-  return (await import('./here.js')).doHere(task);
+  return (await part(import('./here.js'))).doHere(task);
 }
 
 /**
@@ -61,7 +62,9 @@ function opened(worker) {
   /** @type {Map<number, Waiting>} */
   const waiting = new Map();
   const made = { worker, waiting, heard: false };
-  worker.addEventListener('message', ({ data: { id, bytes, error } }) => {
+  worker.addEventListener('message', ({ data: { id, type, bytes, error } }) => {
+    // A worker of the user's own that serves sessions alone, and says so.
+    if (type === 'failed') return leave();
     made.heard = true;
     if (bytes) waiting.get(id)?.resolve(bytes);
     else waiting.get(id)?.reject(new TraceCutError('poisoned', `the file cannot be made: ${error}`));
@@ -75,6 +78,11 @@ function opened(worker) {
     }
     if (shared === made) end();
   });
+  function leave() {
+    without = true;
+    for (const { task, resolve } of waiting.values()) resolve(here(task));
+    if (shared === made) end();
+  }
   return made;
 }
 

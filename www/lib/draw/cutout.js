@@ -22,9 +22,11 @@ import { asideFrom, scratch } from './canvas.js';
  */
 
 /**
- * What objects lie on, `transparent` if not given; and what of other frames lies behind them, none if not given, the
- * first at the bottom, each as opaque as it says, 0 to 1: a trail, see `trailFrames`.
- * @typedef {{background?: Ground, trail?: readonly {cutout: Cutout | null, opacity: number}[]}} DrawCutoutOptions
+ * How cut-out objects are drawn.
+ * @typedef {object} DrawCutoutOptions
+ * @property {Ground} [background] what they lie on; `transparent` if not given
+ * @property {readonly {cutout: Cutout | null, opacity: number}[]} [trail] what of other frames lies behind them, none if
+ *   not given, the first at the bottom, each as opaque as it says, 0 to 1: see `trailFrames`
  */
 
 /** Pixels of a frame that become one before it is enlarged again. */

@@ -5,10 +5,12 @@ import { wholeNumber } from '../options.js';
 import { checkNumber, checkedOptions } from '../export/mask-source.js';
 
 /**
- * A trail behind the objects: `copies` of them, 0 (none) to 16, 4 if not given, each `spacing` frames before the next, 1
- * to 16, 3 if not given; the newest as opaque as `opacity` says, 0 to 1, 0.6 if not given, and each before it fainter by
- * the same step. No copy comes from before a cut.
- * @typedef {{copies?: number, spacing?: number, opacity?: number}} TrailOptions
+ * A trail behind the objects: copies of them where they were some frames before. None comes from before a cut.
+ * @typedef {object} TrailOptions
+ * @property {number} [copies] how many, 0 (none) to 16; 4 if not given
+ * @property {number} [spacing] frames from one copy to the next, 1 to 16; 3 if not given
+ * @property {number} [opacity] how opaque the newest is, 0 to 1, and each before it fainter by the same step; 0.6 if not
+ *   given
  */
 
 /** A frame that a trail is made of, and how opaque its objects are in it. @typedef {{t: number, opacity: number}} TrailFrame */

@@ -16,8 +16,7 @@ import { objectColor, objectShape } from './palette.js';
  * @property {number} numFrames
  * @property {{count: number, startFrame: ArrayLike<number>, offset: ArrayLike<number>, x: ArrayLike<number>, y:
  *   ArrayLike<number>, label?: ArrayLike<number>}} trajectories
- * @property {{label: ArrayLike<number>}} [clusters]
- * @property {{ofCluster: ArrayLike<number>} | readonly object[] | null} [objects]
+ * @property {{label: ArrayLike<number>, object?: ArrayLike<number> | null}} [clusters]
  */
 
 /**
@@ -128,10 +127,10 @@ export class FramePoints {
    * @param {number} i
    */
   object(i) {
-    const { clusters, objects, trajectories } = this.result;
+    const { clusters, trajectories } = this.result;
     if (trajectories.label) return Number(trajectories.label[i]);
     const cluster = this.cluster(i);
-    return clusters && objects && 'ofCluster' in objects ? Number(objects.ofCluster[cluster]) : cluster;
+    return clusters?.object ? Number(clusters.object[cluster]) : cluster;
   }
 
   /**

@@ -13,17 +13,19 @@ import { areaOf, pixelsOf } from './regions.js';
  */
 
 /**
- * How an edit is carried. `picture` gives a frame's pixels as RGBA bytes, at any size; `first` and `last` bound the frames, all
- * of the clip or of its shot if not given. `leastEvidence` is where it ends, 0 to 1, .6 if not given: the share of the
- * region that looks like what it came from. `engine` saves opening one for each edit. `onFrame` hears of each frame that was reached.
+ * How an edit is carried.
  * @typedef {object} CarryOptions
- * @property {(t: number) => Picture | Promise<Picture>} picture
- * @property {number} [first]
- * @property {number} [last]
- * @property {number} [leastEvidence]
- * @property {import('../image.js').ImageEngine} [engine]
- * @property {AbortSignal} [signal]
- * @property {(reached: {t: number, evidence: number}) => void} [onFrame]
+ * @property {(t: number) => Picture | Promise<Picture>} picture gives a frame's pixels as RGBA bytes, at any size
+ * @property {number} [first] where it ends at the latest on the way back; the shot's first frame, or the clip's, if
+ *   not given
+ * @property {number} [last] where it ends at the latest on the way on; the shot's last frame, or the clip's, if not
+ *   given
+ * @property {number} [leastEvidence] where it ends, 0 to 1: the share of the region that looks like what it came from;
+ *   .6 if
+ *   not given
+ * @property {import('../image.js').ImageEngine} [engine] saves opening one for each edit
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
+ * @property {(reached: {t: number, evidence: number}) => void} [onFrame] hears of each frame that was reached
  */
 
 /** How far an edit was carried: the first and the last frame that have it. @typedef {{first: number, last: number}} Carried */

@@ -9,9 +9,11 @@ import { isPlainObject, wholeNumber } from '../options.js';
  */
 
 /**
- * What a brush paints in frame `t`: `points` are x0, y0, x1, y1, … along its way and `radius` half its width, in mask
- * pixels, pixel centres at whole numbers.
- * @typedef {{t: number, points: ArrayLike<number>, radius: number}} BrushStroke
+ * What a brush paints in a frame.
+ * @typedef {object} BrushStroke
+ * @property {number} t the frame, from 0
+ * @property {ArrayLike<number>} points x0, y0, x1, y1, … along its way, in mask pixels, pixel centres at whole numbers
+ * @property {number} radius half its width, in mask pixels
  */
 
 const MAX_RADIUS = 16384;

@@ -11,17 +11,18 @@ import { decodeRuns, encodeRuns } from '../video/masks.js';
 /** @typedef {import('./carry.js').FlowBetween} FlowBetween */
 
 /**
- * How masks are smoothed. `picture` gives a frame's pixels as RGBA bytes, at any size. `reach` is the number of frames
- * before and after a frame that have a vote, 0 to 4, 1 if not given; frames beyond a cut have none. `first` is the frame
- * that is smoothed first, 0 if not given: then those after it, then those before. `onFrame` is told of each. `engine`
- * saves opening one; `signal` aborts.
+ * How masks are smoothed.
  * @typedef {object} SmoothMasksOptions
- * @property {(t: number) => Picture | Promise<Picture>} picture
- * @property {number} [reach]
- * @property {number} [first]
- * @property {import('../image.js').ImageEngine} [engine]
- * @property {AbortSignal} [signal]
+ * @property {(t: number) => Picture | Promise<Picture>} picture gives a frame's pixels as RGBA bytes, at any size
+ * @property {number} [reach] the number of frames before and after a frame that have a vote, 0 to 4, 1 if not given;
+ *   frames
+ *   beyond a cut have none
+ * @property {number} [first] the frame that is smoothed first, 0 if not given: then those after it, then those before
+ * @property {import('../image.js').ImageEngine} [engine] saves opening one
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  * @property {(smoothed: {t: number, labels: Uint8Array<ArrayBuffer>, done: number, total: number}) => void} [onFrame]
+ *   told of
+ *   each frame
  */
 
 const MOST_REACH = 4;

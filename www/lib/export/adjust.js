@@ -11,10 +11,15 @@ import { wholeNumber } from '../options.js';
 import { checkNumber, checkedOptions, chosenLabels } from './mask-source.js';
 
 /**
- * What is done to the edges of masks, in pixels of the masks: pieces of fewer than `smallest` pixels become background,
- * objects grow by `grow` pixels over the background (shrink where it is negative), and within `feather` pixels on
- * either side of their edge they fade. 0 each if not given.
- * @typedef {{smallest?: number, grow?: number, feather?: number}} MaskEdges
+ * What is done to the edges of masks.
+ * @typedef {object} MaskEdges
+ * @property {number} [smallest] pieces of fewer pixels of the masks become background, 0 to 1 000 000; 0 if not given
+ * @property {number} [grow] pixels of the masks by which objects grow over the background, or shrink where it is
+ *   negative,
+ *   -100 to 100; 0 if not given
+ * @property {number} [feather] pixels of the masks on either side of their edge within which objects fade, 0 to 100; 0
+ *   if not
+ *   given
  */
 
 /** A label for each pixel, row by row. @typedef {{labels: Uint8Array, width: number, height: number}} Mask */

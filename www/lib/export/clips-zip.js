@@ -5,12 +5,17 @@ import { describe, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
 import { checkedOptions } from './mask-source.js';
 import { filesOfMasks } from './masks.js';
+import { Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
 /**
- * A clip of the archive: its masks, or the error for which there are none; `about` is the caller's own, for the report.
- * @typedef {{name: string, masks: MaskSource | null, error?: unknown, about?: Record<string, unknown>}} ZippedClip
+ * A clip of the archive: its masks, or the error for which there are none.
+ * @typedef {object} ZippedClip
+ * @property {string} name what its folder is called after
+ * @property {MaskSource | null} masks null where there are none
+ * @property {unknown} [error] why there are none
+ * @property {Record<string, unknown>} [about] the caller's own, for the report
  */
 
 /**
@@ -50,7 +55,7 @@ export async function zipOfClips(clips, options = {}, platform) {
     report.push({ name, folder, width, height, numFrames, ...about });
   }
   const json = JSON.stringify({ generator: 'tracecut', version: VERSION, clips: report }, null, 2);
-  files['report.json'] = new TextEncoder().encode(`${json}\n`);
+  files['report.json'] = new Encoder().encode(`${json}\n`);
   // PNG files are compressed already.
   const bytes = Object.values(files).map(({ buffer }) => buffer);
   return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);

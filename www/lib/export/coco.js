@@ -2,13 +2,14 @@
 
 import { illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
-import { checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, firstOf, labelsOf, timesOf } from './mask-source.js';
 import { runsOf, toCounts } from './rle.js';
 
 /**
  * @typedef {object} CocoOptions
  * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
- * @property {(t: number) => string} [fileName] of each frame's image; `00000.png` and so on if not given
+ * @property {(t: number) => string} [fileName] of each frame's image, by its number in the clip; `00000.png` and so on
+ *   if not given
  * @property {string} [video] the clip's name; `video` if not given
  * @property {string | ((label: number) => string)} [category] of all objects, or of each; `object` if not given
  * @property {number} [frameRate] frames per second, where the masks have no times
@@ -20,10 +21,12 @@ import { runsOf, toCounts } from './rle.js';
  */
 
 /**
- * An object in a frame. `track_id` is its label, the same in all frames; `bbox` is left, top, width and height in
+ * An object in a frame. `track_id` is its label, the same in all frames, and under `attributes` for importers that
+ * look there; `id` is the same whatever window the frame is written from; `bbox` is left, top, width and height in
  * pixels.
- * @typedef {{id: number, image_id: number, video_id: number, track_id: number, category_id: number, area: number,
- *   bbox: [number, number, number, number], iscrowd: 0, segmentation: {size: [number, number], counts: string}}}
+ * @typedef {{id: number, image_id: number, video_id: number, track_id: number, category_id: number, attributes:
+ *   {track_id: number}, area: number, bbox: [number, number, number, number], iscrowd: 0, segmentation: {size:
+ *   [number, number], counts: string}}}
  *   CocoAnnotation
  */
 
@@ -41,7 +44,9 @@ const VIDEO = 1;
 
 /**
  * The masks as a COCO JSON for videos: an image for each frame, an annotation for each object in each frame where it
- * is, its pixels as compressed run lengths that pycocotools reads.
+ * is, its pixels as compressed run lengths that pycocotools reads. Of a window of a clip the settled frames are
+ * written,
+ * with the clip's numbers: the images and annotations of all windows, one after the other, are those of the clip.
  * @param {import('./mask-source.js').MaskSource} masks
  * @param {CocoOptions} [options]
  * @returns {CocoMasks} for `JSON.stringify`
@@ -58,25 +63,31 @@ export function cocoRle(masks, options = {}) {
   const chosen = chosenLabels(objects);
   const times = timesOf(masks, frameRate);
   const categories = new Categories(category);
-  const { width, height, numFrames } = masks;
-  const images = Array.from({ length: numFrames }, (_, t) => {
-    const image = { id: t + 1, video_id: VIDEO, frame_index: t, width, height, file_name: fileName(t) };
+  const { width, height } = masks;
+  const { from, to } = framesOf(masks);
+  const first = firstOf(masks);
+  const images = Array.from({ length: to - from }, (_, k) => {
+    const t = from + k;
+    const index = first + t;
+    const image = { id: index + 1, video_id: VIDEO, frame_index: index, width, height, file_name: fileName(index) };
     return times ? { ...image, timestamp: Number(times[t]) } : image;
   });
   /** @type {CocoAnnotation[]} */
   const annotations = [];
   /** @type {Set<number>} */
   const tracks = new Set();
-  for (let t = 0; t < numFrames; t += 1) {
+  for (let t = from; t < to; t += 1) {
     for (const { label, counts, area, bbox } of runsOf(labelsOf(masks, t), width, height)) {
       if (!chosen[label]) continue;
       tracks.add(label);
       const ids = {
-        id: annotations.length + 1,
-        image_id: t + 1,
+        // By frame and label, so that windows can be put together.
+        id: (first + t) * (MAX_LABEL + 1) + label + 1,
+        image_id: first + t + 1,
         video_id: VIDEO,
         track_id: label,
         category_id: categories.of(label),
+        attributes: { track_id: label },
       };
       annotations.push({
         ...ids,
@@ -97,6 +108,14 @@ export function cocoRle(masks, options = {}) {
     categories: categories.list,
     annotations,
   };
+}
+
+/**
+ * The frames that are written: of a window those that it settles, so that over all windows each is there once.
+ * @param {import('./mask-source.js').MaskSource & {settled?: {from: number, to: number}}} masks
+ */
+function framesOf({ numFrames, settled }) {
+  return settled ?? { from: 0, to: numFrames };
 }
 
 /** Categories by name, numbered from 1 as they come up. */

@@ -16,6 +16,7 @@ import { checkMasks, checkedOptions, chosenLabels, endOf, labelsOf, timesOf } fr
 import { breath } from './breath.js';
 import { Trails } from './trails.js';
 import { isIterable, oneOf, timing } from './video.js';
+import { Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
@@ -170,7 +171,7 @@ async function* archive(pictures, { masks, times, end }) {
   const { numFrames } = masks;
   const files = Array.from({ length: numFrames }, (_, t) => pngName(t));
   const json = { generator: 'tracecut', version: VERSION, ...about, numFrames, times: [...times], end, files };
-  begin('images.json').push(new TextEncoder().encode(`${JSON.stringify(json, null, 2)}\n`), true);
+  begin('images.json').push(new Encoder().encode(`${JSON.stringify(json, null, 2)}\n`), true);
   zip.end();
   yield* taken();
 }

@@ -5,7 +5,8 @@ import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js'
 /**
  * All masks in one array: the label of pixel (x, y) of frame `t` is `data[(t * height + y) * width + x]`. `times` are
  * the frames' times in seconds, null where none are known.
- * @typedef {{width: number, height: number, numFrames: number, data: Uint8Array<ArrayBuffer>, times:
+ * @typedef {{readonly width: number, readonly height: number, readonly numFrames: number, readonly data:
+ *   Uint8Array<ArrayBuffer>, readonly times:
  *   Float64Array<ArrayBuffer> | null}} LabelMaps
  */
 

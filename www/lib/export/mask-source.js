@@ -10,10 +10,12 @@ import { isPlainObject, wholeNumber } from '../options.js';
  * @typedef {object} MaskSource
  * @property {number} width in pixels
  * @property {number} height in pixels
- * @property {number} numFrames
- * @property {(t: number) => Uint8Array} labels
+ * @property {number} numFrames how many there are
+ * @property {(t: number) => Uint8Array} labels of frame `t`: a label for each pixel, row by row
  * @property {readonly {first: number, last: number}[]} [shots] stretches of frames without a cut
  * @property {ArrayLike<number> | null} [times] one for each frame, in seconds; null or absent where none are known
+ * @property {number} [firstFrame] which of the clip's frames the first is, where the masks are a window of it; 0 if not
+ *   given. Files and numbers of frames run on from there
  * @property {number | null} [end] when the last frame ends, in seconds; null or absent where that is not known
  */
 
@@ -39,6 +41,15 @@ export function checkMasks(masks) {
   wholeNumber('data', 'masks.width', masks.width, 1, MAX_SIDE);
   wholeNumber('data', 'masks.height', masks.height, 1, MAX_SIDE);
   wholeNumber('data', 'masks.numFrames', masks.numFrames, 1, MAX_FRAMES);
+}
+
+/**
+ * Which of the clip's frames the first one is.
+ * @param {MaskSource} masks
+ * @returns {number}
+ */
+export function firstOf({ firstFrame = 0 }) {
+  return wholeNumber('data', 'masks.firstFrame', firstFrame, 0, MAX_FRAMES);
 }
 
 /**

@@ -1,31 +1,55 @@
 // Masks as PNG files, and a ZIP of them.
 
 import { colorsOf, rgbOf } from '../draw/palette.js';
+import { illegal } from '../errors.js';
 import { wholeNumber } from '../options.js';
 import { VERSION } from '../parameters.js';
 import { pngOf, aside } from '../aside/aside.js';
 import { breath } from './breath.js';
 import { pngName } from './coco.js';
-import { MAX_LABEL, checkFlag, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import {
+  MAX_LABEL,
+  checkFlag,
+  checkMasks,
+  checkedOptions,
+  chosenLabels,
+  firstOf,
+  labelsOf,
+  timesOf,
+} from './mask-source.js';
+import { Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 
 /**
- * With `object` the file is grey: 255 where that label is, else 0. Without it the file's pixel values are the labels,
- * shown in the colours of a palette; label 0 is black unless `palette` says otherwise, or shown as nothing with
- * `transparent`.
- * @typedef {{object?: number, palette?: import('../draw/palette.js').LabelColors, transparent?: boolean}}
- *   MaskPngOptions
+ * How a mask is written. Without `object` the file's pixel values are the labels, shown in the colours of a palette.
+ * @typedef {object} MaskPngOptions
+ * @property {number} [object] the label of one object, 0 to 255, that is in the clip: the file is grey, 255 where that
+ *   label
+ *   is, else 0
+ * @property {import('../draw/palette.js').LabelColors} [palette] the colours that labels are shown in; `objectColor`,
+ *   and
+ *   black for label 0, if not given
+ * @property {boolean} [transparent] whether label 0, or with `object` all but that object, is shown as nothing; false
+ *   if not
+ *   given
  */
 
 /**
- * With `perObject` there is a folder for each object, `object-1/00000.png` and so on, of files that are 255 where it is
- * and else 0; without, a file for each frame whose pixel values are the labels. `objects` leaves others out (they
- * become 0), `palette` and `transparent` are as for single files. `frameRate`, in frames per second, gives times to
- * masks that have none. `onProgress` is told of each frame; `signal` aborts.
- * @typedef {{perObject?: boolean, objects?: import('./mask-source.js').ObjectChoice, palette?:
- *   import('../draw/palette.js').LabelColors, transparent?: boolean, frameRate?: number, onProgress?: (progress:
- *   ExportProgress) => void, signal?: AbortSignal}} MasksZipOptions
+ * What an archive of masks holds.
+ * @typedef {object} MasksZipOptions
+ * @property {boolean} [perObject] true for a folder for each object, `object-1/00000.png` and so on, of files that are
+ *   255
+ *   where it is and else 0; else a file for each frame whose pixel values are the labels
+ * @property {import('./mask-source.js').ObjectChoice} [objects] others are left out (they become 0); all but the
+ *   background
+ *   if not given
+ * @property {import('../draw/palette.js').LabelColors} [palette] the colours that labels are shown in, as of single
+ *   files
+ * @property {boolean} [transparent] whether what is no object is shown as nothing; false if not given
+ * @property {number} [frameRate] frames per second, above 0, up to 1000: gives times to masks that have none
+ * @property {(progress: ExportProgress) => void} [onProgress] told of each frame
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
 /** How far an export is, in frames. @typedef {{done: number, total: number}} ExportProgress */
@@ -50,8 +74,33 @@ export async function pngOfMask(masks, t, options = {}, platform) {
   if (object !== undefined) wholeNumber('param', 'object', object, 0, MAX_LABEL);
   const labels = labelsOf(masks, t);
   const { width, height } = masks;
-  if (object !== undefined) return pngOf({ pixels: only(labels, object), width, height }, platform);
+  if (object !== undefined) {
+    await checkThere(masks, labels, object);
+    return pngOf({ pixels: only(labels, object), width, height, ...clearGrey(transparent) }, platform);
+  }
   return pngOf({ pixels: Uint8Array.from(labels), width, height, ...table(palette, transparent) }, platform);
+}
+
+/**
+ * Refuses an object that no frame has; one that this frame alone does not have gives an empty mask.
+ * @param {MaskSource} masks
+ * @param {Uint8Array} labels of the frame at hand
+ * @param {number} object
+ */
+async function checkThere(masks, labels, object) {
+  if (object === 0 || labels.includes(object)) return;
+  const present = await presentLabels(masks, chosenLabels(undefined));
+  if (present.includes(object)) return;
+  const legal = present.length > 0 ? `the label of an object: ${present.join(', ')}` : 'no object: there are none';
+  throw illegal('param', 'object', object, legal);
+}
+
+/**
+ * Grey files have no palette whose entries could be clear: one value is, here 0.
+ * @param {boolean} transparent
+ */
+function clearGrey(transparent) {
+  return transparent ? { alpha: Uint8Array.of(0, 0) } : {};
 }
 
 /**
@@ -120,6 +169,8 @@ export async function filesOfMasks(masks, options, platform) {
   const chosen = chosenLabels(objects);
   const colors = table(palette, transparent);
   const { width, height, numFrames } = masks;
+  const size = { width, height, ...clearGrey(transparent) };
+  const first = firstOf(masks);
   const present = await presentLabels(masks, chosen);
   /** @type {Record<string, Uint8Array<ArrayBuffer>>} */
   const files = {};
@@ -128,17 +179,17 @@ export async function filesOfMasks(masks, options, platform) {
     const labels = labelsOf(masks, t);
     if (perObject)
       for (const label of present)
-        files[objectFile(label, t)] = await pngOf({ pixels: only(labels, label), width, height }, platform);
+        files[objectFile(label, first + t)] = await pngOf({ pixels: only(labels, label), ...size }, platform);
     else {
       const pixels = new Uint8Array(labels.length);
       for (let p = 0; p < pixels.length; p += 1) if (chosen[Number(labels[p])]) pixels[p] = Number(labels[p]);
-      files[pngName(t)] = await pngOf({ pixels, width, height, ...colors }, platform);
+      files[pngName(first + t)] = await pngOf({ pixels, width, height, ...colors }, platform);
     }
     onProgress?.({ done: t + 1, total: numFrames });
     if (t % BATCH === BATCH - 1) await breath();
   }
   const about = description(masks, times, present, { palette, perObject });
-  files['masks.json'] = new TextEncoder().encode(`${JSON.stringify(about, null, 2)}\n`);
+  files['masks.json'] = new Encoder().encode(`${JSON.stringify(about, null, 2)}\n`);
   return files;
 }
 
@@ -149,15 +200,19 @@ export async function filesOfMasks(masks, options, platform) {
  * @param {number[]} labels
  * @param {{palette: import('../draw/palette.js').LabelColors | undefined, perObject: boolean}} options
  */
-function description({ width, height, numFrames, shots, end }, times, labels, { palette, perObject }) {
+function description(masks, times, labels, { palette, perObject }) {
+  const { width, height, numFrames, shots, end } = masks;
   const color = fileColors(palette);
-  const named = (/** @type {(t: number) => string} */ name) => Array.from({ length: numFrames }, (_, t) => name(t));
+  const first = firstOf(masks);
+  const named = (/** @type {(t: number) => string} */ name) =>
+    Array.from({ length: numFrames }, (_, t) => name(first + t));
   return {
     generator: 'tracecut',
     version: VERSION,
     width,
     height,
     numFrames,
+    ...(first > 0 ? { firstFrame: first } : {}),
     times: times && [...times],
     ...(times && typeof end === 'number' ? { end } : {}),
     ...(Array.isArray(shots) ? { shots: shots.map(({ first, last }) => ({ first, last })) } : {}),

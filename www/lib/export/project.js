@@ -9,21 +9,27 @@ import { VideoResult } from '../video/result.js';
 import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
 import { aside } from '../aside/aside.js';
 import { breath } from './breath.js';
+import { part } from '../places.js';
+import { Decoder, Encoder } from '../text.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 /** @typedef {import('../edit/editor.js').SavedEdits} SavedEdits */
 /** @typedef {import('../video/tracks.js').ClipTrajectories} ClipTrajectories */
 
 /**
- * What is saved beside the masks: edits by hand (those of `editor`, over these very masks), anything that JSON can hold, and files by name, stored as
- * they are. `frameRate` gives times to masks that have none, 25 if not given.
- * @typedef {{editor?: import('../edit/editor.js').MaskEditor, about?: unknown, files?: Record<string, Uint8Array>,
- *   frameRate?: number, signal?: AbortSignal}} ProjectOptions
+ * What is saved beside the masks.
+ * @typedef {object} ProjectOptions
+ * @property {import('../edit/editor.js').MaskEditor} [editor] its edits by hand, over these very masks
+ * @property {unknown} [about] the caller's own, anything that JSON can hold
+ * @property {Record<string, Uint8Array>} [files] by name, stored as they are
+ * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
+ * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
 
 /**
  * A project that was opened: `masks` as they were before `edits`, which `MaskEditor.restore` does again.
- * @typedef {{masks: VideoResult, edits: SavedEdits | null, about: unknown, files: Record<string, Uint8Array>}} Project
+ * @typedef {{readonly masks: VideoResult, readonly edits: SavedEdits | null, readonly about: unknown, readonly files:
+ *   Record<string, Uint8Array>}} Project
  */
 
 const FORMAT = 1;
@@ -73,7 +79,7 @@ export async function projectOf(masks, options = {}, platform) {
   const text = JSON.stringify({ ...json, edits: editor?.toJSON() ?? null, about });
   /** @type {Record<string, Uint8Array>} */
   const entries = {
-    'project.json': new TextEncoder().encode(text),
+    'project.json': new Encoder().encode(text),
     'masks.bin': joined(runs),
     'trajectories.bin': joined(trajectoryWords(masks)),
   };
@@ -88,7 +94,7 @@ export async function projectOf(masks, options = {}, platform) {
  */
 export async function projectFrom(file) {
   const bytes = await bytesOf(file);
-  const { unzipSync } = await import('../vendor/zip.js');
+  const { unzipSync } = await part(import('../vendor/zip.js'));
   /** @type {Record<string, Uint8Array>} */
   let entries;
   let total = 0;
@@ -141,7 +147,7 @@ function parsed(bytes) {
   /** @type {any} */
   let json;
   try {
-    json = JSON.parse(new TextDecoder().decode(bytes));
+    json = JSON.parse(new Decoder().decode(bytes));
   } catch (cause) {
     throw new TraceCutError('data', 'project.json is damaged', { cause });
   }
@@ -177,10 +183,10 @@ function runsOf(words, numFrames, size) {
  * Trajectories as words: their number and that of their points, first frames, offsets, places, labels.
  * @param {any} masks
  */
-function trajectoryWords({ trajectories, clusters, objects }) {
+function trajectoryWords({ trajectories, clusters }) {
   if (!trajectories) return [Uint32Array.of(0, 0, 0)];
   const { count, startFrame, offset, x, y, label } = trajectories;
-  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => objects?.ofCluster[c] ?? 0);
+  const labels = label ?? clusters?.label?.map((/** @type {number} */ c) => clusters.object?.[c] ?? 0);
   const places = [x, y].map((values) => new Uint32Array(Float32Array.from(values).buffer));
   return [Uint32Array.of(count, x.length), startFrame, offset, ...places, Uint32Array.from(labels)];
 }

@@ -4,13 +4,18 @@ import { illegal, typeTag } from '../errors.js';
 import { isPlainObject } from '../options.js';
 
 /**
- * Where sound is taken from: a video file, from `start` to `end` seconds; its beginning and end if not given.
- * @typedef {{source: Blob | ArrayBuffer | Uint8Array, start?: number, end?: number}} SoundOptions
+ * Where sound is taken from.
+ * @typedef {object} SoundOptions
+ * @property {Blob | ArrayBuffer | Uint8Array} source a video file
+ * @property {number} [start] seconds; the file's beginning if not given
+ * @property {number} [end] seconds; the file's end if not given
  */
 
 /**
- * The sound of a file: the codec, and the formats of `encodeVideo` that can hold it as it is. @typedef {{codec: string,
- * channels: number, sampleRate: number, formats: ('webm' | 'mp4')[]}} SoundInfo
+ * The sound of a file: the codec, and the formats of `encodeVideo` that can hold it as it is.
+ * @typedef {{readonly codec: string, readonly channels: number, readonly sampleRate: number, readonly formats: ('webm'
+ *   |
+ *   'mp4')[]}} SoundInfo
  */
 
 /**

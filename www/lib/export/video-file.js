@@ -4,6 +4,7 @@ import { TraceCutError } from '../errors.js';
 import { QUANTIZER, bitrateOf } from './quality.js';
 import { addSound, formatOf } from './sound-track.js';
 import { AlphaEncoder } from './video-alpha.js';
+import { part } from '../places.js';
 
 /** @typedef {import('./quality.js').Codec} Codec */
 
@@ -26,7 +27,7 @@ const NAME = { webm: 'WebM', mp4: 'MP4' };
  * @returns {Promise<VideoFile>}
  */
 export async function openFile(painter, plan) {
-  const media = await import('../vendor/media.js');
+  const media = await part(import('../vendor/media.js'));
   const { width, height } = painter.canvas;
   const video = { width, height, frameRate: plan.frameRate };
   const codecs = plan.alpha ? CODECS.alpha : CODECS[plan.format];

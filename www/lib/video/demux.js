@@ -3,6 +3,7 @@
 
 import { TraceCutError } from '../errors.js';
 import { readAndClose } from './pixels.js';
+import { part } from '../places.js';
 
 /** @typedef {import('./reader.js').VideoInfo} VideoInfo */
 
@@ -25,7 +26,7 @@ const PROBED = 256;
  * @returns {Promise<Demuxed | null>}
  */
 export async function openDemuxed(source) {
-  const media = await import('../vendor/media.js');
+  const media = await part(import('../vendor/media.js'));
   const input = new media.Input({ source: sourceOf(media, source), formats: media.ALL_FORMATS });
   try {
     if (!(await input.canRead())) {

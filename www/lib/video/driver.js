@@ -9,7 +9,7 @@
 // ends with the window at hand, and the new one begins with nothing but that frame. Where the clip's length is known
 // the last window is full too: it reaches further back.
 
-import { TraceCutError } from '../errors.js';
+import { TraceCutError, inFrame } from '../errors.js';
 import { onGrid } from '../image.js';
 import { REQUESTS, requestMap } from '../requests.js';
 import { WindowResult } from './window.js';
@@ -85,7 +85,9 @@ export class Driver {
     const { raw, time, end = null } = /** @type {ClipFrame} */ (this.#ahead);
     this.#ahead = null;
     this.#end = end;
-    const { held } = await this.#options.engine.request('pushInShot', raw);
+    const { held } = await this.#options.engine.request('pushInShot', raw).catch((error) => {
+      throw raw.kind === 'file' ? inFrame(error, raw) : error;
+    });
     if (held) this.#held = time;
     else this.#times.push(time);
   }

@@ -4,21 +4,32 @@ import { illegal } from '../errors.js';
 import { asOptions } from './options.js';
 
 /**
- * A clip of a queue: `name` is the caller's own, `signal` takes it out of the queue, before it begins or on the way.
- * @typedef {{name: string, source: import('./source.js').VideoSource, signal?: AbortSignal}} QueuedClip
+ * A clip of a queue.
+ * @typedef {object} QueuedClip
+ * @property {string} name the caller's own
+ * @property {import('./source.js').VideoSource} source what `segmentVideo` takes
+ * @property {AbortSignal} [signal] takes it out of the queue, before it begins or on the way
  */
 
 /**
  * What became of a clip: its result, or the error that ended it (the signal's reason where that took it out); `damage`
  * is what the source ended with, if the result is of the frames before that.
- * @typedef {{index: number, name: string, result: import('./result.js').VideoResult | null, error: unknown, damage:
+ * @typedef {{readonly index: number, readonly name: string, readonly result: import('./result.js').VideoResult | null,
+ *   readonly error: unknown, readonly damage:
  *   import('./options.js').Damage | null}} SegmentedClip
  */
 
 /**
- * Options for all clips, as of `segmentVideo`; `signal` ends the whole queue, `onProgress` says which clip it is about.
- * @typedef {Omit<import('./segment.js').VideoOptions, 'onProgress' | 'onDamage'> & {onProgress?: (progress:
- *   import('./segment.js').VideoProgress & {index: number, name: string}) => void}} EachOptions
+ * How a queue reports.
+ * @typedef {object} EachProgress
+ * @property {(progress: import('./segment.js').VideoProgress & {index: number, name: string}) => void} [onProgress]
+ *   hears
+ *   of each stage, and of which clip
+ */
+
+/**
+ * Options for all clips, as of `segmentVideo`; `signal` ends the whole queue.
+ * @typedef {Omit<import('./segment.js').VideoOptions, 'onProgress' | 'onDamage'> & EachProgress} EachOptions
  */
 
 /**

@@ -10,7 +10,8 @@ import { openReader } from './source.js';
 /**
  * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and
  * how long it is shown, in seconds.
- * @typedef {{frame: import('../frames.js').PixelFrame, index: number, time: number, duration: number}} DecodedFrame
+ * @typedef {{readonly frame: import('../frames.js').PixelFrame, readonly index: number, readonly time: number,
+ *   readonly duration: number}} DecodedFrame
  */
 
 /**

@@ -18,20 +18,6 @@ import { readAndClose } from './pixels.js';
 const USUAL_LENGTH = 100_000;
 
 /**
- * The type of an image file by its first bytes; null for anything else.
- * @param {Blob} file
- * @returns {Promise<string | null>}
- */
-export async function imageType(file) {
-  const head = new Uint8Array(await file.slice(0, 12).arrayBuffer());
-  const text = String.fromCharCode(...head);
-  if (text.startsWith('GIF8')) return 'image/gif';
-  if (text.startsWith('\x89PNG')) return 'image/png';
-  if (text.startsWith('\xff\xd8\xff')) return 'image/jpeg';
-  return text.startsWith('RIFF') && text.slice(8) === 'WEBP' ? 'image/webp' : null;
-}
-
-/**
  * @param {Blob} file
  * @param {string} type
  * @param {boolean} damaged whether its facts may be those of the frames before damage

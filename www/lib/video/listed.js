@@ -1,12 +1,16 @@
 // Frames that the caller hands over one by one: lists, generators, streams.
 
-import { typeTag } from '../errors.js';
+import { inFrame, typeTag } from '../errors.js';
 import { toRawFrame } from '../frames.js';
 import { TraceCutError } from '../errors.js';
 
 /**
- * A frame with its time, and for how long it is shown where that is known, in seconds.
- * @typedef {{frame: import('../frames.js').FrameSource, time: number, duration?: number}} FrameAtTime
+ * A frame with its time.
+ * @typedef {object} FrameAtTime
+ * @property {import('../frames.js').FrameSource} frame
+ * @property {number} [time] seconds; its number in the list and `frameRate` say when it is if not given
+ * @property {number} [duration] for how long it is shown, in seconds, where that is known
+ * @property {string} [name] for errors: the file that it is from
  */
 
 /**
@@ -31,7 +35,8 @@ export function openListed(list, { frameRate, loadDecoder }) {
       let index = 0;
       let before = -Infinity;
       for await (const item of itemsOf(list)) {
-        const { frame, time, duration } = placed(item, index / frameRate);
+        const at = index;
+        const { frame, time, duration, name } = placed(item, at, frameRate);
         if (!(time > before)) {
           closeFrame(frame);
           throw new TraceCutError(
@@ -45,14 +50,14 @@ export function openListed(list, { frameRate, loadDecoder }) {
           time,
           duration: duration ?? 1 / frameRate,
           isGuess: duration === undefined,
-          read: () => toRawFrame(frame, loadDecoder),
+          read: () => readAs(frame, at, name, loadDecoder),
           close: () => closeFrame(frame),
         };
       }
     },
     async times() {
       if (!Array.isArray(list)) return null;
-      return Float64Array.from(list, (item, index) => placed(item, index / frameRate).time);
+      return Float64Array.from(list, (item, index) => placed(item, index, frameRate).time);
     },
     close() {},
   };
@@ -84,20 +89,38 @@ async function* itemsOf(list) {
 }
 
 /**
- * @param {unknown} item
- * @param {number} otherwise
- * @returns {FrameAtTime}
+ * @param {import('../frames.js').FrameSource} frame
+ * @param {number} index
+ * @param {string | undefined} name
+ * @param {() => Promise<WebAssembly.Module>} loadDecoder
+ * @returns {Promise<import('../frames.js').RawFrame>}
  */
-function placed(item, otherwise) {
+async function readAs(frame, index, name, loadDecoder) {
+  try {
+    const raw = await toRawFrame(frame, loadDecoder);
+    return raw.kind === 'file' ? { ...raw, index, name: name ?? raw.name } : raw;
+  } catch (error) {
+    throw inFrame(error, { index, name });
+  }
+}
+
+/**
+ * @param {unknown} item
+ * @param {number} index
+ * @param {number} frameRate
+ * @returns {FrameAtTime & {time: number}}
+ */
+function placed(item, index, frameRate) {
+  const otherwise = index / frameRate;
   if (typeof item === 'object' && item !== null && 'frame' in item) {
     const time = 'time' in item && item.time !== undefined ? item.time : otherwise;
     if (typeof time !== 'number' || !Number.isFinite(time)) {
-      throw new TraceCutError('data', `time = ${String(time)} of a frame (expected a number of seconds)`);
+      throw new TraceCutError('data', `time = ${String(time)} of frame ${index} (expected a number of seconds)`);
     }
-    const { frame, duration } = /** @type {FrameAtTime} */ (item);
+    const { frame, duration, name } = /** @type {FrameAtTime} */ (item);
     if (duration !== undefined && !(duration > 0 && duration < Infinity))
-      throw new TraceCutError('data', `duration = ${String(duration)} of a frame (expected seconds, above 0)`);
-    return { frame, time, duration };
+      throw new TraceCutError('data', `duration = ${String(duration)} of frame ${index} (expected seconds, above 0)`);
+    return { frame, time, duration, name };
   }
   if (typeTag(item) === 'VideoFrame')
     return { frame: /** @type {VideoFrame} */ (item), time: /** @type {VideoFrame} */ (item).timestamp / 1e6 };

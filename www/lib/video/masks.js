@@ -4,6 +4,9 @@
 const LABEL_BITS = 8;
 const MAX_RUN = 2 ** (32 - LABEL_BITS) - 1;
 
+/** Labels that are called as they are. */
+export const IDENTITY = Uint8Array.from({ length: 256 }, (_, label) => label);
+
 /**
  * @param {Uint8Array} labels
  * @returns {Uint32Array<ArrayBuffer>}

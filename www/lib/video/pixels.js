@@ -3,6 +3,7 @@
 import { aside } from '../aside/aside.js';
 import { reduced } from '../aside/reduce.js';
 import { toPixels } from '../decode.js';
+import { inFrame } from '../errors.js';
 import { toRawFrame } from '../frames.js';
 
 /** @typedef {import('../frames.js').RawFrame} RawFrame */
@@ -31,7 +32,7 @@ const LARGE = 2 ** 20;
  */
 export async function atSize(raw, size, platform = {}) {
   if (size === undefined) return raw;
-  const pixels = await toPixels(raw);
+  const pixels = await pixelsFrom(raw);
   const { width, height } = fitted(pixels.width, pixels.height, size);
   if (width === pixels.width && height === pixels.height) return { kind: 'pixels', ...pixels };
   if (pixels.width * pixels.height <= LARGE || !platform.startAside)
@@ -47,7 +48,7 @@ export async function atSize(raw, size, platform = {}) {
  * @returns {Promise<PixelFrame>}
  */
 export async function toPixelFrame(raw) {
-  const { data, width, height } = await toPixels(raw);
+  const { data, width, height } = await pixelsFrom(raw);
   const clamped = new Uint8ClampedArray(data.buffer, data.byteOffset, data.length);
   return typeof ImageData === 'undefined' ? { data: clamped, width, height } : new ImageData(clamped, width, height);
 }
@@ -75,3 +76,15 @@ export async function readAndClose(frame, size, platform = {}) {
 
 /** A video frame is no file: nothing has to be loaded for it. */
 const noDecoder = () => Promise.reject(new Error('a video frame needs no decoder'));
+
+/**
+ * The pixels of a frame; an error says which one it is.
+ * @param {RawFrame} raw
+ */
+export async function pixelsFrom(raw) {
+  try {
+    return await toPixels(raw);
+  } catch (error) {
+    throw inFrame(error, raw);
+  }
+}

@@ -1,7 +1,7 @@
 // What every source of frames looks like from inside, and what is taken of it.
 
-import { toPixels } from '../decode.js';
 import { TraceCutError } from '../errors.js';
+import { pixelsFrom } from './pixels.js';
 
 /**
  * Facts of a video.
@@ -117,7 +117,7 @@ async function* wanted(reader, take, platform) {
  * @returns {Promise<import('../frames.js').RawFrame>}
  */
 async function decoded(raw) {
-  return { kind: 'pixels', ...(await toPixels(raw)) };
+  return { kind: 'pixels', ...(await pixelsFrom(raw)) };
 }
 
 /**

@@ -1,19 +1,15 @@
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
 import { breath } from '../export/breath.js';
-import { areasOf, decodeRuns, encodeRuns } from './masks.js';
-import { TrackCollector, tracksDat } from './tracks.js';
-
-/**
- * An object of a clip: its label in the masks, the first and last frame it is in, the number of frames it is in, its
- * mean area over these in pixels, and its area in each frame of the clip.
- * @typedef {{label: number, firstFrame: number, lastFrame: number, frames: number, meanArea: number, areas:
- *   Uint32Array<ArrayBuffer>}} VideoObject
- */
+import { objectList } from '../objects.js';
+import { opened, saved } from '../saved.js';
+import { tracksDat } from '../tracks-dat.js';
+import { IDENTITY, areasOf, decodeRuns, encodeRuns } from './masks.js';
+import { TrackCollector } from './tracks.js';
 
 /**
  * A stretch of frames without a cut, `first` and `last` included. Objects of different shots have different labels.
- * @typedef {{first: number, last: number}} Shot
+ * @typedef {{readonly first: number, readonly last: number}} Shot
  */
 
 /**
@@ -22,7 +18,7 @@ import { TrackCollector, tracksDat } from './tracks.js';
  * @property {number} height
  * @property {Float64Array<ArrayBuffer>} times
  * @property {number | null} [end]
- * @property {Shot[]} shots
+ * @property {readonly Shot[]} shots
  * @property {Uint32Array<ArrayBuffer>[]} runs
  * @property {import('./tracks.js').ClipTrajectories} trajectories
  */
@@ -33,35 +29,30 @@ const BATCH = 8;
 
 /** The masks, objects and trajectories of a whole clip; made by `collect`. Its masks lie run-length coded in memory. */
 export class VideoResult {
-  #collected;
-  #table;
-
-  /**
-   * @param {Collected} collected
-   * @param {Uint8Array} table what each collected label is called now
-   */
-  constructor(collected, table = Uint8Array.from({ length: NUM_LABELS }, (_, label) => label)) {
-    /** Width of the masks in pixels. */
+  /** @param {Collected} collected */
+  constructor(collected) {
+    /** Width of the masks in pixels. @readonly */
     this.width = collected.width;
-    /** Height of the masks in pixels. */
+    /** Height of the masks in pixels. @readonly */
     this.height = collected.height;
-    /** Number of frames. */
+    /** Number of frames. @readonly */
     this.numFrames = collected.times.length;
-    /** The time of each frame, in seconds. */
+    /** The time of each frame, in seconds. @readonly */
     this.times = collected.times;
-    /** When the last frame ends, in seconds; null where nothing says. */
+    /** When the last frame ends, in seconds; null where nothing says. @readonly */
     this.end = collected.end ?? null;
-    /** The shots of the clip, in order. */
+    /**
+     * The shots of the clip, in order.
+     * @type {readonly Shot[]}
+     * @readonly
+     */
     this.shots = collected.shots;
-    /** Point trajectories over the whole clip, in pixels of the masks, each with its object. */
-    this.trajectories = {
-      ...collected.trajectories,
-      label: collected.trajectories.label.map((label) => /** @type {number} */ (table[label])),
-    };
-    /** The objects, by their labels. */
-    this.objects = objectsOf(collected.runs, table);
-    this.#collected = collected;
-    this.#table = table;
+    /** Point trajectories over the whole clip, in pixels of the masks, each with its object. @readonly */
+    this.trajectories = collected.trajectories;
+    /** The masks as runs of equal labels, row by row: the label in the lowest 8 bits, the length above. @readonly */
+    this.runs = collected.runs;
+    /** The objects, by their labels. @readonly */
+    this.objects = objectsOf(collected.runs);
   }
 
   /**
@@ -71,12 +62,11 @@ export class VideoResult {
    */
   labels(t) {
     wholeNumber('param', 't', t, 0, this.numFrames - 1);
-    const runs = /** @type {Uint32Array} */ (this.#collected.runs[t]);
-    return decodeRuns(runs, this.width * this.height, this.#table);
+    return decodeRuns(/** @type {Uint32Array} */ (this.runs[t]), this.width * this.height, IDENTITY);
   }
 
   /**
-   * The same with other labels, at no cost: `{3: 1}` makes 3 the same object as 1, `{3: 0}` makes it background. This
+   * The same with other labels: `{3: 1}` makes 3 the same object as 1, `{3: 0}` makes it background. This
    * result stays as it is.
    * @param {Record<number, number>} map from present labels to others, both 0 to 255
    * @returns {VideoResult}
@@ -87,8 +77,11 @@ export class VideoResult {
       wholeNumber('param', 'a label of map', Number(from), 0, NUM_LABELS - 1);
       wholeNumber('param', `map[${from}]`, to, 0, NUM_LABELS - 1);
     }
-    const table = this.#table.map((label) => map[label] ?? label);
-    return new VideoResult(this.#collected, table);
+    const table = IDENTITY.map((label) => map[label] ?? label);
+    const called = (/** @type {number} */ label) => Number(table[label]);
+    const runs = this.runs.map((frame) => frame.map((run) => run - (run & 255) + called(run & 255)));
+    const { trajectories } = this;
+    return new VideoResult({ ...this, runs, trajectories: { ...trajectories, label: trajectories.label.map(called) } });
   }
 
   /**
@@ -104,12 +97,36 @@ export class VideoResult {
   }
 
   /**
+   * All of it for `JSON.stringify`, compressed; `fromJSON` is the way back. `structuredClone` gives its data too, as a
+   * plain object without methods, which `fromJSON` takes as well.
+   * @returns {Record<string, unknown>}
+   */
+  toJSON() {
+    const { objects: _, runs, ...rest } = this;
+    return saved({ ...rest, lengths: Uint32Array.from(runs, ({ length }) => length), runs: joined(runs) });
+  }
+
+  /**
+   * A result that was saved.
+   * @param {string | object} json what `JSON.stringify` made, or that parsed, or what `structuredClone` gave
+   * @returns {VideoResult} with code `data` where it is damaged, or another kind of result
+   */
+  static fromJSON(json) {
+    const { lengths, runs, ...rest } = opened(json, ['times', 'shots', 'runs', 'trajectories']);
+    const frames = lengths ? parted(runs, lengths) : runs;
+    const size = rest.width * rest.height;
+    if (frames.length !== rest.times.length || frames.some((/** @type {Uint32Array} */ one) => covered(one) !== size))
+      throw new TraceCutError('data', 'the saved result is damaged: its masks do not cover its frames');
+    return new VideoResult({ ...rest, runs: frames });
+  }
+
+  /**
    * The trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track
    * its label and length and, line by line, `x y frame`.
    * @returns {string}
    */
   toTracksDat() {
-    return tracksDat(this.trajectories, this.numFrames);
+    return tracksDat({ ...this.trajectories, numFrames: this.numFrames });
   }
 
   /**
@@ -130,35 +147,44 @@ export class VideoResult {
 
 /**
  * @param {Uint32Array<ArrayBuffer>[]} runs
- * @param {Uint8Array} table
- * @returns {VideoObject[]}
+ * @returns {import('../objects.js').ObjectList}
  */
-function objectsOf(runs, table) {
+function objectsOf(runs) {
   /** @type {Map<number, Uint32Array<ArrayBuffer>>} */
   const areas = new Map();
   runs.forEach((frame, t) => {
     areasOf(frame).forEach((area, label) => {
-      const called = /** @type {number} */ (table[label]);
-      if (area === 0 || called === 0) return;
-      if (!areas.has(called)) areas.set(called, new Uint32Array(runs.length));
-      const own = /** @type {Uint32Array} */ (areas.get(called));
-      own[t] = /** @type {number} */ (own[t]) + area;
+      if (area === 0 || label === 0) return;
+      if (!areas.has(label)) areas.set(label, new Uint32Array(runs.length));
+      const own = /** @type {Uint32Array} */ (areas.get(label));
+      own[t] = area;
     });
   });
-  return [...areas].sort(([a], [b]) => a - b).map(([label, own]) => ({ label, ...presence(own), areas: own }));
+  return objectList([...areas].map(([label, own]) => ({ label, areas: own })));
 }
 
-/** @param {Uint32Array} areas */
-function presence(areas) {
-  const present = [...areas.keys()].filter((t) => areas[t]);
-  const sum = areas.reduce((total, area) => total + area, 0);
-  return {
-    firstFrame: present[0] ?? 0,
-    lastFrame: present[present.length - 1] ?? 0,
-    frames: present.length,
-    meanArea: sum / present.length,
-  };
+/** @param {readonly Uint32Array[]} runs */
+function joined(runs) {
+  const words = new Uint32Array(runs.reduce((sum, { length }) => sum + length, 0));
+  let at = 0;
+  for (const own of runs) {
+    words.set(own, at);
+    at += own.length;
+  }
+  return words;
 }
+
+/**
+ * @param {Uint32Array} words
+ * @param {Uint32Array} lengths
+ */
+function parted(words, lengths) {
+  let at = 0;
+  return Array.from(lengths, (length) => words.slice(at, (at += length)));
+}
+
+/** How many pixels the runs of a frame cover. @param {Uint32Array} runs */
+const covered = (runs) => runs.reduce((sum, run) => sum + (run >>> 8), 0);
 
 /** Collects window after window. */
 export class Collector {
@@ -168,7 +194,7 @@ export class Collector {
   #times = [];
   /** @type {number | null} */
   #end = null;
-  /** @type {Shot[]} */
+  /** @type {{first: number, last: number}[]} */
   #shots = [];
   #tracks = new TrackCollector();
   #size = { width: 0, height: 0 };

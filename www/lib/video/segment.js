@@ -20,12 +20,18 @@ import { openReader } from './source.js';
  */
 
 /**
+ * How a clip is cut into windows. Memory grows with the window, not with the clip.
+ * @typedef {object} WindowOptions
+ * @property {number} [window] the number of frames that are segmented together, 2 to 400, 50 if not given
+ * @property {number} [overlap] how many of them the next window shares, 1 to `window - 1`, 10 if not given (the last
+ *   window
+ *   of a clip of known length shares more when it would not be full otherwise)
+ * @property {(progress: VideoProgress) => void} [onProgress] hears of each stage of each window, and of frames read
+ */
+
+/**
  * Options of `segmentVideo`: what to take of the source, how to cut it into windows, and the options of a session.
- * `window` is the number of frames that are segmented together, 2 to 400, 50 if not given; `overlap` how many of them
- * the next window shares, 1 to `window - 1`, 10 if not given (the last window of a clip of known length shares more
- * when it would not be full otherwise). Memory grows with the window, not with the clip.
- * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & {window?: number, overlap?:
- *   number, onProgress?: (progress: VideoProgress) => void}} VideoOptions
+ * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & WindowOptions} VideoOptions
  */
 
 /**

@@ -2,11 +2,9 @@
 
 import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { openDemuxed } from './demux.js';
-import { imageType, openImage } from './images.js';
 import { openListed } from './listed.js';
-import { openLive } from './live.js';
 import { atSize } from './pixels.js';
-import { openElement, openSeeking } from './seek.js';
+import { part } from '../places.js';
 
 /**
  * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its
@@ -43,11 +41,20 @@ export async function openReader(source, take, loadDecoder) {
     case 'HTMLVideoElement':
       return openVideoElement(/** @type {HTMLVideoElement} */ (source), take);
     case 'MediaStream':
-      return openLive(/** @type {MediaStream} */ (source), (raw) => atSize(raw, take.size));
+      return openStream(/** @type {MediaStream} */ (source), take);
     default:
       if (!isList(source)) throw illegal('data', 'source', source, LEGAL);
       return openListed(source, { frameRate: take.frameRate, loadDecoder });
   }
+}
+
+/**
+ * @param {MediaStream} stream
+ * @param {Take} take
+ */
+async function openStream(stream, take) {
+  const { openLive } = await part(import('./live.js'));
+  return openLive(stream, (raw) => atSize(raw, take.size));
 }
 
 /**
@@ -68,8 +75,8 @@ async function openFile(file, take) {
   needsBrowser();
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
   const image = await imageType(file);
-  if (image) return openImage(file, image, take.onDamage !== undefined);
-  const { beforeCut } = take.onDamage ? await import('./webm-cut.js') : NOTHING_CUT;
+  if (image) return (await part(import('./images.js'))).openImage(file, image, take.onDamage !== undefined);
+  const { beforeCut } = take.onDamage ? await part(import('./webm-cut.js')) : NOTHING_CUT;
   const before = await beforeCut(file);
   // A player of the browser's gets along with a cut as it is.
   const reader = await byBestMeans(before ?? file, take, () => {
@@ -82,6 +89,20 @@ async function openFile(file, take) {
 
 /** Files are looked at for a cut only where somebody wants to know. */
 const NOTHING_CUT = { beforeCut: async (/** @type {Blob} */ _file) => null };
+
+/**
+ * The type of an image file by its first bytes; null for anything else.
+ * @param {Blob} file
+ * @returns {Promise<string | null>}
+ */
+async function imageType(file) {
+  const head = new Uint8Array(await file.slice(0, 12).arrayBuffer());
+  const text = String.fromCharCode(...head);
+  if (text.startsWith('GIF8')) return 'image/gif';
+  if (text.startsWith('\x89PNG')) return 'image/png';
+  if (text.startsWith('\xff\xd8\xff')) return 'image/jpeg';
+  return text.startsWith('RIFF') && text.slice(8) === 'WEBP' ? 'image/webp' : null;
+}
 
 /**
  * @param {string | URL} address
@@ -130,6 +151,7 @@ async function byBestMeans(source, { decoding }, address) {
       `${what} cannot be decoded by WebCodecs here; decoding = 'auto' can fall back to the browser's player`,
     );
   }
+  const { openSeeking } = await part(import('./seek.js'));
   return openSeeking(address().url, { ...address(), times, codec });
 }
 
@@ -139,8 +161,7 @@ async function byBestMeans(source, { decoding }, address) {
  * @returns {Promise<Reader>}
  */
 async function openVideoElement(video, take) {
-  if (typeTag(video.srcObject) === 'MediaStream')
-    return openLive(/** @type {MediaStream} */ (video.srcObject), (raw) => atSize(raw, take.size));
+  if (typeTag(video.srcObject) === 'MediaStream') return openStream(/** @type {MediaStream} */ (video.srcObject), take);
   const address = video.currentSrc || video.src;
   if (!address) throw new TraceCutError('no-video', 'the video element has nothing loaded; set its src first');
   const url = new URL(address);
@@ -148,6 +169,7 @@ async function openVideoElement(video, take) {
   if (demuxed?.decodable && take.decoding !== 'seeking') return demuxed;
   const times = demuxed && (await demuxed.times().catch(() => null));
   demuxed?.close();
+  const { openElement } = await part(import('./seek.js'));
   return openElement(video, { times, codec: demuxed?.codec ?? null });
 }
 

@@ -9,9 +9,14 @@ import { SLACK, isDamage, nothingTaken, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
- * `count` is how many frames the strip has at most, 1 to 1000, 12 if not given. The other options are as for
- * `videoFrames`.
- * @typedef {Omit<import('./options.js').TakeOptions, 'step' | 'maxFrames'> & {count?: number}} StripOptions
+ * The length of a strip.
+ * @typedef {object} StripCount
+ * @property {number} [count] how many frames the strip has at most, 1 to 1000, 12 if not given
+ */
+
+/**
+ * What a strip shows; the other options are as for `videoFrames`.
+ * @typedef {Omit<import('./options.js').TakeOptions, 'step' | 'maxFrames'> & StripCount} StripOptions
  */
 
 /**

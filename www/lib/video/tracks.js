@@ -4,7 +4,8 @@
  * Trajectories of a whole clip, shaped as `Result.trajectories`: the points of trajectory `i` are `offset[i]` to
  * `offset[i + 1]`, one for each of the consecutive frames from `startFrame[i]` on. `label[i]` is the object that most
  * of its points were on, 0 for the background.
- * @typedef {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, label:
+ * @typedef {{readonly count: number, readonly startFrame: Uint32Array, readonly offset: Uint32Array, readonly x:
+ *   Float32Array, readonly y: Float32Array, readonly label:
  *   Uint8Array}} ClipTrajectories
  */
 
@@ -16,7 +17,7 @@ export class TrackCollector {
   #tracks = new Map();
 
   /** @param {import('./window.js').WindowResult} window */
-  add({ trajectories, clusters, objects, firstFrame }) {
+  add({ trajectories, clusters, firstFrame }) {
     for (let i = 0; i < trajectories.count; i += 1) {
       const [begin, end] = [at(trajectories.offset, i), at(trajectories.offset, i + 1)];
       const start = firstFrame + at(trajectories.startFrame, i);
@@ -27,7 +28,7 @@ export class TrackCollector {
         track.x.push(at(trajectories.x, p));
         track.y.push(at(trajectories.y, p));
       }
-      const label = objects ? at(objects.ofCluster, at(clusters.label, i)) : 0;
+      const label = clusters.object ? at(clusters.object, at(clusters.label, i)) : 0;
       track.votes.set(label, (track.votes.get(label) ?? 0) + end - begin);
     }
   }
@@ -85,21 +86,6 @@ function majority(votes) {
     if (count > most || (count === most && label < best)) [best, most] = [label, count];
   }
   return best;
-}
-
-/**
- * @param {ClipTrajectories} trajectories
- * @param {number} numFrames
- */
-export function tracksDat({ count, startFrame, offset, x, y, label }, numFrames) {
-  const lines = [`${numFrames}`, `${count}`];
-  for (let i = 0; i < count; i += 1) {
-    const [begin, end, start] = [at(offset, i), at(offset, i + 1), at(startFrame, i)];
-    lines.push(`${at(label, i)} ${end - begin}`);
-    for (let p = begin; p < end; p += 1)
-      lines.push(`${at(x, p).toFixed(3)} ${at(y, p).toFixed(3)} ${start + p - begin}`);
-  }
-  return `${lines.join('\n')}\n`;
 }
 
 /**

@@ -1,9 +1,10 @@
-import { Result } from '../result.js';
+import { Result, restored } from '../result.js';
 
 /**
  * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte
  * for each pixel.
- * @typedef {{index: number, t: number, time: number, labels: Uint8Array<ArrayBuffer>}} SettledFrame
+ * @typedef {{readonly index: number, readonly t: number, readonly time: number, readonly labels:
+ *   Uint8Array<ArrayBuffer>}} SettledFrame
  */
 
 /**
@@ -28,23 +29,34 @@ export class WindowResult extends Result {
    */
   constructor(raw, askMap, facts) {
     super(raw, askMap);
-    /** Number of this window, from 0. */
+    /** Number of this window, from 0. @readonly */
     this.index = facts.index;
-    /** Number of the shot that it lies in, from 0: labels of one shot say nothing about another. */
+    /** Number of the shot that it lies in, from 0: labels of one shot say nothing about another. @readonly */
     this.shot = facts.shot;
-    /** Which of the clip's frames its first one is. */
+    /** Which of the clip's frames its first one is. @readonly */
     this.firstFrame = facts.firstFrame;
-    /** The time of each of its frames, in seconds. */
+    /** The time of each of its frames, in seconds. @readonly */
     this.times = facts.times;
-    /** When the last of them ends, in seconds; null where nothing says. */
+    /** When the last of them ends, in seconds; null where nothing says. @readonly */
     this.end = facts.end;
     /**
      * The frames, `from <= t < to`, whose masks are settled by this window. Windows overlap; the masks of frames
      * outside of this range are better in the window before or after, which sees more of what goes on around them.
+     * @readonly
      */
     this.settled = facts.settled;
-    /** Bytes of memory that the engine held at the end of this window. */
+    /** Bytes of memory that the engine held at the end of this window. @readonly */
     this.memoryBytes = raw.info.memoryBytes;
+  }
+
+  /**
+   * A window's result that was saved.
+   * @param {string | object} json as of `Result.fromJSON`
+   * @returns {WindowResult}
+   */
+  static fromJSON(json) {
+    const needed = ['trajectories', 'clusters', 'edgeTable', 'settled', 'firstFrame'];
+    return restored(json, needed, (raw, askMap, facts) => new WindowResult(raw, askMap, facts));
   }
 
   /**

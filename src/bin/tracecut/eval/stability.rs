@@ -127,7 +127,7 @@ fn j_under(clip: &Clip, change: Change, mut params: Params, frames: u32) -> Resu
         let (name, frame) = decode(path)?;
         Ok((name, change.of_frame(frame)?))
     });
-    let (session, _) = run_frames(changed, Some(images.len()), params, 1, &ProgressBar::hidden())?;
+    let (session, _) = run_frames(changed, Some(images.len()), None, params, 1, &ProgressBar::hidden())?;
     let mut scores = Vec::new();
     for (t, image) in images.iter().enumerate() {
         if let Some(truth) = clip.truth(image)? {

@@ -1,0 +1,19 @@
+// The package in one file, with its wasm files and its worker inside. Nothing is unpacked before it is wanted.
+
+import { blobOf, places } from '../../dist/places.js';
+import { unzlibSync } from '../../dist/vendor/zip.js';
+import { DECODER, ENGINE, WORKER } from 'packed';
+
+/** Bytes of what the build packed: base64 of zlib. */
+const unpacked = (text) => unzlibSync(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)));
+
+let address;
+
+function worker() {
+  address ??= URL.createObjectURL(blobOf(new TextDecoder().decode(unpacked(WORKER))));
+  return new Worker(address, { type: 'module' });
+}
+
+Object.assign(places, { wasm: () => unpacked(ENGINE), decoder: () => unpacked(DECODER), worker });
+
+export * from '../../dist/index.js';

@@ -1,0 +1,12 @@
+// The worker in one file: sessions, masks enlarged, and what is done aside.
+
+import { doHere } from '../../dist/aside/here.js';
+import { serveAside } from '../../dist/aside/serve.js';
+import { serve } from '../../dist/serve.js';
+
+// What has a task is not the session's.
+serve({
+  addEventListener: (type, listen) => addEventListener(type, (event) => 'task' in event.data || listen(event)),
+  postMessage: (...message) => postMessage(...message),
+});
+serveAside(globalThis, doHere);

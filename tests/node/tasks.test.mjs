@@ -1,0 +1,127 @@
+// The blocks of code of docs/tasks.md, run as they stand in a project that has installed the package.
+
+import assert from 'node:assert/strict';
+import { execFileSync, spawn, spawnSync } from 'node:child_process';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:net';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { fromTracksDat } from 'tracecut';
+import { installed } from '../package/installed.mjs';
+import { TASKS, readmeCode } from '../readme.mjs';
+import { framesOf, png } from './support.mjs';
+
+const code = readmeCode('docs/tasks.md');
+const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
+const MOST_LINES = 8;
+const hasFfmpeg = spawnSync('ffmpeg', ['-version']).status === 0;
+
+const file = (folder, name, bytes) => writeFileSync(join(folder, name), bytes);
+
+/** A project with the package, and with the files that the blocks take. */
+async function project(t) {
+  const folder = installed(t);
+  const frames = await framesOf(SCENE);
+  mkdirSync(join(folder, 'frames'));
+  frames.forEach((frame, k) => file(folder, join('frames', `${k}.png`), png(frame)));
+  const rgb = Buffer.concat(frames.map(({ data }) => Buffer.from(data.filter((_, k) => k % 4 < 3))));
+  file(folder, 'clip.rgb', rgb);
+  const grey = ({ data }) => [Buffer.from('FRAME\n'), Buffer.from(data.filter((_, k) => k % 4 === 1))];
+  const header = Buffer.from(`YUV4MPEG2 W${SCENE.width} H${SCENE.height} F25:1 Cmono XCOLORRANGE=FULL\n`);
+  file(folder, 'clip.y4m', Buffer.concat([header, ...frames.flatMap(grey)]));
+  if (hasFfmpeg) {
+    const raw = [
+      '-f',
+      'rawvideo',
+      '-pix_fmt',
+      'rgb24',
+      '-s',
+      `${SCENE.width}x${SCENE.height}`,
+      '-r',
+      '10',
+      '-i',
+      'clip.rgb',
+    ];
+    execFileSync('ffmpeg', ['-loglevel', 'error', ...raw, '-c:v', 'mpeg4', '-q:v', '2', 'clip.mp4'], { cwd: folder });
+  }
+  return folder;
+}
+
+/** What a block prints. */
+function run(folder, heading) {
+  file(folder, 'main.mjs', code.get(heading));
+  const { status, stdout, stderr } = spawnSync(process.execPath, ['main.mjs'], { cwd: folder, encoding: 'utf8' });
+  return { status, stdout, stderr };
+}
+
+function prints(folder, heading, expected) {
+  const { status, stdout, stderr } = run(folder, heading);
+  assert.equal(status, 0, `${heading}: ${stderr}`);
+  assert.match(stdout, expected, heading);
+}
+
+/** A port that is free. */
+async function freePort() {
+  const server = createServer();
+  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  const { port } = server.address();
+  await new Promise((done) => server.close(done));
+  return port;
+}
+
+async function answerOf(t, folder) {
+  const port = await freePort();
+  file(
+    folder,
+    'server.mjs',
+    code.get('A server that answers meanwhile').replace('8000', `${port}, () => console.log('up')`),
+  );
+  const child = spawn(process.execPath, ['server.mjs'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
+  t.after(() => child.kill());
+  await new Promise((done, fail) => {
+    child.stdout.once('data', done);
+    child.once('exit', () => fail(new Error('the server ended')));
+  });
+  return (await fetch(`http://127.0.0.1:${port}/`)).json();
+}
+
+test('every block of the tasks is run by some test and has at most eight lines', () => {
+  assert.deepEqual([...code.keys()].sort(), Object.values(TASKS).flat().sort());
+  for (const [heading, block] of code) {
+    const lines = block.split('\n').filter((line) => line.trim()).length;
+    assert.ok(lines <= MOST_LINES, `${heading}: ${lines} lines`);
+  }
+});
+
+test('the tasks for Node do what they say', async (t) => {
+  const folder = await project(t);
+  prints(folder, 'The motion between two pictures', /^the pixel at 100, 60 goes by -?\d+\.\d+, -?\d+\.\d+\n$/);
+  prints(folder, 'Points followed through a clip', /^\d{3,} points, the first at [\d.]+, [\d.]+ in frame 0\n$/);
+  const tracks = await fromTracksDat(readFileSync(join(folder, 'tracks.dat'), 'utf8'), SCENE);
+  assert.equal(tracks.numFrames, 8);
+  prints(
+    folder,
+    "Masks from trajectories of one's own",
+    new RegExp(`^[1-9] objects, by ${tracks.count} trajectories\n$`),
+  );
+  prints(
+    folder,
+    'Where each object is, how large, how fast',
+    /^(\d \d+ [\d.]+ [\d.]+ (-?[\d.e-]+|null) (-?[\d.e-]+|null)\n){8,}$/,
+  );
+  assert.match(readFileSync(join(folder, 'objects.csv'), 'utf8'), /^frame,time,object,.*\n0,0,1,/);
+  prints(folder, 'Many single pictures', /^(\d+\n){8}$/);
+  prints(folder, 'Uncompressed video from a stream', /^[1-9] objects\n$/);
+  prints(folder, 'Uncompressed video from a stream 2', /^[1-9] objects\n$/);
+});
+
+test(
+  'video files are decoded by ffmpeg, and a server answers',
+  { skip: !hasFfmpeg && 'there is no ffmpeg' },
+  async (t) => {
+    const folder = await project(t);
+    prints(folder, 'Video files in Node', /^8 frames to 0\.7 s, [1-9] objects\n$/);
+    const objects = await answerOf(t, folder);
+    assert.ok(objects.length > 0 && objects.every(({ label, meanArea }) => label > 0 && meanArea > 0));
+  },
+);

@@ -1,0 +1,72 @@
+// A project of its own with the packed tarball, tools at pinned versions, and a recipe of docs/recipes as it stands.
+
+import { execFile } from 'node:child_process';
+import { chmodSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { promisify } from 'node:util';
+import { root } from '../../scripts/tools.mjs';
+import { installed } from './installed.mjs';
+
+const run = promisify(execFile);
+
+/**
+ * The blocks of a recipe that name a file after their language, by this name.
+ * @param {string} name of the page in docs/recipes
+ * @returns {Map<string, string>}
+ */
+export function recipe(name) {
+  const text = readFileSync(join(root, 'docs', 'recipes', `${name}.md`), 'utf8').replaceAll('\r', '');
+  return new Map([...text.matchAll(/^```\w+ (\S+)\n([^]*?)^```$/gm)].map(([, file, code]) => [file, code]));
+}
+
+/**
+ * A folder with the application of tests/package, the tarball, tools, and files over it.
+ * @param {{after: (clean: () => void) => void}} t
+ * @param {{tools?: Record<string, string>, recipe?: string, files?: Record<string, string>, manifest?: object}} options
+ * @returns {Promise<string>} the folder
+ */
+export async function project(t, { tools = {}, recipe: name, files = {}, manifest = {} }) {
+  const folder = installed(t, 'tests/package/app');
+  const own = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
+  writeFileSync(join(folder, 'package.json'), JSON.stringify({ ...own, ...manifest }));
+  const wanted = Object.entries(tools).map(([tool, version]) => `${tool}@${version}`);
+  if (wanted.length > 0)
+    await execute(folder, 'npm', ['install', '--no-audit', '--no-fund', '--prefer-offline', ...wanted]);
+  for (const [file, text] of [...(name ? recipe(name) : []), ...Object.entries(files)]) {
+    mkdirSync(dirname(join(folder, file)), { recursive: true });
+    writeFileSync(join(folder, file), text);
+  }
+  return folder;
+}
+
+/** Runs a program in a folder; gives what it printed. What it printed on the way to a failure is in the error. */
+export async function execute(folder, program, args, env = {}) {
+  const options = { cwd: folder, maxBuffer: 2 ** 26, env: { ...process.env, CI: '1', NO_COLOR: '1', ...env } };
+  try {
+    const { stdout } = await run(program, args, options);
+    return stdout;
+  } catch (error) {
+    throw new Error(`${program} ${args.join(' ')}\n${error.stdout}\n${error.stderr}`, { cause: error });
+  }
+}
+
+/** Runs a tool that a project has installed. */
+export function tool(folder, name, ...args) {
+  return execute(folder, join(folder, 'node_modules', '.bin', name), args);
+}
+
+/** Another version of Node, from the registry, where there is one for this machine. */
+export async function nodeOf(t, version) {
+  const name = `node-${process.platform}-${process.arch}`;
+  const folder = await project(t, { tools: { [name]: version } });
+  const program = join(folder, 'node_modules', name, 'bin', 'node');
+  chmodSync(program, 0o755);
+  return program;
+}
+
+/** An entry that runs what a recipe says first. */
+export const MAIN = `import './setup.js';
+import { outcome, throughVideo } from './segment.js';
+
+globalThis.outcome = Promise.all([outcome(), throughVideo()]);
+`;

@@ -1,0 +1,87 @@
+// Trajectories of a clip's points and nothing else: flow and tracking, without the stages that look at them.
+
+import { TraceCutError, illegal } from './errors.js';
+import { isPlainObject, splitOptions } from './options.js';
+import { openEngine } from './platform.js';
+import { decoderLoader } from './video/frames.js';
+import { asOptions, splitTake } from './video/options.js';
+import { atSize } from './video/pixels.js';
+import { nothingTaken, taken, unlessAborted } from './video/reader.js';
+import { openReader } from './video/source.js';
+
+/**
+ * Options of `trajectories`: what to take of the source, and the options of a session, of which flow and tracking are
+ * used. `onProgress` hears of the stages `flow` and `trajectories`.
+ * @typedef {import('./video/options.js').TakeOptions & import('./options.js').SessionOptions & {onProgress?: (progress:
+ *   import('./engine.js').Progress) => void}} TrajectoryOptions
+ */
+
+/**
+ * Trajectories with the clip that they are of: what `setTrajectories` and `tracksDat` take. `width` and `height` are
+ * those of the frames in pixels; `times` those of the frames in seconds.
+ * @typedef {import('./result.js').TrajectoryList & {numFrames: number, width: number, height: number, times:
+ *   Float64Array}} TrackedClip
+ */
+
+/**
+ * @param {import('./video/source.js').VideoSource} source
+ * @param {TrajectoryOptions | undefined} options
+ * @param {import('./platform.js').Platform} platform
+ * @returns {Promise<TrackedClip>}
+ */
+export async function trackedOf(source, options, platform) {
+  const { take, onProgress, engine: split } = checked(options);
+  take.signal?.throwIfAborted();
+  const reader = await openReader(source, take, decoderLoader(split.decoder, platform));
+  const engine = await openEngine(split, platform).catch((error) => {
+    reader.close();
+    throw error;
+  });
+  try {
+    const { info, times } = await pushed(engine, reader, take, platform);
+    const signal = take.signal ?? new AbortController().signal;
+    const list = await unlessAborted(engine.track(onProgress, signal), take.signal);
+    if (!list) throw new TraceCutError('closed', 'the tracking was ended');
+    return { ...list, numFrames: info.numFrames, width: info.width, height: info.height, times };
+  } finally {
+    reader.close();
+    engine.close();
+  }
+}
+
+/** @param {unknown} options */
+function checked(options) {
+  const { take, others } = splitTake(asOptions(options));
+  const { onProgress = () => {}, ...session } = others;
+  if (typeof onProgress !== 'function') throw illegal('param', 'onProgress', onProgress, 'a function');
+  const split = splitOptions(session);
+  const clip = isPlainObject(split.parameters.clip) ? split.parameters.clip : {};
+  // Without masks nobody needs the denser trajectories that they are made from.
+  const engine = { ...split, parameters: { ...split.parameters, clip: { ...clip, dense: false } } };
+  return { take, onProgress: /** @type {NonNullable<TrajectoryOptions['onProgress']>} */ (onProgress), engine };
+}
+
+/**
+ * Gives all frames to the engine.
+ * @param {import('./engine.js').Engine} engine
+ * @param {import('./video/reader.js').Reader} reader
+ * @param {import('./video/options.js').Take} take
+ * @param {import('./platform.js').Platform} platform
+ */
+async function pushed(engine, reader, take, platform) {
+  const frames = taken(reader, take, platform);
+  const times = [];
+  let info;
+  try {
+    for (;;) {
+      const { value, done } = await unlessAborted(frames.next(), take.signal);
+      if (done) break;
+      info = await engine.request('push', await atSize(value.raw, take.size, platform));
+      times.push(value.time);
+    }
+  } finally {
+    frames.return().catch(() => {});
+  }
+  if (!info) throw await nothingTaken(take, reader);
+  return { info, times: Float64Array.from(times) };
+}
