@@ -1,12 +1,15 @@
 // `npm run release -- --dry-run`: builds the crate and the npm package as they would be published, checks both, and
-// lists what is in them. Nothing is published and nothing is tagged: that is done by a person, and without `--dry-run`
-// this only says how.
+// lists what is in them. Nothing is published and nothing is tagged: a person tags, and .github/workflows/release.yml
+// runs `--publish` at the tag, where the registry can be told by whom and from what the package was built (provenance).
+// Without an option this only says how.
 
 import { mkdirSync, readFileSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
 import { build } from './build.mjs';
+import { BILL, LICENCES } from './licences.mjs';
+import { checkSizes, packed } from './size.mjs';
 import { ensureNodeModules, fail, output, root, run } from './tools.mjs';
 
 /** Where each file that names the version names it; of the changelog, the newest version with a date. */
@@ -59,16 +62,45 @@ export function notesOf(changelog, version) {
 /** The name of a version's tag. */
 export const tagOf = (version) => `v${version}`;
 
-/** What a person types to publish a version that the dry run found in order. */
+/** What a person types to publish a version that the dry run found in order; the tag makes the workflow publish it. */
 export function byHand(version) {
   const tag = tagOf(version);
+  return ['npm run release -- --dry-run', `git tag --annotate ${tag} --message ${tag}`, `git push origin ${tag}`];
+}
+
+/** The commands that publish, of the very files that were checked. */
+export function publishing(version) {
   return [
-    'npm run release -- --dry-run',
-    `git tag --annotate ${tag} --message ${tag}`,
-    `git push origin ${tag}`,
-    'cargo publish --locked',
-    `npm publish target/package/tracecut-${version}.tgz`,
+    ['npm', 'publish', `target/package/tracecut-${version}.tgz`, '--provenance', '--access', 'public'],
+    ['cargo', 'publish', '--locked', '--package', 'tracecut'],
   ];
+}
+
+/** The first of them as npm tries it without publishing; here nobody signs. */
+export function rehearsal(version) {
+  const words = publishing(version)[0].filter((word) => word !== '--provenance');
+  return [...words, '--no-provenance', '--dry-run', '--ignore-scripts'];
+}
+
+/**
+ * What keeps a package from being published with provenance from here, in words: the registry takes the word of a build
+ * service that signs for the commit, so it has to be one, at the tag of this very version.
+ * @param {string} version
+ * @param {Record<string, string | undefined>} env
+ * @param {any} manifest of the package
+ * @returns {string[]}
+ */
+export function obstacles(version, env, manifest) {
+  const repository = /github\.com\/([^/]+\/[^/.]+)/.exec(manifest.repository?.url ?? '')?.[1];
+  const found = [];
+  if (!env.GITHUB_ACTIONS) return ['Publishing is for the workflow release.yml: push the tag.'];
+  if (!env.ACTIONS_ID_TOKEN_REQUEST_URL) found.push('The workflow has no permission "id-token: write".');
+  if (env.GITHUB_REF !== `refs/tags/${tagOf(version)}`)
+    found.push(`The workflow runs at ${env.GITHUB_REF} (expected refs/tags/${tagOf(version)}).`);
+  if (env.GITHUB_REPOSITORY !== repository)
+    found.push(`This is ${env.GITHUB_REPOSITORY}, and package.json names ${repository} as the source.`);
+  if (manifest.publishConfig?.provenance !== true) found.push('package.json has no publishConfig.provenance.');
+  return found;
 }
 
 /** A list of files with their bytes, largest first, and their sum. */
@@ -87,10 +119,13 @@ function checkVersion() {
   return version;
 }
 
-function checkTree(version) {
+function checkTree() {
   const changed = output('git', ['status', '--porcelain']);
   if (changed === null) fail('This is no git repository.');
   if (changed) fail(`Commit these first:\n${changed}`);
+}
+
+function checkTag(version) {
   if (output('git', ['tag', '--list', tagOf(version)])) fail(`The tag ${tagOf(version)} is there already.`);
 }
 
@@ -107,11 +142,11 @@ function packCrate(version) {
 /** Builds and packs the npm package, and has both linters look at the very file. */
 async function packNpm(version) {
   await build();
+  await checkSizes();
   mkdirSync(packages, { recursive: true });
-  const printed = output('npm', ['pack', '--json', '--ignore-scripts', '--pack-destination', packages]);
-  if (printed === null) fail('npm pack failed.');
-  const packed = JSON.parse(printed);
-  const { files } = Array.isArray(packed) ? packed[0] : Object.values(packed)[0];
+  const { files } = packed('--pack-destination', packages);
+  const missing = absent(files.map(({ path }) => path));
+  if (missing.length > 0) fail(`The package lacks ${missing.join(', ')}.`);
   const tarball = join(packages, `tracecut-${version}.tgz`);
   const tool = (script, ...args) => run(process.execPath, [join('node_modules', script), ...args]);
   tool('publint/src/cli.js', 'run', tarball, '--strict');
@@ -119,29 +154,57 @@ async function packNpm(version) {
   return { tarball, files };
 }
 
-async function dryRun() {
+/** Which of the files that a package must not go without are not among these. */
+export function absent(paths) {
+  const needed = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', `dist/${LICENCES}`, `dist/${BILL}`];
+  return needed.filter((path) => !paths.includes(path));
+}
+
+/** Makes both packages and looks at them as they are. */
+async function check() {
   ensureNodeModules();
   const version = checkVersion();
-  checkTree(version);
+  checkTree();
   const { tarball, files } = await packNpm(version);
   const crate = packCrate(version);
   console.log(`\nThe crate, ${statSync(join(packages, `tracecut-${version}.crate`)).size} bytes packed:`);
   console.log(listing(crate));
   console.log(`\nThe npm package, ${statSync(tarball).size} bytes packed:`);
   console.log(listing(files));
-  console.log(`\nBoth are in order; the tag is ${tagOf(version)}. Nothing was published. By hand:`);
+  return { version, tarball };
+}
+
+async function dryRun() {
+  checkTag(checkVersion());
+  const { version, tarball } = await check();
+  // npm says what it would do, and looks at manifest and files as it does when it publishes.
+  const [command, ...args] = rehearsal(version);
+  run(command, args);
+  console.log(`\n${tarball} and the crate are in order; the tag is ${tagOf(version)}. Nothing was published. By hand:`);
   console.log(byHand(version).slice(1).join('\n'));
 }
 
+/** Only in the workflow. */
+async function publish() {
+  const manifest = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8'));
+  const faults = obstacles(checkVersion(), process.env, manifest);
+  if (faults.length > 0) fail(faults.join('\n'));
+  const { version } = await check();
+  for (const [command, ...args] of publishing(version)) run(command, args);
+}
+
 function options() {
+  const flag = { type: 'boolean', default: false };
   try {
-    return parseArgs({ options: { 'dry-run': { type: 'boolean', default: false } } }).values;
+    return parseArgs({ options: { 'dry-run': flag, publish: flag } }).values;
   } catch (error) {
     return fail(`${error.message}\nUsage: npm run release -- --dry-run`);
   }
 }
 
 if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
-  if (options()['dry-run']) await dryRun();
+  const chosen = options();
+  if (chosen['dry-run']) await dryRun();
+  else if (chosen.publish) await publish();
   else fail(`A release is made by hand:\n  ${byHand(checkVersion()).join('\n  ')}`);
 }

@@ -1,5 +1,5 @@
-// A static file server for development and tests: `www/` at `/`, the built package at `/dist/`. Nothing else is
-// reachable.
+// A static file server for development and tests: `www/` at `/`, the built package at `/dist/`, the documentation at
+// `/docs/`. Nothing else is reachable.
 
 import { createReadStream } from 'node:fs';
 import { stat } from 'node:fs/promises';
@@ -10,6 +10,7 @@ import { root } from './tools.mjs';
 
 const mounts = [
   { prefix: '/dist/', folder: join(root, 'dist') },
+  { prefix: '/docs/', folder: join(root, 'out', 'docs') },
   { prefix: '/', folder: join(root, 'www') },
 ];
 
@@ -50,9 +51,14 @@ export function serve({ port = 0 } = {}) {
   });
 }
 
+/** The documentation, made when it is first asked for. */
+let documents;
+const makeDocuments = async () => (await import('./documents.mjs')).writeDocuments(join(root, 'out'));
+
 async function answer(request, response) {
   if (request.method !== 'GET' && request.method !== 'HEAD') return end(response, 405, 'only GET and HEAD');
   if (/^\/service-worker\.js(\?|$)/.test(request.url)) return end(response, 200, serviceWorker(), types['.js']);
+  if (request.url.startsWith('/docs/')) await (documents ??= makeDocuments());
   const file = await find(request.url);
   if (!file) return end(response, 404, 'not found');
   const { size } = await stat(file);

@@ -1,11 +1,14 @@
 // `npm run site -- [folder]`: the page as a folder for any static host (out/site if not given); works from any
-// sub-path. Its code is bundled and minified; what is served while one works on the page is as written.
+// sub-path. Its code is bundled and minified, with source maps; what is served while one works on the page is as
+// written.
 
 import { cpSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
-import { dirname, join, relative, resolve, sep } from 'node:path';
+import { basename, dirname, join, relative, resolve, sep } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { build as bundle, transform } from 'esbuild';
 import { build } from './build.mjs';
+import { writeDocuments } from './documents.mjs';
+import { LICENCES } from './licences.mjs';
 import { listed, precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
@@ -15,6 +18,12 @@ const BUNDLES = [
   { folder: 'dist/aside', entries: ['worker.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
+
+/**
+ * Least bytes of a bundle that names its source map: the name alone weighs 35, and a visit loads many small parts.
+ * Their maps lie beside them all the same.
+ */
+const LEAST_MAPPED = 4096;
 
 /** Folders as they are built, and as they are served. */
 const PLACES = { dist: join(root, 'dist'), demo: join(root, 'www', 'demo') };
@@ -34,15 +43,34 @@ export async function writeSite(target) {
     cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name), to);
   }
   await writeDocument(target);
-  // Fetched when somebody looks at it, and not kept before.
+  for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
+  // These two are fetched when somebody looks at them, and not kept before.
   cpSync(join(PLACES.demo, 'gallery'), join(target, 'demo', 'gallery'), { recursive: true });
+  await writeDocuments(target);
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo(?!\/gallery)|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name);
+    /^(dist|demo(?!\/gallery)|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
+    !name.endsWith('.map');
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
-  writeFileSync(join(target, 'service-worker.js'), await small(serviceWorker(list), 'js'));
-  cpSync(join(PLACES.dist, 'vendor', 'LICENSES.txt'), join(target, 'dist', 'vendor', 'LICENSES.txt'));
+  await writeServiceWorker(list, target);
+  cpSync(join(PLACES.dist, LICENCES), join(target, 'dist', LICENCES));
   return list.files;
+}
+
+/** @param {{version: string, files: string[]}} list @param {string} target */
+async function writeServiceWorker(list, target) {
+  const name = 'service-worker.js';
+  const shape = { loader: /** @type {const} */ ('js'), minify: true, sourcemap: true, sourcefile: `../${name}` };
+  const { code, map } = await transform(serviceWorker(list), shape);
+  writeFileSync(join(target, `${name}.map`), map);
+  writeFileSync(join(target, name), `${code}//# sourceMappingURL=${name}.map\n`);
+}
+
+/** A bundle of the package, which names its source map only where that lies beside it. */
+function copyWithMap(name, target) {
+  cpSync(join(root, `${name}.map`), join(target, `${name}.map`));
+  const code = readFileSync(join(root, name), 'utf8');
+  writeFileSync(join(target, name), `${code}//# sourceMappingURL=${basename(name)}.map\n`);
 }
 
 /** The document, its style sheets as one in their order. @param {string} target */
@@ -51,12 +79,12 @@ async function writeDocument(target) {
   const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
   const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'www', href), 'utf8'));
   let count = 0;
-  const one = '\n    <link rel="stylesheet" href="./page.css">';
-  writeFileSync(
-    join(target, 'index.html'),
-    source.replace(link, () => (count++ === 0 ? one : '')),
-  );
-  writeFileSync(join(target, 'page.css'), await small(sheets.join('\n'), 'css'));
+  const one = '\n<link rel="stylesheet" href="./page.css">';
+  const html = source.replace(link, () => (count++ === 0 ? one : ''));
+  // No element of the page keeps white space as it is.
+  writeFileSync(join(target, 'index.html'), html.replace(/\n\s+/g, '\n'));
+  const { code } = await transform(sheets.join('\n'), { loader: 'css', minify: true });
+  writeFileSync(join(target, 'page.css'), code);
 }
 
 /**
@@ -66,17 +94,26 @@ async function writeDocument(target) {
 async function writeBundle({ folder, entries }, target) {
   const [place, ...deeper] = folder.split('/');
   const from = join(PLACES[place], ...deeper);
-  await bundle({
+  // Source maps name sources by their way from here: wherever the site goes, they are the same.
+  const made = join(root, 'out', 'site');
+  const { outputFiles } = await bundle({
     entryPoints: entries.map((name) => join(from, name)),
-    outdir: join(target, folder),
+    outdir: join(made, folder),
+    write: false,
     bundle: true,
     splitting: true,
     minify: true,
+    sourcemap: true,
     format: 'esm',
-    chunkNames: 'part-[hash]',
+    chunkNames: '[hash]',
     plugins: [apart(folder)],
     logLevel: 'warning',
   });
+  for (const { path, text } of outputFiles) {
+    const to = join(target, relative(made, path));
+    mkdirSync(dirname(to), { recursive: true });
+    writeFileSync(to, text.length < LEAST_MAPPED ? text.replace(/\/\/# sourceMappingURL=.*\n$/, '') : text);
+  }
 }
 
 /**
@@ -99,11 +136,6 @@ function apart(folder) {
       return { path: to.startsWith('.') ? to : `./${to}`, external: true };
     });
   return { name: 'apart', setup };
-}
-
-/** The same code or style sheet in fewer bytes. */
-async function small(source, loader) {
-  return (await transform(source, { loader, minify: true })).code;
 }
 
 if (import.meta.url === pathToFileURL(process.argv[1]).href) {

@@ -40,11 +40,11 @@ async function dropOthers() {
 async function answer(request) {
   const cache = await caches.open(NAME);
   const { origin, pathname } = new URL(request.url);
-  if (pathname.includes('/demo/gallery/')) return fetchedOrKept(request, origin + pathname, cache);
+  if (/\/(demo\/gallery|docs)\//.test(pathname)) return fetchedOrKept(request, origin + pathname, cache);
   return (await cache.match(origin + pathname)) ?? fetch(request);
 }
 
-/** The gallery is no part of the list: what was fetched of it is kept from then on, and shown without a network. */
+/** Gallery and documentation are not listed: what was fetched is kept from then on, and shown without a network. */
 async function fetchedOrKept(request, address, cache) {
   const response = await fetch(request).catch(() => null);
   if (response?.ok) await cache.put(address, response.clone());

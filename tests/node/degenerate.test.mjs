@@ -127,7 +127,11 @@ test('misspelt options, wrong types and values out of range are named with what 
   await rejects(createSession({ clip: { maxSide: () => 320 } }), 'param', /clip\.maxSide = a function/);
   await rejects(createSession('fast'), 'param', /options = "fast"/);
   await rejects(createSession(null), 'param', /options = null/);
-  await rejects(createSession({ worker: 1 }), 'param', /worker = 1 \(expected true or false\)/);
+  await rejects(
+    createSession({ worker: 1 }),
+    'param',
+    /worker = 1 \(expected true, false, an address or a function that starts one\)/,
+  );
   const circular = { clip: {} };
   circular.clip.clip = circular.clip;
   await rejects(createSession(circular), 'param', /clip\.clip/);

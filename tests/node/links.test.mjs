@@ -39,10 +39,14 @@ function anchors(text) {
   });
 }
 
+/** Where files of ours are outside of the repository: links from pages of registries have to name them so. */
+const OUTSIDE = /^https:\/\/(?:raw\.githubusercontent|github)\.com\/tracecut\/tracecut\/(?:(?:blob|tree)\/)?HEAD\//;
+
 /** What is wrong with a link of a file, or null. */
 function fault(file, target) {
   const [path, anchor] = decodeURI(target).split('#');
-  const place = path ? resolve(dirname(file), path) : file;
+  const inside = OUTSIDE.test(path) ? join(root, path.replace(OUTSIDE, '')) : resolve(dirname(file), path);
+  const place = path ? inside : file;
   const where = `${relative(root, file)}: ${target}`;
   if (relative(root, place).startsWith('..')) return `${where} leads out of the repository`;
   if (!existsSync(place)) return `${where} leads nowhere`;
@@ -51,17 +55,28 @@ function fault(file, target) {
 }
 
 const isRelative = (target) => !/^[a-z][a-z+.-]*:|^\/\//i.test(target);
+const isOurs = (target) => isRelative(target) || OUTSIDE.test(target);
 
-test('every relative link of the documentation leads to a file and a heading that are there', () => {
+test('every link of the documentation to a file of ours leads to a file and a heading that are there', () => {
   const files = markdown(root);
   assert.ok(files.includes(join(root, 'README.md')) && files.includes(join(root, 'docs', 'reference.md')));
   const links = files.flatMap((file) =>
     targets(readFileSync(file, 'utf8'))
-      .filter(isRelative)
+      .filter(isOurs)
       .map((target) => ({ file, target })),
   );
-  assert.ok(links.some(({ target }) => target === 'ARCHITECTURE.md'));
+  assert.ok(
+    links.some(({ target }) => target === 'ARCHITECTURE.md') && links.some(({ target }) => OUTSIDE.test(target)),
+  );
   assert.deepEqual(links.map(({ file, target }) => fault(file, target)).filter(Boolean), []);
+});
+
+test('the README, which registries show on pages of their own, has no relative link but to its own headings', () => {
+  const links = targets(readFileSync(join(root, 'README.md'), 'utf8'));
+  assert.deepEqual(
+    links.filter((target) => isRelative(target) && !target.startsWith('#')),
+    [],
+  );
 });
 
 test('links that lead nowhere are seen', () => {
@@ -70,6 +85,10 @@ test('links that lead nowhere are seen', () => {
   assert.match(fault(file, 'ARCHITECTURE.md#nothing'), /names no heading/);
   assert.match(fault(file, '../elsewhere.md'), /out of the repository/);
   assert.equal(fault(file, 'ARCHITECTURE.md#data-flow'), null);
+  const outside = 'https://github.com/tracecut/tracecut/blob/HEAD/';
+  assert.match(fault(file, `${outside}docs/nothing.md`), /leads nowhere/);
+  assert.match(fault(file, `${outside}ARCHITECTURE.md#nothing`), /names no heading/);
+  assert.equal(fault(file, `${outside}ARCHITECTURE.md#data-flow`), null);
   assert.deepEqual(targets('[a](b.md) `[c](d.md)`\n```\n[e](f.md)\n```\n![g](<h.png>)\n[i]: j.md\n<img src="k.png">'), [
     'b.md',
     'h.png',

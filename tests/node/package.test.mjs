@@ -1,42 +1,20 @@
 // The package as npm would publish it.
 
 import assert from 'node:assert/strict';
-import { execFileSync, spawnSync } from 'node:child_process';
+import { spawnSync } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
-import { basename, join, relative } from 'node:path';
+import { join } from 'node:path';
 import { test } from 'node:test';
-import { gzipSync } from 'node:zlib';
 import { build as bundle } from 'esbuild';
 import * as tracecut from 'tracecut';
+import { MOST_OF_FILES, MOST_WASM, MOST_ZIPPED, packed, sizes, table } from '../../scripts/size.mjs';
 import { root } from '../../scripts/tools.mjs';
 
 const read = (name) => readFileSync(join(root, name), 'utf8');
 const manifest = JSON.parse(read('package.json'));
 
-/** Most bytes of the package when it is installed, without the builds in one file; and of each of those. */
-const MOST_UNPACKED = 2.8 * 1024 * 1024;
-const MOST_OF_FILES = {
-  'dist/inline.js': 1400 * 1024,
-  'dist/worker.bundle.js': 50 * 1024,
-  'dist/node.cjs': 210 * 1024,
-};
-
 /** What reads streams and starts programs. */
 const ONLY_IN_NODE = ['framesOfRaw', 'framesOfVideo', 'framesOfY4m'];
-
-/**
- * Most bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads when that is
- * first needed.
- */
-const MOST_ZIPPED = {
-  'index.js': 56 * 1024,
-  'worker.js': 10 * 1024,
-  'vendor/media.js': 150 * 1024,
-  'vendor/zip.js': 8 * 1024,
-  // All of it, as it is.
-  'worker.bundle.js': 18 * 1024,
-  'inline.js': 720 * 1024,
-};
 
 test('the versions of crate, package and built module are one', () => {
   assert.equal(/^version = "(.+)"$/m.exec(read('Cargo.toml'))[1], manifest.version);
@@ -84,7 +62,8 @@ test('the tarball holds the built package and nothing else', () => {
     'dom.d.ts',
     'vendor/media.js',
     'vendor/zip.js',
-    'vendor/LICENSES.txt',
+    'THIRD-PARTY-LICENSES.txt',
+    'sbom.cdx.json',
     'inline.js',
     'inline.d.ts',
     'worker.bundle.js',
@@ -92,15 +71,8 @@ test('the tarball holds the built package and nothing else', () => {
     'node.d.cts',
   ].map((name) => `dist/${name}`);
   const words = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
-  const { files, unpackedSize } = packed();
+  const { files } = packed();
   assert.deepEqual(files.map(({ path }) => path).sort(), [...sources, ...built, ...words].sort());
-  let rest = unpackedSize;
-  for (const [path, most] of Object.entries(MOST_OF_FILES)) {
-    const { size } = files.find((file) => file.path === path);
-    assert.ok(size < most, `${path}: ${size} bytes`);
-    rest -= size;
-  }
-  assert.ok(rest < MOST_UNPACKED, `${rest} bytes`);
 });
 
 test('every module of the source is in the build, unchanged', () => {
@@ -132,14 +104,51 @@ test('no module of the package imports anything by a bare name, so that a page n
   );
 });
 
-test('what a page loads first is small, and what is loaded when it is needed lies in files of its own', async () => {
-  const zipped = Object.fromEntries(
-    await Promise.all(Object.keys(MOST_ZIPPED).map(async (name) => [name, await zippedSize(name)])),
+test('what a page loads first is small, and so is all of it', async () => {
+  const rows = await sizes();
+  const files = Object.keys(MOST_OF_FILES).map((name) => `${name}, as a file`);
+  const names = [...Object.keys(MOST_ZIPPED), ...Object.keys(MOST_WASM), ...files, 'package, without these'];
+  assert.deepEqual(
+    rows.map(({ name }) => name),
+    names,
   );
-  for (const [name, most] of Object.entries(MOST_ZIPPED))
-    console.log(`${name}: ${zipped[name]} of ${most} bytes zipped`);
-  for (const [name, most] of Object.entries(MOST_ZIPPED))
-    assert.ok(zipped[name] <= most, `${name}: ${zipped[name]} bytes zipped, ${most} allowed`);
+  const large = rows.filter(({ fits }) => !fits);
+  assert.deepEqual(large, [], table(large));
+});
+
+test('a row of the table of sizes says so where something is too large', () => {
+  const row = { name: 'a.js', unpacked: 1234, minified: 1000, zipped: 101, most: 100, fits: false };
+  const lines = table([row, { ...row, name: 'b.wasm', minified: undefined, fits: true }]).split('\n');
+  assert.match(lines[1], /^a\.js +1,234 +1,000 +101 +100 +too large$/);
+  assert.match(lines[2], /^b\.wasm +1,234 +101 +100$/);
+});
+
+test('each entry of the package counts what it imports, and nothing that it loads later', async () => {
+  const [index, worker] = await sizes();
+  const media = readFileSync(join(root, 'dist', 'vendor', 'media.js'));
+  assert.ok(index.unpacked > read('dist/index.js').length && index.unpacked < media.length);
+  assert.ok(worker.zipped < worker.minified && worker.minified < worker.unpacked);
+});
+
+test('nothing of ours in the package is minified, so that it needs no source maps, and nothing names one', () => {
+  const names = modules().concat('glue.js', 'decoder.js', 'parameters.js');
+  for (const name of names) {
+    const text = read(join('dist', name));
+    assert.ok(text.length / text.split('\n').length < 200, `${name} has long lines`);
+  }
+  const all = names.concat('vendor/media.js', 'vendor/zip.js');
+  assert.deepEqual(
+    all.filter((name) => read(join('dist', name)).includes('sourceMappingURL')),
+    [],
+  );
+});
+
+test('the manifest says who made it, where it lives and where faults go', () => {
+  const { homepage, bugs, author, repository, publishConfig } = manifest;
+  const place = repository.url.replace(/^git\+|\.git$/g, '');
+  assert.deepEqual([homepage, bugs.url], [`${place}#readme`, `${place}/issues`]);
+  assert.match(author, /^The TraceCut developers/);
+  assert.deepEqual(publishConfig, { access: 'public', provenance: true });
 });
 
 test('importing the package touches nothing', () => {
@@ -202,29 +211,6 @@ function importsOf(text) {
   return [...code.matchAll(/(?:\bfrom|\bimport)\s*\(?\s*['"]([^'"]+)['"]/g)].map(([, specifier]) => specifier);
 }
 
-/** Bytes of a file of dist/ with all that it imports statically, minified and zipped. */
-async function zippedSize(name) {
-  const { metafile, outputFiles } = await bundle({
-    entryPoints: [`dist/${name}`],
-    absWorkingDir: root,
-    outdir: 'out',
-    bundle: true,
-    minify: true,
-    splitting: true,
-    format: 'esm',
-    write: false,
-    metafile: true,
-    logLevel: 'warning',
-  });
-  const chunks = new Set([`out/${basename(name)}`]);
-  for (const chunk of chunks) {
-    for (const { path, kind } of metafile.outputs[chunk].imports) if (kind === 'import-statement') chunks.add(path);
-  }
-  const loaded = outputFiles.filter(({ path }) => chunks.has(relative(root, path).replaceAll('\\', '/')));
-  assert.equal(loaded.length, chunks.size);
-  return loaded.reduce((sum, { contents }) => sum + gzipSync(contents, { level: 9 }).length, 0);
-}
-
 /** A module of these contents, bundled by a project that has installed the package. */
 async function bundled(contents) {
   const { outputFiles } = await bundle({
@@ -240,15 +226,4 @@ async function bundled(contents) {
 /** Runs a command line tool of the project's own, found by the place of its script. */
 function tool(script, ...args) {
   return spawnSync(process.execPath, [join(root, 'node_modules', script), ...args], { cwd: root, encoding: 'utf8' });
-}
-
-function packed() {
-  const windows = process.platform === 'win32';
-  const text = execFileSync('npm', ['pack', '--dry-run', '--json', '--ignore-scripts'], {
-    cwd: root,
-    encoding: 'utf8',
-    shell: windows,
-  });
-  const parsed = JSON.parse(text);
-  return Array.isArray(parsed) ? parsed[0] : Object.values(parsed)[0];
 }

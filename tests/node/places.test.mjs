@@ -50,10 +50,11 @@ test('a place that is none is refused, and nothing of what came with it is kept'
   (await synthClip(SMALL)).close();
 });
 
-test('a worker is an address, a function, true or false; Node has none', async () => {
-  const words = /^worker = .* \(expected false or nothing: this thread can start no module workers/;
-  for (const worker of [true, '/worker.bundle.js', new URL('file:///worker.js'), () => null])
+test('a worker is an address, a function, true or false; threads of Node have no address', async () => {
+  const words = /^worker = .* \(expected true, false or nothing: threads of Node need no address\)/;
+  for (const worker of ['/worker.bundle.js', new URL('file:///worker.js')])
     await rejects(createSession({ worker }), 'unsupported', words);
+  await rejects(createSession({ worker: () => null }), 'param', /^worker\(\) = null \(expected a Worker\)/);
   const mask = { labels: new Uint8Array(4), width: 2, height: 2 };
   const picture = { data: new Uint8Array(16), width: 2, height: 2 };
   await rejects(enlargeMask(mask, picture, { worker: '/worker.js' }), 'unsupported', words);

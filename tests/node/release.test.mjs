@@ -1,11 +1,25 @@
-// What the release script reads and says; what it builds is tested by running it.
+// What the release script reads, says and refuses; what it builds is tested by its dry run.
 
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { FILES, byHand, listing, notesOf, tagOf, versionOf } from '../../scripts/release.mjs';
-import { root } from '../../scripts/tools.mjs';
+import {
+  FILES,
+  absent,
+  byHand,
+  listing,
+  notesOf,
+  obstacles,
+  publishing,
+  rehearsal,
+  tagOf,
+  versionOf,
+} from '../../scripts/release.mjs';
+import { packed } from '../../scripts/size.mjs';
+import { output, root } from '../../scripts/tools.mjs';
 
 const read = (file) => readFileSync(join(root, file), 'utf8');
 
@@ -51,11 +65,67 @@ test('the notes of a version end where the next begins, or the links', () => {
   assert.equal(notesOf(changelog, 'Unreleased'), '');
 });
 
-test('what to type by hand names the tag and ends with both publishers', () => {
+test('what to type by hand ends with the tag, which makes the workflow publish', () => {
   assert.equal(tagOf('1.2.3'), 'v1.2.3');
   const lines = byHand('1.2.3');
-  assert.ok(lines.includes('git push origin v1.2.3'));
-  assert.deepEqual(lines.slice(-2), ['cargo publish --locked', 'npm publish target/package/tracecut-1.2.3.tgz']);
+  assert.equal(lines[0], 'npm run release -- --dry-run');
+  assert.equal(lines.at(-1), 'git push origin v1.2.3');
+});
+
+test('npm publishes the very file that was checked, with provenance, and cargo the crate', () => {
+  const [npm, cargo] = publishing('1.2.3').map((words) => words.join(' '));
+  assert.equal(npm, 'npm publish target/package/tracecut-1.2.3.tgz --provenance --access public');
+  assert.equal(cargo, 'cargo publish --locked --package tracecut');
+});
+
+test('npm would publish the tarball as it is', (t) => {
+  const folder = mkdtempSync(join(tmpdir(), 'tracecut-'));
+  t.after(() => rmSync(folder, { recursive: true }));
+  const { files, filename } = packed('--pack-destination', folder);
+  assert.deepEqual(absent(files.map(({ path }) => path)), []);
+  const [command, ...words] = rehearsal('1.2.3').map((word) => (word.endsWith('.tgz') ? join(folder, filename) : word));
+  assert.equal(output(command, [...words, '--offline']), `+ tracecut@${JSON.parse(read('package.json')).version}`);
+});
+
+test('a package without its licences or its bill of materials is refused', () => {
+  const paths = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', 'dist/index.js'];
+  assert.deepEqual(absent(paths), ['dist/THIRD-PARTY-LICENSES.txt', 'dist/sbom.cdx.json']);
+});
+
+test('only the workflow publishes: at the tag of this version, of this repository, with a token to sign with', () => {
+  const manifest = JSON.parse(read('package.json'));
+  const env = {
+    GITHUB_ACTIONS: 'true',
+    ACTIONS_ID_TOKEN_REQUEST_URL: 'somewhere',
+    GITHUB_REF: 'refs/tags/v1.2.3',
+    GITHUB_REPOSITORY: 'tracecut/tracecut',
+  };
+  const faults = (change, of = manifest) => obstacles('1.2.3', { ...env, ...change }, of).join();
+  assert.equal(faults({}), '');
+  assert.match(faults({ GITHUB_ACTIONS: undefined }), /push the tag/);
+  assert.match(faults({ ACTIONS_ID_TOKEN_REQUEST_URL: undefined }), /"id-token: write"/);
+  assert.match(faults({ GITHUB_REF: 'refs/heads/main' }), /refs\/heads\/main \(expected refs\/tags\/v1\.2\.3\)/);
+  assert.match(faults({ GITHUB_REPOSITORY: 'a/fork' }), /a\/fork, and package\.json names tracecut\/tracecut/);
+  assert.match(faults({}, { ...manifest, publishConfig: {} }), /publishConfig\.provenance/);
+});
+
+test('without the workflow nothing is published', () => {
+  const { GITHUB_ACTIONS, ...env } = process.env;
+  const { status, stderr } = spawnSync(process.execPath, ['scripts/release.mjs', '--publish'], {
+    cwd: root,
+    env,
+    encoding: 'utf8',
+  });
+  assert.equal(status, 1);
+  assert.match(stderr, /Publishing is for the workflow release\.yml/);
+});
+
+test('the workflow runs this script at tags alone, and may sign', () => {
+  const workflow = read(join('.github', 'workflows', 'release.yml'));
+  assert.match(workflow, /^on:\n {2}push:\n {4}tags: \['v\[0-9\]\*'\]\n\n/m);
+  assert.match(workflow, /^ {4}permissions:\n {6}contents: read\n {6}id-token: write\n/m);
+  assert.match(workflow, /run: npm run release -- --publish$/m);
+  assert.doesNotMatch(workflow, /secrets\./);
 });
 
 test('contents are listed with the largest first and their sum', () => {

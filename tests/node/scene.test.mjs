@@ -45,7 +45,7 @@ test('where no background is seen, nothing moves; clusters are taken for their o
   const { label, ...trajectories } = trajectoriesOf(lists);
   const result = { numFrames: 4, trajectories, clusters: { label, object: [1, 1, 1, 0] } };
   assert.deepEqual([...sceneMotion(result).x], [0, 4, 4, 8]);
-  assert.deepEqual([...sceneMotion({ ...result, objects: null }).x], [0, 0, 0, 0]);
+  assert.deepEqual([...sceneMotion({ ...result, clusters: { label, object: null } }).x], [0, 0, 0, 0]);
 });
 
 test('of a made clip whose camera pans it is the true flow of the background', async () => {

@@ -101,7 +101,9 @@ export function watchMemories(t) {
   const { instantiate } = WebAssembly;
   WebAssembly.instantiate = async (...args) => {
     const instance = await instantiate(...args);
-    memories.push(new WeakRef(instance.exports.memory));
+    // Node has wasm of its own.
+    const isOurs = Object.keys(instance.exports).some((name) => name.startsWith('__wbindgen'));
+    if (isOurs) memories.push(new WeakRef(instance.exports.memory));
     return instance;
   };
   t.after(() => (WebAssembly.instantiate = instantiate));

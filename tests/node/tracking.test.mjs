@@ -68,7 +68,7 @@ test('trajectories from outside and frames give masks, in either order', async (
   for (const frame of frames) await before.push(frame);
   const [first, second] = [await after.run(), await before.run()];
   assert.deepEqual(first.trajectories.x, ours.trajectories.x);
-  assert.ok(first.objects.count > 0 && first.saliency && first.components);
+  assert.ok(first.objects.length > 0 && first.saliency && first.components);
   let same = 0;
   for (let k = 0; k < SMALL.frames; k += 1) {
     assert.deepEqual(first.labels(k), second.labels(k));
@@ -99,7 +99,7 @@ test('fewer of them, wider apart, give much the same masks', async (t) => {
   });
   const fewer = await session.run();
   assert.equal(fewer.trajectories.count, kept.length);
-  assert.equal(fewer.objects.count, result.objects.count);
+  assert.equal(fewer.objects.length, result.objects.length);
   const mask = result.labels(4);
   const same = fewer.labels(4).filter((label, p) => label === mask[p]).length;
   assert.ok(same > 0.95 * mask.length, `${same} of ${mask.length} pixels`);

@@ -191,6 +191,7 @@ export async function fromTracksDat(text, size) {
 /** @typedef {import('./export/table.js').TrajectoryPoints} TrajectoryPoints */
 /** @typedef {import('./tracking.js').TrackedClip} TrackedClip */
 /** @typedef {import('./tracking.js').TrajectoryOptions} TrajectoryOptions */
+/** @typedef {import('./tracking.js').TrackingProgress} TrackingProgress */
 /** @typedef {import('./tracks-file.js').TrackFile} TrackFile */
 /** @typedef {import('./tracks-dat.js').TracksToWrite} TracksToWrite */
 /** @typedef {import('./export/images.js').EncodeImagesOptions} EncodeImagesOptions */

@@ -16,15 +16,20 @@ import { RAW_FORMATS, framePixels, y4mHeader } from './node-pixels.js';
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 
 /**
- * What lies in a raw stream: frames of `width` × `height` pixels, one after the other, in a format that is called as
- * ffmpeg's `-pix_fmt`; `frameRate` in frames per second, 25 if not given.
- * @typedef {{width: number, height: number, format: 'rgba' | 'bgra' | 'rgb24' | 'bgr24' | 'gray' | 'yuv420p' |
- *   'yuv422p' | 'yuv444p', frameRate?: number}} RawOptions
+ * What lies in a raw stream: frames one after the other.
+ * @typedef {object} RawOptions
+ * @property {number} width of a frame in pixels
+ * @property {number} height of a frame in pixels
+ * @property {'rgba' | 'bgra' | 'rgb24' | 'bgr24' | 'gray' | 'yuv420p' | 'yuv422p' | 'yuv444p'} format of a frame, called
+ *   as ffmpeg's `-pix_fmt`
+ * @property {number} [frameRate] in frames per second; 25 if not given
  */
 
 /**
- * `ffmpeg` is the program, `'ffmpeg'` from the PATH if not given; `signal` ends it.
- * @typedef {{ffmpeg?: string, signal?: AbortSignal}} FfmpegOptions
+ * How ffmpeg is called.
+ * @typedef {object} FfmpegOptions
+ * @property {string} [ffmpeg] the program; `'ffmpeg'` from the PATH if not given
+ * @property {AbortSignal} [signal] ends it
  */
 
 const MAX_SIDE = 16384;

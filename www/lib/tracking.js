@@ -10,10 +10,17 @@ import { nothingTaken, taken, unlessAborted } from './video/reader.js';
 import { openReader } from './video/source.js';
 
 /**
+ * What is told of tracking.
+ * @typedef {object} TrackingProgress
+ * @property {(progress: import('./engine.js').Progress) => void} [onProgress] hears of the stages `flow` and
+ *   `trajectories`
+ */
+
+/**
  * Options of `trajectories`: what to take of the source, and the options of a session, of which flow and tracking are
- * used. `onProgress` hears of the stages `flow` and `trajectories`.
- * @typedef {import('./video/options.js').TakeOptions & import('./options.js').SessionOptions & {onProgress?: (progress:
- *   import('./engine.js').Progress) => void}} TrajectoryOptions
+ * used.
+ * @typedef {import('./video/options.js').TakeOptions & import('./options.js').SessionOptions & TrackingProgress}
+ *   TrajectoryOptions
  */
 
 /**

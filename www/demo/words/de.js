@@ -376,6 +376,7 @@ const help = {
   'Click an object in the picture to see it alone; click it again, or the background, to see all.':
     'Ein Klick auf ein Objekt im Bild zeigt es allein; noch ein Klick darauf oder auf den Hintergrund zeigt wieder alle.',
   'Show the first steps': 'Die ersten Schritte zeigen',
+  Documentation: 'Dokumentation (englisch)',
   'Everything is computed on this device. Nothing is uploaded, and nothing is learned in advance: objects are told apart by their motion alone.':
     'Alles wird auf diesem Gerät berechnet. Nichts wird hochgeladen, und nichts ist vorher gelernt: Objekte werden allein an ihrer Bewegung unterschieden.',
   Space: 'Leertaste',

@@ -20,10 +20,11 @@ import { checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './m
  */
 
 /**
- * Options of `objectTable`: `trajectories`, those of the masks if not given, in their pixels; `objects`, which labels
- * are meant, all if not given; `frameRate`, in frames per second, where the masks have no times.
- * @typedef {{trajectories?: TrajectoryPoints, objects?: import('./mask-source.js').ObjectChoice, frameRate?: number}}
- *   ObjectTableOptions
+ * Options of `objectTable`.
+ * @typedef {object} ObjectTableOptions
+ * @property {TrajectoryPoints} [trajectories] in pixels of the masks; theirs if not given
+ * @property {import('./mask-source.js').ObjectChoice} [objects] which labels are meant; all if not given
+ * @property {number} [frameRate] in frames per second, where the masks have no times
  */
 
 /** @typedef {{left: number, top: number, right: number, bottom: number, area: number, x: number, y: number, dx: number,

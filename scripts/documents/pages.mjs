@@ -1,0 +1,96 @@
+// Which pages the documentation has, and what of which Markdown file is on each.
+
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { basename, join } from 'node:path';
+import { lex, plain } from './markdown.mjs';
+import { root } from '../tools.mjs';
+
+/**
+ * @typedef {object} Page
+ * @property {string} path below `docs/`
+ * @property {string} title
+ * @property {string} group the part of the navigation that it stands in
+ * @property {string} source the Markdown file, from the root of the repository
+ * @property {any[]} tokens its text, each heading with its `slug`
+ */
+
+/** The parts of the navigation, in their order. */
+export const GROUPS = ['Use', 'Recipes', 'Look up', 'Background'];
+
+/** Parts of the README that say how it is done and how well; all others are the guide. */
+const METHOD = [
+  'How it works',
+  'Parameters',
+  'The same result, always',
+  'Measured',
+  'What it does not do',
+  'Known failures',
+  'Papers',
+];
+
+/** Files that have a place of their own; other Markdown files of `docs/` stand in the background. */
+const LOOKED_UP = ['docs/reference.md'];
+
+/** @returns {Page[]} in the order of the navigation */
+export function allPages() {
+  const pages = [...ofReadme(), ...ofFolder('docs'), fileAt('examples/README.md', 'examples.html', 'Use'), gallery()];
+  pages.push(fileAt('CHANGELOG.md', 'changes.html', 'Look up'));
+  return pages.sort((a, b) => GROUPS.indexOf(a.group) - GROUPS.indexOf(b.group));
+}
+
+const read = (file) => readFileSync(join(root, file), 'utf8').replaceAll('\r', '');
+
+/** The README as two pages. */
+function ofReadme() {
+  const parts = { guide: [], method: lex('# Method\n') };
+  let part = 'guide';
+  for (const token of lex(read('README.md'))) {
+    if (token.type === 'heading' && token.depth === 2) part = METHOD.includes(token.text) ? 'method' : 'guide';
+    parts[part].push(token);
+  }
+  const source = 'README.md';
+  return [
+    { path: 'index.html', title: 'Guide', group: 'Use', source, tokens: parts.guide },
+    { path: 'method.html', title: 'Method', group: 'Background', source, tokens: parts.method },
+  ];
+}
+
+/** A page for each Markdown file of a folder and the folders in it; those of inner folders are recipes. */
+function ofFolder(folder) {
+  return readdirSync(join(root, folder), { recursive: true })
+    .map((name) => `${folder}/${name.replaceAll('\\', '/')}`)
+    .filter((file) => file.endsWith('.md'))
+    .sort()
+    .map((file) => {
+      const inner = file.slice(folder.length + 1);
+      const group = LOOKED_UP.includes(file) ? 'Look up' : inner.includes('/') ? 'Recipes' : 'Background';
+      const path = inner.replace(/\bREADME\.md$/, 'index.md').replace(/\.md$/, '.html');
+      return fileAt(file, path === 'index.html' ? 'overview.html' : path, group);
+    });
+}
+
+/** @returns {Page} */
+function fileAt(source, path, group) {
+  const tokens = lex(read(source));
+  const heading = tokens.find(({ type, depth }) => type === 'heading' && depth === 1);
+  return { path, title: heading ? plain([heading]) : basename(path, '.html'), group, source, tokens };
+}
+
+/** The clips of the demo page's gallery, in its own words. @returns {Page} */
+function gallery() {
+  const { clips } = JSON.parse(read('www/demo/gallery/index.json'));
+  const words = read('www/demo/panels/gallery-clips.js');
+  const items = clips.map(({ id, frames, seconds, objects }) => {
+    const found = new RegExp(`id: '${id}',\\s*title: '([^']+)',\\s*about: '([^']+)'`).exec(words);
+    if (!found || !existsSync(join(root, `www/demo/gallery/${id}.webp`)))
+      throw new Error(`The gallery has no words or no picture of "${id}".`);
+    const [, title, about] = found;
+    const things = `${objects} object${objects === 1 ? '' : 's'}`;
+    const facts = `${frames} frames, ${seconds.toFixed(1)} seconds, ${things} found.`;
+    return `## ${title}\n\n${about} ${facts}\n\n![${about}](www/demo/gallery/${id}.webp)\n`;
+  });
+  const head = 'Made clips with the masks that TraceCut found in them; nothing is corrected by hand.';
+  const where = 'They open on the [demo page](../index.html), under “Gallery”, without a run.';
+  const tokens = lex(`# Gallery\n\n${head} ${where}\n\n${items.join('\n')}`);
+  return { path: 'gallery.html', title: 'Gallery', group: 'Use', source: 'gallery', tokens };
+}

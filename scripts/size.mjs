@@ -1,0 +1,139 @@
+// `npm run size`: what each entry of the built package weighs, and the most that it may. The tests and the release hold
+// it to that.
+
+import { readFileSync } from 'node:fs';
+import { basename, join, relative } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { gzipSync } from 'node:zlib';
+import { fail, output, root } from './tools.mjs';
+
+/**
+ * Most bytes, minified and zipped, of what a page loads first and in its worker, and of what it loads when that is
+ * first needed.
+ */
+export const MOST_ZIPPED = {
+  'index.js': 56 * 1024,
+  'worker.js': 10 * 1024,
+  'vendor/media.js': 150 * 1024,
+  'vendor/zip.js': 8 * 1024,
+  // All of it, as it is.
+  'worker.bundle.js': 18 * 1024,
+  'inline.js': 720 * 1024,
+};
+
+/**
+ * Most bytes of the zipped wasm files: the first is what every visitor of a page has to fetch, the second what those
+ * fetch besides who push PNG or JPEG files or enlarge masks.
+ */
+export const MOST_WASM = { 'tracecut_bg.wasm': 362 * 1024, 'decoder_bg.wasm': 130 * 1024 };
+
+/** Most bytes of the builds in one file, and of the package when it is installed without them. */
+export const MOST_OF_FILES = { 'inline.js': 1400 * 1024, 'worker.bundle.js': 50 * 1024, 'node.cjs': 224 * 1024 };
+export const MOST_UNPACKED = 2.8 * 1024 * 1024;
+
+/**
+ * @typedef {object} Size in bytes
+ * @property {string} name of a file of `dist/`, or of the package
+ * @property {number} unpacked as it is installed, with all that it imports statically
+ * @property {number} [minified] the same as a bundler makes it
+ * @property {number} [zipped] that, file by file as a host sends it; of the package all of it, as npm sends it
+ * @property {number} most of what is limited
+ * @property {boolean} fits
+ */
+
+/** @returns {Promise<Size[]>} one row for each entry and file with a limit, the package last */
+export async function sizes() {
+  const entries = await Promise.all(Object.entries(MOST_ZIPPED).map(([name, most]) => sizeOfEntry(name, most)));
+  const files = Object.entries(MOST_WASM).map(([name, most]) => sizeOfFile(name, most));
+  return [...entries, ...files, ...sizesOfPackage()];
+}
+
+/** The builds in one file as they are, then the package without them. */
+function sizesOfPackage() {
+  const { unpackedSize, size: zipped, files } = packed();
+  const single = Object.entries(MOST_OF_FILES).map(([name, most]) => {
+    const unpacked = files.find(({ path }) => path === `dist/${name}`)?.size ?? Infinity;
+    return { name: `${name}, as a file`, unpacked, most, fits: unpacked <= most };
+  });
+  const rest = unpackedSize - sum(single.map(({ unpacked }) => unpacked));
+  const most = Math.floor(MOST_UNPACKED);
+  return [...single, { name: 'package, without these', unpacked: rest, zipped, most, fits: rest <= most }];
+}
+
+/** A module of dist/ with all that it imports statically. */
+async function sizeOfEntry(name, most) {
+  const { metafile, outputFiles } = await bundled(name);
+  const chunks = new Set([`out/${basename(name)}`]);
+  for (const chunk of chunks) {
+    for (const { path, kind } of metafile.outputs[chunk].imports) if (kind === 'import-statement') chunks.add(path);
+  }
+  const loaded = outputFiles.filter(({ path }) => chunks.has(relative(root, path).replaceAll('\\', '/')));
+  if (loaded.length !== chunks.size) throw new Error(`${name}: ${loaded.length} of ${chunks.size} chunks found`);
+  const sources = new Set([...chunks].flatMap((chunk) => Object.keys(metafile.outputs[chunk].inputs)));
+  const zipped = sum(loaded.map(({ contents }) => zip(contents)));
+  return {
+    name,
+    unpacked: sum([...sources].map((source) => metafile.inputs[source].bytes)),
+    minified: sum(loaded.map(({ contents }) => contents.length)),
+    zipped,
+    most,
+    fits: zipped <= most,
+  };
+}
+
+async function bundled(name) {
+  const { build } = await import('esbuild');
+  return build({
+    entryPoints: [`dist/${name}`],
+    absWorkingDir: root,
+    outdir: 'out',
+    bundle: true,
+    minify: true,
+    splitting: true,
+    format: 'esm',
+    write: false,
+    metafile: true,
+    logLevel: 'warning',
+  });
+}
+
+function sizeOfFile(name, most) {
+  const bytes = readFileSync(join(root, 'dist', name));
+  const zipped = zip(bytes);
+  return { name, unpacked: bytes.length, zipped, most, fits: zipped <= most };
+}
+
+/** What npm would publish: its files with their sizes, and the sums. */
+export function packed(...args) {
+  const text = output('npm', ['pack', '--json', '--ignore-scripts', ...(args.length > 0 ? args : ['--dry-run'])]);
+  if (text === null) fail('npm pack failed.');
+  const parsed = JSON.parse(text);
+  return Array.isArray(parsed) ? parsed[0] : Object.values(parsed)[0];
+}
+
+const zip = (bytes) => gzipSync(bytes, { level: 9 }).length;
+const sum = (numbers) => numbers.reduce((total, one) => total + one, 0);
+
+/** Rows as a table. @param {Size[]} rows */
+export function table(rows) {
+  const bytes = (count) => (count === undefined ? '' : count.toLocaleString('en'));
+  const lines = rows.map(({ name, unpacked, minified, zipped, most, fits }) => [
+    name,
+    ...[unpacked, minified, zipped, most].map(bytes),
+    fits ? '' : 'too large',
+  ]);
+  const cells = [['bytes of', 'unpacked', 'minified', 'zipped', 'at most', ''], ...lines];
+  const widths = cells[0].map((_, column) => Math.max(...cells.map((line) => line[column].length)));
+  const pad = (cell, column) => (column === 0 ? cell.padEnd(widths[column]) : cell.padStart(widths[column]));
+  return cells.map((line) => line.map(pad).join('  ').trimEnd()).join('\n');
+}
+
+/** Prints the table and ends the script where something is too large. */
+export async function checkSizes() {
+  const rows = await sizes();
+  console.log(`${table(rows)}\nOf the last rows the unpacked bytes are limited, of all others the zipped ones.`);
+  const large = rows.filter(({ fits }) => !fits).map(({ name }) => name);
+  if (large.length > 0) fail(`Too large: ${large.join(', ')}.`);
+}
+
+if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) await checkSizes();
