@@ -12,9 +12,9 @@ use crate::trajectory::Trajectories;
 
 /// One clip on its way through the stages.
 ///
-/// Push frames (or set trajectories, or both), call [`Session::step`] until it returns [`Step::Done`], read results; those of a
-/// finished stage can be read while later ones still run. To cancel, stop stepping: stepping again later goes on and
-/// ends in the same result.
+/// Push frames (or set trajectories, or both), call [`Session::step`] until it returns [`Step::Done`], read results;
+/// those of a finished stage can be read while later ones still run. To cancel, stop stepping: stepping again later goes
+/// on and ends in the same result.
 #[derive(Debug)]
 pub struct Session {
     pub(super) params: Params,

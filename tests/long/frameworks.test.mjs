@@ -2,12 +2,12 @@
 
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
-import { createServer } from 'node:net';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { outcome } from '../package/app/segment.js';
 import { gives } from '../package/found.mjs';
 import { project, recipe, tool } from '../package/project.mjs';
+import { freePort } from '../port.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
 const site = useServerAndBrowser();
@@ -83,12 +83,4 @@ async function running(t, folder, args) {
     await new Promise((done) => setTimeout(done, 100));
   }
   throw new Error('the server does not answer');
-}
-
-async function freePort() {
-  const server = createServer();
-  await new Promise((done) => server.listen(0, '127.0.0.1', done));
-  const { port } = server.address();
-  await new Promise((done) => server.close(done));
-  return port;
 }

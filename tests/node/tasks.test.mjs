@@ -3,11 +3,11 @@
 import assert from 'node:assert/strict';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
-import { createServer } from 'node:net';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { fromTracksDat } from 'tracecut';
 import { installed } from '../package/installed.mjs';
+import { freePort } from '../port.mjs';
 import { TASKS, readmeCode } from '../readme.mjs';
 import { framesOf, png } from './support.mjs';
 
@@ -58,15 +58,6 @@ function prints(folder, heading, expected) {
   const { status, stdout, stderr } = run(folder, heading);
   assert.equal(status, 0, `${heading}: ${stderr}`);
   assert.match(stdout, expected, heading);
-}
-
-/** A port that is free. */
-async function freePort() {
-  const server = createServer();
-  await new Promise((done) => server.listen(0, '127.0.0.1', done));
-  const { port } = server.address();
-  await new Promise((done) => server.close(done));
-  return port;
 }
 
 async function answerOf(t, folder) {

@@ -90,30 +90,33 @@ fn at_source(session: &Session, t: usize, frame: &Frame) -> std::result::Result<
 
 /// Writes the scene of each frame without the objects into `folder`, or removes those of an earlier run.
 pub(crate) fn write_backgrounds(folder: PathBuf, session: &Session, wanted: bool) -> Result<()> {
-    if !wanted || session.objects().is_none() {
-        Series::remove(folder);
-        return Ok(());
-    }
-    let series = Series::create(folder, session.num_frames())?;
-    for t in 0..session.num_frames() {
+    write_each(folder, session, wanted, |series, t| {
         let plate = session.background(t)?;
-        series.write(t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))?;
-    }
-    Ok(())
+        series.write(t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))
+    })
 }
 
 /// Writes the confidence of each frame into `folder`, or removes those of an earlier run.
 pub(crate) fn write_confidences(folder: PathBuf, session: &Session, wanted: bool) -> Result<()> {
+    write_each(folder, session, wanted, |series, t| {
+        let sure = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
+        series.write(t, (sure.width(), sure.height()), Pixels::Grey(sure.data()))
+    })
+}
+
+/// A picture of each frame that has masks, by `write`; nothing, and none of an earlier run, where none is wanted.
+fn write_each(
+    folder: PathBuf,
+    session: &Session,
+    wanted: bool,
+    write: impl Fn(&Series, usize) -> Result<()>,
+) -> Result<()> {
     if !wanted || session.objects().is_none() {
         Series::remove(folder);
         return Ok(());
     }
     let series = Series::create(folder, session.num_frames())?;
-    for t in 0..session.num_frames() {
-        let sure = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
-        series.write(t, (sure.width(), sure.height()), Pixels::Grey(sure.data()))?;
-    }
-    Ok(())
+    (0..session.num_frames()).try_for_each(|t| write(&series, t))
 }
 
 /// An entry for the background and one for each object, nothing counted yet.
