@@ -53,13 +53,14 @@ export class App {
     store.watch(['take', 'changed'], () => this.onSettings());
   }
 
-  /** A run under way begins anew when settings have been changed. */
+  /** A run under way begins anew when settings have been changed, also where it ends before they are settled. */
   onSettings() {
     clearTimeout(this.changing);
     if (this.store.state.phase !== 'running') return;
     this.changing = window.setTimeout(() => {
       const { state } = this.store;
-      if (state.phase === 'running' && !state.job?.isFor(state.take, optionsOf(state))) this.start();
+      const goesOn = state.phase === 'running' || state.phase === 'done';
+      if (goesOn && !state.job?.isFor(state.take, optionsOf(state))) this.start();
     }, SETTLED_MS);
   }
 
