@@ -28,6 +28,7 @@ export const TASKS = {
     'Where each object is, how large, how fast',
     'Many single pictures',
     'Video files in Node',
+    'Several clips in one stream',
     'Uncompressed video from a stream',
     'Uncompressed video from a stream 2',
     'A server that answers meanwhile',

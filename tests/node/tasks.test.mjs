@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
-import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { copyFileSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { fromTracksDat } from 'tracecut';
@@ -112,6 +112,8 @@ test(
   async (t) => {
     const folder = await project(t);
     prints(folder, 'Video files in Node', /^8 frames to 0\.7 s, [1-9] objects\n$/);
+    copyFileSync(join(folder, 'clip.mp4'), join(folder, 'other.mp4'));
+    prints(folder, 'Several clips in one stream', /^clip\.mp4 ([1-9]) objects\nother\.mp4 \1 objects\n$/);
     const objects = await answerOf(t, folder);
     assert.ok(objects.length > 0 && objects.every(({ label, meanArea }) => label > 0 && meanArea > 0));
   },

@@ -21,7 +21,7 @@ class CountingEngine {
 
   async pushInShot({ number }) {
     assert.equal(this.held, null, 'a frame is pushed while another is held back');
-    const held = this.cuts.includes(number);
+    const held = this.frames.length > 0 && this.cuts.includes(number);
     if (held) this.held = number;
     else this.frames.push(number);
     this.most = Math.max(this.most, this.frames.length);
@@ -33,6 +33,10 @@ class CountingEngine {
     this.held = null;
   }
 
+  async clear() {
+    Object.assign(this, { frames: [], held: null });
+  }
+
   async run() {
     assert.ok(this.frames.length > 0, 'an empty window is run');
     this.runs += 1;
@@ -41,15 +45,19 @@ class CountingEngine {
   }
 }
 
-async function drive({ frames, window, overlap, cuts = [], known = false }) {
+async function drive({ frames, window, overlap, cuts = [], clips = [], known = false }) {
   const engine = new CountingEngine(cuts, window);
   let number = 0;
-  const nextFrame = async () => (number < frames ? { raw: { number: number++ }, time: (number - 1) / 10 } : null);
+  const clipOf = (at) => (clips.length ? `clip ${clips.filter((begin) => begin <= at).length}` : undefined);
+  const nextFrame = async () => {
+    const at = number++;
+    return at < frames ? { raw: { number: at }, time: at / 10, clip: clipOf(at) } : null;
+  };
   const stop = new AbortController().signal;
   const driver = new Driver({
     engine,
     nextFrame,
-    left: () => (known ? frames - number : null),
+    left: () => (known ? Math.max(0, frames - number) : null),
     window,
     overlap,
     stop,
@@ -102,6 +110,36 @@ test('each frame is settled once, in order, with its own time and mask, however 
           );
         }
       }
+    }
+  }
+});
+
+test('a clip in a stream of several comes in the windows that it has alone', async () => {
+  const facts = ({ shot, firstFrame, numFrames, settled }) => [shot, firstFrame, numFrames, settled];
+  for (const lengths of [
+    [1, 1, 1],
+    [5, 6, 7],
+    [6, 1, 12],
+    [13, 3],
+  ]) {
+    for (const cuts of [[], [2], [5], [6], [1, 2, 3], [5, 6]]) {
+      const begins = lengths.map((_, k) => lengths.slice(0, k).reduce((sum, one) => sum + one, 0));
+      const frames = lengths.reduce((sum, one) => sum + one, 0);
+      const { windows, settled } = await drive({ frames, window: 6, overlap: 2, cuts, clips: begins });
+      assert.deepEqual(
+        settled.map(({ labels }) => labels[0]),
+        Array.from({ length: frames }, (_, k) => k),
+      );
+      for (const [k, begin] of begins.entries()) {
+        const own = cuts.map((cut) => cut - begin).filter((cut) => cut > 0);
+        const alone = await drive({ frames: lengths[k], window: 6, overlap: 2, cuts: own });
+        const mine = windows.filter(({ clip }) => clip === `clip ${k + 1}`);
+        assert.deepEqual(mine.map(facts), alone.windows.map(facts), JSON.stringify({ lengths, cuts, k }));
+      }
+      assert.deepEqual(
+        windows.map(({ index }) => index),
+        [...windows.keys()],
+      );
     }
   }
 });

@@ -57,6 +57,46 @@ test('a list of frames comes out window by window, each frame once and in order,
   }
 });
 
+test('several clips in one stream, of several sizes, are each what they are alone', async () => {
+  const clips = { a: TINY, b: { ...MOVING, frames: 8, seed: 1 }, c: { ...TINY, frames: 3, seed: 9 } };
+  async function* stream() {
+    for (const [clip, scene] of Object.entries(clips)) for (const frame of await framesOf(scene)) yield { frame, clip };
+  }
+  const windows = await windowsOf(stream(), { ...WINDOWS, frameRate: 10 });
+  const plainOf = ({ index: _, clip: __, memoryBytes: ___, ...window }) => structuredClone(window);
+  for (const [clip, scene] of Object.entries(clips)) {
+    async function* own() {
+      yield* await framesOf(scene);
+    }
+    const alone = await windowsOf(own(), { ...WINDOWS, frameRate: 10 });
+    const mine = windows.filter((window) => window.clip === clip);
+    assert.ok(alone.every((window) => window.clip === null));
+    const [seen, expected] = [mine, alone].map((list) => list.map((one) => ({ ...plainOf(one), seconds: 0 })));
+    assert.deepEqual(seen, expected, clip);
+  }
+  assert.equal(WindowResult.fromJSON(JSON.stringify(windows[3])).clip, 'b');
+  await rejects(segmentVideo(stream(), WINDOWS).collect(), 'data', /from clip a to b.*iterate/);
+  const [frame] = await framesOf(TINY);
+  await rejects(
+    windowsOf([
+      { frame, clip: 'a' },
+      { frame, clip: 7 },
+    ]),
+    'data',
+    /clip of frame 1 = 7 .*string/,
+  );
+});
+
+test('what is taken is taken of each of several clips', async () => {
+  const frames = await framesOf(TINY);
+  const stream = ['a', 'b'].flatMap((clip) => frames.map((frame) => ({ frame, clip })));
+  const windows = await windowsOf(stream, { start: 0.2, end: 0.9, step: 3, frameRate: 10 });
+  assert.deepEqual(
+    windows.map(({ clip, times }) => [clip, ...times]),
+    ['a', 'b'].map((clip) => [clip, 0.2, 0.5, 0.8]),
+  );
+});
+
 test('a clip of one window gives what a session gives', async () => {
   const frames = await framesOf();
   const session = await createSession();

@@ -7,7 +7,8 @@
 // A window is full when it has `window` frames and one more comes. It is run, then all but its last `overlap` frames
 // are dropped, and the new frame is the next. The engine holds a frame back when it begins a new shot: then the shot
 // ends with the window at hand, and the new one begins with nothing but that frame. Where the clip's length is known
-// the last window is full too: it reaches further back.
+// the last window is full too: it reaches further back. A frame of another clip ends the window and its shot as well; the
+// engine is cleared for it, so that nothing of one clip is in the next.
 
 import { TraceCutError, inFrame } from '../errors.js';
 import { onGrid } from '../image.js';
@@ -15,7 +16,10 @@ import { REQUESTS, requestMap } from '../requests.js';
 import { WindowResult } from './window.js';
 
 /** @typedef {import('../frames.js').RawFrame} RawFrame */
-/** `end` is when it ends, in seconds, where that is known. @typedef {{raw: RawFrame, time: number, end?: number | null}} ClipFrame */
+/**
+ * `end` is when it ends, in seconds, where that is known; `clip` which of several it is of.
+ * @typedef {{raw: RawFrame, time: number, end?: number | null, clip?: string}} ClipFrame
+ */
 
 /**
  * @typedef {object} DriverOptions
@@ -45,6 +49,8 @@ export class Driver {
   #index = 0;
   #shot = 0;
   #ended = false;
+  /** @type {string | undefined} Which of several clips it is. */
+  #clip;
   /** @type {number | null} The time of the frame that the engine holds back. */
   #held = null;
   /** Grows when the engine goes on: what an earlier window could be asked is gone. */
@@ -61,24 +67,33 @@ export class Driver {
    */
   async next() {
     if (this.#held !== null) await this.#beginShot(this.#held);
+    if (this.#ahead) await this.#beginClip(this.#ahead.clip);
     await this.#fill();
     if (this.#times.length === this.#settled) return null;
-    return this.#ahead ? this.#fullWindow() : this.#lastWindow();
+    return this.#ahead && this.#ahead.clip === this.#clip ? this.#fullWindow() : this.#lastWindow();
   }
 
-  /** Pushes frames until the window is full and one more is there, a new shot begins, or there are no more. */
+  /**
+   * Pushes frames until the window is full and one more is there, a new shot or clip begins, or there are no more.
+   */
   async #fill() {
     const { nextFrame, window, onFrame } = this.#options;
     while (!this.#ended && this.#held === null) {
       await this.#options.pause?.passed();
       this.#ahead = await nextFrame();
       if (!this.#ahead) this.#ended = true;
-      else if (this.#times.length >= window) return;
+      else if (this.#times.length >= window || this.#isOfAnother(this.#ahead)) return;
       else {
+        this.#clip = this.#ahead.clip;
         await this.#pushAhead();
         if (this.#held === null) onFrame(this.#times.length, this.#index);
       }
     }
+  }
+
+  /** @param {ClipFrame} frame */
+  #isOfAnother({ clip }) {
+    return this.#times.length > 0 && clip !== this.#clip;
   }
 
   async #pushAhead() {
@@ -137,6 +152,17 @@ export class Driver {
     this.#shot += 1;
   }
 
+  /** @param {string | undefined} clip that of the frame read already */
+  async #beginClip(clip) {
+    this.#advances += 1;
+    await this.#options.engine.request('clear');
+    this.#clip = clip;
+    this.#first = this.#settled = this.#shot = 0;
+    this.#times = [];
+    await this.#pushAhead();
+    this.#options.onFrame(1, this.#index);
+  }
+
   /** @param {number} overlap */
   #advance(overlap) {
     this.#advances += 1;
@@ -156,7 +182,7 @@ export class Driver {
   #facts() {
     const settled = { from: this.#settled, to: this.#times.length };
     const [times, end] = [Float64Array.from(this.#times), this.#end];
-    return { shot: this.#shot, firstFrame: this.#first, times, end, settled };
+    return { clip: this.#clip ?? null, shot: this.#shot, firstFrame: this.#first, times, end, settled };
   }
 
   /**

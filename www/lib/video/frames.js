@@ -9,9 +9,9 @@ import { openReader } from './source.js';
 
 /**
  * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and
- * how long it is shown, in seconds.
+ * how long it is shown, in seconds; `clip` where the source has several.
  * @typedef {{readonly frame: import('../frames.js').PixelFrame, readonly index: number, readonly time: number,
- *   readonly duration: number}} DecodedFrame
+ *   readonly duration: number, readonly clip?: string}} DecodedFrame
  */
 
 /**

@@ -1,8 +1,7 @@
 // Frames that the caller hands over one by one: lists, generators, streams.
 
-import { inFrame, typeTag } from '../errors.js';
+import { TraceCutError, illegal, inFrame, typeTag } from '../errors.js';
 import { toRawFrame } from '../frames.js';
-import { TraceCutError } from '../errors.js';
 
 /**
  * A frame with its time.
@@ -11,6 +10,8 @@ import { TraceCutError } from '../errors.js';
  * @property {number} [time] seconds; its number in the list and `frameRate` say when it is if not given
  * @property {number} [duration] for how long it is shown, in seconds, where that is known
  * @property {string} [name] for errors: the file that it is from
+ * @property {string} [clip] which clip it is of: a frame of another than the one before begins anew, with a size, times
+ *   from 0, objects and shots of its own
  */
 
 /**
@@ -34,9 +35,14 @@ export function openListed(list, { frameRate, loadDecoder }) {
     async *frames() {
       let index = 0;
       let before = -Infinity;
+      let begin = 0;
+      /** @type {string | undefined} */
+      let present;
       for await (const item of itemsOf(list)) {
         const at = index;
-        const { frame, time, duration, name } = placed(item, at, frameRate);
+        const clip = clipOf(item, at);
+        if (clip !== present) [present, begin, before] = [clip, at, -Infinity];
+        const { frame, time, duration, name } = placed(item, at, at - begin, frameRate);
         if (!(time > before)) {
           closeFrame(frame);
           throw new TraceCutError(
@@ -50,14 +56,15 @@ export function openListed(list, { frameRate, loadDecoder }) {
           time,
           duration: duration ?? 1 / frameRate,
           isGuess: duration === undefined,
+          clip,
           read: () => readAs(frame, at, name, loadDecoder),
           close: () => closeFrame(frame),
         };
       }
     },
     async times() {
-      if (!Array.isArray(list)) return null;
-      return Float64Array.from(list, (item, index) => placed(item, index, frameRate).time);
+      if (!Array.isArray(list) || list.some((item, index) => clipOf(item, index) !== undefined)) return null;
+      return Float64Array.from(list, (item, index) => placed(item, index, index, frameRate).time);
     },
     close() {},
   };
@@ -107,11 +114,25 @@ async function readAs(frame, index, name, loadDecoder) {
 /**
  * @param {unknown} item
  * @param {number} index
+ * @returns {string | undefined}
+ */
+function clipOf(item, index) {
+  if (typeof item !== 'object' || item === null || !('frame' in item)) return undefined;
+  const { clip } = /** @type {FrameAtTime} */ (item);
+  if (clip !== undefined && typeof clip !== 'string')
+    throw illegal('data', `clip of frame ${index}`, clip, 'the name of its clip, a string');
+  return clip;
+}
+
+/**
+ * @param {unknown} item
+ * @param {number} index
+ * @param {number} place which frame of its clip it is
  * @param {number} frameRate
  * @returns {FrameAtTime & {time: number}}
  */
-function placed(item, index, frameRate) {
-  const otherwise = index / frameRate;
+function placed(item, index, place, frameRate) {
+  const otherwise = place / frameRate;
   if (typeof item === 'object' && item !== null && 'frame' in item) {
     const time = 'time' in item && item.time !== undefined ? item.time : otherwise;
     if (typeof time !== 'number' || !Number.isFinite(time)) {

@@ -19,8 +19,8 @@ import { pixelsFrom } from './pixels.js';
 /**
  * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close` gives up whatever holds it, read or not.
  * @typedef {{time: number, duration: number, read: (size?: number, platform?:
- *   import('../aside/aside.js').Starter) => Promise<import('../frames.js').RawFrame>, close: () => void, isGuess?: boolean}}
- *   TimedFrame `isGuess` where nothing says how long it is shown
+ *   import('../aside/aside.js').Starter) => Promise<import('../frames.js').RawFrame>, close: () => void, isGuess?: boolean,
+ *   clip?: string}} TimedFrame `isGuess` where nothing says how long it is shown; `clip` where it is of one of several
  */
 
 /**
@@ -38,8 +38,8 @@ import { pixelsFrom } from './pixels.js';
 
 /**
  * `end` is when a frame ends, in seconds; null where nothing says.
- * @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number, end: number | null}}
- *   TakenFrame
+ * @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number, end: number | null,
+ *   clip?: string}} TakenFrame
  */
 
 /**
@@ -90,10 +90,17 @@ export function isDamage(error) {
 async function* wanted(reader, take, platform) {
   let passed = 0;
   let index = 0;
+  /** @type {string | undefined} */
+  let present;
   for await (const frame of reader.frames(take)) {
     try {
       if (frame.time < take.start - SLACK) continue;
-      if (frame.time >= take.end - SLACK) return;
+      const { clip } = frame;
+      if (frame.time >= take.end - SLACK) {
+        if (clip === undefined) return;
+        continue;
+      }
+      if (clip !== present) [present, passed] = [clip, 0];
       passed += 1;
       if ((passed - 1) % take.step !== 0) continue;
       const read = await frame.read(take.size, platform);
@@ -103,7 +110,14 @@ async function* wanted(reader, take, platform) {
       const { time, duration } = frame;
       // Frames that are left out lengthen those before them; nobody knows how many would have come after the last.
       const isKnown = duration > 0 && !frame.isGuess && take.step === 1;
-      yield { raw, index, time, duration, end: isKnown ? time + duration : null };
+      yield {
+        raw,
+        index,
+        time,
+        duration,
+        end: isKnown ? time + duration : null,
+        ...(clip === undefined ? {} : { clip }),
+      };
       index += 1;
       if (index >= take.maxFrames) return;
     } finally {

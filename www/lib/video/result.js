@@ -198,12 +198,20 @@ export class Collector {
   #shots = [];
   #tracks = new TrackCollector();
   #size = { width: 0, height: 0 };
+  /** @type {string | null | undefined} */
+  #clip;
 
   /**
    * Takes all of a window at its end; on the way there the thread may answer others.
    * @param {import('./window.js').WindowResult} window
    */
   async add(window) {
+    if (this.#clip === undefined) this.#clip = window.clip;
+    if (window.clip !== this.#clip)
+      throw new TraceCutError(
+        'data',
+        `the stream goes from clip ${this.#clip} to ${window.clip}, and collect gives one: iterate over the windows`,
+      );
     const frames = [];
     for (const { index, time, labels } of window.frames()) {
       frames.push({ index, time, runs: encodeRuns(labels) });

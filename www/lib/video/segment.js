@@ -227,7 +227,8 @@ export class VideoSegmentation {
       const { value, done } = await frames.next();
       if (done) return null;
       this.#read += 1;
-      return { raw: await atSize(value.raw, take.size, this.#platform), time: value.time, end: value.end };
+      const { time, end, clip } = value;
+      return { raw: await atSize(value.raw, take.size, this.#platform), time, end, clip };
     };
     return new Driver({
       engine: this.#engine,

@@ -10,6 +10,7 @@ import { Result, restored } from '../result.js';
 /**
  * @typedef {object} WindowFacts
  * @property {number} index
+ * @property {string | null} [clip]
  * @property {number} shot
  * @property {number} firstFrame
  * @property {Float64Array<ArrayBuffer>} times
@@ -31,6 +32,8 @@ export class WindowResult extends Result {
     super(raw, askMap);
     /** Number of this window, from 0. @readonly */
     this.index = facts.index;
+    /** The clip that its frames were said to be of; null where nothing was said. @readonly */
+    this.clip = facts.clip ?? null;
     /** Number of the shot that it lies in, from 0: labels of one shot say nothing about another. @readonly */
     this.shot = facts.shot;
     /** Which of the clip's frames its first one is. @readonly */
