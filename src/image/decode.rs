@@ -7,8 +7,9 @@
 use super::frame::check_size;
 use crate::Error;
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
-use image::{ColorType, ImageDecoder};
+use image::{ColorType, ImageDecoder, Limits};
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// RGB bytes, width and height.
 type Pixels = (Vec<u8>, usize, usize);
@@ -16,10 +17,25 @@ type Pixels = (Vec<u8>, usize, usize);
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
 
+/// Most bytes for what a PNG file says besides its pixels, such as a colour profile, which may be compressed a
+/// thousandfold.
+const MOST_BESIDES: u64 = 64 << 20;
+
 /// RGB bytes, width and height of a PNG or JPEG file. Sizes are checked before memory is taken.
 pub(super) fn decode(bytes: &[u8]) -> Result<Pixels, Error> {
+    // A decoder that panics on damaged bytes is an error of these, where panics can be caught at all.
+    let outcome = catch_unwind(AssertUnwindSafe(|| pixels_of(bytes)));
+    outcome.unwrap_or_else(|_| Err(failure(&"the decoder stopped on an internal error")))
+}
+
+fn pixels_of(bytes: &[u8]) -> Result<Pixels, Error> {
     if bytes.starts_with(PNG_MAGIC) {
-        read(PngDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?)
+        if let Some(length) = broken_palette(bytes) {
+            return Err(failure(&format_args!("its palette has {length} bytes, not three for each colour")));
+        }
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(MOST_BESIDES);
+        read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?)
     } else if bytes.starts_with(JPEG_MAGIC) {
         // The decoder paints what is missing of a truncated file grey, which would pass for an image.
         if !jpeg_is_whole(bytes) {
@@ -69,6 +85,20 @@ fn read(decoder: impl ImageDecoder) -> Result<Pixels, Error> {
 fn high_bytes(pixels: &[u8], channels: usize, pick: [usize; 3]) -> Vec<u8> {
     let byte = |pixel: &[u8], c: usize| (u16::from_ne_bytes([pixel[2 * c], pixel[2 * c + 1]]) >> 8) as u8;
     pixels.chunks_exact(2 * channels).flat_map(|pixel| pick.map(|c| byte(pixel, c))).collect()
+}
+
+/// The length of a PNG's palette in bytes, if it is none of whole colours: version 0.18 of the decoder panics then.
+fn broken_palette(bytes: &[u8]) -> Option<usize> {
+    let mut rest = bytes.get(PNG_MAGIC.len()..)?;
+    while let [a, b, c, d, name @ ..] = rest {
+        let length = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
+        if name.starts_with(b"PLTE") {
+            return Some(length).filter(|length| length % 3 != 0);
+        }
+        // The name, the data and their checksum.
+        rest = name.get(length.checked_add(8)?..)?;
+    }
+    None
 }
 
 /// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey

@@ -166,4 +166,18 @@ mod tests {
         assert_eq!(Frame::decode(b"\x89PNG\r\n\x1a\n").unwrap_err().code(), "decode");
         assert_eq!(Frame::decode(b"").unwrap_err().code(), "decode");
     }
+
+    #[test]
+    fn a_palette_of_broken_colours_is_an_error() {
+        let file = [
+            &b"\x89PNG\r\n\x1a\n"[..],
+            b"\x00\x00\x00\x0dIHDR\x00\x00\x00\x01\x00\x00\x00\x01\x08\x03\x00\x00\x00(\xcb4\xbb",
+            b"\x00\x00\x00\x04PLTE\x01\x02\x03\x04#\xdb\x8a\xab",
+            b"\x00\x00\x00\x0aIDATx\x9cc`\x04\x00\x00\x03\x00\x02K\xf5\xdd\xea",
+            b"\x00\x00\x00\x00IEND\xaeB`\x82",
+        ];
+        let error = Frame::decode(&file.concat()).unwrap_err();
+        assert_eq!(error.code(), "decode");
+        assert!(error.to_string().contains("its palette has 4 bytes"), "{error}");
+    }
 }

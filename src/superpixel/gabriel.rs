@@ -161,7 +161,8 @@ fn to_pixels(units: i64) -> f32 {
 
 /// Adds the corners of the image, and points on its border where the next one is farther than `step` pixels.
 fn add_frame(points: &mut Vec<Point>, corner: Point, step: f64) {
-    let step = if step > 0.0 { (step * UNIT as f64) as i64 } else { i64::MAX };
+    // No more than a point for each pixel of the border.
+    let step = if step > 0.0 { (step.max(1.0) * UNIT as f64) as i64 } else { i64::MAX };
     for x in [LOW, corner.0] {
         let on_side = points.iter().filter(|p| p.0 == x).map(|p| p.1).collect();
         points.extend(stops(on_side, corner.1, step).map(|y| (x, y)));

@@ -35,7 +35,7 @@ crate::params! {
         /// Superpixels of fewer pixels join the neighbour behind the weakest border.
         pub min_pixels: u32 = 4, in 1..=100000;
         /// Largest gap between two points on the image border, in pixels, so that regions along it are not all one; 0
-        /// adds none.
+        /// adds none, and less than 1 counts as 1.
         pub frame_step: f32 = 25.0, in 0.0..=10000.0;
         /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is
         /// below this. 0 leaves the faces of the Gabriel graph as they are.
