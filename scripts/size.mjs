@@ -18,17 +18,17 @@ export const MOST_ZIPPED = {
   'vendor/zip.js': 8 * 1024,
   // All of it, as it is.
   'worker.bundle.js': 18 * 1024,
-  'inline.js': 720 * 1024,
+  'inline.js': 725 * 1024,
 };
 
 /**
  * Most bytes of the zipped wasm files: the first is what every visitor of a page has to fetch, the second what those
  * fetch besides who push PNG or JPEG files or enlarge masks.
  */
-export const MOST_WASM = { 'tracecut_bg.wasm': 362 * 1024, 'decoder_bg.wasm': 130 * 1024 };
+export const MOST_WASM = { 'tracecut_bg.wasm': 366 * 1024, 'decoder_bg.wasm': 130 * 1024 };
 
 /** Most bytes of the builds in one file, and of the package when it is installed without them. */
-export const MOST_OF_FILES = { 'inline.js': 1400 * 1024, 'worker.bundle.js': 50 * 1024, 'node.cjs': 224 * 1024 };
+export const MOST_OF_FILES = { 'inline.js': 1408 * 1024, 'worker.bundle.js': 50 * 1024, 'node.cjs': 228 * 1024 };
 export const MOST_UNPACKED = 2.8 * 1024 * 1024;
 
 /**

@@ -25,6 +25,7 @@ export const TASKS = {
     'The motion between two pictures',
     'Points followed through a clip',
     "Masks from trajectories of one's own",
+    'Why a pixel has its label, and how sure that is',
     'Where each object is, how large, how fast',
     'Many single pictures',
     'Video files in Node',

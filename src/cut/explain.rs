@@ -7,7 +7,7 @@ use super::CutLabels;
 use super::expansion::{MAX_WEIGHT, Potts};
 use super::input::CutInput;
 use super::params::CutParams;
-use super::terms::{NOWHERE, Nodes, SCALE, energy, heard, votes};
+use super::terms::{Nodes, SCALE, energy, heard, votes};
 
 /// Steps of the solver in a unit of cost.
 pub const STEPS_PER_UNIT: i32 = SCALE as i32;
@@ -133,12 +133,14 @@ impl Reasons {
 /// The trajectories in `node` of frame `t`, and the nodes that they come from and go to.
 fn crossing(input: &CutInput, nodes: &Nodes, node: u32, t: usize) -> (Vec<u32>, Vec<u32>) {
     let (mut voters, mut common) = (Vec::new(), Vec::new());
-    for (i, ..) in input.tracks.alive(t) {
+    for i in (0..input.tracks.len()).filter(|&i| input.tracks.frames(i).contains(&t)) {
         let (point, points) = (input.tracks.point(i, t), input.tracks.points(i));
         if nodes.of_point[point] == node {
             voters.push(i as u32);
-            let beside = [point.wrapping_sub(1), point + 1].into_iter().filter(|p| points.contains(p));
-            common.extend(beside.map(|p| nodes.of_point[p]).filter(|&other| other != NOWHERE));
+            // Their neighbours are of the frames before and after: never this node.
+            common.extend_from_slice(
+                &nodes.of_point[points.start.max(point.saturating_sub(1))..points.end.min(point + 2)],
+            );
         }
     }
     (voters, common)
@@ -146,15 +148,17 @@ fn crossing(input: &CutInput, nodes: &Nodes, node: u32, t: usize) -> (Vec<u32>, 
 
 /// The links of `node`.
 fn links(problem: &Potts, nodes: &Nodes, cut: &CutLabels, node: u32, common: &[u32]) -> Vec<Link> {
-    let of = |(&(p, q), &cost): (&(u32, u32), &i32)| {
-        let other = if p == node { q } else { p };
-        let t = nodes.base.partition_point(|&base| base <= other) - 1;
-        let superpixel = other - nodes.base[t];
-        let tracks = common.iter().filter(|&&c| c == other).count() as u32;
-        Link { t, superpixel, label: cut.labels[t][superpixel as usize], cost, tracks }
-    };
-    let own = problem.edges.iter().zip(&problem.weights).filter(|((p, q), _)| *p == node || *q == node);
-    own.map(of).collect()
+    let mut links = Vec::new();
+    for (&(p, q), &cost) in problem.edges.iter().zip(&problem.weights) {
+        if p == node || q == node {
+            let other = if p == node { q } else { p };
+            let t = nodes.base.partition_point(|&base| base <= other) - 1;
+            let superpixel = other - nodes.base[t];
+            let tracks = common.iter().filter(|&&c| c == other).count() as u32;
+            links.push(Link { t, superpixel, label: cut.labels[t][superpixel as usize], cost, tracks });
+        }
+    }
+    links
 }
 
 /// How much dearer the cheapest label of another kind is for each superpixel than its own, all others as they are; in

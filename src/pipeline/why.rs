@@ -83,7 +83,26 @@ pub struct Explanation {
     pub rim: Option<Rim>,
 }
 
+/// What of an [`Explanation`] follows from nothing that a session shows elsewhere.
+#[derive(Debug)]
+pub(crate) struct Terms {
+    pub(crate) source: Source,
+    pub(crate) superpixel: u32,
+    pub(crate) reasons: Reasons,
+    pub(crate) cues: f32,
+    pub(crate) looks: f32,
+    pub(crate) voters: Vec<Voter>,
+}
+
 impl Session {
+    /// The terms behind the pixel `x`, `y` of frame `t`, in input pixels; `None` where [`Session::explain`] fails by
+    /// the state or the frame.
+    #[cfg(feature = "wasm")]
+    pub(crate) fn terms(&self, t: usize, x: usize, y: usize) -> Option<Terms> {
+        let Phase::Begun(clip, State::Segmented(found)) = &self.phase else { return None };
+        (t < found.masks.len()).then(|| Asked { clip, found, t, pixel: place(clip.scale, x, y) }.terms())
+    }
+
     /// Why the pixel `x`, `y` of frame `t` has its label; in input pixels, computed anew at each call.
     ///
     /// Law: for any two clusters, the difference of [`Reasons::cost`] is that of the cut's energies with the pixel's
@@ -105,7 +124,7 @@ impl Session {
                 return Err(Error::Param { name: name.to_owned(), value: value.to_string(), expected });
             }
         }
-        Ok(Asked { clip, found, t, pixel: place(clip.scale, x, y) }.explanation())
+        Ok(Asked { clip, found, t, pixel: place(clip.scale, x, y) }.explanation((x, y)))
     }
 }
 
@@ -118,34 +137,46 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    fn explanation(&self) -> Explanation {
-        let Segmented { parts, cut, masks } = self.found;
-        let (ground, params) = (&*cut.ground, &self.clip.params.cut);
-        let input = found_input(self.found, self.clip);
-        let superpixel = parts.superpixels[self.t].label[self.pixel];
-        let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
-        let held = ground.region.iter().flat_map(|region| &region.held);
-        held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.hold(&held.2));
-        let label = masks[self.t][self.pixel];
+    fn explanation(&self, at: (usize, usize)) -> Explanation {
+        let Terms { source, superpixel, reasons, cues, looks, voters } = self.terms();
+        let params = &self.clip.params.cut;
         let runner_up = reasons.runner_up(|cluster| self.found.label_of(cluster) != self.found.label_of(reasons.label));
-        let node = parts.superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
-        let said = |by: &[f32]| by.get(node).copied().unwrap_or(0.0);
-        let nearest = self.nearest();
+        let nearest = self.nearest(at);
         Explanation {
-            label,
-            source: self.source(label, reasons.label),
+            label: self.found.masks[self.t][self.pixel],
+            source,
             superpixel,
-            of_cluster: cut.objects.of_cluster.clone(),
-            cues: said(&ground.cues),
-            looks: said(&ground.evidence) - said(&ground.cues),
+            of_cluster: self.found.cut.objects.of_cluster.clone(),
+            cues,
+            looks,
             runner_up: runner_up.map(|(cluster, margin)| {
                 let votes = reasons.votes_to_flip(cluster, params);
                 RunnerUp { cluster, margin, votes }
             }),
-            voters: self.voters(&input, &reasons),
+            voters,
             nearest,
             affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
             rim: runner_up.and_then(|(cluster, _)| self.rim(reasons.label, cluster)),
+            reasons,
+        }
+    }
+
+    fn terms(&self) -> Terms {
+        let Segmented { parts, cut, masks } = self.found;
+        let ground = &*cut.ground;
+        let input = found_input(self.found, self.clip);
+        let superpixel = parts.superpixels[self.t].label[self.pixel];
+        let mut reasons = Reasons::of(&input, &self.clip.params.cut, &cut.labels, self.t, superpixel);
+        let held = ground.region.iter().flat_map(|region| &region.held);
+        held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.hold(&held.2));
+        let node = parts.superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
+        let said = |by: &[f32]| by.get(node).copied().unwrap_or(0.0);
+        Terms {
+            source: self.source(masks[self.t][self.pixel], reasons.label),
+            superpixel,
+            cues: said(&ground.cues),
+            looks: said(&ground.evidence) - said(&ground.cues),
+            voters: self.voters(&input, &reasons),
             reasons,
         }
     }
@@ -169,13 +200,13 @@ impl Asked<'_> {
         reasons.voters.iter().map(voter).collect()
     }
 
-    /// The clustered trajectory nearest to the pixel, the first of equals.
-    fn nearest(&self) -> Option<u32> {
-        let tracks = &self.found.parts.clustered.embedded.tracked.tracks;
+    /// The clustered trajectory nearest to the pixel in input pixels, the first of equals.
+    fn nearest(&self, at: (usize, usize)) -> Option<u32> {
         let away = |x: f32, y: f32| {
-            let (dx, dy) = (x - self.pixel.0 as f32, y - self.pixel.1 as f32);
+            let (dx, dy) = (f64::from(x) - at.0 as f64, f64::from(y) - at.1 as f64);
             dx * dx + dy * dy
         };
+        let tracks = &self.found.parts.clustered.embedded.tracked.input;
         let near = tracks.alive(self.t).map(|(i, x, y)| (i as u32, away(x, y)));
         near.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }

@@ -10,6 +10,7 @@ mod image;
 mod panic;
 mod session;
 mod synth;
+mod why;
 
 pub use session::JsSession;
 pub use synth::JsScene;

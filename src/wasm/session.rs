@@ -19,6 +19,10 @@ impl JsSession {
         self.0.params()
     }
 
+    pub(super) fn session(&self) -> &Session {
+        &self.0
+    }
+
     fn correct(&mut self, correction: &Correction) -> Result<(), JsValue> {
         self.0.correct(correction).map_err(|e| convert::to_js_error(&e))
     }

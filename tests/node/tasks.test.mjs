@@ -101,6 +101,11 @@ test('the tasks for Node do what they say', async (t) => {
     /^(\d \d+ [\d.]+ [\d.]+ (-?[\d.e-]+|null) (-?[\d.e-]+|null)\n){8,}$/,
   );
   assert.match(readFileSync(join(folder, 'objects.csv'), 'utf8'), /^frame,time,object,.*\n0,0,1,/);
+  prints(
+    folder,
+    'Why a pixel has its label, and how sure that is',
+    /^label \d holds by [\d.]+: its costs are [\d.,]+\n\d+ pixels are worth a look\n$/,
+  );
   prints(folder, 'Many single pictures', /^(\d+\n){8}$/);
   prints(folder, 'Uncompressed video from a stream', /^[1-9] objects\n$/);
   prints(folder, 'Uncompressed video from a stream 2', /^[1-9] objects\n$/);

@@ -121,6 +121,11 @@ export async function fromTracksDat(text, size) {
 /** @typedef {import('./result.js').Background} Background */
 /** @typedef {import('./result.js').ComponentTable} ComponentTable */
 /** @typedef {import('./result.js').ClusterObjects} ClusterObjects */
+/** @typedef {import('./result.js').ConfidenceMap} ConfidenceMap */
+/** @typedef {import('./explain.js').Explanation} Explanation */
+/** @typedef {import('./explain.js').LabelCost} LabelCost */
+/** @typedef {import('./explain.js').SuperpixelLink} SuperpixelLink */
+/** @typedef {import('./explain.js').Voter} Voter */
 /** @typedef {import('./objects.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */

@@ -27,10 +27,18 @@ import { TraceCutError } from './errors.js';
  */
 
 /**
- * A request for a map of frame `t`, at the size that frames are processed at. Results may ask for it too: `called` is
- * what they call it when they cannot, `from` what must be there, which is also when a session can answer first.
+ * A request for a map of frame `t` (or for what is at the place `P` of it), at the size that frames are processed at.
+ * Results may ask for it too: `called` is what they call it when they cannot, `from` what must be there, which is also
+ * when a session can answer first. `ofLabels` where it speaks of the labels in force, which a correction changes.
  * @template {{width: number, height: number}} R
- * @typedef {Line<[t: number], R> & {called: string, from: 'frames' | 'saliency' | 'masks'}} MapLine
+ * @template {unknown[]} [P=[]]
+ * @typedef {Line<[t: number, ...P], R> & {called: string, from: 'frames' | 'saliency' | 'masks', ofLabels?: true}} MapLine
+ */
+
+/**
+ * Numbers with the size that frames are processed at.
+ * @template T
+ * @typedef {{width: number, height: number, numbers: T}} Numbers
  */
 
 export const REQUESTS = {
@@ -65,6 +73,20 @@ export const REQUESTS = {
   superpixels: { called: 'superpixels', from: 'masks', work: (t) => (session) => session.superpixels(t) },
   /** @type {MapLine<import('./engine.js').RawBackground>} */
   background: { called: 'backgrounds', from: 'masks', work: (t) => (session) => session.background(t) },
+  /** @type {MapLine<Numbers<Float64Array<ArrayBuffer>>, [x: number, y: number, near: number]>} */
+  terms: {
+    called: 'explanations',
+    from: 'masks',
+    ofLabels: true,
+    work: (t, x, y, near) => (session) => numbersOf('explanations', session, session.terms(t, x, y, near)),
+  },
+  /** @type {MapLine<Numbers<Float32Array<ArrayBuffer>>>} */
+  sureness: {
+    called: 'confidences',
+    from: 'masks',
+    ofLabels: true,
+    work: (t) => (session) => numbersOf('confidences', session, session.sureness(t)),
+  },
   /** @type {MapLine<import('./engine.js').RawSaliencyMap>} */
   saliencyMap: { called: 'saliency maps', from: 'saliency', work: (t) => (session) => session.saliencyMap(t) },
 
@@ -94,6 +116,19 @@ export const REQUESTS = {
     work: withPixels((image) => (session) => session.discontinuitiesOf(image.data, image.width, image.height)),
   },
 };
+
+/**
+ * @template T
+ * @param {string} called
+ * @param {WasmSession} session
+ * @param {T | undefined} numbers
+ * @returns {Numbers<any>}
+ */
+function numbersOf(called, session, numbers) {
+  if (!numbers) throw new TraceCutError('state', `${called} are not there at present (finish the run first)`);
+  const { workingWidth: width, workingHeight: height } = session.info();
+  return { width, height, numbers };
+}
 
 /**
  * The work of a request whose first argument is a frame: files are decoded before the session sees them.
@@ -132,7 +167,7 @@ function order(change) {
 
 /**
  * Asks for a map of a frame, and gives it with its grid.
- * @typedef {<N extends MapName>(name: N, t: number) => Promise<Answer<N> & import('./image.js').Grid>} AskMap
+ * @typedef {<N extends MapName>(name: N, ...place: Arguments<N>) => Promise<Answer<N> & import('./image.js').Grid>} AskMap
  */
 
 /**
@@ -146,13 +181,13 @@ export function lineOf(name) {
 }
 
 /**
- * Asks an engine for a map of frame `t`.
+ * Asks an engine for a map of a frame.
  * @template {MapName} N
  * @param {Pick<import('./engine.js').Engine, 'request'>} engine
  * @param {N} name
- * @param {number} t
+ * @param {Arguments<N>} place
  * @returns {Promise<Answer<N>>}
  */
-export function requestMap(engine, name, t) {
-  return engine.request(name, .../** @type {Arguments<N>} */ ([t]));
+export function requestMap(engine, name, ...place) {
+  return engine.request(name, ...place);
 }

@@ -1,5 +1,6 @@
 import { TraceCutError } from './errors.js';
 import { wholeNumber } from './options.js';
+import { part } from './places.js';
 import { REQUESTS } from './requests.js';
 import { objectList } from './objects.js';
 import { opened, saved } from './saved.js';
@@ -65,6 +66,12 @@ import { tracksDat } from './tracks-dat.js';
  * those behind objects come from the nearest frames that show them, as the camera moves. Alpha is 0 where none does,
  * else 255.
  * @typedef {import('./image.js').Grid & {readonly data: Uint8ClampedArray<ArrayBuffer>}} Background
+ */
+
+/**
+ * How likely the label of each pixel of a frame is right, in that the pixel is on an object or is not, 0 to 1, row by
+ * row.
+ * @typedef {import('./image.js').Grid & {readonly confidence: Float32Array<ArrayBuffer>}} ConfidenceMap
  */
 
 /**
@@ -170,14 +177,51 @@ export class Result {
     return this.#map('saliencyMap', t);
   }
 
+  /**
+   * How sure the labels of frame `t` are, at the size that frames are processed at (docs/confidence.md says how true
+   * that is). The session must still be open, and neither cleared nor corrected since.
+   * @param {number} t
+   * @returns {Promise<ConfidenceMap>}
+   */
+  async confidence(t) {
+    const { confidenceOf } = await part(import('./confidence.js'));
+    return confidenceOf(this, t, this.#map);
+  }
+
+  /**
+   * The mean of `confidence` over the pixels of each label in all frames: that of the background, then that of each
+   * object by its label, 0 of a label without pixels.
+   * @returns {Promise<Float32Array<ArrayBuffer>>}
+   */
+  async objectConfidence() {
+    const { meanConfidences } = await part(import('./confidence.js'));
+    return meanConfidences(this, this.#map);
+  }
+
+  /**
+   * Why the pixel `x`, `y` of frame `t`, counted from 0 in input pixels, has its label: what speaks for it, what
+   * against, and what would change it. Computed at each call; the session must still be open, and neither cleared nor
+   * corrected since.
+   * @param {number} t
+   * @param {number} x
+   * @param {number} y
+   * @returns {Promise<import('./explain.js').Explanation>}
+   */
+  async explain(t, x, y) {
+    wholeNumber('param', 'x', x, 0, this.width - 1);
+    wholeNumber('param', 'y', y, 0, this.height - 1);
+    const { explanation } = await part(import('./explain.js'));
+    return explanation(this, [t, x, y], this.#map);
+  }
+
   /** @type {import('./requests.js').AskMap} */
-  async #map(name, t) {
-    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+  #map = async (name, ...place) => {
+    wholeNumber('param', 't', place[0], 0, this.numFrames - 1);
     const { called, from } = REQUESTS[name];
     const there = { frames: true, saliency: this.saliency, masks: this.masks };
     if (!there[from]) throw without(called, from);
-    return this.#askMap(name, t);
-  }
+    return this.#askMap(name, ...place);
+  };
 
   /**
    * The Delaunay edges of frame `t` with their discontinuities.

@@ -61,6 +61,8 @@ export class Session {
   #closed = false;
   /** Grows when the session is cleared. */
   #clip = 0;
+  /** Grows with each correction. */
+  #corrected = 0;
   /** @type {((reason: unknown) => void) | undefined} Ends the present run early. */
   #stopRun;
 
@@ -253,6 +255,7 @@ export class Session {
   /** @param {import('./correction.js').RawCorrection} correction */
   async #apply(correction) {
     this.#info = await this.#engine.request('correct', correction);
+    this.#corrected += 1;
   }
 
   /**
@@ -306,10 +309,10 @@ export class Session {
   }
 
   /** @type {import('./requests.js').AskMap} */
-  async #map(name, t) {
+  async #map(name, ...place) {
     this.#check(name);
-    wholeNumber('param', 't', t, 0, Math.max(0, this.#info.numFrames - 1));
-    return onGrid(await requestMap(this.#engine, name, t), this.#info.width, this.#info.height);
+    wholeNumber('param', 't', place[0], 0, Math.max(0, this.#info.numFrames - 1));
+    return onGrid(await requestMap(this.#engine, name, ...place), this.#info.width, this.#info.height);
   }
 
   /**
@@ -317,9 +320,9 @@ export class Session {
    * @returns {import('./requests.js').AskMap}
    */
   #asker() {
-    const clip = this.#clip;
-    return async (name, t) => {
-      const { called } = REQUESTS[name];
+    const [clip, corrected] = [this.#clip, this.#corrected];
+    return async (name, ...place) => {
+      const { called, ofLabels } = /** @type {import('./requests.js').MapLine<any>} */ (REQUESTS[name]);
       if (this.#closed)
         throw new TraceCutError(
           'closed',
@@ -327,7 +330,9 @@ export class Session {
         );
       if (clip !== this.#clip)
         throw new TraceCutError('state', `${called} of a result come from its session, which was cleared since`);
-      return this.#map(name, t);
+      if (ofLabels && corrected !== this.#corrected)
+        throw new TraceCutError('state', `${called} of a result come from its session, which was corrected since`);
+      return this.#map(name, ...place);
     };
   }
 

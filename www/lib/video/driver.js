@@ -205,9 +205,9 @@ export class Driver {
   #asker({ width, height }) {
     const { engine, stop } = this.#options;
     const advances = this.#advances;
-    return async (name, t) => {
+    return async (name, ...place) => {
       if (advances !== this.#advances || stop.aborted) throw gone(REQUESTS[name].called);
-      return onGrid(await requestMap(engine, name, t), width, height);
+      return onGrid(await requestMap(engine, name, ...place), width, height);
     };
   }
 }

@@ -1,0 +1,143 @@
+// Why pixels have their labels, and how sure that is.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { segmentVideo } from 'tracecut';
+import { framesOf, ready, rejects } from './support.mjs';
+
+const SCENE = { width: 200, height: 112, frames: 8, seed: 2 };
+
+/** Pixels all over the clip. */
+const PLACES = Array.from({ length: 40 }, (_, k) => [k % 8, (k * 37) % 200, (k * 61) % 112]);
+
+test('what is told of a pixel agrees with the masks, and its sums with their terms', async (t) => {
+  const session = await ready(t, {}, await framesOf(SCENE));
+  const result = await session.run();
+  const seen = new Set();
+  for (const [frame, x, y] of PLACES) {
+    const why = await result.explain(frame, x, y);
+    assert.equal(why.label, result.labels(frame)[y * 200 + x]);
+    const superpixels = await result.superpixels(frame);
+    assert.equal(why.superpixel, superpixels.label[y * 200 + x]);
+    assert.deepEqual(
+      why.costs.map(({ label }) => label),
+      [...result.clusters.object],
+    );
+    const own = why.costs[why.cluster];
+    assert.equal(why.source === 'superpixel', own.label === why.label);
+    for (const cost of why.costs) {
+      const links = why.links.filter(({ cluster }) => cluster !== cost.cluster);
+      assert.equal(
+        cost.total,
+        links.reduce((sum, link) => sum + link.cost, cost.trajectories + cost.colours + cost.evidence),
+      );
+      assert.equal(Math.round(cost.total * 65536), cost.total * 65536, 'whole steps');
+      assert.ok(cost.total >= own.total, 'the cut could do better');
+      assert.equal(cost.votes, why.voters.filter(({ cluster }) => cluster === cost.cluster).length);
+    }
+    const others = why.costs.filter(({ label }) => label !== own.label);
+    assert.equal(why.flip.margin, Math.min(...others.map(({ total }) => total)) - own.total);
+    assert.equal(why.costs[why.flip.cluster].total - own.total, why.flip.margin);
+    if (why.border) {
+      const { i, j, d } = result.edges(frame);
+      const label = (of) => result.clusters.object[result.clusters.label[of]];
+      const sought = [own.label, why.costs[why.flip.cluster].label].sort().join();
+      const between = [...i.keys()].filter((k) => [label(i[k]), label(j[k])].sort().join() === sought);
+      assert.equal(why.border.edges, between.length);
+      assert.equal(Math.fround(why.border.d), Math.max(...between.map((k) => d[k])));
+    }
+    seen.add(why.label);
+  }
+  assert.ok(seen.size > 1, 'all pixels were of one label: choose other ones');
+  await rejects(result.explain(8, 0, 0), 'param', /8 .*0\.\.=7/);
+  await rejects(result.explain(0, 200, 0), 'param', /200 .*0\.\.=199/);
+  await rejects(result.explain(0, 0, -1), 'param', /-1 .*0\.\.=111/);
+});
+
+test('confidences are probabilities, surer within than at the borders, and objects have their means', async (t) => {
+  const session = await ready(t, {}, await framesOf(SCENE));
+  const result = await session.run();
+  const sums = Array.from({ length: Math.max(...result.clusters.object) + 1 }, () => [0, 0]);
+  const border = [0, 0];
+  for (let frame = 0; frame < 8; frame += 1) {
+    const { confidence, width, scaleX } = await result.confidence(frame);
+    assert.deepEqual([confidence.length, width, scaleX], [200 * 112, 200, 1]);
+    const labels = result.labels(frame);
+    confidence.forEach((p, k) => {
+      assert.ok(p >= 0.3 && p < 1);
+      sums[labels[k]][0] += p;
+      sums[labels[k]][1] += 1;
+      if (k % 200 < 199 && labels[k] === 0 && labels[k + 1] !== 0) {
+        border[0] += p;
+        border[1] += 1;
+      }
+    });
+  }
+  const means = await result.objectConfidence();
+  assert.equal(means.length, sums.length);
+  sums.forEach(([sum, count], label) => assert.ok(Math.abs(means[label] - sum / Math.max(1, count)) < 1e-5));
+  assert.ok(border[0] / border[1] < means[0] - 0.05, `${border[0] / border[1]} at borders, ${means[0]} in all`);
+});
+
+test('trajectories from outside and a closed session have no reasons', async (t) => {
+  const session = await ready(t, { clip: { dense: false } }, await framesOf(SCENE));
+  const sparse = await session.run();
+  await rejects(sparse.explain(0, 0, 0), 'state', /explanations.*clip\.dense/);
+  const dense = await ready(t, {}, await framesOf(SCENE));
+  const result = await dense.run();
+  dense.close();
+  await rejects(result.explain(0, 0, 0), 'closed', /explanations/);
+  await rejects(result.confidence(0), 'closed', /confidences/);
+});
+
+test('a worker and the last window of a clip tell the same as a session in this thread', async (t) => {
+  const frames = await framesOf(SCENE);
+  const plain = await (await ready(t, {}, frames)).run();
+  const result = await (await ready(t, { worker: true }, frames)).run();
+  const [why, sure] = [await plain.explain(3, 90, 50), await plain.confidence(3)];
+  assert.deepEqual(await result.explain(3, 90, 50), why);
+  assert.deepEqual(await result.confidence(3), sure);
+  const windows = [];
+  for await (const window of segmentVideo(frames, { window: 6, overlap: 3 })) {
+    windows.push(window);
+    if (windows.length < 2) continue;
+    assert.equal((await window.explain(2, 90, 50)).label, window.labels(2)[50 * 200 + 90]);
+    assert.equal((await window.confidence(2)).confidence.length, 200 * 112);
+    await rejects(windows[0].explain(2, 90, 50), 'state', /explanations of this window are gone/);
+  }
+  assert.equal(windows.length, 2);
+});
+
+test('after a correction the newest result answers, and says what a stroke forbids', async (t) => {
+  const session = await ready(t, {}, await framesOf(SCENE));
+  const first = await session.run();
+  const [{ label }] = first.objects;
+  const at = first.labels(2).indexOf(label);
+  const place = [2, at % 200, Math.floor(at / 200)];
+  const second = await session.merge(0, label);
+  await rejects(first.explain(...place), 'state', /explanations of a result .* corrected since/);
+  await rejects(first.confidence(2), 'state', /confidences of a result .* corrected since/);
+  assert.equal((await second.explain(...place)).label, 0);
+  assert.equal((await second.objectConfidence())[label] ?? 0, 0);
+  const third = await session.undo();
+  assert.equal((await third.explain(...place)).label, label);
+  assert.equal((await first.superpixels(2)).width, 200, 'superpixels do not depend on corrections');
+});
+
+test('a stroke is told as the source of its pixels, with what it forbids', async (t) => {
+  const session = await ready(t, {}, await framesOf(SCENE));
+  const first = await session.run();
+  const [{ label }] = first.objects;
+  const mask = first.labels(2);
+  const inside = mask.findIndex((of, k) => of === label && mask[k + 6] === label && mask[k + 6 * 200] === label);
+  const [x, y] = [inside % 200, Math.floor(inside / 200)];
+  const strokes = [
+    { t: 2, points: [x + 3, y + 3], radius: 2 },
+    { t: 2, points: [x + 3, y < 20 ? y + 60 : y - 20], radius: 2 },
+  ];
+  const result = await session.apart(strokes);
+  const why = await result.explain(2, x + 3, y + 3);
+  assert.equal(why.source, 'stroke');
+  assert.ok(why.costs.some(({ forbidden }) => forbidden > 0));
+  assert.equal(why.costs[why.cluster].forbidden, 0);
+});
