@@ -1,0 +1,179 @@
+"""The masks of a clip one by one, checked as they come, and the names of their frames and objects."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple, Optional, Protocol, Union, cast
+
+import numpy as np
+
+from .._errors import TraceCutError, illegal
+from .._types import U8, Bool
+
+
+class HasLabels(Protocol):
+    """What `tracecut.Session` and its views are."""
+
+    @property
+    def num_frames(self) -> int:
+        """How many masks there are."""
+        ...
+
+    def labels(self, t: int) -> U8:
+        """The mask of frame ``t``."""
+        ...
+
+
+#: Arrays of uint8 of shape (height, width), all of one size, as a `tracecut.Result` gives them; or a session.
+Masks = Union[Iterable[U8], HasLabels]
+
+
+class Frame(NamedTuple):
+    """A mask, the number of its frame from 0, and the name of its frame."""
+
+    t: int
+    name: str
+    mask: U8
+
+    def objects(self) -> list[int]:
+        """The labels in the mask, without the background's 0."""
+        found = np.flatnonzero(np.bincount(self.mask.ravel(), minlength=256))
+        return [int(label) for label in found if label > 0]
+
+
+class Box(NamedTuple):
+    """The smallest rectangle around an object, in whole pixels."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+
+def box_of(inside: Bool) -> Box:
+    """The box of what is true, of which there is some."""
+    rows, columns = np.flatnonzero(inside.any(axis=1)), np.flatnonzero(inside.any(axis=0))
+    left, top = int(columns[0]), int(rows[0])
+    return Box(left, top, int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top)
+
+
+def runs_of(flat: Bool) -> list[int]:
+    """Lengths of runs, outside and inside in turn; the first is outside and may be 0."""
+    begins = np.flatnonzero(np.diff(flat, prepend=False))
+    ends = np.concatenate([[0], begins, [flat.size]])
+    return [int(length) for length in np.diff(ends)]
+
+
+def frames_of(masks: Masks, names: Optional[Iterable[str]]) -> Iterator[Frame]:
+    """Each mask with the name of its frame.
+
+    Raises
+    ------
+    TraceCutError
+        ``data`` when there is no mask, one is no mask or has another size, or names and masks are not as many.
+    """
+    missing: Any = object()
+    given = (f"{t:05}.jpg" for t in itertools.count()) if names is None else iter(names)
+    first: Optional[U8] = None
+    seen: set[str] = set()
+    for t, mask in enumerate(_each(masks)):
+        name = next(given, missing)
+        if name is missing:
+            raise TraceCutError("data", f"frames has {t} names (expected one for each mask)")
+        first = _check_size(t, _check_mask(t, mask), first)
+        yield Frame(t, _check_frame_name(t, name, seen), mask)
+    if first is None:
+        raise TraceCutError("data", "masks has 0 frames (expected at least 1)")
+    if names is not None and next(given, missing) is not missing:
+        raise TraceCutError("data", f"frames has more than {len(seen)} names (expected one for each mask)")
+
+
+def _each(masks: Any) -> Iterator[Any]:
+    """Iterables as they are; sessions and their views by their numbers."""
+    if hasattr(masks, "num_frames") and callable(getattr(masks, "labels", None)):
+        return (masks.labels(t) for t in range(masks.num_frames))
+    try:
+        return iter(masks)
+    except TypeError as error:
+        expected = "expected a result, or arrays one by one"
+        raise TraceCutError("data", f"masks is a {type(masks).__name__} ({expected})") from error
+
+
+def _check_mask(t: int, mask: Any) -> U8:
+    expected = "expected an array of uint8 of shape (height, width)"
+    if not isinstance(mask, np.ndarray):
+        raise TraceCutError("data", f"mask of frame {t} is a {type(mask).__name__} ({expected})")
+    array = cast("U8", mask)
+    if array.dtype != np.uint8 or array.ndim != 2 or array.size == 0:
+        raise TraceCutError("data", f"mask of frame {t} is {array.dtype} of shape {array.shape} ({expected})")
+    return array
+
+
+def _check_size(t: int, mask: U8, first: Optional[U8]) -> U8:
+    """The first mask, whose size all have."""
+    if first is None:
+        return mask
+    if mask.shape != first.shape:
+        raise TraceCutError("data", f"mask of frame {t} has shape {mask.shape} (expected {first.shape} as of frame 0)")
+    return first
+
+
+def _check_frame_name(t: int, name: Any, seen: set[str]) -> str:
+    if not _is_text(name) or name in seen:
+        raise TraceCutError("data", f"name of frame {t} is {name!r} (expected a text that no other frame has)")
+    seen.add(name)
+    return str(name)
+
+
+def _is_text(value: Any) -> bool:
+    """Something that can be seen, which XML can hold: no control characters, and no half of a pair."""
+    return isinstance(value, str) and value.strip() != "" and value.isprintable()
+
+
+def check_folder_name(parameter: str, name: Any) -> str:
+    """A text that is one folder or file of a folder.
+
+    Raises
+    ------
+    TraceCutError
+        ``param`` when it is none.
+    """
+    if not _is_text(name) or name.startswith(".") or any(letter in name for letter in '/\\:*?"<>|'):
+        raise illegal(parameter, name, 'a name of a folder, without / \\ : * ? " < > | and not beginning with a dot')
+    return str(name)
+
+
+def check_text(parameter: str, value: Any) -> str:
+    """A text of one line that is not empty."""
+    if not _is_text(value):
+        raise illegal(parameter, value, "a text of one line that is not empty")
+    return str(value)
+
+
+_NAMED = "labels of 1 to 255, each with a name"
+
+
+class Classes:
+    """The name of the class of each object, and a number for each class in the order in which they are asked for."""
+
+    def __init__(self, objects: Optional[Mapping[int, str]]) -> None:
+        given: Any = {} if objects is None else objects
+        if not isinstance(given, Mapping):
+            raise illegal("objects", given, _NAMED)
+        self._names: dict[int, str] = dict(cast("Mapping[int, str]", given))
+        self.numbers: dict[str, int] = {}
+        for label, name in self._names.items():
+            if not isinstance(cast("Any", label), (int, np.integer)) or not 1 <= label <= 255:
+                raise illegal("objects", label, _NAMED)
+            check_text(f"objects[{label}]", name)
+
+    def name(self, label: int) -> str:
+        """The class of a label; ``object 3`` of one that was not named."""
+        name = self._names.get(label, f"object {label}")
+        self.numbers.setdefault(name, len(self.numbers) + 1)
+        return name
+
+    def number(self, label: int) -> int:
+        """The number of the class of a label, from 1."""
+        return self.numbers[self.name(label)]

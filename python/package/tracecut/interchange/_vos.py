@@ -1,0 +1,152 @@
+"""The folders of DAVIS and YouTube-VOS: PNG files with a palette, whose pixels are the labels."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Optional
+
+from .. import _tracecut
+from .._errors import TraceCutError
+from ._clip import Classes, Masks, check_folder_name, frames_of
+from ._output import PALETTE, PathLike, new_folder, replace_text, undone
+
+#: Not an object in either benchmark, but pixels that do not count.
+_VOID = 255
+
+
+def to_davis(masks: Masks, root: PathLike, *, name: str, subset: str = "val", resolution: str = "480p") -> Path:
+    """Adds a clip to a folder as DAVIS 2017 has it, which is made if needed.
+
+    Masks go to ``Annotations/480p/NAME/00000.png`` and so on, frame by frame, and the clip's name into
+    ``ImageSets/2017/val.txt``. The frames themselves belong into ``JPEGImages/480p/NAME/00000.jpg`` and so on.
+
+    Parameters
+    ----------
+    masks : masks
+        A `tracecut.Result`, or arrays of uint8 of shape (height, width) one by one. Labels are 0 to 254: 255 are
+        pixels that DAVIS does not count.
+    root : path
+        The data set. One clip is added at a time: two at once may lose a name in the list.
+    name : str
+        The clip, which the data set must not have yet.
+    subset : str, default "val"
+        The list that names it.
+    resolution : str, default "480p"
+        The folder in ``Annotations``.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder with the masks.
+
+    Raises
+    ------
+    TraceCutError
+        ``data`` of masks that are not as said, ``param`` of the rest.
+
+    Notes
+    -----
+    The folders are those of the benchmark's read-me, the colours those of its own masks.
+
+    Examples
+    --------
+    >>> import tempfile, tracecut
+    >>> from tracecut import interchange
+    >>> result = tracecut.segment(tracecut.synth.Scene("sample", 96, 54, frames=4), preset="fast")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     len(list(interchange.to_davis(result, folder, name="made").iterdir()))
+    4
+    """
+    clip = check_folder_name("name", name)
+    listed = Path(root) / "ImageSets" / "2017" / f"{check_folder_name('subset', subset)}.txt"
+    folder = Path(root) / "Annotations" / check_folder_name("resolution", resolution) / clip
+    _write_masks(masks, folder)
+    with undone(folder):
+        names = listed.read_text(encoding="utf-8").split("\n") if listed.exists() else []
+        kept = [each.strip() for each in names if each.strip() and each.strip() != clip]
+        replace_text(listed, "\n".join([*kept, clip]) + "\n")
+    return folder
+
+
+def to_youtube_vos(
+    masks: Masks,
+    root: PathLike,
+    *,
+    name: str,
+    subset: str = "train",
+    objects: Optional[Mapping[int, str]] = None,
+) -> Path:
+    """Adds a clip to a folder as YouTube-VOS has it, which is made if needed.
+
+    Masks go to ``train/Annotations/NAME/00000.png`` and so on, frame by frame, and each object with its category and
+    the frames in which it is seen into ``train/meta.json``. The frames themselves belong into
+    ``train/JPEGImages/NAME/00000.jpg`` and so on.
+
+    Parameters
+    ----------
+    masks : masks
+        As `to_davis`.
+    root : path
+        The data set. One clip is added at a time: two at once may lose one in ``meta.json``.
+    name : str
+        The video's ID, which the data set must not have yet.
+    subset : str, default "train"
+        The folder in the data set.
+    objects : mapping of int to str, optional
+        The category of each label; ``object 1`` and so on of those without.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder with the masks.
+
+    Raises
+    ------
+    TraceCutError
+        ``data`` of masks or of a ``meta.json`` that are not as said, ``param`` of the rest.
+
+    Notes
+    -----
+    Folders and ``meta.json`` are those of the benchmark's training set. The colours are those of DAVIS; readers go by
+    the labels.
+    """
+    clip, classes = check_folder_name("name", name), Classes(objects)
+    base = Path(root) / check_folder_name("subset", subset)
+    path = base / "meta.json"
+    meta = _read_meta(path)
+    folder = base / "Annotations" / clip
+    seen = _write_masks(masks, folder)
+    entry = {str(label): {"category": classes.name(label), "frames": seen[label]} for label in sorted(seen)}
+    with undone(folder):
+        meta["videos"][clip] = {"objects": entry}
+        replace_text(path, json.dumps(meta, indent=1, ensure_ascii=False) + "\n")
+    return folder
+
+
+def _write_masks(masks: Masks, folder: Path) -> dict[int, list[str]]:
+    """One file for each mask; gives the frames in which each label is seen."""
+    seen: dict[int, list[str]] = {}
+    with new_folder(folder, "name") as out:
+        for frame in frames_of(masks, None):
+            stem = f"{frame.t:05}"
+            for label in frame.objects():
+                seen.setdefault(label, []).append(stem)
+            if _VOID in seen:
+                expected = "expected 0 to 254: 255 are pixels that the benchmark does not count"
+                raise TraceCutError("data", f"mask of frame {frame.t} has label {_VOID} ({expected})")
+            (out / f"{stem}.png").write_bytes(_tracecut.palette_png(frame.mask, PALETTE))
+    return seen
+
+
+def _read_meta(path: Path) -> dict[str, Any]:
+    if not path.exists():
+        return {"videos": {}}
+    try:
+        meta = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(meta["videos"], dict):
+            return dict(meta)
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise TraceCutError("data", f"{path} cannot be read (expected an object with videos)")

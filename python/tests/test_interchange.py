@@ -1,0 +1,491 @@
+"""What is written for other tools is read by their own packages, and the masks are the same to the pixel.
+
+Each test that needs a tool is skipped where its package is not installed.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tracecut
+from tracecut import interchange
+from tracecut.interchange._clip import runs_of
+from tracecut.interchange._label_studio import brush_rle
+
+SIZE = (37, 53)
+NAMES = {1: "dog & <cat>", 4: "ball"}
+
+
+def made(seed: int = 0, frames: int = 5) -> list[np.ndarray]:
+    """Masks of blobs and of single pixels, with gaps in the labels; one frame is empty, one is full."""
+    random = np.random.default_rng(seed)
+    masks = [np.zeros(SIZE, np.uint8), np.full(SIZE, 4, np.uint8)]
+    for _ in range(frames - 2):
+        coarse = random.choice(np.array([0, 1, 3, 4], np.uint8), (SIZE[0] // 6 + 1, SIZE[1] // 6 + 1))
+        mask = np.kron(coarse, np.ones((6, 6), np.uint8))[: SIZE[0], : SIZE[1]]
+        mask[random.integers(0, SIZE[0], 9), random.integers(0, SIZE[1], 9)] = 200
+        masks.append(mask)
+    return masks[:1] + masks[2:] + masks[1:2]
+
+
+MASKS = made()
+
+
+def write_png_frames(folder: Path, count: int) -> list[str]:
+    """Pictures for tools that look at them."""
+    from PIL import Image
+
+    folder.mkdir()
+    names = [f"frame{t}.png" for t in range(count)]
+    for name in names:
+        Image.new("RGB", (SIZE[1], SIZE[0])).save(folder / name)
+    return names
+
+
+def joined(parts: dict[int, np.ndarray]) -> np.ndarray:
+    """A mask from those of its labels, none of which covers another."""
+    mask = np.zeros(SIZE, np.uint8)
+    for label, inside in parts.items():
+        assert not mask[inside].any()
+        mask[inside] = label
+    return mask
+
+
+def test_runs_are_lengths_outside_and_inside_in_turn() -> None:
+    assert runs_of(np.array([False, False, True])) == [2, 1]
+    assert runs_of(np.array([True, False])) == [0, 1, 1]
+    assert runs_of(np.array([False])) == [1]
+
+
+def read_cvat(path: Path) -> Iterator[tuple[str, ElementTree.Element]]:
+    root = ElementTree.parse(path / "annotations.xml").getroot()
+    assert [int(image.attrib["id"]) for image in root.iter("image")] == list(range(len(MASKS)))
+    return ((image.attrib["name"], image) for image in root.iter("image"))
+
+
+def test_cvats_sdk_reads_the_masks(tmp_path: Path) -> None:
+    masks_of_sdk = pytest.importorskip("cvat_sdk.masks", reason="cvat-sdk is not installed")
+    models = pytest.importorskip("cvat_sdk.models")
+    out = interchange.to_cvat(MASKS, tmp_path / "cvat", objects=NAMES)
+    for (name, image), mask in zip(read_cvat(out), MASKS):
+        parts = {}
+        for shape in image.iter("mask"):
+            a = {key: int(shape.attrib[key]) for key in ("left", "top", "width", "height")}
+            # As CVAT's importer makes points of it.
+            box = [a["left"], a["top"], a["left"] + a["width"] - 1, a["top"] + a["height"] - 1]
+            points = [*map(int, shape.attrib["rle"].split(",")), *box]
+            label = int(shape.attrib["group_id"])
+            assert shape.attrib["label"] == NAMES.get(label, f"object {label}")
+            models.LabeledShapeRequest(type="mask", points=list(map(float, points)), frame=0, label_id=1, group=label)
+            assert points == masks_of_sdk.encode_mask(mask == label)
+            parts[label] = masks_of_sdk.decode_mask(points, image_width=SIZE[1], image_height=SIZE[0])
+        assert np.array_equal(joined(parts), mask), name
+    for label in json.loads((out / "labels.json").read_text()):
+        assert models.PatchedLabelRequest(**label).name == label["name"]
+
+
+def test_datumaro_reads_cvats_xml(tmp_path: Path) -> None:
+    datumaro = pytest.importorskip("datumaro", reason="datumaro is not installed")
+    names = write_png_frames(tmp_path / "frames", len(MASKS))
+    out = interchange.to_cvat(MASKS, tmp_path / "cvat", objects=NAMES, frames=names)
+    # It looks for the pictures beside the masks.
+    (tmp_path / "frames").rename(out / "images")
+    data = datumaro.Dataset.import_from(str(out), "cvat")
+    classes = [category.name for category in data.categories()[datumaro.AnnotationType.label].items]
+    assert set(classes) == {"dog & <cat>", "object 3", "ball", "object 200"}
+    items = {item.id: item for item in data}
+    for t, mask in enumerate(MASKS):
+        shapes = [each for each in items[f"frame{t}"].annotations if each.type == datumaro.AnnotationType.mask]
+        assert [each.label for each in shapes] == [
+            classes.index(NAMES.get(each.group, f"object {each.group}")) for each in shapes
+        ]
+        assert np.array_equal(joined({each.group: each.image.astype(bool) for each in shapes}), mask)
+
+
+def test_label_studios_sdk_takes_the_tasks_and_reads_the_masks(tmp_path: Path) -> None:
+    brush = pytest.importorskip("label_studio_sdk.converter.brush", reason="label-studio-sdk is not installed")
+    from label_studio_sdk.label_interface import LabelInterface
+
+    out = interchange.to_label_studio(MASKS, tmp_path / "studio", name="a", objects=NAMES)
+    config = LabelInterface((out / "config.xml").read_text(encoding="utf-8"))
+    config.validate()
+    tasks = json.loads((out / "tasks.json").read_text(encoding="utf-8"))
+    assert len(tasks) == len(MASKS)
+    for t, (task, mask) in enumerate(zip(tasks, MASKS)):
+        assert task["data"]["image"] == f"/data/local-files/?d=a/{t:05}.jpg"
+        (prediction,) = task["predictions"]
+        assert config.validate_task({"data": task["data"]})
+        assert not config.validate_prediction(prediction, return_errors=True)
+        parts = {}
+        for region in prediction["result"]:
+            label = int(region["id"].split("-")[-1])
+            assert region["value"]["brushlabels"] == [NAMES.get(label, f"object {label}")]
+            pixels = brush.decode_rle(region["value"]["rle"]).reshape(*SIZE, 4)
+            assert (pixels == pixels[..., :1]).all() and set(np.unique(pixels)) <= {0, 255}
+            parts[label] = pixels[..., 3] == 255
+        assert np.array_equal(joined(parts), mask)
+
+
+def test_long_runs_of_the_brush_are_read(tmp_path: Path) -> None:
+    brush = pytest.importorskip("label_studio_sdk.converter.brush", reason="label-studio-sdk is not installed")
+    for inside in (np.zeros((150, 120), bool), np.ones((150, 120), bool), np.tri(150, 120, dtype=bool)):
+        assert np.array_equal(brush.decode_rle(brush_rle(inside)).reshape(150, 120, 4)[..., 0] == 255, inside)
+
+
+def test_label_studios_sdk_takes_the_boxes_of_a_video(tmp_path: Path) -> None:
+    pytest.importorskip("label_studio_sdk", reason="label-studio-sdk is not installed")
+    from label_studio_sdk.label_interface import LabelInterface
+
+    out = interchange.to_label_studio_video(MASKS, tmp_path / "v", video="/data/v.mp4", rate=25, objects=NAMES)
+    config = LabelInterface((out / "config.xml").read_text(encoding="utf-8"))
+    config.validate()
+    (task,) = json.loads((out / "tasks.json").read_text(encoding="utf-8"))
+    assert config.validate_task({"data": task["data"]})
+    assert not config.validate_prediction(task["predictions"][0], return_errors=True)
+
+
+def test_boxes_of_a_video_are_those_of_the_masks(tmp_path: Path) -> None:
+    masks = [MASKS[1], MASKS[0], MASKS[2], MASKS[3]]
+    out = interchange.to_label_studio_video(masks, tmp_path / "v", video="/data/v.mp4", rate=25, name="a")
+    (task,) = json.loads((out / "tasks.json").read_text())
+    regions = {int(region["id"].split("-")[-1]): region["value"] for region in task["predictions"][0]["result"]}
+    assert set(regions) == {int(label) for label in np.unique(np.stack(masks)) if label}
+    for label, value in regions.items():
+        assert value["framesCount"] == 4 and value["duration"] == 4 / 25
+        assert [key["frame"] for key in value["sequence"]] == [1, 3, 4]
+        assert [key["enabled"] for key in value["sequence"]] == [False, True, False]
+        for key in value["sequence"]:
+            rows, columns = np.nonzero(masks[key["frame"] - 1] == label)
+            assert key["time"] == key["frame"] / 25
+            assert key["x"] * SIZE[1] / 100 == pytest.approx(columns.min())
+            assert key["y"] * SIZE[0] / 100 == pytest.approx(rows.min())
+            assert key["width"] * SIZE[1] / 100 == pytest.approx(columns.max() + 1 - columns.min())
+            assert key["height"] * SIZE[0] / 100 == pytest.approx(rows.max() + 1 - rows.min())
+
+
+def test_pycocotools_reads_the_masks_for_fiftyone(tmp_path: Path) -> None:
+    coco = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
+    out = interchange.to_fiftyone(MASKS, tmp_path / "fo", objects=NAMES)
+    data = coco.COCO(str(out / "labels.json"))
+    assert len(data.imgs) == len(MASKS)
+    for t, mask in enumerate(MASKS):
+        assert data.imgs[t + 1]["file_name"] == f"{t:05}.jpg"
+        found = data.loadAnns(data.getAnnIds(imgIds=[t + 1]))
+        assert np.array_equal(joined({each["index"]: data.annToMask(each) == 1 for each in found}), mask)
+        for each in found:
+            rows, columns = np.nonzero(mask == each["index"])
+            assert each["area"] == rows.size
+            height, width = rows.max() + 1 - rows.min(), columns.max() + 1 - columns.min()
+            assert each["bbox"] == [columns.min(), rows.min(), width, height]
+            name = NAMES.get(each["index"], f"object {each['index']}")
+            assert data.cats[each["category_id"]]["name"] == name
+
+
+def detected(label: Any) -> np.ndarray:
+    """The mask that FiftyOne's detections make."""
+    parts = {}
+    for detection in label.detections if label else []:
+        left, top = detection.bounding_box[0] * SIZE[1], detection.bounding_box[1] * SIZE[0]
+        height, width = detection.mask.shape
+        full = np.zeros(SIZE, bool)
+        full[round(top) : round(top) + height, round(left) : round(left) + width] = detection.mask
+        assert detection.label == NAMES.get(detection.index, f"object {detection.index}")
+        parts[detection.index] = full
+    return joined(parts)
+
+
+def test_fiftyones_importer_reads_masks_and_identities(tmp_path: Path) -> None:
+    """Its importer alone: a data set needs the database, which does not run everywhere."""
+    utils = pytest.importorskip("fiftyone.utils.coco", reason="fiftyone is not installed")
+    pictures = tmp_path / "frames"
+    names = write_png_frames(pictures, len(MASKS))
+    out = interchange.to_fiftyone(MASKS, tmp_path / "fo", frames=names, objects=NAMES, name="some clip")
+    importer = utils.COCODetectionDatasetImporter(
+        dataset_dir=str(out), data_path=str(pictures), labels_path=str(out / "labels.json"), label_types="segmentations"
+    )
+    with importer:
+        assert len(importer) == len(MASKS)
+        assert importer.get_dataset_info()["description"] == "some clip"
+        for path, metadata, label in importer:
+            t = names.index(Path(path).name)
+            assert (metadata.height, metadata.width) == SIZE
+            assert np.array_equal(detected(label), MASKS[t])
+
+
+def test_fiftyone_makes_a_data_set(tmp_path: Path) -> None:
+    fiftyone = pytest.importorskip("fiftyone", reason="fiftyone is not installed")
+    names = write_png_frames(tmp_path / "frames", len(MASKS))
+    out = interchange.to_fiftyone(MASKS, tmp_path / "fo", frames=names, objects=NAMES)
+    try:
+        fiftyone.list_datasets()
+    except Exception as error:  # the database's own kinds of errors, and its installer's
+        pytest.skip(f"the database of fiftyone does not run here: {type(error).__name__}")
+    data = fiftyone.Dataset.from_dir(
+        dataset_type=fiftyone.types.COCODetectionDataset,
+        data_path=str(tmp_path / "frames"),
+        labels_path=str(out / "labels.json"),
+        label_types="segmentations",
+        label_field="segmentations",
+    )
+    assert len(data) == len(MASKS)
+    for sample in data:
+        assert np.array_equal(detected(sample["segmentations"]), MASKS[names.index(Path(sample.filepath).name)])
+
+
+def enlarged(shape: tuple[int, int]) -> list[np.ndarray]:
+    """The masks at another size, by repeating pixels."""
+    rows, columns = (np.arange(to) * of // to for to, of in zip(shape, SIZE))
+    return [mask[np.ix_(rows, columns)] for mask in MASKS]
+
+
+def test_the_reader_of_davis_reads_the_masks(tmp_path: Path) -> None:
+    """It knows the benchmark's clips alone, so the made one takes the name, length and size of one of them."""
+    try:
+        from davisinteractive.dataset import Davis
+    except (ImportError, AttributeError) as error:  # it asks NumPy for what is no longer there
+        pytest.skip(f"davisinteractive is not installed, or not with NumPy before 1.24: {error}")
+    known = Davis.dataset["dog-agility"]
+    masks = enlarged(tuple(known["image_size"][::-1])) * 5
+    assert len(masks) == known["num_frames"]
+    interchange.to_davis(masks, tmp_path, name="dog-agility", subset=known["set"])
+    read = Davis(str(tmp_path)).load_annotations("dog-agility", dtype=np.uint8)
+    assert np.array_equal(read, np.stack(masks))
+
+
+def test_davis_folders_hold_the_labels_the_list_and_the_colours(tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    folder = interchange.to_davis(MASKS, tmp_path, name="one")
+    interchange.to_davis(iter(MASKS[:2]), tmp_path, name="two")
+    assert (tmp_path / "ImageSets/2017/val.txt").read_text() == "one\ntwo\n"
+    assert folder == tmp_path / "Annotations/480p/one"
+    assert sorted(file.name for file in folder.iterdir()) == [f"{t:05}.png" for t in range(len(MASKS))]
+    for t, mask in enumerate(MASKS):
+        read = image.open(folder / f"{t:05}.png")
+        assert read.mode == "P" and np.array_equal(np.asarray(read), mask)
+    palette = read.getpalette()
+    assert palette[:15] == [0, 0, 0, 128, 0, 0, 0, 128, 0, 128, 128, 0, 0, 0, 128]
+    assert palette[3 * 8 : 3 * 10] == [64, 0, 0, 191, 0, 0]
+    assert palette[3 * 21 : 3 * 23] == [128, 64, 128, 22, 22, 22] and palette[-3:] == [255, 255, 255]
+
+
+def test_youtube_vos_folders_hold_the_labels_and_where_each_is_seen(tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    interchange.to_youtube_vos(MASKS, tmp_path, name="0a1b", objects=NAMES)
+    interchange.to_youtube_vos(MASKS[:1], tmp_path, name="empty")
+    videos = json.loads((tmp_path / "train/meta.json").read_text(encoding="utf-8"))["videos"]
+    assert set(videos) == {"0a1b", "empty"} and videos["empty"] == {"objects": {}}
+    read = {f"{t:05}": np.asarray(image.open(tmp_path / f"train/Annotations/0a1b/{t:05}.png")) for t in range(5)}
+    assert all(np.array_equal(read[f"{t:05}"], mask) for t, mask in enumerate(MASKS))
+    objects = videos["0a1b"]["objects"]
+    assert set(objects) == {"1", "3", "4", "200"}
+    for label, entry in objects.items():
+        assert entry["category"] == NAMES.get(int(label), f"object {label}")
+        assert entry["frames"] == [stem for stem, mask in read.items() if (mask == int(label)).any()]
+
+
+@pytest.mark.parametrize("of_davis", [True, False])
+def test_the_benchmark_script_scores_the_folders(of_davis: bool, tmp_path: Path) -> None:
+    """What VOS benchmarks are scored with: equal masks get 100, a pixel less of one object costs that object alone."""
+    benchmark = pytest.importorskip("vos_benchmark.benchmark", reason="vos-benchmark is not installed")
+    changed = [mask.copy() for mask in MASKS]
+    changed[1][np.argwhere(changed[1] == 3)[0][0], np.argwhere(changed[1] == 3)[0][1]] = 0
+    write = interchange.to_davis if of_davis else interchange.to_youtube_vos
+    truth, other = (write(masks, tmp_path / str(i), name="a") for i, masks in enumerate((MASKS, changed)))
+    score = benchmark.VideoEvaluator(str(truth.parent), str(truth.parent), skip_first_and_last=False)
+    _, regions, borders = score("a")
+    assert set(regions) == {1, 3, 4, 200}
+    assert all(value == pytest.approx(100) for value in [*regions.values(), *borders.values()])
+    _, regions, _ = benchmark.VideoEvaluator(str(truth.parent), str(other.parent), skip_first_and_last=False)("a")
+    assert {label for label, value in regions.items() if value < 99.9999} == {3}
+
+
+class Seen:
+    """Like a session: masks by their numbers."""
+
+    num_frames = len(MASKS)
+
+    def labels(self, t: int) -> np.ndarray:
+        return MASKS[t]
+
+
+def cvat(masks: Any, path: Path, **options: Any) -> Path:
+    return interchange.to_cvat(masks, path, **options)
+
+
+def studio(masks: Any, path: Path, **options: Any) -> Path:
+    return interchange.to_label_studio(masks, path, **options)
+
+
+def video(masks: Any, path: Path, **options: Any) -> Path:
+    return interchange.to_label_studio_video(masks, path, **{"video": "v.mp4", "rate": 25, **options})
+
+
+def fifty(masks: Any, path: Path, **options: Any) -> Path:
+    return interchange.to_fiftyone(masks, path, **options)
+
+
+def davis(masks: Any, path: Path, **options: Any) -> Path:
+    return interchange.to_davis(masks, path.parent, **{"name": path.name, **options})
+
+
+def youtube(masks: Any, path: Path, **options: Any) -> Path:
+    return interchange.to_youtube_vos(masks, path.parent, **{"name": path.name, **options})
+
+
+Writer = Callable[..., Path]
+WRITERS = [cvat, studio, video, fifty, davis, youtube]
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(each.relative_to(folder)): each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_results_sessions_arrays_and_iterators_are_masks(write: Writer, tmp_path: Path) -> None:
+    given = [MASKS, iter(MASKS), np.stack(MASKS), Seen(), [np.asfortranarray(mask) for mask in MASKS]]
+    written = [files(write(masks, tmp_path / str(i) / "out")) for i, masks in enumerate(given)]
+    assert written[0] and all(each == written[0] for each in written)
+
+
+def test_a_run_is_written(tmp_path: Path, done: tracecut.Session) -> None:
+    result = tracecut.segment(tracecut.synth.Scene("sample", 96, 64, 8, seed=3))
+    assert result.objects
+    of_result = files(interchange.to_cvat(result, tmp_path / "result"))
+    assert of_result == files(interchange.to_cvat(done, tmp_path / "session"))
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_nothing_is_written_over(write: Writer, tmp_path: Path) -> None:
+    write(MASKS, tmp_path / "out")
+    before = files(tmp_path)
+    with pytest.raises(tracecut.TraceCutError, match="nothing is yet") as caught:
+        write(MASKS[1:], tmp_path / "out")
+    assert caught.value.code == "param" and files(tmp_path) == before
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_what_fails_halfway_leaves_nothing(write: Writer, tmp_path: Path) -> None:
+    def broken() -> Iterator[np.ndarray]:
+        yield from MASKS[:2]
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write(broken(), tmp_path / "new" / "out")
+    assert list(tmp_path.iterdir()) == []
+    write(MASKS, tmp_path / "new" / "out")
+
+
+@pytest.mark.parametrize("write", WRITERS)
+@pytest.mark.parametrize(
+    ("masks", "message"),
+    [
+        ([], r"masks has 0 frames \(expected at least 1\)"),
+        (3, r"masks is a int \(expected a result, or arrays one by one\)"),
+        ([MASKS[0], "mask"], "mask of frame 1 is a str"),
+        ([MASKS[0].astype(np.int64)], "mask of frame 0 is int64 of shape"),
+        ([np.zeros((2, 3, 3), np.uint8)], r"shape \(2, 3, 3\) \(expected an array of uint8"),
+        ([np.zeros((0, 3), np.uint8)], r"shape \(0, 3\)"),
+        ([MASKS[0], MASKS[0][1:]], r"mask of frame 1 has shape \(36, 53\) \(expected \(37, 53\)"),
+    ],
+)
+def test_what_is_no_mask_is_refused(write: Writer, masks: Any, message: str, tmp_path: Path) -> None:
+    with pytest.raises(tracecut.TraceCutError, match=message) as caught:
+        write(masks, tmp_path / "out")
+    assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("write", [cvat, studio, fifty])
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (["a.png"], "frames has 1 names"),
+        ([f"{t}.png" for t in range(6)], "frames has more than 5 names"),
+        (["a.png"] * 5, "name of frame 1 is 'a.png'"),
+        (["a\nb", "b", "c", "d", "e"], "name of frame 0"),
+        ([b"a", "b", "c", "d", "e"], "name of frame 0 is b'a'"),
+    ],
+)
+def test_names_that_do_not_fit_are_refused(write: Writer, names: list[str], message: str, tmp_path: Path) -> None:
+    with pytest.raises(tracecut.TraceCutError, match=message) as caught:
+        write(MASKS, tmp_path / "out", frames=names)
+    assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("write", "options", "message"),
+    [
+        (cvat, {"name": ""}, "name = ''"),
+        (cvat, {"objects": {0: "a"}}, "objects = 0 .expected labels of 1 to 255"),
+        (fifty, {"objects": {256: "a"}}, "objects = 256"),
+        (studio, {"objects": {1: "a\nb"}}, r"objects\[1\] = "),
+        (video, {"rate": 0}, "rate = 0 .expected frames per second, above 0"),
+        (video, {"rate": float("nan")}, "rate = nan"),
+        (video, {"rate": "25"}, "rate = '25'"),
+        (youtube, {"objects": ["a"]}, "objects = .'a'. .expected labels of 1 to 255"),
+        (video, {"video": ""}, "video = ''"),
+        (davis, {"name": "../a"}, "name = '../a' .expected a name of a folder"),
+        (davis, {"name": ""}, "name = ''"),
+        (davis, {"subset": "a/b"}, "subset = 'a/b'"),
+        (davis, {"resolution": ".."}, "resolution = '..'"),
+        (youtube, {"name": "a\\b"}, "name = "),
+        (youtube, {"subset": None}, "subset = None"),
+    ],
+)
+def test_options_that_are_not_legal_are_refused(
+    write: Writer, options: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(tracecut.TraceCutError, match=message) as caught:
+        write(MASKS, tmp_path / "out", **options)
+    assert caught.value.code == "param" and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("write", [davis, youtube])
+def test_the_label_that_benchmarks_do_not_count_is_refused(write: Writer, tmp_path: Path) -> None:
+    with pytest.raises(tracecut.TraceCutError, match="frame 1 has label 255 .expected 0 to 254"):
+        write([MASKS[0], np.full(SIZE, 255, np.uint8)], tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_broken_meta_json_is_named_and_left(tmp_path: Path) -> None:
+    (tmp_path / "train").mkdir()
+    path = tmp_path / "train" / "meta.json"
+    path.write_text("[]")
+    with pytest.raises(tracecut.TraceCutError, match="cannot be read") as caught:
+        interchange.to_youtube_vos(MASKS, tmp_path, name="a")
+    assert caught.value.code == "data" and files(tmp_path) == {str(Path("train") / "meta.json"): b"[]"}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="folders cannot be closed for writing there")
+@pytest.mark.parametrize("write", [davis, youtube])
+def test_a_list_that_cannot_be_written_leaves_no_masks(write: Writer, tmp_path: Path) -> None:
+    blocked = tmp_path / ("ImageSets/2017/val.txt" if write is davis else "train/meta.json")
+    blocked.mkdir(parents=True)
+    with pytest.raises((OSError, tracecut.TraceCutError)):
+        write(MASKS, tmp_path / "out")
+    assert files(tmp_path) == {}
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_frames_are_written_one_by_one(write: Writer, tmp_path: Path) -> None:
+    """No mask is kept until the next but one."""
+    import weakref
+
+    alive: list[weakref.ref[np.ndarray]] = []
+
+    def given() -> Iterator[np.ndarray]:
+        for t in range(6):
+            mask = np.full(SIZE, t, np.uint8)
+            alive.append(weakref.ref(mask))
+            yield mask
+            del mask
+            assert sum(ref() is not None for ref in alive) <= 3
+
+    write(given(), tmp_path / "out")
+    assert len(alive) == 6
