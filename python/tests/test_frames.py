@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import tracecut
 from PIL import Image
-from tracecut._frames import _name_key
 
 
 def masks(frames: object, **options: object) -> np.ndarray:
@@ -48,7 +47,7 @@ def test_folders_files_and_bytes_are_read_alike(folder: Path) -> None:
 
 def test_names_are_in_the_order_of_their_numbers() -> None:
     names = ["1.png", "02.png", "2.png", "10.png", "a1_2.png", "a1_10.png", "a2_1.png", "b.png"]
-    assert sorted(reversed(names), key=lambda name: _name_key(Path(name))) == names
+    assert tracecut.in_name_order(reversed(names)) == names
 
 
 def test_a_jpeg_is_read_as_by_the_command_line(clip: list[np.ndarray]) -> None:
@@ -56,7 +55,7 @@ def test_a_jpeg_is_read_as_by_the_command_line(clip: list[np.ndarray]) -> None:
     Image.fromarray(clip[0]).save(file, "JPEG", quality=95)
     ours = tracecut.boundaries(file.getvalue())
     assert ours.pb.shape == clip[0].shape[:2]
-    assert np.abs(tracecut._tracecut.decode(file.getvalue()).astype(int) - clip[0]).mean() < 8
+    assert np.abs(tracecut.as_array(file.getvalue()).astype(int) - clip[0]).mean() < 8
 
 
 def test_videos_are_read_by_pyav(tmp_path: Path) -> None:

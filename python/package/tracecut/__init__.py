@@ -8,7 +8,7 @@ dtype('uint8')
 
 from . import synth
 from ._errors import TraceCutError
-from ._frames import FrameLike, Frames, read_image, read_video
+from ._frames import FrameLike, Frames, as_array, in_name_order, read_image, read_video
 from ._images import boundaries, enlarge, flow, image_discontinuities, parameters, superpixels
 from ._masks import coco_rle, from_coco_rle, mask_png
 from ._segment import Result, Window, segment, windows
@@ -59,12 +59,14 @@ __all__ = [
     "Trajectories",
     "Window",
     "__version__",
+    "as_array",
     "boundaries",
     "coco_rle",
     "enlarge",
     "flow",
     "from_coco_rle",
     "image_discontinuities",
+    "in_name_order",
     "mask_png",
     "parameters",
     "read_image",

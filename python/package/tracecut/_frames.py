@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple, Optional, Union
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, Optional, TypeVar, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,9 @@ from . import _tracecut
 from ._errors import TraceCutError
 from ._types import U8
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeGuard
+
 #: A frame: an array of uint8 of shape (height, width), (height, width, 3) or (height, width, 4), anything that NumPy
 #: makes such an array of (images of Pillow), or the path or the bytes of a PNG or JPEG file.
 FrameLike = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", bytes, Any]
@@ -22,6 +25,8 @@ FrameLike = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", bytes, Any]
 #: A clip: frames one by one, an array of shape (frames, height, width[, channels]), or the path of a folder of images
 #: or of a video file.
 Frames = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", Iterable[FrameLike]]
+
+_Path = TypeVar("_Path", str, Path)
 
 _IMAGES = {".png", ".jpg", ".jpeg"}
 
@@ -35,27 +40,34 @@ class Source(NamedTuple):
 
 def open_frames(source: Frames) -> Source:
     """The frames of ``source``, read one at a time."""
-    if isinstance(source, (str, os.PathLike)):
+    if _is_path(source):
         return _of_path(Path(source))
-    if isinstance(source, np.ndarray) and source.ndim not in (3, 4):
-        shape = "x".join(map(str, source.shape))
+    shape: Any = getattr(source, "shape", None)
+    if shape is not None and len(shape) not in (3, 4):
         expected = "expected (frames, height, width) or (frames, height, width, channels)"
-        raise TraceCutError("data", f"frames are an array of shape {shape} ({expected})")
-    length = len(source) if hasattr(source, "__len__") else None  # type: ignore[arg-type]
-    return Source((as_frame(frame) for frame in source), length)
+        raise TraceCutError("data", f"frames are an array of shape {'x'.join(map(str, shape))} ({expected})")
+    frames: Any = source
+    length = len(frames) if hasattr(frames, "__len__") else None
+    return Source((as_array(frame) for frame in frames), length)
 
 
-def as_frame(frame: FrameLike) -> Any:
-    """A frame as an array; what cannot be one is refused where it is looked at."""
-    if isinstance(frame, np.ndarray):
-        return frame  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(frame, (str, os.PathLike)):
+def _is_path(source: object) -> TypeGuard[Union[str, os.PathLike[str]]]:
+    return isinstance(source, (str, os.PathLike))
+
+
+def as_array(frame: FrameLike) -> Any:
+    """A frame as an array: of what is an array already, the same; image files are decoded.
+
+    What cannot be a frame is refused where it is used.
+    """
+    if _is_path(frame):
         return read_image(Path(frame))
     if isinstance(frame, (bytes, bytearray)):
         return _tracecut.decode(bytes(frame))
-    if getattr(frame, "mode", "RGB") not in ("RGB", "RGBA", "L") and hasattr(frame, "convert"):
-        frame = frame.convert("RGB")
-    return np.asarray(frame)
+    picture: Any = frame
+    if getattr(picture, "mode", "RGB") not in ("RGB", "RGBA", "L") and hasattr(picture, "convert"):
+        picture = picture.convert("RGB")
+    return np.asarray(picture)
 
 
 def read_image(path: Path) -> U8:
@@ -74,7 +86,7 @@ def read_image(path: Path) -> U8:
 
 def _of_path(path: Path) -> Source:
     if path.is_dir():
-        images = sorted((p for p in path.iterdir() if p.suffix.lower() in _IMAGES and p.is_file()), key=_name_key)
+        images = in_name_order(p for p in path.iterdir() if p.suffix.lower() in _IMAGES and p.is_file())
         if not images:
             raise TraceCutError("data", f"{path}: holds no images (expected PNG or JPEG files, one a frame)")
         return Source((read_image(image) for image in images), len(images))
@@ -83,20 +95,25 @@ def _of_path(path: Path) -> Source:
     return Source(read_video(path), None)
 
 
-def _name_key(path: Path) -> tuple[list[tuple[int, int, str]], str]:
-    """Runs of digits count as numbers, so that ``2.png`` comes before ``10.png``."""
-    parts = re.findall(r"[0-9]+|[^0-9]+", path.name)
+def in_name_order(paths: Iterable[_Path]) -> list[_Path]:
+    """Paths in the order of their names, where runs of digits count as numbers: ``2.png`` before ``10.png``."""
+    return sorted(paths, key=_name_key)
+
+
+def _name_key(path: Union[str, os.PathLike[str]]) -> tuple[list[tuple[int, int, str]], str]:
+    name = Path(path).name
+    parts = re.findall(r"[0-9]+|[^0-9]+", name)
     key = [(0, len(p.lstrip("0")), p.lstrip("0")) if "0" <= p[0] <= "9" else (1, 0, p) for p in parts]
-    return key, path.name
+    return key, name
 
 
-def read_video(path: Union[str, "os.PathLike[str]"]) -> Iterator[U8]:
+def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> Iterator[U8]:
     """The frames of a video file as RGB, one at a time, by PyAV.
 
     Parameters
     ----------
-    path : path
-        A file that FFmpeg reads, such as MP4, WebM or GIF.
+    path : path or file
+        A file that FFmpeg reads, such as MP4, WebM or GIF; or an open one that can be read and sought in.
 
     Raises
     ------
@@ -107,15 +124,18 @@ def read_video(path: Union[str, "os.PathLike[str]"]) -> Iterator[U8]:
     """
     try:
         import av
+        from av.error import FFmpegError
     except ImportError as error:
         raise ImportError("reading video files needs PyAV: pip install 'tracecut[video]'") from error
+    file: Any = path
+    name = os.fspath(path) if _is_path(path) else str(getattr(path, "name", "video"))
     try:
-        with av.open(os.fspath(path)) as container:
+        with av.open(name if _is_path(path) else file) as container:
             if not container.streams.video:
-                raise TraceCutError("no-video", f"{os.fspath(path)}: there is no video in this file")
+                raise TraceCutError("no-video", f"{name}: there is no video in this file")
             stream = container.streams.video[0]
             stream.thread_type = "AUTO"
             for frame in container.decode(stream):
-                yield frame.to_ndarray(format="rgb24")
-    except av.FFmpegError as error:
-        raise TraceCutError("codec", f"{os.fspath(path)}: cannot be decoded: {error}") from error
+                yield np.asarray(frame.to_ndarray(format="rgb24"), np.uint8)
+    except FFmpegError as error:
+        raise TraceCutError("codec", f"{name}: cannot be decoded: {error}") from error

@@ -6,7 +6,7 @@ from typing import Any, Optional
 
 from . import _tracecut
 from ._errors import illegal
-from ._frames import FrameLike, as_frame
+from ._frames import FrameLike, as_array
 from ._types import U8, BoundaryMap, Enlarged, FlowField, ImageDiscontinuities, Parameter, Superpixels
 
 
@@ -20,7 +20,7 @@ def boundaries(image: FrameLike, **params: Any) -> BoundaryMap:
     **params
         As those of `Session`; the section ``contour`` counts.
     """
-    return BoundaryMap(*_tracecut.boundaries(as_frame(image), params))
+    return BoundaryMap(*_tracecut.boundaries(as_array(image), params))
 
 
 def superpixels(image: FrameLike, count: Optional[int] = None, **params: Any) -> Superpixels:
@@ -37,7 +37,7 @@ def superpixels(image: FrameLike, count: Optional[int] = None, **params: Any) ->
     """
     if count is not None and not 1 <= count <= 1 << 26:
         raise illegal("count", count, f"a whole number, 1..={1 << 26}")
-    return Superpixels(**_tracecut.superpixels(as_frame(image), count, params))
+    return Superpixels(**_tracecut.superpixels(as_array(image), count, params))
 
 
 def image_discontinuities(image: FrameLike, **params: Any) -> ImageDiscontinuities:
@@ -50,7 +50,7 @@ def image_discontinuities(image: FrameLike, **params: Any) -> ImageDiscontinuiti
     **params
         As those of `Session`; the sections ``contour`` and ``still`` count.
     """
-    return ImageDiscontinuities(**_tracecut.image_discontinuities(as_frame(image), params))
+    return ImageDiscontinuities(**_tracecut.image_discontinuities(as_array(image), params))
 
 
 def flow(first: FrameLike, second: FrameLike, **params: Any) -> FlowField:
@@ -68,7 +68,7 @@ def flow(first: FrameLike, second: FrameLike, **params: Any) -> FlowField:
     TraceCutError
         ``frame-size-changed`` when they differ in size.
     """
-    return FlowField(*_tracecut.flow(as_frame(first), as_frame(second), params))
+    return FlowField(*_tracecut.flow(as_array(first), as_array(second), params))
 
 
 def enlarge(mask: U8, picture: FrameLike) -> Enlarged:
@@ -81,7 +81,7 @@ def enlarge(mask: U8, picture: FrameLike) -> Enlarged:
     picture : frame
         The frame as it was before it was reduced.
     """
-    return Enlarged(*_tracecut.enlarge(mask, as_frame(picture)))
+    return Enlarged(*_tracecut.enlarge(mask, as_array(picture)))
 
 
 def parameters() -> list[Parameter]:

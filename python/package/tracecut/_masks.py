@@ -34,7 +34,8 @@ class Runs:
         return np.bincount(self.values, weights=self._lengths(), minlength=256).astype(np.int64)
 
     def _lengths(self) -> npt.NDArray[np.int64]:
-        return np.diff(self.ends.astype(np.int64), prepend=0)
+        ends = np.concatenate([[0], self.ends]).astype(np.int64)
+        return ends[1:] - ends[:-1]
 
 
 def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:

@@ -91,10 +91,10 @@ def windows(
     --------
     >>> import tracecut
     >>> clip = tracecut.synth.Scene("sample", 96, 54, frames=20)
-    >>> for part in tracecut.windows(clip, window=12):
+    >>> for part in tracecut.windows(clip, window=12, overlap=4):
     ...     print(part.settled, part.labels(part.settled[0]).shape)
-    range(0, 7) (54, 96)
-    range(7, 20) (54, 96)
+    range(0, 10) (54, 96)
+    range(10, 20) (54, 96)
     """
     source = open_frames(frames)
     listener = _progress.raw_listener(progress)
@@ -262,7 +262,7 @@ def segment(
             shot = part.shot
             result.shots.append(part.first_frame)
         for t in part.settled:
-            result._add(part.labels(t))  # pyright: ignore[reportPrivateUsage]
+            result._add(part.labels(t))
         result.session = part.session if part.index == 0 else None
         given = part.first_frame + part.session.num_frames
     if given < 2:
@@ -289,7 +289,7 @@ def _at_once(
     result.session, result.shots = session, [0]
     if session.objects() is not None:
         for t in range(session.num_frames):
-            result._add(session.labels(t, kept.get(t)))  # pyright: ignore[reportPrivateUsage]
+            result._add(session.labels(t, kept.get(t)))
     return result
 
 

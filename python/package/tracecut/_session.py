@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _progress, _tracecut
 from ._errors import TraceCutError, illegal
-from ._frames import FrameLike, Frames, as_frame, open_frames
+from ._frames import FrameLike, Frames, as_array, open_frames
 from ._types import (
     F32,
     U8,
@@ -156,7 +156,7 @@ class SessionView:
         array of uint8, shape (height, width)
             0 for the background, or the number of an object, the same in all frames.
         """
-        return self._raw.labels(t, None if picture is None else as_frame(picture))
+        return self._raw.labels(t, None if picture is None else as_array(picture))
 
     def working_labels(self, t: int) -> U8:
         """The mask of frame ``t`` at working size."""
@@ -231,7 +231,7 @@ class Session(SessionView):
             ``frame-size-changed`` unless it has the size of the first; ``data`` when it is no frame; ``state`` when the
             run has begun. The session stays as it was.
         """
-        self._raw.push(as_frame(frame))
+        self._raw.push(as_array(frame))
 
     def push_all(self, frames: Frames) -> None:
         """Adds all frames of a clip."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Optional
 
-from ._types import F32, F64, I32, U8, U32
+from ._types import F32, I32, U8, U32
 
 version: str
 

@@ -45,14 +45,16 @@ class Enlarged(NamedTuple):
     alpha: U8
 
 
-class Clusters(NamedTuple):
+@dataclass(frozen=True)
+class Clusters:
     """A cluster label for each trajectory, ``0`` to ``count - 1``; 0 has most points."""
 
     count: int
     label: U32
 
 
-class Components(NamedTuple):
+@dataclass(frozen=True)
+class Components:
     """Connected pieces of the foreground: how many in each frame, and of each trajectory point, -1 for none."""
 
     count: U32
@@ -167,11 +169,11 @@ class Saliency:
 
     Attributes
     ----------
-    of_points : array of float32
-        Of each trajectory point by itself.
-    in_context : array of float32
-        Of each trajectory, with those that move alike.
-    foreground : array of bool
+    of_points : array of float32, shape (trajectories,)
+        By its own points: nearly the greatest of them.
+    in_context : array of float32, shape (trajectories,)
+        With those that move alike.
+    foreground : array of bool, shape (trajectories,)
         Whether that is above the threshold.
     """
 
