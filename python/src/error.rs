@@ -52,7 +52,8 @@ impl From<Failure> for PyErr {
 /// `tracecut.TraceCutError` with the code of `error` and its message.
 fn exception(py: Python<'_>, error: &Error) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    let made = CLASS.import(py, "tracecut._errors", "TraceCutError").and_then(|c| c.call1((error.code(), words(error))));
+    let made =
+        CLASS.import(py, "tracecut._errors", "TraceCutError").and_then(|c| c.call1((error.code(), words(error))));
     match made {
         Ok(value) => PyErr::from_value(value),
         Err(_) => PyRuntimeError::new_err(error.to_string()),

@@ -40,10 +40,7 @@ pub(crate) fn palette_png<'py>(
 
 /// The trajectories of a `tracks.dat`, whose size is not in it, and their labels.
 #[pyfunction]
-pub(crate) fn read_tracks<'py>(
-    py: Python<'py>,
-    text: &str,
-) -> Result<(Bound<'py, PyDict>, Bound<'py, PyArray1<u32>>)> {
+pub(crate) fn read_tracks<'py>(py: Python<'py>, text: &str) -> Result<(Bound<'py, PyDict>, Bound<'py, PyArray1<u32>>)> {
     let (tracks, clusters) = tracks::parse(text)?;
     Ok((arrays::trajectories(py, &tracks, &[])?, arrays::list(py, clusters.label)))
 }

@@ -17,7 +17,11 @@ type Options<'a, 'py> = &'a Bound<'py, PyDict>;
 
 /// Pb, and the same on ridges one pixel wide.
 #[pyfunction]
-pub(crate) fn boundaries<'py>(py: Python<'py>, image: Image<'_, 'py>, params: Options<'_, 'py>) -> Result<FlowArrays<'py>> {
+pub(crate) fn boundaries<'py>(
+    py: Python<'py>,
+    image: Image<'_, 'py>,
+    params: Options<'_, 'py>,
+) -> Result<FlowArrays<'py>> {
     let (frame, params) = (frame_from(image)?, params_from(params)?);
     Ok(arrays::boundaries(py, py.detach(|| boundary_map(&frame, &params.contour))))
 }
@@ -62,7 +66,9 @@ pub(crate) fn flow<'py>(
     let (first, second, params) = (frame_from(first)?, frame_from(second)?, params_from(params)?);
     let size = |frame: &tracecut::image::Frame| (frame.width(), frame.height());
     if size(&first) != size(&second) {
-        return Err(tracecut::Error::FrameSizeChanged { index: 1, expected: size(&first), actual: size(&second) }.into());
+        return Err(
+            tracecut::Error::FrameSizeChanged { index: 1, expected: size(&first), actual: size(&second) }.into()
+        );
     }
     let field = py.detach(|| {
         let pyramid = |frame: &tracecut::image::Frame| FlowPyramid::new(&frame.luma(), &params.flow);

@@ -8,12 +8,12 @@ use crate::run::{Run, Shared, Sources, report};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tracecut::Step;
 use tracecut::connectedness::NO_COMPONENT;
 use tracecut::correction::{Correction, Stroke};
 use tracecut::mask::{enlarge, object_rows, object_table};
 use tracecut::sparse::SymCsr;
 use tracecut::trajectory::Trajectories;
-use tracecut::Step;
 
 /// One clip on its way through the stages, or the session of a window, whose results can be read only.
 #[pyclass(frozen, module = "tracecut._tracecut")]

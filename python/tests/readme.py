@@ -1,4 +1,4 @@
-"""Runs the Python of the README as it stands there, each piece by itself in a new folder; needs nothing but the package."""
+"""Runs the Python of the README as it stands there, each piece by itself; needs nothing but the package."""
 
 from __future__ import annotations
 

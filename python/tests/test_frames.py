@@ -89,7 +89,7 @@ def test_what_is_no_video_is_named(tmp_path: Path) -> None:
         ([np.zeros((4, 5, 2), np.uint8)] * 2, "data", "frame is an array of uint8 of shape (4, 5, 2)"),
         (np.zeros((4, 5), np.uint8), "data", "frames are an array of shape 4x5"),
         ([np.zeros((0, 5), np.uint8)] * 2, "frame-size", "frame size 5x0 is not supported"),
-        ([np.zeros((8, 9), np.uint8), np.zeros((8, 10), np.uint8)], "frame-size-changed", "frame 1 is 10x8 (expected 9x8"),
+        ([np.zeros((8, n), np.uint8) for n in (9, 10)], "frame-size-changed", "frame 1 is 10x8 (expected 9x8"),
         ([b"no image"], "decode", "image cannot be decoded"),
     ],
 )

@@ -14,7 +14,8 @@ import pytest
 import tracecut
 
 pq = pytest.importorskip("pyarrow.parquet")
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
+EXAMPLES = str(Path(__file__).resolve().parents[1] / "examples")
+sys.path.insert(0, EXAMPLES)
 import ray_folder  # noqa: E402
 
 
@@ -45,7 +46,8 @@ def two_nodes() -> Iterator[tuple[Any, list[Any]]]:
     try:
         nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
         cluster.wait_for_nodes()
-        ray.init(address=cluster.address, log_to_driver=False, runtime_env={"env_vars": {"PYTHONPATH": sys.path[0]}})
+        # The workers import the example, which is a module here and not the program that runs.
+        ray.init(address=cluster.address, log_to_driver=False, runtime_env={"env_vars": {"PYTHONPATH": EXAMPLES}})
         yield cluster, nodes
     finally:
         ray.shutdown()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -150,3 +151,17 @@ def test_parameters_are_listed_and_can_be_set() -> None:
         assert in_force[section][field] == parameter.default, name
     numbers = {"max_side": np.int64(100), "dense": np.bool_(False)}
     assert tracecut.Session(clip=numbers).params["clip"] == {**in_force["clip"], "max_side": 100, "dense": False}
+
+
+def test_the_module_runs_as_a_program(folder: Path, tmp_path: Path) -> None:
+    def program(*words: object) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "tracecut", *map(str, words)]
+        return subprocess.run(command, capture_output=True, text=True)
+
+    done = program(folder, "--out", tmp_path / "masks", "--set", "preset=fast", "--set", "clip.max_side=100")
+    assert done.returncode == 0 and done.stdout.startswith("12 frames of 160x90: ")
+    expected = tracecut.segment(folder, preset="fast", clip={"max_side": 100})
+    for t, mask in enumerate(expected):
+        assert np.array_equal(mask, np.asarray(Image.open(tmp_path / "masks" / f"{t:05}.png")))
+    failed = program(folder, "--out", tmp_path, "--set", "clip.max_side=1")
+    assert failed.returncode == 1 and failed.stderr.startswith("error: clip.max_side = 1 (expected")

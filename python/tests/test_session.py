@@ -58,7 +58,8 @@ def test_trajectories_and_what_is_found_of_them(done: Session) -> None:
     count = len(tracks)
     assert tracks.offset[-1] == len(tracks.x) == len(tracks.y) and len(tracks.id) == count
     assert (tracks.num_frames, tracks.width, tracks.height) == (8, 96, 64)
-    assert np.array_equal(tracks.at(3)[0], tracks.points(tracks.alive(3)[0])[3 - tracks.start_frame[tracks.alive(3)[0]]])
+    first = int(tracks.alive(3)[0])
+    assert np.array_equal(tracks.at(3)[0], tracks.points(first)[3 - tracks.start_frame[first]])
     assert len(affinities.offset) == count + 1 and affinities.offset[-1] == len(affinities.value)
     assert embedding.vectors.shape == (count, len(embedding.eigenvalues)) and embedding.converged
     assert np.all(np.diff(embedding.eigenvalues) <= 0) and embedding.eigenvalues[0] <= 1 + 1e-9
@@ -96,7 +97,8 @@ def test_maps_of_frames(done: Session, clip: list[np.ndarray]) -> None:
     assert cells.label.max() == cells.count - 1 and len(cells.edge) == len(cells.edge_kind)
     assert cells.border_pair.shape == (len(cells.border_pb), 2)
     boundaries = tracecut.boundaries(clip[0])
-    assert np.array_equal(done.boundaries(0).pb, boundaries.pb) and np.array_equal(done.boundaries(0).thin, boundaries.thin)
+    assert np.array_equal(done.boundaries(0).pb, boundaries.pb)
+    assert np.array_equal(done.boundaries(0).thin, boundaries.thin)
 
 
 def test_the_table_of_objects_has_their_areas(done: Session) -> None:
@@ -116,7 +118,8 @@ def test_arrays_are_the_callers_own(clip: list[np.ndarray]) -> None:
     x, kept = tracks.x.copy(), mask.copy()
     tracks.x[:] = -1
     mask[:] = 77
-    assert np.array_equal(session.trajectories().x, x) and np.array_equal(session.labels(0), kept)  # type: ignore[union-attr]
+    later = session.trajectories()
+    assert later is not None and np.array_equal(later.x, x) and np.array_equal(session.labels(0), kept)
     again = session.labels(0)
     session.clear()
     assert np.array_equal(again, kept) and session.num_frames == 0 and session.trajectories() is None

@@ -164,6 +164,7 @@ where
     ///
     /// # Errors
     /// Those of `report`, and as [`Windows::next_window`].
+    #[doc(hidden)] // For the Python package, whose callbacks may raise.
     pub fn try_next_window(&mut self, report: impl FnMut(Progress) -> Result<(), E>) -> Option<Result<Window, E>> {
         let window = self.run_next(report).transpose();
         if !matches!(window, Some(Ok(_))) {

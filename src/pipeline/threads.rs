@@ -32,6 +32,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`Session::step`].
+    #[doc(hidden)] // For the Python package, whose callbacks may raise.
     pub fn run_while(&mut self, threads: usize, mut report: impl FnMut(Progress) -> bool) -> Result<bool, Error> {
         let params = self.params().clone();
         let (give, work) = mpsc::channel::<Piece>();

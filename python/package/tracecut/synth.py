@@ -24,7 +24,9 @@ class Scene:
         Another makes another clip.
     """
 
-    def __init__(self, kind: str = "sample", width: int = 320, height: int = 180, frames: int = 24, seed: int = 0) -> None:
+    def __init__(
+        self, kind: str = "sample", width: int = 320, height: int = 180, frames: int = 24, seed: int = 0
+    ) -> None:
         for name, value in (("width", width), ("height", height), ("frames", frames), ("seed", seed)):
             if value < 0:
                 raise illegal(name, value, "a whole number")
