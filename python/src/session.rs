@@ -28,6 +28,9 @@ pub(crate) struct Session {
 const GONE: &str = "the window's results are gone: the next window was asked for";
 const READ_ONLY: &str = "a window's session can be read only: run a Session over the clip to change it";
 
+type Size = (usize, usize);
+/// Frames, size of the input, working size, corrections.
+type Info = (usize, Size, Size, usize);
 /// Frame, radius, and points of a stroke, x and y in turn.
 type RawStroke = (usize, f32, Vec<f32>);
 
@@ -151,7 +154,7 @@ impl Session {
 
     /// Frames, size of the input, size at which it is processed (both width, height; 0 before the first frame), and
     /// corrections in force.
-    fn info(&self) -> Result<(usize, (usize, usize), (usize, usize), usize)> {
+    fn info(&self) -> Result<Info> {
         self.read(|session| {
             let (input, working) = (session.input_size(), session.working_size());
             let corrections = session.num_corrections();

@@ -109,6 +109,7 @@ def test_a_result_tells_of_its_masks(clip: list[np.ndarray], tmp_path: Path) -> 
 def test_a_cut_begins_a_shot() -> None:
     frames = [*Scene("sample", 96, 64, 6, seed=1), *Scene("sample", 96, 64, 6, seed=7)]
     assert tracecut.segment(frames).shots == [0, 6]
+    assert tracecut.segment(frames, window=4, overlap=1).shots == [0, 6]
     assert tracecut.segment(frames, shot={"unmatched": 1.0}).shots == [0]
 
 
