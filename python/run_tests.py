@@ -15,6 +15,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
 TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm"]
+WITHOUT_EXTRAS = ["test_segment.py", "test_session.py", "test_masks.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
 
 
@@ -35,13 +36,19 @@ def python_of(folder: Path) -> Path:
     return python
 
 
+def test(python: Path, arguments: list[str], files: list[Path]) -> None:
+    """Runs these files of tests, unless the arguments name others."""
+    named = any(Path(word.split("::")[0]).exists() for word in arguments)
+    run(python, "-m", "pytest", "-c", HERE / "pyproject.toml", "--rootdir", HERE, *arguments, *([] if named else files))
+
+
 def develop(arguments: list[str]) -> None:
     """The tests on a quick build, in an environment that stays."""
     python = python_of(VENV)
     run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS, *NOTEBOOK)
     build = ["-m", "maturin", "develop", "--profile", "quick", "--manifest-path", HERE / "Cargo.toml", "--locked"]
     run(python, *build, VIRTUAL_ENV=str(VENV))
-    run(python, "-m", "pytest", "-c", HERE / "pyproject.toml", "--rootdir", HERE, *(arguments or [HERE / "tests"]))
+    test(python, arguments, [HERE / "tests"])
 
 
 def wheel(arguments: list[str]) -> None:
@@ -58,8 +65,7 @@ def wheel(arguments: list[str]) -> None:
         # Nothing but the wheel and NumPy: the ten lines of the README, as they stand there.
         run(python, HERE / "tests" / "readme.py", PYTHONPATH="")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "pytest", "pillow", "pycocotools")
-        tests = arguments or [HERE / "tests" / name for name in ("test_segment.py", "test_session.py", "test_masks.py")]
-        run(python, "-m", "pytest", "-c", HERE / "pyproject.toml", "--rootdir", HERE, *tests)
+        test(python, arguments, [HERE / "tests" / name for name in WITHOUT_EXTRAS])
 
 
 if __name__ == "__main__":
