@@ -152,7 +152,20 @@ where
     ///
     /// # Errors
     /// Those of the frames; [`Error::FrameSizeChanged`] with the clip's number of the frame; and as [`Session::step`].
-    pub fn next_window(&mut self, report: impl FnMut(Progress)) -> Option<Result<Window, E>> {
+    pub fn next_window(&mut self, mut report: impl FnMut(Progress)) -> Option<Result<Window, E>> {
+        let always = |progress| {
+            report(progress);
+            Ok(())
+        };
+        self.try_next_window(always)
+    }
+
+    /// The same, and an error of `report` ends the run and the clip.
+    ///
+    /// # Errors
+    /// Those of `report`, and as [`Windows::next_window`].
+    #[doc(hidden)] // For the Python package, whose callbacks may raise.
+    pub fn try_next_window(&mut self, report: impl FnMut(Progress) -> Result<(), E>) -> Option<Result<Window, E>> {
         let window = self.run_next(report).transpose();
         if !matches!(window, Some(Ok(_))) {
             self.next = Next::Nothing;
@@ -160,7 +173,7 @@ where
         window
     }
 
-    fn run_next(&mut self, report: impl FnMut(Progress)) -> Result<Option<Window>, E> {
+    fn run_next(&mut self, mut report: impl FnMut(Progress) -> Result<(), E>) -> Result<Option<Window>, E> {
         match self.next {
             Next::Frames => {}
             Next::Advance(kept) => self.advance(kept)?,
@@ -170,7 +183,13 @@ where
         if self.session.num_frames() == self.settled && !self.session.holds_frame() {
             return Ok(None);
         }
-        self.session.run_on(self.threads, report)?;
+        let mut stopped = Ok(());
+        let goes_on = |progress| {
+            stopped = report(progress);
+            stopped.is_ok()
+        };
+        self.session.run_while(self.threads, goes_on)?;
+        stopped?;
         let window = self.window();
         self.index += 1;
         Ok(Some(window))

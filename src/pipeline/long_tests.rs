@@ -96,3 +96,16 @@ fn windows_and_overlaps_have_ranges() {
         assert_eq!(new().with_window(window, overlap).err().unwrap().to_string(), message);
     }
 }
+
+#[test]
+fn an_error_of_the_report_ends_the_clip() {
+    let mut windows = windows(scene(20, 1), 12, 4).with_threads(2);
+    let mut steps = 0;
+    let stops = |_| {
+        steps += 1;
+        if steps == 5 { Err(Error::State { reason: "stopped".to_owned() }) } else { Ok(()) }
+    };
+    assert!(matches!(windows.try_next_window(stops), Some(Err(Error::State { reason })) if reason == "stopped"));
+    assert_eq!(steps, 5);
+    assert!(windows.next_window(|_| ()).is_none());
+}

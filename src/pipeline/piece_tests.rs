@@ -143,3 +143,20 @@ fn words_that_are_cut_short_are_nothing() {
         assert_eq!(PieceId::from_words(&[0, 9, 0]), None);
     }
 }
+
+#[test]
+fn a_run_that_is_stopped_goes_on_and_ends_the_same() {
+    let expected = alone();
+    for (threads, stop) in [(1, 3), (2, 1), (3, 7), (2, 40)] {
+        let mut session = session();
+        let mut steps = 0;
+        let early = |_| {
+            steps += 1;
+            steps < stop
+        };
+        assert_eq!(session.run_while(threads, early), Ok(false), "{threads} threads, stopped at {stop}");
+        assert_eq!(steps, stop);
+        assert_eq!(session.run_while(threads, |_| true), Ok(true));
+        assert_eq!(outcome(&session), expected, "{threads} threads, stopped at {stop}");
+    }
+}

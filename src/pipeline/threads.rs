@@ -20,6 +20,20 @@ impl Session {
     /// # Errors
     /// As [`Session::step`].
     pub fn run_on(&mut self, threads: usize, mut report: impl FnMut(Progress)) -> Result<(), Error> {
+        let all = |progress| {
+            report(progress);
+            true
+        };
+        self.run_while(threads, all).map(|_done| ())
+    }
+
+    /// The same as long as `report` gives true; gives whether all is done. What is not goes on when it is called again,
+    /// and ends in the same result.
+    ///
+    /// # Errors
+    /// As [`Session::step`].
+    #[doc(hidden)] // For the Python package, whose callbacks may raise.
+    pub fn run_while(&mut self, threads: usize, mut report: impl FnMut(Progress) -> bool) -> Result<bool, Error> {
         let params = self.params().clone();
         let (give, work) = mpsc::channel::<Piece>();
         let (back, made) = mpsc::channel::<(PieceId, Made)>();
@@ -66,8 +80,9 @@ impl Session {
                     }
                 }
                 match self.step()? {
-                    Step::Working(progress) => report(progress),
-                    Step::Done => return Ok(()),
+                    Step::Working(progress) if report(progress) => {}
+                    Step::Working(_) => return Ok(false),
+                    Step::Done => return Ok(true),
                 }
             }
         })

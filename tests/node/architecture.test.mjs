@@ -11,11 +11,12 @@ const TABLES = {
   'src: the library': 'src',
   'src/bin/tracecut: the command line': 'src/bin/tracecut',
   'www: the package and the page': 'www',
+  'python: the Python package': 'python',
   'examples, scripts, tests, benches': '.',
 };
-const FOLDERS = ['src', 'decoder', 'www', 'examples', 'scripts', 'tests', 'benches'];
-const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.html', '.py'];
-const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out'];
+const FOLDERS = ['src', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'benches'];
+const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.html', '.py', '.pyi'];
+const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out', '.venv'];
 
 /** The places that one row names; a name alone stands in the folder of the row's first. */
 function placesOf(row, base) {

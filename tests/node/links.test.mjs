@@ -6,7 +6,7 @@ import { dirname, join, relative, resolve } from 'node:path';
 import { test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
 
-const NOT_OURS = ['.git', 'node_modules', 'target', 'dist', 'pkg', 'out', '.tools', 'shared'];
+const NOT_OURS = ['.git', 'node_modules', 'target', 'dist', 'pkg', 'out', '.tools', '.venv', 'shared'];
 
 /** All Markdown files below a folder. */
 function markdown(folder) {

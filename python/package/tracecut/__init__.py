@@ -1,0 +1,80 @@
+"""Finds the moving objects in a video, without a trained model and without a click.
+
+>>> import tracecut
+>>> result = tracecut.segment(tracecut.synth.Scene("sample", 160, 90, frames=8), preset="fast")
+>>> result[0].dtype
+dtype('uint8')
+"""
+
+from . import synth
+from ._errors import TraceCutError
+from ._frames import FrameLike, Frames, as_array, in_name_order, read_image, read_video
+from ._images import boundaries, enlarge, flow, image_discontinuities, parameters, superpixels
+from ._masks import coco_rle, from_coco_rle, mask_png
+from ._segment import Result, Window, segment, windows
+from ._session import Session, SessionView
+from ._tracecut import version as __version__
+from ._tracks import read_tracks, write_tracks
+from ._types import (
+    Affinities,
+    BoundaryMap,
+    Clusters,
+    Components,
+    Discontinuities,
+    EdgeKind,
+    Embedding,
+    Enlarged,
+    FlowField,
+    ImageDiscontinuities,
+    Parameter,
+    Progress,
+    Saliency,
+    Stroke,
+    Superpixels,
+    Trajectories,
+)
+
+__all__ = [
+    "Affinities",
+    "BoundaryMap",
+    "Clusters",
+    "Components",
+    "Discontinuities",
+    "EdgeKind",
+    "Embedding",
+    "Enlarged",
+    "FlowField",
+    "FrameLike",
+    "Frames",
+    "ImageDiscontinuities",
+    "Parameter",
+    "Progress",
+    "Result",
+    "Saliency",
+    "Session",
+    "SessionView",
+    "Stroke",
+    "Superpixels",
+    "TraceCutError",
+    "Trajectories",
+    "Window",
+    "__version__",
+    "as_array",
+    "boundaries",
+    "coco_rle",
+    "enlarge",
+    "flow",
+    "from_coco_rle",
+    "image_discontinuities",
+    "in_name_order",
+    "mask_png",
+    "parameters",
+    "read_image",
+    "read_tracks",
+    "read_video",
+    "segment",
+    "superpixels",
+    "synth",
+    "windows",
+    "write_tracks",
+]

@@ -1,0 +1,57 @@
+"""Progress: what callbacks hear, and bars of tqdm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Optional, Union
+
+from ._types import Progress
+
+#: True for a bar of tqdm, or what is called with each step.
+Listener = Union[bool, Callable[[Progress], object], None]
+
+Raw = Optional[Callable[[str, int, int], object]]
+
+
+class Bar:
+    """A bar of tqdm for each stage."""
+
+    def __init__(self) -> None:
+        try:
+            from tqdm.auto import tqdm
+        except ImportError as error:
+            raise ImportError("progress=True needs tqdm: pip install 'tracecut[progress]'") from error
+        self._tqdm: Any = tqdm
+        self._bar: Any = None
+        self._stage = ""
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        if stage == "trajectories":
+            return  # Takes turns with the flow, which takes far longer.
+        if stage != self._stage or done < self._bar.n:
+            self.close()
+            self._bar, self._stage = self._tqdm(total=total, desc=stage, unit="step"), stage
+        self._bar.update(done - self._bar.n)
+
+    def close(self) -> None:
+        """Ends the bar at hand."""
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+            self._stage = ""
+
+
+def raw_listener(progress: Listener) -> Raw:
+    """What the native module calls."""
+    if progress is None or progress is False:
+        return None
+    if progress is True:
+        return Bar()
+    listener = progress
+    return lambda stage, done, total: listener(Progress(stage, done, total))
+
+
+def close(listener: Raw) -> None:
+    """Ends a bar, if it is one."""
+    if isinstance(listener, Bar):
+        listener.close()

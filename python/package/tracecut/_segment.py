@@ -1,0 +1,309 @@
+"""A clip in, masks out; long clips window by window."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _masks, _progress, _tracecut
+from ._errors import TraceCutError, illegal
+from ._frames import Frames, open_frames
+from ._session import Session, SessionView, threads_of
+from ._types import U8, Trajectories
+
+#: Frames of a window, as on the command line and in the npm package.
+WINDOW = 50
+OVERLAP = 10
+
+
+@dataclass(frozen=True)
+class Window:
+    """A window of a clip that was run.
+
+    Attributes
+    ----------
+    index : int
+        Its number, from 0.
+    shot : int
+        The number of its shot, from 0.
+    first_frame : int
+        The clip's number of its first frame.
+    settled : range
+        The frames, by the clip's numbers, whose masks are final: over all windows each frame of the clip once.
+    session : SessionView
+        All results of the window, until the next is asked for. Its frames count from 0, which is ``first_frame``.
+    """
+
+    index: int
+    shot: int
+    first_frame: int
+    settled: range
+    session: SessionView
+
+    def labels(self, t: int) -> U8:
+        """The mask of frame ``t`` of the clip, at the size of the frames; until the next window is asked for."""
+        if not self.first_frame <= t < self.first_frame + self.session.num_frames:
+            frames = f"{self.first_frame}..{self.first_frame + self.session.num_frames}"
+            raise illegal("t", t, f"a frame of the window, {frames}")
+        return self.session.labels(t - self.first_frame)
+
+
+def windows(
+    frames: Frames,
+    *,
+    window: int = WINDOW,
+    overlap: Optional[int] = None,
+    threads: Optional[int] = None,
+    progress: _progress.Listener = None,
+    **params: Any,
+) -> Iterator[Window]:
+    """Runs a clip of any length window by window, in the memory of one.
+
+    Objects keep their labels from window to window. A cut ends a window, and begins a new shot with new labels.
+
+    Parameters
+    ----------
+    frames : frames
+        As `segment`.
+    window : int, default 50
+        Frames of a window, 2 to 400.
+    overlap : int, optional
+        Frames that neighbours have in common, 1 to ``window - 1``; 10 where a window has more.
+    threads, progress, **params
+        As `segment`.
+
+    Yields
+    ------
+    Window
+
+    Raises
+    ------
+    TraceCutError
+        As `segment`; it ends the iterator, and so does `KeyboardInterrupt`.
+
+    Examples
+    --------
+    >>> import tracecut
+    >>> clip = tracecut.synth.Scene("sample", 96, 54, frames=20)
+    >>> for part in tracecut.windows(clip, window=12, overlap=4):
+    ...     print(part.settled, part.labels(part.settled[0]).shape)
+    range(0, 10) (54, 96)
+    range(10, 20) (54, 96)
+    """
+    source = open_frames(frames)
+    listener = _progress.raw_listener(progress)
+    shared = min(OVERLAP, window - 1) if overlap is None else overlap
+    for name, value in (("window", window), ("overlap", shared)):
+        if value < 0:
+            raise illegal(name, value, "a whole number of frames")
+    size = (window, shared)
+    raw = _tracecut.Windows(params, source.frames, size, source.length, threads_of(threads), listener)
+    return _all(raw, listener)
+
+
+def _all(raw: _tracecut.Windows, listener: _progress.Raw) -> Iterator[Window]:
+    try:
+        while (found := raw.next()) is not None:
+            (index, shot, first, begin, end), session = found
+            yield Window(index, shot, first, range(first + begin, first + end), SessionView(session))
+    finally:
+        _progress.close(listener)
+
+
+class Result:
+    """The masks of a clip, kept as runs of equal labels.
+
+    ``result[t]`` is the mask of frame ``t``, and iterating gives one after the other.
+
+    Attributes
+    ----------
+    shots : list of int
+        The first frame of each shot.
+    session : SessionView or None
+        The results of all stages, of a clip that was one window; None of a longer one, whose windows are gone.
+    """
+
+    def __init__(self) -> None:
+        self.shots: list[int] = []
+        self.session: Optional[SessionView] = None
+        self._runs: list[_masks.Runs] = []
+
+    def __repr__(self) -> str:
+        return f"<Result: {len(self)} frames of {self.width}x{self.height}, objects {self.objects}>"
+
+    def __len__(self) -> int:
+        return len(self._runs)
+
+    def __getitem__(self, t: int) -> U8:
+        return self._runs[t].mask()
+
+    def __iter__(self) -> Iterator[U8]:
+        return (runs.mask() for runs in self._runs)
+
+    @property
+    def width(self) -> int:
+        """Of the masks in pixels, which is that of the frames."""
+        return self._runs[0].shape[1] if self._runs else 0
+
+    @property
+    def height(self) -> int:
+        """As ``width``."""
+        return self._runs[0].shape[0] if self._runs else 0
+
+    @property
+    def objects(self) -> list[int]:
+        """The labels that any mask has, without the background's 0."""
+        return [int(label) for label in np.flatnonzero(self.areas().sum(axis=0)) if label > 0]
+
+    @property
+    def trajectories(self) -> Optional[Trajectories]:
+        """The trajectories of a clip that was one window."""
+        return None if self.session is None else self.session.trajectories()
+
+    def labels(self, t: int) -> U8:
+        """The mask of frame ``t``: 0 for the background, or an object's label; shape (height, width)."""
+        return self._runs[t].mask()
+
+    def array(self) -> U8:
+        """All masks, shape (frames, height, width)."""
+        return np.stack(list(self)) if self._runs else np.zeros((0, 0, 0), np.uint8)
+
+    def areas(self) -> npt.NDArray[np.int64]:
+        """Pixels of each label in each frame, shape (frames, 256)."""
+        return np.array([runs.areas() for runs in self._runs], np.int64).reshape(-1, 256)
+
+    def coco(self, t: int) -> dict[int, dict[str, Any]]:
+        """A COCO segmentation for each object in frame ``t``, by label."""
+        mask = self.labels(t)
+        return {int(label): _masks.coco_rle(mask, int(label)) for label in np.unique(mask) if label > 0}
+
+    def png(self, t: int) -> bytes:
+        """The mask of frame ``t`` as a PNG file whose pixels are the labels."""
+        return _masks.mask_png(self.labels(t))
+
+    def save(self, folder: Union[str, "os.PathLike[str]"]) -> list[Path]:
+        """Writes all masks as ``00000.png`` and so on into a folder, which is made if needed."""
+        out = Path(folder)
+        out.mkdir(parents=True, exist_ok=True)
+        paths = [out / f"{t:05}.png" for t in range(len(self))]
+        for t, path in enumerate(paths):
+            path.write_bytes(self.png(t))
+        return paths
+
+    def _add(self, mask: U8) -> None:
+        self._runs.append(_masks.Runs(mask))
+
+
+def segment(
+    frames: Frames,
+    *,
+    window: Optional[int] = WINDOW,
+    overlap: Optional[int] = None,
+    threads: Optional[int] = None,
+    progress: _progress.Listener = None,
+    trajectories: Optional[Trajectories] = None,
+    **params: Any,
+) -> Result:
+    """Finds the moving objects of a clip.
+
+    Parameters
+    ----------
+    frames : frames
+        The path of a folder of images or of a video file (which needs PyAV), an array of uint8 of shape (frames,
+        height, width, 3), or arrays, images of Pillow, or paths or bytes of image files one by one. All have one size;
+        RGB, RGBA or grey.
+    window : int or None, default 50
+        Longer clips are run in windows of so many frames, in the memory of one; a cut begins a new shot with new
+        labels. None takes all frames at once, without looking for cuts, in memory that grows with the clip.
+    overlap : int, optional
+        Frames that neighbouring windows have in common; 10 where a window has more.
+    threads : int, optional
+        As many as the machine runs at once if not given; results are the same bits for any number.
+    progress : callable or bool, optional
+        Called with a `Progress` at each step; True shows bars of tqdm.
+    trajectories : Trajectories, optional
+        Of any other tracker, in the place of those that tracking would find; all frames are taken at once then.
+    **params
+        Parameters, as those of `Session`.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    TraceCutError
+        ``param`` for a parameter that is not known or not legal; ``frame-size``, ``frame-size-changed``,
+        ``too-few-frames``, ``data`` and ``decode`` for frames.
+    KeyboardInterrupt
+        Within a step of the signal.
+
+    Examples
+    --------
+    >>> import tracecut
+    >>> clip = tracecut.synth.Scene("sample", 160, 90, frames=8)
+    >>> result = tracecut.segment(clip, preset="fast")
+    >>> len(result), result[0].shape
+    (8, (90, 160))
+    """
+    if window is None or trajectories is not None:
+        return _at_once(frames, trajectories, threads, progress, params)
+    result = Result()
+    shot, given = -1, 0
+    parts = windows(frames, window=window, overlap=overlap, threads=threads, progress=progress, **params)
+    for part in parts:
+        if part.shot != shot:
+            shot = part.shot
+            result.shots.append(part.first_frame)
+        for t in part.settled:
+            result._add(part.labels(t))
+        result.session = part.session if part.index == 0 else None
+        given = part.first_frame + part.session.num_frames
+    if given < 2:
+        needed = "expected at least 2: motion needs two images"
+        raise TraceCutError("too-few-frames", f"{given} frame(s) given ({needed})")
+    return result
+
+
+def _at_once(
+    frames: Frames,
+    trajectories: Optional[Trajectories],
+    threads: Optional[int],
+    progress: _progress.Listener,
+    params: dict[str, Any],
+) -> Result:
+    session, kept = Session(**params), _Kept()
+    for frame in open_frames(frames).frames:
+        session.push(frame)
+        kept.keep(session, frame)
+    if trajectories is not None:
+        session.set_trajectories(trajectories)
+    session.run(threads=threads, progress=progress)
+    result = Result()
+    result.session, result.shots = session, [0]
+    if session.objects() is not None:
+        for t in range(session.num_frames):
+            result._add(session.labels(t, kept.get(t)))
+    return result
+
+
+class _Kept:
+    """Frames at their own size, where they are reduced for the run."""
+
+    def __init__(self) -> None:
+        self._frames: list[Any] = []
+
+    def keep(self, session: Session, frame: Any) -> None:
+        if session.working_size != session.size:
+            self._frames.append(frame)
+
+    def get(self, t: int) -> Any:
+        return self._frames[t] if self._frames else None
+
+

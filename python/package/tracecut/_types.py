@@ -1,0 +1,289 @@
+"""What the stages find, as groups of arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+U8 = npt.NDArray[np.uint8]
+U32 = npt.NDArray[np.uint32]
+I32 = npt.NDArray[np.int32]
+F32 = npt.NDArray[np.float32]
+F64 = npt.NDArray[np.float64]
+Bool = npt.NDArray[np.bool_]
+
+
+class Progress(NamedTuple):
+    """How far a run is: ``done`` of ``total`` steps of ``stage``."""
+
+    stage: str
+    done: int
+    total: int
+
+
+class FlowField(NamedTuple):
+    """Where each pixel goes, in pixels: to the right ``u`` and down ``v``, each of shape (height, width)."""
+
+    u: F32
+    v: F32
+
+
+class BoundaryMap(NamedTuple):
+    """Boundary probability in 0 to 1: ``pb`` of all pixels, ``thin`` the same on ridges one pixel wide, 0 elsewhere."""
+
+    pb: F32
+    thin: F32
+
+
+class Enlarged(NamedTuple):
+    """A mask at the size of its picture: its labels, and how opaque the objects are there, 0 to 255."""
+
+    labels: U8
+    alpha: U8
+
+
+@dataclass(frozen=True)
+class Clusters:
+    """A cluster label for each trajectory, ``0`` to ``count - 1``; 0 has most points."""
+
+    count: int
+    label: U32
+
+
+@dataclass(frozen=True)
+class Components:
+    """Connected pieces of the foreground: how many in each frame, and of each trajectory point, -1 for none."""
+
+    count: U32
+    of_point: I32
+
+
+class Affinities(NamedTuple):
+    """A symmetric sparse matrix, row by row: ``scipy.sparse.csr_matrix((value, column, offset))``."""
+
+    offset: U32
+    column: U32
+    value: F32
+
+
+@dataclass(frozen=True)
+class Trajectories:
+    """Points that were followed through a clip.
+
+    Trajectory ``i`` has the points ``offset[i]`` to ``offset[i + 1]`` of ``x`` and ``y``, in pixels with pixel centres
+    at integers, one a frame from ``start_frame[i]`` on.
+
+    Parameters
+    ----------
+    num_frames : int
+        Frames of the clip.
+    width, height : int
+        Size of its frames in pixels.
+    start_frame : array of uint32, shape (count,)
+    offset : array of uint32, shape (count + 1,)
+    x, y : array of float32, shape (points,)
+    id : array of uint32, shape (count,), optional
+        Number of each trajectory in the clip, which it keeps from window to window.
+    """
+
+    num_frames: int
+    width: int
+    height: int
+    start_frame: U32
+    offset: U32
+    x: F32
+    y: F32
+    id: U32 = field(default_factory=lambda: np.zeros(0, np.uint32))
+
+    def __len__(self) -> int:
+        return len(self.start_frame)
+
+    def points(self, i: int) -> F32:
+        """The points of trajectory ``i``: x and y, shape (points, 2)."""
+        here = slice(int(self.offset[i]), int(self.offset[i + 1]))
+        return np.stack([self.x[here], self.y[here]], axis=1)
+
+    def alive(self, t: int) -> npt.NDArray[np.intp]:
+        """The trajectories that have a point in frame ``t``."""
+        start = self.start_frame.astype(np.int64)
+        return np.flatnonzero((start <= t) & (t < start + np.diff(self.offset.astype(np.int64))))
+
+    def at(self, t: int) -> F32:
+        """Where the trajectories that are alive in frame ``t`` are there: x and y, shape (alive, 2)."""
+        alive = self.alive(t)
+        point = self.offset[alive].astype(np.int64) + t - self.start_frame[alive]
+        return np.stack([self.x[point], self.y[point]], axis=1)
+
+
+@dataclass(frozen=True)
+class Embedding:
+    """The spectral embedding of the trajectories.
+
+    Attributes
+    ----------
+    eigenvalues : array of float64, shape (dimensions,)
+        Largest first.
+    vectors : array of float64, shape (trajectories, dimensions)
+        Row by row the place of each trajectory.
+    embedded : array of bool, shape (trajectories,)
+        Whether it has one.
+    converged : bool
+        Whether the eigensolver came to its tolerance.
+    residual : float
+        How far the eigenpairs are from exact ones.
+    """
+
+    eigenvalues: F64
+    vectors: F64
+    embedded: Bool
+    converged: bool
+    residual: float
+
+
+@dataclass(frozen=True)
+class Discontinuities:
+    """Neighbouring trajectories, and how far the affinity falls between them below what is usual around them.
+
+    Attributes
+    ----------
+    pair : array of uint32, shape (pairs, 2)
+        Trajectories that are neighbours in some frame.
+    d : array of float64, shape (pairs,)
+        Discontinuity between them, 0 to 1.
+    frame_offset, frame_edge : array of uint32
+        The pairs that are neighbours in frame ``t`` are ``frame_edge[frame_offset[t]:frame_offset[t + 1]]``.
+    """
+
+    pair: U32
+    d: F64
+    frame_offset: U32
+    frame_edge: U32
+
+
+@dataclass(frozen=True)
+class Saliency:
+    """How salient trajectories are, in 0 to 1.
+
+    Attributes
+    ----------
+    of_points : array of float32, shape (trajectories,)
+        By its own points: nearly the greatest of them.
+    in_context : array of float32, shape (trajectories,)
+        With those that move alike.
+    foreground : array of bool, shape (trajectories,)
+        Whether that is above the threshold.
+    """
+
+    of_points: F32
+    in_context: F32
+    foreground: Bool
+
+
+class EdgeKind:
+    """What an edge between superpixels is."""
+
+    CONSTRAINT = 0
+    FRAME = 1
+    GABRIEL = 2
+    DELETED = 3
+
+
+@dataclass(frozen=True)
+class Superpixels:
+    """The Gabriel superpixels of an image.
+
+    Attributes
+    ----------
+    count : int
+        How many there are.
+    label : array of uint32, shape (height, width)
+        Which of them each pixel is in.
+    border_pair : array of uint32, shape (borders, 2)
+        Superpixels that touch.
+    border_length, border_pb : array of float32, shape (borders,)
+        How long their border is, in pixels, and the mean boundary probability along it.
+    edge : array of float32, shape (edges, 4)
+        The triangulation: x and y of both ends.
+    edge_kind : array of uint8, shape (edges,)
+        See `EdgeKind`.
+    """
+
+    count: int
+    label: U32
+    border_pair: U32
+    border_length: F32
+    border_pb: F32
+    edge: F32
+    edge_kind: U8
+
+
+@dataclass(frozen=True)
+class ImageDiscontinuities:
+    """Where the pixel embedding of an image changes; maps of shape (height, width) with values in 0 to 1.
+
+    Attributes
+    ----------
+    pb : array of float32
+        Boundary probability, which the embedding comes from.
+    discontinuity : array of float32
+        Discontinuities of the embedding.
+    spectral : array of float32
+        Gradients of its eigenvectors, to compare with.
+    combined : array of float32
+        Boundary probability with the discontinuities.
+    eigenvalues : array of float64
+        Largest first; none of an image without any boundary.
+    """
+
+    pb: F32
+    discontinuity: F32
+    spectral: F32
+    combined: F32
+    eigenvalues: F64
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A stroke of a brush, which says what belongs together.
+
+    Parameters
+    ----------
+    t : int
+        The frame.
+    points : sequence of (x, y)
+        Its path in input pixels.
+    radius : float
+        Of the brush, in input pixels.
+    """
+
+    t: int
+    points: Any
+    radius: float = 3.0
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter that can be chosen, by its dotted name, such as ``flow.patch_stride``.
+
+    Attributes
+    ----------
+    name, doc : str
+    kind : str
+        ``number``, ``integer``, ``boolean`` or ``choice``.
+    low, high : float, optional
+        Legal range of numbers.
+    default : bool, int, float or str
+    choices : tuple of str
+        Legal values of a choice.
+    """
+
+    name: str
+    doc: str
+    kind: str
+    low: Optional[float]
+    high: Optional[float]
+    default: Any
+    choices: tuple[str, ...] = ()

@@ -1,0 +1,73 @@
+"""Sets up an environment, builds the package and runs its tests: ``python python/run_tests.py [arguments of pytest]``.
+
+``--wheel`` builds the wheel as it would be published instead, installs it into an empty environment and tests it there.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import venv
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
+TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm"]
+WITHOUT_EXTRAS = ["test_segment.py", "test_session.py", "test_masks.py"]
+NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
+
+
+def run(*command: object, **environment: str) -> None:
+    """Runs a command, and ends with its code if it fails."""
+    print("+", *command, flush=True)
+    code = subprocess.run([str(word) for word in command], env={**os.environ, **environment}).returncode
+    if code:
+        sys.exit(code)
+
+
+def python_of(folder: Path) -> Path:
+    """The interpreter of an environment, which is made if it is not there."""
+    python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    if not python.exists():
+        print(f"+ making the environment {folder}", flush=True)
+        venv.create(folder, with_pip=True)
+    return python
+
+
+def test(python: Path, arguments: list[str], files: list[Path]) -> None:
+    """Runs these files of tests, unless the arguments name others."""
+    named = any(Path(word.split("::")[0]).exists() for word in arguments)
+    run(python, "-m", "pytest", "-c", HERE / "pyproject.toml", "--rootdir", HERE, *arguments, *([] if named else files))
+
+
+def develop(arguments: list[str]) -> None:
+    """The tests on a quick build, in an environment that stays."""
+    python = python_of(VENV)
+    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS, *NOTEBOOK)
+    build = ["-m", "maturin", "develop", "--profile", "quick", "--manifest-path", HERE / "Cargo.toml", "--locked"]
+    run(python, *build, VIRTUAL_ENV=str(VENV))
+    test(python, arguments, [HERE / "tests"])
+
+
+def wheel(arguments: list[str]) -> None:
+    """The tests on the wheel, in an environment that has nothing else."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder)
+        build = ["-m", "maturin", "build", "--out", out, "--manifest-path", HERE / "Cargo.toml", "--locked"]
+        run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", TOOLS[0])
+        run(python_of(VENV), *build)
+        (built,) = out.glob("*.whl")
+        print(f"{built.name}: {built.stat().st_size} bytes")
+        python = python_of(out / "venv")
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", built)
+        # Nothing but the wheel and NumPy: the ten lines of the README, as they stand there.
+        run(python, HERE / "tests" / "readme.py", PYTHONPATH="")
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "pytest", "pillow", "pycocotools")
+        test(python, arguments, [HERE / "tests" / name for name in WITHOUT_EXTRAS])
+
+
+if __name__ == "__main__":
+    rest = [word for word in sys.argv[1:] if word != "--wheel"]
+    (wheel if "--wheel" in sys.argv[1:] else develop)(rest)

@@ -1,0 +1,64 @@
+//! Files: images in, masks and trajectories out.
+
+use crate::arrays;
+use crate::error::{Failure, Result};
+use crate::frame::mask_from;
+use numpy::{PyArray1, PyArray3};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use tracecut::Error;
+use tracecut::discretize::Clusters;
+use tracecut::eval::tracks;
+use tracecut::image::Frame;
+use tracecut::trajectory::Trajectories;
+
+/// The pixels of a PNG or JPEG file, as the command line reads them.
+#[pyfunction]
+pub(crate) fn decode<'py>(py: Python<'py>, bytes: &[u8]) -> Result<Bound<'py, PyArray3<u8>>> {
+    Ok(arrays::rgb(py, &py.detach(|| Frame::decode(bytes))?))
+}
+
+/// A mask as a PNG file whose pixels are the labels; `palette` has three bytes a label.
+#[pyfunction]
+pub(crate) fn palette_png<'py>(
+    py: Python<'py>,
+    mask: &Bound<'py, PyAny>,
+    palette: Vec<u8>,
+) -> Result<Bound<'py, PyBytes>> {
+    let mask = mask_from(mask)?;
+    let mut file = Vec::new();
+    let written = py.detach(|| {
+        let mut encoder = png::Encoder::new(&mut file, mask.width() as u32, mask.height() as u32);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_palette(palette);
+        encoder.write_header()?.write_image_data(mask.data())
+    });
+    written.map_err(|e| Failure::data(format!("mask cannot be written: {e}")))?;
+    Ok(PyBytes::new(py, &file))
+}
+
+/// The trajectories of a `tracks.dat`, whose size is not in it, and their labels.
+#[pyfunction]
+pub(crate) fn read_tracks<'py>(py: Python<'py>, text: &str) -> Result<(Bound<'py, PyDict>, Bound<'py, PyArray1<u32>>)> {
+    let (tracks, clusters) = tracks::parse(text)?;
+    Ok((arrays::trajectories(py, &tracks, &[])?, arrays::list(py, clusters.label)))
+}
+
+/// The text of a `tracks.dat`.
+#[pyfunction]
+pub(crate) fn write_tracks(
+    num_frames: usize,
+    start_frame: Vec<u32>,
+    offset: Vec<u32>,
+    x: Vec<f32>,
+    y: Vec<f32>,
+    label: Vec<u32>,
+) -> Result<String> {
+    let variation = vec![0.0; x.len()];
+    let trajectories = Trajectories { num_frames, size: (1, 1), start_frame, offset, x, y, variation };
+    trajectories.check()?;
+    let count = label.iter().max().map_or(0, |&most| most as usize + 1);
+    let written = tracks::write(&trajectories, &Clusters { count, label });
+    written.map_err(|error: Error| error.into())
+}

@@ -1,0 +1,91 @@
+//! Single images: boundaries, superpixels, discontinuities of the pixel embedding, flow between two, masks enlarged.
+
+use crate::arrays::{self, FlowArrays, plane};
+use crate::error::Result;
+use crate::frame::{frame_from, mask_from};
+use crate::params::params_from;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tracecut::contour::boundary_map;
+use tracecut::flow::{FlowPyramid, flow_between};
+use tracecut::still;
+use tracecut::superpixel::superpixels_of;
+
+type Image<'a, 'py> = &'a Bound<'py, PyAny>;
+type Options<'a, 'py> = &'a Bound<'py, PyDict>;
+
+/// Pb, and the same on ridges one pixel wide.
+#[pyfunction]
+pub(crate) fn boundaries<'py>(
+    py: Python<'py>,
+    image: Image<'_, 'py>,
+    params: Options<'_, 'py>,
+) -> Result<FlowArrays<'py>> {
+    let (frame, params) = (frame_from(image)?, params_from(params)?);
+    Ok(arrays::boundaries(py, py.detach(|| boundary_map(&frame, &params.contour))))
+}
+
+#[pyfunction]
+pub(crate) fn superpixels<'py>(
+    py: Python<'py>,
+    image: Image<'_, 'py>,
+    count: Option<usize>,
+    params: Options<'_, 'py>,
+) -> Result<Bound<'py, PyDict>> {
+    let (frame, params) = (frame_from(image)?, params_from(params)?);
+    let found = py.detach(|| superpixels_of(&frame, count, &params.contour, &params.superpixel));
+    arrays::superpixels(py, &found)
+}
+
+/// `{pb, discontinuity, spectral, combined, eigenvalues}`.
+#[pyfunction]
+pub(crate) fn image_discontinuities<'py>(
+    py: Python<'py>,
+    image: Image<'_, 'py>,
+    params: Options<'_, 'py>,
+) -> Result<Bound<'py, PyDict>> {
+    let (frame, params) = (frame_from(image)?, params_from(params)?);
+    let found = py.detach(|| still::image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed));
+    let fields = PyDict::new(py);
+    fields.set_item("pb", plane(py, found.pb.pb))?;
+    fields.set_item("discontinuity", plane(py, found.d.strength))?;
+    fields.set_item("spectral", plane(py, found.spectral.strength))?;
+    fields.set_item("combined", plane(py, found.combined.pb))?;
+    fields.set_item("eigenvalues", arrays::list(py, found.eigenvalues))?;
+    Ok(fields)
+}
+
+#[pyfunction]
+pub(crate) fn flow<'py>(
+    py: Python<'py>,
+    first: Image<'_, 'py>,
+    second: Image<'_, 'py>,
+    params: Options<'_, 'py>,
+) -> Result<FlowArrays<'py>> {
+    let (first, second, params) = (frame_from(first)?, frame_from(second)?, params_from(params)?);
+    let size = |frame: &tracecut::image::Frame| (frame.width(), frame.height());
+    if size(&first) != size(&second) {
+        return Err(
+            tracecut::Error::FrameSizeChanged { index: 1, expected: size(&first), actual: size(&second) }.into()
+        );
+    }
+    let field = py.detach(|| {
+        let pyramid = |frame: &tracecut::image::Frame| FlowPyramid::new(&frame.luma(), &params.flow);
+        flow_between(&pyramid(&first), &pyramid(&second), &params.flow)
+    });
+    Ok(arrays::flow(py, field))
+}
+
+/// Labels and opacity at the size of `picture`.
+#[pyfunction]
+#[allow(clippy::type_complexity, reason = "two arrays")]
+pub(crate) fn enlarge<'py>(
+    py: Python<'py>,
+    mask: Image<'_, 'py>,
+    picture: Image<'_, 'py>,
+) -> Result<(Bound<'py, PyArray2<u8>>, Bound<'py, PyArray2<u8>>)> {
+    let (mask, picture) = (mask_from(mask)?, frame_from(picture)?);
+    let found = py.detach(|| tracecut::mask::enlarge(&mask, &picture, |label| label > 0))?;
+    Ok((plane(py, found.labels), plane(py, found.alpha)))
+}

@@ -1,0 +1,42 @@
+//! The Python module `tracecut._tracecut`: what the Python files of the package `tracecut` are made of.
+//!
+//! Every function converts, makes a call of the library without the interpreter's lock, and converts back. Names, types
+//! and defaults that users see are those of the Python files. What the library computes for the call becomes an array
+//! without a copy; what a session keeps is copied once, as it may change under the array.
+
+mod arrays;
+mod error;
+mod files;
+mod frame;
+mod images;
+mod params;
+mod run;
+mod scene;
+mod session;
+mod windows;
+
+use pyo3::prelude::*;
+
+/// Native part of `tracecut`.
+#[pymodule]
+mod _tracecut {
+    #[pymodule_export]
+    use crate::files::{decode, palette_png, read_tracks, write_tracks};
+    #[pymodule_export]
+    use crate::images::{boundaries, enlarge, flow, image_discontinuities, superpixels};
+    #[pymodule_export]
+    use crate::params::parameters;
+    #[pymodule_export]
+    use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::session::Session;
+    #[pymodule_export]
+    use crate::windows::Windows;
+
+    use super::{Bound, PyModule, PyModuleMethods, PyResult};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("version", env!("CARGO_PKG_VERSION"))
+    }
+}

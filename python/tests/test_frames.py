@@ -1,0 +1,118 @@
+"""Where frames come from."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tracecut
+from PIL import Image
+
+
+def masks(frames: object, **options: object) -> np.ndarray:
+    return tracecut.segment(frames, **options).array()  # type: ignore[arg-type]
+
+
+def test_any_array_of_the_same_pixels_gives_the_same_masks(clip: list[np.ndarray]) -> None:
+    expected = masks(clip)
+    whole = np.stack(clip)
+    alpha = np.concatenate([whole, np.full((*whole.shape[:3], 1), 9, np.uint8)], axis=3)
+    assert np.array_equal(masks(whole), expected)
+    assert np.array_equal(masks(alpha), expected)
+    assert np.array_equal(masks(iter(clip)), expected)
+    # Neither row by row in memory, nor next to one another.
+    assert np.array_equal(masks([np.asfortranarray(f) for f in clip]), expected)
+    assert np.array_equal(masks([np.repeat(f, 2, axis=1)[:, ::2] for f in clip]), expected)
+    assert np.array_equal(masks([Image.fromarray(f) for f in clip]), expected)
+    assert np.array_equal(masks([Image.fromarray(f).quantize(256) for f in clip]).shape, expected.shape)
+
+
+def test_grey_frames_are_frames(clip: list[np.ndarray]) -> None:
+    grey = [frame[..., 1] for frame in clip]
+    expected = masks([np.repeat(g[..., None], 3, axis=2) for g in grey])
+    assert np.array_equal(masks(np.stack(grey)), expected)
+    assert np.array_equal(masks([g[..., None] for g in grey]), expected)
+
+
+def test_folders_files_and_bytes_are_read_alike(folder: Path) -> None:
+    expected = masks(tracecut.synth.Scene("sample", 160, 90, 12, seed=1))
+    files = [folder / f"frame{t}.png" for t in range(12)]
+    assert np.array_equal(masks(folder), expected)
+    assert np.array_equal(masks(str(folder)), expected)
+    assert np.array_equal(masks(files), expected)
+    assert np.array_equal(masks(file.read_bytes() for file in files), expected)
+
+
+def test_names_are_in_the_order_of_their_numbers() -> None:
+    names = ["1.png", "02.png", "2.png", "10.png", "a1_2.png", "a1_10.png", "a2_1.png", "b.png"]
+    assert tracecut.in_name_order(reversed(names)) == names
+
+
+def test_a_jpeg_is_read_as_by_the_command_line(clip: list[np.ndarray]) -> None:
+    file = io.BytesIO()
+    Image.fromarray(clip[0]).save(file, "JPEG", quality=95)
+    ours = tracecut.boundaries(file.getvalue())
+    assert ours.pb.shape == clip[0].shape[:2]
+    assert np.abs(tracecut.as_array(file.getvalue()).astype(int) - clip[0]).mean() < 8
+
+
+def test_videos_are_read_by_pyav(tmp_path: Path) -> None:
+    av = pytest.importorskip("av")
+    clip = list(tracecut.synth.Scene("sample", 160, 90, 10, seed=1))
+    path = tmp_path / "clip.mkv"
+    with av.open(str(path), "w") as out:
+        stream = out.add_stream("ffv1", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 160, 90, "bgr0"
+        for frame in clip:
+            out.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
+        out.mux(stream.encode(None))
+    read = list(tracecut.read_video(path))
+    assert len(read) == 10 and all(np.array_equal(a, b) for a, b in zip(read, clip))
+    assert np.array_equal(masks(path), masks(clip))
+
+
+def test_what_is_no_video_is_named(tmp_path: Path) -> None:
+    pytest.importorskip("av")
+    path = tmp_path / "clip.mp4"
+    path.write_bytes(b"no video at all")
+    with pytest.raises(tracecut.TraceCutError, match=r"clip\.mp4: cannot be decoded") as caught:
+        tracecut.segment(path)
+    assert caught.value.code == "codec"
+
+
+@pytest.mark.parametrize(
+    ("frames", "code", "message"),
+    [
+        ([np.zeros((4, 5))] * 2, "data", "frame is an array of float64 of shape (4, 5) (expected uint8"),
+        ([np.zeros((4, 5, 2), np.uint8)] * 2, "data", "frame is an array of uint8 of shape (4, 5, 2)"),
+        (np.zeros((4, 5), np.uint8), "data", "frames are an array of shape 4x5"),
+        ([np.zeros((0, 5), np.uint8)] * 2, "frame-size", "frame size 5x0 is not supported"),
+        ([np.zeros((8, n), np.uint8) for n in (9, 10)], "frame-size-changed", "frame 1 is 10x8 (expected 9x8"),
+        ([b"no image"], "decode", "image cannot be decoded"),
+    ],
+)
+def test_what_is_no_frame_is_named(frames: object, code: str, message: str) -> None:
+    with pytest.raises(tracecut.TraceCutError) as caught:
+        masks(frames)
+    assert caught.value.code == code and str(caught.value).startswith(message)
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="nowhere"):
+        tracecut.segment(tmp_path / "nowhere")
+    with pytest.raises(tracecut.TraceCutError, match="holds no images"):
+        tracecut.segment(tmp_path)
+    (tmp_path / "0.png").write_bytes(b"\x89PNG\r\n\x1a\nbroken")
+    with pytest.raises(tracecut.TraceCutError, match=r"0\.png: image cannot be decoded"):
+        tracecut.segment(tmp_path)
+
+
+def test_an_error_of_the_users_iterator_comes_through(clip: list[np.ndarray]) -> None:
+    def broken() -> object:
+        yield from clip[:3]
+        raise OSError("the camera is gone")
+
+    with pytest.raises(OSError, match="the camera is gone"):
+        masks(broken())

@@ -1,0 +1,310 @@
+"""The session, stage by stage."""
+
+from __future__ import annotations
+
+import pickle
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+import tracecut
+from tracecut import Session, Stroke, TraceCutError, Trajectories
+
+STAGES = [
+    "flow",
+    "trajectories",
+    "affinities",
+    "embedding",
+    "discontinuities",
+    "saliency",
+    "connectedness",
+    "clusters",
+    "superpixels",
+    "cut",
+    "masks",
+]
+
+
+def fresh(clip: list[np.ndarray], **params: object) -> Session:
+    session = Session(**params)
+    session.push_all(clip)
+    return session
+
+
+def all_masks(session: Session) -> np.ndarray:
+    return np.stack([session.labels(t) for t in range(session.num_frames)])
+
+
+def test_results_can_be_read_as_soon_as_their_stage_is_done(clip: list[np.ndarray], done: Session) -> None:
+    session = fresh(clip)
+    assert session.trajectories() is None and session.clusters() is None and session.objects() is None
+    seen: dict[str, int] = {}
+    for progress in session.steps():
+        seen[progress.stage] = progress.done
+        assert 1 <= progress.done <= progress.total
+        if progress.stage == "affinities":
+            assert session.trajectories() is not None and session.embedding() is None
+        if progress.stage == "superpixels":
+            assert session.clusters() is not None
+    assert list(seen) == STAGES
+    assert np.array_equal(all_masks(session), all_masks(done))
+
+
+def test_trajectories_and_what_is_found_of_them(done: Session) -> None:
+    tracks, affinities, embedding = done.trajectories(), done.affinities(), done.embedding()
+    assert tracks is not None and affinities is not None and embedding is not None
+    count = len(tracks)
+    assert tracks.offset[-1] == len(tracks.x) == len(tracks.y) and len(tracks.id) == count
+    assert (tracks.num_frames, tracks.width, tracks.height) == (8, 96, 64)
+    first = int(tracks.alive(3)[0])
+    assert np.array_equal(tracks.at(3)[0], tracks.points(first)[3 - tracks.start_frame[first]])
+    assert len(affinities.offset) == count + 1 and affinities.offset[-1] == len(affinities.value)
+    assert embedding.vectors.shape == (count, len(embedding.eigenvalues)) and embedding.converged
+    assert np.all(np.diff(embedding.eigenvalues) <= 0) and embedding.eigenvalues[0] <= 1 + 1e-9
+    dense = np.zeros((count, count))
+    rows = np.repeat(np.arange(count), np.diff(affinities.offset.astype(int)))
+    dense[rows, affinities.column] = affinities.value
+    assert np.array_equal(dense, dense.T)
+
+
+def test_discontinuities_saliency_components_and_clusters(done: Session) -> None:
+    tracks, edges, saliency = done.trajectories(), done.discontinuities(), done.saliency()
+    components, clusters, pieces = done.components(), done.clusters(), done.threshold_clusters()
+    assert tracks and edges and saliency and components and clusters and pieces
+    assert edges.pair.shape == (len(edges.d), 2) and edges.pair.max() < len(tracks)
+    assert len(edges.frame_offset) == 9 and edges.frame_offset[-1] == len(edges.frame_edge)
+    assert 0 <= edges.d.min() and edges.d.max() <= 1
+    assert len(saliency.of_points) == len(saliency.in_context) == len(saliency.foreground) == len(tracks)
+    assert saliency.foreground.dtype == bool and saliency.foreground.any() and not saliency.foreground.all()
+    assert len(components.count) == 8 and components.of_point.min() >= -1
+    assert len(clusters.label) == len(pieces.label) == len(tracks) and clusters.label.max() == clusters.count - 1
+
+
+def test_maps_of_frames(done: Session, clip: list[np.ndarray]) -> None:
+    labels, clusters, objects = done.labels(2), done.cluster_labels(2), done.objects()
+    assert objects is not None and np.array_equal(objects[clusters], labels)
+    assert labels.dtype == np.uint8 and labels.shape == (64, 96)
+    flow = done.flow(0)
+    assert flow.u.shape == flow.v.shape == (64, 96) and flow.u.dtype == np.float32
+    assert done.saliency_map(7).shape == (64, 96) and done.confidence(0).max() <= 1
+    assert len(done.object_confidence()) == objects.max() + 1
+    plate = done.background(1)
+    assert plate.shape == (64, 96, 4) and (plate[..., :3] == clip[1])[done.labels(1) == 0].mean() > 0.8
+    assert (plate[..., :3] == clip[1])[done.labels(1) == 1].mean() < 0.5
+    cells = done.superpixels(0)
+    assert cells.label.max() == cells.count - 1 and len(cells.edge) == len(cells.edge_kind)
+    assert cells.border_pair.shape == (len(cells.border_pb), 2)
+    boundaries = tracecut.boundaries(clip[0])
+    assert np.array_equal(done.boundaries(0).pb, boundaries.pb)
+    assert np.array_equal(done.boundaries(0).thin, boundaries.thin)
+
+
+def test_the_table_of_objects_has_their_areas(done: Session) -> None:
+    heading, *rows = done.object_table().splitlines()
+    frame, label, area = (heading.split(",").index(name) for name in ("frame", "object", "area"))
+    cells = [row.split(",") for row in rows]
+    areas = {(int(row[frame]), int(row[label])): int(row[area]) for row in cells}
+    expected = {(t, int(v)): int((done.labels(t) == v).sum()) for t in range(8) for v in np.unique(done.labels(t)) if v}
+    assert areas == expected
+
+
+def test_arrays_are_the_callers_own(clip: list[np.ndarray]) -> None:
+    session = fresh(clip)
+    session.run()
+    tracks, mask = session.trajectories(), session.labels(0)
+    assert tracks is not None
+    x, kept = tracks.x.copy(), mask.copy()
+    tracks.x[:] = -1
+    mask[:] = 77
+    later = session.trajectories()
+    assert later is not None and np.array_equal(later.x, x) and np.array_equal(session.labels(0), kept)
+    again = session.labels(0)
+    session.clear()
+    assert np.array_equal(again, kept) and session.num_frames == 0 and session.trajectories() is None
+
+
+def test_trajectories_go_out_and_in(clip: list[np.ndarray], done: Session, tmp_path) -> None:
+    tracks, clusters = done.trajectories(), done.clusters()
+    assert tracks is not None and clusters is not None
+    alone = Session()
+    alone.set_trajectories(tracks)
+    alone.run()
+    assert len(alone.clusters().label) == len(tracks) and alone.objects() is None  # type: ignore[union-attr]
+    with_frames = tracecut.segment(clip, trajectories=tracks)
+    assert with_frames.array().shape == (8, 64, 96)
+    tracecut.write_tracks(tmp_path / "tracks.dat", tracks, clusters.label)
+    read, label = tracecut.read_tracks(tmp_path / "tracks.dat", (96, 64))
+    assert np.array_equal(label, clusters.label) and np.array_equal(read.offset, tracks.offset)
+    assert np.abs(read.x - tracks.x).max() <= 0.0006 and (read.width, read.num_frames) == (96, 8)
+
+
+def test_trajectories_that_break_their_law_are_refused(clip: list[np.ndarray]) -> None:
+    xy = np.zeros(4, np.float32)
+    offset, start = np.array([0, 4], np.uint32), np.zeros(1, np.uint32)
+    session = Session()
+    for tracks in (
+        Trajectories(4, 96, 64, start, np.array([0, 3], np.uint32), xy, xy),
+        Trajectories(4, 96, 64, start, offset, xy, np.full(4, np.nan, np.float32)),
+    ):
+        with pytest.raises(TraceCutError) as caught:
+            session.set_trajectories(tracks)
+        assert caught.value.code == "data"
+    with pytest.raises(TraceCutError, match="trajectories of 4 frames with 8 frames pushed"):
+        tracecut.segment(clip, trajectories=Trajectories(4, 96, 64, start, offset, xy, xy))
+
+
+def test_corrections_change_the_masks_and_are_taken_back(clip: list[np.ndarray]) -> None:
+    session = fresh(clip)
+    session.run()
+    first = all_masks(session)
+    session.split(1)
+    session.run()
+    before = all_masks(session)
+    assert np.array_equal(before > 0, first > 0) and before.max() == 2
+    session.merge(1, 2)
+    assert np.array_equal(all_masks(session), np.where(before == 2, 1, before)) and session.num_corrections == 2
+    session.undo_correction()
+    assert np.array_equal(all_masks(session), before)
+    session.merge(into=0, from_=1)
+    assert not (all_masks(session) == 1).any()
+    session.undo_correction()
+    y, x = (int(v) for v in np.argwhere(before[0] == 1).mean(axis=0))
+    session.together([Stroke(0, [(x, y), (x + 3, y)], 2)])
+    session.run()
+    session.apart([Stroke(0, [(x, y)], 2), Stroke(0, np.array([[2.0, 2.0]]), 2)])
+    session.run()
+    assert session.num_corrections == 3 and session.labels(0)[y, x] != session.labels(0)[2, 2]
+    for _ in range(3):
+        session.undo_correction()
+    assert np.array_equal(all_masks(session), first)
+
+
+@pytest.mark.parametrize(
+    ("correct", "code"),
+    [
+        (lambda s: s.merge(1, 99), "param"),
+        (lambda s: s.merge(1, 300), "param"),
+        (lambda s: s.split(0), "param"),
+        (lambda s: s.together([]), "param"),
+        (lambda s: s.apart([Stroke(99, [(0, 0)])]), "param"),
+        (lambda s: s.apart([Stroke(-1, [(0, 0)])]), "param"),
+        (lambda s: s.undo_correction(), "state"),
+        (lambda s: s.labels(8), "state"),
+        (lambda s: s.flow(7), "state"),
+        (lambda s: s.push(np.zeros((64, 96), np.uint8)), "state"),
+    ],
+)
+def test_calls_that_are_not_legal_change_nothing(done: Session, correct, code: str) -> None:
+    before = all_masks(done)
+    with pytest.raises(TraceCutError) as caught:
+        correct(done)
+    assert caught.value.code == code
+    assert np.array_equal(all_masks(done), before)
+
+
+def test_an_error_can_be_pickled() -> None:
+    error = pickle.loads(pickle.dumps(TraceCutError("param", "flow.x = 1 (expected more)")))
+    assert (error.code, str(error)) == ("param", "flow.x = 1 (expected more)")
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_callback_hears_of_each_step_and_may_raise(clip: list[np.ndarray], done: Session, threads: int) -> None:
+    class Enough(Exception):
+        pass
+
+    heard: list[tracecut.Progress] = []
+
+    def listen(progress: tracecut.Progress) -> None:
+        heard.append(progress)
+        if len(heard) == 10:
+            raise Enough
+
+    session = fresh(clip)
+    with pytest.raises(Enough):
+        session.run(threads=threads, progress=listen)
+    assert len(heard) == 10
+    session.run(threads=threads, progress=listen)
+    assert {p.stage for p in heard} == set(STAGES)
+    assert np.array_equal(all_masks(session), all_masks(done))
+
+
+def test_windows_end_where_a_callback_raises(clip: list[np.ndarray]) -> None:
+    def listen(progress: tracecut.Progress) -> None:
+        raise KeyError(progress.stage)
+
+    parts = tracecut.windows(clip, progress=listen)
+    with pytest.raises(KeyError, match="flow"):
+        next(parts)
+    assert next(parts, None) is None
+
+
+def test_results_are_not_read_from_a_session_at_work(clip: list[np.ndarray]) -> None:
+    session = fresh(clip)
+    heard: list[str] = []
+
+    def listen(_: tracecut.Progress) -> None:
+        with pytest.raises(TraceCutError, match="the session is at work") as caught:
+            session.labels(0)
+        heard.append(caught.value.code)
+
+    session.run(progress=listen)
+    assert set(heard) == {"state"}
+
+
+def test_a_run_can_be_interrupted_and_goes_on(done: Session, clip: list[np.ndarray]) -> None:
+    session = fresh(clip)
+    steps = 0
+
+    def listen(_: tracecut.Progress) -> None:
+        nonlocal steps
+        steps += 1
+        if steps == 5:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        session.run(progress=listen)
+    # The signal arrives while Python runs or at the next step, and no later.
+    assert steps <= 6
+    session.run()
+    assert np.array_equal(all_masks(session), all_masks(done))
+
+
+def test_a_signal_from_outside_ends_a_run_without_a_callback() -> None:
+    session = fresh(list(tracecut.synth.Scene("sample", 320, 180, 30)))
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        session.run()
+    timer.join()
+    assert session.objects() is None and session.step() is not None
+
+
+def test_other_threads_go_on_while_a_session_runs(clip: list[np.ndarray]) -> None:
+    session = fresh(clip * 2)
+    ticks, over = 0, threading.Event()
+
+    def tick() -> None:
+        nonlocal ticks
+        while not over.is_set():
+            ticks += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    before = ticks
+    # One call into the library for each of the long steps; with the lock held there would be no tick within one.
+    most = 0
+    while session.step() is not None:
+        most, before = max(most, ticks - before), ticks
+    over.set()
+    thread.join()
+    assert most >= 3
+
+
+def test_a_bar_is_shown_for_each_stage(clip: list[np.ndarray], capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("tqdm")
+    tracecut.segment(clip, progress=True)
+    shown = capsys.readouterr().err
+    assert "flow: 100%" in shown and "masks: 100%" in shown and "trajectories" not in shown

@@ -1,0 +1,52 @@
+"""What users write, for the type checkers; never run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Optional
+
+import numpy as np
+import numpy.typing as npt
+import tracecut
+from tracecut import Clusters, Progress, Result, Session, Trajectories, Window
+
+Mask = npt.NDArray[np.uint8]
+
+
+def masks(folder: Path) -> list[Mask]:
+    result: Result = tracecut.segment(folder, preset="fast", threads=2, progress=True)
+    return [mask for mask in result]
+
+
+def stream(frames: Iterator[Mask]) -> Iterator[tuple[int, Mask]]:
+    window: Window
+    for window in tracecut.windows(frames, window=40, flow={"patch_stride": 5}):
+        for t in window.settled:
+            yield t, window.labels(t)
+
+
+def told(progress: Progress) -> None:
+    stage: str = progress.stage
+    print(stage, progress.done / progress.total)
+
+
+def stages(frames: list[Mask], tracks: Optional[Trajectories]) -> Optional[Clusters]:
+    session = Session(clip={"max_side": 320})
+    for frame in frames:
+        session.push(frame)
+    if tracks is not None:
+        session.set_trajectories(tracks)
+    session.run(progress=told)
+    session.merge(1, 2)
+    u: npt.NDArray[np.float32] = session.flow(0).u
+    print(u.mean())
+    return session.clusters()
+
+
+def failure(frames: list[Mask]) -> str:
+    try:
+        tracecut.segment(frames)
+    except tracecut.TraceCutError as error:
+        return error.code
+    return ""
