@@ -75,7 +75,7 @@ test('several clips in one stream, of several sizes, are each what they are alon
     assert.deepEqual(seen, expected, clip);
   }
   assert.equal(WindowResult.fromJSON(JSON.stringify(windows[3])).clip, 'b');
-  await rejects(segmentVideo(stream(), WINDOWS).collect(), 'data', /from clip a to b.*iterate/);
+  await rejects(segmentVideo(stream(), WINDOWS).collect(), 'data', /clip = "b" \(expected a: .*iterate/);
   const [frame] = await framesOf(TINY);
   await rejects(
     windowsOf([

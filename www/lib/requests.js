@@ -179,15 +179,3 @@ function order(change) {
 export function lineOf(name) {
   return /** @type {Line<Arguments<N>, Answer<N>>} */ (/** @type {unknown} */ (REQUESTS[name]));
 }
-
-/**
- * Asks an engine for a map of a frame.
- * @template {MapName} N
- * @param {Pick<import('./engine.js').Engine, 'request'>} engine
- * @param {N} name
- * @param {Arguments<N>} place
- * @returns {Promise<Answer<N>>}
- */
-export function requestMap(engine, name, ...place) {
-  return engine.request(name, ...place);
-}

@@ -4,7 +4,7 @@ import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
 import { once, openEngine } from './platform.js';
-import { REQUESTS, requestMap } from './requests.js';
+import { REQUESTS } from './requests.js';
 import { Result } from './result.js';
 import { toRawTrajectories } from './trajectories.js';
 
@@ -312,7 +312,7 @@ export class Session {
   async #map(name, ...place) {
     this.#check(name);
     wholeNumber('param', 't', place[0], 0, Math.max(0, this.#info.numFrames - 1));
-    return onGrid(await requestMap(this.#engine, name, ...place), this.#info.width, this.#info.height);
+    return onGrid(await this.#engine.request(name, ...place), this.#info.width, this.#info.height);
   }
 
   /**
@@ -328,10 +328,9 @@ export class Session {
           'closed',
           `${called} of a result come from its session, which is closed; ask before closing it`,
         );
-      if (clip !== this.#clip)
-        throw new TraceCutError('state', `${called} of a result come from its session, which was cleared since`);
-      if (ofLabels && corrected !== this.#corrected)
-        throw new TraceCutError('state', `${called} of a result come from its session, which was corrected since`);
+      const change = clip !== this.#clip ? 'cleared' : ofLabels && corrected !== this.#corrected && 'corrected';
+      if (change)
+        throw new TraceCutError('state', `${called} of a result come from its session, which was ${change} since`);
       return this.#map(name, ...place);
     };
   }

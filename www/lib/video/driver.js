@@ -12,7 +12,7 @@
 
 import { TraceCutError, inFrame } from '../errors.js';
 import { onGrid } from '../image.js';
-import { REQUESTS, requestMap } from '../requests.js';
+import { REQUESTS } from '../requests.js';
 import { WindowResult } from './window.js';
 
 /** @typedef {import('../frames.js').RawFrame} RawFrame */
@@ -207,7 +207,7 @@ export class Driver {
     const advances = this.#advances;
     return async (name, ...place) => {
       if (advances !== this.#advances || stop.aborted) throw gone(REQUESTS[name].called);
-      return onGrid(await requestMap(engine, name, ...place), width, height);
+      return onGrid(await engine.request(name, ...place), width, height);
     };
   }
 }

@@ -119,8 +119,7 @@ async function readAs(frame, index, name, loadDecoder) {
 function clipOf(item, index) {
   if (typeof item !== 'object' || item === null || !('frame' in item)) return undefined;
   const { clip } = /** @type {FrameAtTime} */ (item);
-  if (clip !== undefined && typeof clip !== 'string')
-    throw illegal('data', `clip of frame ${index}`, clip, 'the name of its clip, a string');
+  if (clip !== undefined && typeof clip !== 'string') throw illegal('data', `clip of frame ${index}`, clip, 'a string');
   return clip;
 }
 

@@ -208,10 +208,7 @@ export class Collector {
   async add(window) {
     if (this.#clip === undefined) this.#clip = window.clip;
     if (window.clip !== this.#clip)
-      throw new TraceCutError(
-        'data',
-        `the stream goes from clip ${this.#clip} to ${window.clip}, and collect gives one: iterate over the windows`,
-      );
+      throw illegal('data', 'clip', window.clip, `${this.#clip}: collect gives one, iterate over the windows`);
     const frames = [];
     for (const { index, time, labels } of window.frames()) {
       frames.push({ index, time, runs: encodeRuns(labels) });

@@ -2,7 +2,6 @@
 
 import { TraceCutError, illegal, typeTag } from '../errors.js';
 import { openDemuxed } from './demux.js';
-import { openListed } from './listed.js';
 import { atSize } from './pixels.js';
 import { part } from '../places.js';
 
@@ -44,7 +43,7 @@ export async function openReader(source, take, loadDecoder) {
       return openStream(/** @type {MediaStream} */ (source), take);
     default:
       if (!isList(source)) throw illegal('data', 'source', source, LEGAL);
-      return openListed(source, { frameRate: take.frameRate, loadDecoder });
+      return (await part(import('./listed.js'))).openListed(source, { frameRate: take.frameRate, loadDecoder });
   }
 }
 
