@@ -60,6 +60,18 @@ describe('a pixel is explained', () => {
     assert.ok(voters.length === 0 || words.includes(`vote here: ${voters.length},`), words);
     assert.notEqual(await page.evaluate(() => document.querySelector('#canvas').toDataURL()), before);
     assert.equal(await page.locator('.object.is-hidden').count(), 0, 'such a click chooses no object');
+    const p = await page.evaluate(
+      async ([t, px, py]) => {
+        const { confidence, width } = await globalThis.tracecutDemo.result.confidence(t);
+        return confidence[py * width + px];
+      },
+      [FRAME, x, y],
+    );
+    await page.waitForFunction(() => document.querySelector('.why-sure').textContent);
+    assert.equal(await text(page, '.why-sure'), `This label is right with ${Math.round(100 * p)}\u00a0%.`);
+    const unmarked = await page.evaluate(() => document.querySelector('#canvas').toDataURL());
+    await page.check('#why-sure');
+    await page.waitForFunction((old) => document.querySelector('#canvas').toDataURL() !== old, unmarked);
     await screenshot(page, 'why');
     assert.deepEqual(await accessibilityFaults(page), []);
   });

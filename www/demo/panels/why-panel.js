@@ -6,8 +6,10 @@
 
 import { byId, h } from '../dom.js';
 import { say } from '../language.js';
+import { Fetched } from '../layers/fetched.js';
+import { picture, valueAt } from '../layers/regions.js';
 import { objectColor, objectName } from '../result/palette.js';
-import { count, explain } from '../words.js';
+import { count, explain, percent } from '../words.js';
 import { costTable, reasonsOf } from './why-words.js';
 
 /** @typedef {import('../../dist/index.js').Explanation} Explanation */
@@ -33,12 +35,18 @@ export class WhyPanel {
     this.title = h('p', { class: 'why-title', role: 'status' });
     // It scrolls where there are many labels.
     this.words = h('div', { class: 'why-words', role: 'group', 'aria-label': 'Reasons', tabindex: 0 });
+    this.sureness = h('p', { class: 'why-sure' });
+    this.shows = h('input', { type: 'checkbox', id: 'why-sure', change: () => viewer.redraw() });
+    this.sure = new Fetched('confidence', (map) => ({ map, canvas: picture(map, (ctx) => drawUnsure(ctx, map)) }));
+    const sure = h('label', {}, this.shows, ' ', 'Show where labels are unsure');
     const close = h('button', { type: 'button', click: () => this.close() }, 'Done');
     const section = h(
       'section',
       { class: 'block why', id: 'why', 'aria-label': 'Why?' },
       this.title,
       close,
+      this.sureness,
+      sure,
       this.words,
     );
     byId('panel').prepend(section);
@@ -78,6 +86,7 @@ export class WhyPanel {
   /** The result is another one: what was said is void. @param {boolean} over */
   leave(over) {
     this.asked += 1;
+    this.sure.reset();
     if (this.on && over) this.store.set({ asking: false });
     else if (this.on && this.place) this.ask(this.place);
   }
@@ -144,7 +153,11 @@ export class WhyPanel {
    */
   draw(ctx, view) {
     const { place, why } = this;
+    const sure = this.on ? this.sure.get(view, view.frame) : undefined;
+    if (sure && this.shows.checked) ctx.drawImage(sure.canvas, -0.5, -0.5, view.width, view.height);
     if (!this.on || !place || place.t !== view.frame) return;
+    const p = sure && valueAt(sure.map, sure.map.confidence, view, place);
+    this.sureness.textContent = p === undefined ? '' : say`This label is right with ${percent(p)}.`;
     ctx.save();
     if (why) this.drawEdge(ctx, view, why);
     for (const voter of why?.voters ?? []) drawVoter(ctx, view, voter, why);
@@ -168,6 +181,18 @@ export class WhyPanel {
     ctx.lineTo(x[to], y[to]);
     ctx.stroke();
   }
+}
+
+/**
+ * Red, the more opaque the less sure.
+ *
+ * @param {OffscreenCanvasRenderingContext2D} ctx
+ * @param {import('../layers/layer.js').Confidence} map
+ */
+function drawUnsure(ctx, { width, height, confidence }) {
+  const image = new ImageData(width, height);
+  confidence.forEach((p, k) => image.data.set([214, 0, 0, Math.round(255 * (1 - p))], 4 * k));
+  ctx.putImageData(image, 0, 0);
 }
 
 /**

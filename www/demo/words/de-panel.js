@@ -229,6 +229,8 @@ export const why = {
     'Kanten zwischen beiden in diesem Bild: {0}, mit Diskontinuität {1} im Mittel und höchstens {2}.',
   'The nearest trajectory is {0}; it moves most like {1}.':
     'Die nächste Trajektorie ist {0}; sie bewegt sich am ehesten wie {1}.',
+  'Show where labels are unsure': 'Zeigen, wo Labels unsicher sind',
+  'This label is right with {0}.': 'Das Label stimmt mit {0}.',
   Reasons: 'Gründe',
   Votes: 'Stimmen',
   Colours: 'Farben',
