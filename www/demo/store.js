@@ -86,6 +86,7 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
+ * @property {boolean} asking whether a click asks why
  * @property {readonly File[]} queued clips that were opened together, for the queue
  */
 
@@ -109,6 +110,7 @@ export const BLANK = {
   playing: false,
   spot: NOWHERE,
   correcting: false,
+  asking: false,
 };
 
 /** @type {State} */

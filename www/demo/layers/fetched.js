@@ -37,7 +37,7 @@ export class Fetched {
    */
   get(view, frame) {
     const known = this.known.get(frame);
-    const ask = view.answers[this.what];
+    const ask = /** @type {((frame: number) => Promise<Answer[K]>) | null} */ (view.answers[this.what]);
     if (known === undefined && !this.busy && ask) this.fetch(view, frame, ask);
     return known;
   }

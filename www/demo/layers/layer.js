@@ -33,13 +33,15 @@ import { say } from '../language.js';
  * What can be asked about a frame.
  *
  * @typedef {{flow: Flow, boundaries: Boundaries, superpixels: Superpixels, background: Plate, saliencyMap: SaliencyMap,
- *   imageEdges: ImageEdges}} Answer
+ *   imageEdges: ImageEdges, confidence: Confidence}} Answer
  */
+
+/** @typedef {(frame: number, x: number, y: number) => Promise<import('../../dist/index.js').Explanation>} Explain */
 
 /**
  * What the session, or what was made of a still image, answers about a frame; null where it knows no such thing.
  *
- * @typedef {{[What in keyof Answer]: ((frame: number) => Promise<Answer[What]>) | null}} Answers
+ * @typedef {{[What in keyof Answer]: ((frame: number) => Promise<Answer[What]>) | null} & {explain: Explain | null}} Answers
  */
 
 /** @type {Answers} */
@@ -50,6 +52,8 @@ export const NO_ANSWERS = {
   background: null,
   saliencyMap: null,
   imageEdges: null,
+  confidence: null,
+  explain: null,
 };
 
 /**
@@ -84,6 +88,11 @@ export const NO_ANSWERS = {
 /**
  * @typedef {{width: number, height: number, saliency: Float32Array}} SaliencyMap Saliency of each pixel, 0 to 1; pixels
  *   as for boundaries.
+ */
+
+/**
+ * @typedef {{width: number, height: number, confidence: Float32Array}} Confidence How likely the label of each pixel is
+ *   right, 0 to 1; pixels as for boundaries.
  */
 
 /**

@@ -29,7 +29,7 @@ export function objectsPanel({ store, selection, viewer }) {
   });
   byId('show-all').addEventListener('click', () => selection.reset());
   viewer.onPick(({ object }) => {
-    if (store.state.correcting) return;
+    if (store.state.correcting || store.state.asking) return;
     if (object > 0) selection.isolate(object);
     // The background brings all back.
     else if (object === 0) selection.reset();

@@ -25,6 +25,7 @@ import { settingsPanel } from './settings.js';
 import { stagesPanel } from './stages.js';
 import { timelinePanel } from './timeline.js';
 import { trimPanel } from './trim.js';
+import { whyPanel } from './why.js';
 import { webcamPanel } from './webcam.js';
 import { zoomPanel } from './zoom.js';
 
@@ -58,6 +59,7 @@ export const PANELS = [
   settingsPanel,
   stagesPanel,
   correctPanel,
+  whyPanel,
   exportPanel,
   helpPanel,
   guidePanel,

@@ -150,6 +150,9 @@ export class ClipJob extends Job {
         superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
         background: result.objects && ((t) => result.background(t)),
         saliencyMap: (t) => result.saliencyMap(t),
+        // A correction of the session leaves them to its own result.
+        explain: result.objects && ((t, x, y) => (this.result ?? result).explain(t, x, y)),
+        confidence: result.objects && ((t) => (this.result ?? result).confidence(t)),
       },
       numbers: [
         plural(result.trajectories.count, 'trajectory', 'trajectories'),

@@ -203,3 +203,39 @@ export const settings = {
   'How much its discontinuities count beside the boundaries.':
     'Wie viel ihre Diskontinuitäten neben den Grenzen zählen.',
 };
+
+export const why = {
+  'Why?': 'Warum?',
+  '{0} at {1}, {2} in frame {3}': '{0} bei {1}, {2} in Bild {3}',
+  'The mask on screen has {0} here: it was changed by hand.': 'Die Maske zeigt hier {0}: Sie wurde von Hand geändert.',
+  'A stroke over it decides.': 'Ein Strich darüber entscheidet.',
+  'Its superpixel {0} is {1}; the step after the cut has moved the border over it.':
+    'Sein Superpixel {0} ist {1}; der Schritt nach dem Schnitt hat die Grenze darüber geschoben.',
+  'Its superpixel {0} has this label by the cut.': 'Sein Superpixel {0} ist das nach dem Schnitt.',
+  'There is no other label that it could have.': 'Etwas anderes könnte es nicht sein.',
+  'It would be {0} for a cost of {1} more; no number of trajectories alone would make it that.':
+    'Für Kosten von {1} mehr wäre es {0}; Trajektorien allein könnten das nicht ändern.',
+  'It would be {0} for a cost of {1} more: {2} more trajectories of it here would do.':
+    'Für Kosten von {1} mehr wäre es {0}: {2} weitere Trajektorien davon würden hier reichen.',
+  'No trajectory votes here; colours and neighbours decide.':
+    'Hier stimmt keine Trajektorie ab; Farben und Nachbarn entscheiden.',
+  'Trajectories that vote here: {0}, of them strangers: {1}. Their weight is {2}.':
+    'Trajektorien, die hier abstimmen: {0}, davon Fremde: {1}. Ihr Gewicht ist {2}.',
+  'For an object speak the background with {0} and looks with {1}; less than 0 is against.':
+    'Für ein Objekt sprechen der Hintergrund mit {0} und das Aussehen mit {1}; unter 0 heißt dagegen.',
+  'Links to neighbours of its own label hold it with {0}, those to others pull with {1}.':
+    'Verbindungen zu Nachbarn, die dasselbe sind, halten es mit {0}, die zu anderen ziehen mit {1}.',
+  'Edges between the two in this frame: {0}, of discontinuity {1} on average and {2} at most.':
+    'Kanten zwischen beiden in diesem Bild: {0}, mit Diskontinuität {1} im Mittel und höchstens {2}.',
+  'The nearest trajectory is {0}; it moves most like {1}.':
+    'Die nächste Trajektorie ist {0}; sie bewegt sich am ehesten wie {1}.',
+  'Show where labels are unsure': 'Zeigen, wo Labels unsicher sind',
+  'This label is right with {0}.': 'Das Label stimmt mit {0}.',
+  Reasons: 'Gründe',
+  Votes: 'Stimmen',
+  Colours: 'Farben',
+  Evidence: 'Indizien',
+  Forbidden: 'Verboten',
+  Sum: 'Summe',
+  'What each label would cost here; the least is taken': 'Was hier jedes Label kosten würde; das Wenigste gilt',
+};

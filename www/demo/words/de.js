@@ -4,7 +4,7 @@
  * @module
  */
 
-import { clip, edges, layers, objects, settings } from './de-panel.js';
+import { clip, edges, layers, objects, settings, why } from './de-panel.js';
 import { gallery } from './de-gallery.js';
 import { errors, saving } from './de-saving.js';
 
@@ -450,6 +450,7 @@ export default {
   layers,
   clip,
   settings,
+  why,
   help,
   camera,
   saving,
