@@ -365,7 +365,7 @@ def test_a_run_is_written(tmp_path: Path, done: tracecut.Session) -> None:
 def test_nothing_is_written_over(write: Writer, tmp_path: Path) -> None:
     write(MASKS, tmp_path / "out")
     before = files(tmp_path)
-    with pytest.raises(tracecut.TraceCutError, match="nothing is yet") as caught:
+    with pytest.raises(tracecut.TraceCutError, match="nothing is yet|not have yet") as caught:
         write(MASKS[1:], tmp_path / "out")
     assert caught.value.code == "param" and files(tmp_path) == before
 
@@ -460,6 +460,15 @@ def test_a_broken_meta_json_is_named_and_left(tmp_path: Path) -> None:
     with pytest.raises(tracecut.TraceCutError, match="cannot be read") as caught:
         interchange.to_youtube_vos(MASKS, tmp_path, name="a")
     assert caught.value.code == "data" and files(tmp_path) == {str(Path("train") / "meta.json"): b"[]"}
+
+
+def test_a_video_that_meta_json_has_is_left(tmp_path: Path) -> None:
+    (tmp_path / "train").mkdir()
+    text = json.dumps({"videos": {"a": {"objects": {}}}})
+    (tmp_path / "train" / "meta.json").write_text(text)
+    with pytest.raises(tracecut.TraceCutError, match="name = 'a' .expected a name that .*meta.json does not have"):
+        interchange.to_youtube_vos(MASKS, tmp_path, name="a")
+    assert files(tmp_path) == {str(Path("train") / "meta.json"): text.encode()}
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="folders cannot be closed for writing there")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Optional
 
 from .. import _tracecut
-from .._errors import TraceCutError
+from .._errors import TraceCutError, illegal
 from ._clip import Classes, Masks, check_folder_name, frames_of
 from ._output import PALETTE, PathLike, new_folder, replace_text, undone
 
@@ -116,6 +116,8 @@ def to_youtube_vos(
     base = Path(root) / check_folder_name("subset", subset)
     path = base / "meta.json"
     meta = _read_meta(path)
+    if clip in meta["videos"]:
+        raise illegal("name", clip, f"a name that {path} does not have yet")
     folder = base / "Annotations" / clip
     seen = _write_masks(masks, folder)
     entry = {str(label): {"category": classes.name(label), "frames": seen[label]} for label in sorted(seen)}
