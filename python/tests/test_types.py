@@ -13,12 +13,16 @@ PYTHON = Path(__file__).resolve().parents[1]
 WRONG = "import tracecut\nbad: int = tracecut.segment('clip')[0]\ntracecut.Session().labels('first')\n"
 
 
-@pytest.mark.parametrize("tool", ["mypy", "pyright"])
-def test_a_wrong_use_is_found_and_nothing_else(tool: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("tool", "options"),
+    # Pyright takes the Python of PATH otherwise, which may not be this one.
+    [("mypy", []), ("pyright", ["--pythonpath", sys.executable])],
+)
+def test_a_wrong_use_is_found_and_nothing_else(tool: str, options: list[str], tmp_path: Path) -> None:
     pytest.importorskip(tool)
     (tmp_path / "wrong.py").write_text(WRONG)
     files = ["package/tracecut", "tests/typed.py", str(tmp_path / "wrong.py")]
-    command = [sys.executable, "-m", tool, *files]
+    command = [sys.executable, "-m", tool, *options, *files]
     checked = subprocess.run(command, cwd=PYTHON, capture_output=True, text=True)
     errors = [line for line in checked.stdout.splitlines() if re.search(r":\d+.*\berror\b", line)]
     places = sorted({tuple(re.findall(r"(\w+\.pyi?):(\d+)", line)[-1]) for line in errors})
