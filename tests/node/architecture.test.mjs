@@ -9,11 +9,11 @@ import { root } from '../../scripts/tools.mjs';
 /** Where the names of each table begin, by its heading. */
 const TABLES = {
   'src: the library': 'src',
-  'src/bin/tracecut: the command line': 'src/bin/tracecut',
+  'cli/src: the command line': 'cli/src',
   'www: the package and the page': 'www',
   'examples, scripts, tests, benches': '.',
 };
-const FOLDERS = ['src', 'decoder', 'www', 'examples', 'scripts', 'tests', 'benches'];
+const FOLDERS = ['src', 'cli', 'decoder', 'www', 'examples', 'scripts', 'tests', 'benches'];
 const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.html', '.py'];
 const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out'];
 

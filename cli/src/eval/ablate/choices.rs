@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn every_choice_of_the_table_is_in_force_and_can_be_taken_away() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/choices.json");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/choices.json");
         let choices = read_choices(&path).unwrap();
         assert!(choices.len() > 20, "{} choices", choices.len());
         for choice in &choices {

@@ -142,7 +142,7 @@ mod tests {
     /// Runs where the benchmark lies beside the checkout; it cannot be part of the repository.
     #[test]
     fn our_boundaries_agree_with_people_better_than_cannys() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/bsds");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/bsds");
         let Ok(pairs) = find_pairs(&folder) else {
             println!("skipped: no Berkeley images in {}", folder.display());
             return;
@@ -164,7 +164,7 @@ mod tests {
     /// As above.
     #[test]
     fn discontinuities_help_pb_and_come_near_the_gradients_of_their_eigenvectors() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/bsds");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/bsds");
         let Ok(pairs) = find_pairs(&folder) else {
             println!("skipped: no Berkeley images in {}", folder.display());
             return;

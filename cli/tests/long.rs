@@ -2,7 +2,6 @@
 //!
 //! The clips are nobody's to pass on. Put them into `shared/data` beside the repository, or name another `shared`
 //! folder in `TRACECUT_SHARED`; without them the tests say so and pass.
-#![cfg(feature = "cli")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +12,7 @@ const CLIPS: [&str; 2] = ["ucsd--cyclists", "davis-train--dog-agility"];
 
 fn shared_clips() -> Option<PathBuf> {
     let shared = std::env::var_os("TRACECUT_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
     let clips = shared.join("data/wild");
     if !clips.is_dir() {
         println!("skipped: no clips in {}", clips.display());
@@ -59,7 +58,7 @@ fn by_command_line(frames: &Path, out: &Path, settings: &[&str]) -> Vec<Vec<u8>>
 /// Runs an example, built as these tests are.
 fn run_example(name: &str, arguments: &[&Path]) -> Output {
     let mut example = Command::new(env!("CARGO"));
-    example.args(["run", "--quiet", "--features", "cli", "--example", name, "--"]);
+    example.args(["run", "--quiet", "--package", "tracecut", "--features", "pnm", "--example", name, "--"]);
     let output = example.args(arguments).output().unwrap();
     assert_done(&output);
     output
