@@ -1,10 +1,10 @@
 //! Time and memory as the operating system counts them.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Seconds on the wall and, on Linux, of this thread on a processor (which other programs do not lengthen).
-#[derive(Debug, Clone, Copy, Default, Serialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct Seconds {
     #[serde(rename = "seconds")]
     pub(crate) wall: f64,
@@ -15,7 +15,16 @@ pub(crate) struct Seconds {
 impl Seconds {
     pub(crate) fn add(&mut self, other: Self) {
         self.wall += other.wall;
-        self.cpu = other.cpu.map(|cpu| cpu + self.cpu.unwrap_or(0.0));
+        self.cpu = match (self.cpu, other.cpu) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+    }
+
+    /// Without those of a part of it.
+    pub(crate) fn without(self, part: Self) -> Self {
+        let cpu = self.cpu.map(|cpu| (cpu - part.cpu.unwrap_or(0.0)).max(0.0));
+        Self { wall: (self.wall - part.wall).max(0.0), cpu }
     }
 
     /// Processor seconds where known, otherwise those on the wall.

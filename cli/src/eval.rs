@@ -89,7 +89,7 @@ fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
         tracks::parse(&read_text(track_file)?).map_err(|e| Failure::about(track_file.display(), e))?;
     let scores = score_shot(definition, &tracks, &clusters)?;
     if json {
-        let text = serde_json::to_string_pretty(&scores).map_err(|e| Failure(e.to_string()))?;
+        let text = serde_json::to_string_pretty(&scores).map_err(|e| Failure::new(e.to_string()))?;
         return print(text);
     }
     print(format_args!(

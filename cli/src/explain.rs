@@ -5,7 +5,7 @@ use crate::input::Input;
 use crate::run::{progress_bar, run};
 use crate::settings::Settings;
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tracecut::cut::{Link, STEPS_PER_UNIT, STRANGER};
 use tracecut::{Explanation, Session, Source};
 
@@ -32,7 +32,7 @@ fn pixel(text: &str) -> std::result::Result<[usize; 3], String> {
 }
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
-    let input = Input::open(&args.input, args.frames, Path::new("stdin.y4m.part"))?;
+    let input = Input::open(&args.input, args.frames)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let (session, _) = run(&input, args.settings.params()?, threads, &progress_bar())?;
     for &[t, x, y] in &args.at {

@@ -1,20 +1,20 @@
-//! Where frames come from: a folder of images, a `.bmf` list, an animated GIF, or Y4M from a file or standard input.
+//! Where frames come from: a folder of images, a `.bmf` list, an animated GIF, Y4M from a file, a pipe or standard
+//! input, or any video by `ffmpeg`.
 //!
-//! Frames are read one at a time. They are read three times, once to find the motion, once for the masks and once to draw
-//! over them, so that no decoded clip has to be held; what comes from standard input is kept in a file until then.
+//! Frames are read one at a time and once: no decoded clip is held, and none is kept in a file.
 
-use crate::failure::{Failure, Result, cannot_write, read};
+use crate::failure::{Failure, Result, read};
+use crate::ffmpeg;
 use crate::images;
 use crate::y4m::Y4m;
 use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
-use std::cell::Cell;
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use tracecut::image::Frame;
 
-/// A clip that can be read from its start more than once.
+/// A clip.
 #[derive(Debug)]
 pub(crate) struct Input {
     kind: Kind,
@@ -25,19 +25,21 @@ pub(crate) struct Input {
 enum Kind {
     Images(Vec<PathBuf>),
     Gif(PathBuf),
+    /// A file, or a pipe with a name.
     Y4m(PathBuf),
-    Stdin(Spool),
+    Video(PathBuf),
+    Stdin,
 }
 
 /// A frame and what to call it in an error.
 pub(crate) type NamedFrame = (String, Frame);
-type Frames = Box<dyn Iterator<Item = Result<NamedFrame>>>;
+pub(crate) type Frames = Box<dyn Iterator<Item = Result<NamedFrame>>>;
 
 impl Input {
-    /// Finds out what `path` is. `spool` is the file that keeps what comes from standard input (`-`).
-    pub(crate) fn open(path: &Path, frames: Option<u32>, spool: &Path) -> Result<Self> {
+    /// Finds out what `path` is; `-` is standard input.
+    pub(crate) fn open(path: &Path, frames: Option<u32>) -> Result<Self> {
         let max_frames = frames.map_or(usize::MAX, |n| n as usize);
-        Ok(Self { kind: Kind::of(path, spool)?, max_frames })
+        Ok(Self { kind: Kind::of(path)?, max_frames })
     }
 
     /// Number of frames, where known before reading them.
@@ -48,22 +50,47 @@ impl Input {
         }
     }
 
-    /// The frames from the first on.
+    /// The names of the files that the frames are in, where each is in one of its own.
+    pub(crate) fn names(&self) -> Option<Vec<String>> {
+        let Kind::Images(paths) = &self.kind else { return None };
+        let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Some(paths.iter().take(self.max_frames).map(name).collect())
+    }
+
+    /// The frames from the first on; those of standard input, and of a pipe, come once.
     pub(crate) fn frames(&self) -> Result<impl Iterator<Item = Result<NamedFrame>> + use<>> {
         let all: Frames = match &self.kind {
-            Kind::Images(paths) => Box::new(paths.clone().into_iter().map(|path| decode(&path))),
+            Kind::Images(paths) => Box::new(Images(paths.clone().into_iter())),
             Kind::Gif(path) => gif_frames(path)?,
             Kind::Y4m(path) => y4m_frames(path, open(path)?)?,
-            Kind::Stdin(spool) => spool.frames()?,
+            Kind::Video(path) => ffmpeg::frames(path)?,
+            Kind::Stdin => {
+                y4m_frames(Path::new("standard input"), BufReader::with_capacity(1 << 16, std::io::stdin()))?
+            }
         };
         Ok(all.take(self.max_frames))
     }
 }
 
+/// Decodes files one by one, but none that is passed over.
+struct Images(std::vec::IntoIter<PathBuf>);
+
+impl Iterator for Images {
+    type Item = Result<NamedFrame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.0.next().map(|path| decode(&path))
+    }
+
+    fn nth(&mut self, n: usize) -> Option<Self::Item> {
+        self.0.nth(n).map(|path| decode(&path))
+    }
+}
+
 impl Kind {
-    fn of(path: &Path, spool: &Path) -> Result<Self> {
+    fn of(path: &Path) -> Result<Self> {
         if path == Path::new("-") {
-            return Ok(Self::Stdin(Spool { path: spool.to_owned(), filled: Cell::new(false) }));
+            return Ok(Self::Stdin);
         }
         if path.is_dir() {
             return images::in_folder(path).map(Self::Images);
@@ -72,22 +99,19 @@ impl Kind {
             return images::in_list(path).map(Self::Images);
         }
         if path.exists() && !path.is_file() {
-            let reason = "is not a file that can be read twice (pipe it in: COMMAND | tracecut segment - --out DIR)";
-            return Err(Failure::about(path.display(), reason));
+            // What is read to look at it would be gone.
+            return Ok(Self::Y4m(path.to_owned()));
         }
         let mut start = Vec::new();
         open(path)?.take(9).read_to_end(&mut start).map_err(|e| Failure::about(path.display(), e))?;
-        if start.starts_with(b"GIF8") {
-            Ok(Self::Gif(path.to_owned()))
+        let path = path.to_owned();
+        Ok(if start.starts_with(b"GIF8") {
+            Self::Gif(path)
         } else if start == b"YUV4MPEG2" {
-            Ok(Self::Y4m(path.to_owned()))
+            Self::Y4m(path)
         } else {
-            Err(Failure::about(
-                path.display(),
-                "is not a folder of images, a .bmf list, a GIF or a Y4M file \
-                 (other videos: ffmpeg -i VIDEO -pix_fmt yuv420p -f yuv4mpegpipe - | tracecut segment - --out DIR)",
-            ))
-        }
+            Self::Video(path)
+        })
     }
 }
 
@@ -98,7 +122,7 @@ fn open(path: &Path) -> Result<BufReader<File>> {
 
 /// Decodes an image file.
 pub(crate) fn decode(path: &Path) -> Result<NamedFrame> {
-    let frame = Frame::decode(&read(path)?).map_err(|e| Failure::about(path.display(), e))?;
+    let frame = Frame::decode(&read(path)?).map_err(|e| Failure::from(e).of(path.display()))?;
     Ok((path.display().to_string(), frame))
 }
 
@@ -125,51 +149,11 @@ pub(crate) fn advice(whole: usize) -> String {
     if whole < 2 { String::new() } else { format!(" (--frames {whole} takes the whole ones before it)") }
 }
 
-fn y4m_frames(path: &Path, reader: impl BufRead + 'static) -> Result<Frames> {
+pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static) -> Result<Frames> {
     let name = path.display().to_string();
     let y4m = Y4m::new(reader).map_err(|e| Failure::about(&name, e))?;
     Ok(Box::new(y4m.enumerate().map(move |(index, frame)| match frame {
         Ok(frame) => Ok((format!("{name}, frame {index}"), frame)),
         Err(e) => Err(Failure::about(&name, e)),
     })))
-}
-
-/// Keeps the bytes of standard input while they are read for the first time; removes the file when dropped.
-#[derive(Debug)]
-struct Spool {
-    path: PathBuf,
-    filled: Cell<bool>,
-}
-
-impl Spool {
-    fn frames(&self) -> Result<Frames> {
-        let input = Path::new("standard input");
-        if self.filled.replace(true) {
-            return y4m_frames(input, open(&self.path)?);
-        }
-        let copy = File::create(&self.path).map_err(|e| cannot_write(&self.path, &e))?;
-        let tee = Tee { from: std::io::stdin(), copy: BufWriter::new(copy) };
-        y4m_frames(input, BufReader::with_capacity(1 << 16, tee))
-    }
-}
-
-impl Drop for Spool {
-    fn drop(&mut self) {
-        // Nothing to do about a file that cannot be removed, or that never came to be.
-        let _ = std::fs::remove_file(&self.path);
-    }
-}
-
-/// Reads and copies what it read.
-struct Tee<R, W> {
-    from: R,
-    copy: W,
-}
-
-impl<R: Read, W: Write> Read for Tee<R, W> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let length = self.from.read(buffer)?;
-        self.copy.write_all(&buffer[..length])?;
-        Ok(length)
-    }
 }

@@ -65,9 +65,9 @@ mod tests {
 
     #[test]
     fn the_first_failure_in_order_ends_the_run() {
-        let work = |&n: &u32| if n >= 2 { Err(Failure(format!("item {n}"))) } else { Ok(n) };
+        let work = |&n: &u32| if n >= 2 { Err(Failure::new(format!("item {n}"))) } else { Ok(n) };
         let failure = in_order(&[0, 1, 2, 3], 2, work, |_| Ok(())).unwrap_err();
-        assert_eq!(failure.0, "item 2");
+        assert_eq!(failure.reason, "item 2");
         assert!(in_order(&[] as &[u32], 2, work, |_| Ok(())).unwrap().is_empty());
     }
 }

@@ -1,30 +1,40 @@
 //! `tracecut`: the command line.
 
 mod boundaries;
+mod checkpoint;
 mod clock;
 mod dump;
+mod ending;
 mod eval;
 mod explain;
 mod failure;
+mod ffmpeg;
+mod formats;
 mod images;
 mod input;
 mod jobs;
+mod log;
 mod masks;
+mod output;
 mod overlay;
 mod pictures;
+mod report;
 mod run;
 mod segment;
 mod settings;
+mod shell;
 mod superpixels;
 mod svg;
+mod window;
 mod y4m;
 
 use clap::{Parser, Subcommand};
+use failure::{Failure, tell};
 use std::process::ExitCode;
 
 /// Finds the moving objects in a video.
 #[derive(Parser, Debug)]
-#[command(name = "tracecut", version)]
+#[command(name = "tracecut", version, after_help = ending::CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -32,7 +42,7 @@ struct Cli {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    /// Segment a clip: masks, tracks.dat, overlay pictures and result.json
+    /// Segment clips: masks, trajectories, pictures and a report
     Segment(segment::SegmentArgs),
     /// Say why pixels have their labels: the terms of the cut, and what is behind them
     Explain(explain::ExplainArgs),
@@ -45,22 +55,37 @@ enum Command {
     Superpixels(superpixels::SuperpixelArgs),
     /// List all parameters with range, default and meaning
     Params,
+    /// Print completions for a shell
+    Completions(shell::CompletionsArgs),
+    /// Print a man page
+    Man(shell::ManArgs),
 }
 
 fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
-        Command::Segment(args) => segment::segment(&args),
-        Command::Explain(args) => explain::explain(&args),
-        Command::Eval(command) => eval::eval(&command),
-        Command::Boundaries(args) => boundaries::boundaries(&args),
-        Command::Superpixels(args) => superpixels::superpixels(&args),
-        Command::Params => settings::list(),
+    let command = Cli::parse().command;
+    let tells_events = matches!(&command, Command::Segment(args) if segment::tells_events(args));
+    let Err(failure) = ending::listen().map_err(|e| Failure::new(format!("signals: {e}"))).and_then(|()| run(&command))
+    else {
+        return ExitCode::SUCCESS;
     };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure::Failure(reason)) => {
-            eprintln!("error: {reason}");
-            ExitCode::FAILURE
-        }
+    let code = failure.kind as u8;
+    if tells_events {
+        tell(serde_json::json!({ "event": "error", "code": code, "message": failure.reason }));
+    } else {
+        tell(format_args!("error: {}", failure.reason));
+    }
+    ExitCode::from(code)
+}
+
+fn run(command: &Command) -> failure::Result<()> {
+    match command {
+        Command::Segment(args) => segment::segment(args),
+        Command::Explain(args) => explain::explain(args),
+        Command::Eval(command) => eval::eval(command),
+        Command::Boundaries(args) => boundaries::boundaries(args),
+        Command::Superpixels(args) => superpixels::superpixels(args),
+        Command::Params => settings::list(),
+        Command::Completions(args) => shell::completions(args),
+        Command::Man(args) => shell::man(args),
     }
 }

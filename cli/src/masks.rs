@@ -1,12 +1,11 @@
 //! Masks as files and pictures, and what the report says about them.
 
-use crate::failure::{Failure, Result, write};
-use crate::input::Input;
+use crate::failure::{Failure, Result};
 use crate::overlay::PALETTE;
 use crate::pictures::{Pixels, Series};
-use serde::Serialize;
-use std::path::{Path, PathBuf};
-use tracecut::Session;
+use crate::window::Found;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 use tracecut::image::{Frame, Plane};
 use tracecut::mask::{Objects, enlarge, object_rows, object_table};
 
@@ -14,7 +13,7 @@ use tracecut::mask::{Objects, enlarge, object_rows, object_table};
 const TINT_SHARE: f32 = 0.5;
 
 /// What `result.json` says about the masks.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct MaskReport {
     background: MaskedObject,
     objects: Vec<MaskedObject>,
@@ -23,7 +22,7 @@ pub(crate) struct MaskReport {
 }
 
 /// A label of the masks.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct MaskedObject {
     label: u8,
@@ -32,8 +31,9 @@ struct MaskedObject {
     /// Frames in which it has any; `null` if it has none.
     first_frame: Option<usize>,
     last_frame: Option<usize>,
-    /// Cluster labels of the trajectories that belong to it.
-    clusters: Vec<usize>,
+    /// Cluster labels of the trajectories that belong to it; each window of a clip has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    clusters: Option<Vec<usize>>,
 }
 
 impl MaskedObject {
@@ -42,87 +42,125 @@ impl MaskedObject {
         self.first_frame.get_or_insert(frame);
         self.last_frame = Some(frame);
     }
+
+    /// Adds what a later window has of it.
+    fn add(&mut self, later: &Self) {
+        self.pixels += later.pixels;
+        self.first_frame = self.first_frame.or(later.first_frame);
+        self.last_frame = later.last_frame.or(self.last_frame);
+    }
 }
 
 impl MaskReport {
     pub(crate) fn num_objects(&self) -> usize {
         self.objects.len()
     }
+
+    /// The clusters of each object that has any, by its label.
+    pub(crate) fn clusters_of_objects(&self) -> Vec<(u8, Vec<usize>)> {
+        let clusters = |object: &MaskedObject| (object.label, object.clusters.clone().unwrap_or_default());
+        self.objects.iter().map(clusters).filter(|(_, clusters)| !clusters.is_empty()).collect()
+    }
+
+    /// Of all windows of a clip, from those of each.
+    pub(crate) fn merged(windows: Option<Vec<&Self>>) -> Option<Self> {
+        let windows = windows?;
+        if let [only] = windows[..] {
+            return Some(only.clone());
+        }
+        let mut labels: Vec<MaskedObject> =
+            (0..=255).map(|label| MaskedObject { label, ..Default::default() }).collect();
+        for object in windows.iter().flat_map(|window| window.objects.iter().chain([&window.background])) {
+            labels[usize::from(object.label)].add(object);
+        }
+        let objects = labels.split_off(1).into_iter().filter(|object| object.pixels > 0).collect();
+        let superpixels = windows.iter().flat_map(|window| &window.superpixels).copied().collect();
+        labels.pop().map(|background| Self { background, objects, superpixels })
+    }
 }
 
-/// Writes the session's masks, at the size of the frames of `input`, into `masks`, and the frames tinted with them into
-/// `overlay-masks`, as `%05d.png` in folders of `out`; without masks removes those of an earlier run.
-pub(crate) fn write_all(out: &Path, input: &Input, session: &Session) -> Result<Option<MaskReport>> {
-    let folders = ["masks", "overlay-masks"].map(|name| out.join(name));
-    let table = out.join("objects.csv");
-    let (Some(objects), Some(tracks)) = (session.objects(), session.trajectories()) else {
-        folders.into_iter().for_each(Series::remove);
-        // There may be none from an earlier run.
-        let _ = std::fs::remove_file(table);
-        return Ok(None);
-    };
+/// Which pictures of the masks are wanted, and where.
+#[derive(Debug)]
+pub(crate) struct MaskFolders {
+    /// Labels, for the results or for what is made from them.
+    pub(crate) masks: Option<PathBuf>,
+    /// Frames tinted with them.
+    pub(crate) tints: Option<PathBuf>,
+    /// The scene without the objects.
+    pub(crate) backgrounds: Option<PathBuf>,
+    pub(crate) confidences: Option<PathBuf>,
+}
+
+/// Writes pictures of the masks that a window settles, at the size of the frames; returns what the report says of them,
+/// and the rows of the objects' table. `None` where there are no masks.
+pub(crate) fn write_window(found: &Found<'_>, folders: &MaskFolders) -> Result<Option<(MaskReport, String)>> {
+    let session = found.session;
+    let (Some(objects), Some(tracks)) = (session.objects(), session.trajectories()) else { return Ok(None) };
     let mut labels = labels_of(objects);
     let (mut superpixels, mut rows) = (Vec::new(), Vec::new());
-    let [masks, tints] = folders.map(|folder| Series::create(folder, session.num_frames()));
+    let [masks, tints] = [&folders.masks, &folders.tints].map(|folder| folder.clone().map(Series::open).transpose());
     let (masks, tints) = (masks?, tints?);
-    for (t, frame) in input.frames()?.enumerate() {
-        let (name, frame) = frame?;
-        let mask = at_source(session, t, &frame).map_err(|e| Failure::about(name, e))?;
-        mask.data().iter().for_each(|&label| labels[usize::from(label)].count(t));
-        rows.extend(object_rows(&mask, tracks, t));
+    for t in found.settled.clone() {
+        let (number, mask) = (found.first + t, at_source(found, t)?);
+        mask.data().iter().for_each(|&label| labels[usize::from(label)].count(number));
+        rows.extend(
+            object_rows(&mask, tracks, t).into_iter().map(|row| tracecut::mask::ObjectRow { frame: number, ..row }),
+        );
         superpixels.push(session.superpixels(t)?.count);
         let size = (mask.width(), mask.height());
-        masks.write(t, size, Pixels::Labels(mask.data()))?;
-        tints.write(t, size, Pixels::Rgb(&tinted(&frame, &mask)))?;
+        if let Some(masks) = &masks {
+            masks.write(number, size, Pixels::Labels(mask.data()))?;
+        }
+        if let Some(tints) = &tints {
+            tints.write(number, size, Pixels::Rgb(&tinted(found.frame(t)?, &mask)))?;
+        }
     }
-    write(&table, object_table(&rows))?;
+    write_maps(found, folders)?;
+    let table = object_table(&rows);
+    let rows = table.split_once('\n').map_or("", |(_, rows)| rows).to_owned();
     let objects = labels.split_off(1);
-    Ok(labels.pop().map(|background| MaskReport { background, objects, superpixels }))
+    Ok(labels.pop().map(|background| (MaskReport { background, objects, superpixels }, rows)))
+}
+
+/// The heading of the objects' table.
+pub(crate) fn table_heading() -> String {
+    object_table(&[])
 }
 
 /// The mask of frame `t` at the size of the frame: where that was reduced, with borders to the pixel of its own.
-fn at_source(session: &Session, t: usize, frame: &Frame) -> std::result::Result<Plane<u8>, tracecut::Error> {
+fn at_source(found: &Found<'_>, t: usize) -> Result<Plane<u8>> {
+    let session = found.session;
     if session.working_size() == session.input_size() {
-        return session.labels(t);
+        return Ok(session.labels(t)?);
     }
-    Ok(enlarge(session.working_labels(t)?, frame, |_| false)?.labels)
+    let enlarged = enlarge(session.working_labels(t)?, found.frame(t)?, |_| false);
+    Ok(enlarged.map_err(|e| Failure::from(e).of(format_args!("frame {}", found.first + t)))?.labels)
 }
 
-/// Writes the scene of each frame without the objects into `folder`, or removes those of an earlier run.
-pub(crate) fn write_backgrounds(folder: PathBuf, session: &Session, wanted: bool) -> Result<()> {
-    write_each(folder, session, wanted, |series, t| {
-        let plate = session.background(t)?;
-        series.write(t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))
-    })
-}
-
-/// Writes the confidence of each frame into `folder`, or removes those of an earlier run.
-pub(crate) fn write_confidences(folder: PathBuf, session: &Session, wanted: bool) -> Result<()> {
-    write_each(folder, session, wanted, |series, t| {
-        let sure = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
-        series.write(t, (sure.width(), sure.height()), Pixels::Grey(sure.data()))
-    })
-}
-
-/// A picture of each frame that has masks, by `write`; nothing, and none of an earlier run, where none is wanted.
-fn write_each(
-    folder: PathBuf,
-    session: &Session,
-    wanted: bool,
-    write: impl Fn(&Series, usize) -> Result<()>,
-) -> Result<()> {
-    if !wanted || session.objects().is_none() {
-        Series::remove(folder);
-        return Ok(());
+/// Writes what else is wanted of each frame, at the size that frames are processed at.
+fn write_maps(found: &Found<'_>, folders: &MaskFolders) -> Result<()> {
+    let (session, first) = (found.session, found.first);
+    if let Some(folder) = &folders.backgrounds {
+        let series = Series::open(folder.clone())?;
+        for t in found.settled.clone() {
+            let plate = session.background(t)?;
+            series.write(first + t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))?;
+        }
     }
-    let series = Series::create(folder, session.num_frames())?;
-    (0..session.num_frames()).try_for_each(|t| write(&series, t))
+    if let Some(folder) = &folders.confidences {
+        let series = Series::open(folder.clone())?;
+        for t in found.settled.clone() {
+            let sure = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
+            series.write(first + t, (sure.width(), sure.height()), Pixels::Grey(sure.data()))?;
+        }
+    }
+    Ok(())
 }
 
 /// An entry for the background and one for each object, nothing counted yet.
 fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
     let clusters = |label: u8| (0..objects.of_cluster.len()).filter(|&c| objects.of_cluster[c] == label).collect();
-    let entry = |label: u8| MaskedObject { label, clusters: clusters(label), ..MaskedObject::default() };
+    let entry = |label: u8| MaskedObject { label, clusters: Some(clusters(label)), ..MaskedObject::default() };
     (0..=255).take(objects.highest_label + 1).map(entry).collect()
 }
 

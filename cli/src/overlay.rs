@@ -1,11 +1,9 @@
 //! Results drawn over their frames: trajectory points, coloured by label.
 
 use crate::failure::Result;
-use crate::input::Input;
 use crate::pictures::{Pixels, Series};
-use crate::run::set_stage;
-use indicatif::ProgressBar;
-use std::path::Path;
+use crate::window::Found;
+use std::path::PathBuf;
 use tracecut::discretize::Clusters;
 use tracecut::image::Frame;
 use tracecut::trajectory::Trajectories;
@@ -35,24 +33,14 @@ pub(crate) const PALETTE: [[u8; 3]; 16] = [
 /// How much of the frame's own brightness stays under the points, so that pale and dark points both stand out.
 const FRAME_SHARE: f32 = 0.75;
 
-/// Draws the trajectories over each frame of `input`, into `overlay` as `%05d.png`.
-pub(crate) fn write_all(
-    out: &Path,
-    input: &Input,
-    tracks: &Trajectories,
-    clusters: &Clusters,
-    bar: &ProgressBar,
-) -> Result<()> {
-    let points = Series::create(out.join("overlay"), tracks.num_frames)?;
-    bar.reset();
-    set_stage(bar, "overlay", tracks.num_frames);
-    for (index, frame) in input.frames()?.enumerate() {
-        let (_, frame) = frame?;
-        let size = (frame.width(), frame.height());
-        points.write(index, size, Pixels::Rgb(&draw(&frame, index, tracks, clusters)))?;
-        bar.inc(1);
+/// Draws the trajectories of a window over the frames that it settles, into `folder`.
+pub(crate) fn write_window(found: &Found<'_>, folder: PathBuf) -> Result<()> {
+    let (points, results) = (Series::open(folder)?, found.results()?);
+    for t in found.settled.clone() {
+        let frame = found.frame(t)?;
+        let drawn = draw(frame, t, results.tracks, results.clusters);
+        points.write(found.first + t, (frame.width(), frame.height()), Pixels::Rgb(&drawn))?;
     }
-    bar.finish_and_clear();
     Ok(())
 }
 

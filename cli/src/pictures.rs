@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Result, cannot_write, create_folder};
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 
 /// What a file's bytes mean.
@@ -32,12 +32,10 @@ impl Series {
         Ok(series)
     }
 
-    /// Removes the pictures of an earlier run, and the folder if nothing else is in it.
-    pub(crate) fn remove(folder: PathBuf) {
-        let series = Self(folder);
-        series.remove_from(0);
-        // It is not there, or holds files that are not ours: both are well.
-        let _ = std::fs::remove_dir(&series.0);
+    /// Makes `folder` if it is not there.
+    pub(crate) fn open(folder: PathBuf) -> Result<Self> {
+        create_folder(&folder)?;
+        Ok(Self(folder))
     }
 
     fn remove_from(&self, first: usize) {
@@ -90,6 +88,18 @@ fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()
         writer.finish()
     };
     write(encoder).map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
+}
+
+/// The labels of a picture that was written as such, with its width and height.
+pub(crate) fn read_labels(folder: &Path, index: usize) -> Result<(Vec<u8>, usize, usize)> {
+    let path = folder.join(format!("{index:05}.png"));
+    let bad = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("cannot be read back: {e}"));
+    let file = File::open(&path).map_err(|e| bad(&e))?;
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(|e| bad(&e))?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let mut labels = vec![0; width * height];
+    reader.next_frame(&mut labels).map_err(|e| bad(&e))?;
+    Ok((labels, width, height))
 }
 
 /// The colour of a label in the palette that the VOC and DAVIS benchmarks share: the label's bits, three at a time from

@@ -6,7 +6,6 @@ use crate::input::{Input, NamedFrame};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use tracecut::image::Plane;
-use tracecut::trajectory::Trajectories;
 use tracecut::{Params, Session, Stage, Windows};
 
 /// How long reading the frames and each stage took.
@@ -20,34 +19,35 @@ pub(crate) struct Timing {
 }
 
 impl Timing {
-    /// `value` of reading, of each stage and of all, by name.
-    pub(crate) fn by_name<T>(&self, value: fn(Seconds) -> T) -> BTreeMap<&'static str, T> {
+    /// Seconds of reading, of each stage and of all, by name.
+    pub(crate) fn by_name(&self) -> BTreeMap<String, Seconds> {
         let stages = self.stages.iter().map(|(stage, &seconds)| (stage.name(), seconds));
-        [("read", self.read), ("total", self.total)].into_iter().chain(stages).map(|(n, s)| (n, value(s))).collect()
+        let all = [("read", self.read), ("total", self.total)].into_iter().chain(stages);
+        all.map(|(name, seconds)| (name.to_owned(), seconds)).collect()
+    }
+
+    /// Counts reading.
+    pub(crate) fn count_reading(&mut self, seconds: Seconds) {
+        self.read.add(seconds);
+        self.total.add(seconds);
+    }
+
+    /// Counts a step of a stage.
+    pub(crate) fn count(&mut self, stage: Stage, seconds: Seconds) {
+        self.stages.entry(stage).or_default().add(seconds);
+        self.total.add(seconds);
     }
 }
 
 /// Reads all frames of `input` and steps a session to its end on so many threads.
 pub(crate) fn run(input: &Input, params: Params, threads: usize, bar: &ProgressBar) -> Result<(Session, Timing)> {
-    run_frames(input.frames()?, input.num_frames(), None, params, threads, bar)
-}
-
-/// The same with these trajectories in the place of those that tracking would find; their size is that of the frames.
-pub(crate) fn run_with_tracks(
-    input: &Input,
-    tracks: Option<Trajectories>,
-    params: Params,
-    threads: usize,
-    bar: &ProgressBar,
-) -> Result<(Session, Timing)> {
-    run_frames(input.frames()?, input.num_frames(), tracks, params, threads, bar)
+    run_frames(input.frames()?, input.num_frames(), params, threads, bar)
 }
 
 /// Steps a session to its end over `frames`, whose number is `count` where known.
 pub(crate) fn run_frames(
     frames: impl Iterator<Item = Result<NamedFrame>>,
     count: Option<usize>,
-    tracks: Option<Trajectories>,
     params: Params,
     threads: usize,
     bar: &ProgressBar,
@@ -61,19 +61,13 @@ pub(crate) fn run_frames(
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
         bar.inc(1);
     }
-    if let (Some(mut tracks), Some(size)) = (tracks, session.input_size()) {
-        tracks.size = size;
-        session.set_trajectories(tracks)?;
-    }
-    timing.read = clock.seconds();
-    timing.total = timing.read;
+    timing.count_reading(clock.seconds());
     let mut shown = None;
     let mut clock = Clock::start();
     session.run_on(threads, |progress| {
         let seconds = clock.seconds();
         clock = Clock::start();
-        timing.stages.entry(progress.stage).or_default().add(seconds);
-        timing.total.add(seconds);
+        timing.count(progress.stage, seconds);
         // Flow and trajectories take turns: the bar follows the flow, which takes far longer.
         if progress.stage == Stage::Trajectories {
             return;
@@ -106,7 +100,7 @@ pub(crate) fn run_windows(input: &Input, params: Params, window: usize) -> Resul
 }
 
 /// Frames that neighbouring windows have in common, where they have more.
-const SHARED: usize = 10;
+pub(crate) const SHARED: usize = 10;
 
 /// A bar on standard error if that is a terminal, otherwise none.
 pub(crate) fn progress_bar() -> ProgressBar {

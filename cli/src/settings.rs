@@ -23,8 +23,8 @@ impl Settings {
         let mut params = Params::default();
         if let Some(path) = &self.params {
             let tree: ParamTree = serde_json::from_str(&read_text(path)?)
-                .map_err(|e| Failure::about(path.display(), format_args!("is not a JSON object of parameters: {e}")))?;
-            params.apply(&tree).map_err(|e| Failure::about(path.display(), e))?;
+                .map_err(|e| Failure::usage(format!("is not a JSON object of parameters: {e}")).of(path.display()))?;
+            params.apply(&tree).map_err(|e| Failure::from(e).of(path.display()))?;
         }
         for (name, value) in &self.settings {
             params.set(name, value)?;

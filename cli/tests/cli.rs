@@ -4,6 +4,8 @@
 mod clusters;
 #[path = "cli/davis.rs"]
 mod davis;
+#[path = "cli/files.rs"]
+mod files;
 #[path = "cli/images.rs"]
 mod images;
 #[path = "cli/masks.rs"]
@@ -124,7 +126,8 @@ fn a_moving_clip_gives_tracks_pictures_and_a_report() {
     let (input, out) = (folder("moving-in"), folder("moving-out"));
     clip(&input, FRAMES, SIZE, &moving);
     fs::write(input.join("notes.txt"), "not an image").unwrap();
-    assert_done(&segment(&input, &out, &["--track-step", "6", "--set", "clip.seed=3"]));
+    let options = ["--track-step", "6", "--set", "clip.seed=3", "--format", "png,tracks,overlay"];
+    assert_done(&segment(&input, &out, &options));
 
     let (trajectories, clusters) = tracks::parse(&fs::read_to_string(out.join("tracks.dat")).unwrap()).unwrap();
     assert_eq!(trajectories.num_frames, FRAMES as usize);
@@ -198,10 +201,9 @@ fn folder_list_gif_file_and_pipe_agree_and_a_second_run_repeats_the_first() {
 fn standard_input_gives_what_the_file_gives_and_leaves_no_copy() {
     let (input, from_file, from_pipe) = (folder("pipe-in"), folder("pipe-file"), folder("pipe-out"));
     fs::write(input.join("clip.y4m"), y4m(8)).unwrap();
-    assert_done(&segment(&input.join("clip.y4m"), &from_file, &[]));
-    fs::write(from_pipe.join("stdin.y4m.part"), "left by a run that was killed").unwrap();
+    assert_done(&segment(&input.join("clip.y4m"), &from_file, &["--format", "png,tracks,overlay"]));
     let mut child = Command::new(env!("CARGO_BIN_EXE_tracecut"))
-        .args(["segment", "-", "--out", from_pipe.to_str().unwrap()])
+        .args(["segment", "-", "--format", "png,tracks,overlay", "--out", from_pipe.to_str().unwrap()])
         .stdin(Stdio::piped())
         .stderr(Stdio::piped())
         .stdout(Stdio::piped())
@@ -218,19 +220,19 @@ fn standard_input_gives_what_the_file_gives_and_leaves_no_copy() {
 #[test]
 fn missing_and_empty_folders_are_refused() {
     let (input, out) = (folder("empty-in"), folder("empty-out"));
-    assert_refused(&segment(&input, &out, &[]), 1, &["holds no images"]);
+    assert_refused(&segment(&input, &out, &[]), 3, &["holds no images"]);
     fs::write(input.join("masks.pgm"), "P5").unwrap();
-    assert_refused(&segment(&input, &out, &[]), 1, &["holds no images"]);
-    assert_refused(&segment(&input.join("nowhere"), &out, &[]), 1, &["nowhere", "cannot be read"]);
+    assert_refused(&segment(&input, &out, &[]), 3, &["holds no images"]);
+    assert_refused(&segment(&input.join("nowhere"), &out, &[]), 3, &["nowhere", "cannot be read"]);
     fs::write(input.join("film.mp4"), [0; 64]).unwrap();
-    assert_refused(&segment(&input.join("film.mp4"), &out, &[]), 1, &["film.mp4", "ffmpeg"]);
+    assert_refused(&segment(&input.join("film.mp4"), &out, &[]), 3, &["film.mp4", "ffmpeg"]);
 }
 
 #[test]
 fn one_frame_is_refused_and_two_are_enough() {
     let (input, out) = (folder("few-in"), folder("few-out"));
     clip(&input, 2, SIZE, &moving);
-    assert_refused(&segment(&input, &out, &["--frames", "1"]), 1, &["1 frame(s) given", "at least 2"]);
+    assert_refused(&segment(&input, &out, &["--frames", "1"]), 3, &["1 frame(s) given", "at least 2"]);
     assert_done(&segment(&input, &out, &[]));
     let (trajectories, _) = tracks::parse(&fs::read_to_string(out.join("tracks.dat")).unwrap()).unwrap();
     assert_eq!(trajectories.num_frames, 2);
@@ -241,7 +243,7 @@ fn a_frame_of_another_size_is_named() {
     let (input, out) = (folder("sizes-in"), folder("sizes-out"));
     clip(&input, 4, SIZE, &moving);
     png(&input.join("f3.png"), 100, 96, &|x, y| moving(x, y, 3));
-    assert_refused(&segment(&input, &out, &[]), 1, &["f3.png", "100x96", "128x96"]);
+    assert_refused(&segment(&input, &out, &[]), 3, &["f3.png", "100x96", "128x96"]);
 }
 
 #[test]
@@ -254,7 +256,7 @@ fn tiny_black_and_still_clips_end_in_a_result() {
     ] {
         let (input, out) = (folder(&format!("{name}-in")), folder(&format!("{name}-out")));
         clip(&input, 8, size, picture);
-        assert_done(&segment(&input, &out, &["--dump"]));
+        assert_done(&segment(&input, &out, &["--dump", "--format", "png,tracks,overlay"]));
         let (trajectories, clusters) = tracks::parse(&fs::read_to_string(out.join("tracks.dat")).unwrap()).unwrap();
         assert_eq!(trajectories.num_frames, 8, "{name}");
         assert!(clusters.count <= 1, "{name}: {} clusters", clusters.count);
@@ -268,11 +270,11 @@ fn truncated_files_are_named_with_the_reason() {
     clip(&input, 4, SIZE, &moving);
     let whole = fs::read(input.join("f2.png")).unwrap();
     fs::write(input.join("f2.png"), &whole[..whole.len() / 2]).unwrap();
-    assert_refused(&segment(&input, &out, &[]), 1, &["f2.png", "cannot be decoded"]);
+    assert_refused(&segment(&input, &out, &[]), 3, &["f2.png", "cannot be decoded"]);
 
     let film = y4m(4);
     fs::write(input.join("clip.y4m"), &film[..film.len() - 5]).unwrap();
-    assert_refused(&segment(&input.join("clip.y4m"), &out, &[]), 1, &["clip.y4m", "truncated", "--frames 3"]);
+    assert_refused(&segment(&input.join("clip.y4m"), &out, &[]), 3, &["clip.y4m", "truncated", "--frames 3"]);
     assert_done(&segment(&input.join("clip.y4m"), &out, &["--frames", "3"]));
 
     let mut gif = Vec::new();
@@ -282,28 +284,28 @@ fn truncated_files_are_named_with_the_reason() {
     }
     drop(encoder);
     fs::write(input.join("clip.gif"), &gif[..gif.len() - 100]).unwrap();
-    assert_refused(&segment(&input.join("clip.gif"), &out, &[]), 1, &["clip.gif, frame 3", "--frames 3"]);
+    assert_refused(&segment(&input.join("clip.gif"), &out, &[]), 3, &["clip.gif, frame 3", "--frames 3"]);
 
     fs::write(input.join("clip.bmf"), "5 1\nf0.ppm\nf1.ppm\n").unwrap();
-    assert_refused(&segment(&input.join("clip.bmf"), &out, &[]), 1, &["clip.bmf", "names 2 images (expected 5"]);
+    assert_refused(&segment(&input.join("clip.bmf"), &out, &[]), 3, &["clip.bmf", "names 2 images (expected 5"]);
 }
 
 #[test]
 fn misspelt_options_and_settings_are_refused_with_what_is_known() {
     let (input, out) = (folder("misspelt-in"), folder("misspelt-out"));
     clip(&input, 2, SIZE, &moving);
-    assert_refused(&segment(&input, &out, &["--set", "flow.patchstride=5"]), 1, &["flow.patchStride"]);
-    assert_refused(&segment(&input, &out, &["--set", "flow.patchStride=big"]), 1, &["\"big\"", "1..=8"]);
-    assert_refused(&segment(&input, &out, &["--track-step", "0"]), 1, &["trajectory.gridStep = 0"]);
+    assert_refused(&segment(&input, &out, &["--set", "flow.patchstride=5"]), 2, &["flow.patchStride"]);
+    assert_refused(&segment(&input, &out, &["--set", "flow.patchStride=big"]), 2, &["\"big\"", "1..=8"]);
+    assert_refused(&segment(&input, &out, &["--track-step", "0"]), 2, &["trajectory.gridStep = 0"]);
     assert_refused(&segment(&input, &out, &["--set", "flow.patchStride"]), 2, &["KEY=VALUE"]);
     assert_refused(&segment(&input, &out, &["--frame", "3"]), 2, &["--frames"]);
     assert_refused(&segment(&input, &out, &["--frames", "0"]), 2, &["--frames"]);
     let file = input.join("params.json");
     fs::write(&file, r#"{"flow": {"patchStride": 99}}"#).unwrap();
     let named = ["params.json", "flow.patchStride = 99"];
-    assert_refused(&segment(&input, &out, &["--params", file.to_str().unwrap()]), 1, &named);
+    assert_refused(&segment(&input, &out, &["--params", file.to_str().unwrap()]), 2, &named);
     fs::write(&file, "{").unwrap();
-    assert_refused(&segment(&input, &out, &["--params", file.to_str().unwrap()]), 1, &["params.json", "JSON"]);
+    assert_refused(&segment(&input, &out, &["--params", file.to_str().unwrap()]), 2, &["params.json", "JSON"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Where a long clip can go on in another process: what its next window needs of those before.
 //!
-//! Frames are not kept, but read again, and so is made again what depends on them alone. What is kept are the trajectories
+//! Frames are not kept, but read again, and what depends on them alone is made again. What is kept are the trajectories
 //! that go on into the next window, with their past, and which labels they bore.
 
 use super::clip::Clip;

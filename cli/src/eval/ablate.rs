@@ -90,7 +90,7 @@ fn measure(variants: &[Option<(String, Params)>], clips: &[Clip], args: &AblateA
         variants.iter().flatten().flat_map(|v| clips.iter().map(move |clip| (v, clip))).collect();
     let work = |&((name, params), clip): &(&(String, Params), &Clip)| {
         let scores = scores_of(clip, params, &cache, args)
-            .map_err(|Failure(reason)| Failure::about(format_args!("{}, {name}", clip.name), reason))?;
+            .map_err(|failure| failure.of(format_args!("{}, {name}", clip.name)))?;
         Ok((format!("{name}: {}", clip.name), scores))
     };
     let report = |(title, scores): &(String, Vec<Option<f64>>)| {

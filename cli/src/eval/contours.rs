@@ -104,7 +104,7 @@ fn report(
     print(format_args!("{images} images, {ms:.1} ms a boundary map"))?;
     let Some(path) = json_path else { return Ok(()) };
     let document = json!({"images": images, "millisecondsAMap": ms, "scores": all});
-    let text = serde_json::to_string_pretty(&document).map_err(|e| Failure(e.to_string()))?;
+    let text = serde_json::to_string_pretty(&document).map_err(|e| Failure::new(e.to_string()))?;
     write(path, text + "\n")
 }
 
@@ -188,6 +188,6 @@ mod tests {
     #[test]
     fn other_folders_are_an_error() {
         let failure = find_pairs(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap_err();
-        assert!(failure.0.contains("BSDS500"), "{}", failure.0);
+        assert!(failure.reason.contains("BSDS500"), "{}", failure.reason);
     }
 }

@@ -19,7 +19,7 @@ use indicatif::ProgressBar;
 use published::Published;
 use serde::Serialize;
 use source::AtSource;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tracecut::eval::davis::{LabelTally, Summary, boundary, boundary_measure, region_similarity, scored_frames};
 use tracecut::image::Plane;
 use tracecut::{Params, Session};
@@ -106,7 +106,9 @@ struct Means {
 pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     let params = args.batch.settings.params()?;
     if !params.clip.dense {
-        return Err(Failure("clip.dense is false, so that there would be no masks to score: leave it on".to_owned()));
+        return Err(Failure::usage(
+            "clip.dense is false, so that there would be no masks to score: leave it on".to_owned(),
+        ));
     }
     let sequences = find_sequences(&args.folder, &args.batch.only)?;
     let published = Published::beside(&args.folder)?;
@@ -144,7 +146,7 @@ fn means(outcomes: &[Outcome]) -> Means {
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Result<Outcome> {
     let run_it = || {
         let truth = sequence.truth(args.frames)?;
-        let input = Input::open(&sequence.images, args.frames, Path::new(""))?;
+        let input = Input::open(&sequence.images, args.frames)?;
         let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         if let Some(folder) = &args.overlay {
             write_overlays(folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
@@ -157,7 +159,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Resul
         outcome.time = timing.total;
         Ok(outcome)
     };
-    run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
+    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
 }
 
 fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {

@@ -12,7 +12,7 @@ use crate::svg::Chart;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tracecut::connectedness::ConnectednessMode;
 use tracecut::discretize::DiscretizeMethod::{self, KMeans, Rotation, RotationMerge};
 use tracecut::discretize::{CountRule, DiscretizeParams, cluster_count};
@@ -164,10 +164,10 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DiscretizationArgs) -> Result<Outcome> {
     let run_it = || {
-        let input = Input::open(&sequence.list, Some(args.frames), Path::new(""))?;
+        let input = Input::open(&sequence.list, Some(args.frames))?;
         let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let shot = Shot::read(&sequence.definition, session.num_frames())?;
-        let lost = || Failure("the session ended without a result: please report this".to_owned());
+        let lost = || Failure::new("the session ended without a result: please report this".to_owned());
         let embedding = session.embedding().ok_or_else(lost)?;
         let share = args.fragment_share / 100.0;
         let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(lost);
@@ -181,7 +181,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &DiscretizationArgs)
             time: timing.total,
         })
     };
-    run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
+    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
 }
 
 /// The errors of `method` for each K from 1 to the number of eigenvectors.

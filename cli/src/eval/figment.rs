@@ -129,10 +129,10 @@ fn numbered(path: PathBuf) -> Result<(usize, PathBuf)> {
 
 fn run_sequence(sequence: &Sequence, params: &Params, frames: Option<u32>) -> Result<Outcome> {
     let run_it = || {
-        let input = Input::open(&sequence.frames, frames, Path::new(""))?;
+        let input = Input::open(&sequence.frames, frames)?;
         let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure("the session ended without a result: please report this".to_owned()));
+            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
         };
         let masks = read_masks(sequence, &session, frames.is_some())?;
         let labelled: Vec<_> = masks.iter().map(|(frame, mask)| (*frame, mask)).collect();
@@ -151,7 +151,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, frames: Option<u32>) -> Re
             time: timing.total,
         })
     };
-    run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
+    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
 }
 
 /// Input pixels a working pixel.

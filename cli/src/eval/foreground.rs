@@ -11,7 +11,7 @@ use crate::run::run;
 use clap::Args;
 use indicatif::ProgressBar;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tracecut::Params;
 use tracecut::eval::foreground::{ForegroundScores, mean, score};
 
@@ -75,10 +75,10 @@ pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
 
 fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Outcome> {
     let run_it = || {
-        let input = Input::open(&sequence.list, Some(frames), Path::new(""))?;
+        let input = Input::open(&sequence.list, Some(frames))?;
         let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
-            return Err(Failure("the session ended without a result: please report this".to_owned()));
+            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
         };
         let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
         let scored = |foreground: &[bool]| {
@@ -95,7 +95,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Out
             time: timing.total,
         })
     };
-    run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
+    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
 }
 
 fn print_row(o: &Outcome) -> Result<()> {

@@ -122,7 +122,7 @@ pub(super) fn require_dense(params: &Params) -> Result<()> {
     if params.clip.dense {
         return Ok(());
     }
-    Err(Failure("clip.dense is false, so that there would be no masks to score: leave it on".to_owned()))
+    Err(Failure::usage("clip.dense is false, so that there would be no masks to score: leave it on".to_owned()))
 }
 
 fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> Result<Outcome> {
@@ -133,7 +133,7 @@ fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> R
         run_clip(clip, args.frames, args.window, params, overlay)
     };
     let runs = seeds.iter().enumerate().map(run_one).collect::<Result<Vec<_>>>();
-    let runs = runs.map_err(|Failure(reason)| Failure::about(&clip.name, reason))?;
+    let runs = runs.map_err(|failure| failure.of(&clip.name))?;
     Ok(Outcome { name: clip.name.clone(), kind: clip.kind.clone(), runs })
 }
 
@@ -149,7 +149,7 @@ pub(super) fn run_clip(
     let seed = params.clip.seed;
     let images = clip.frames(frames)?;
     let truth = images.iter().map(|image| clip.truth(image)).collect::<Result<Vec<_>>>()?;
-    let input = Input::open(&clip.images, frames, Path::new(""))?;
+    let input = Input::open(&clip.images, frames)?;
     let mut reliability = Reliability::default();
     let (masks, timing) = match window {
         Some(window) => run_windows(&input, params, window as usize)?,

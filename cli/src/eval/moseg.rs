@@ -145,10 +145,10 @@ pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Seque
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Result<Outcome> {
     let run_it = || {
-        let input = Input::open(&sequence.list, Some(args.frames), Path::new(""))?;
+        let input = Input::open(&sequence.list, Some(args.frames))?;
         let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure("the session ended without a result: please report this".to_owned()));
+            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
         };
         let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
         // Scored as written, so that a score of the file gives the same figures.
@@ -175,7 +175,7 @@ fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Resul
             time: timing.total,
         })
     };
-    run_it().map_err(|Failure(reason)| Failure::about(&sequence.name, reason))
+    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
 }
 
 /// Both ways to score the pixels of the labelled frames.

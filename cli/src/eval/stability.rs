@@ -98,7 +98,7 @@ fn outcomes(clips: &[Clip], params: &Params, args: &StabilityArgs) -> Result<Vec
     let (scores, outcomes) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
     let work = |&(clip, change): &(&Clip, Change)| {
         j_under(clip, change, params.clone(), args.frames)
-            .map_err(|Failure(reason)| Failure::about(format_args!("{} {change}", clip.name), reason))
+            .map_err(|failure| failure.of(format_args!("{} {change}", clip.name)))
     };
     let report = |&j: &f64| {
         scores.borrow_mut().push(j);
@@ -127,14 +127,14 @@ fn j_under(clip: &Clip, change: Change, mut params: Params, frames: u32) -> Resu
         let (name, frame) = decode(path)?;
         Ok((name, change.of_frame(frame)?))
     });
-    let (session, _) = run_frames(changed, Some(images.len()), None, params, 1, &ProgressBar::hidden())?;
+    let (session, _) = run_frames(changed, Some(images.len()), params, 1, &ProgressBar::hidden())?;
     let mut scores = Vec::new();
     for (t, image) in images.iter().enumerate() {
         if let Some(truth) = clip.truth(image)? {
             scores.push(score_frame(&session.labels(t)?, &change.of_plane(&truth)?)?);
         }
     }
-    MaskScores::mean_of(&scores).j.ok_or_else(|| Failure("has no true mask of the frames used".to_owned()))
+    MaskScores::mean_of(&scores).j.ok_or_else(|| Failure::new("has no true mask of the frames used".to_owned()))
 }
 
 impl Outcome {

@@ -32,7 +32,7 @@ struct Entry {
 impl Cache {
     pub(super) fn open(folder: &Path) -> Result<Self> {
         create_folder(folder)?;
-        let program = std::env::current_exe().map_err(|e| Failure(format!("cannot find this program: {e}")))?;
+        let program = std::env::current_exe().map_err(|e| Failure::new(format!("cannot find this program: {e}")))?;
         Ok(Self { folder: folder.to_owned(), program: format!("{:016x}", hash(&read(&program)?)) })
     }
 

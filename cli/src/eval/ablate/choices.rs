@@ -25,7 +25,7 @@ pub(super) fn read_choices(path: &Path) -> Result<Vec<Choice>> {
     let choices: Vec<Choice> = serde_json::from_slice(&read(path)?)
         .map_err(|e| Failure::about(path.display(), format_args!("is no table of choices: {e}")))?;
     for choice in &choices {
-        choice.params(&Params::default()).map_err(|Failure(e)| Failure::about(path.display(), e))?;
+        choice.params(&Params::default()).map_err(|failure| failure.of(path.display()))?;
     }
     Ok(choices)
 }

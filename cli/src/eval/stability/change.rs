@@ -96,7 +96,7 @@ impl Change {
         let (width, height) = (plane.width(), plane.height());
         match self {
             Self::Crop(n) if n >= width.min(height) => {
-                Err(Failure(format!("crop{n} leaves nothing of frames of {width}x{height}")))
+                Err(Failure::new(format!("crop{n} leaves nothing of frames of {width}x{height}")))
             }
             Self::Crop(n) => Ok(Plane::from_fn(width - n, height - n, |x, y| plane[(x + n, y + n)])),
             Self::Mirror => Ok(Plane::from_fn(width, height, |x, y| plane[(width - 1 - x, y)])),
