@@ -1,6 +1,6 @@
 //! `tracecut explain`: why pixels have their labels, in words and numbers.
 
-use crate::failure::{Result, print};
+use crate::failure::{Failure, Result, print};
 use crate::input::Input;
 use crate::run::{progress_bar, run};
 use crate::settings::Settings;
@@ -36,7 +36,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let (session, _) = run(&input, args.settings.params()?, threads, &progress_bar())?;
     for &[t, x, y] in &args.at {
-        print(words(&session, [t, x, y], &session.explain(t, x, y)?))?;
+        print(words(&session, [t, x, y], &session.explain(t, x, y).map_err(|e| Failure::usage(e.to_string()))?))?;
     }
     Ok(())
 }

@@ -41,7 +41,7 @@ fn five_discretizations_are_swept_printed_and_plotted() {
 
     let refused = tracecut(arguments.into_iter().chain(["--fragment-share", "101"]));
     assert!(text(&refused.stderr).contains("expected a number, 0..=100"), "{}", text(&refused.stderr));
-    assert_refused(&tracecut(["eval", "discretization", folder("nothing").to_str().unwrap()]), 1, &["no sequence"]);
+    assert_refused(&tracecut(["eval", "discretization", folder("nothing").to_str().unwrap()]), 3, &["no sequence"]);
 }
 
 /// A sequence in the layout of `eval figment`, with a mask of every seventh frame: palette images, or grey ones of two
@@ -105,11 +105,11 @@ fn entangled_players_are_run_and_scored_with_and_without_connectedness() {
 
     let masks = root.join("players/masks");
     fs::rename(masks.join("00028.png"), masks.join("00029.png")).unwrap();
-    assert_refused(&run(&[]), 1, &["players", "frame 29"]);
+    assert_refused(&run(&[]), 3, &["players", "frame 29"]);
     fs::rename(masks.join("00029.png"), masks.join("last.png")).unwrap();
-    assert_refused(&run(&[]), 1, &["last.png", "number"]);
+    assert_refused(&run(&[]), 3, &["last.png", "number"]);
     fs::copy(root.join("players/frames/00000.png"), masks.join("last.png")).unwrap();
     fs::rename(masks.join("last.png"), masks.join("1.png")).unwrap();
-    assert_refused(&run(&[]), 1, &["1.png", "palette"]);
-    assert_refused(&tracecut(["eval", "figment", folder("no-players").to_str().unwrap()]), 1, &["no sequence"]);
+    assert_refused(&run(&[]), 3, &["1.png", "palette"]);
+    assert_refused(&tracecut(["eval", "figment", folder("no-players").to_str().unwrap()]), 3, &["no sequence"]);
 }

@@ -117,35 +117,35 @@ fn published_figures_stand_beside_and_overlays_are_written_on_demand() {
     assert!(outline > 60, "{outline} white pixels");
 
     fs::write(root.join("published.json"), "[]").unwrap();
-    assert_refused(&davis(&root, &[]), 1, &["published.json", "sequence"]);
+    assert_refused(&davis(&root, &[]), 3, &["published.json", "sequence"]);
 }
 
 #[test]
 fn folders_that_cannot_be_scored_are_refused_with_the_reason() {
     let root = folder("davis-bad");
-    assert_refused(&davis(&root, &[]), 1, &["holds no sequence", "JPEGImages/480p/NAME"]);
-    assert_refused(&davis(&root.join("nowhere"), &[]), 1, &["nowhere", "cannot be read"]);
+    assert_refused(&davis(&root, &[]), 3, &["holds no sequence", "JPEGImages/480p/NAME"]);
+    assert_refused(&davis(&root.join("nowhere"), &[]), 3, &["nowhere", "cannot be read"]);
     let (images, annotations) = (root.join("toy/JPEGImages"), root.join("toy/Annotations"));
     fs::create_dir_all(&images).unwrap();
-    assert_refused(&davis(&root, &[]), 1, &["toy", "holds no images"]);
+    assert_refused(&davis(&root, &[]), 3, &["toy", "holds no images"]);
     clip(&images, 2, SIZE, &moving);
-    assert_refused(&davis(&root, &[]), 1, &["toy", "2 images (expected at least 3"]);
+    assert_refused(&davis(&root, &[]), 3, &["toy", "2 images (expected at least 3"]);
     clip(&images, 4, SIZE, &moving);
-    assert_refused(&davis(&root, &[]), 1, &["Annotations/f0.png", "is missing"]);
+    assert_refused(&davis(&root, &[]), 3, &["Annotations/f0.png", "is missing"]);
     fs::create_dir_all(&annotations).unwrap();
     clip(&annotations, 3, SIZE, &|_, _, _| 255);
-    assert_refused(&davis(&root, &[]), 1, &["Annotations/f3.png", "is missing"]);
+    assert_refused(&davis(&root, &[]), 3, &["Annotations/f3.png", "is missing"]);
     png(&annotations.join("f3.png"), 96, 128, &|_, _| 255);
-    assert_refused(&davis(&root, &[]), 1, &["f3.png", "96x128 (expected 128x96"]);
+    assert_refused(&davis(&root, &[]), 3, &["f3.png", "96x128 (expected 128x96"]);
     fs::write(annotations.join("f3.png"), "no image").unwrap();
-    assert_refused(&davis(&root, &[]), 1, &["f3.png", "cannot be decoded"]);
+    assert_refused(&davis(&root, &[]), 3, &["f3.png", "cannot be decoded"]);
     // The fourth frame is not used.
     assert_done(&davis(&root, &["--frames", "3"]));
     clip(&images, 3, SIZE, &|_, _, _| 0);
     let still = davis(&root, &["--frames", "3"]);
     assert_done(&still);
     assert_eq!(row(&text(&still.stdout), "toy")[1..4], ["3", "0", "0.000"]);
-    assert_refused(&davis(&root, &["--only", "toy,boat"]), 1, &["holds no sequence named boat"]);
+    assert_refused(&davis(&root, &["--only", "toy,boat"]), 3, &["holds no sequence named boat"]);
     assert_refused(&davis(&root, &["--frames", "2"]), 2, &["--frames"]);
-    assert_refused(&davis(&root, &["--set", "clip.dense=false"]), 1, &["clip.dense"]);
+    assert_refused(&davis(&root, &["--set", "clip.dense=false"]), 2, &["clip.dense"]);
 }

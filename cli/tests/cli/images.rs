@@ -67,7 +67,7 @@ fn with_embedding_the_maps_of_the_pixel_embedding_are_beside_pb() {
     assert_eq!(image::open(file).unwrap().into_luma8(), combined);
     let message = ["still.radius = 0", "1..=10"];
     let set = ["boundaries", &image, "--embedding", "--out", out.to_str().unwrap(), "--set", "still.radius=0"];
-    assert_refused(&tracecut(set), 1, &message);
+    assert_refused(&tracecut(set), 2, &message);
 }
 
 #[test]
@@ -79,11 +79,11 @@ fn what_cannot_be_used_is_named() {
     let broken = root.join("broken.png");
     fs::write(&broken, &fs::read(&image).unwrap()[..60]).unwrap();
     for command in ["superpixels", "boundaries"] {
-        assert_refused(&tracecut([command, broken.to_str().unwrap(), "--out", out]), 1, &["broken.png"]);
+        assert_refused(&tracecut([command, broken.to_str().unwrap(), "--out", out]), 3, &["broken.png"]);
         let output = tracecut([command, &image, "--out", out, "--set", "contour.low=7"]);
-        assert_refused(&output, 1, &["contour.low = 7", "0..=1"]);
+        assert_refused(&output, 2, &["contour.low = 7", "0..=1"]);
     }
     for command in ["contours", "superpixels"] {
-        assert_refused(&tracecut(["eval", command, root.to_str().unwrap()]), 1, &["image-refused"]);
+        assert_refused(&tracecut(["eval", command, root.to_str().unwrap()]), 3, &["image-refused"]);
     }
 }

@@ -121,7 +121,7 @@ fn seeds_layouts_and_parts_of_a_folder_can_be_chosen() {
     let single = eval("masks", &davis, &["--frames", "6"]);
     assert_done(&single);
     assert_eq!(row(&text(&single.stdout), "other")[..9], row(&table, "other")[..9]);
-    assert_refused(&eval("masks", &root, &["--only", "boat"]), 1, &["no clip", "boat"]);
+    assert_refused(&eval("masks", &root, &["--only", "boat"]), 3, &["no clip", "boat"]);
 }
 
 #[test]
@@ -144,17 +144,17 @@ fn a_window_as_long_as_the_clip_is_the_clip_and_shorter_ones_cover_it() {
 #[test]
 fn clips_that_cannot_be_scored_are_refused_with_the_reason() {
     let root = folder("wild-bad");
-    assert_refused(&eval("masks", &root, &[]), 1, &["NAME/frames and NAME/masks"]);
+    assert_refused(&eval("masks", &root, &[]), 3, &["NAME/frames and NAME/masks"]);
     let (frames, masks) = (root.join("toy--bad/frames"), root.join("toy--bad/masks"));
     fs::create_dir_all(&frames).unwrap();
     fs::create_dir_all(&masks).unwrap();
-    assert_refused(&eval("masks", &root, &[]), 1, &["toy--bad", "holds no images"]);
+    assert_refused(&eval("masks", &root, &[]), 3, &["toy--bad", "holds no images"]);
     clip(&frames, 4, SIZE, &moving);
     clip(&masks, 1, SIZE, &|_, _, _| 255);
-    assert_refused(&eval("masks", &root, &[]), 1, &["toy--bad", "no mask of a frame but the first"]);
+    assert_refused(&eval("masks", &root, &[]), 3, &["toy--bad", "no mask of a frame but the first"]);
     png(&masks.join("f1.png"), 96, 128, &|_, _| 255);
-    assert_refused(&eval("masks", &root, &[]), 1, &["toy--bad", "96x128"]);
-    assert_refused(&eval("masks", &root, &["--set", "clip.dense=false"]), 1, &["clip.dense"]);
+    assert_refused(&eval("masks", &root, &[]), 3, &["toy--bad", "96x128"]);
+    assert_refused(&eval("masks", &root, &["--set", "clip.dense=false"]), 2, &["clip.dense"]);
 }
 
 #[test]
@@ -242,5 +242,5 @@ fn a_ledger_is_written_from_the_cache_and_goes_on_where_it_was() {
     assert!(line(&second, "Pixels")[2].contains("(0."), "{second}");
 
     fs::write(&table, r#"[{"name": "a", "paper": "p", "why": "w", "without": {"cut": {"boldness": 1}}}]"#).unwrap();
-    assert_refused(&ablate(&[]), 1, &["choices.json", "cut.boldness"]);
+    assert_refused(&ablate(&[]), 3, &["choices.json", "cut.boldness"]);
 }
