@@ -15,6 +15,7 @@ import { ensureNodeModules, fail, output, root, run } from './tools.mjs';
 /** Where each file that names the version names it; of the changelog, the newest version with a date. */
 const VERSIONS = {
   'Cargo.toml': /^version = "([^"]+)"$/m,
+  'cli/Cargo.toml': /^version = "([^"]+)"$/m,
   'Cargo.lock': /^name = "tracecut"\nversion = "([^"]+)"$/m,
   'package.json': /^ {2}"version": "([^"]+)",$/m,
   'package-lock.json': /^ {2}"version": "([^"]+)",$/m,
@@ -73,6 +74,7 @@ export function publishing(version) {
   return [
     ['npm', 'publish', `target/package/tracecut-${version}.tgz`, '--provenance', '--access', 'public'],
     ['cargo', 'publish', '--locked', '--package', 'tracecut'],
+    ['cargo', 'publish', '--locked', '--package', 'tracecut-cli'],
   ];
 }
 
@@ -129,9 +131,9 @@ function checkTag(version) {
   if (output('git', ['tag', '--list', tagOf(version)])) fail(`The tag ${tagOf(version)} is there already.`);
 }
 
-/** Packs the crate, builds it with the command line from what was packed, and has cargo say that it would publish it. */
+/** Packs the crates, builds them from what was packed, and has cargo say that it would publish the library. */
 function packCrate(version) {
-  run('cargo', ['package', '--locked', '--package', 'tracecut', '--features', 'cli']);
+  run('cargo', ['package', '--locked', '--package', 'tracecut', '--package', 'tracecut-cli']);
   run('cargo', ['publish', '--locked', '--package', 'tracecut', '--dry-run', '--no-verify']);
   const list = output('cargo', ['package', '--locked', '--package', 'tracecut', '--list']);
   // Cargo leaves what it built from: the files as they are in the crate.

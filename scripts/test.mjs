@@ -7,7 +7,10 @@ import { build } from './build.mjs';
 import { ensureNodeModules, ensureRust, ensureRustTool, fail, root, run } from './tools.mjs';
 
 const parts = {
-  rust: () => run('cargo', ['test', '--features', 'cli']),
+  rust: () => {
+    run('cargo', ['test', '--features', 'pnm']);
+    run('cargo', ['test', '--package', 'tracecut-cli']);
+  },
   wasm: () => {
     ensureRustTool('wasm-bindgen');
     ensureRustTool('wasm-pack');
@@ -20,7 +23,8 @@ const parts = {
   },
   browser: () => inBrowser('tests/package', 'tests/browser'),
   long: async () => {
-    run('cargo', ['test', '--tests', '--features', 'cli', '--', '--ignored', '--nocapture']);
+    for (const crate of ['tracecut', 'tracecut-cli'])
+      run('cargo', ['test', '--tests', '--package', crate, '--', '--ignored', '--nocapture']);
     if (existsSync(join(root, 'tests', 'long'))) await inBrowser('tests/long');
   },
 };

@@ -105,9 +105,9 @@ pub mod wasm;
 pub mod window;
 
 pub use error::Error;
-pub use pipeline::{Explanation, Params, Progress, Rim, RunnerUp, Session, Source, Stage, Step, Voter};
 #[cfg(not(target_arch = "wasm32"))]
-pub use pipeline::{Window, Windows};
+pub use pipeline::{Checkpoint, Window, Windows};
+pub use pipeline::{Explanation, Params, Progress, Rim, RunnerUp, Session, Source, Stage, Step, Voter};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

@@ -10,8 +10,8 @@ use tracecut::{Params, Session, Stage, Step};
 fn run(example: &str, arguments: &[&Path]) -> Output {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["run", "--quiet", "--example", example]);
-    if cfg!(feature = "cli") {
-        cargo.args(["--features", "cli"]);
+    if cfg!(feature = "pnm") {
+        cargo.args(["--features", "pnm"]);
     }
     cargo.arg("--").args(arguments).output().unwrap()
 }

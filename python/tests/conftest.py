@@ -62,5 +62,5 @@ def cli() -> str:
     found = sorted((p for p in built if p.is_file()), key=lambda p: p.stat().st_mtime)
     path = os.environ.get("TRACECUT_CLI") or (str(found[-1]) if found else shutil.which("tracecut"))
     if not path:
-        pytest.skip("no command line was built: cargo build --profile quick --features cli")
+        pytest.skip("no command line was built: cargo build --profile quick -p tracecut-cli")
     return path

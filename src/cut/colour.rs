@@ -2,6 +2,7 @@
 
 use crate::image::Frame;
 use crate::superpixel::Superpixels;
+use serde::{Deserialize, Serialize};
 
 /// Bins along one axis: 0 to 255 in steps of 16, both ends included.
 const SIDE: usize = 17;
@@ -38,7 +39,7 @@ impl Colour {
 }
 
 /// How often colours occur.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Histogram {
     bins: Vec<f32>,
     total: f32,

@@ -50,13 +50,13 @@ fn pixels_of(bytes: &[u8]) -> Result<Pixels, Error> {
 }
 
 /// The original layout of the Moseg benchmark holds PPM files; only the command line reads them.
-#[cfg(feature = "cli")]
+#[cfg(feature = "pnm")]
 fn decode_pnm(bytes: &[u8]) -> Option<Result<Pixels, Error>> {
     let decoder = bytes.starts_with(b"P").then(|| image::codecs::pnm::PnmDecoder::new(Cursor::new(bytes)))?;
     Some(decoder.map_err(|e| failure(&e)).and_then(read))
 }
 
-#[cfg(not(feature = "cli"))]
+#[cfg(not(feature = "pnm"))]
 fn decode_pnm(_: &[u8]) -> Option<Result<Pixels, Error>> {
     None
 }

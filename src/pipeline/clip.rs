@@ -35,15 +35,15 @@ pub(super) struct Clip {
 #[derive(Debug, Default)]
 pub(super) struct Windows {
     /// The last frame pushed, to compare the next one with.
-    last: Option<Thumbnail>,
+    pub(super) last: Option<Thumbnail>,
     /// A frame of the next shot, at working size.
     held: Option<Frame>,
     /// The trackers after the present window.
-    trackers: Option<Trackers>,
+    pub(super) trackers: Option<Trackers>,
     /// How many frames were in the window before too.
     pub(super) overlap: usize,
     /// The number of the first trajectory that starts in this shot.
-    first_number: u32,
+    pub(super) first_number: u32,
     pub(super) identities: Identities,
 }
 

@@ -11,11 +11,13 @@
 //! settled by the window that sees more of what goes on around it. A frame that begins a new shot ends the window, which
 //! then settles all it has. Where the clip's length is known, the last window is full too: it reaches further back.
 
+use super::checkpoint::Checkpoint;
 use super::params::Params;
 use super::session::Session;
 use super::stage::Progress;
 use crate::Error;
 use crate::image::Frame;
+use std::collections::VecDeque;
 use std::ops::Range;
 
 /// Most frames of a window: memory grows with them.
@@ -58,7 +60,7 @@ pub struct Window {
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Debug)]
-pub struct Windows<I> {
+pub struct Windows<I, E = Error> {
     session: Session,
     frames: I,
     window: usize,
@@ -66,6 +68,10 @@ pub struct Windows<I> {
     threads: usize,
     /// Frames that are still to come, where that is known.
     left: Option<usize>,
+    /// Whether so many frames are read ahead as show in time where the clip ends.
+    looks_ahead: bool,
+    /// Read already, and not looked at yet.
+    queue: VecDeque<Result<Frame, E>>,
     /// Read already, but in no window.
     ahead: Option<Frame>,
     index: usize,
@@ -83,11 +89,13 @@ enum Next {
     Frames,
     /// The session goes on with so many frames of the window that was run.
     Advance(usize),
+    /// It has gone on with them; the frame that was read ahead is to be taken.
+    Ahead(usize),
     /// Nothing: the clip, or an error, has ended it.
     Nothing,
 }
 
-impl<I, E> Windows<I>
+impl<I, E> Windows<I, E>
 where
     I: Iterator<Item = Result<Frame, E>>,
     E: From<Error>,
@@ -104,6 +112,8 @@ where
             overlap: OVERLAP,
             threads: 1,
             left: None,
+            looks_ahead: false,
+            queue: VecDeque::new(),
             ahead: None,
             index: 0,
             shot: 0,
@@ -137,6 +147,13 @@ where
         Self { left: Some(frames), ..self }
     }
 
+    /// Reads up to a window of frames ahead, and so finds where the clip ends without being told: for frames that come
+    /// from a stream. Results are those of [`Windows::with_length`].
+    #[must_use]
+    pub fn with_look_ahead(self) -> Self {
+        Self { looks_ahead: true, ..self }
+    }
+
     /// Runs on so many threads, with the same results; see [`Session::run_on`].
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
@@ -146,6 +163,51 @@ where
     /// The session, which holds the results of the window that came last.
     pub fn session(&self) -> &Session {
         &self.session
+    }
+
+    /// Where the clip goes on after the window that was run last; `None` before the first, and when none is to follow.
+    /// The session's results of that window are gone then, and the next window comes as it would have.
+    ///
+    /// # Errors
+    /// None after a window that was run; [`Error::State`] says that a session is not in order.
+    pub fn checkpoint(&mut self) -> Result<Option<Checkpoint>, Error> {
+        if let Next::Advance(kept) = self.next {
+            self.drop_all_but(kept)?;
+            self.next = Next::Ahead(kept);
+        }
+        let Next::Ahead(_) = self.next else { return Ok(None) };
+        let checkpoint = |carried| Checkpoint {
+            index: self.index,
+            shot: self.shot,
+            first: self.first,
+            kept: self.session.num_frames(),
+            settled: self.settled,
+            is_ahead: self.ahead.is_some(),
+            carried,
+        };
+        Ok(self.session.carried().map(checkpoint))
+    }
+
+    /// Goes on where `checkpoint` was made, with the same results as if there had been no interruption. The parameters
+    /// and the size of the windows must be the same, and the iterator of frames must begin with frame
+    /// [`Checkpoint::first_frame`] of the clip; a length that was set is still that of the whole clip.
+    ///
+    /// # Errors
+    /// Those of the frames; [`Error::TooFewFrames`] when they end too early.
+    pub fn resume(mut self, checkpoint: Checkpoint) -> Result<Self, E> {
+        let needed = checkpoint.kept + usize::from(checkpoint.is_ahead);
+        self.left = self.left.map(|left| left.saturating_sub(checkpoint.first));
+        let mut frames = Vec::new();
+        while frames.len() < needed {
+            let too_few = Error::TooFewFrames { got: frames.len(), needed };
+            frames.push(self.next_frame().ok_or(too_few)??);
+        }
+        self.ahead = if checkpoint.is_ahead { frames.pop() } else { None };
+        self.next = Next::Ahead(checkpoint.kept);
+        (self.index, self.shot, self.first) = (checkpoint.index, checkpoint.shot, checkpoint.first);
+        self.settled = checkpoint.settled;
+        self.session.go_on(frames, checkpoint.carried)?;
+        Ok(self)
     }
 
     /// Runs the next window, and tells `report` of each step; `None` after the last, and after an error.
@@ -176,7 +238,11 @@ where
     fn run_next(&mut self, mut report: impl FnMut(Progress) -> Result<(), E>) -> Result<Option<Window>, E> {
         match self.next {
             Next::Frames => {}
-            Next::Advance(kept) => self.advance(kept)?,
+            Next::Advance(kept) => {
+                self.drop_all_but(kept)?;
+                self.take_ahead(kept)?;
+            }
+            Next::Ahead(kept) => self.take_ahead(kept)?,
             Next::Nothing => return Ok(None),
         }
         self.fill()?;
@@ -195,9 +261,8 @@ where
         Ok(Some(window))
     }
 
-    /// Drops what the window at hand alone needs, and takes the frame that was read ahead.
-    fn advance(&mut self, kept: usize) -> Result<(), E> {
-        self.drop_all_but(kept)?;
+    /// Takes the frame that was read ahead; where it begins a new shot, the window before has seen all that is here.
+    fn take_ahead(&mut self, kept: usize) -> Result<(), E> {
         if let Some(frame) = self.ahead.take() {
             self.push(frame)?;
             if self.session.holds_frame() {
@@ -207,7 +272,8 @@ where
         Ok(())
     }
 
-    fn drop_all_but(&mut self, kept: usize) -> Result<(), E> {
+    /// Drops what the window at hand alone needs.
+    fn drop_all_but(&mut self, kept: usize) -> Result<(), Error> {
         let (frames, begins_shot) = (self.session.num_frames(), self.session.holds_frame());
         self.session.advance(kept)?;
         self.shot += usize::from(begins_shot);
@@ -221,8 +287,7 @@ where
     /// Takes frames until the window is full and one more is there, a new shot begins, or there are no more.
     fn fill(&mut self) -> Result<(), E> {
         while !self.session.holds_frame() {
-            let Some(frame) = self.frames.next() else { break };
-            self.left = self.left.map(|left| left.saturating_sub(1));
+            let Some(frame) = self.next_frame() else { break };
             if self.session.num_frames() == self.window {
                 self.ahead = Some(frame?);
                 break;
@@ -230,6 +295,19 @@ where
             self.push(frame?)?;
         }
         Ok(())
+    }
+
+    fn next_frame(&mut self) -> Option<Result<Frame, E>> {
+        while self.looks_ahead && self.queue.len() <= self.window {
+            let Some(frame) = self.frames.next() else {
+                (self.looks_ahead, self.left) = (false, Some(self.queue.len()));
+                break;
+            };
+            self.queue.push_back(frame);
+        }
+        let frame = self.queue.pop_front().or_else(|| self.frames.next())?;
+        self.left = self.left.map(|left| left.saturating_sub(1));
+        Some(frame)
     }
 
     fn push(&mut self, frame: Frame) -> Result<(), E> {

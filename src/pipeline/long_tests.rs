@@ -109,3 +109,66 @@ fn an_error_of_the_report_ends_the_clip() {
     assert_eq!(steps, 5);
     assert!(windows.next_window(|_| ()).is_none());
 }
+
+type Masks = Vec<crate::image::Plane<u8>>;
+
+/// The masks that a window settles.
+fn masks_of<I: Iterator<Item = Result<Frame, Error>>>(windows: &Windows<I>, window: &Window) -> Masks {
+    window.settled.clone().map(|t| windows.session().labels(t).unwrap()).collect()
+}
+
+/// Shots of 12, 17 and 1 frames: cuts after a full window, in one, and next to the end.
+fn shots(skipped: usize) -> impl Iterator<Item = Result<Frame, Error>> {
+    scene(12, 1).chain(scene(17, 7)).chain(scene(1, 3)).skip(skipped)
+}
+
+#[test]
+fn a_clip_goes_on_from_every_checkpoint_as_if_it_had_not_stopped() {
+    let mut whole = windows(shots(0), 10, 4).with_look_ahead();
+    let (mut expected, mut checkpoints): (Vec<(Window, Masks)>, Vec<_>) = Default::default();
+    while let Some(window) = whole.next_window(|_| ()) {
+        let window = window.unwrap();
+        expected.push((window.clone(), masks_of(&whole, &window)));
+        checkpoints.extend(whole.checkpoint().unwrap());
+    }
+    assert!(expected.iter().any(|(_, masks)| masks.iter().any(|mask| mask.data().iter().any(|&label| label > 0))));
+    assert_eq!((checkpoints.len(), expected.last().map(|(window, _)| window.shot)), (expected.len() - 1, Some(2)));
+    for checkpoint in checkpoints {
+        let (from, first) = (checkpoint.window(), checkpoint.first_frame());
+        assert_eq!(checkpoint.settled(), expected[from].0.first_frame + expected[from].0.settled.start);
+        let mut rest = windows(shots(first), 10, 4).with_length(30).resume(checkpoint).unwrap();
+        for (window, masks) in &expected[from..] {
+            assert_eq!(&rest.next_window(|_| ()).unwrap().unwrap(), window);
+            assert!(&masks_of(&rest, window) == masks, "window {} after a stop before {from}", window.index);
+        }
+        assert!(rest.next_window(|_| ()).is_none());
+    }
+}
+
+#[test]
+fn windows_without_stops_are_those_with_checkpoints_and_looking_ahead_is_knowing_the_length() {
+    let run = |mut windows: Windows<_>, stops: bool| {
+        let mut found: Vec<(Window, Masks)> = Vec::new();
+        while let Some(window) = windows.next_window(|_| ()) {
+            let window = window.unwrap();
+            found.push((window.clone(), masks_of(&windows, &window)));
+            assert!(!stops || windows.checkpoint().is_ok());
+        }
+        found
+    };
+    for skipped in [0, 9] {
+        let known = run(windows(shots(skipped), 10, 4).with_length(30 - skipped), false);
+        assert!(run(windows(shots(skipped), 10, 4).with_look_ahead(), true) == known, "{skipped} skipped");
+    }
+}
+
+#[test]
+fn a_checkpoint_needs_the_frames_that_follow_it() {
+    let mut whole = windows(scene(15, 1), 10, 4);
+    assert!(whole.checkpoint().unwrap().is_none());
+    whole.next_window(|_| ()).unwrap().unwrap();
+    let checkpoint = whole.checkpoint().unwrap().unwrap();
+    let first = checkpoint.first_frame();
+    let error = windows(scene(10, 1).skip(first), 10, 4).resume(checkpoint).err().unwrap();
+    assert_eq!(error, Error::TooFewFrames { got: 4, needed: 5 });
+}

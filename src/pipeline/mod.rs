@@ -1,5 +1,7 @@
 //! The stages in their order.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod checkpoint;
 mod clip;
 mod correct;
 #[cfg(test)]
@@ -47,6 +49,8 @@ mod windows_tests;
 #[cfg(any(feature = "wasm", test))]
 mod wire;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub use checkpoint::Checkpoint;
 #[cfg(not(target_arch = "wasm32"))]
 pub use long::{Window, Windows};
 pub use params::{ClipParams, Params, ScaledParams};

@@ -51,6 +51,12 @@ impl Forward {
         Self { from, to, flow }
     }
 
+    /// The forward flow.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn field(&self) -> &FlowField {
+        &self.flow
+    }
+
     /// The other half; with the second frame, which is the first of the next pair.
     pub(super) fn finish(self, params: &FlowParams, scratch: &mut FlowScratch) -> (PairFlow, Seen) {
         let Self { from, to, flow: forward } = self;

@@ -17,6 +17,8 @@ mod structure;
 mod tracker;
 
 pub use structure::structure;
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use tracker::Found;
 pub use tracker::Tracker;
 
 use crate::Error;

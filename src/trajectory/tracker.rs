@@ -5,12 +5,13 @@ use crate::flow::FlowField;
 use crate::grid::Grid;
 use crate::image::{Plane, sample_bilinear};
 use crate::order;
+use serde::{Deserialize, Serialize};
 
 /// Seeds keep this distance from the frame, in pixels (the published tracker's value).
 const MARGIN: f32 = 4.0;
 
 /// A track: its number, where it began and the points `(x, y, variation)` so far.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Live {
     number: u32,
     /// The frame of the first point that is not past.
@@ -55,6 +56,12 @@ impl Live {
 pub struct Tracker {
     params: TrajectoryParams,
     size: (usize, usize),
+    found: Found,
+}
+
+/// What a tracker has found, for one that goes on where it was.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Found {
     frame: usize,
     /// Number of the next new track.
     next: u32,
@@ -70,12 +77,24 @@ impl Tracker {
 
     /// A tracker for frames of `size` pixels that numbers its tracks from `first` on.
     pub(crate) fn numbering_from(first: u32, size: (usize, usize), params: &TrajectoryParams) -> Self {
-        Self { params: params.clone(), size, frame: 0, next: first, live: Vec::new(), ended: Vec::new() }
+        Self { params: params.clone(), size, found: Found { next: first, ..Found::default() } }
     }
 
     /// The number that the next new track will have.
     pub(crate) fn next_number(&self) -> u32 {
-        self.next
+        self.found.next
+    }
+
+    /// What it has found so far.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn found(&self) -> &Found {
+        &self.found
+    }
+
+    /// Goes on where another was that had these parameters.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn go_on(&mut self, found: Found) {
+        self.found = found;
     }
 
     /// Starts tracks in the current frame at the points of the seed grid that have enough structure and no live track
@@ -84,7 +103,7 @@ impl Tracker {
         let mean = structure.data().iter().sum::<f32>() / structure.data().len().max(1) as f32;
         let step = self.params.grid_step;
         let mut occupied = Grid::new(self.size, step);
-        for track in &self.live {
+        for track in &self.found.live {
             if let Some(&(x, y, _)) = track.points.last() {
                 occupied.add(track.number, x, y);
             }
@@ -106,8 +125,8 @@ impl Tracker {
                     && lambda > self.params.structure_floor * (1.0 + border);
                 if structured && occupied.around(x, y).all(|(_, distance_sq)| distance_sq >= step * step) {
                     let points = vec![(x, y, 0.0)];
-                    self.live.push(Live { number: self.next, start: self.frame, points, past: 0 });
-                    self.next = self.next.wrapping_add(1);
+                    self.found.live.push(Live { number: self.found.next, start: self.found.frame, points, past: 0 });
+                    self.found.next = self.found.next.wrapping_add(1);
                 }
             }
         }
@@ -117,8 +136,8 @@ impl Tracker {
     ///
     /// `variation` is [`crate::flow::local_flow_variation`] of `forward`.
     pub fn follow(&mut self, forward: &FlowField, backward: &FlowField, variation: &Plane<f32>) {
-        let mut live = Vec::with_capacity(self.live.len());
-        for mut track in self.live.drain(..) {
+        let mut live = Vec::with_capacity(self.found.live.len());
+        for mut track in self.found.live.drain(..) {
             let Some(point) = track.points.last_mut() else { continue };
             // σ is known at half resolution: pixel 2k + 1/2 of the frame is pixel k there.
             point.2 = sample_bilinear(variation, (point.0 - 0.5) * 0.5, (point.1 - 0.5) * 0.5);
@@ -128,27 +147,27 @@ impl Tracker {
                     track.points.push((x, y, sigma));
                     live.push(track);
                 }
-                None => self.ended.push(track),
+                None => self.found.ended.push(track),
             }
         }
-        self.live = live;
-        self.frame += 1;
+        self.found.live = live;
+        self.found.frame += 1;
     }
 
     /// Goes on to a window that begins `dropped` frames later: frames are numbered from there on. Tracks keep their
     /// numbers; of those that reach into the new window the points before it are remembered, at most `remembered` of
     /// each.
     pub(crate) fn advance(&mut self, dropped: usize, remembered: usize) {
-        self.frame = self.frame.saturating_sub(dropped);
-        for track in self.live.iter_mut().chain(&mut self.ended) {
+        self.found.frame = self.found.frame.saturating_sub(dropped);
+        for track in self.found.live.iter_mut().chain(&mut self.found.ended) {
             track.past += dropped.saturating_sub(track.start).min(track.points.len() - track.past);
             track.start = track.start.saturating_sub(dropped);
             track.points.drain(..track.past.saturating_sub(remembered));
             track.points.shrink_to_fit();
             track.past = track.past.min(remembered);
         }
-        self.live.retain(|track| !track.present().is_empty());
-        self.ended.retain(|track| !track.present().is_empty());
+        self.found.live.retain(|track| !track.present().is_empty());
+        self.found.ended.retain(|track| !track.present().is_empty());
     }
 
     /// All tracks of at least the minimum length, ordered by first frame and, within it, by position.
@@ -160,7 +179,7 @@ impl Tracker {
     /// The same, with the number of each track; following may go on.
     pub(crate) fn numbered(&self) -> (Trajectories, Vec<u32>) {
         let kept = self.kept();
-        let mut tracks = Trajectories::empty(self.frame + 1, self.size);
+        let mut tracks = Trajectories::empty(self.found.frame + 1, self.size);
         for track in &kept {
             tracks.push(track.start, track.present().iter().copied());
         }
@@ -172,7 +191,7 @@ impl Tracker {
     pub(crate) fn with_past(&self) -> Option<Trajectories> {
         let kept = self.kept();
         let past = kept.iter().map(|track| track.past).max().filter(|&past| past > 0)?;
-        let mut tracks = Trajectories::empty(past + self.frame + 1, self.size);
+        let mut tracks = Trajectories::empty(past + self.found.frame + 1, self.size);
         for track in kept {
             tracks.push(past + track.start - track.past, track.points.iter().copied());
         }
@@ -180,8 +199,8 @@ impl Tracker {
     }
 
     fn kept(&self) -> Vec<&Live> {
-        let min_length = self.params.min_length_for(self.frame + 1);
-        let long = self.ended.iter().chain(&self.live).filter(|t| t.present().len() >= min_length);
+        let min_length = self.params.min_length_for(self.found.frame + 1);
+        let long = self.found.ended.iter().chain(&self.found.live).filter(|t| t.present().len() >= min_length);
         let mut kept: Vec<&Live> = long.collect();
         order::sort_by_key(&mut kept, |t| u64::from(order::single(t.present()[0].0)));
         order::sort_by_key(&mut kept, |t| order::pair(t.start as u32, order::single(t.present()[0].1)));

@@ -12,6 +12,7 @@ use super::portrait::Portrait;
 use crate::mask::Objects;
 use crate::order;
 use crate::trajectory::Trajectories;
+use serde::{Deserialize, Serialize};
 
 /// An object takes over a label only with at least one in so many of the points that bear it in the common frames:
 /// fewer are strays.
@@ -20,7 +21,7 @@ const LEAST_SHARE: u64 = 10;
 const SAME: f32 = 0.86;
 
 /// Labels that trajectories bore in the windows before.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Identities {
     /// Number and label of each trajectory that is alive in the overlap, by number.
     of_track: Vec<(u32, u8)>,

@@ -7,12 +7,13 @@ use crate::cut::{Colour, Histogram};
 use crate::image::Frame;
 use crate::mask::Objects;
 use crate::trajectory::Trajectories;
+use serde::{Deserialize, Serialize};
 
 /// What resemblance loses over the side of a frame. It is small: the camera may have turned meanwhile.
 const NEARNESS: f32 = 0.1;
 
 /// The colours along the trajectories of an object, and where it was last.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Portrait {
     colours: Histogram,
     /// The mean place of its points in the last frame that has any, as parts of the frame's sides.

@@ -9,12 +9,12 @@ import { root } from '../../scripts/tools.mjs';
 /** Where the names of each table begin, by its heading. */
 const TABLES = {
   'src: the library': 'src',
-  'src/bin/tracecut: the command line': 'src/bin/tracecut',
+  'cli/src: the command line': 'cli/src',
   'www: the package and the page': 'www',
   'python: the Python package': 'python',
   'examples, scripts, tests, benches': '.',
 };
-const FOLDERS = ['src', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'benches'];
+const FOLDERS = ['src', 'cli', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'benches'];
 const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.html', '.py', '.pyi'];
 const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out', '.venv'];
 

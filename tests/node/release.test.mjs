@@ -73,9 +73,10 @@ test('what to type by hand ends with the tag, which makes the workflow publish',
 });
 
 test('npm publishes the very file that was checked, with provenance, and cargo the crate', () => {
-  const [npm, cargo] = publishing('1.2.3').map((words) => words.join(' '));
+  const [npm, cargo, program] = publishing('1.2.3').map((words) => words.join(' '));
   assert.equal(npm, 'npm publish target/package/tracecut-1.2.3.tgz --provenance --access public');
   assert.equal(cargo, 'cargo publish --locked --package tracecut');
+  assert.equal(program, 'cargo publish --locked --package tracecut-cli');
 });
 
 test('npm would publish the tarball as it is', (t) => {

@@ -1,0 +1,68 @@
+//! Time and memory as the operating system counts them.
+
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// Seconds on the wall and, on Linux, of this thread on a processor (which other programs do not lengthen).
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct Seconds {
+    #[serde(rename = "seconds")]
+    pub(crate) wall: f64,
+    #[serde(rename = "cpuSeconds")]
+    pub(crate) cpu: Option<f64>,
+}
+
+impl Seconds {
+    pub(crate) fn add(&mut self, other: Self) {
+        self.wall += other.wall;
+        self.cpu = match (self.cpu, other.cpu) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+    }
+
+    /// Without those of a part of it.
+    pub(crate) fn without(self, part: Self) -> Self {
+        let cpu = self.cpu.map(|cpu| (cpu - part.cpu.unwrap_or(0.0)).max(0.0));
+        Self { wall: (self.wall - part.wall).max(0.0), cpu }
+    }
+
+    /// Processor seconds where known, otherwise those on the wall.
+    pub(crate) fn best(self) -> f64 {
+        self.cpu.unwrap_or(self.wall)
+    }
+}
+
+/// Measures from its start.
+#[derive(Debug)]
+pub(crate) struct Clock {
+    wall: Instant,
+    cpu: Option<f64>,
+}
+
+impl Clock {
+    pub(crate) fn start() -> Self {
+        Self { wall: Instant::now(), cpu: thread_seconds() }
+    }
+
+    pub(crate) fn seconds(&self) -> Seconds {
+        // A thread that has just begun has no count yet.
+        let cpu = thread_seconds().map(|now| now - self.cpu.unwrap_or(0.0));
+        Seconds { wall: self.wall.elapsed().as_secs_f64(), cpu }
+    }
+}
+
+fn thread_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;
+    // Some sandboxes offer the file and fill it with zeros.
+    (nanoseconds > 0.0).then_some(nanoseconds * 1e-9)
+}
+
+/// The most memory that this process has held so far, in bytes; `None` where the system does not say (it does on
+/// Linux).
+pub(crate) fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|k| k * 1024)
+}

@@ -1,0 +1,79 @@
+//! How the program ends before it is done: signals, and memory that there is not.
+
+use crate::failure::tell;
+use crate::output::Place;
+use std::io;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Exit codes, for `--help`.
+pub(crate) const CODES: &str = "\
+Exit codes:
+  0    all is done
+  1    results cannot be written, or a fault of the program
+  2    wrong use: an option, a parameter, a folder that exists already
+  3    bad input: files that cannot be read, frames of different sizes, fewer than two frames
+  4    out of memory, or frames too large
+  130  interrupted (SIGINT), 143 ended (SIGTERM): what --resume needs stays in DIR.partial";
+
+/// The results that are being written.
+static OPEN: Mutex<Option<Place>> = Mutex::new(None);
+
+fn lock() -> MutexGuard<'static, Option<Place>> {
+    OPEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What a signal leaves in order until this is dropped.
+#[derive(Debug)]
+pub(crate) struct Watched;
+
+/// From here on a signal puts these results in order before the program ends.
+pub(crate) fn watch(place: &Place) -> Watched {
+    *lock() = Some(place.clone());
+    Watched
+}
+
+impl Drop for Watched {
+    fn drop(&mut self) {
+        *lock() = None;
+    }
+}
+
+/// Does `work`, which no signal ends half way.
+pub(crate) fn whole<T>(work: impl FnOnce() -> T) -> T {
+    let _guard = lock();
+    work()
+}
+
+/// Has SIGINT and SIGTERM end the program in order, and memory that runs out with a code of its own.
+#[cfg(unix)]
+pub(crate) fn listen() -> io::Result<()> {
+    use signal_hook::consts::{SIGABRT, SIGINT, SIGTERM};
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    // The standard library aborts where memory runs out, after saying so. A panic aborts too, and is a fault of ours.
+    let out_of_memory = Arc::new(AtomicBool::new(true));
+    signal_hook::flag::register_conditional_shutdown(SIGABRT, 4, Arc::clone(&out_of_memory))?;
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        out_of_memory.store(false, Ordering::SeqCst);
+        hook(panic);
+    }));
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    std::thread::spawn(move || signals.forever().for_each(end));
+    Ok(())
+}
+
+#[cfg(not(unix))]
+pub(crate) fn listen() -> io::Result<()> {
+    Ok(())
+}
+
+#[cfg(unix)]
+fn end(signal: i32) {
+    // Held to the end: nothing more is written.
+    let open = lock();
+    if open.as_ref().is_some_and(Place::give_up) {
+        tell("interrupted: --resume goes on after the last window that was finished");
+    }
+    std::process::exit(128 + signal);
+}

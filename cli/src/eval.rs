@@ -1,0 +1,137 @@
+//! `tracecut eval`: scores against ground truth.
+
+mod ablate;
+mod batch;
+mod clips;
+mod contours;
+mod davis;
+mod discretization;
+mod figment;
+mod flow;
+mod foreground;
+mod masks;
+mod mat;
+mod moseg;
+mod stability;
+mod superpixels;
+
+use crate::failure::{Failure, Result, print, read, read_text};
+use clap::Subcommand;
+use std::path::{Path, PathBuf};
+use tracecut::Session;
+use tracecut::discretize::Clusters;
+use tracecut::eval::definition::{Definition, parse_pgm};
+use tracecut::eval::moseg::{Scores, score};
+use tracecut::eval::tracks;
+use tracecut::image::Plane;
+use tracecut::trajectory::Trajectories;
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum EvalCommand {
+    /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
+    Moseg(moseg::MosegArgs),
+    /// Run every sequence of such a folder and score which trajectories are foreground
+    Foreground(foreground::ForegroundArgs),
+    /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary
+    /// measure F
+    Davis(davis::DavisArgs),
+    /// Run clips of many kinds, with masks of some or all frames, and score the masks: J, F, recall, false share, objects
+    /// found; per clip, per kind and in all
+    Masks(masks::MasksArgs),
+    /// How far J of the masks moves under changes of a clip that do not matter: seed, crop, mirror, light, JPEG, start
+    Stability(stability::StabilityArgs),
+    /// What each rule and constant that is not the paper's is worth on clips of many kinds, written into docs/choices.md
+    Ablate(ablate::AblateArgs),
+    /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's
+    /// Figure 10)
+    Discretization(discretization::DiscretizationArgs),
+    /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table
+    /// 1)
+    Figment(figment::FigmentArgs),
+    /// Score a track file
+    Tracks {
+        /// Definition file of the shot (...Def.dat); the masks lie beside it
+        definition: PathBuf,
+        /// Track file
+        tracks: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
+    Flow(flow::FlowArgs),
+    /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people
+    /// segmented
+    Superpixels(superpixels::SuperpixelArgs),
+    /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
+    Contours(contours::ContoursArgs),
+}
+
+pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
+    match command {
+        EvalCommand::Moseg(args) => moseg::eval(args),
+        EvalCommand::Foreground(args) => foreground::eval(args),
+        EvalCommand::Davis(args) => davis::eval(args),
+        EvalCommand::Masks(args) => masks::eval(args),
+        EvalCommand::Ablate(args) => ablate::eval(args),
+        EvalCommand::Stability(args) => stability::eval(args),
+        EvalCommand::Discretization(args) => discretization::eval(args),
+        EvalCommand::Figment(args) => figment::eval(args),
+        EvalCommand::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
+        EvalCommand::Flow(args) => flow::eval(args),
+        EvalCommand::Superpixels(args) => superpixels::eval(args),
+        EvalCommand::Contours(args) => contours::eval(args),
+    }
+}
+
+fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
+    let (tracks, clusters) =
+        tracks::parse(&read_text(track_file)?).map_err(|e| Failure::about(track_file.display(), e))?;
+    let scores = score_shot(definition, &tracks, &clusters)?;
+    if json {
+        let text = serde_json::to_string_pretty(&scores).map_err(|e| Failure::new(e.to_string()))?;
+        return print(text);
+    }
+    print(format_args!(
+        "density            {:.6} %\noverall error      {:.4} %\nper-region error   {:.4} %\n\
+         over-segmentation  {}\nextracted objects  {}\nvisible regions    {}\nlabelled frames    {}",
+        scores.density,
+        scores.overall,
+        scores.average,
+        scores.oversegmentation,
+        scores.extracted,
+        scores.visible,
+        scores.labeled
+    ))
+}
+
+/// A shot's ground truth: its definition and the region maps of the labelled frames used.
+struct Shot {
+    definition: Definition,
+    maps: Vec<Plane<u8>>,
+}
+
+impl Shot {
+    /// Reads a definition file and the masks beside it of the first `num_frames` frames.
+    fn read(path: &Path, num_frames: usize) -> Result<Self> {
+        let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
+        let mut maps = Vec::new();
+        for frame in definition.labelled_within(num_frames) {
+            let mask_path = path.with_file_name(&frame.mask);
+            let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
+            maps.push(definition.regions(&mask));
+        }
+        Ok(Self { definition, maps })
+    }
+}
+
+/// Scores labelled tracks of a shot.
+fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
+    let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
+    score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
+}
+
+/// How many labels [`Session::cluster_labels`] may have: a clip without clusters has one.
+fn num_clusters(session: &Session) -> usize {
+    session.clusters().map_or(0, |c| c.count).max(1)
+}

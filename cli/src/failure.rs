@@ -1,0 +1,97 @@
+//! What ends the program: a sentence for standard error, and a code.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Why the program cannot go on, in words, with what to do.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    pub(crate) kind: Kind,
+    pub(crate) reason: String,
+}
+
+/// Whose fault it is; the number is the exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Results cannot be written, or a fault of the program.
+    Other = 1,
+    /// Options that mean nothing, or not what lies there.
+    Usage = 2,
+    /// Frames or files that cannot be used.
+    Input = 3,
+    /// More than fits into memory.
+    Memory = 4,
+}
+
+pub(crate) type Result<T> = std::result::Result<T, Failure>;
+
+impl Failure {
+    /// A fault that is nobody's input.
+    pub(crate) fn new(reason: impl Into<String>) -> Self {
+        Self { kind: Kind::Other, reason: reason.into() }
+    }
+
+    /// Options that cannot be followed.
+    pub(crate) fn usage(reason: impl Into<String>) -> Self {
+        Self { kind: Kind::Usage, reason: reason.into() }
+    }
+
+    /// Bad input: `error` with the file or thing it is about before it.
+    pub(crate) fn about(subject: impl Display, error: impl Display) -> Self {
+        Self { kind: Kind::Input, reason: format!("{subject}: {error}") }
+    }
+
+    /// The same failure with the file or thing it is about before it.
+    pub(crate) fn of(self, subject: impl Display) -> Self {
+        Self { kind: self.kind, reason: format!("{subject}: {}", self.reason) }
+    }
+}
+
+impl From<tracecut::Error> for Failure {
+    fn from(error: tracecut::Error) -> Self {
+        let kind = match error {
+            tracecut::Error::Param { .. } => Kind::Usage,
+            tracecut::Error::FrameSize { .. } => Kind::Memory,
+            tracecut::Error::State { .. } => Kind::Other,
+            _ => Kind::Input,
+        };
+        Self { kind, reason: error.to_string() }
+    }
+}
+
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path).map_err(|e| Failure::about(path.display(), format_args!("cannot be read: {e}")))
+}
+
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    String::from_utf8(read(path)?).map_err(|_| Failure::about(path.display(), "is not a text file"))
+}
+
+pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
+    std::fs::write(path, bytes).map_err(|e| cannot_write(path, &e))
+}
+
+pub(crate) fn create_folder(path: &Path) -> Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| cannot_write(path, &e))
+}
+
+pub(crate) fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    let reason = format!("cannot be written: {error} (name a folder that you may write to)");
+    Failure::new(reason).of(path.display())
+}
+
+/// Tells `line` on standard error. Who does not listen any more does not end the program.
+pub(crate) fn tell(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// Prints `line`. A reader that has gone away (`| head`) ends the program quietly, as other tools do.
+pub(crate) fn print(line: impl Display) -> Result<()> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{line}").and_then(|()| out.flush()) {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(e) => Err(Failure::new(format!("cannot print: {e}"))),
+        Ok(()) => Ok(()),
+    }
+}

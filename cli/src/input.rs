@@ -1,0 +1,159 @@
+//! Where frames come from: a folder of images, a `.bmf` list, an animated GIF, Y4M from a file, a pipe or standard
+//! input, or any video by `ffmpeg`.
+//!
+//! Frames are read one at a time and once: no decoded clip is held, and none is kept in a file.
+
+use crate::failure::{Failure, Result, read};
+use crate::ffmpeg;
+use crate::images;
+use crate::y4m::Y4m;
+use image::AnimationDecoder;
+use image::codecs::gif::GifDecoder;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use tracecut::image::Frame;
+
+/// A clip.
+#[derive(Debug)]
+pub(crate) struct Input {
+    kind: Kind,
+    max_frames: usize,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Images(Vec<PathBuf>),
+    Gif(PathBuf),
+    /// A file, or a pipe with a name.
+    Y4m(PathBuf),
+    Video(PathBuf),
+    Stdin,
+}
+
+/// A frame and what to call it in an error.
+pub(crate) type NamedFrame = (String, Frame);
+pub(crate) type Frames = Box<dyn Iterator<Item = Result<NamedFrame>>>;
+
+impl Input {
+    /// Finds out what `path` is; `-` is standard input.
+    pub(crate) fn open(path: &Path, frames: Option<u32>) -> Result<Self> {
+        let max_frames = frames.map_or(usize::MAX, |n| n as usize);
+        Ok(Self { kind: Kind::of(path)?, max_frames })
+    }
+
+    /// Number of frames, where known before reading them.
+    pub(crate) fn num_frames(&self) -> Option<usize> {
+        match &self.kind {
+            Kind::Images(paths) => Some(paths.len().min(self.max_frames)),
+            _ => None,
+        }
+    }
+
+    /// The names of the files that the frames are in, where each is in one of its own.
+    pub(crate) fn names(&self) -> Option<Vec<String>> {
+        let Kind::Images(paths) = &self.kind else { return None };
+        let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Some(paths.iter().take(self.max_frames).map(name).collect())
+    }
+
+    /// The frames from the first on; those of standard input, and of a pipe, come once.
+    pub(crate) fn frames(&self) -> Result<impl Iterator<Item = Result<NamedFrame>> + use<>> {
+        let all: Frames = match &self.kind {
+            Kind::Images(paths) => Box::new(Images(paths.clone().into_iter())),
+            Kind::Gif(path) => gif_frames(path)?,
+            Kind::Y4m(path) => y4m_frames(path, open(path)?)?,
+            Kind::Video(path) => ffmpeg::frames(path)?,
+            Kind::Stdin => {
+                y4m_frames(Path::new("standard input"), BufReader::with_capacity(1 << 16, std::io::stdin()))?
+            }
+        };
+        Ok(all.take(self.max_frames))
+    }
+}
+
+/// Decodes files one by one, but none that is passed over.
+struct Images(std::vec::IntoIter<PathBuf>);
+
+impl Iterator for Images {
+    type Item = Result<NamedFrame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.0.next().map(|path| decode(&path))
+    }
+
+    fn nth(&mut self, n: usize) -> Option<Self::Item> {
+        self.0.nth(n).map(|path| decode(&path))
+    }
+}
+
+impl Kind {
+    fn of(path: &Path) -> Result<Self> {
+        if path == Path::new("-") {
+            return Ok(Self::Stdin);
+        }
+        if path.is_dir() {
+            return images::in_folder(path).map(Self::Images);
+        }
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bmf")) {
+            return images::in_list(path).map(Self::Images);
+        }
+        if path.exists() && !path.is_file() {
+            // What is read to look at it would be gone.
+            return Ok(Self::Y4m(path.to_owned()));
+        }
+        let mut start = Vec::new();
+        open(path)?.take(9).read_to_end(&mut start).map_err(|e| Failure::about(path.display(), e))?;
+        let path = path.to_owned();
+        Ok(if start.starts_with(b"GIF8") {
+            Self::Gif(path)
+        } else if start == b"YUV4MPEG2" {
+            Self::Y4m(path)
+        } else {
+            Self::Video(path)
+        })
+    }
+}
+
+fn open(path: &Path) -> Result<BufReader<File>> {
+    let file = File::open(path).map_err(|e| Failure::about(path.display(), format_args!("cannot be read: {e}")))?;
+    Ok(BufReader::new(file))
+}
+
+/// Decodes an image file.
+pub(crate) fn decode(path: &Path) -> Result<NamedFrame> {
+    let frame = Frame::decode(&read(path)?).map_err(|e| Failure::from(e).of(path.display()))?;
+    Ok((path.display().to_string(), frame))
+}
+
+fn gif_frames(path: &Path) -> Result<Frames> {
+    let name = path.display().to_string();
+    let broken = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("is not a whole GIF: {e}"));
+    let frames = GifDecoder::new(open(path)?).map_err(|e| broken(&e))?.into_frames();
+    Ok(Box::new(frames.enumerate().map(move |(index, frame)| {
+        let about = format!("{name}, frame {index}");
+        let image = match frame {
+            Ok(frame) => frame.into_buffer(),
+            Err(e) => {
+                return Err(Failure::about(&about, format_args!("cannot be decoded: {e}{}", advice(index))));
+            }
+        };
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let frame = Frame::from_rgba(image.as_raw(), width, height).map_err(|e| Failure::about(&about, e))?;
+        Ok((about, frame))
+    })))
+}
+
+/// What to do about a clip whose first `whole` frames only can be read.
+pub(crate) fn advice(whole: usize) -> String {
+    if whole < 2 { String::new() } else { format!(" (--frames {whole} takes the whole ones before it)") }
+}
+
+pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static) -> Result<Frames> {
+    let name = path.display().to_string();
+    let y4m = Y4m::new(reader).map_err(|e| Failure::about(&name, e))?;
+    Ok(Box::new(y4m.enumerate().map(move |(index, frame)| match frame {
+        Ok(frame) => Ok((format!("{name}, frame {index}"), frame)),
+        Err(e) => Err(Failure::about(&name, e)),
+    })))
+}

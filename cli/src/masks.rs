@@ -1,0 +1,204 @@
+//! Masks as files and pictures, and what the report says about them.
+
+use crate::failure::{Failure, Result};
+use crate::overlay::PALETTE;
+use crate::pictures::{Pixels, Series};
+use crate::window::Found;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use tracecut::image::{Frame, Plane};
+use tracecut::mask::{Objects, enlarge, object_rows, object_table};
+
+/// How much of a tinted pixel is the label's colour.
+const TINT_SHARE: f32 = 0.5;
+
+/// What `result.json` says about the masks.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct MaskReport {
+    background: MaskedObject,
+    objects: Vec<MaskedObject>,
+    /// Number of superpixels, frame by frame.
+    superpixels: Vec<usize>,
+}
+
+/// A label of the masks.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct MaskedObject {
+    label: u8,
+    /// Pixels of all masks.
+    pixels: u64,
+    /// Frames in which it has any; `null` if it has none.
+    first_frame: Option<usize>,
+    last_frame: Option<usize>,
+    /// Cluster labels of the trajectories that belong to it; each window of a clip has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    clusters: Option<Vec<usize>>,
+}
+
+impl MaskedObject {
+    fn count(&mut self, frame: usize) {
+        self.pixels += 1;
+        self.first_frame.get_or_insert(frame);
+        self.last_frame = Some(frame);
+    }
+
+    /// Adds what a later window has of it.
+    fn add(&mut self, later: &Self) {
+        self.pixels += later.pixels;
+        self.first_frame = self.first_frame.or(later.first_frame);
+        self.last_frame = later.last_frame.or(self.last_frame);
+    }
+}
+
+impl MaskReport {
+    pub(crate) fn num_objects(&self) -> usize {
+        self.objects.len()
+    }
+
+    /// The clusters of each object that has any, by its label.
+    pub(crate) fn clusters_of_objects(&self) -> Vec<(u8, Vec<usize>)> {
+        let clusters = |object: &MaskedObject| (object.label, object.clusters.clone().unwrap_or_default());
+        self.objects.iter().map(clusters).filter(|(_, clusters)| !clusters.is_empty()).collect()
+    }
+
+    /// Of all windows of a clip, from those of each.
+    pub(crate) fn merged(windows: Option<Vec<&Self>>) -> Option<Self> {
+        let windows = windows?;
+        if let [only] = windows[..] {
+            return Some(only.clone());
+        }
+        let mut labels: Vec<MaskedObject> =
+            (0..=255).map(|label| MaskedObject { label, ..Default::default() }).collect();
+        for object in windows.iter().flat_map(|window| window.objects.iter().chain([&window.background])) {
+            labels[usize::from(object.label)].add(object);
+        }
+        let objects = labels.split_off(1).into_iter().filter(|object| object.pixels > 0).collect();
+        let superpixels = windows.iter().flat_map(|window| &window.superpixels).copied().collect();
+        labels.pop().map(|background| Self { background, objects, superpixels })
+    }
+}
+
+/// Which pictures of the masks are wanted, and where.
+#[derive(Debug)]
+pub(crate) struct MaskFolders {
+    /// Labels, for the results or for what is made from them.
+    pub(crate) masks: Option<PathBuf>,
+    /// Frames tinted with them.
+    pub(crate) tints: Option<PathBuf>,
+    /// The scene without the objects.
+    pub(crate) backgrounds: Option<PathBuf>,
+    pub(crate) confidences: Option<PathBuf>,
+}
+
+/// Writes pictures of the masks that a window settles, at the size of the frames; returns what the report says of them,
+/// and the rows of the objects' table. `None` where there are no masks.
+pub(crate) fn write_window(found: &Found<'_>, folders: &MaskFolders) -> Result<Option<(MaskReport, String)>> {
+    let session = found.session;
+    let (Some(objects), Some(tracks)) = (session.objects(), session.trajectories()) else { return Ok(None) };
+    let mut labels = labels_of(objects);
+    let (mut superpixels, mut rows) = (Vec::new(), Vec::new());
+    let [masks, tints] = [&folders.masks, &folders.tints].map(|folder| folder.clone().map(Series::open).transpose());
+    let (masks, tints) = (masks?, tints?);
+    for t in found.settled.clone() {
+        let (number, mask) = (found.first + t, at_source(found, t)?);
+        mask.data().iter().for_each(|&label| labels[usize::from(label)].count(number));
+        rows.extend(
+            object_rows(&mask, tracks, t).into_iter().map(|row| tracecut::mask::ObjectRow { frame: number, ..row }),
+        );
+        superpixels.push(session.superpixels(t)?.count);
+        let size = (mask.width(), mask.height());
+        if let Some(masks) = &masks {
+            masks.write(number, size, Pixels::Labels(mask.data()))?;
+        }
+        if let Some(tints) = &tints {
+            tints.write(number, size, Pixels::Rgb(&tinted(found.frame(t)?, &mask)))?;
+        }
+    }
+    write_maps(found, folders)?;
+    let table = object_table(&rows);
+    let rows = table.split_once('\n').map_or("", |(_, rows)| rows).to_owned();
+    let objects = labels.split_off(1);
+    Ok(labels.pop().map(|background| (MaskReport { background, objects, superpixels }, rows)))
+}
+
+/// The heading of the objects' table.
+pub(crate) fn table_heading() -> String {
+    object_table(&[])
+}
+
+/// The mask of frame `t` at the size of the frame: where that was reduced, with borders to the pixel of its own.
+fn at_source(found: &Found<'_>, t: usize) -> Result<Plane<u8>> {
+    let session = found.session;
+    if session.working_size() == session.input_size() {
+        return Ok(session.labels(t)?);
+    }
+    let enlarged = enlarge(session.working_labels(t)?, found.frame(t)?, |_| false);
+    Ok(enlarged.map_err(|e| Failure::from(e).of(format_args!("frame {}", found.first + t)))?.labels)
+}
+
+/// Writes what else is wanted of each frame, at the size that frames are processed at.
+fn write_maps(found: &Found<'_>, folders: &MaskFolders) -> Result<()> {
+    let (session, first) = (found.session, found.first);
+    if let Some(folder) = &folders.backgrounds {
+        let series = Series::open(folder.clone())?;
+        for t in found.settled.clone() {
+            let plate = session.background(t)?;
+            series.write(first + t, (plate.width(), plate.height()), Pixels::Rgba(plate.data().as_flattened()))?;
+        }
+    }
+    if let Some(folder) = &folders.confidences {
+        let series = Series::open(folder.clone())?;
+        for t in found.settled.clone() {
+            let sure = session.confidence(t)?.map(|p| (255.0 * p).round() as u8);
+            series.write(first + t, (sure.width(), sure.height()), Pixels::Grey(sure.data()))?;
+        }
+    }
+    Ok(())
+}
+
+/// An entry for the background and one for each object, nothing counted yet.
+fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
+    let clusters = |label: u8| (0..objects.of_cluster.len()).filter(|&c| objects.of_cluster[c] == label).collect();
+    let entry = |label: u8| MaskedObject { label, clusters: Some(clusters(label)), ..MaskedObject::default() };
+    (0..=255).take(objects.highest_label + 1).map(entry).collect()
+}
+
+/// The frame with the pixels of each label other than 0 tinted, and outlined in the full colour; RGB. `labels` has the
+/// frame's size.
+pub(crate) fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
+    let mut rgb = frame.rgb().to_vec();
+    for y in 0..labels.height() {
+        for x in 0..labels.width() {
+            let label = labels[(x, y)];
+            if label > 0 {
+                let share = if is_rim(labels, x, y) { 1.0 } else { TINT_SHARE };
+                blend(&mut rgb, y * labels.width() + x, PALETTE[usize::from(label) % PALETTE.len()], share);
+            }
+        }
+    }
+    rgb
+}
+
+/// Whether one of the four neighbours inside the image has another label.
+fn is_rim(labels: &Plane<u8>, x: usize, y: usize) -> bool {
+    let here = labels[(x, y)];
+    let (right, below) = (x + 1 < labels.width(), y + 1 < labels.height());
+    (x > 0 && labels[(x - 1, y)] != here)
+        || (y > 0 && labels[(x, y - 1)] != here)
+        || (right && labels[(x + 1, y)] != here)
+        || (below && labels[(x, y + 1)] != here)
+}
+
+/// Paints the true pixels of `lines` over `rgb`.
+pub(crate) fn paint_lines(rgb: &mut [u8], lines: &Plane<bool>, colour: [u8; 3]) {
+    for (pixel, _) in lines.data().iter().enumerate().filter(|(_, line)| **line) {
+        blend(rgb, pixel, colour, 1.0);
+    }
+}
+
+fn blend(rgb: &mut [u8], pixel: usize, colour: [u8; 3], share: f32) {
+    for (value, new) in rgb[3 * pixel..3 * pixel + 3].iter_mut().zip(colour) {
+        *value = (f32::from(*value) + share * (f32::from(new) - f32::from(*value)) + 0.5) as u8;
+    }
+}

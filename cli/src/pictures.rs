@@ -1,0 +1,136 @@
+//! Numbered PNG files: `00000.png`, `00001.png`, ...
+
+use crate::failure::{Failure, Result, cannot_write, create_folder};
+use png::{BitDepth, ColorType, Compression, Encoder, Filter};
+use std::fs::File;
+use std::io::{BufReader, BufWriter};
+use std::path::{Path, PathBuf};
+
+/// What a file's bytes mean.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Pixels<'a> {
+    /// Three bytes a pixel.
+    Rgb(&'a [u8]),
+    /// Four bytes a pixel.
+    Rgba(&'a [u8]),
+    /// One byte a pixel, black to white.
+    Grey(&'a [u8]),
+    /// One byte a pixel, the number of a colour of the palette of [`voc_colour`].
+    Labels(&'a [u8]),
+}
+
+/// A folder of numbered pictures.
+#[derive(Debug)]
+pub(crate) struct Series(PathBuf);
+
+impl Series {
+    /// Makes `folder`, without the pictures from number `keep` on that an earlier, longer run left there.
+    pub(crate) fn create(folder: PathBuf, keep: usize) -> Result<Self> {
+        create_folder(&folder)?;
+        let series = Self(folder);
+        series.remove_from(keep);
+        Ok(series)
+    }
+
+    /// Makes `folder` if it is not there.
+    pub(crate) fn open(folder: PathBuf) -> Result<Self> {
+        create_folder(&folder)?;
+        Ok(Self(folder))
+    }
+
+    fn remove_from(&self, first: usize) {
+        (first..).map(|index| self.path(index)).take_while(|p| std::fs::remove_file(p).is_ok()).for_each(drop);
+    }
+
+    fn path(&self, index: usize) -> PathBuf {
+        self.0.join(format!("{index:05}.png"))
+    }
+
+    /// Writes picture `index`.
+    pub(crate) fn write(&self, index: usize, (width, height): (usize, usize), pixels: Pixels<'_>) -> Result<()> {
+        let path = self.path(index);
+        encode(&path, width as u32, height as u32, pixels)
+    }
+}
+
+fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()> {
+    let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
+    let mut encoder = Encoder::new(BufWriter::new(file), width, height);
+    encoder.set_depth(BitDepth::Eight);
+    let bytes = match pixels {
+        Pixels::Rgb(bytes) => {
+            encoder.set_color(ColorType::Rgb);
+            encoder.set_compression(Compression::Fast);
+            bytes
+        }
+        Pixels::Rgba(bytes) => {
+            encoder.set_color(ColorType::Rgba);
+            encoder.set_compression(Compression::Fast);
+            bytes
+        }
+        Pixels::Grey(bytes) => {
+            encoder.set_color(ColorType::Grayscale);
+            encoder.set_compression(Compression::Fast);
+            bytes
+        }
+        Pixels::Labels(bytes) => {
+            encoder.set_color(ColorType::Indexed);
+            encoder.set_palette((0..=255).flat_map(voc_colour).collect::<Vec<u8>>());
+            encoder.set_compression(Compression::Balanced);
+            // Differences of labels mean nothing: runs of equal ones pack better as they are.
+            encoder.set_filter(Filter::NoFilter);
+            bytes
+        }
+    };
+    let write = |encoder: Encoder<_>| {
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(bytes)?;
+        writer.finish()
+    };
+    write(encoder).map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
+}
+
+/// The labels of a picture that was written as such, with its width and height.
+pub(crate) fn read_labels(folder: &Path, index: usize) -> Result<(Vec<u8>, usize, usize)> {
+    let path = folder.join(format!("{index:05}.png"));
+    let bad = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("cannot be read back: {e}"));
+    let file = File::open(&path).map_err(|e| bad(&e))?;
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().map_err(|e| bad(&e))?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let mut labels = vec![0; width * height];
+    reader.next_frame(&mut labels).map_err(|e| bad(&e))?;
+    Ok((labels, width, height))
+}
+
+/// The colour of a label in the palette that the VOC and DAVIS benchmarks share: the label's bits, three at a time from
+/// the lowest, become bits of red, green and blue from the highest. 0 is black, 1 (128, 0, 0), 2 (0, 128, 0), 3 (128,
+/// 128, 0), 4 (0, 0, 128).
+pub(crate) fn voc_colour(label: u8) -> [u8; 3] {
+    let bit = |index: usize| (u16::from(label) >> index & 1) as u8;
+    std::array::from_fn(|channel| (0..3).map(|place| bit(3 * place + channel) << (7 - place)).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_palette_is_the_one_of_voc() {
+        let known = [
+            (0, [0, 0, 0]),
+            (1, [128, 0, 0]),
+            (2, [0, 128, 0]),
+            (3, [128, 128, 0]),
+            (4, [0, 0, 128]),
+            (7, [128, 128, 128]),
+            (8, [64, 0, 0]),
+            (20, [0, 64, 128]),
+            (255, [224, 224, 192]),
+        ];
+        for (label, colour) in known {
+            assert_eq!(voc_colour(label), colour, "label {label}");
+        }
+        let all: std::collections::BTreeSet<_> = (0..=255).map(voc_colour).collect();
+        assert_eq!(all.len(), 256);
+    }
+}

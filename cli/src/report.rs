@@ -1,0 +1,234 @@
+//! `result.json`: put together at the end from a part for each window, which lies on disk until then.
+
+use crate::clock::{Seconds, peak_memory_bytes};
+use crate::failure::{Failure, Result, create_folder, read, write};
+use crate::masks::MaskReport;
+use crate::output::Place;
+use crate::run::Timing;
+use crate::window::Found;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use tracecut::Params;
+use tracecut::discretize::Clusters;
+use tracecut::trajectory::Trajectories;
+
+/// What one window gives to the report.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Part {
+    window: WindowReport,
+    size: (usize, usize),
+    working: (usize, usize),
+    labels: Vec<LabelSize>,
+    masks: Option<MaskReport>,
+    /// Rows of `objects.csv`.
+    table: String,
+    eigenvalues: Vec<f64>,
+    eigen: Value,
+    seconds: BTreeMap<String, Seconds>,
+}
+
+/// A window in the report; frames are the clip's.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct WindowReport {
+    index: usize,
+    shot: usize,
+    first_frame: usize,
+    frames: usize,
+    settled: Settled,
+    trajectories: usize,
+    points: usize,
+    clusters: usize,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    objects: Vec<OfClusters>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Settled {
+    from: usize,
+    to: usize,
+}
+
+/// Which clusters of a window an object is.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct OfClusters {
+    label: u8,
+    clusters: Vec<usize>,
+}
+
+#[derive(Debug, Default, Clone, Serialize, Deserialize)]
+struct LabelSize {
+    label: usize,
+    trajectories: usize,
+    points: usize,
+}
+
+impl Part {
+    pub(crate) fn of(found: &Found<'_>, masks: Option<(MaskReport, String)>, timing: &Timing) -> Result<Self> {
+        let session = found.session;
+        let results = found.results()?;
+        let (masks, table) = masks.map_or_else(Default::default, |(masks, table)| (Some(masks), table));
+        let eigen = serde_json::to_value(&results.embedding.info).map_err(|e| Failure::new(e.to_string()))?;
+        let of_clusters = |(label, clusters)| OfClusters { label, clusters };
+        let clusters = masks.as_ref().map_or_else(Vec::new, MaskReport::clusters_of_objects);
+        let window = WindowReport {
+            index: found.index,
+            shot: found.shot,
+            first_frame: found.first,
+            frames: session.num_frames(),
+            settled: Settled { from: found.first + found.settled.start, to: found.first + found.settled.end },
+            trajectories: results.tracks.len(),
+            points: results.tracks.x.len(),
+            clusters: results.clusters.count,
+            objects: clusters.into_iter().map(of_clusters).collect(),
+        };
+        Ok(Self {
+            window,
+            size: session.input_size().unwrap_or_default(),
+            working: session.working_size().unwrap_or_default(),
+            labels: label_sizes(results.tracks, results.clusters),
+            masks,
+            table,
+            eigenvalues: results.embedding.eigenvalues.clone(),
+            eigen,
+            seconds: timing.by_name(),
+        })
+    }
+
+    fn path(place: &Place, index: usize) -> PathBuf {
+        place.work().join(format!("parts/{index:05}.json"))
+    }
+
+    pub(crate) fn write(&self, place: &Place) -> Result<()> {
+        create_folder(&place.work().join("parts"))?;
+        let text = serde_json::to_string(self).map_err(|e| Failure::new(e.to_string()))?;
+        write(&Self::path(place, self.window.index), text)
+    }
+
+    /// Those of the first `count` windows.
+    pub(crate) fn read_all(place: &Place, count: usize) -> Result<Vec<Self>> {
+        let part = |index| {
+            let path = Self::path(place, index);
+            serde_json::from_slice(&read(&path)?).map_err(|e| Failure::about(path.display(), e))
+        };
+        (0..count).map(part).collect()
+    }
+}
+
+fn label_sizes(tracks: &Trajectories, clusters: &Clusters) -> Vec<LabelSize> {
+    let mut sizes: Vec<LabelSize> =
+        (0..clusters.count).map(|label| LabelSize { label, ..LabelSize::default() }).collect();
+    for (i, &label) in clusters.label.iter().enumerate() {
+        let size = &mut sizes[label as usize];
+        size.trajectories += 1;
+        size.points += tracks.points(i).len();
+    }
+    sizes
+}
+
+/// What goes into `result.json`.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Report<'a> {
+    version: &'static str,
+    input: String,
+    width: usize,
+    height: usize,
+    working_width: usize,
+    working_height: usize,
+    pub(crate) frames: usize,
+    shots: usize,
+    /// What is of a window alone is left out where there are several.
+    #[serde(flatten)]
+    only: Option<OnlyWindow<'a>>,
+    /// Background, objects and superpixels; left out where there are no masks.
+    #[serde(flatten)]
+    masks: Option<MaskReport>,
+    windows: Vec<&'a WindowReport>,
+    /// Files of the frames; left out where they are in one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame_names: Option<Vec<String>>,
+    params: &'a Params,
+    seconds: BTreeMap<&'a str, f64>,
+    /// The same of the first thread on a processor, which other programs do not lengthen; `null` where the system does
+    /// not say.
+    cpu_seconds: BTreeMap<&'a str, Option<f64>>,
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct OnlyWindow<'a> {
+    trajectories: usize,
+    points: usize,
+    clusters: usize,
+    labels: &'a [LabelSize],
+    eigenvalues: &'a [f64],
+    eigen: &'a Value,
+}
+
+/// The rows of `objects.csv`; `None` where there are no masks.
+pub(crate) fn rows(parts: &[Part]) -> Option<String> {
+    parts.first()?.masks.as_ref()?;
+    Some(parts.iter().map(|part| part.table.as_str()).collect())
+}
+
+impl<'a> Report<'a> {
+    /// Of all windows of a clip; `None` where there are none.
+    pub(crate) fn of(input: String, names: Option<Vec<String>>, params: &'a Params, parts: &'a [Part]) -> Option<Self> {
+        let (first, last) = (parts.first()?, parts.last()?);
+        let mut seconds: BTreeMap<&str, Seconds> = BTreeMap::new();
+        for (name, &spent) in parts.iter().flat_map(|part| &part.seconds) {
+            seconds.entry(name).and_modify(|all| all.add(spent)).or_insert(spent);
+        }
+        let only = (parts.len() == 1).then(|| OnlyWindow {
+            trajectories: first.window.trajectories,
+            points: first.window.points,
+            clusters: first.window.clusters,
+            labels: &first.labels,
+            eigenvalues: &first.eigenvalues,
+            eigen: &first.eigen,
+        });
+        let frames = last.window.settled.to;
+        Some(Self {
+            version: env!("CARGO_PKG_VERSION"),
+            input,
+            width: first.size.0,
+            height: first.size.1,
+            working_width: first.working.0,
+            working_height: first.working.1,
+            frames,
+            shots: last.window.shot + 1,
+            only,
+            masks: MaskReport::merged(parts.iter().map(|part| part.masks.as_ref()).collect::<Option<_>>()),
+            windows: parts.iter().map(|part| &part.window).collect(),
+            frame_names: names.map(|names| names.into_iter().take(frames).collect()),
+            params,
+            seconds: seconds.iter().map(|(&name, s)| (name, s.wall)).collect(),
+            cpu_seconds: seconds.iter().map(|(&name, s)| (name, s.cpu)).collect(),
+            peak_memory_bytes: peak_memory_bytes(),
+        })
+    }
+
+    /// Width and height of the masks.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// A sentence about it.
+    pub(crate) fn summary(&self, place: &Place) -> String {
+        let (width, height, frames) = (self.width, self.height, self.frames);
+        let found = match &self.only {
+            Some(only) => format!("{} trajectories in {} clusters", only.trajectories, only.clusters),
+            None => format!("{} windows, {} shot(s)", self.windows.len(), self.shots),
+        };
+        let objects = self.masks.as_ref().map_or_else(String::new, |m| format!("{} object(s), ", m.num_objects()));
+        let seconds = self.seconds.get("total").copied().unwrap_or_default();
+        format!(
+            "{frames} frames of {width}x{height}: {found}, {objects}{seconds:.2} s; see {}",
+            place.target().display()
+        )
+    }
+}

@@ -1,0 +1,314 @@
+//! `tracecut segment`: clips in; masks, labelled trajectories, pictures and reports out.
+
+use crate::checkpoint::Saved;
+use crate::dump;
+use crate::ending::{self, whole};
+use crate::failure::{Failure, Result, create_folder, read_text, write};
+use crate::formats::{Format, Masks};
+use crate::input::Input;
+use crate::log::{Log, LogArgs};
+use crate::masks::{self, MaskFolders};
+use crate::output::{Existing, Place};
+use crate::overlay;
+use crate::report::{Part, Report, rows};
+use crate::settings::Settings;
+use crate::window::{Found, Run};
+use clap::Args;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use tracecut::Params;
+use tracecut::eval::tracks;
+use tracecut::params::ParamValue;
+use tracecut::trajectory::Trajectories;
+
+#[derive(Args, Debug)]
+#[command(after_help = RESULTS)]
+pub(crate) struct SegmentArgs {
+    /// Folders of images in name order, .bmf lists, animated GIFs, .y4m files, other videos (by ffmpeg, where that is
+    /// installed), or - for Y4M on standard input
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// Folder for the results, which are there when all is done; of several inputs a folder in it for each
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// What to write, one or more
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', default_value = "png,tracks")]
+    format: Vec<Format>,
+    /// Replace results that are there already
+    #[arg(long)]
+    overwrite: bool,
+    /// Go on after the last finished window of a run that did not end
+    #[arg(long, conflicts_with = "overwrite")]
+    resume: bool,
+    #[command(flatten)]
+    log: LogArgs,
+    /// Frames that are looked at at once; longer clips are taken in windows of so many, neighbours with 10 in common
+    #[arg(long, value_name = "N", default_value = "50", value_parser = clap::value_parser!(u16).range(2..=400))]
+    window: u16,
+    /// Take the first N frames
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Spacing of the trajectories, in pixels; short for --set trajectory.gridStep=PX
+    #[arg(long, value_name = "PX")]
+    track_step: Option<f64>,
+    /// Trajectories of any tracker, in the form of tracks.dat, in the place of those that tracking would find; their
+    /// labels are not looked at. All frames are then taken at once
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    tracks: Option<PathBuf>,
+    /// End with the labels of the trajectories, without masks; short for --set clip.dense=false
+    #[arg(long)]
+    no_dense: bool,
+    /// Also write the scene without the objects, frame by frame, at the size that frames are processed at
+    #[arg(long, conflicts_with = "no_dense")]
+    background: bool,
+    /// Also write how sure the label of each pixel is, frame by frame, at the size that frames are processed at
+    #[arg(long, conflicts_with = "no_dense")]
+    confidence: bool,
+    /// Also write the affinities, the eigenpairs, the neighbour pairs and the saliency as text
+    #[arg(long)]
+    dump: bool,
+    /// Threads to work on; results are the same for any number [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    threads: Option<u32>,
+    #[command(flatten)]
+    settings: Settings,
+}
+
+const RESULTS: &str = "\
+Results in the folder:
+  masks/00000.png ...          png: label of each pixel, 0 for the background, at the size of the frames
+  masks.json                   rle: the same as COCO's JSON for videos
+  masks.npz                    npz: the same as an array of frames, rows and columns
+  tracks.dat                   tracks: labelled trajectories; of a clip of several windows tracks/00000.dat ...
+  overlay/00000.png ...        overlay: frames with the trajectories, coloured by label
+  overlay-masks/00000.png ...  overlay: frames with the objects tinted and outlined
+  objects.csv                  box, area, centre and mean motion of each object in each frame
+  result.json                  sizes, objects, windows, shots, names of the frames, parameters, times
+  background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene
+  confidence/00000.png ...     with --confidence: grey, 0 to 255 for a probability of 0 to 1 that the label is right
+  dump/                        with --dump; of a clip of several windows dump/00000/ ...
+
+They are written into DIR.partial, which is renamed at the end.";
+
+pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
+    let params = params_of(args)?;
+    let targets = targets_of(args)?;
+    let log = args.log.open();
+    let mut failed: Option<Failure> = None;
+    for (input, target) in args.inputs.iter().zip(&targets) {
+        let Err(failure) = segment_one(args, &params, input, target, &log) else { continue };
+        if targets.len() == 1 {
+            return Err(failure);
+        }
+        log.failure(&input.display().to_string(), &failure);
+        let count = failed.as_ref().map_or(1, |f| f.reason.parse().unwrap_or(0) + 1);
+        failed = Some(Failure { kind: failed.map_or(failure.kind, |first| first.kind), reason: format!("{count}") });
+    }
+    let all = targets.len();
+    failed.map_or(Ok(()), |f| Err(Failure { kind: f.kind, reason: format!("{} of {all} inputs failed", f.reason) }))
+}
+
+/// Whether failures are told as lines of JSON.
+pub(crate) fn tells_events(args: &SegmentArgs) -> bool {
+    args.log.open().tells_events()
+}
+
+fn params_of(args: &SegmentArgs) -> Result<Params> {
+    let mut params = args.settings.params()?;
+    if let Some(step) = args.track_step {
+        params.set("trajectory.gridStep", &ParamValue::Number(step))?;
+    }
+    if args.no_dense {
+        params.clip.dense = false;
+    }
+    Ok(params)
+}
+
+/// The folder of each input's results: that named, or for several inputs one in it with the input's name.
+fn targets_of(args: &SegmentArgs) -> Result<Vec<PathBuf>> {
+    if args.inputs.len() == 1 {
+        return Ok(vec![args.out.clone()]);
+    }
+    let mut users: BTreeMap<PathBuf, &Path> = BTreeMap::new();
+    let mut targets = Vec::new();
+    for input in &args.inputs {
+        let name = if input == Path::new("-") {
+            Some("stdin".as_ref())
+        } else if input.is_dir() {
+            input.file_name()
+        } else {
+            input.file_stem()
+        };
+        let name = name.ok_or_else(|| Failure::usage("has no name for its results").of(input.display()))?;
+        let target = args.out.join(name);
+        if let Some(other) = users.insert(target.clone(), input) {
+            let reason =
+                format!("its results would lie where those of {} do (give it a run of its own)", other.display());
+            return Err(Failure::usage(reason).of(input.display()));
+        }
+        targets.push(target);
+    }
+    Ok(targets)
+}
+
+fn segment_one(args: &SegmentArgs, params: &Params, path: &Path, target: &Path, log: &Log) -> Result<()> {
+    let place = Place::new(target)?;
+    let name = path.display().to_string();
+    if args.resume && place.is_complete() {
+        log.event("complete", json!({ "input": name, "out": target }));
+        let report: Value = serde_json::from_str(&read_text(&target.join("result.json"))?).unwrap_or_default();
+        return log.done(&report.to_string(), &format!("{} is complete already", target.display()));
+    }
+    // What is wrong with the input is said before anything is touched.
+    let (input, tracks) = (Input::open(path, args.frames)?, args.tracks.as_deref().map(read_tracks).transpose()?);
+    let watched = ending::watch(&place);
+    whole(|| place.claim(Existing { overwrite: args.overwrite, resume: args.resume }))?;
+    log.event("begin", json!({ "input": name, "out": target, "frames": input.num_frames() }));
+    let job = Job { args, params, place: &place, name: &name };
+    let outcome = job.run(&input, tracks, log);
+    if outcome.is_err() {
+        whole(|| place.give_up());
+    }
+    drop(watched);
+    let told = outcome?;
+    log.event("done", json!({ "input": name, "out": target, "frames": told.frames }));
+    log.done(&told.report, &told.summary)
+}
+
+/// The trajectories of a track file. What does not fit the frames is an error of the session.
+fn read_tracks(path: &Path) -> Result<Trajectories> {
+    tracks::parse(&read_text(path)?).map(|(tracks, _)| tracks).map_err(|e| Failure::about(path.display(), e))
+}
+
+/// One clip and where its results go.
+struct Job<'a> {
+    args: &'a SegmentArgs,
+    params: &'a Params,
+    place: &'a Place,
+    name: &'a str,
+}
+
+/// What is said of a clip that is done.
+struct Told {
+    frames: usize,
+    /// The report on one line.
+    report: String,
+    summary: String,
+}
+
+impl Job<'_> {
+    fn wants(&self, format: Format) -> bool {
+        self.args.format.contains(&format)
+    }
+
+    /// What results depend on, beside the input.
+    fn options(&self) -> String {
+        let SegmentArgs { window, frames, background, confidence, dump, .. } = self.args;
+        let mut formats: Vec<String> = self.args.format.iter().map(|format| format!("{format:?}")).collect();
+        formats.sort();
+        let version = env!("CARGO_PKG_VERSION");
+        json!({ "version": version, "window": window, "frames": frames, "background": background,
+            "confidence": confidence, "dump": dump, "formats": formats, "params": self.params })
+        .to_string()
+    }
+
+    fn run(&self, input: &Input, tracks: Option<Trajectories>, log: &Log) -> Result<Told> {
+        let options = self.options();
+        let saved = if self.args.resume { Saved::read(self.place, &options)? } else { None };
+        let all = || std::thread::available_parallelism().map_or(1, usize::from);
+        let run = Run {
+            params: self.params,
+            window: usize::from(self.args.window),
+            threads: self.args.threads.map_or_else(all, |threads| threads as usize),
+            tracks,
+            options: &options,
+            needs_frames: self.wants(Format::Overlay),
+        };
+        let count = run.all(input, self.place, saved, log, |found, timing| {
+            let masks = masks::write_window(found, &self.mask_folders())?;
+            self.write_window(found)?;
+            Part::of(found, masks, timing)?.write(self.place)
+        })?;
+        log.bar().finish_and_clear();
+        let parts = Part::read_all(self.place, count)?;
+        whole(|| self.finish(input, &parts))
+    }
+
+    fn mask_folders(&self) -> MaskFolders {
+        let folder = |name: &str, wanted: bool| wanted.then(|| self.place.file(name));
+        let made_from = self.wants(Format::Rle) || self.wants(Format::Npz);
+        MaskFolders {
+            masks: folder("masks", self.wants(Format::Png))
+                .or_else(|| made_from.then(|| self.place.work().join("masks"))),
+            tints: folder("overlay-masks", self.wants(Format::Overlay)),
+            backgrounds: folder("background", self.args.background),
+            confidences: folder("confidence", self.args.confidence),
+        }
+    }
+
+    /// What a window's trajectories give.
+    fn write_window(&self, found: &Found<'_>) -> Result<()> {
+        let (place, results) = (self.place, found.results()?);
+        if self.wants(Format::Tracks) {
+            create_folder(&place.file("tracks"))?;
+            let text = tracks::write(results.tracks, results.clusters)?;
+            write(&place.file(format!("tracks/{:05}.dat", found.index)), text)?;
+        }
+        if self.wants(Format::Overlay) {
+            overlay::write_window(found, place.file("overlay"))?;
+        }
+        if self.args.dump {
+            dump::write_all(&place.file(format!("dump/{:05}", found.index)), found.session)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is of the whole clip, the report last, and puts all where it was asked for.
+    fn finish(&self, input: &Input, parts: &[Part]) -> Result<Told> {
+        let names = input.names();
+        let report = Report::of(self.name.to_owned(), names.clone(), self.params, parts);
+        let report = report.ok_or_else(|| Failure::new("there is no window: please report this"))?;
+        if parts.len() == 1 {
+            self.name_as_of_one_window()?;
+        }
+        if let Some(rows) = rows(parts) {
+            write(&self.place.file("objects.csv"), masks::table_heading() + &rows)?;
+            self.write_masks(&report, names.as_deref())?;
+        }
+        let bad = |e: serde_json::Error| Failure::new(format!("result.json: {e}"));
+        write(&self.place.file("result.json"), serde_json::to_string_pretty(&report).map_err(bad)? + "\n")?;
+        let line = serde_json::to_string(&report).map_err(bad)?;
+        self.place.finish()?;
+        Ok(Told { frames: report.frames, report: line, summary: report.summary(self.place) })
+    }
+
+    fn write_masks(&self, report: &Report<'_>, names: Option<&[String]>) -> Result<()> {
+        let Some(folder) = self.mask_folders().masks else { return Ok(()) };
+        let masks = Masks { folder: &folder, frames: report.frames, size: report.size() };
+        if self.wants(Format::Rle) {
+            masks.write_coco(self.place, self.name, names)?;
+        }
+        if self.wants(Format::Npz) {
+            masks.write_npz(self.place)?;
+        }
+        Ok(())
+    }
+
+    /// Of one window, files have no number.
+    fn name_as_of_one_window(&self) -> Result<()> {
+        let file = |name: &str| self.place.file(name);
+        let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|e| crate::failure::cannot_write(to, &e));
+        if self.wants(Format::Tracks) {
+            rename(&file("tracks/00000.dat"), &file("tracks.dat"))?;
+            fs::remove_dir(file("tracks")).map_err(|e| crate::failure::cannot_write(&file("tracks"), &e))?;
+        }
+        if self.args.dump {
+            rename(&file("dump/00000"), &file("dump.only"))?;
+            fs::remove_dir(file("dump")).map_err(|e| crate::failure::cannot_write(&file("dump"), &e))?;
+            rename(&file("dump.only"), &file("dump"))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,66 @@
+//! Parameters from the command line: a JSON file, then single settings.
+
+use crate::failure::{Failure, Result, print, read_text};
+use clap::Args;
+use std::path::PathBuf;
+use tracecut::Params;
+use tracecut::params::{ParamGroup, ParamTree, ParamValue};
+
+#[derive(Args, Debug)]
+pub(crate) struct Settings {
+    /// JSON file of parameters, e.g. {"flow": {"patchStride": 5}}; `tracecut params` lists them
+    #[arg(long, value_name = "FILE")]
+    params: Option<PathBuf>,
+    /// Set one parameter, after those of the file; may be repeated. preset=paper sets all to the paper's saliency,
+    /// connectedness and dense half
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_setting)]
+    settings: Vec<(String, ParamValue)>,
+}
+
+impl Settings {
+    /// The defaults, changed by the file, then by each `--set` in turn.
+    pub(crate) fn params(&self) -> Result<Params> {
+        let mut params = Params::default();
+        if let Some(path) = &self.params {
+            let tree: ParamTree = serde_json::from_str(&read_text(path)?)
+                .map_err(|e| Failure::usage(format!("is not a JSON object of parameters: {e}")).of(path.display()))?;
+            params.apply(&tree).map_err(|e| Failure::from(e).of(path.display()))?;
+        }
+        for (name, value) in &self.settings {
+            params.set(name, value)?;
+        }
+        Ok(params)
+    }
+}
+
+/// `key=value`: true and false, then numbers, then text (the name of a preset or of a choice).
+fn parse_setting(text: &str) -> std::result::Result<(String, ParamValue), String> {
+    let (name, value) =
+        text.split_once('=').ok_or_else(|| "expected KEY=VALUE, such as flow.patchStride=5".to_owned())?;
+    let value = match value.trim() {
+        "true" => ParamValue::Bool(true),
+        "false" => ParamValue::Bool(false),
+        other => other.parse().map_or_else(|_| ParamValue::Text(other.to_owned()), ParamValue::Number),
+    };
+    Ok((name.trim().to_owned(), value))
+}
+
+/// Prints every parameter with its range, default and meaning.
+pub(crate) fn list() -> Result<()> {
+    let mut lines = Vec::new();
+    Params::default().visit("", &mut |field| {
+        let (low, high) = field.range;
+        let form = match field.kind() {
+            "choice" => {
+                let names = field.choices();
+                format!("{}, default {}", names.join(" or "), names[field.get() as usize])
+            }
+            "boolean" => format!("true or false, default {}", field.get() != 0.0),
+            "integer" => format!("whole number, {low}..={high}, default {}", field.get()),
+            _ => format!("number, {low}..={high}, default {}", field.get()),
+        };
+        lines.push(format!("{}  ({form})", field.name));
+        lines.extend(field.doc.lines().map(|l| format!("    {}", l.trim())));
+    });
+    print(lines.join("\n"))
+}

@@ -1,0 +1,42 @@
+//! What shells and `man` want to know of the program.
+
+use crate::Cli;
+use crate::failure::{Failure, Result, print};
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+
+#[derive(Args, Debug)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    shell: Shell,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ManArgs {
+    /// A command, such as segment; the program itself if left out
+    command: Option<String>,
+}
+
+/// Prints completions for a shell.
+pub(crate) fn completions(args: &CompletionsArgs) -> Result<()> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "tracecut", &mut script);
+    print(String::from_utf8_lossy(&script).trim_end())
+}
+
+/// Prints a man page.
+pub(crate) fn man(args: &ManArgs) -> Result<()> {
+    let mut program = Cli::command();
+    program.build();
+    let command = match &args.command {
+        None => program,
+        Some(name) => {
+            let found = program.find_subcommand(name).cloned();
+            found
+                .ok_or_else(|| Failure::usage(format!("there is no command \"{name}\" (tracecut --help lists them)")))?
+        }
+    };
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command).render(&mut page).map_err(|e| Failure::new(format!("man page: {e}")))?;
+    print(String::from_utf8_lossy(&page).trim_end())
+}

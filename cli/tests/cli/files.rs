@@ -1,0 +1,413 @@
+//! What `segment` leaves on disk, whatever happens: long clips, runs that are ended, what lies there already.
+
+use super::*;
+use std::collections::BTreeMap;
+use std::process::Child;
+use std::time::Duration;
+
+/// Frames of the long clip, and where it is cut.
+const LONG: i32 = 34;
+const CUT: i32 = 21;
+/// Of several windows; all forms of results.
+const WINDOWS: [&str; 4] = ["--window", "12", "--format", "png,rle,npz,tracks,overlay"];
+
+/// The moving clip in two shots, as Y4M.
+fn long_y4m() -> Vec<u8> {
+    let mut bytes = y4m(CUT);
+    for t in 0..LONG - CUT {
+        bytes.extend(b"FRAME\n");
+        let other = |x: i32, y: i32| if on_object(x, y, t) { texture(x - 2 * t, y, 7) } else { texture(x + t, y, 8) };
+        bytes.extend(rgb(SIZE.0, SIZE.1, &other).iter().step_by(3));
+    }
+    bytes
+}
+
+/// The long clip in a file of a folder of this test's own.
+fn long_clip(name: &str) -> PathBuf {
+    let file = folder(name).join("clip.y4m");
+    fs::write(&file, long_y4m()).unwrap();
+    file
+}
+
+/// All files below a folder with their bytes; of the report what does not depend on the time.
+fn all_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let (mut found, mut folders) = (BTreeMap::new(), vec![root.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+            let name = path.strip_prefix(root).unwrap().to_str().unwrap().to_owned();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name == "result.json" {
+                let mut report = json(&path);
+                for key in ["seconds", "cpuSeconds", "peakMemoryBytes", "input"] {
+                    report.as_object_mut().unwrap().remove(key);
+                }
+                found.insert(name, report.to_string().into_bytes());
+            } else {
+                found.insert(name, fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+fn assert_same(one: &Path, other: &Path) {
+    let (one, other) = (all_files(one), all_files(other));
+    assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
+    one.iter().for_each(|(name, bytes)| assert!(&other[name] == bytes, "{name} differs"));
+}
+
+fn beside(out: &Path, end: &str) -> PathBuf {
+    out.with_file_name(format!("{}{end}", out.file_name().unwrap().to_str().unwrap()))
+}
+
+/// A folder of results that is not there, and none beside it that was left.
+fn absent(name: &str) -> PathBuf {
+    let out = folder(name);
+    fs::remove_dir(&out).unwrap();
+    let partial = beside(&out, ".partial");
+    if partial.exists() {
+        fs::remove_dir_all(partial).unwrap();
+    }
+    out
+}
+
+fn start(input: &Path, out: &Path, more: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tracecut"));
+    command.arg("segment").arg(input).arg("--out").arg(out).args(more);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Waits until a run has left something.
+fn wait_for(file: &Path, child: &mut Child) {
+    while !file.exists() {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before {} was there", file.display());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_long_clip_is_taken_in_windows_with_the_labels_of_the_library() {
+    let (input, out) = (long_clip("long-in"), absent("long-out"));
+    assert_done(&segment(&input, &out, &WINDOWS[..2]));
+    let names = ["masks", "objects.csv", "result.json", "tracks"];
+    assert_eq!(names_in(&out), names);
+    let report = json(&out.join("result.json"));
+    assert_eq!((&report["frames"], &report["shots"]), (&LONG.into(), &2.into()));
+
+    let grey = |t: i32| {
+        let frame = t.rem_euclid(CUT);
+        let seed = if t < CUT { 1 } else { 7 };
+        let of = |x, y| {
+            if on_object(x, y, frame) { texture(x - 2 * frame, y, seed) } else { texture(x + frame, y, seed + 1) }
+        };
+        tracecut::image::Frame::from_rgb(rgb(SIZE.0, SIZE.1, &of), SIZE.0 as usize, SIZE.1 as usize)
+    };
+    let windows = tracecut::Windows::new(tracecut::Params::default(), (0..LONG).map(grey)).unwrap();
+    let mut windows = windows.with_window(12, 10).unwrap().with_length(LONG as usize);
+    let (mut t, mut objects) = (0, std::collections::BTreeSet::new());
+    while let Some(window) = windows.next_window(|_| ()) {
+        let window = window.unwrap();
+        let told = &report["windows"][window.index];
+        assert_eq!((&told["shot"], &told["firstFrame"]), (&window.shot.into(), &window.first_frame.into()));
+        for settled in window.settled {
+            let mask = windows.session().labels(settled).unwrap();
+            assert_eq!(read_labels(&out, t), mask.data(), "frame {t}");
+            objects.extend(mask.data().iter().copied().filter(|&label| label > 0));
+            t += 1;
+        }
+    }
+    assert_eq!((t, names_in(&out.join("masks")).len()), (LONG as usize, LONG as usize));
+    let told: Vec<u64> = report["objects"].as_array().unwrap().iter().map(|o| o["label"].as_u64().unwrap()).collect();
+    assert_eq!(told, objects.into_iter().map(u64::from).collect::<Vec<_>>());
+    assert!(told.len() > 1, "{told:?}");
+    assert_eq!(names_in(&out.join("tracks")).len(), report["windows"].as_array().unwrap().len());
+}
+
+fn read_labels(out: &Path, t: usize) -> Vec<u8> {
+    let file = fs::File::open(out.join(format!("masks/{t:05}.png"))).unwrap();
+    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+    let mut labels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut labels).unwrap();
+    labels
+}
+
+#[test]
+fn every_form_holds_the_same_masks() {
+    let (input, out) = (long_clip("forms-in"), absent("forms-out"));
+    assert_done(&segment(&input, &out, &WINDOWS));
+    let size = (SIZE.0 * SIZE.1) as usize;
+    let mut zip = zip::ZipArchive::new(fs::File::open(out.join("masks.npz")).unwrap()).unwrap();
+    let mut npy = Vec::new();
+    std::io::Read::read_to_end(&mut zip.by_name("masks.npy").unwrap(), &mut npy).unwrap();
+    let header = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    assert_eq!((&npy[..8], header % 64, npy[header - 1]), (&b"\x93NUMPY\x01\x00"[..], 0, b'\n'));
+    let shape = format!("'descr': '|u1', 'fortran_order': False, 'shape': ({LONG}, {}, {})", SIZE.1, SIZE.0);
+    assert!(text(&npy[..header]).contains(&shape), "{}", text(&npy[..header]));
+    assert_eq!(npy.len(), header + LONG as usize * size);
+
+    let coco = json(&out.join("masks.json"));
+    assert_eq!(coco["images"].as_array().unwrap().len(), LONG as usize);
+    let mut from_runs = vec![vec![0_u8; size]; LONG as usize];
+    for annotation in coco["annotations"].as_array().unwrap() {
+        let t = annotation["image_id"].as_u64().unwrap() as usize - 1;
+        paint(&mut from_runs[t], annotation);
+    }
+    for (t, labels) in from_runs.iter().enumerate() {
+        let expected = read_labels(&out, t);
+        assert!(labels == &expected, "runs of frame {t}");
+        assert!(npy[header + t * size..header + (t + 1) * size] == expected, "array of frame {t}");
+    }
+    for pictures in ["overlay", "overlay-masks"] {
+        assert_eq!(names_in(&out.join(pictures)).len(), LONG as usize);
+    }
+    // What is made from masks needs no pictures of them.
+    let only = absent("forms-only");
+    assert_done(&segment(&input, &only, &["--window", "12", "--format", "npz"]));
+    assert_eq!(names_in(&only), ["masks.npz", "objects.csv", "result.json"]);
+    assert_eq!(fs::read(only.join("masks.npz")).unwrap(), fs::read(out.join("masks.npz")).unwrap());
+}
+
+/// Paints the compressed run lengths of a COCO annotation, column by column.
+fn paint(labels: &mut [u8], annotation: &serde_json::Value) {
+    let codes = annotation["segmentation"]["counts"].as_str().unwrap().bytes().map(|code| i64::from(code) - 48);
+    let (mut counts, mut value, mut shift) = (Vec::new(), 0_i64, 0);
+    for code in codes {
+        value |= (code & 31) << shift;
+        shift += 5;
+        if code & 32 == 0 {
+            if code & 16 != 0 {
+                value |= -1 << shift;
+            }
+            let before = if counts.len() > 2 { counts[counts.len() - 2] } else { 0 };
+            counts.push(value + before);
+            (value, shift) = (0, 0);
+        }
+    }
+    let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
+    let mut k = 0;
+    for (i, &count) in counts.iter().enumerate() {
+        for _ in 0..count {
+            if i % 2 == 1 {
+                labels[k % height * width + k / height] = annotation["track_id"].as_u64().unwrap() as u8;
+            }
+            k += 1;
+        }
+    }
+    assert_eq!(k, width * height);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_was_killed_goes_on_to_the_same_result() {
+    let (input, whole, out) = (long_clip("killed-in"), absent("killed-whole"), absent("killed-out"));
+    assert_done(&segment(&input, &whole, &WINDOWS));
+    let mut child = start(&input, &out, &WINDOWS);
+    // In the middle of the third window.
+    let partial = beside(&out, ".partial");
+    wait_for(&partial.join(".tracecut/parts/00001.json"), &mut child);
+    wait_for(&partial.join(".tracecut/checkpoint"), &mut child);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!out.exists() && partial.is_dir());
+
+    let left = segment(&input, &out, &WINDOWS);
+    assert_refused(&left, 2, &["killed-out.partial", "--resume", "--overwrite"]);
+    let others = segment(&input, &out, &["--resume", "--window", "12", "--format", "png"]);
+    assert_refused(&others, 2, &["checkpoint", "other options"]);
+    let mut other = long_y4m();
+    other[100] ^= 64;
+    fs::write(input.with_file_name("other.y4m"), other).unwrap();
+    let resumed = |input: &Path| segment(input, &out, &[&WINDOWS[..], &["--resume", "--log", "json"]].concat());
+    assert_eq!(resumed(&input.with_file_name("other.y4m")).status.code(), Some(2));
+
+    let output = resumed(&input);
+    assert_done(&output);
+    assert!(!text(&output.stderr).contains("\"index\":0"), "it began again: {}", text(&output.stderr));
+    assert_same(&whole, &out);
+    assert!(!partial.exists());
+    // There is nothing left to do.
+    assert_done(&resumed(&input));
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_leave_no_half_result_and_have_codes_of_their_own() {
+    let (input, out) = (long_clip("signal-in"), absent("signal-out"));
+    let partial = beside(&out, ".partial");
+    for (signal, code, part) in [("-TERM", 143, None), ("-INT", 130, None), ("-TERM", 143, Some("checkpoint"))] {
+        let mut child = start(&input, &out, &WINDOWS);
+        wait_for(&partial.join(".tracecut"), &mut child);
+        part.iter().for_each(|part| wait_for(&partial.join(".tracecut").join(part), &mut child));
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
+        // What a run can go on with stays, beside.
+        assert!(!out.exists());
+        assert_eq!(partial.exists(), part.is_some(), "{signal}");
+        assert_eq!(text(&output.stderr).contains("--resume"), part.is_some(), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn what_lies_there_is_replaced_only_when_asked_and_only_if_it_is_a_result() {
+    let (input, out) = (folder("there-in"), absent("there-out"));
+    clip(&input, 4, SIZE, &moving);
+    assert_done(&segment(&input, &out, &[]));
+    let before = all_files(&out);
+    assert_refused(&segment(&input, &out, &["--frames", "3"]), 2, &["there-out", "exists already", "--overwrite"]);
+    assert!(all_files(&out) == before);
+    assert_done(&segment(&input, &out, &["--frames", "3", "--overwrite"]));
+    assert_eq!(names_in(&out.join("masks")), ["00000.png", "00001.png", "00002.png"]);
+    assert!(!beside(&out, ".partial").exists() && !beside(&out, ".replaced").exists());
+    // A run that fails leaves what was there.
+    fs::write(input.join("f2.png"), "no image").unwrap();
+    assert_refused(&segment(&input, &out, &["--overwrite"]), 3, &["f2.png"]);
+    assert_eq!(names_in(&out.join("masks")).len(), 3);
+
+    let dear = folder("there-dear");
+    fs::write(dear.join("thesis.txt"), "years").unwrap();
+    assert_refused(&segment(&input, &dear, &["--overwrite"]), 2, &["there-dear", "not replaced"]);
+    assert_eq!(names_in(&dear), ["thesis.txt"]);
+    let partial = folder("there-new.partial");
+    fs::write(partial.join("thesis.txt"), "years").unwrap();
+    let new = partial.with_file_name("there-new");
+    assert_refused(&segment(&input, &new, &["--overwrite"]), 2, &["there-new.partial", "not replaced"]);
+    assert_eq!(names_in(&partial), ["thesis.txt"]);
+}
+
+#[test]
+fn a_failure_leaves_nothing_and_a_late_one_what_a_run_goes_on_with() {
+    let (input, out) = (folder("late-in"), absent("late-out"));
+    clip(&input, 4, SIZE, &moving);
+    fs::write(input.join("f3.png"), "no image").unwrap();
+    assert_refused(&segment(&input, &out, &[]), 3, &["f3.png"]);
+    assert!(!out.exists() && !beside(&out, ".partial").exists());
+
+    let file = input.join("late.y4m");
+    let whole = long_y4m();
+    fs::write(&file, &whole[..whole.len() - 5]).unwrap();
+    assert_refused(&segment(&file, &out, &WINDOWS), 3, &["late.y4m", "truncated", "--frames 33"]);
+    assert!(!out.exists() && beside(&out, ".partial").is_dir());
+    fs::write(&file, &whole).unwrap();
+    assert_done(&segment(&file, &out, &[&WINDOWS[..], &["--resume"]].concat()));
+    let undisturbed = absent("late-whole");
+    assert_done(&segment(&file, &undisturbed, &WINDOWS));
+    assert_same(&undisturbed, &out);
+}
+
+#[test]
+fn several_inputs_have_folders_of_their_own_and_a_bad_one_does_not_stop_the_others() {
+    let (input, out) = (folder("several-in"), folder("several-out"));
+    let [one, two] = ["one", "two"].map(|name| input.join(name));
+    for folder in [&one, &two] {
+        fs::create_dir(folder).unwrap();
+        clip(folder, 4, SIZE, &moving);
+    }
+    let bad = input.join("bad.y4m");
+    fs::write(&bad, &y4m(4)[..3000]).unwrap();
+    let arguments = |more: &[&str]| {
+        let inputs = [&one, &bad, &two].map(|path| path.to_str().unwrap().to_owned());
+        let more = more.iter().map(|&word| word.to_owned());
+        ["segment".to_owned()]
+            .into_iter()
+            .chain(inputs)
+            .chain(["--out".to_owned(), out.to_str().unwrap().to_owned()])
+            .chain(more)
+            .collect::<Vec<_>>()
+    };
+    let output = tracecut(arguments(&["--json"]));
+    assert_refused(&output, 3, &["bad.y4m", "truncated", "1 of 3 inputs failed"]);
+    assert_eq!(names_in(&out), ["one", "two"]);
+    let reports: Vec<serde_json::Value> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(reports.len(), 2);
+    for (report, (folder, name)) in reports.iter().zip([(&one, "one"), (&two, "two")]) {
+        assert_eq!(report, &json(&out.join(name).join("result.json")));
+        assert_eq!(report["input"], folder.to_str().unwrap());
+        assert_eq!(report["frameNames"], serde_json::json!(["f0.png", "f1.png", "f2.png", "f3.png"]));
+    }
+    assert_same(&out.join("one"), &out.join("two"));
+    // Names that would meet are refused before the work.
+    let copy = input.join("more");
+    fs::create_dir_all(copy.join("one")).unwrap();
+    let [a, b, to] = [&one, &copy.join("one"), &absent("several-same")].map(|path| path.to_str().unwrap().to_owned());
+    assert_refused(&tracecut(["segment", &a, &b, "--out", &to]), 2, &["would lie where"]);
+}
+
+#[test]
+fn progress_is_told_as_asked() {
+    let (input, out) = (folder("told-in"), absent("told-out"));
+    clip(&input, 4, SIZE, &moving);
+    let quiet = segment(&input, &out, &["--quiet"]);
+    assert_done(&quiet);
+    assert_eq!((text(&quiet.stdout), text(&quiet.stderr)), (String::new(), String::new()));
+    let events = |output: &Output| -> Vec<serde_json::Value> {
+        text(&output.stderr).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let told = events(&segment(&input, &out, &["--overwrite", "--log", "json"]));
+    let names: Vec<&str> = told.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    assert_eq!((names, &told[2]["frames"]), (vec!["begin", "window", "done"], &4.into()));
+    let told = events(&segment(&input.join("nowhere"), &out, &["--overwrite", "--log", "json"]));
+    assert_eq!((told.len(), &told[0]["event"], &told[0]["code"]), (1, &"error".into(), &3.into()));
+}
+
+#[test]
+fn videos_are_read_by_ffmpeg_and_without_it_the_pipe_is_told() {
+    let (input, piped, out) = (folder("video-in"), absent("video-piped"), absent("video-out"));
+    fs::write(input.join("clip.y4m"), y4m(8)).unwrap();
+    let video = input.join("clip.mkv");
+    let without = Command::new(env!("CARGO_BIN_EXE_tracecut"))
+        .arg("segment")
+        .args([&video, Path::new("--out"), &out])
+        .env("PATH", "")
+        .output()
+        .unwrap();
+    assert_refused(&without, 3, &["clip.mkv", "cannot be read"]);
+    // A lossless video of the same frames.
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg
+        .args(["-v", "error", "-i"])
+        .arg(input.join("clip.y4m"))
+        .args(["-c:v", "ffv1", "-pix_fmt", "yuv420p"])
+        .arg(&video);
+    match ffmpeg.status() {
+        Ok(status) => assert!(status.success()),
+        Err(e) => return println!("skipped: no ffmpeg ({e})"),
+    }
+    let mut without = Command::new(env!("CARGO_BIN_EXE_tracecut"));
+    let without = without.arg("segment").arg(&video).arg("--out").arg(&out).env("PATH", "").output().unwrap();
+    assert_refused(&without, 3, &["clip.mkv", "no ffmpeg", "ffmpeg -i", "-f yuv4mpegpipe - | tracecut segment -"]);
+
+    assert_done(&segment(&video, &out, &[]));
+    let y4m = Command::new("ffmpeg")
+        .args(["-v", "error", "-i"])
+        .arg(&video)
+        .args(["-pix_fmt", "yuv420p", "-f", "yuv4mpegpipe", "-"])
+        .output()
+        .unwrap()
+        .stdout;
+    fs::write(input.join("piped.y4m"), y4m).unwrap();
+    assert_done(&segment(&input.join("piped.y4m"), &piped, &[]));
+    assert_same(&piped, &out);
+    fs::write(input.join("broken.mp4"), [7; 4000]).unwrap();
+    assert_refused(
+        &segment(&input.join("broken.mp4"), &absent("video-broken"), &[]),
+        3,
+        &["broken.mp4", "ffmpeg cannot read it"],
+    );
+}
+
+#[test]
+fn completions_and_man_pages_name_the_options() {
+    for shell in ["bash", "zsh", "fish"] {
+        let output = tracecut(["completions", shell]);
+        assert_done(&output);
+        assert!(text(&output.stdout).contains("overwrite"), "{shell}");
+    }
+    let page = text(&tracecut(["man", "segment"]).stdout);
+    assert!(page.starts_with(".ie") && page.contains("\\-\\-resume") && page.contains("masks.npz"), "{page}");
+    assert!(text(&tracecut(["man"]).stdout).contains("143"));
+    assert_refused(&tracecut(["man", "segmnet"]), 2, &["segmnet"]);
+}

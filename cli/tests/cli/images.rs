@@ -1,0 +1,89 @@
+//! Single images: superpixels and boundaries, and the commands that score them.
+
+use super::{assert_done, assert_refused, folder, names_in, png, text, tracecut};
+use std::fs;
+use std::path::Path;
+
+/// A dark disc on a light ground, 48 by 40 pixels.
+fn disc(x: i32, y: i32) -> u8 {
+    if (x - 22).pow(2) + (y - 19).pow(2) < 144 { 40 } else { 210 }
+}
+
+fn picture(root: &Path) -> String {
+    let path = root.join("disc.png");
+    png(&path, 48, 40, &disc);
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn superpixels_are_written_as_numbers_and_as_a_picture() {
+    let root = folder("image-superpixels");
+    let (image, out) = (picture(&root), root.join("out"));
+    let output = tracecut(["superpixels", &image, "--out", out.to_str().unwrap(), "--count", "6"]);
+    assert_done(&output);
+    assert_eq!(text(&output.stdout).trim(), "6 superpixels");
+    assert_eq!(names_in(&out), ["disc_edges.png", "disc_superpixels.png"]);
+    let labels = image::open(out.join("disc_superpixels.png")).unwrap().into_luma16();
+    assert_eq!(labels.dimensions(), (48, 40));
+    let mut seen = [false; 6];
+    labels.pixels().for_each(|p| seen[usize::from(p.0[0])] = true);
+    assert_eq!(seen, [true; 6]);
+    assert_ne!(labels.get_pixel(22, 19), labels.get_pixel(1, 1), "the disc is apart from its ground");
+}
+
+#[test]
+fn boundaries_lie_on_the_outline_and_nowhere_else() {
+    let root = folder("image-boundaries");
+    let (image, out) = (picture(&root), root.join("out"));
+    assert_done(&tracecut(["boundaries", &image, "--out", out.to_str().unwrap()]));
+    assert_eq!(names_in(&out), ["pb.png", "thin.png"]);
+    let thin = image::open(out.join("thin.png")).unwrap().into_luma8();
+    let strong: Vec<f64> = thin
+        .enumerate_pixels()
+        .filter(|(_, _, p)| p.0[0] > 64)
+        .map(|(x, y, _)| ((f64::from(x) - 22.0).powi(2) + (f64::from(y) - 19.0).powi(2)).sqrt())
+        .collect();
+    assert!(strong.len() > 40, "{} pixels", strong.len());
+    assert!(strong.iter().all(|r| (r - 12.0).abs() < 2.5), "{strong:?}");
+}
+
+#[test]
+fn with_embedding_the_maps_of_the_pixel_embedding_are_beside_pb() {
+    let root = folder("image-embedding");
+    let (image, out) = (picture(&root), root.join("out"));
+    assert_done(&tracecut(["boundaries", &image, "--embedding", "--out", out.to_str().unwrap()]));
+    let names = ["combined.png", "combined_thin.png", "discontinuity.png", "pb.png", "spectral.png", "thin.png"];
+    assert_eq!(names_in(&out), names);
+    for name in ["discontinuity.png", "combined.png"] {
+        let map = image::open(out.join(name)).unwrap().into_luma8();
+        assert_eq!(map.dimensions(), (48, 40));
+        let (outline, inside) =
+            (map.get_pixel(34, 19).0[0].max(map.get_pixel(33, 19).0[0]), map.get_pixel(22, 19).0[0]);
+        assert!(outline > 100 && inside < 50, "{name}: {outline} on the outline, {inside} inside");
+    }
+    let file = root.join("one.png");
+    assert_done(&tracecut(["boundaries", &image, "--embedding", "--out", file.to_str().unwrap()]));
+    let combined = image::open(out.join("combined_thin.png")).unwrap().into_luma8();
+    assert_eq!(image::open(file).unwrap().into_luma8(), combined);
+    let message = ["still.radius = 0", "1..=10"];
+    let set = ["boundaries", &image, "--embedding", "--out", out.to_str().unwrap(), "--set", "still.radius=0"];
+    assert_refused(&tracecut(set), 2, &message);
+}
+
+#[test]
+fn what_cannot_be_used_is_named() {
+    let root = folder("image-refused");
+    let (image, out) = (picture(&root), root.join("out"));
+    let out = out.to_str().unwrap();
+    assert_refused(&tracecut(["superpixels", &image, "--out", out, "--count", "0"]), 2, &["--count", "0"]);
+    let broken = root.join("broken.png");
+    fs::write(&broken, &fs::read(&image).unwrap()[..60]).unwrap();
+    for command in ["superpixels", "boundaries"] {
+        assert_refused(&tracecut([command, broken.to_str().unwrap(), "--out", out]), 3, &["broken.png"]);
+        let output = tracecut([command, &image, "--out", out, "--set", "contour.low=7"]);
+        assert_refused(&output, 2, &["contour.low = 7", "0..=1"]);
+    }
+    for command in ["contours", "superpixels"] {
+        assert_refused(&tracecut(["eval", command, root.to_str().unwrap()]), 3, &["image-refused"]);
+    }
+}

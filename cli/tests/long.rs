@@ -1,0 +1,117 @@
+//! What takes too long for every time: `npm run test:long`.
+//!
+//! The clips are nobody's to pass on. Put them into `shared/data` beside the repository, or name another `shared`
+//! folder in `TRACECUT_SHARED`; without them the tests say so and pass.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A small grey one, and one in colour.
+const CLIPS: [&str; 2] = ["ucsd--cyclists", "davis-train--dog-agility"];
+
+fn shared_clips() -> Option<PathBuf> {
+    let shared = std::env::var_os("TRACECUT_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
+    let clips = shared.join("data/wild");
+    if !clips.is_dir() {
+        println!("skipped: no clips in {}", clips.display());
+        return None;
+    }
+    Some(clips)
+}
+
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if path.exists() {
+        fs::remove_dir_all(&path).unwrap();
+    }
+    path
+}
+
+fn assert_done(output: &Output) {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// The bytes of a PNG file as they stand in it: labels, or grey levels.
+fn bytes_of(path: &Path) -> Vec<u8> {
+    let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut data = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut data).unwrap();
+    data
+}
+
+/// The bytes of all files of a folder, in name order.
+fn all_bytes(folder: &Path) -> Vec<Vec<u8>> {
+    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files.iter().map(|file| bytes_of(file)).collect()
+}
+
+/// The labels of a clip's masks by the command line, which leaves them in `out`.
+fn by_command_line(frames: &Path, out: &Path, settings: &[&str]) -> Vec<Vec<u8>> {
+    let mut segment = Command::new(env!("CARGO_BIN_EXE_tracecut"));
+    assert_done(&segment.arg("segment").arg(frames).arg("--out").arg(out).args(settings).output().unwrap());
+    all_bytes(&out.join("masks"))
+}
+
+/// Runs an example, built as these tests are.
+fn run_example(name: &str, arguments: &[&Path]) -> Output {
+    let mut example = Command::new(env!("CARGO"));
+    example.args(["run", "--quiet", "--package", "tracecut", "--features", "pnm", "--example", name, "--"]);
+    let output = example.args(arguments).output().unwrap();
+    assert_done(&output);
+    output
+}
+
+/// A mask as the example `method` prints it: runs of a label and a number of pixels.
+fn printed(t: usize, mask: &[u8]) -> String {
+    let runs = mask.chunk_by(|a, b| a == b).map(|run| format!(" {}x{}", run[0], run.len()));
+    format!("{t:05}{}", runs.collect::<String>())
+}
+
+#[test]
+#[ignore = "real clips, whole"]
+fn the_method_in_straight_lines_prints_the_labels_of_the_command_line() {
+    let Some(clips) = shared_clips() else { return };
+    let mut objects = 0;
+    for clip in CLIPS {
+        let (frames, out) = (clips.join(clip).join("frames"), folder(&format!("method-{clip}")));
+        // The example has neither a background nor rounds.
+        let labels =
+            by_command_line(&frames, &out, &["--set", "background.judge=false", "--set", "cut.appearanceRounds=0"]);
+        assert_eq!(labels.len(), fs::read_dir(&frames).unwrap().count(), "{clip}");
+        let lines = String::from_utf8(run_example("method", &[&frames]).stdout).unwrap();
+        let expected: Vec<String> = labels.iter().enumerate().map(|(t, mask)| printed(t, mask)).collect();
+        for (t, (line, expected)) in lines.lines().zip(&expected).enumerate() {
+            assert!(line == expected, "{clip}, frame {t}");
+        }
+        assert_eq!(lines.lines().count(), expected.len(), "{clip}");
+        let highest = labels.iter().flatten().copied().max().unwrap();
+        println!("{clip}: the same {} masks of {highest} objects", expected.len());
+        objects += usize::from(highest);
+    }
+    assert!(objects > 0, "clips without objects show nothing");
+}
+
+#[test]
+#[ignore = "real clips, whole"]
+fn the_example_makes_the_masks_of_the_command_line() {
+    let Some(clips) = shared_clips() else { return };
+    for clip in CLIPS {
+        let (frames, out) = (clips.join(clip).join("frames"), folder(clip));
+        let (ours, theirs) = (out.join("command-line"), out.join("example"));
+        fs::create_dir_all(&out).unwrap();
+        let labels = by_command_line(&frames, &ours, &[]);
+        run_example("masks", &[&frames, &theirs]);
+
+        let greys = all_bytes(&theirs);
+        assert_eq!((labels.len(), greys.len()), (fs::read_dir(&frames).unwrap().count(), labels.len()), "{clip}");
+        let objects = labels.iter().flatten().copied().max().unwrap();
+        println!("{clip}: {} frames, {objects} objects", labels.len());
+        let step = 255 / objects.max(1);
+        for (t, (mask, grey)) in labels.iter().zip(&greys).enumerate() {
+            assert!(mask.iter().map(|label| label * step).eq(grey.iter().copied()), "{clip}, frame {t}");
+        }
+    }
+}
