@@ -25,6 +25,7 @@ const parts = {
   long: async () => {
     for (const crate of ['tracecut', 'tracecut-cli'])
       run('cargo', ['test', '--tests', '--package', crate, '--', '--ignored', '--nocapture']);
+    run('python3', ['python/run_tests.py', '--wheel']);
     if (existsSync(join(root, 'tests', 'long'))) await inBrowser('tests/long');
   },
 };

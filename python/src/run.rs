@@ -11,7 +11,7 @@ use tracecut::{Progress, Session, Windows};
 /// A session of its own, or the one that goes through the windows of a clip.
 pub(crate) enum Run {
     Session(Session),
-    Windows(Windows<Frames>, usize),
+    Windows(Windows<Frames, Failure>, usize),
 }
 
 impl Run {

@@ -35,7 +35,8 @@ impl Windows {
         let windows = tracecut::Windows::new(params, frames)?.with_window(window.0, window.1)?.with_threads(threads);
         let windows = match length {
             Some(frames) => windows.with_length(frames),
-            None => windows,
+            // Frames that come one by one give what the same frames in a list do.
+            None => windows.with_look_ahead(),
         };
         Ok(Self { run: Shared::new(Run::Windows(windows, usize::MAX)), sources, listener })
     }
