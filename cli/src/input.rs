@@ -7,12 +7,12 @@ use crate::failure::{Failure, Result, read};
 use crate::ffmpeg;
 use crate::images;
 use crate::y4m::Y4m;
-use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
+use image::{AnimationDecoder, ImageDecoder};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use tracecut::image::Frame;
+use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
 
 /// A clip.
 #[derive(Debug)]
@@ -129,7 +129,13 @@ pub(crate) fn decode(path: &Path) -> Result<NamedFrame> {
 fn gif_frames(path: &Path) -> Result<Frames> {
     let name = path.display().to_string();
     let broken = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("is not a whole GIF: {e}"));
-    let frames = GifDecoder::new(open(path)?).map_err(|e| broken(&e))?.into_frames();
+    let decoder = GifDecoder::new(open(path)?).map_err(|e| broken(&e))?;
+    // The decoder takes memory for what the header claims, before it reads a frame.
+    let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
+    if width.max(height) > MAX_SIDE || width * height > MAX_PIXELS {
+        return Err(Failure::from(tracecut::Error::FrameSize { width, height }).of(path.display()));
+    }
+    let frames = decoder.into_frames();
     Ok(Box::new(frames.enumerate().map(move |(index, frame)| {
         let about = format!("{name}, frame {index}");
         let image = match frame {

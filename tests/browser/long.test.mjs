@@ -127,6 +127,8 @@ describe('a clip of more than one window', () => {
       return readFile(await (await coming).path());
     };
     await page.click('#correct-open');
+    // It is fetched when it is first opened.
+    await page.waitForSelector('#correct-object option', { state: 'attached' });
     const labels = await page
       .locator('#correct-object option')
       .evaluateAll((options) => options.map(({ value }) => Number(value)).filter(Boolean));

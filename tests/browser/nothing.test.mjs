@@ -81,7 +81,7 @@ describe('a clip in which nothing is found', () => {
     assert.equal(await run(page, shifting(8, 0)), 'done');
     await screenshot(page, 'nothing-phone');
     await page.click('[data-try="add"]');
-    assert.equal(await page.locator('#nothing').isVisible(), false);
+    await page.waitForSelector('#nothing', { state: 'hidden' });
     assert.equal(await page.isChecked('#correct-tools [value="add"]'), true);
     await page.locator('#canvas').click();
     await page.waitForFunction(() => document.querySelectorAll('.object').length === 2);

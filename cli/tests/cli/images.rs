@@ -87,3 +87,50 @@ fn what_cannot_be_used_is_named() {
         assert_refused(&tracecut(["eval", command, root.to_str().unwrap()]), 3, &["image-refused"]);
     }
 }
+
+/// A part of a PNG file: length, name, data, checksum.
+fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
+    let body = [name, data].concat();
+    let mut sum = flate2::Crc::new();
+    sum.update(&body);
+    [&(data.len() as u32).to_be_bytes()[..], &body, &sum.sum().to_be_bytes()].concat()
+}
+
+fn deflated(size: usize) -> Vec<u8> {
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    std::io::copy(&mut std::io::Read::take(std::io::repeat(0), size as u64), &mut encoder).unwrap();
+    encoder.finish().unwrap()
+}
+
+/// A picture of one pixel, with more before its data.
+fn pixel(colour_type: u8, more: &[u8], bytes: usize) -> Vec<u8> {
+    let header = [0, 0, 0, 1, 0, 0, 0, 1, 8, colour_type, 0, 0, 0];
+    let parts = [chunk(b"IHDR", &header), more.to_owned(), chunk(b"IDAT", &deflated(1 + bytes)), chunk(b"IEND", &[])];
+    [&b"\x89PNG\r\n\x1a\n"[..], &parts.concat()].concat()
+}
+
+#[test]
+fn a_palette_of_broken_colours_is_bad_input() {
+    let root = folder("image-palette");
+    fs::write(root.join("palette.png"), pixel(3, &chunk(b"PLTE", &[1, 2, 3, 4]), 1)).unwrap();
+    let arguments = ["boundaries", root.join("palette.png").to_str().unwrap(), "--out"].map(str::to_owned);
+    let out = root.join("out.png").to_str().unwrap().to_owned();
+    assert_refused(&tracecut(arguments.into_iter().chain([out])), 3, &["palette.png", "its palette has 4 bytes"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn files_that_claim_more_than_there_is_take_no_memory_for_it() {
+    let root = folder("image-claims");
+    let profile = [&b"x\0\0"[..], &deflated(1 << 30)].concat();
+    fs::write(root.join("profile.png"), pixel(2, &chunk(b"iCCP", &profile), 3)).unwrap();
+    let claim = [&b"GIF89a"[..], &[255; 4], &[0x80, 0, 0], &[0; 6]].concat();
+    let frame = [0x2c, 0, 0, 0, 0, 1, 0, 1, 0, 0, 2, 2, 0x44, 1, 0, 0x3b];
+    fs::write(root.join("canvas.gif"), [claim, frame.to_vec()].concat()).unwrap();
+    let limited = |words: &str| {
+        let command = format!("ulimit -v 700000; exec {} {words}", env!("CARGO_BIN_EXE_tracecut"));
+        std::process::Command::new("sh").args(["-c", &command]).current_dir(&root).output().unwrap()
+    };
+    assert_done(&limited("boundaries profile.png --out out.png"));
+    assert_refused(&limited("segment canvas.gif --out out"), 4, &["canvas.gif", "frame size 65535x65535"]);
+}

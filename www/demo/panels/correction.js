@@ -100,7 +100,9 @@ export class Correction {
   toggle(on = !this.on) {
     const correcting = on && this.corrector !== null;
     this.store.set({ correcting, ...(correcting ? { playing: false } : {}) });
-    this.use('pick');
+    // It opens with the tool that stands there: who opens it may have chosen one before it was fetched.
+    const chosen = /** @type {Tool | undefined} */ (this.tools.find(({ checked }) => checked)?.value);
+    this.use((correcting && chosen) || 'pick');
     this.tell('');
     this.fill();
   }

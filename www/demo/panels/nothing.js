@@ -25,6 +25,6 @@ export function nothingPanel({ store, app, library }) {
 
 /** Goes to the tool with which a click adds a thing. */
 function addByClick() {
-  byId('correct-open').click();
   /** @type {HTMLInputElement | null} */ (document.querySelector('#correct-tools [value="add"]'))?.click();
+  byId('correct-open').click();
 }
