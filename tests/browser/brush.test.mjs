@@ -2,7 +2,17 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { accessibilityFaults, ended, inPhase, movingClip, openSample, screenshot, text, useSite } from './support.mjs';
+import {
+  accessibilityFaults,
+  ended,
+  inPhase,
+  movingClip,
+  openFix,
+  openSample,
+  screenshot,
+  text,
+  useSite,
+} from './support.mjs';
 
 /** What the tests do with the page. */
 function hands(page) {
@@ -66,7 +76,7 @@ describe('masks changed by hand', () => {
     const { masks, labelAt, use, paint, click, press } = hands(page);
     const before = await masks();
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
-    await page.click('#correct-open');
+    await openFix(page);
 
     await use('paint');
     await page.selectOption('#correct-object', '2');
@@ -111,7 +121,7 @@ describe('masks changed by hand', () => {
     const { masks, labelAt, place, use, click, paint, press } = hands(page);
     const before = await masks();
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(55));
-    await page.click('#correct-open');
+    await openFix(page);
 
     await use('add');
     assert.match(await click(76, 14), /^In 110 frames, 1 to 110\.$/);

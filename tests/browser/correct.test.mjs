@@ -2,7 +2,17 @@
 
 import assert from 'node:assert/strict';
 import { beforeEach, describe, test } from 'node:test';
-import { accessibilityFaults, ended, inPhase, openSample, picture, screenshot, text, useSite } from './support.mjs';
+import {
+  accessibilityFaults,
+  ended,
+  inPhase,
+  openFix,
+  openSample,
+  picture,
+  screenshot,
+  text,
+  useSite,
+} from './support.mjs';
 
 const FRAME = 12;
 
@@ -62,7 +72,7 @@ describe('a result is corrected', () => {
     ({ page, faults } = await openSample(site, { bypassCSP: true }));
     before = await masks();
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
-    await page.click('#correct-open');
+    await openFix(page);
     await settled();
   });
 

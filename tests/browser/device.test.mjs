@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { accessibilityFaults, layerSwitches, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, layerSwitches, openFix, openSample, screenshot, text, useSite } from './support.mjs';
 
 const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, bypassCSP: true };
 const SIDE = { ...PHONE, viewport: { width: 844, height: 390 } };
@@ -37,7 +37,7 @@ describe('devices', () => {
     await picture(page, 'landscape-scrolled');
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true);
     await page.evaluate(() => scrollTo(0, 0));
-    await page.click('#correct-open');
+    await openFix(page);
     await picture(page, 'landscape-fix');
     const overlap = await page.evaluate(
       () => document.querySelector('#correct-tools').scrollWidth - document.querySelector('#correct').clientWidth,
@@ -54,7 +54,7 @@ describe('devices', () => {
 
   test('on a phone the picture stays in view while fixing', async () => {
     const { page } = await openSample(site, PHONE);
-    await page.click('#correct-open');
+    await openFix(page);
     await page.evaluate(() => scrollTo(0, 0));
     await picture(page, 'fix-phone');
     for (const selector of ['#correct-split', '#correct-done', '#correct-merge', '#play']) {
@@ -121,7 +121,7 @@ describe('devices', () => {
       const [on, off] = await layerSwitches(page);
       const colour = (box) => box.evaluate((element) => getComputedStyle(element).backgroundColor);
       assert.notEqual(await colour(on), await colour(off), 'a switch that is on');
-      await page.click('#correct-open');
+      await openFix(page);
       await page.evaluate(() => document.querySelector('.panel').scrollTo(0, 0));
       await picture(page, `forced-fix-${colorScheme}`);
       await page.click('#export-open');

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
-import { accessibilityFaults, ended, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
 
 const { clips } = JSON.parse(readFileSync(join(root, 'www', 'demo', 'gallery', 'index.json'), 'utf8'));
 const [first, second] = clips;
@@ -83,7 +83,7 @@ describe('the gallery', () => {
     // Longer than changes wait to be kept.
     await page.waitForTimeout(1500);
     assert.equal(await page.evaluate(() => document.body.dataset.kept), undefined);
-    await page.click('#correct-open');
+    await openFix(page);
     await page.selectOption('#correct-object', '1');
     await page.click('#correct-background');
     await page.waitForFunction(() => document.body.dataset.kept !== undefined);

@@ -7,6 +7,7 @@ import {
   ended,
   inPhase,
   layerSwitches,
+  openFix,
   plainFrame,
   pngFile,
   run,
@@ -93,7 +94,7 @@ describe('the page in German', () => {
       await inGerman(page, 'help');
       await seen('help');
       await page.click('#help-close');
-      await page.click('#correct-open');
+      await openFix(page);
       for (const tool of await page.locator('#correct-tools label:not(:has(:disabled))').all()) {
         await tool.click();
         await inGerman(page, 'fix');

@@ -7,6 +7,7 @@ import {
   ended,
   inPhase,
   layerNames,
+  openFix,
   paintedShare,
   plainFrame,
   pngFile,
@@ -126,9 +127,7 @@ describe('a clip of more than one window', () => {
       await page.click(`[data-export="${id}"]`);
       return readFile(await (await coming).path());
     };
-    await page.click('#correct-open');
-    // It is fetched when it is first opened.
-    await page.waitForSelector('#correct-object option', { state: 'attached' });
+    await openFix(page);
     const labels = await page
       .locator('#correct-object option')
       .evaluateAll((options) => options.map(({ value }) => Number(value)).filter(Boolean));

@@ -3,7 +3,17 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
-import { accessibilityFaults, ended, inPhase, plainFrame, pngFile, screenshot, text, useSite } from './support.mjs';
+import {
+  accessibilityFaults,
+  ended,
+  inPhase,
+  openFix,
+  plainFrame,
+  pngFile,
+  screenshot,
+  text,
+  useSite,
+} from './support.mjs';
 
 /** A textured square that moves over a textured ground. */
 function clip(count, width, height) {
@@ -44,7 +54,7 @@ describe('work', () => {
   /** Adds the ground at a place of the clip to a new object. */
   async function addThing(page) {
     const then = Number(await page.evaluate(() => document.body.dataset.kept));
-    await page.click('#correct-open');
+    await openFix(page);
     await page.check('#correct-tools [value="paint"]', { force: true });
     await page.selectOption('#correct-object', '-1');
     await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100))));
@@ -103,7 +113,7 @@ describe('work', () => {
     assert.equal(await ended(again), 'done');
     assert.equal(await masks(again), before);
     assert.deepEqual(await chosen(again), look);
-    await again.click('#correct-open');
+    await openFix(again);
     await again.click('#correct-undo');
     await again.waitForFunction(() => document.querySelector('#correct-undo').disabled);
     assert.notEqual(await masks(again), before);
@@ -206,7 +216,7 @@ describe('work', () => {
     assert.equal(await masks(page), corrected);
     // Kept again under its own name.
     await then(async () => {
-      await page.click('#correct-open');
+      await openFix(page);
       await page.click('#correct-undo');
     });
     await page.click('#correct-done');

@@ -65,6 +65,12 @@ export async function ended(page) {
   return page.evaluate(() => document.body.dataset.state);
 }
 
+/** Opens what corrects a result, which is fetched when it is first opened. */
+export async function openFix(page) {
+  await page.click('#correct-open');
+  await page.waitForSelector('body[data-correcting]');
+}
+
 /** Waits for one phase of the page (see demo/store.js). */
 export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);

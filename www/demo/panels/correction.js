@@ -51,6 +51,8 @@ export class Correction {
     /** @type {HTMLInputElement[]} */
     this.tools = [...byId('correct-tools').querySelectorAll('input')];
     this.connect();
+    // Who opens it may have chosen a tool before it was fetched.
+    const chosen = this.tools.find(({ checked }) => checked)?.value;
     viewer.painters.push((ctx, view) => this.draw(ctx, view));
     viewer.onPick((spot) => this.pick(spot));
     const correcting = () => this.on;
@@ -61,6 +63,7 @@ export class Correction {
       document.body.toggleAttribute('data-correcting', correcting);
       byId('correct-open').setAttribute('aria-pressed', String(correcting));
     });
+    this.use(/** @type {Tool} */ (chosen ?? 'pick'));
   }
 
   connect() {
@@ -100,9 +103,7 @@ export class Correction {
   toggle(on = !this.on) {
     const correcting = on && this.corrector !== null;
     this.store.set({ correcting, ...(correcting ? { playing: false } : {}) });
-    // It opens with the tool that stands there: who opens it may have chosen one before it was fetched.
-    const chosen = /** @type {Tool | undefined} */ (this.tools.find(({ checked }) => checked)?.value);
-    this.use((correcting && chosen) || 'pick');
+    this.use(correcting ? this.tool : 'pick');
     this.tell('');
     this.fill();
   }
