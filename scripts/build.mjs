@@ -72,7 +72,9 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
   });
   await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
   const sources = libraryFiles().map((name) => join(lib, name));
-  await step(stamps, 'modules', [...sources, join(dist, 'parameters.d.ts'), lock, ...scripts], () => buildModules());
+  // With the wasm files, whose declarations it goes on with.
+  const declared = [engine, decoder, join(dist, 'parameters.d.ts')];
+  await step(stamps, 'modules', [...sources, ...declared, lock, ...scripts], () => buildModules());
   const bundled = ['tracecut_bg.wasm', 'decoder_bg.wasm', 'glue.js', 'decoder.js', 'vendor/media.js', 'vendor/zip.js'];
   const parts = [...bundled.map((name) => join(dist, name)), ...BUNDLE_SOURCES, join(root, 'scripts', 'bundles.mjs')];
   await step(stamps, 'bundles', [...sources, ...parts, lock, ...scripts], buildBundles);
