@@ -258,7 +258,7 @@ fn any_small_clip_under_any_legal_parameters_keeps_the_laws() {
 }
 
 #[test]
-#[ignore = "an hour; part of npm run test:long"]
+#[ignore = "some minutes; part of npm run test:long"]
 fn many_more_small_clips() {
     run(LONG, true);
 }

@@ -96,18 +96,17 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     let params = params_of(args)?;
     let targets = targets_of(args)?;
     let log = args.log.open();
-    let mut failed: Option<Failure> = None;
+    let mut failed = Vec::new();
     for (input, target) in args.inputs.iter().zip(&targets) {
         let Err(failure) = segment_one(args, &params, input, target, &log) else { continue };
         if targets.len() == 1 {
             return Err(failure);
         }
         log.failure(&input.display().to_string(), &failure);
-        let count = failed.as_ref().map_or(1, |f| f.reason.parse().unwrap_or(0) + 1);
-        failed = Some(Failure { kind: failed.map_or(failure.kind, |first| first.kind), reason: format!("{count}") });
+        failed.push(failure.kind);
     }
-    let all = targets.len();
-    failed.map_or(Ok(()), |f| Err(Failure { kind: f.kind, reason: format!("{} of {all} inputs failed", f.reason) }))
+    let reason = format!("{} of {} inputs failed", failed.len(), targets.len());
+    failed.first().map_or(Ok(()), |&kind| Err(Failure { kind, reason }))
 }
 
 /// Whether failures are told as lines of JSON.
