@@ -1,15 +1,16 @@
 // `npm test`: everything, in the order in which a fault is cheapest to find. Sets up what is missing first.
 // `npm test -- rust|wasm|node|browser` runs only the parts named; `npm run test:long` what is too slow for every time.
 
-import { existsSync, readdirSync } from 'node:fs';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
 import { build } from './build.mjs';
 import { ensureNodeModules, ensureRust, ensureRustTool, fail, root, run } from './tools.mjs';
 
 const parts = {
   rust: () => {
-    run('cargo', ['test', '--features', 'pnm']);
-    run('cargo', ['test', '--package', 'tracecut-cli']);
+    // Together: the library is compiled once, with all that the command line wants of it.
+    run('cargo', ['test', '--package', 'tracecut', '--package', 'tracecut-cli', '--features', 'tracecut/pnm']);
   },
   wasm: () => {
     ensureRustTool('wasm-bindgen');
@@ -19,14 +20,24 @@ const parts = {
   },
   node: async () => {
     await build();
-    run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/node')]);
+    // By itself Node leaves one processor free, which is half of two.
+    run(process.execPath, [
+      '--test',
+      '--test-reporter=spec',
+      `--test-concurrency=${availableParallelism()}`,
+      ...testFiles('tests/node'),
+    ]);
   },
   browser: () => inBrowser('tests/package', 'tests/browser'),
   long: async () => {
     for (const crate of ['tracecut', 'tracecut-cli'])
       run('cargo', ['test', '--tests', '--package', crate, '--', '--ignored', '--nocapture']);
     run('python3', ['python/run_tests.py', '--wheel']);
-    if (existsSync(join(root, 'tests', 'long'))) await inBrowser('tests/long');
+    await inBrowser('tests/long');
+    // Of the ordinary tests, files that have some which are passed over otherwise.
+    const isSlow = (file) => readFileSync(join(root, file), 'utf8').includes('onlyLong');
+    const files = testFiles('tests/browser').filter(isSlow);
+    run(process.execPath, ['--test', '--test-reporter=spec', ...files], { env: { TRACECUT_LONG: '1' } });
   },
 };
 const ordinary = ['rust', 'wasm', 'node', 'browser'];

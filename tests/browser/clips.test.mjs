@@ -14,6 +14,7 @@ import {
   screenshot,
   sharedClips,
   showOnly,
+  onlyLong,
   text,
   useSample,
   useSite,
@@ -104,7 +105,7 @@ describe('video files', () => {
   });
 });
 
-describe('clips dropped on the page, whole', () => {
+describe('clips dropped on the page, whole', onlyLong, () => {
   const sample = useSample(useSite());
 
   for (const [name, frames, windows] of [

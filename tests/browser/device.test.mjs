@@ -2,7 +2,16 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { accessibilityFaults, layerSwitches, openFix, openSample, screenshot, text, useSite } from './support.mjs';
+import {
+  accessibilityFaults,
+  layerSwitches,
+  onlyLong,
+  openFix,
+  openSample,
+  screenshot,
+  text,
+  useSite,
+} from './support.mjs';
 
 const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, bypassCSP: true };
 const SIDE = { ...PHONE, viewport: { width: 844, height: 390 } };
@@ -83,7 +92,7 @@ describe('devices', () => {
   });
 
   for (const colorScheme of ['light', 'dark']) {
-    test(`forced colours show every control, ${colorScheme}`, async () => {
+    test(`forced colours show every control, ${colorScheme}`, colorScheme === 'light' ? {} : onlyLong, async () => {
       const { page } = await openSample(site, { forcedColors: 'active', colorScheme, bypassCSP: true });
       await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
       await picture(page, `forced-${colorScheme}`);

@@ -11,7 +11,7 @@ const [WIDTH, HEIGHT, FRAMES] = [480, 270, 24];
 const FRAME = 12;
 
 describe('cut-out pictures', () => {
-  const site = useSite();
+  const site = useSite({ sample: 'whole' });
   let page;
   let faults;
   let labels;

@@ -4,11 +4,11 @@ import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
-import { gifFile, openSample, plainFrame, run, screenshot, text, useSample, useSite } from './support.mjs';
+import { gifFile, openSample, plainFrame, run, screenshot, onlyLong, text, useSample, useSite } from './support.mjs';
 
 const MASKS_AT = 480;
 
-const site = useSite();
+const site = useSite({ sample: 'whole' });
 
 async function save(page, id) {
   const coming = page.waitForEvent('download');
@@ -22,11 +22,11 @@ async function save(page, id) {
 describe('exports at the size of the source', () => {
   const sample = useSample(site);
 
-  for (const [width, height, count] of [
-    [854, 480, 12],
-    [3840, 2160, 6],
+  for (const [width, height, count, options] of [
+    [854, 480, 12, {}],
+    [3840, 2160, 6, onlyLong],
   ]) {
-    test(`a clip of ${width} × ${height}, computed at ${MASKS_AT}`, async () => {
+    test(`a clip of ${width} × ${height}, computed at ${MASKS_AT}`, options, async () => {
       const { page, faults } = sample;
       const times = Array.from({ length: count }, (_, k) => 0.04 * k + (k > 3 ? 0.017 : 0));
       await page.evaluate(prepare);

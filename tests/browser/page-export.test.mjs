@@ -20,7 +20,7 @@ import {
 const FRAME = 12;
 
 describe('exports', () => {
-  const site = useSite();
+  const site = useSite({ sample: 'whole' });
   let page;
   let faults;
   let labels;

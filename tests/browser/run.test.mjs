@@ -108,7 +108,7 @@ describe('files', () => {
     await page.click('#error-sample');
     assert.equal(await ended(page), 'done');
     assert.equal(await page.locator('#error').isVisible(), false);
-    assert.match(await text(page, '#subline'), /24 frames of 480 × 270/);
+    assert.match(await text(page, '#subline'), /24 frames of 320 × 180/);
   });
 
   const still = movingSquare(1, 0)[0];

@@ -20,7 +20,7 @@ import {
 const FRAME = 12;
 
 describe('the sample', () => {
-  const sample = useSample(useSite());
+  const sample = useSample(useSite({ sample: 'whole' }));
 
   test('is segmented on load, without a click, and described in words', async () => {
     const { page, faults } = sample;

@@ -95,7 +95,7 @@ describe('a still image', () => {
     await inPhase(page, 'running');
     await page.click('#sample');
     assert.equal(await ended(page), 'done');
-    assert.match(await text(page, '#subline'), /24 frames of 480 × 270/);
+    assert.match(await text(page, '#subline'), /24 frames of 320 × 180/);
     assert.equal((await layerNames(page)).includes('still'), false);
     assert.equal(await page.locator('#timeline').isVisible(), true);
     assert.deepEqual(faults, []);
