@@ -15,7 +15,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
 TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm"]
-WITHOUT_EXTRAS = ["test_segment.py", "test_session.py", "test_masks.py"]
+WITHOUT_EXTRAS = ["test_package.py", "test_segment.py", "test_session.py", "test_masks.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
 
 
