@@ -1,6 +1,7 @@
 """Sets up an environment, builds the package and runs its tests: ``python python/run_tests.py [arguments of pytest]``.
 
-``--wheel`` builds the wheel as it would be published instead, installs it into an empty environment and tests it there.
+``--wheel`` builds the wheel as it would be published instead, installs it into an empty environment and tests it there,
+and what is marked ``wheel``: the notebook, whose packages take long to install, and what runs for many seconds.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
 TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm"]
-WITHOUT_EXTRAS = ["test_segment.py", "test_session.py", "test_masks.py"]
+WITHOUT_EXTRAS = ["test_memory.py", "test_package.py", "test_segment.py", "test_session.py", "test_masks.py"]
+WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_notebook.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
 
 
@@ -45,7 +47,7 @@ def test(python: Path, arguments: list[str], files: list[Path]) -> None:
 def develop(arguments: list[str]) -> None:
     """The tests on a quick build, in an environment that stays."""
     python = python_of(VENV)
-    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS, *NOTEBOOK)
+    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS)
     build = ["-m", "maturin", "develop", "--profile", "quick", "--manifest-path", HERE / "Cargo.toml", "--locked"]
     run(python, *build, VIRTUAL_ENV=str(VENV))
     test(python, arguments, [HERE / "tests"])
@@ -65,7 +67,9 @@ def wheel(arguments: list[str]) -> None:
         # Nothing but the wheel and NumPy: the ten lines of the README, as they stand there.
         run(python, HERE / "tests" / "readme.py", PYTHONPATH="")
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "pytest", "pillow", "pycocotools")
-        test(python, arguments, [HERE / "tests" / name for name in WITHOUT_EXTRAS])
+        test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITHOUT_EXTRAS])
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{built}[video]", *NOTEBOOK)
+        test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITH_VIDEO_AND_NOTEBOOK])
 
 
 if __name__ == "__main__":

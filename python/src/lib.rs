@@ -13,6 +13,7 @@ mod params;
 mod run;
 mod scene;
 mod session;
+mod why;
 mod windows;
 
 use pyo3::prelude::*;
@@ -33,7 +34,13 @@ mod _tracecut {
     #[pymodule_export]
     use crate::windows::Windows;
 
-    use super::{Bound, PyModule, PyModuleMethods, PyResult};
+    use super::{Bound, PyModule, PyModuleMethods, PyResult, pyfunction};
+
+    /// A fault on purpose: tests see that it becomes an exception, and not the end of the process.
+    #[pyfunction]
+    fn panic_on_purpose() {
+        std::panic::panic_any("on purpose");
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -8,10 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
 use tracecut::image::Frame;
 use tracecut::{Progress, Session, Windows};
 
+/// The windows of a clip whose frames Python gives.
+pub(crate) type Clip = Windows<Frames, Failure>;
+
 /// A session of its own, or the one that goes through the windows of a clip.
 pub(crate) enum Run {
     Session(Session),
-    Windows(Windows<Frames, Failure>, usize),
+    Windows(Clip, usize),
 }
 
 impl Run {

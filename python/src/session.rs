@@ -4,18 +4,21 @@ use crate::arrays::{self, copy, list, matrix, plane};
 use crate::error::{Failure, Result};
 use crate::frame::frame_from;
 use crate::params::{params_from, params_in_force};
-use crate::run::{Run, Shared, Sources, report};
+use crate::run::{Clip, Run, Shared, Sources, report};
+use crate::why::explanation;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tracecut::Step;
 use tracecut::connectedness::NO_COMPONENT;
 use tracecut::correction::{Correction, Stroke};
+use tracecut::discretize::DiscretizeMethod;
 use tracecut::mask::{enlarge, object_rows, object_table};
+use tracecut::params::Choice;
 use tracecut::sparse::SymCsr;
 use tracecut::trajectory::Trajectories;
+use tracecut::{Error, Step};
 
-/// One clip on its way through the stages, or the session of a window, whose results can be read only.
+/// One clip on its way through the stages, or the session of a window, whose results can be read and corrected.
 #[pyclass(frozen, module = "tracecut._tracecut")]
 pub(crate) struct Session {
     pub(crate) run: Shared,
@@ -26,7 +29,8 @@ pub(crate) struct Session {
 }
 
 const GONE: &str = "the window's results are gone: the next window was asked for";
-const READ_ONLY: &str = "a window's session can be read only: run a Session over the clip to change it";
+const NO_FRAMES: &str = "a window's session can be corrected only: run a Session over the clip to change it otherwise";
+const NO_WINDOW: &str = "this session is no window's";
 
 type Size = (usize, usize);
 /// Frames, size of the input, working size, corrections.
@@ -60,13 +64,26 @@ impl Session {
     ) -> Result<T> {
         let changed = |run: &mut Run| match run {
             Run::Session(session) => work(session),
-            Run::Windows(..) => Err(Failure::state(READ_ONLY)),
+            Run::Windows(..) => Err(Failure::state(NO_FRAMES)),
+        };
+        py.detach(|| self.run.write(changed))
+    }
+
+    /// Changes the window that this session is of.
+    fn change_window<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Clip) -> Result<T> + Send) -> Result<T> {
+        let changed = |run: &mut Run| match run {
+            Run::Windows(windows, at) if self.window == Some(*at) => work(windows),
+            Run::Windows(..) => Err(Failure::state(GONE)),
+            Run::Session(_) => Err(Failure::state(NO_WINDOW)),
         };
         py.detach(|| self.run.write(changed))
     }
 
     fn correct(&self, py: Python<'_>, correction: Correction) -> Result<()> {
-        self.change(py, |session| Ok(session.correct(&correction)?))
+        match self.window {
+            None => self.change(py, |session| Ok(session.correct(&correction)?)),
+            Some(_) => self.change_window(py, |windows| Ok(windows.correct(&correction)?)),
+        }
     }
 }
 
@@ -109,15 +126,16 @@ impl Session {
     }
 
     fn run(&self, py: Python<'_>, threads: usize, listener: Option<Py<PyAny>>) -> Result<()> {
-        self.change(py, |session| {
-            let mut outcome = Ok(());
-            let goes_on = |progress| {
-                outcome = report(listener.as_ref(), progress);
-                outcome.is_ok()
-            };
-            session.run_while(threads, goes_on)?;
-            outcome
-        })
+        let mut outcome = Ok(());
+        let goes_on = |progress| {
+            outcome = report(listener.as_ref(), progress);
+            outcome.is_ok()
+        };
+        match self.window {
+            None => self.change(py, |session| Ok(session.run_while(threads, goes_on)?)),
+            Some(_) => self.change_window(py, |windows| Ok(windows.rerun_while(threads, goes_on)?)),
+        }?;
+        outcome
     }
 
     fn clear(&self, py: Python<'_>) -> Result<()> {
@@ -145,7 +163,10 @@ impl Session {
     }
 
     fn undo_correction(&self, py: Python<'_>) -> Result<()> {
-        self.change(py, |session| Ok(session.undo_correction()?))
+        match self.window {
+            None => self.change(py, |session| Ok(session.undo_correction()?)),
+            Some(_) => self.change_window(py, |windows| Ok(windows.undo_correction()?)),
+        }
     }
 
     fn params<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyDict>> {
@@ -251,6 +272,27 @@ impl Session {
         Ok(found.map(|c| (c.count, list(py, c.label))))
     }
 
+    fn motion_clusters<'py>(&self, py: Python<'py>) -> Result<Option<(usize, Bound<'py, PyArray1<u32>>)>> {
+        let found = self.compute(py, tracecut::Session::motion_clusters)?;
+        Ok(found.map(|c| (c.count, list(py, c.label))))
+    }
+
+    /// By the method's name; the count is one that is legal.
+    fn clusters_by<'py>(
+        &self,
+        py: Python<'py>,
+        method: &str,
+        count: usize,
+    ) -> Result<Option<(usize, Bound<'py, PyArray1<u32>>)>> {
+        let method = method_of(method)?;
+        let found = self.compute(py, |session| Ok(session.clusters_by(method, count)))?;
+        Ok(found.map(|c| (c.count, list(py, c.label))))
+    }
+
+    fn explain<'py>(&self, py: Python<'py>, t: usize, x: usize, y: usize) -> Result<Bound<'py, PyDict>> {
+        explanation(py, &self.compute(py, |session| session.explain(t, x, y))?)
+    }
+
     fn superpixels<'py>(&self, py: Python<'py>, t: usize) -> Result<Bound<'py, PyDict>> {
         self.read(|session| arrays::superpixels(py, session.superpixels(t)?))
     }
@@ -314,4 +356,13 @@ impl Session {
             Ok(object_table(&rows))
         })
     }
+}
+
+fn method_of(name: &str) -> Result<DiscretizeMethod> {
+    let names = DiscretizeMethod::NAMES;
+    let Some(index) = names.iter().position(|&known| known == name) else {
+        let expected = format!("one of {}", names.join(", "));
+        return Err(Error::Param { name: "method".to_owned(), value: format!("{name:?}"), expected }.into());
+    };
+    Ok(DiscretizeMethod::at(index))
 }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -71,6 +73,11 @@ def test_videos_are_read_by_pyav(tmp_path: Path) -> None:
     read = list(tracecut.read_video(path))
     assert len(read) == 10 and all(np.array_equal(a, b) for a, b in zip(read, clip))
     assert np.array_equal(masks(path), masks(clip))
+    # The README's first command, on a video.
+    command = [sys.executable, "-m", "tracecut", str(path), "--out", str(tmp_path / "masks")]
+    subprocess.run(command, check=True, capture_output=True)
+    written = sorted((tmp_path / "masks").glob("*.png"))
+    assert np.array_equal(np.stack([np.asarray(Image.open(mask)) for mask in written]), masks(clip))
 
 
 def test_what_is_no_video_is_named(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ def peak(frames: int, window: int, width: int, height: int) -> int:
     return int(text.split()[0])
 
 
+@pytest.mark.wheel
 def test_a_longer_clip_takes_hardly_more_memory() -> None:
     assert peak(120, 12, 160, 90) <= 1.3 * peak(24, 12, 160, 90)
 

@@ -10,6 +10,7 @@ import pytest
 NOTEBOOK = Path(__file__).resolve().parents[1] / "examples" / "stages.ipynb"
 
 
+@pytest.mark.wheel
 def test_the_notebook_shows_every_stage() -> None:
     nbclient = pytest.importorskip("nbclient")
     nbformat = pytest.importorskip("nbformat")

@@ -15,7 +15,7 @@ PIECES = readme.pieces()
 
 
 def test_the_readme_has_its_pieces() -> None:
-    assert len(PIECES) == 3 and all("import tracecut" in piece for piece in PIECES)
+    assert len(PIECES) == 4 and all("import tracecut" in piece for piece in PIECES)
     assert 8 <= len([line for line in PIECES[0].splitlines() if line.strip()]) <= 10
 
 
@@ -25,7 +25,7 @@ def test_a_piece_of_the_readme_runs(number: int, tmp_path: Path, monkeypatch: py
     readme.run(PIECES[number])
     assert capsys.readouterr().out.strip()
     if number == 0:
-        assert len(list((tmp_path / "masks").glob("*.png"))) == 24
+        assert len(list((tmp_path / "masks").glob("*.png"))) == 12
 
 
 def modules() -> list[str]:

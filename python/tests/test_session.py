@@ -182,6 +182,121 @@ def test_corrections_change_the_masks_and_are_taken_back(clip: list[np.ndarray])
     assert np.array_equal(all_masks(session), first)
 
 
+def test_a_window_is_corrected_and_the_clip_goes_on_with_it() -> None:
+    clip = list(tracecut.synth.Scene("sample", 160, 90, 20, seed=3))
+
+    def run(correct: Callable[[tracecut.SessionView], object]) -> list[np.ndarray]:
+        masks: list[np.ndarray] = []
+        for window in tracecut.windows(clip, window=12, overlap=4):
+            if window.index == 0:
+                correct(window.session)
+            masks += [window.labels(t) for t in window.settled]
+        return masks
+
+    def rename(session: tracecut.SessionView) -> None:
+        before = all_masks(session)
+        assert before.max() == 2
+        steps: list[str] = []
+        session.split(1)
+        assert session.num_corrections == 1
+        session.run(threads=2, progress=lambda p: steps.append(p.stage))
+        after = all_masks(session)
+        assert "cut" in steps and np.array_equal(after > 0, before > 0) and after.max() == 3
+        session.merge(3, 1)
+        assert np.array_equal(all_masks(session), np.where(after == 1, 3, after))
+        session.undo_correction()
+        session.undo_correction()
+        assert np.array_equal(all_masks(session), before) and session.num_corrections == 0
+        session.split(1)
+        session.run()
+        session.merge(3, 1)
+
+    plain, renamed = run(lambda _: None), run(rename)
+    # The second window takes the label that the correction gave.
+    assert np.array_equal(renamed[19], np.where(plain[19] == 1, 3, plain[19])) and (plain[19] == 1).any()
+
+
+def test_a_window_that_is_gone_is_not_corrected() -> None:
+    parts = tracecut.windows(tracecut.synth.Scene("sample", 96, 64, 20, seed=3), window=12, overlap=4)
+    first = next(parts)
+    with pytest.raises(TraceCutError, match="there is no correction to undo"):
+        first.session.undo_correction()
+    last = next(parts)
+    for correct in (lambda s: s.split(1), lambda s: s.run(), lambda s: s.undo_correction()):
+        with pytest.raises(TraceCutError, match="the next window was asked for") as caught:
+            correct(first.session)
+        assert caught.value.code == "state"
+    assert next(parts, None) is None
+    last.session.merge(0, 1)
+    assert not last.labels(19).any()
+
+
+def test_an_explanation_tells_why_a_pixel_has_its_label(done: Session) -> None:
+    label, cells = done.labels(2), done.superpixels(2).label
+    clusters, objects, affinities = done.clusters(), done.objects(), done.affinities()
+    assert clusters is not None and objects is not None and affinities is not None
+    sources = set()
+    for y in range(1, 64, 9):
+        for x in range(2, 96, 9):
+            why = done.explain(2, x, y)
+            sources.add(why.source)
+            assert why.label == label[y, x] and why.superpixel == cells[y, x]
+            assert [c.cluster for c in why.costs] == list(range(clusters.count))
+            assert [c.label for c in why.costs] == objects.tolist()
+            assert all(c.total == sum(c[3:8]) for c in why.costs)
+            links = [sum(link.cost for link in why.links if link.cluster != c.cluster) for c in why.costs]
+            assert [c.links for c in why.costs] == links
+            assert sum(c.votes for c in why.costs) == sum(v.cluster >= 0 for v in why.voters)
+            assert all(cells[round(v.y), round(v.x)] == why.superpixel for v in why.voters)
+            assert why.nearest is not None
+            row = slice(int(affinities.offset[why.nearest]), int(affinities.offset[why.nearest + 1]))
+            known = dict(zip(affinities.column[row].tolist(), affinities.value[row].tolist()))
+            known.pop(why.nearest, None)
+            assert why.affinities and all(known[to] == value for to, value in why.affinities)
+            assert max(known.values()) == why.affinities[0][1]
+            # The cut chose: no cluster of another label is cheaper.
+            assert why.flip is not None and why.flip.margin >= 0
+            totals = [c.total for c in why.costs]
+            assert totals[why.flip.cluster] - totals[why.cluster] == why.flip.margin
+    assert "superpixel" in sources
+
+
+def test_an_explanation_knows_strokes_and_borders_between_objects(clip: list[np.ndarray]) -> None:
+    session = fresh(clip)
+    session.run()
+    y, x = (int(v) for v in np.argwhere(session.labels(0) == 1).mean(axis=0))
+    inside = (x, y)
+    session.apart([Stroke(0, [inside], 2), Stroke(0, [(2, 2)], 2)])
+    session.run()
+    assert session.explain(0, 2, 2).source == "stroke"
+    tracks = session.trajectories()
+    assert tracks is not None
+    border = session.explain(0, *inside).border
+    assert border is not None and border.edges > 0 and 0 <= border.mean <= border.d <= 1
+    assert {border.i, border.j} <= set(tracks.alive(0).tolist())
+
+
+def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndarray]) -> None:
+    clusters, embedding = done.clusters(), done.embedding()
+    assert clusters is not None and embedding is not None
+    for method in ("rotation-merge", "rotation", "k-means"):
+        found = done.clusters_by(method, 2)
+        assert found is not None and len(found.label) == len(clusters.label)
+        assert found.count == found.label.max() + 1 <= 2
+    with pytest.raises(TraceCutError, match=r"method = \"best\" \(expected one of rotation-merge, rotation, k-means\)"):
+        done.clusters_by("best", 2)
+    with pytest.raises(TraceCutError, match=r"count = 99 \(expected a whole number, 1\.\.="):
+        done.clusters_by("k-means", 99)
+    by_motion = done.motion_clusters()
+    without = fresh(clip, connectedness={"mode": "off"})
+    without.run()
+    expected = without.clusters()
+    assert by_motion is not None and expected is not None
+    assert np.array_equal(by_motion.label, expected.label)
+    unknown = fresh(clip)
+    assert unknown.clusters_by("rotation", 2) is None and unknown.motion_clusters() is None
+
+
 @pytest.mark.parametrize(
     ("correct", "code"),
     [
@@ -192,6 +307,10 @@ def test_corrections_change_the_masks_and_are_taken_back(clip: list[np.ndarray])
         (lambda s: s.apart([Stroke(99, [(0, 0)])]), "param"),
         (lambda s: s.apart([Stroke(-1, [(0, 0)])]), "param"),
         (lambda s: s.undo_correction(), "state"),
+        (lambda s: s.explain(0, 96, 0), "param"),
+        (lambda s: s.explain(0, 0, -1), "param"),
+        (lambda s: s.explain(8, 0, 0), "state"),
+        (lambda s: s.background(2**64 - 1), "state"),
         (lambda s: s.labels(8), "state"),
         (lambda s: s.flow(7), "state"),
         (lambda s: s.push(np.zeros((64, 96), np.uint8)), "state"),
@@ -203,6 +322,12 @@ def test_calls_that_are_not_legal_change_nothing(done: Session, correct, code: s
         correct(done)
     assert caught.value.code == code
     assert np.array_equal(all_masks(done), before)
+
+
+def test_a_fault_in_the_library_is_an_exception_and_python_goes_on() -> None:
+    with pytest.raises(BaseException, match="on purpose") as caught:
+        tracecut._tracecut.panic_on_purpose()
+    assert type(caught.value).__name__ == "PanicException" and not isinstance(caught.value, Exception)
 
 
 def test_an_error_can_be_pickled() -> None:

@@ -9,7 +9,7 @@ from typing import Optional
 import numpy as np
 import numpy.typing as npt
 import tracecut
-from tracecut import Clusters, Progress, Result, Session, Trajectories, Window
+from tracecut import Clusters, Explanation, Progress, Result, Session, Trajectories, Window
 
 Mask = npt.NDArray[np.uint8]
 
@@ -24,6 +24,16 @@ def stream(frames: Iterator[Mask]) -> Iterator[tuple[int, Mask]]:
     for window in tracecut.windows(frames, window=40, flow={"patch_stride": 5}):
         for t in window.settled:
             yield t, window.labels(t)
+
+
+def corrected(frames: Iterator[Mask]) -> Iterator[Mask]:
+    for window in tracecut.windows(frames):
+        window.session.split(1, at=(0, 3.5, 4))
+        window.session.run(threads=2)
+        why: Explanation = window.session.explain(0, 3, 4)
+        votes: Optional[int] = None if why.flip is None else why.flip.votes
+        print(votes, [cost.total for cost in why.costs])
+        yield window.labels(window.settled[0])
 
 
 def told(progress: Progress) -> None:

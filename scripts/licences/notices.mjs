@@ -14,6 +14,7 @@ import { root } from '../tools.mjs';
 /** How a licence's text is known, line breaks aside, in the order in which we choose where there is a choice. */
 const KNOWN = {
   MIT: /Permission is hereby granted, free of charge, to any person obtaining a copy/,
+  'BSD-2-Clause': /Redistribution and use in source and binary forms(?!.*Neither the name)/,
   'BSD-3-Clause': /Redistribution and use in source and binary forms.*Neither the name/,
   Zlib: /misrepresented as being the original software/,
   'Unicode-3.0': /UNICODE LICENSE V3/i,

@@ -16,6 +16,7 @@ use super::params::Params;
 use super::session::Session;
 use super::stage::Progress;
 use crate::Error;
+use crate::correction::Correction;
 use crate::image::Frame;
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -165,6 +166,51 @@ where
         &self.session
     }
 
+    /// Corrects the masks of the window that was run last, as [`Session::correct`]; [`Windows::rerun`] makes those that
+    /// have to be made anew, and so does the next window before it begins.
+    ///
+    /// What is merged or split is so in this window. Those that follow find their objects anew, and give them the labels
+    /// that most of their trajectories bear here after all corrections; what earlier windows settled stays.
+    ///
+    /// # Errors
+    /// As [`Session::correct`]; nothing changes then.
+    #[doc(hidden)] // For the Python package.
+    pub fn correct(&mut self, correction: &Correction) -> Result<(), Error> {
+        self.session.correct(correction)
+    }
+
+    /// Takes the last correction of that window back.
+    ///
+    /// # Errors
+    /// [`Error::State`] without a correction of that window in force.
+    #[doc(hidden)] // For the Python package.
+    pub fn undo_correction(&mut self) -> Result<(), Error> {
+        self.session.undo_correction()
+    }
+
+    /// Makes the masks after corrections, and tells `report` of each step.
+    ///
+    /// # Errors
+    /// As [`Session::step`].
+    #[doc(hidden)] // For the Python package.
+    pub fn rerun(&mut self, mut report: impl FnMut(Progress)) -> Result<(), Error> {
+        let always = |progress| {
+            report(progress);
+            true
+        };
+        self.rerun_while(self.threads, always).map(|_done| ())
+    }
+
+    /// The same on so many threads, as long as `report` gives true; gives whether all is done.
+    ///
+    /// # Errors
+    /// As [`Windows::rerun`].
+    #[doc(hidden)] // For the Python package, whose callbacks may raise.
+    pub fn rerun_while(&mut self, threads: usize, report: impl FnMut(Progress) -> bool) -> Result<bool, Error> {
+        // Without a correction all is done, or the frames of a window are still to come.
+        if self.session.num_corrections() == 0 { Ok(true) } else { self.session.run_while(threads, report) }
+    }
+
     /// Where the clip goes on after the window that was run last; `None` before the first, and when none is to follow.
     /// The session's results of that window are gone then, and the next window comes as it would have.
     ///
@@ -236,6 +282,14 @@ where
     }
 
     fn run_next(&mut self, mut report: impl FnMut(Progress) -> Result<(), E>) -> Result<Option<Window>, E> {
+        let mut stopped = Ok(());
+        let mut goes_on = |progress| {
+            stopped = report(progress);
+            stopped.is_ok()
+        };
+        if !self.rerun_while(self.threads, &mut goes_on)? {
+            return stopped.map(|()| None);
+        }
         match self.next {
             Next::Frames => {}
             Next::Advance(kept) => {
@@ -249,11 +303,6 @@ where
         if self.session.num_frames() == self.settled && !self.session.holds_frame() {
             return Ok(None);
         }
-        let mut stopped = Ok(());
-        let goes_on = |progress| {
-            stopped = report(progress);
-            stopped.is_ok()
-        };
         self.session.run_while(self.threads, goes_on)?;
         stopped?;
         let window = self.window();

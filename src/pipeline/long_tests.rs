@@ -1,6 +1,7 @@
 //! Laws of the iterator of windows.
 
-use super::{Window, Windows};
+use super::{Session, Window, Windows};
+use crate::correction::Correction;
 use crate::image::Frame;
 use crate::synth::Scene;
 use crate::{Error, Params};
@@ -171,4 +172,50 @@ fn a_checkpoint_needs_the_frames_that_follow_it() {
     let first = checkpoint.first_frame();
     let error = windows(scene(10, 1).skip(first), 10, 4).resume(checkpoint).err().unwrap();
     assert_eq!(error, Error::TooFewFrames { got: 4, needed: 5 });
+}
+
+/// Windows of a clip, and what a session of the same frames has that is corrected and goes on in the same way.
+#[test]
+fn a_corrected_window_goes_on_as_a_corrected_session_does() {
+    let (mut clip, mut session) = (windows(scene(20, 1), 12, 4), Session::new(Params::default()).unwrap());
+    assert!(matches!(clip.correct(&Correction::Split { label: 1, at: None }), Err(Error::State { .. })));
+    let first = clip.next_window(|_| ()).unwrap().unwrap();
+    let before = masks_of(&clip, &first);
+    for frame in scene(20, 1).take(12) {
+        session.push_in_shot(frame.unwrap()).unwrap();
+    }
+    session.run().unwrap();
+    let split = Correction::Split { label: 1, at: None };
+    clip.correct(&split).unwrap();
+    clip.undo_correction().unwrap();
+    assert!(masks_of(&clip, &first) == before && clip.undo_correction().is_err());
+    clip.correct(&split).unwrap();
+    session.correct(&split).unwrap();
+    session.run().unwrap();
+    let mut steps = 0;
+    clip.rerun(|_| steps += 1).unwrap();
+    assert!(steps > 0 && masks_of(&clip, &first) != before);
+    clip.correct(&Correction::Merge { into: 0, from: 2 }).unwrap();
+    session.correct(&Correction::Merge { into: 0, from: 2 }).unwrap();
+    assert!(first.settled.clone().all(|t| clip.session().labels(t).unwrap() == session.labels(t).unwrap()));
+    session.advance(4).unwrap();
+    for frame in scene(20, 1).skip(12) {
+        session.push_in_shot(frame.unwrap()).unwrap();
+    }
+    session.run().unwrap();
+    let second = clip.next_window(|_| ()).unwrap().unwrap();
+    assert!(second.settled.clone().all(|t| clip.session().labels(t).unwrap() == session.labels(t).unwrap()));
+}
+
+#[test]
+fn the_next_window_first_makes_the_masks_of_a_correction() {
+    let second = |reruns: bool| {
+        let mut clip = windows(scene(20, 1), 12, 4).with_threads(2);
+        clip.next_window(|_| ()).unwrap().unwrap();
+        clip.correct(&Correction::Split { label: 1, at: None }).unwrap();
+        assert!(!reruns || clip.rerun(|_| ()).is_ok());
+        let window = clip.next_window(|_| ()).unwrap().unwrap();
+        masks_of(&clip, &window)
+    };
+    assert!(second(false) == second(true));
 }

@@ -142,7 +142,7 @@ impl Session {
         let found = self.found();
         let (frames, masks) = (self.frames(), found.masks);
         let missing = || missing_frame("background", t, masks.len());
-        if masks.len() < frames.len().max(t + 1) {
+        if masks.len() < frames.len() || t >= masks.len() {
             return Err(missing());
         }
         let none = Camera::new(&[], &[], None);

@@ -6,7 +6,7 @@
 dtype('uint8')
 """
 
-from . import synth
+from . import interchange, synth
 from ._errors import TraceCutError
 from ._frames import FrameLike, Frames, as_array, in_name_order, read_image, read_video
 from ._images import boundaries, enlarge, flow, image_discontinuities, parameters, superpixels
@@ -33,9 +33,11 @@ from ._types import (
     Superpixels,
     Trajectories,
 )
+from ._why import Border, Evidence, Explanation, Flip, LabelCost, SuperpixelLink, Voter
 
 __all__ = [
     "Affinities",
+    "Border",
     "BoundaryMap",
     "Clusters",
     "Components",
@@ -43,10 +45,14 @@ __all__ = [
     "EdgeKind",
     "Embedding",
     "Enlarged",
+    "Evidence",
+    "Explanation",
+    "Flip",
     "FlowField",
     "FrameLike",
     "Frames",
     "ImageDiscontinuities",
+    "LabelCost",
     "Parameter",
     "Progress",
     "Result",
@@ -54,9 +60,11 @@ __all__ = [
     "Session",
     "SessionView",
     "Stroke",
+    "SuperpixelLink",
     "Superpixels",
     "TraceCutError",
     "Trajectories",
+    "Voter",
     "Window",
     "__version__",
     "as_array",
@@ -67,6 +75,7 @@ __all__ = [
     "from_coco_rle",
     "image_discontinuities",
     "in_name_order",
+    "interchange",
     "mask_png",
     "parameters",
     "read_image",

@@ -28,6 +28,7 @@ from ._types import (
     Superpixels,
     Trajectories,
 )
+from ._why import Explanation, explanation
 
 
 def threads_of(threads: Optional[int]) -> int:
@@ -41,6 +42,8 @@ def threads_of(threads: Optional[int]) -> int:
 
 class SessionView:
     """The results of a session, stage by stage; what is not known yet is None, or an error with the code ``state``.
+
+    Masks can be corrected: `merge`, `split`, `together`, `apart`, then `run` where they are made anew, `undo_correction`.
 
     What is computed at the call is handed over without a copy; what the session keeps is copied once, so that arrays
     stay as they are whatever becomes of the session. Computing releases the interpreter's lock.
@@ -128,6 +131,38 @@ class SessionView:
         found = self._raw.threshold_clusters()
         return None if found is None else Clusters(*found)
 
+    def motion_clusters(self) -> Optional[Clusters]:
+        """What the clusters would be with connectedness off, to see what it changes; computed anew at each call."""
+        found = self._raw.motion_clusters()
+        return None if found is None else Clusters(*found)
+
+    def clusters_by(self, method: str, count: int) -> Optional[Clusters]:
+        """What another discretization makes of the embedding, to compare with `clusters`; computed anew at each call.
+
+        Parameters
+        ----------
+        method : str
+            ``"rotation-merge"``, ``"rotation"`` or ``"k-means"``, as the parameter ``discretize.method``.
+        count : int
+            Clusters before any merging, 1 to the embedding's number of eigenvectors.
+
+        Returns
+        -------
+        Clusters or None
+            None until the discontinuities are known.
+
+        Raises
+        ------
+        TraceCutError
+            ``param`` for a method or a count that is not legal.
+        """
+        embedding = self.embedding()
+        most = 1 if embedding is None else max(1, len(embedding.eigenvalues))
+        if not 1 <= count <= most and embedding is not None:
+            raise illegal("count", count, f"a whole number, 1..={most}")
+        found = self._raw.clusters_by(method, max(1, count))
+        return None if found is None else Clusters(*found)
+
     def superpixels(self, t: int) -> Superpixels:
         """The Gabriel superpixels of frame ``t``, at working size."""
         return Superpixels(**self._raw.superpixels(t))
@@ -178,9 +213,108 @@ class SessionView:
         """The scene of frame ``t`` without the objects: RGBA at working size, alpha 0 where no frame shows it."""
         return self._raw.background(t)
 
+    def explain(self, t: int, x: int, y: int) -> Explanation:
+        """Why a pixel has its label.
+
+        Parameters
+        ----------
+        t : int
+            The frame.
+        x, y : int
+            The pixel, in input pixels.
+
+        Returns
+        -------
+        Explanation
+            What each label would cost there and why, the trajectories that vote, and what would change the label.
+
+        Raises
+        ------
+        TraceCutError
+            ``state`` unless the run is done and has masks, or when there is no such frame; ``param`` when the pixel is
+            not in the frame.
+        """
+        for name, value in (("t", t), ("x", x), ("y", y)):
+            if value < 0:
+                raise illegal(name, value, "a whole number, 0 or more")
+        return explanation(self._raw.explain(t, x, y))
+
     def object_table(self) -> str:
         """Box, area, centre and mean motion of each object in each frame, as ``objects.csv`` of the command line."""
         return self._raw.object_table()
+
+    @property
+    def num_corrections(self) -> int:
+        """Corrections in force."""
+        return self._raw.info()[3]
+
+    def run(self, *, threads: Optional[int] = None, progress: _progress.Listener = None) -> None:
+        """Takes all steps, with the same results on any number of threads; of a window, those that corrections ask for.
+
+        Parameters
+        ----------
+        threads : int, optional
+            As many as the machine runs at once if not given.
+        progress : callable or bool, optional
+            Called with a `Progress` at each step; True shows bars of tqdm.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Within a step of the signal; calling again goes on.
+        TraceCutError
+            ``too-few-frames`` with fewer than two.
+        """
+        listener = _progress.raw_listener(progress)
+        try:
+            self._raw.run(threads_of(threads), listener)
+        finally:
+            _progress.close(listener)
+
+    def merge(self, into: int, from_: int) -> None:
+        """What has the label ``from_`` gets ``into``; 0 makes it background. Masks can be read at once.
+
+        Raises
+        ------
+        TraceCutError
+            ``state`` unless the run is done and has masks; ``param`` for labels that do not exist.
+        """
+        self._raw.merge(_label("into", into), _label("from_", from_))
+
+    def split(self, label: int, at: Optional[tuple[int, float, float]] = None) -> None:
+        """An object becomes two; `run` makes the masks.
+
+        Parameters
+        ----------
+        label : int
+            The object; 0, which needs a place, makes an object of what is there.
+        at : (t, x, y), optional
+            A place in the part that is new; without it the smaller part is.
+
+        Raises
+        ------
+        TraceCutError
+            As `merge`, and ``data`` where there is nothing to split.
+        """
+        self._raw.split(_label("label", label), at)
+
+    def together(self, strokes: Iterable[Stroke]) -> None:
+        """All that the strokes touch is one thing; `run` makes the masks. Errors as `split`."""
+        self._raw.strokes(False, _raw_strokes(strokes))
+
+    def apart(self, strokes: Iterable[Stroke]) -> None:
+        """What each stroke touches is a thing of its own; `run` makes the masks. Errors as `split`."""
+        self._raw.strokes(True, _raw_strokes(strokes))
+
+    def undo_correction(self) -> None:
+        """Takes the last correction back.
+
+        Raises
+        ------
+        TraceCutError
+            ``state`` without a correction in force.
+        """
+        self._raw.undo_correction()
 
 
 class Session(SessionView):
@@ -216,11 +350,6 @@ class Session(SessionView):
 
     def __init__(self, **params: Any) -> None:
         super().__init__(_tracecut.Session(params))
-
-    @property
-    def num_corrections(self) -> int:
-        """Corrections in force."""
-        return self._raw.info()[3]
 
     def push(self, frame: FrameLike) -> None:
         """Adds the next frame.
@@ -271,77 +400,9 @@ class Session(SessionView):
         while (progress := self.step()) is not None:
             yield progress
 
-    def run(self, *, threads: Optional[int] = None, progress: _progress.Listener = None) -> None:
-        """Takes all steps, with the same results on any number of threads.
-
-        Parameters
-        ----------
-        threads : int, optional
-            As many as the machine runs at once if not given.
-        progress : callable or bool, optional
-            Called with a `Progress` at each step; True shows bars of tqdm.
-
-        Raises
-        ------
-        KeyboardInterrupt
-            Within a step of the signal; calling again goes on.
-        TraceCutError
-            As `step`.
-        """
-        listener = _progress.raw_listener(progress)
-        try:
-            self._raw.run(threads_of(threads), listener)
-        finally:
-            _progress.close(listener)
-
     def clear(self) -> None:
         """Drops frames and results; parameters stay."""
         self._raw.clear()
-
-    def merge(self, into: int, from_: int) -> None:
-        """What has the label ``from_`` gets ``into``; 0 makes it background. Masks can be read at once.
-
-        Raises
-        ------
-        TraceCutError
-            ``state`` unless the run is done and has masks; ``param`` for labels that do not exist.
-        """
-        self._raw.merge(_label("into", into), _label("from_", from_))
-
-    def split(self, label: int, at: Optional[tuple[int, float, float]] = None) -> None:
-        """An object becomes two; `run` makes the masks.
-
-        Parameters
-        ----------
-        label : int
-            The object; 0, which needs a place, makes an object of what is there.
-        at : (t, x, y), optional
-            A place in the part that is new; without it the smaller part is.
-
-        Raises
-        ------
-        TraceCutError
-            As `merge`, and ``data`` where there is nothing to split.
-        """
-        self._raw.split(_label("label", label), at)
-
-    def together(self, strokes: Iterable[Stroke]) -> None:
-        """All that the strokes touch is one thing; `run` makes the masks. Errors as `split`."""
-        self._raw.strokes(False, _raw_strokes(strokes))
-
-    def apart(self, strokes: Iterable[Stroke]) -> None:
-        """What each stroke touches is a thing of its own; `run` makes the masks. Errors as `split`."""
-        self._raw.strokes(True, _raw_strokes(strokes))
-
-    def undo_correction(self) -> None:
-        """Takes the last correction back.
-
-        Raises
-        ------
-        TraceCutError
-            ``state`` without a correction in force.
-        """
-        self._raw.undo_correction()
 
 
 def _label(name: str, label: int) -> int:
