@@ -36,7 +36,7 @@ describe('video files', () => {
       'done',
       await page.evaluate(() => document.querySelector('#error').innerText),
     );
-    assert.match(await text(page, '#subline'), /trajector.* of 480 × 270/);
+    assert.match(await text(page, '#subline'), /trajector.* of 320 × 180/);
     assert.deepEqual(faults, []);
   });
 
