@@ -27,7 +27,10 @@ test('files have their types', async (t) => {
   assert.deepEqual(await raw(server.url, '/dist/index.js'), { status: 200, type: 'text/javascript; charset=utf-8' });
   assert.deepEqual(await raw(server.url, '/dist/tracecut_bg.wasm'), { status: 200, type: 'application/wasm' });
   assert.deepEqual(await raw(server.url, '/'), { status: 200, type: 'text/html; charset=utf-8' });
-  assert.deepEqual(await raw(server.url, '/styles/base.css', { method: 'HEAD' }), { status: 200, type: 'text/css; charset=utf-8' });
+  assert.deepEqual(await raw(server.url, '/styles/base.css', { method: 'HEAD' }), {
+    status: 200,
+    type: 'text/css; charset=utf-8',
+  });
 });
 
 test('no path leads out of the two folders', async (t) => {
