@@ -30,7 +30,7 @@ export function tables(results, { node, cores }) {
   for (const { part, unit, count, frames, points, slope } of results) {
     const three = [points[0], points[points.length >> 1], points.at(-1)];
     const of = (/** @type {'heap' | 'rss'} */ key) => three.map((point) => megabytes(point[key])).join(', ');
-    const done = `${count} (a ${unit} each)${frames ? `, ${frames} frames` : ''}`;
+    const done = `${count} × a ${unit}${frames ? `, ${frames} frames` : ''}`;
     lines.push(
       `| ${part} | ${done} | ${of('heap')} | ${of('rss')} | ${slope.heap.toFixed(0)}, ${slope.rss.toFixed(0)} |`,
     );
@@ -46,7 +46,7 @@ export function curves(results) {
   const height = results.length * (HEIGHT + 56) + 10;
   const style =
     'text{font:12px sans-serif;fill:#555}path{fill:none;stroke-width:1.5}.heap{stroke:#2b6cb0}.rss{stroke:#b7791f}';
-  const open = `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH + LEFT + 20} ${height}">`;
+  const open = `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH + LEFT + 60} ${height}">`;
   return `${open}<style>${style}</style>\n${rows.join('\n')}\n</svg>\n`;
 }
 
@@ -61,7 +61,7 @@ function panel({ part, unit, count, points }, down) {
     `<text x="${x}" y="${y}">${words}</text>`;
   const frame = `<path stroke="#ccc" d="M${LEFT} ${TOP}V${TOP + HEIGHT}H${LEFT + WIDTH}"/>`;
   return `<g transform="translate(0 ${down})">${[
-    text(LEFT, 16, `${part}: MB over ${count}, a ${unit} each; heap blue, RSS brown`),
+    text(LEFT, 16, `${part}: MB over ${count} × a ${unit}; heap blue, RSS brown`),
     text(4, TOP + 8, megabytes(most)),
     text(4, TOP + HEIGHT, '0'),
     frame,

@@ -110,7 +110,7 @@ fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
     let work = beside(&out, ".partial").join(".tracecut");
     wait_for(&work.join("checkpoint"), &mut first);
     let halt = |signal: &str| {
-        assert!(Command::new("kill").args([signal, &first.id().to_string()]).status().unwrap().success())
+        assert!(Command::new("kill").args([signal, &first.id().to_string()]).status().unwrap().success());
     };
     halt("-STOP");
     assert_refused(&segment(&input, &out, &WINDOWS), 2, &["two-out.partial"]);
