@@ -27,9 +27,12 @@ const folders = [
 ];
 
 /**
- * The files, relative to the page, and a version that changes when any of them does.
- * @returns {{version: string, files: string[]}}
+ * Files, relative to the page, each with what its bytes hash to, and a version that changes when any of them does. The
+ * page itself is `./`.
+ * @typedef {{version: string, files: [name: string, integrity: string][]}} Precache
  */
+
+/** @returns {Precache} */
 export function precacheList() {
   return listed(folders);
 }
@@ -37,11 +40,12 @@ export function precacheList() {
 /**
  * The same of any folders.
  * @param {typeof folders} places
- * @returns {{version: string, files: string[]}}
+ * @returns {Precache}
  */
 export function listed(places) {
   const hash = createHash('sha256');
-  const files = ['./'];
+  /** @type {Precache['files']} */
+  const files = [];
   for (const { folder, at, wanted } of places.filter((one) => existsSync(one.folder))) {
     const names = readdirSync(folder, { recursive: true, withFileTypes: true })
       .filter((entry) => entry.isFile())
@@ -51,8 +55,11 @@ export function listed(places) {
           .replaceAll(sep, '/'),
       );
     for (const name of names.filter(wanted).sort()) {
-      hash.update(at + name).update(readFileSync(join(folder, name)));
-      files.push(at + name);
+      const bytes = readFileSync(join(folder, name));
+      hash.update(at + name).update(bytes);
+      const own = createHash('sha256').update(bytes).digest('base64');
+      // Hosts may lead from one of the names of a page to the other.
+      files.push([at + name.replace(/^index\.html$/, ''), `sha256-${own}`]);
     }
   }
   return { version: hash.digest('hex').slice(0, 16), files };

@@ -1,8 +1,8 @@
 // A static file server for development and tests: `www/` at `/`, the built package at `/dist/`, the documentation at
-// `/docs/`. Nothing else is reachable.
+// `/docs/`. Nothing else is reachable, and from no other machine.
 
 import { createReadStream } from 'node:fs';
-import { stat } from 'node:fs/promises';
+import { realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join, resolve, sep } from 'node:path';
 import { serviceWorker } from './precache.mjs';
@@ -31,12 +31,13 @@ const types = {
 };
 
 /**
- * Starts the server on this machine's own address; port 0 takes a free one.
+ * Starts the server on this machine's own address; port 0 takes a free one. `places` are folders by what their
+ * addresses begin with.
  * @returns {Promise<{url: string, close: () => Promise<void>}>}
  */
-export function serve({ port = 0 } = {}) {
+export function serve({ port = 0, places = mounts } = {}) {
   const server = createServer((request, response) => {
-    answer(request, response).catch(() => end(response, 500, 'internal error'));
+    answer(request, response, places).catch(() => end(response, 500, 'internal error'));
   });
   return new Promise((done, failed) => {
     server.once('error', failed);
@@ -55,11 +56,15 @@ export function serve({ port = 0 } = {}) {
 let documents;
 const makeDocuments = async () => (await import('./documents.mjs')).writeDocuments(join(root, 'out'));
 
-async function answer(request, response) {
+/** A name that leads here may be anybody's; a page at such a name is not to read what is served. */
+const OWN_HOSTS = /^(127\.0\.0\.1|localhost|\[::1\])(:\d+)?$/i;
+
+async function answer(request, response, places) {
+  if (!OWN_HOSTS.test(request.headers.host ?? '')) return end(response, 403, 'only for this machine');
   if (request.method !== 'GET' && request.method !== 'HEAD') return end(response, 405, 'only GET and HEAD');
   if (/^\/service-worker\.js(\?|$)/.test(request.url)) return end(response, 200, serviceWorker(), types['.js']);
   if (request.url.startsWith('/docs/')) await (documents ??= makeDocuments());
-  const file = await find(request.url);
+  const file = await find(request.url, places);
   if (!file) return end(response, 404, 'not found');
   const { size } = await stat(file);
   response.writeHead(200, {
@@ -71,20 +76,20 @@ async function answer(request, response) {
   createReadStream(file).pipe(response);
 }
 
-/** The file that a request's path names, or null: also for paths that leave their folder. */
-async function find(url) {
+/** The file that a request's path names, or null: also for paths and links that leave their folder. */
+async function find(url, places) {
   let path;
   try {
     path = decodeURIComponent(url.split(/[?#]/)[0]);
   } catch {
     return null;
   }
-  const { prefix, folder } = mounts.find((mount) => path.startsWith(mount.prefix)) ?? {};
+  const { prefix, folder } = places.find((mount) => path.startsWith(mount.prefix)) ?? {};
   if (!folder || path.includes('\0')) return null;
   const file = resolve(folder, `.${sep}${path.slice(prefix.length)}${path.endsWith('/') ? 'index.html' : ''}`);
   if (!file.startsWith(folder + sep)) return null;
   const found = await stat(file).catch(() => null);
-  return found?.isFile() ? file : null;
+  return found?.isFile() && (await realpath(file)).startsWith((await realpath(folder)) + sep) ? file : null;
 }
 
 function end(response, status, text, type = 'text/plain; charset=utf-8') {

@@ -37,7 +37,8 @@ export async function writeSite(target) {
   // Parts of an earlier site have other names.
   for (const { folder } of BUNDLES) rmSync(join(target, folder), { recursive: true, force: true });
   const isMade = (name) => /\.(js|css|html)$/.test(name) && !name.startsWith('./dist/vendor/');
-  for (const name of precacheList().files.filter((file) => file !== './' && !isMade(file))) {
+  const names = precacheList().files.map(([file]) => file);
+  for (const name of names.filter((file) => file !== './' && !isMade(file))) {
     const to = join(target, name);
     mkdirSync(dirname(to), { recursive: true });
     cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name), to);
@@ -54,7 +55,7 @@ export async function writeSite(target) {
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   await writeServiceWorker(list, target);
   cpSync(join(PLACES.dist, LICENCES), join(target, 'dist', LICENCES));
-  return list.files;
+  return list.files.map(([file]) => file);
 }
 
 /** @param {{version: string, files: string[]}} list @param {string} target */

@@ -30,6 +30,7 @@ const parts = {
   },
   browser: () => inBrowser('tests/package', 'tests/browser'),
   long: async () => {
+    run(process.execPath, ['scripts/audit.mjs', '--install']);
     for (const crate of ['tracecut', 'tracecut-cli'])
       run('cargo', ['test', '--tests', '--package', crate, '--', '--ignored', '--nocapture']);
     run('python3', ['python/run_tests.py', '--wheel']);

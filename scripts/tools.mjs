@@ -18,6 +18,7 @@ const exe = process.platform === 'win32' ? '.exe' : '';
 const rustTools = {
   'wasm-bindgen': { crate: 'wasm-bindgen-cli', version: bindgenVersion(), locked: false },
   'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', locked: true },
+  'cargo-deny': { crate: 'cargo-deny', version: '0.20.2', locked: true },
 };
 
 /** The exact wasm-bindgen release of Cargo.lock: the command line tool must be the same one. */
@@ -100,11 +101,16 @@ export function ensureRust() {
 /** Tools run for a second: compiling them fast matters more than running them fast. */
 const quickly = { CARGO_PROFILE_RELEASE_OPT_LEVEL: '0', CARGO_PROFILE_RELEASE_LTO: 'off' };
 
-/** Makes sure of a Rust command line tool in exactly the version the project was built with. */
+/** Whether a Rust command line tool is there, in exactly the version the project was built with. */
+export function hasRustTool(name) {
+  return output(name + exe, ['--version'])?.includes(rustTools[name].version) ?? false;
+}
+
+/** Makes sure of such a tool. */
 export function ensureRustTool(name) {
   const { crate, version, locked } = rustTools[name];
-  if (output(name + exe, ['--version'])?.includes(version)) return;
-  console.log(`${name} ${version}, for the tests, is not there yet; building it into .tools (about a minute, once).`);
+  if (hasRustTool(name)) return;
+  console.log(`${name} ${version}, for the tests, is not there yet; building it into .tools (some minutes, once).`);
   const args = [
     'install',
     crate,

@@ -3,7 +3,11 @@
 
 const PRECACHE = { version: '', files: [] };
 
-const NAME = `tracecut-${PRECACHE.version}`;
+const { scope } = self.registration;
+
+/** Of this site alone: beside it there may be others, of other versions too. */
+const OWN = `tracecut ${new URL(scope).pathname} `;
+const NAME = OWN + PRECACHE.version;
 
 self.addEventListener('install', (event) => {
   event.waitUntil(keep());
@@ -13,42 +17,64 @@ self.addEventListener('activate', (event) => {
   event.waitUntil(dropOthers().then(() => self.clients.claim()));
 });
 
-// A new version waits until the page says that it may take over: files of two versions must not mix.
+// A new version waits until a page says that it may take over, and until that is the only one: another one would get
+// files of two versions.
 self.addEventListener('message', (event) => {
-  if (event.data === 'take-over') self.skipWaiting();
+  if (event.data === 'take-over') event.waitUntil(takeOver(event.source));
 });
 
 self.addEventListener('fetch', (event) => {
   const { request } = event;
-  if (request.method !== 'GET' || !request.url.startsWith(self.registration.scope) || PRECACHE.files.length === 0)
-    return;
+  if (request.method !== 'GET' || !request.url.startsWith(scope) || PRECACHE.files.length === 0) return;
   event.respondWith(answer(request));
   if (request.mode === 'navigate') event.waitUntil(leaveIfGone());
 });
 
+async function takeOver(asking) {
+  const pages = await self.clients.matchAll({ type: 'window', includeUncontrolled: true });
+  if (pages.filter(({ url }) => url.startsWith(scope)).length > 1) asking.postMessage('other-pages');
+  else await self.skipWaiting();
+}
+
+/**
+ * All files or none, each with the very bytes that it had when the list was made: not a page of a network that wants a
+ * login, nor a file of the next version.
+ */
 async function keep() {
   const cache = await caches.open(NAME);
-  await cache.addAll(PRECACHE.files.map((file) => new Request(file, { cache: 'no-cache' })));
+  const asIs = { cache: 'no-cache', redirect: 'error' };
+  await cache.addAll(PRECACHE.files.map(([file, integrity]) => new Request(file, { ...asIs, integrity })));
 }
 
 async function dropOthers() {
   for (const name of await caches.keys()) {
-    if (name.startsWith('tracecut-') && name !== NAME) await caches.delete(name);
+    if (name.startsWith(OWN) && name !== NAME) await caches.delete(name);
   }
 }
 
 async function answer(request) {
   const cache = await caches.open(NAME);
-  const { origin, pathname } = new URL(request.url);
-  if (/\/(demo\/gallery|docs)\//.test(pathname)) return fetchedOrKept(request, origin + pathname, cache);
-  return (await cache.match(origin + pathname)) ?? fetch(request);
+  const { origin, pathname, search } = new URL(request.url);
+  const address = origin + pathname.replace(/\/index\.html$/, '/');
+  if (/^(demo\/gallery|docs)\//.test(address.slice(scope.length)))
+    return fetchedOrKept(request, search ? null : address, cache);
+  return (await cache.match(address)) ?? fetch(request);
 }
 
 /** Gallery and documentation are not listed: what was fetched is kept from then on, and shown without a network. */
 async function fetchedOrKept(request, address, cache) {
   const response = await fetch(request).catch(() => null);
-  if (response?.ok) await cache.put(address, response.clone());
-  return response ?? (await cache.match(address)) ?? Response.error();
+  if (address && response && isWhole(response, address)) {
+    // Where there is no room for it, it is shown all the same.
+    await cache.put(address, response.clone()).catch(() => {});
+  }
+  return response ?? (await cache.match(address ?? request.url.split('?')[0])) ?? Response.error();
+}
+
+/** Whether an answer is what the address holds: the whole of it, from here, and no page in place of a file. */
+function isWhole({ status, type, redirected, headers }, address) {
+  const isPage = /\btext\/html\b/i.test(headers.get('content-type') ?? '');
+  return status === 200 && type === 'basic' && !redirected && isPage === /(\.html|\/[^/.]*)$/.test(address);
 }
 
 /** Where something else has moved in at this address, the worker steps aside. */

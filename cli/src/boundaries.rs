@@ -1,14 +1,12 @@
 //! `tracecut boundaries`: boundary probability of one image, and the discontinuities of its pixel embedding.
 
 use crate::clock::Clock;
-use crate::failure::{Failure, Result, cannot_write, create_folder, print};
+use crate::failure::{Result, create_folder, print};
 use crate::input::decode;
+use crate::pictures::write_png;
 use crate::settings::Settings;
 use clap::Args;
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
-use std::fs::File;
-use std::io::BufWriter;
+use image::ExtendedColorType;
 use std::path::{Path, PathBuf};
 use tracecut::contour::boundary_map;
 use tracecut::image::Plane;
@@ -68,8 +66,5 @@ pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
 
 fn write_grey(path: &Path, plane: &Plane<f32>) -> Result<()> {
     let grey: Vec<u8> = plane.data().iter().map(|v| (255.0 * v + 0.5) as u8).collect();
-    let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
-    PngEncoder::new(BufWriter::new(file))
-        .write_image(&grey, plane.width() as u32, plane.height() as u32, ExtendedColorType::L8)
-        .map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
+    write_png(path, &grey, (plane.width(), plane.height()), ExtendedColorType::L8)
 }

@@ -16,6 +16,7 @@ mod stability;
 mod superpixels;
 
 use crate::failure::{Failure, Result, print, read, read_text};
+use crate::images::is_endless;
 use clap::Subcommand;
 use std::path::{Path, PathBuf};
 use tracecut::Session;
@@ -118,6 +119,12 @@ impl Shot {
         let mut maps = Vec::new();
         for frame in definition.labelled_within(num_frames) {
             let mask_path = path.with_file_name(&frame.mask);
+            if is_endless(&mask_path) {
+                return Err(Failure::about(
+                    path.display(),
+                    format_args!("names {}, which is no file", mask_path.display()),
+                ));
+            }
             let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
             maps.push(definition.regions(&mask));
         }

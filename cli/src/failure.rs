@@ -1,6 +1,7 @@
 //! What ends the program: a sentence for standard error, and a code.
 
 use std::fmt::Display;
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -68,8 +69,15 @@ pub(crate) fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read(path)?).map_err(|_| Failure::about(path.display(), "is not a text file"))
 }
 
+/// Writes a file; where there is not room for all of it there is none.
 pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
-    std::fs::write(path, bytes).map_err(|e| cannot_write(path, &e))
+    let mut file = File::create(path).map_err(|e| cannot_write(path, &e))?;
+    file.write_all(bytes.as_ref()).map_err(|e| {
+        if path.is_file() {
+            let _ = std::fs::remove_file(path);
+        }
+        cannot_write(path, &e)
+    })
 }
 
 pub(crate) fn create_folder(path: &Path) -> Result<()> {

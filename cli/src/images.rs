@@ -60,6 +60,8 @@ fn name_key(name: &str) -> (Vec<Part>, String) {
 
 /// The images that a `.bmf` list names: a first line of counts, then one file name a line, relative to the list.
 ///
+/// Names may lead anywhere that the caller may read; what is no file there, such as a device that never ends, is refused.
+///
 /// Lists of the Moseg benchmark name `.ppm` files where `.jpg` files stand; a file of the same stem is taken instead.
 pub(crate) fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
     let text = read_text(list)?;
@@ -76,7 +78,15 @@ pub(crate) fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
             format_args!("names {} images (expected {count}, as its first line says)", paths.len()),
         ));
     }
-    Ok(paths)
+    match paths.iter().find(|path| is_endless(path)) {
+        Some(path) => Err(Failure::about(list.display(), format_args!("names {}, which is no file", path.display()))),
+        None => Ok(paths),
+    }
+}
+
+/// Whether something is there that may have no end: a pipe or a device.
+pub(crate) fn is_endless(path: &Path) -> bool {
+    path.exists() && !path.is_file()
 }
 
 /// `path`, or if there is no such file one of the same stem and another image extension.

@@ -1,9 +1,11 @@
 //! A folder of results, complete or absent: it is written beside the one that was named, and renamed when all is there.
 
 use crate::failure::{Failure, Result, cannot_write, create_folder};
+use fs4::{FileExt, TryLockError};
 use std::ffi::OsStr;
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
 
 /// What is not a result lies here until the end: what a run needs that goes on, and parts of the report.
 const WORK: &str = ".tracecut";
@@ -20,6 +22,8 @@ pub(crate) struct Existing {
 pub(crate) struct Place {
     target: PathBuf,
     partial: PathBuf,
+    /// Held from when the folder is this run's; the system lets go of it however the run ends.
+    lock: Arc<OnceLock<Option<File>>>,
 }
 
 impl Place {
@@ -28,7 +32,7 @@ impl Place {
         let name = target.file_name().ok_or_else(|| refused(target, "is no name for a folder of results"))?;
         let mut partial = name.to_owned();
         partial.push(".partial");
-        Ok(Self { target: target.to_owned(), partial: target.with_file_name(partial) })
+        Ok(Self { target: target.to_owned(), partial: target.with_file_name(partial), lock: Arc::default() })
     }
 
     /// Whether the results are there, and a run that goes on has nothing to do.
@@ -40,8 +44,9 @@ impl Place {
     pub(crate) fn claim(&self, existing: Existing) -> Result<()> {
         self.check_target(existing)?;
         if self.partial.exists() {
+            let others = self.take_lock()?;
             if existing.resume && self.checkpoint().is_file() {
-                return Ok(());
+                return self.hold(others);
             }
             if !existing.overwrite && !existing.resume {
                 let reason = "was left by a run that did not end (--resume goes on with it, --overwrite begins again)";
@@ -50,9 +55,32 @@ impl Place {
             if !self.work().is_dir() && !is_empty(&self.partial) {
                 return Err(refused(&self.partial, "is not of this program and is not replaced: remove it yourself"));
             }
+            drop(others);
             remove(&self.partial)?;
         }
-        create_folder(&self.work())
+        create_folder(&self.work()).inspect_err(|_| {
+            // Where there was room for the one folder and not for the other.
+            let _ = fs::remove_dir(&self.partial);
+        })?;
+        let own = self.take_lock()?;
+        self.hold(own)
+    }
+
+    /// The lock of the folder, which one run at a time has; none where there is no folder, or no locks.
+    fn take_lock(&self) -> Result<Option<File>> {
+        let Ok(file) = File::create(self.work().join("lock")) else { return Ok(None) };
+        match FileExt::try_lock(&file) {
+            Ok(()) => Ok(Some(file)),
+            Err(TryLockError::WouldBlock) => {
+                Err(refused(&self.partial, "is being written by another run (wait for it, or name another folder)"))
+            }
+            // File systems of networks may have none.
+            Err(TryLockError::Error(_)) => Ok(None),
+        }
+    }
+
+    fn hold(&self, lock: Option<File>) -> Result<()> {
+        self.lock.set(lock).map_err(|_| Failure::new("claimed twice"))
     }
 
     fn check_target(&self, existing: Existing) -> Result<()> {
@@ -100,8 +128,12 @@ impl Place {
         remove(&old)
     }
 
-    /// The run has failed or was ended: nothing stays but what a run can go on with; whether there is such.
+    /// The run has failed or was ended: nothing stays but what a run can go on with; whether there is such. What is not
+    /// this run's stays in any case.
     pub(crate) fn give_up(&self) -> bool {
+        if self.lock.get().is_none() {
+            return false;
+        }
         let goes_on = self.checkpoint().is_file();
         if !goes_on {
             // What cannot be removed either was never made, or the next run says so.

@@ -1,6 +1,8 @@
 //! Numbered PNG files: `00000.png`, `00001.png`, ...
 
-use crate::failure::{Failure, Result, cannot_write, create_folder};
+use crate::failure::{Failure, Result, cannot_write, create_folder, write};
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use std::fs::File;
 use std::io::{BufReader, BufWriter};
@@ -82,12 +84,21 @@ fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()
             bytes
         }
     };
-    let write = |encoder: Encoder<_>| {
+    let encode = |encoder: Encoder<_>| {
         let mut writer = encoder.write_header()?;
         writer.write_image_data(bytes)?;
         writer.finish()
     };
-    write(encoder).map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
+    encode(encoder).map_err(|e| cannot_write(path, &e.into()))
+}
+
+/// Writes a single picture, all of it or none.
+pub(crate) fn write_png(path: &Path, bytes: &[u8], size: (usize, usize), color: ExtendedColorType) -> Result<()> {
+    let mut png = Vec::new();
+    PngEncoder::new(&mut png)
+        .write_image(bytes, size.0 as u32, size.1 as u32, color)
+        .map_err(|e| Failure::new(format!("cannot be encoded: {e}")).of(path.display()))?;
+    write(path, png)
 }
 
 /// The labels of a picture that was written as such, with its width and height.

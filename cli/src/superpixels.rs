@@ -1,13 +1,11 @@
 //! `tracecut superpixels`: Gabriel superpixels of one image.
 
-use crate::failure::{Failure, Result, cannot_write, create_folder, print};
+use crate::failure::{Failure, Result, create_folder, print};
 use crate::input::decode;
+use crate::pictures::write_png;
 use crate::settings::Settings;
 use clap::Args;
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
-use std::fs::File;
-use std::io::BufWriter;
+use image::ExtendedColorType;
 use std::path::{Path, PathBuf};
 use tracecut::image::{Frame, Plane};
 use tracecut::superpixel::{Edge, EdgeKind, Superpixels, superpixels_of};
@@ -53,13 +51,6 @@ fn write_labels(path: &Path, found: &Superpixels) -> Result<()> {
     }
     let bytes: Vec<u8> = found.label.data().iter().flat_map(|&l| (l as u16).to_ne_bytes()).collect();
     write_png(path, &bytes, (found.label.width(), found.label.height()), ExtendedColorType::L16)
-}
-
-fn write_png(path: &Path, bytes: &[u8], size: (usize, usize), color: ExtendedColorType) -> Result<()> {
-    let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
-    PngEncoder::new(BufWriter::new(file))
-        .write_image(bytes, size.0 as u32, size.1 as u32, color)
-        .map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
 }
 
 /// The enlarged image with the edges that separate something; RGB, width, height.

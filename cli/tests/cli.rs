@@ -4,6 +4,8 @@
 mod clusters;
 #[path = "cli/davis.rs"]
 mod davis;
+#[path = "cli/faults.rs"]
+mod faults;
 #[path = "cli/files.rs"]
 mod files;
 #[path = "cli/images.rs"]

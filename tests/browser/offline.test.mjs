@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { existsSync, rmSync, writeFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { join, relative, sep } from 'node:path';
 import { after, describe, test } from 'node:test';
 import { precacheList } from '../../scripts/precache.mjs';
 import { root } from '../../scripts/tools.mjs';
@@ -11,6 +11,10 @@ import { ended, openSample, plainFrame, pngFile, run, text, useSite } from './su
 
 /** Waits until the page is kept. */
 const kept = (page) => page.evaluate(() => navigator.serviceWorker.ready.then(({ active }) => active.state));
+
+/** Whether a file of `www/` that is no more on the host is answered for by the version in force. */
+const answered = (page, file) =>
+  page.evaluate(async (name) => (await fetch(name)).ok, `./${relative(join(root, 'www'), file).replaceAll(sep, '/')}`);
 
 describe('without a network', () => {
   const site = useSite();
@@ -43,7 +47,7 @@ describe('without a network', () => {
   });
 
   test('every file that the page asks for is kept', async () => {
-    const { files } = precacheList();
+    const files = precacheList().files.map(([file]) => file);
     assert.deepEqual(
       files.filter((file) => !existsSync(join(root, file.startsWith('./dist/') ? '' : 'www', file))),
       [],
@@ -68,8 +72,23 @@ describe('without a network', () => {
     await page.reload();
     assert.equal(await ended(page), 'done');
     assert.equal(await page.locator('#update').isVisible(), false);
-    writeFileSync(extra, '// Another version of the site.\n');
+    const version = '// Another version of the site.\n';
+    writeFileSync(extra, version);
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
+    await page.locator('#update').waitFor();
+    // The tabs that are open, and new ones, stay with the old version until there is only one.
+    const other = await page.context().newPage();
+    await other.goto(page.url());
+    assert.equal(await ended(other), 'done');
+    const answers = () => Promise.all([page, other].map((tab) => answered(tab, extra)));
+    rmSync(extra);
+    assert.deepEqual(await answers(), [false, false]);
+    await page.locator('#update').click();
+    await page.getByText('Close other tabs first').waitFor();
+    assert.equal(await page.evaluate(() => document.body.dataset.state), 'done', 'the result is still there');
+    assert.deepEqual(await answers(), [false, false]);
+    await other.close();
+    writeFileSync(extra, version);
     await page.locator('#update').click();
     await page.waitForFunction(
       () => document.body.dataset.state === 'done' && document.querySelector('#update').hidden,
@@ -77,6 +96,8 @@ describe('without a network', () => {
     const second = await page.evaluate(() => caches.keys());
     assert.equal(second.length, 1);
     assert.notDeepEqual(second, first);
+    rmSync(extra);
+    assert.equal(await answered(page, extra), true);
   });
 
   test('the manifest says how to install it, with icons of the sizes that it names', async () => {

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { cocoRle, editMasks, openProject, saveProject, segmentVideo } from 'tracecut';
+import { clipsZip, cocoRle, editMasks, openProject, saveProject, segmentVideo } from 'tracecut';
 import { lookOf, lookPatch } from '../../www/demo/saved/look.js';
 import { framesOf, ready, rejects } from './support.mjs';
 
@@ -70,6 +70,40 @@ test('what is no project, or is damaged, is refused in words', async () => {
   await rejects(other('masks.bin', Uint8Array.of(1, 2)), 'data', /masks.bin is cut off/);
   await rejects(other('trajectories.bin', Uint8Array.of(9, 0, 0, 0, 1, 0, 0, 0)), 'data', /trajectories/);
   await rejects(saveProject(masks, { title: 'x' }), 'param', /title/);
+});
+
+test('files of a project have names that lead nowhere else, saved and opened', async () => {
+  const masks = { width: 4, height: 2, numFrames: 1, labels: () => new Uint8Array(8) };
+  const { unzipSync, zipSync } = await import('../../dist/vendor/zip.js');
+  const entries = unzipSync(await saveProject(masks));
+  for (const name of [
+    '../clip.webm',
+    'a/../../clip.webm',
+    '/etc/clip',
+    '..\\..\\clip.webm',
+    '\\\\host\\clip',
+    'C:\\clip',
+    'c:clip',
+    'a//b',
+    'a/./b',
+    '..',
+    '',
+    'clip\0.webm',
+  ]) {
+    await rejects(saveProject(masks, { files: { [name]: Uint8Array.of(1) } }), 'data', /the name of a file = "/);
+    await rejects(openProject(zipSync({ ...entries, [`files/${name}`]: Uint8Array.of(1) })), 'data', /name of a file/);
+  }
+  const files = { 'at 10:30.webm': Uint8Array.of(1), 'a/b..c.mp4': Uint8Array.of(2), __proto__x: Uint8Array.of(3) };
+  assert.deepEqual((await openProject(await saveProject(masks, { files }))).files, files);
+});
+
+test('names of clips become folders of their archive, and no other', async () => {
+  const masks = { width: 4, height: 2, numFrames: 1, labels: () => new Uint8Array(8) };
+  const { unzipSync } = await import('../../dist/vendor/zip.js');
+  const names = ['../../up', '/etc/passwd', '..\\up', 'C:\\up', '..', '', 'nul\0', '<img onerror=x>', 'up'];
+  const paths = Object.keys(unzipSync(await clipsZip(names.map((name) => ({ name, masks })))));
+  assert.equal(new Set(paths.map((path) => path.split('/')[0].toLowerCase())).size, names.length + 1);
+  for (const path of paths) assert.match(path, /^([\w-]+\/[\w-]+\.(png|json)|report\.json)$/);
 });
 
 test('what the page keeps of a look is taken as far as it is legal', () => {

@@ -1,6 +1,7 @@
 /** Keeps the page on the device, where the browser can; a page without service workers works all the same. @module */
 
 import { byId } from './dom.js';
+import { say } from './language.js';
 
 /** Asked for when the first result is on screen, so that nothing gets slower by it. */
 export async function stayOffline() {
@@ -22,16 +23,24 @@ export async function stayOffline() {
 }
 
 /**
- * A new version waits until the user wants it: a reload would throw away the result.
+ * A new version waits until the user wants it: a reload would throw away the result, and it does not take over while
+ * other tabs are open, which would get files of two versions.
  *
  * @param {ServiceWorkerRegistration} registration
  */
 function offer(registration) {
   const { waiting } = registration;
-  if (!waiting || !navigator.serviceWorker.controller) return;
-  byId('update').hidden = false;
-  byId('update').onclick = () => {
-    navigator.serviceWorker.addEventListener('controllerchange', () => location.reload());
+  const workers = navigator.serviceWorker;
+  if (!waiting || !workers.controller) return;
+  const button = byId('update');
+  button.hidden = false;
+  workers.onmessage = ({ data }) => {
+    if (data !== 'other-pages') return;
+    button.textContent = say`Close other tabs first`;
+    button.title = say`TraceCut is open in another tab, whose result would be lost. Close it, then click here again.`;
+  };
+  button.onclick = () => {
+    workers.oncontrollerchange = () => location.reload();
     waiting.postMessage('take-over');
   };
 }

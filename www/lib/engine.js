@@ -7,6 +7,8 @@ import { lineOf } from './requests.js';
 
 /** Most time between two chances for messages, in milliseconds; one step may take longer. */
 const SLICE_MS = 30;
+/** Most steps between two such chances, where the clock stands still. */
+const SLICE_STEPS = 16;
 
 /**
  * The stages of a run, in their order.
@@ -185,10 +187,10 @@ export class LocalEngine {
    * @returns {'more' | 'waiting' | 'done'}
    */
   #slice(onProgress, until) {
-    const end = performance.now() + SLICE_MS;
+    const began = performance.now();
     /** @type {Progress | undefined} */
     let last;
-    for (;;) {
+    for (let steps = 1; ; steps += 1) {
       const pause = this.#call((session) => this.#help(session));
       if (!pause) {
         const progress = /** @type {Progress | undefined} */ (this.#call((session) => session.step()));
@@ -201,7 +203,7 @@ export class LocalEngine {
           return 'done';
         }
       }
-      if (pause || performance.now() >= end) {
+      if (pause || steps >= SLICE_STEPS || isOver(began)) {
         if (last) onProgress(last);
         return pause ?? 'more';
       }
@@ -226,7 +228,7 @@ export class LocalEngine {
    */
   #count(stage) {
     const now = performance.now();
-    this.#seconds[stage] = (this.#seconds[stage] ?? 0) + (now - this.#clock) / 1000;
+    this.#seconds[stage] = (this.#seconds[stage] ?? 0) + Math.max(0, now - this.#clock) / 1000;
     this.#clock = now;
   }
 
@@ -290,6 +292,15 @@ function allMasks(session, { numFrames, width, height }, known) {
     for (const label of mask) /** @type {any} */ (counts[label])[t] += 1;
   }
   return { labels, areas: Array.from(known, (label) => ({ label, areas: /** @type {any} */ (counts[label]) })) };
+}
+
+/**
+ * Whether a slice is over; one during which the clock was put back is.
+ * @param {number} began
+ */
+function isOver(began) {
+  const past = performance.now() - began;
+  return past < 0 || past >= SLICE_MS;
 }
 
 /** @type {(() => Promise<void>) | undefined} */

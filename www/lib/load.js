@@ -46,15 +46,32 @@ async function fromResponse(response, name, hint = '') {
     const words = `${name} could not be fetched: the server answered ${response.status}`;
     throw new TraceCutError('wasm-load', advised(words, hint));
   }
-  if (response.headers.get('Content-Type') === 'application/wasm') {
-    const spare = response.clone();
+  /** @type {Response | undefined} */
+  let spare;
+  if (response.headers.get('Content-Type') === 'application/wasm' && !response.bodyUsed) {
+    spare = response.clone();
     try {
       return await WebAssembly.compileStreaming(response);
     } catch {
-      return compile(await spare.arrayBuffer(), name, hint); // Says what is wrong.
+      // Compiled from its bytes, which says what is wrong.
     }
   }
-  return compile(await response.arrayBuffer(), name, hint);
+  return compile(await bodyOf(spare ?? response, name, hint), name, hint);
+}
+
+/**
+ * The bytes of an answer, unless the network goes while they come.
+ * @param {Response} response
+ * @param {string} name
+ * @param {string} hint
+ */
+async function bodyOf(response, name, hint) {
+  try {
+    return await response.arrayBuffer();
+  } catch (cause) {
+    const said = `${name} came only in part: ${words(cause)}. Try again`;
+    throw new TraceCutError('wasm-load', advised(said, hint), { cause });
+  }
 }
 
 /**

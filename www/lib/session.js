@@ -222,11 +222,8 @@ export class Session {
    * @param {import('./correction.js').RawCorrection} [correction]
    * @returns {Promise<Result>}
    */
-  async #work({ onProgress, signal } = {}, correction) {
-    if (onProgress !== undefined && typeof onProgress !== 'function')
-      throw illegal('param', 'onProgress', onProgress, 'a function');
-    if (signal !== undefined && typeof signal?.addEventListener !== 'function')
-      throw illegal('param', 'signal', signal, 'an AbortSignal');
+  async #work(options, correction) {
+    const { onProgress, signal } = checkedRun(options);
     signal?.throwIfAborted();
 
     const inner = new AbortController();
@@ -371,6 +368,21 @@ export class Session {
     if (this.#stopRun)
       throw new TraceCutError('busy', `${call} was called while a run is under way; wait for it or abort it`);
   }
+}
+
+/**
+ * @param {RunOptions} [options]
+ * @returns {RunOptions}
+ */
+function checkedRun(options = {}) {
+  if (typeof options !== 'object' || options === null)
+    throw illegal('param', 'options', options, 'an object {onProgress, signal}');
+  const { onProgress, signal } = options;
+  if (onProgress !== undefined && typeof onProgress !== 'function')
+    throw illegal('param', 'onProgress', onProgress, 'a function');
+  if (signal !== undefined && typeof signal?.throwIfAborted !== 'function')
+    throw illegal('param', 'signal', signal, 'an AbortSignal');
+  return options;
 }
 
 /**

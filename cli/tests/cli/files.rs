@@ -9,10 +9,10 @@ use std::time::Duration;
 const LONG: i32 = 34;
 const CUT: i32 = 21;
 /// Of several windows; all forms of results.
-const WINDOWS: [&str; 4] = ["--window", "12", "--format", "png,rle,npz,tracks,overlay"];
+pub(crate) const WINDOWS: [&str; 4] = ["--window", "12", "--format", "png,rle,npz,tracks,overlay"];
 
 /// The moving clip in two shots, as Y4M.
-fn long_y4m() -> Vec<u8> {
+pub(crate) fn long_y4m() -> Vec<u8> {
     let mut bytes = y4m(CUT);
     for t in 0..LONG - CUT {
         bytes.extend(b"FRAME\n");
@@ -23,14 +23,14 @@ fn long_y4m() -> Vec<u8> {
 }
 
 /// The long clip in a file of a folder of this test's own.
-fn long_clip(name: &str) -> PathBuf {
+pub(crate) fn long_clip(name: &str) -> PathBuf {
     let file = folder(name).join("clip.y4m");
     fs::write(&file, long_y4m()).unwrap();
     file
 }
 
 /// All files below a folder with their bytes; of the report what does not depend on the time.
-fn all_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+pub(crate) fn all_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let (mut found, mut folders) = (BTreeMap::new(), vec![root.to_owned()]);
     while let Some(folder) = folders.pop() {
         for path in fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
@@ -51,18 +51,18 @@ fn all_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-fn assert_same(one: &Path, other: &Path) {
+pub(crate) fn assert_same(one: &Path, other: &Path) {
     let (one, other) = (all_files(one), all_files(other));
     assert_eq!(one.keys().collect::<Vec<_>>(), other.keys().collect::<Vec<_>>());
     one.iter().for_each(|(name, bytes)| assert!(&other[name] == bytes, "{name} differs"));
 }
 
-fn beside(out: &Path, end: &str) -> PathBuf {
+pub(crate) fn beside(out: &Path, end: &str) -> PathBuf {
     out.with_file_name(format!("{}{end}", out.file_name().unwrap().to_str().unwrap()))
 }
 
 /// A folder of results that is not there, and none beside it that was left.
-fn absent(name: &str) -> PathBuf {
+pub(crate) fn absent(name: &str) -> PathBuf {
     let out = folder(name);
     fs::remove_dir(&out).unwrap();
     let partial = beside(&out, ".partial");
@@ -72,14 +72,14 @@ fn absent(name: &str) -> PathBuf {
     out
 }
 
-fn start(input: &Path, out: &Path, more: &[&str]) -> Child {
+pub(crate) fn start(input: &Path, out: &Path, more: &[&str]) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tracecut"));
     command.arg("segment").arg(input).arg("--out").arg(out).args(more);
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 /// Waits until a run has left something.
-fn wait_for(file: &Path, child: &mut Child) {
+pub(crate) fn wait_for(file: &Path, child: &mut Child) {
     while !file.exists() {
         assert!(child.try_wait().unwrap().is_none(), "the run ended before {} was there", file.display());
         std::thread::sleep(Duration::from_millis(2));

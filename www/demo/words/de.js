@@ -13,6 +13,9 @@ const top = {
   'Finds what moves in a video. It all happens in this page: nothing is uploaded.':
     'Findet, was sich in einem Video bewegt. Alles geschieht auf dieser Seite: nichts wird hochgeladen.',
   'New version': 'Neue Version',
+  'Close other tabs first': 'Erst andere Tabs schließen',
+  'TraceCut is open in another tab, whose result would be lost. Close it, then click here again.':
+    'TraceCut ist in einem weiteren Tab offen, dessen Ergebnis verloren ginge. Bitte schließen, dann noch einmal klicken.',
   'Loads the new version; the result on screen is lost':
     'Lädt die neue Version; das Ergebnis auf dem Bildschirm geht verloren',
   'Help (?)': 'Hilfe (?)',

@@ -21,7 +21,8 @@ import { Decoder, Encoder } from '../text.js';
  * @typedef {object} ProjectOptions
  * @property {import('../edit/editor.js').MaskEditor} [editor] its edits by hand, over these very masks
  * @property {unknown} [about] the caller's own, anything that JSON can hold
- * @property {Record<string, Uint8Array>} [files] by name, stored as they are
+ * @property {Record<string, Uint8Array>} [files] by name, stored as they are; a name may have folders (`a/b.txt`), none of
+ *   them `..`, and begins with no root or drive
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
@@ -83,7 +84,7 @@ export async function projectOf(masks, options = {}, platform) {
     'masks.bin': joined(runs),
     'trajectories.bin': joined(trajectoryWords(masks)),
   };
-  for (const [name, bytes] of Object.entries(files)) entries[FOLDER + name] = bytes;
+  for (const [name, bytes] of Object.entries(files)) entries[FOLDER + inside(name)] = bytes;
   const stored = Object.keys(files).map((name) => FOLDER + name);
   return aside({ kind: 'zip', files: entries, stored }, platform);
 }
@@ -127,8 +128,19 @@ export async function projectFrom(file) {
     }),
     edits,
     about,
-    files: Object.fromEntries(files.map(([name, content]) => [name.slice(FOLDER.length), content])),
+    files: Object.fromEntries(files.map(([name, content]) => [inside(name.slice(FOLDER.length)), content])),
   };
+}
+
+/**
+ * The name of a file: whoever writes it into a folder writes it there and nowhere else.
+ * @param {string} name
+ */
+function inside(name) {
+  const parts = name.split(/[\\/]/);
+  if (parts.some((one) => ['', '.', '..'].includes(one)) || /^[a-z]:|\0/i.test(name))
+    throw illegal('data', 'the name of a file', name, 'a name without "..", a root or a drive, such as "clip.webm"');
+  return name;
 }
 
 /** @param {unknown} file */

@@ -1,0 +1,55 @@
+// A page left running, one clip after the other: opened as files, segmented, shown, the next.
+
+import { execFileSync } from 'node:child_process';
+import { launchBrowser } from '../../scripts/browser.mjs';
+import { serve } from '../../scripts/serve.mjs';
+import { pngBytes } from '../../tests/png.mjs';
+import { madeFrame, soak } from './points.mjs';
+
+const FRAMES = 4;
+const server = await serve();
+const browser = await launchBrowser();
+const context = await browser.newContext({ serviceWorkers: 'block' });
+const page = await context.newPage();
+page.setDefaultTimeout(300_000);
+const session = await context.newCDPSession(page);
+await page.goto(server.url);
+const done = () => page.waitForFunction(() => ['done', 'error'].includes(document.body.dataset.state));
+await done();
+
+async function clip(k) {
+  const files = Array.from({ length: FRAMES }, (_, t) => ({
+    name: `clip${k}-${t}.png`,
+    mimeType: 'image/png',
+    buffer: pngBytes(madeFrame(4 * k + t), { channels: 4 }),
+  }));
+  await page.setInputFiles('#file', files);
+  await page.waitForFunction((name) => document.querySelector('#clip-name').textContent.includes(name), `clip${k}`);
+  await done();
+}
+
+/** The heap of the page's own thread, and what the process of the page holds, its workers within. */
+async function measure() {
+  for (let k = 0; k < 3; k += 1) await session.send('HeapProfiler.collectGarbage');
+  const { usedSize, backingStorageSize = 0 } = await session.send('Runtime.getHeapUsage');
+  return { heap: usedSize + backingStorageSize, rss: await renderers() };
+}
+
+/** Resident bytes of all of the browser's processes that show pages. */
+async function renderers() {
+  const { processInfo } = await (await browser.newBrowserCDPSession()).send('SystemInfo.getProcessInfo');
+  const ids = processInfo.filter(({ type }) => type === 'renderer').map(({ id }) => id);
+  const sizes = execFileSync('ps', ['-o', 'rss=', '-p', ids.join(',')], { encoding: 'utf8' });
+  return (
+    1024 *
+    sizes
+      .trim()
+      .split('\n')
+      .reduce((sum, size) => sum + Number(size), 0)
+  );
+}
+
+const result = await soak('page', 'clip', Number(process.argv[2]), clip, measure);
+await browser.close();
+await server.close();
+console.log(JSON.stringify({ ...result, cpuSeconds: null }));

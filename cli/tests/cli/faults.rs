@@ -1,0 +1,183 @@
+//! Faults of the machine around `segment`: full disks, folders that cannot be written, another run in the same folder,
+//! lists that name what is no file. A folder of results is whole or absent.
+
+use super::files::{WINDOWS, absent, assert_same, beside, long_clip, start, wait_for};
+use super::*;
+
+/// Runs `segment` from a shell that says first what is to be different; `$0` is the program.
+#[cfg(unix)]
+fn shell(before: &str, input: &Path, out: &Path, more: &[&str]) -> Output {
+    let script = format!("{before}; exec \"$0\" segment \"$@\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_tracecut")]).arg(input).arg("--out").arg(out).args(more);
+    command.output().unwrap()
+}
+
+/// Nothing that looks like results: neither the folder, nor a part of it without what a run goes on with.
+fn assert_nothing_half(out: &Path) {
+    assert!(!out.exists(), "{} is there", out.display());
+    let partial = beside(out, ".partial");
+    assert!(!partial.exists() || partial.join(".tracecut/checkpoint").is_file(), "{:?}", names_in(&partial));
+    assert!(!partial.join("result.json").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
+    let (input, whole, out) = (long_clip("room-in"), absent("room-whole"), absent("room-out"));
+    assert_done(&segment(&input, &whole, &WINDOWS));
+    // Files of so many blocks of 512 bytes, and the signal that says so not heard: writing fails as on a full disk.
+    for blocks in [0, 4] {
+        let output = shell(&format!("trap '' XFSZ; ulimit -f {blocks}"), &input, &out, &WINDOWS);
+        assert_refused(&output, 1, &["room-out", "cannot be written"]);
+        assert_nothing_half(&out);
+        let _ = fs::remove_dir_all(beside(&out, ".partial"));
+    }
+    // Heard, it ends the program in the middle of a file; what is left is not taken for results.
+    let output = shell("ulimit -f 4", &input, &out, &WINDOWS);
+    assert!(!output.status.success());
+    assert!(!out.exists());
+    assert_done(&segment(&input, &out, &[&WINDOWS[..], &["--overwrite"]].concat()));
+    assert_same(&whole, &out);
+}
+
+/// As `shell`, on a disk of its own of so many kilobytes at `/mnt`, which only this program sees.
+#[cfg(target_os = "linux")]
+fn on_small_disk(kilobytes: u32, script: &str, input: &Path) -> Option<Output> {
+    let mount = format!("mount -t tmpfs -o size={kilobytes}k none /mnt || exit 99");
+    let mut command = Command::new("unshare");
+    command.args(["-rm", "sh", "-c", &format!("{mount}; {script}")]);
+    command.arg(env!("CARGO_BIN_EXE_tracecut")).arg(input).args(WINDOWS);
+    let output = command.output().ok()?;
+    let cannot = output.status.code() == Some(99) || text(&output.stderr).contains("unshare:");
+    if cannot {
+        eprintln!("!!! SKIPPED: no disk of its own for a test here: {}", text(&output.stderr));
+    }
+    (!cannot).then_some(output)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_loses_nothing_that_was_there() {
+    let input = long_clip("disk-in");
+    // Results that lie there stay when those that are to replace them find no room.
+    let script = "mkdir /mnt/out; echo '{\"workingWidth\": 1}' > /mnt/out/result.json; echo kept > /mnt/out/file; \
+        \"$0\" segment \"$@\" --out /mnt/out --overwrite; code=$?; cat /mnt/out/file; ls -A /mnt/out; exit $code";
+    let Some(output) = on_small_disk(96, script, &input) else { return };
+    assert_refused(&output, 1, &["cannot be written", "No space left"]);
+    assert_eq!(text(&output.stdout), "kept\nfile\nresult.json\n");
+    // With room again the run goes on, or begins again, to the same results.
+    let script = "\"$0\" segment \"$@\" --out /mnt/out 2> /dev/null && exit 98; mount -o remount,size=8m /mnt; \
+        \"$0\" segment \"$@\" --out /mnt/out --resume; code=$?; ls -A /mnt; exit $code";
+    let output = on_small_disk(96, script, &input).unwrap();
+    assert_done(&output);
+    assert!(text(&output.stdout).ends_with("\nout\n"), "{}", text(&output.stdout));
+    // A disk that cannot be written at all.
+    let output = on_small_disk(96, "mount -o remount,ro /mnt; \"$0\" segment \"$@\" --out /mnt/out", &input).unwrap();
+    assert_refused(&output, 1, &["/mnt/out", "cannot be written", "Read-only"]);
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named_and_what_is_there_stays() {
+    let (input, around) = (folder("place-in"), folder("place-out"));
+    clip(&input, 4, SIZE, &moving);
+    let file = around.join("file");
+    fs::write(&file, "mine").unwrap();
+    assert_refused(&segment(&input, &file.join("out"), &[]), 1, &["place-out", "cannot be written", "name a folder"]);
+    assert_refused(&segment(&input, &file, &["--overwrite"]), 2, &["file", "holds no result"]);
+    fs::write(around.join("other.partial"), "mine").unwrap();
+    let refused = segment(&input, &around.join("other"), &["--overwrite"]);
+    assert_refused(&refused, 2, &["other.partial", "not replaced"]);
+    assert_eq!(names_in(&around), ["file", "other.partial"]);
+    for name in ["file", "other.partial"] {
+        assert_eq!(fs::read_to_string(around.join(name)).unwrap(), "mine");
+    }
+    if cfg!(target_os = "linux") {
+        // No user may make anything there, root neither.
+        assert_refused(&segment(&input, Path::new("/proc/out"), &[]), 1, &["/proc/out", "cannot be written"]);
+        let output = shell("exec > /dev/full", &input, &around.join("told"), &["--json"]);
+        assert_refused(&output, 1, &["cannot print"]);
+        assert!(json(&around.join("told/result.json")).is_object(), "the results are whole");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
+    let (input, whole, out) = (long_clip("two-in"), absent("two-whole"), absent("two-out"));
+    assert_done(&segment(&input, &whole, &WINDOWS));
+    let mut first = start(&input, &out, &WINDOWS);
+    let work = beside(&out, ".partial").join(".tracecut");
+    wait_for(&work.join("checkpoint"), &mut first);
+    let halt = |signal: &str| {
+        assert!(Command::new("kill").args([signal, &first.id().to_string()]).status().unwrap().success());
+    };
+    halt("-STOP");
+    assert_refused(&segment(&input, &out, &WINDOWS), 2, &["two-out.partial"]);
+    for more in ["--overwrite", "--resume"] {
+        let second = segment(&input, &out, &[&WINDOWS[..], &[more]].concat());
+        assert_refused(&second, 2, &["two-out.partial", "another run"]);
+    }
+    // A signal to one that is refused takes nothing from the other either.
+    assert!(work.join("checkpoint").is_file());
+    halt("-CONT");
+    let output = first.wait_with_output().unwrap();
+    assert_done(&output);
+    assert_same(&whole, &out);
+    assert!(!beside(&out, ".partial").exists());
+}
+
+#[test]
+fn many_runs_begun_at_once_leave_one_whole_result() {
+    let (input, whole, out) = (long_clip("many-in"), absent("many-whole"), absent("many-out"));
+    assert_done(&segment(&input, &whole, &WINDOWS));
+    let runs: Vec<_> = (0..6).map(|_| start(&input, &out, &WINDOWS)).collect();
+    let ends: Vec<_> = runs.into_iter().map(|run| run.wait_with_output().unwrap()).collect();
+    let codes: Vec<_> = ends.iter().map(|end| end.status.code().unwrap()).collect();
+    assert!(
+        codes.iter().filter(|&&code| code == 0).count() == 1 && codes.iter().all(|code| [0, 2].contains(code)),
+        "{codes:?}"
+    );
+    assert_same(&whole, &out);
+}
+
+#[cfg(unix)]
+#[test]
+fn lists_may_name_files_anywhere_but_no_devices_and_pipes() {
+    let (input, out) = (folder("named-in"), absent("named-out"));
+    clip(&input, 4, SIZE, &moving);
+    let lists = input.join("lists");
+    fs::create_dir(&lists).unwrap();
+    let list = |names: &[&str]| {
+        let path = lists.join("clip.bmf");
+        fs::write(&path, format!("{} 1\n{}\n", names.len(), names.join("\n"))).unwrap();
+        path
+    };
+    for name in ["/dev/zero", "/dev/stdin", "../../named-in"] {
+        let path = list(&["../f0.png", name]);
+        assert_refused(&segment(&path, &out, &[]), 3, &["clip.bmf", name, "no file"]);
+    }
+    // Results are named by the number of the frame, whatever the list says.
+    let last = input.join("f3.png");
+    assert_done(&segment(&list(&["../f0.png", "../lists/../f1.png", "../f2.png", last.to_str().unwrap()]), &out, &[]));
+    assert_eq!(names_in(&out), ["masks", "objects.csv", "result.json", "tracks.dat"]);
+    assert_eq!(names_in(&out.join("masks")), ["00000.png", "00001.png", "00002.png", "00003.png"]);
+    assert_eq!(names_in(&lists), ["clip.bmf"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_single_picture_that_finds_no_room_leaves_no_part_of_it() {
+    let (input, out) = (folder("single-in"), folder("single-out"));
+    clip(&input, 1, SIZE, &moving);
+    let image = input.join("f0.png");
+    for command in ["superpixels", "boundaries"] {
+        let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\"";
+        let mut limited = Command::new("sh");
+        limited.args(["-c", script, env!("CARGO_BIN_EXE_tracecut"), command]).arg(&image).arg("--out").arg(&out);
+        assert_refused(&limited.output().unwrap(), 1, &["single-out", "cannot be written"]);
+        for name in names_in(&out) {
+            image::open(out.join(&name)).unwrap_or_else(|e| panic!("{name} is half a file: {e}"));
+        }
+    }
+}

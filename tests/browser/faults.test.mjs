@@ -1,0 +1,91 @@
+// Faults around the page: storage that is full, a network that goes while the page loads, files that are missing. Each with
+// what is kept (docs/reliability.md).
+
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { ended, openSample, plainFrame, pngFile, run, text, useSite } from './support.mjs';
+
+const clip = (name) =>
+  [0, 1, 2].map((k) =>
+    pngFile(
+      `${name}${k}.png`,
+      plainFrame(48, 32, (x, y) => [(x * 5 + k * 9) % 256, y * 7, 0]),
+    ),
+  );
+/** The works that the browser keeps, by the names of their clips. */
+const works = (page) =>
+  page.evaluate(
+    () =>
+      new Promise((done) => {
+        const opening = indexedDB.open('tracecut');
+        opening.onsuccess = () => {
+          const all = opening.result.transaction('work').objectStore('work').getAll();
+          all.onsuccess = () => done(all.result.map(({ name, project }) => [name, project.length > 0]));
+        };
+      }),
+  );
+const isKept = (page, name) =>
+  page.waitForFunction(
+    (wanted) => document.body.dataset.kept && document.querySelector('#clip-name').textContent.includes(wanted),
+    name,
+  );
+
+describe('faults around the page', { timeout: 300_000 }, () => {
+  const site = useSite();
+
+  test('where storage is full the result is shown and saved, and work that was kept stays whole', async () => {
+    const { page, faults } = await openSample(site);
+    assert.equal(await run(page, clip('first')), 'done');
+    await isKept(page, 'first');
+    const before = await works(page);
+    assert.equal(before.length, 1);
+    // What a browser does where there is no room: the whole transaction is taken back. Its quota itself is looked at too
+    // rarely for a test.
+    await page.evaluate(() => {
+      const { put } = IDBObjectStore.prototype;
+      IDBObjectStore.prototype.put = function (...args) {
+        const request = put.apply(this, args);
+        this.transaction.abort();
+        return request;
+      };
+    });
+    await page.evaluate(() => delete document.body.dataset.kept);
+    assert.equal(await run(page, clip('second')), 'done');
+    assert.match(await text(page, '#headline'), /./);
+    await page.keyboard.press('e');
+    const coming = page.waitForEvent('download');
+    await page.locator('#export-list button').first().click();
+    assert.ok(await (await coming).path(), 'saving works');
+    // What could not be kept is not left without a question.
+    const asked = page.waitForEvent('dialog').then((dialog) => (dialog.accept(), dialog.type()));
+    const other = await page.context().newPage();
+    await other.goto(page.url());
+    await page.close({ runBeforeUnload: true });
+    assert.equal(await asked, 'beforeunload');
+    assert.deepEqual(await works(other), before);
+    assert.deepEqual(faults, []);
+  });
+
+  test('a network that goes while the wasm file comes is told, and the next try works', async () => {
+    const { page } = await openSample(site);
+    await page.context().route('**/tracecut_bg.wasm', (route) => route.abort('connectionreset'));
+    await page.reload();
+    assert.equal(await ended(page), 'error');
+    assert.match(await text(page, '#error'), /tracecut_bg\.wasm/);
+    await page.context().unroute('**/tracecut_bg.wasm');
+    assert.equal(await run(page, clip('again')), 'done');
+  });
+
+  test('a part that is fetched when it is first opened and does not come is told, and the result stays', async () => {
+    const { page } = await openSample(site);
+    await page.context().route('**/export-dialog.js', (route) => route.abort());
+    const found = await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join(''));
+    await page.keyboard.press('e');
+    await page.waitForFunction(() =>
+      /network does not answer/.test(document.querySelector('#notice, #error').textContent),
+    );
+    await page.context().unroute('**/export-dialog.js');
+    assert.equal(await page.evaluate(() => document.body.dataset.state), 'done');
+    assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join('')), found);
+  });
+});

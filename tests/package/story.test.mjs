@@ -1,0 +1,40 @@
+// A few stories of calls (tests/story.mjs) in a page: in workers, with helpers, and on the page's own thread.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { useServerAndBrowser } from '../site.mjs';
+
+const STORIES = 3;
+const STEPS = 30;
+const site = useServerAndBrowser();
+
+for (const options of [{ threads: 1 }, { threads: 2 }, { worker: false }])
+  test(`${STORIES} stories in a page with ${JSON.stringify(options)}`, { timeout: 300_000 }, async (t) => {
+    const context = await site.browser.newContext();
+    t.after(() => context.close());
+    const page = await context.newPage();
+    const body = '<!doctype html><title>empty</title>';
+    await page.route(`${site.url}empty`, (route) => route.fulfill({ contentType: 'text/html', body }));
+    for (const name of ['story.mjs', 'fingerprint.mjs']) {
+      const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
+      await page.route(site.url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
+    }
+    await page.goto(`${site.url}empty`);
+    const { counts, unheard } = await page.evaluate(tell, [options, STORIES, STEPS]);
+    assert.deepEqual(unheard, []);
+    assert.ok(counts['run ok'] > 0 && counts['clear busy'] > 0, JSON.stringify(counts));
+  });
+
+/** Runs in the page. */
+async function tell([options, stories, steps]) {
+  const unheard = [];
+  addEventListener('unhandledrejection', ({ reason }) => unheard.push(String(reason)));
+  const [api, { play, prepare }] = await Promise.all([import('/dist/index.js'), import('/story.mjs')]);
+  const world = await prepare(api, options);
+  const counts = {};
+  for (let seed = 0; seed < stories; seed += 1)
+    for (const [answer, count] of Object.entries(await play(world, seed, steps)))
+      counts[answer] = (counts[answer] ?? 0) + count;
+  return { counts, unheard };
+}
