@@ -9,10 +9,10 @@ use tracecut::image::{Frame, Plane};
 use tracecut::mask;
 use wasm_bindgen::prelude::*;
 
-/// RGBA bytes, width and height of a PNG or JPEG file.
+/// RGBA bytes, width and height of a PNG or JPEG file of at most `max_pixels` pixels.
 #[wasm_bindgen]
-pub fn decode(bytes: &[u8]) -> Result<Array, JsValue> {
-    let frame = Frame::decode(bytes).map_err(|error| thrown(&error))?;
+pub fn decode(bytes: &[u8], max_pixels: usize) -> Result<Array, JsValue> {
+    let frame = Frame::decode_within(bytes, max_pixels).map_err(|error| thrown(&error))?;
     let mut rgba = Vec::with_capacity(4 * frame.width() * frame.height());
     for pixel in frame.rgb().chunks_exact(3) {
         rgba.extend_from_slice(&[pixel[0], pixel[1], pixel[2], 255]);

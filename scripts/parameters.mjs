@@ -7,21 +7,41 @@ import { pathToFileURL } from 'node:url';
 
 const types = { number: 'number', integer: 'number', boolean: 'boolean' };
 
-/** Writes `parameters.js` and `parameters.d.ts` into `dist` from the wasm module there. */
+/**
+ * Writes `parameters.js` and `parameters.d.ts` into `dist` from the wasm module there, which then does without the
+ * descriptions: `parameters.js` has them, and no visitor of a page needs them twice.
+ */
 export async function writeParameters(dist) {
   const glue = await import(`${pathToFileURL(join(dist, 'tracecut.js')).href}?${Date.now()}`);
-  glue.initSync({ module: readFileSync(join(dist, 'tracecut_bg.wasm')) });
+  const wasm = readFileSync(join(dist, 'tracecut_bg.wasm'));
+  glue.initSync({ module: wasm });
   const list = glue.parameters().map(plain);
   writeFileSync(
     join(dist, 'parameters.js'),
     [
       '// Written by the build from the Rust declarations of the parameters.',
       `export const VERSION = ${JSON.stringify(glue.version())};`,
-      `export const PARAMETERS = ${JSON.stringify(list, null, 2)};`,
+      `const ROWS = [\n${list.map((parameter) => `  ${JSON.stringify(row(parameter))},\n`).join('')}];`,
+      'const parameter = ([name, doc, kind, min, max, value, choices]) =>',
+      '  ({ name, doc, kind, min, max, default: value, ...(choices && { choices }) });',
+      'export const PARAMETERS = /* @__PURE__ */ ROWS.map(parameter);',
       '',
     ].join('\n'),
   );
   writeFileSync(join(dist, 'parameters.d.ts'), declarations(list));
+  list.forEach(({ doc }) => blank(wasm, doc));
+  writeFileSync(join(dist, 'tracecut_bg.wasm'), wasm);
+}
+
+/** Spaces in place of a text, which lies in the module's data once or, where the linker took it apart, not at all. */
+function blank(wasm, text) {
+  const at = wasm.indexOf(text);
+  if (text.length > 20 && at >= 0) wasm.fill(' ', at, at + Buffer.byteLength(text));
+}
+
+/** A parameter without the names of its properties, which would be there a hundred times. */
+function row({ name, doc, kind, min, max, default: value, choices }) {
+  return [name, doc.replace(/\s*\n\s*/g, ' '), kind, min, max, value, ...(choices ? [choices] : [])];
 }
 
 /** A parameter with its default as options have it: true or false, or the name of a choice. */

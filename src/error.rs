@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Longest side of a frame that is accepted, in pixels.
 pub const MAX_SIDE: usize = 16_384;
-/// Most pixels accepted in one frame.
+/// Most pixels of one frame, unless `clip.maxPixels` says otherwise: twice those of 8K.
 pub const MAX_PIXELS: usize = 1 << 26;
 
 /// What can go wrong, grouped by whose fault it is: the input, a parameter, or the order of calls.
@@ -13,12 +13,23 @@ pub const MAX_PIXELS: usize = 1 << 26;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
-    /// A frame's width or height is zero or too large.
+    /// A frame's width or height is not in `1..=`[`MAX_SIDE`].
     FrameSize {
         /// Width in pixels.
         width: usize,
         /// Height in pixels.
         height: usize,
+    },
+    /// The input is larger than a parameter allows. Looked at before memory is taken for it.
+    TooLarge {
+        /// What there is too much of, and where.
+        what: &'static str,
+        /// How much there is.
+        actual: usize,
+        /// How much there may be.
+        limit: usize,
+        /// The parameter that sets this limit.
+        name: &'static str,
     },
     /// A frame's byte count does not match its size.
     FrameBytes {
@@ -70,10 +81,17 @@ pub enum Error {
 }
 
 impl Error {
+    /// Refuses more than the parameter `name` allows.
+    pub(crate) fn unless(actual: usize, limit: u32, what: &'static str, name: &'static str) -> Result<(), Self> {
+        let limit = limit as usize;
+        if actual > limit { Err(Self::TooLarge { what, actual, limit, name }) } else { Ok(()) }
+    }
+
     /// A short stable code, the same in Rust, on the command line and in JavaScript.
     pub fn code(&self) -> &'static str {
         match self {
             Self::FrameSize { .. } => "frame-size",
+            Self::TooLarge { .. } => "too-large",
             Self::FrameBytes { .. } => "frame-bytes",
             Self::FrameSizeChanged { .. } => "frame-size-changed",
             Self::TooFewFrames { .. } => "too-few-frames",
@@ -88,11 +106,12 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::FrameSize { width, height } => write!(
-                f,
-                "frame size {width}x{height} is not supported (each side must be 1..={}, and at most {} pixels in all)",
-                MAX_SIDE, MAX_PIXELS
-            ),
+            Self::FrameSize { width, height } => {
+                write!(f, "frame size {width}x{height} is not supported (each side must be 1..={MAX_SIDE})")
+            }
+            Self::TooLarge { what, actual, limit, name } => {
+                write!(f, "{actual} {what} (expected at most {limit}; the parameter {name} sets this limit)")
+            }
             Self::FrameBytes { expected, actual } => write!(f, "frame data has {actual} bytes (expected {expected})"),
             Self::FrameSizeChanged { index, expected, actual } => write!(
                 f,

@@ -14,7 +14,7 @@ const USUAL: std::ops::Range<u64> = 0..150;
 const LONG: std::ops::Range<u64> = 1000..21_000;
 
 /// What a run may answer to any of these calls.
-const CODES: [&str; 6] = ["too-few-frames", "frame-size", "frame-size-changed", "param", "data", "state"];
+const CODES: [&str; 7] = ["too-few-frames", "frame-size", "frame-size-changed", "too-large", "param", "data", "state"];
 
 fn pick<T: Copy>(rng: &mut Rng, of: &[T]) -> T {
     of[rng.below(of.len())]

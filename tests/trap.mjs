@@ -1,4 +1,4 @@
-// A wasm module with a fault in it, to see what an internal error does. Runs in Node and in pages.
+// Wasm modules with a fault in them, to see what an internal error does, or with little memory. Runs in Node and in pages.
 
 /**
  * The bytes of a module in which the exported function `name` is nothing but `unreachable`.
@@ -22,6 +22,37 @@ export function withTrap(bytes, name) {
     reader.at = end;
   }
   return broken;
+}
+
+/**
+ * The bytes of a module whose memory cannot grow beyond `mebibytes`.
+ * @param {Uint8Array} bytes
+ * @param {number} mebibytes
+ */
+export function withMemory(bytes, mebibytes) {
+  const reader = new Reader(bytes);
+  reader.at = 8;
+  while (reader.at < bytes.length) {
+    const begin = reader.at;
+    const section = reader.byte();
+    const end = reader.number() + reader.at;
+    if (section === 5)
+      return Uint8Array.from([...bytes.subarray(0, begin), ...memory(reader, mebibytes), ...bytes.subarray(end)]);
+    reader.at = end;
+  }
+  throw new Error('the module has no memory');
+}
+
+/** A section with one memory: a flag that says that there is a most, the pages at first, and the most. */
+function memory(reader, mebibytes) {
+  const [count, flag] = [reader.number(), reader.byte()];
+  if (count !== 1 || flag !== 0) throw new Error('the module has several memories, or one with a most already');
+  const body = [1, 1, ...leb128(reader.number()), ...leb128(16 * mebibytes)];
+  return [5, ...leb128(body.length), ...body];
+}
+
+function leb128(value) {
+  return value < 128 ? [value] : [(value & 127) | 128, ...leb128(value >>> 7)];
 }
 
 class Reader {

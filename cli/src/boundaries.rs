@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use crate::failure::{Result, create_folder, print};
-use crate::input::decode;
+use crate::input::decode_within;
 use crate::pictures::write_png;
 use crate::settings::Settings;
 use clap::Args;
@@ -34,7 +34,7 @@ pub(crate) struct BoundariesArgs {
 /// Writes probabilities 0 to 1 as grey values 0 to 255.
 pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
     let params = args.settings.params()?;
-    let (_, frame) = decode(&args.image)?;
+    let (_, frame) = decode_within(&args.image, params.clip.max_pixels as usize)?;
     let mut fastest = f64::INFINITY;
     let (mut map, mut found) = Default::default();
     for _ in 0..args.repeat {

@@ -32,9 +32,10 @@ fn pixel(text: &str) -> std::result::Result<[usize; 3], String> {
 }
 
 pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
-    let input = Input::open(&args.input, args.frames)?;
+    let params = args.settings.params()?;
+    let input = Input::open(&args.input, args.frames)?.within(&params);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let (session, _) = run(&input, args.settings.params()?, threads, &progress_bar())?;
+    let (session, _) = run(&input, params, threads, &progress_bar())?;
     for &[t, x, y] in &args.at {
         print(words(&session, [t, x, y], &session.explain(t, x, y).map_err(|e| Failure::usage(e.to_string()))?))?;
     }

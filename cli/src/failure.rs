@@ -43,6 +43,11 @@ impl Failure {
         Self { kind: Kind::Input, reason: format!("{subject}: {error}") }
     }
 
+    /// Bad input, in words.
+    pub(crate) fn input(reason: impl Into<String>) -> Self {
+        Self { kind: Kind::Input, reason: reason.into() }
+    }
+
     /// The same failure with the file or thing it is about before it.
     pub(crate) fn of(self, subject: impl Display) -> Self {
         Self { kind: self.kind, reason: format!("{subject}: {}", self.reason) }
@@ -53,7 +58,7 @@ impl From<tracecut::Error> for Failure {
     fn from(error: tracecut::Error) -> Self {
         let kind = match error {
             tracecut::Error::Param { .. } => Kind::Usage,
-            tracecut::Error::FrameSize { .. } => Kind::Memory,
+            tracecut::Error::FrameSize { .. } | tracecut::Error::TooLarge { .. } => Kind::Memory,
             tracecut::Error::State { .. } => Kind::Other,
             _ => Kind::Input,
         };

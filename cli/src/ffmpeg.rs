@@ -17,7 +17,7 @@ pub(crate) fn pipe(video: &Path) -> String {
 }
 
 /// The frames of a video.
-pub(crate) fn frames(video: &Path) -> Result<Frames> {
+pub(crate) fn frames(video: &Path, most: usize) -> Result<Frames> {
     // With its protocol named, no file name means anything else.
     let mut file = OsString::from("file:");
     file.push(video);
@@ -30,7 +30,7 @@ pub(crate) fn frames(video: &Path) -> Result<Frames> {
     };
     let errors = std::thread::spawn(move || io::read_to_string(errors).unwrap_or_default());
     let decoder = Decoder { child, frames, errors: Some(errors) };
-    y4m_frames(video, BufReader::with_capacity(1 << 16, decoder))
+    y4m_frames(video, BufReader::with_capacity(1 << 16, decoder), most)
 }
 
 fn cannot_start(video: &Path, error: &io::Error) -> Failure {

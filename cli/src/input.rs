@@ -8,17 +8,22 @@ use crate::ffmpeg;
 use crate::images;
 use crate::y4m::Y4m;
 use image::codecs::gif::GifDecoder;
-use image::{AnimationDecoder, ImageDecoder};
+use image::error::{DecodingError, ImageFormatHint};
+use image::{AnimationDecoder, ImageDecoder, ImageError, Limits};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
+use tracecut::{Error, Params};
 
 /// A clip.
 #[derive(Debug)]
 pub(crate) struct Input {
     kind: Kind,
     max_frames: usize,
+    /// Most pixels of a frame.
+    max_pixels: usize,
 }
 
 #[derive(Debug)]
@@ -39,7 +44,12 @@ impl Input {
     /// Finds out what `path` is; `-` is standard input.
     pub(crate) fn open(path: &Path, frames: Option<u32>) -> Result<Self> {
         let max_frames = frames.map_or(usize::MAX, |n| n as usize);
-        Ok(Self { kind: Kind::of(path)?, max_frames })
+        Ok(Self { kind: Kind::of(path)?, max_frames, max_pixels: MAX_PIXELS })
+    }
+
+    /// With the limits of a run.
+    pub(crate) fn within(self, params: &Params) -> Self {
+        Self { max_pixels: params.clip.max_pixels as usize, ..self }
     }
 
     /// Number of frames, where known before reading them.
@@ -59,13 +69,14 @@ impl Input {
 
     /// The frames from the first on; those of standard input, and of a pipe, come once.
     pub(crate) fn frames(&self) -> Result<impl Iterator<Item = Result<NamedFrame>> + use<>> {
+        let most = self.max_pixels;
         let all: Frames = match &self.kind {
-            Kind::Images(paths) => Box::new(Images(paths.clone().into_iter())),
-            Kind::Gif(path) => gif_frames(path)?,
-            Kind::Y4m(path) => y4m_frames(path, open(path)?)?,
-            Kind::Video(path) => ffmpeg::frames(path)?,
+            Kind::Images(paths) => Box::new(Images(paths.clone().into_iter(), most)),
+            Kind::Gif(path) => gif_frames(path, most)?,
+            Kind::Y4m(path) => y4m_frames(path, open(path)?, most)?,
+            Kind::Video(path) => ffmpeg::frames(path, most)?,
             Kind::Stdin => {
-                y4m_frames(Path::new("standard input"), BufReader::with_capacity(1 << 16, std::io::stdin()))?
+                y4m_frames(Path::new("standard input"), BufReader::with_capacity(1 << 16, std::io::stdin()), most)?
             }
         };
         Ok(all.take(self.max_frames))
@@ -73,17 +84,17 @@ impl Input {
 }
 
 /// Decodes files one by one, but none that is passed over.
-struct Images(std::vec::IntoIter<PathBuf>);
+struct Images(std::vec::IntoIter<PathBuf>, usize);
 
 impl Iterator for Images {
     type Item = Result<NamedFrame>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.0.next().map(|path| decode(&path))
+        self.0.next().map(|path| decode_within(&path, self.1))
     }
 
     fn nth(&mut self, n: usize) -> Option<Self::Item> {
-        self.0.nth(n).map(|path| decode(&path))
+        self.0.nth(n).map(|path| decode_within(&path, self.1))
     }
 }
 
@@ -122,21 +133,30 @@ fn open(path: &Path) -> Result<BufReader<File>> {
 
 /// Decodes an image file.
 pub(crate) fn decode(path: &Path) -> Result<NamedFrame> {
-    let frame = Frame::decode(&read(path)?).map_err(|e| Failure::from(e).of(path.display()))?;
+    decode_within(path, MAX_PIXELS)
+}
+
+/// The same for one of at most `most` pixels.
+pub(crate) fn decode_within(path: &Path, most: usize) -> Result<NamedFrame> {
+    let frame = Frame::decode_within(&read(path)?, most).map_err(|e| Failure::from(e).of(path.display()))?;
     Ok((path.display().to_string(), frame))
 }
 
-fn gif_frames(path: &Path) -> Result<Frames> {
+fn gif_frames(path: &Path, most: usize) -> Result<Frames> {
     let name = path.display().to_string();
     let broken = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("is not a whole GIF: {e}"));
-    let decoder = GifDecoder::new(open(path)?).map_err(|e| broken(&e))?;
+    let mut decoder = GifDecoder::new(open(path)?).map_err(|e| broken(&e))?;
     // The decoder takes memory for what the header claims, before it reads a frame.
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
-    if width.max(height) > MAX_SIDE || width * height > MAX_PIXELS {
-        return Err(Failure::from(tracecut::Error::FrameSize { width, height }).of(path.display()));
-    }
-    let frames = decoder.into_frames();
-    Ok(Box::new(frames.enumerate().map(move |(index, frame)| {
+    check(width, height, most).map_err(|e| Failure::from(e).of(path.display()))?;
+    // A frame may claim to be larger than the picture. It is held, and what it is painted over, and what comes of it.
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(12 * most as u64);
+    decoder.set_limits(limits).map_err(|e| broken(&e))?;
+    let mut frames = decoder.into_frames();
+    // A decoder that panics on damaged bytes is an error of these.
+    let next = move || catch_unwind(AssertUnwindSafe(|| frames.next())).unwrap_or_else(|_| Some(Err(panicked())));
+    Ok(Box::new(std::iter::from_fn(next).enumerate().map(move |(index, frame)| {
         let about = format!("{name}, frame {index}");
         let image = match frame {
             Ok(frame) => frame.into_buffer(),
@@ -150,14 +170,31 @@ fn gif_frames(path: &Path) -> Result<Frames> {
     })))
 }
 
+/// Refuses a size before memory is taken for it.
+pub(crate) fn check(width: usize, height: usize, most: usize) -> std::result::Result<(), Error> {
+    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
+        return Err(Error::FrameSize { width, height });
+    }
+    if width * height > most {
+        let (what, actual) = ("pixels in a frame", width * height);
+        return Err(Error::TooLarge { what, actual, limit: most, name: "clip.maxPixels" });
+    }
+    Ok(())
+}
+
+fn panicked() -> ImageError {
+    let words = "the decoder stopped on an internal error".to_owned();
+    ImageError::Decoding(DecodingError::new(ImageFormatHint::Unknown, words))
+}
+
 /// What to do about a clip whose first `whole` frames only can be read.
 pub(crate) fn advice(whole: usize) -> String {
     if whole < 2 { String::new() } else { format!(" (--frames {whole} takes the whole ones before it)") }
 }
 
-pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static) -> Result<Frames> {
+pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static, most: usize) -> Result<Frames> {
     let name = path.display().to_string();
-    let y4m = Y4m::new(reader).map_err(|e| Failure::about(&name, e))?;
+    let y4m = Y4m::new(reader, most).map_err(|e| e.of(&name))?;
     Ok(Box::new(y4m.enumerate().map(move |(index, frame)| match frame {
         Ok(frame) => Ok((format!("{name}, frame {index}"), frame)),
         Err(e) => Err(Failure::about(&name, e)),

@@ -161,7 +161,8 @@ fn segment_one(args: &SegmentArgs, params: &Params, path: &Path, target: &Path, 
         return log.done(&report.to_string(), &format!("{} is complete already", target.display()));
     }
     // What is wrong with the input is said before anything is touched.
-    let (input, tracks) = (Input::open(path, args.frames)?, args.tracks.as_deref().map(read_tracks).transpose()?);
+    let (input, tracks) =
+        (Input::open(path, args.frames)?.within(params), args.tracks.as_deref().map(read_tracks).transpose()?);
     let watched = ending::watch(&place);
     whole(|| place.claim(Existing { overwrite: args.overwrite, resume: args.resume }))?;
     log.event("begin", json!({ "input": name, "out": target, "frames": input.num_frames() }));

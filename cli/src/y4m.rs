@@ -3,9 +3,10 @@
 //! Colour is ITU-R BT.601, in the limited range (16..=235) unless the header says `XCOLORRANGE=FULL`. Chroma samples
 //! are repeated over the pixels that they belong to; siting is ignored, as motion is found in the brightness.
 
-use crate::input::advice;
+use crate::failure::Failure;
+use crate::input::{advice, check};
 use std::io::{BufRead, Read};
-use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
+use tracecut::image::{Frame, MAX_SIDE};
 
 /// Longest header line accepted, in bytes: real ones are below 200.
 const MAX_LINE: u64 = 4096;
@@ -32,10 +33,12 @@ impl<R: BufRead> Y4m<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// A sentence when it is not a Y4M header or of a kind not supported.
-    pub(crate) fn new(mut reader: R) -> Result<Self, String> {
-        let header = read_line(&mut reader)?.ok_or("is empty (expected a YUV4MPEG2 header)")?;
-        let format = parse_header(&header)?;
+    /// When it is not a Y4M header, of a kind not supported, or of more than `most` pixels.
+    pub(crate) fn new(mut reader: R, most: usize) -> Result<Self, Failure> {
+        let header =
+            read_line(&mut reader).and_then(|line| line.ok_or("is empty (expected a YUV4MPEG2 header)".into()));
+        let format = header.and_then(|header| parse_header(&header)).map_err(Failure::input)?;
+        check(format.width, format.height, most)?;
         Ok(Self { reader, format, num_read: 0, ended: false })
     }
 
@@ -45,7 +48,8 @@ impl<R: BufRead> Y4m<R> {
             return Err(format!("frame {} does not start with FRAME", self.num_read));
         }
         let expected = self.format.frame_bytes();
-        let mut bytes = Vec::with_capacity(expected);
+        // As much memory as there are bytes, whatever the header says.
+        let mut bytes = Vec::new();
         self.reader.by_ref().take(expected as u64).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
         if bytes.len() < expected {
             return Err(format!(
@@ -102,10 +106,6 @@ fn parse_header(header: &str) -> Result<Format, String> {
             "X" if value == "COLORRANGE=FULL" => format.full_range = true,
             _ => {}
         }
-    }
-    let pixels = format.width * format.height;
-    if pixels == 0 || pixels > MAX_PIXELS {
-        return Err(format!("is {}x{} pixels (expected 1..={MAX_PIXELS} pixels)", format.width, format.height));
     }
     Ok(format)
 }
@@ -164,9 +164,10 @@ impl Format {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tracecut::image::MAX_PIXELS;
 
     fn frames(bytes: &[u8]) -> Result<Vec<Frame>, String> {
-        Y4m::new(bytes)?.collect()
+        Y4m::new(bytes, MAX_PIXELS).map_err(|e| e.reason)?.collect()
     }
 
     fn stream(header: &str, frames: &[&[u8]]) -> Vec<u8> {
@@ -219,8 +220,8 @@ mod tests {
         let header = stream("W2 H2 Cmono", &[]).len();
         let frame = 9 + 4;
         for length in 0..whole.len() {
-            match Y4m::new(&whole[..length]) {
-                Err(reason) => assert!(length < header, "{length} bytes: {reason}"),
+            match Y4m::new(&whole[..length], MAX_PIXELS) {
+                Err(error) => assert!(length < header, "{length} bytes: {error:?}"),
                 Ok(y4m) => {
                     let (good, bad): (Vec<_>, Vec<_>) = y4m.partition(|f| f.is_ok());
                     assert_eq!(good.len(), (length - header) / frame, "{length} bytes");
@@ -238,8 +239,8 @@ mod tests {
         for (header, reason) in [
             ("YUV4MPEG2 W2 H2 C420p10\n", "-pix_fmt yuv420p"),
             ("YUV4MPEG2 W0 H2\n", "has width \"0\""),
-            ("YUV4MPEG2 W2\n", "is 2x0 pixels"),
-            ("YUV4MPEG2 W16384 H16384\n", "is 16384x16384 pixels"),
+            ("YUV4MPEG2 W2\n", "frame size 2x0"),
+            ("YUV4MPEG2 W16384 H16384\n", "268435456 pixels in a frame (expected at most 67108864"),
             ("RIFF\n", "is not Y4M"),
             ("", "is empty"),
         ] {

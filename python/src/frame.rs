@@ -3,14 +3,28 @@
 use crate::error::{Failure, Result};
 use numpy::{PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use tracecut::image::{Frame, Plane};
+use tracecut::image::{Frame, MAX_SIDE, Plane};
+use tracecut::{Error, Params};
 
 const EXPECTED: &str = "expected uint8 of shape (height, width), (height, width, 3) or (height, width, 4)";
 
 /// An array of bytes as a frame: RGB, RGBA (alpha is left out) or grey.
 pub(crate) fn frame_from(array: &Bound<'_, PyAny>) -> Result<Frame> {
+    frame_within(array, usize::MAX)
+}
+
+/// The same where these parameters allow so many pixels.
+pub(crate) fn image_from(array: &Bound<'_, PyAny>, params: &Params) -> Result<Frame> {
+    frame_within(array, params.clip.max_pixels as usize)
+}
+
+/// Sizes are looked at before anything is copied: an array that repeats itself takes no memory, its copy does.
+fn frame_within(array: &Bound<'_, PyAny>, limit: usize) -> Result<Frame> {
     let bytes = array.cast::<PyArrayDyn<u8>>().map_err(|_| Failure::data(describe(array)))?.readonly();
     let view = bytes.as_array();
+    if let [height, width, ..] = *view.shape() {
+        check(width, height, limit)?;
+    }
     // Borrows what lies row by row already.
     let rows = view.as_standard_layout();
     let data = rows.as_slice().unwrap_or_default();
@@ -23,6 +37,17 @@ pub(crate) fn frame_from(array: &Bound<'_, PyAny>) -> Result<Frame> {
         _ => return Err(Failure::data(describe(array))),
     };
     Ok(frame?)
+}
+
+fn check(width: usize, height: usize, limit: usize) -> std::result::Result<(), Error> {
+    if width > MAX_SIDE || height > MAX_SIDE {
+        return Err(Error::FrameSize { width, height });
+    }
+    let actual = width * height;
+    if actual > limit {
+        return Err(Error::TooLarge { what: "pixels in a frame", actual, limit, name: "clip.maxPixels" });
+    }
+    Ok(())
 }
 
 /// What was given instead of a frame.

@@ -2,7 +2,7 @@
 
 use crate::arrays::{self, FlowArrays, plane};
 use crate::error::Result;
-use crate::frame::{frame_from, mask_from};
+use crate::frame::{frame_from, image_from, mask_from};
 use crate::params::params_from;
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -22,7 +22,8 @@ pub(crate) fn boundaries<'py>(
     image: Image<'_, 'py>,
     params: Options<'_, 'py>,
 ) -> Result<FlowArrays<'py>> {
-    let (frame, params) = (frame_from(image)?, params_from(params)?);
+    let params = params_from(params)?;
+    let frame = image_from(image, &params)?;
     Ok(arrays::boundaries(py, py.detach(|| boundary_map(&frame, &params.contour))))
 }
 
@@ -33,7 +34,8 @@ pub(crate) fn superpixels<'py>(
     count: Option<usize>,
     params: Options<'_, 'py>,
 ) -> Result<Bound<'py, PyDict>> {
-    let (frame, params) = (frame_from(image)?, params_from(params)?);
+    let params = params_from(params)?;
+    let frame = image_from(image, &params)?;
     let found = py.detach(|| superpixels_of(&frame, count, &params.contour, &params.superpixel));
     arrays::superpixels(py, &found)
 }
@@ -45,7 +47,8 @@ pub(crate) fn image_discontinuities<'py>(
     image: Image<'_, 'py>,
     params: Options<'_, 'py>,
 ) -> Result<Bound<'py, PyDict>> {
-    let (frame, params) = (frame_from(image)?, params_from(params)?);
+    let params = params_from(params)?;
+    let frame = image_from(image, &params)?;
     let found = py.detach(|| still::image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed));
     let fields = PyDict::new(py);
     fields.set_item("pb", plane(py, found.pb.pb))?;
@@ -63,7 +66,8 @@ pub(crate) fn flow<'py>(
     second: Image<'_, 'py>,
     params: Options<'_, 'py>,
 ) -> Result<FlowArrays<'py>> {
-    let (first, second, params) = (frame_from(first)?, frame_from(second)?, params_from(params)?);
+    let params = params_from(params)?;
+    let (first, second) = (image_from(first, &params)?, image_from(second, &params)?);
     let size = |frame: &tracecut::image::Frame| (frame.width(), frame.height());
     if size(&first) != size(&second) {
         return Err(

@@ -1,12 +1,12 @@
 //! What a session or an iterator of windows runs on: one run that many threads may ask, and one may change.
 
 use crate::error::{Failure, Result};
-use crate::frame::frame_from;
+use crate::frame::image_from;
 use pyo3::prelude::*;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
 use tracecut::image::Frame;
-use tracecut::{Progress, Session, Windows};
+use tracecut::{Params, Progress, Session, Windows};
 
 /// The windows of a clip whose frames Python gives.
 pub(crate) type Clip = Windows<Frames, Failure>;
@@ -71,6 +71,7 @@ pub(crate) fn report(listener: Option<&Py<PyAny>>, progress: Progress) -> Result
 pub(crate) struct Frames {
     pub(crate) iterator: Py<PyAny>,
     pub(crate) sources: Sources,
+    pub(crate) params: Params,
 }
 
 impl Iterator for Frames {
@@ -79,7 +80,7 @@ impl Iterator for Frames {
     fn next(&mut self) -> Option<Self::Item> {
         let frame = Python::attach(|py| {
             let mut frames = self.iterator.bind(py).try_iter().ok()?;
-            Some(frames.next()?.map_err(Failure::from).and_then(|array| frame_from(&array)))
+            Some(frames.next()?.map_err(Failure::from).and_then(|array| image_from(&array, &self.params)))
         })?;
         if let Ok(frame) = &frame {
             self.sources.push(frame);

@@ -2,7 +2,7 @@
 
 use crate::arrays::{self, copy, list, matrix, plane};
 use crate::error::{Failure, Result};
-use crate::frame::frame_from;
+use crate::frame::{frame_from, image_from};
 use crate::params::{params_from, params_in_force};
 use crate::run::{Clip, Run, Shared, Sources, report};
 use crate::why::explanation;
@@ -96,7 +96,8 @@ impl Session {
     }
 
     fn push(&self, py: Python<'_>, frame: &Bound<'_, PyAny>) -> Result<()> {
-        let frame = frame_from(frame)?;
+        let params = self.run.read(|run| Ok(run.session().params().clone()))?;
+        let frame = image_from(frame, &params)?;
         self.change(py, |session| Ok(session.push_frame(frame)?))
     }
 

@@ -31,7 +31,7 @@ impl Windows {
     ) -> Result<Self> {
         let params = params_from(params)?;
         let sources = Sources::new(params.clip.max_side as usize);
-        let frames = Frames { iterator, sources: sources.clone() };
+        let frames = Frames { iterator, sources: sources.clone(), params: params.clone() };
         let windows = tracecut::Windows::new(params, frames)?.with_window(window.0, window.1)?.with_threads(threads);
         let windows = match length {
             Some(frames) => windows.with_length(frames),

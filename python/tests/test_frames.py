@@ -98,6 +98,8 @@ def test_what_is_no_video_is_named(tmp_path: Path) -> None:
         ([np.zeros((0, 5), np.uint8)] * 2, "frame-size", "frame size 5x0 is not supported"),
         ([np.zeros((8, n), np.uint8) for n in (9, 10)], "frame-size-changed", "frame 1 is 10x8 (expected 9x8"),
         ([b"no image"], "decode", "image cannot be decoded"),
+        ([np.broadcast_to(np.uint8(0), (10**6, 10**6))] * 2, "frame-size", "frame size 1000000x1000000 is not"),
+        ([np.broadcast_to(np.uint8(0), (16384, 16384))] * 2, "too-large", "268435456 pixels in a frame (expected"),
     ],
 )
 def test_what_is_no_frame_is_named(frames: object, code: str, message: str) -> None:
@@ -123,3 +125,19 @@ def test_an_error_of_the_users_iterator_comes_through(clip: list[np.ndarray]) ->
 
     with pytest.raises(OSError, match="the camera is gone"):
         masks(broken())
+
+
+def test_limits_are_parameters_and_the_session_goes_on() -> None:
+    frames = [np.full((16, 20), 9 * t, np.uint8) for t in range(4)]
+    session = tracecut.Session(clip={"max_pixels": 320, "max_frames": 3})
+    for frame in frames[:3]:
+        session.push(frame)
+    for frame, name in [(frames[3], "clip.maxFrames"), (np.zeros((17, 20), np.uint8), "clip.maxPixels")]:
+        with pytest.raises(tracecut.TraceCutError, match=name) as caught:
+            session.push(frame)
+        assert caught.value.code == "too-large"
+    session.run()
+    assert session.labels(2).shape == (16, 20)
+    with pytest.raises(tracecut.TraceCutError, match=r"320 pixels in a frame \(expected at most 300") as caught:
+        tracecut.boundaries(frames[0], clip={"max_pixels": 300})
+    assert caught.value.code == "too-large"

@@ -20,7 +20,9 @@ use crate::rng::Rng;
 /// Starts tried.
 const RESTARTS: u32 = 10;
 /// Most iterations of a start: k-means may creep for long where rows lie along lines, without a visible change.
-const MAX_ITERATIONS: u32 = 100;
+const MAX_ITERATIONS: usize = 100;
+/// The same in multiplications for each row: fewer iterations from 25 centres on.
+const MOST_WORK: usize = 60_000;
 
 /// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay
 /// unlabelled.
@@ -94,7 +96,8 @@ impl Partition {
 
     /// Step 2.
     fn settle(&mut self, rows: &[f64]) {
-        for _ in 0..MAX_ITERATIONS {
+        let most = (MOST_WORK / (self.count * self.dimensions).max(1)).min(MAX_ITERATIONS);
+        for _ in 0..most {
             self.recentre(rows);
             if !self.assign(rows) {
                 break;

@@ -78,7 +78,22 @@ impl Embedding {
 }
 
 /// Products with one vector after which the eigensolver gives up: about ten times what trajectory graphs need.
-const MAX_PRODUCTS: u32 = 20_000;
+const MAX_PRODUCTS: f64 = 20_000.0;
+/// Products that any graph may take.
+const LEAST_PRODUCTS: f64 = 128.0;
+/// Multiplications that any graph may take, about half a second.
+const FEW: f64 = 2e9;
+/// Multiplications for each row and product that go into the basis.
+const OF_BASIS: f64 = 300.0;
+
+/// Products with one vector after which the eigensolver gives up, for a matrix of `n` rows with so many entries. Few
+/// trajectories take a few seconds at most, however many of their pairs have an affinity and however exact the
+/// eigenvectors shall be; from about 7000 rows on ordinary graphs may take all of [`MAX_PRODUCTS`].
+fn most_products(n: usize, entries: usize) -> u32 {
+    let n = n as f64;
+    let of_one = entries as f64 + OF_BASIS * n;
+    ((FEW + n * n * n / 50.0) / of_one).clamp(LEAST_PRODUCTS, MAX_PRODUCTS) as u32
+}
 
 /// Embeds the graph of `affinities`.
 ///
@@ -117,7 +132,7 @@ pub fn embed(affinities: &SymCsr, params: &EmbeddingParams, seed: u32) -> Embedd
     // 2. Eigenpairs of N.
     let settings = EigenParams {
         tolerance: params.tolerance,
-        max_products: MAX_PRODUCTS,
+        max_products: most_products(graph.nodes.len(), affinities.value.len()),
         multiplicity: graph.num_components,
         seed,
     };
@@ -146,5 +161,37 @@ fn fix_signs(vectors: &mut [f64], dimensions: usize) {
         if largest < 0.0 {
             vectors.iter_mut().skip(c).step_by(dimensions).for_each(|v| *v = -*v);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn a_small_dense_graph_takes_bounded_work_and_an_ordinary_one_as_much_as_it_needs() {
+        for n in [300, 1000, 2500, 5000] {
+            let work = f64::from(most_products(n, n * n)) * (n * n + 300 * n) as f64;
+            assert!(work < 5e9, "{n} rows: {work:e}");
+        }
+        // 180 neighbours within the radius, and one in 32 of the others: a few hundred products suffice.
+        for n in [100, 1000, 3000, 6000, 10_000, 40_000] {
+            assert!(most_products(n, n * (180 + n / 32)) > 1400, "{n} rows");
+        }
+        assert_eq!(most_products(50_000, 50_000 * 1742), 20_000);
+        assert_eq!(most_products(0, 0), 20_000);
+    }
+
+    #[test]
+    fn the_embedding_stops_at_its_bound() {
+        let (n, mut rng) = (2000_u32, Rng::for_stage(4, "dense"));
+        let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
+        let upper: Vec<_> = pairs.map(|(i, j)| (i, j, rng.range(0.0, 1.0) as f32)).collect();
+        let matrix = SymCsr::from_upper(n as usize, &upper);
+        let params = EmbeddingParams { max_dimensions: 64, tolerance: 1e-10, ..EmbeddingParams::default() };
+        let most = most_products(n as usize, matrix.value.len());
+        let info = embed(&matrix, &params, 0).info;
+        assert!(!info.converged && (most..most + 200).contains(&info.products), "{info:?}, at most {most}");
     }
 }

@@ -47,9 +47,9 @@ pub fn write(tracks: &Trajectories, clusters: &Clusters) -> Result<String, Error
 /// [`Error::Data`] naming the line, what stands there and what should.
 pub fn parse(text: &str) -> Result<(Trajectories, Clusters), Error> {
     let mut lines = Lines { lines: text.lines(), number: 0 };
-    let num_frames = lines.next_with("the number of frames")?.number("the number of frames")?;
+    let num_frames: u32 = lines.next_with("the number of frames")?.number("the number of frames")?;
     let count: usize = lines.next_with("the number of tracks")?.number("the number of tracks")?;
-    let mut tracks = Trajectories::empty(num_frames, (0, 0));
+    let mut tracks = Trajectories::empty(num_frames as usize, (0, 0));
     let mut label = Vec::new();
     for _ in 0..count {
         label.push(read_track(&mut lines, &mut tracks)?);

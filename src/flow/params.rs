@@ -27,9 +27,9 @@ crate::params! {
         /// Weight of smoothness in the refinement.
         pub smoothness: f32 = 25.0, in 0.001..=1000.0;
         /// Times that the refinement renews its robust weights, at every level; 0 leaves it out. Higher is slower.
-        pub fixed_points: u32 = 5, in 0..=32;
+        pub fixed_points: u32 = 5, in 0..=12;
         /// Sweeps of the refinement's solver each time. Higher is slower.
-        pub sweeps: u32 = 5, in 1..=64;
+        pub sweeps: u32 = 5, in 1..=24;
         /// Over-relaxation of these sweeps.
         pub overrelaxation: f32 = 1.9, in 1.0..=1.99;
     }

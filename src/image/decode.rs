@@ -6,6 +6,7 @@
 
 use super::frame::check_size;
 use crate::Error;
+use crate::error::MAX_PIXELS;
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::{ColorType, ImageDecoder, Limits};
 use std::io::Cursor;
@@ -17,32 +18,32 @@ type Pixels = (Vec<u8>, usize, usize);
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = b"\xff\xd8\xff";
 
-/// Most bytes for what a PNG file says besides its pixels, such as a colour profile, which may be compressed a
-/// thousandfold.
-const MOST_BESIDES: u64 = 64 << 20;
+/// The parameter that says how large a file may be.
+const LIMIT: &str = "clip.maxPixels";
 
 /// RGB bytes, width and height of a PNG or JPEG file. Sizes are checked before memory is taken.
-pub(super) fn decode(bytes: &[u8]) -> Result<Pixels, Error> {
+pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Pixels, Error> {
     // A decoder that panics on damaged bytes is an error of these, where panics can be caught at all.
-    let outcome = catch_unwind(AssertUnwindSafe(|| pixels_of(bytes)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| pixels_of(bytes, max_pixels)));
     outcome.unwrap_or_else(|_| Err(failure(&"the decoder stopped on an internal error")))
 }
 
-fn pixels_of(bytes: &[u8]) -> Result<Pixels, Error> {
+fn pixels_of(bytes: &[u8], most: usize) -> Result<Pixels, Error> {
     if bytes.starts_with(PNG_MAGIC) {
         if let Some(length) = broken_palette(bytes) {
             return Err(failure(&format_args!("its palette has {length} bytes, not three for each colour")));
         }
+        // A colour profile may be compressed a thousandfold.
         let mut limits = Limits::no_limits();
-        limits.max_alloc = Some(MOST_BESIDES);
-        read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?)
+        limits.max_alloc = Some(most.max(MAX_PIXELS) as u64);
+        read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?, most)
     } else if bytes.starts_with(JPEG_MAGIC) {
         // The decoder paints what is missing of a truncated file grey, which would pass for an image.
         if !jpeg_is_whole(bytes) {
             return Err(failure(&"the JPEG data are truncated"));
         }
-        read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?)
-    } else if let Some(outcome) = decode_pnm(bytes) {
+        read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?, most)
+    } else if let Some(outcome) = decode_pnm(bytes, most) {
         outcome
     } else {
         Err(failure(&format_args!("{} bytes that begin like neither", bytes.len())))
@@ -51,19 +52,23 @@ fn pixels_of(bytes: &[u8]) -> Result<Pixels, Error> {
 
 /// The original layout of the Moseg benchmark holds PPM files; only the command line reads them.
 #[cfg(feature = "pnm")]
-fn decode_pnm(bytes: &[u8]) -> Option<Result<Pixels, Error>> {
+fn decode_pnm(bytes: &[u8], most: usize) -> Option<Result<Pixels, Error>> {
     let decoder = bytes.starts_with(b"P").then(|| image::codecs::pnm::PnmDecoder::new(Cursor::new(bytes)))?;
-    Some(decoder.map_err(|e| failure(&e)).and_then(read))
+    Some(decoder.map_err(|e| failure(&e)).and_then(|decoder| read(decoder, most)))
 }
 
 #[cfg(not(feature = "pnm"))]
-fn decode_pnm(_: &[u8]) -> Option<Result<Pixels, Error>> {
+fn decode_pnm(_: &[u8], _: usize) -> Option<Result<Pixels, Error>> {
     None
 }
 
-fn read(decoder: impl ImageDecoder) -> Result<Pixels, Error> {
+fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
     check_size(width, height)?;
+    if width * height > most {
+        let what = "pixels in an image file";
+        return Err(Error::TooLarge { what, actual: width * height, limit: most, name: LIMIT });
+    }
     let color = decoder.color_type();
     let mut pixels = vec![0; width * height * usize::from(color.bytes_per_pixel())];
     decoder.read_image(&mut pixels).map_err(|e| failure(&e))?;

@@ -43,13 +43,22 @@ impl Frame {
         Ok(Self { rgb, width, height })
     }
 
-    /// From the bytes of a PNG or JPEG file.
+    /// From the bytes of a PNG or JPEG file of at most [`MAX_PIXELS`] pixels.
     ///
     /// # Errors
-    /// [`Error::Decode`] when the file is truncated, broken or of another kind; [`Error::FrameSize`] when it is too
-    /// large.
+    /// [`Error::Decode`] when the file is truncated, broken or of another kind; [`Error::FrameSize`] or
+    /// [`Error::TooLarge`] when it is too large.
     pub fn decode(bytes: &[u8]) -> Result<Self, Error> {
-        let (rgb, width, height) = super::decode::decode(bytes)?;
+        Self::decode_within(bytes, MAX_PIXELS)
+    }
+
+    /// From the bytes of a PNG or JPEG file of at most `max_pixels` pixels. Sizes are looked at before memory is taken.
+    ///
+    /// # Errors
+    /// As [`Frame::decode`].
+    #[doc(hidden)]
+    pub fn decode_within(bytes: &[u8], max_pixels: usize) -> Result<Self, Error> {
+        let (rgb, width, height) = super::decode::decode(bytes, max_pixels)?;
         Self::from_rgb(rgb, width, height)
     }
 
@@ -127,13 +136,10 @@ fn coverage(from: usize, to: usize) -> Vec<Vec<(usize, f32)>> {
         .collect()
 }
 
-pub(super) fn check_size(width: usize, height: usize) -> Result<(), Error> {
+/// Refuses sides that no frame has.
+pub(crate) fn check_size(width: usize, height: usize) -> Result<(), Error> {
     let legal = 1..=MAX_SIDE;
-    if legal.contains(&width) && legal.contains(&height) && width * height <= MAX_PIXELS {
-        Ok(())
-    } else {
-        Err(Error::FrameSize { width, height })
-    }
+    if legal.contains(&width) && legal.contains(&height) { Ok(()) } else { Err(Error::FrameSize { width, height }) }
 }
 
 #[cfg(test)]

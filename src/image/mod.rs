@@ -10,4 +10,5 @@ pub(crate) use filter::weigh;
 #[doc(hidden)]
 pub use filter::{gaussian_blur, sample_bilinear};
 pub use frame::Frame;
+pub(crate) use frame::check_size;
 pub use plane::Plane;

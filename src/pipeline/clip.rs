@@ -68,6 +68,7 @@ impl Clip {
         if input != actual {
             return Err(Error::FrameSizeChanged { index: self.frames.len(), expected: input, actual });
         }
+        self.params.clip.check_frames(self.frames.len() + 1)?;
         Ok(frame.resized(working.0, working.1))
     }
 

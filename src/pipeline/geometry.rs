@@ -1,7 +1,7 @@
 //! Input size, working size and the way between them.
 
 use crate::Error;
-use crate::image::{MAX_PIXELS, MAX_SIDE};
+use crate::image::check_size;
 use crate::trajectory::Trajectories;
 
 /// Size of the input and size at which it is processed, in pixels.
@@ -25,10 +25,7 @@ impl Scale {
 
     /// As [`Scale::new`], for a size that no [`crate::image::Frame`] has vouched for.
     pub(super) fn checked(input: (usize, usize), max_side: usize) -> Result<Self, Error> {
-        let legal = 1..=MAX_SIDE;
-        if !legal.contains(&input.0) || !legal.contains(&input.1) || input.0 * input.1 > MAX_PIXELS {
-            return Err(Error::FrameSize { width: input.0, height: input.1 });
-        }
+        check_size(input.0, input.1)?;
         Ok(Self::new(input, max_side))
     }
 

@@ -10,12 +10,13 @@ use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::DiscretizeParams;
 use crate::embedding::EmbeddingParams;
 use crate::flow::FlowParams;
+use crate::image::MAX_PIXELS;
 use crate::mask::RefineParams;
 use crate::params::{ParamField, ParamGroup, ParamTree, ParamValue};
 use crate::saliency::SaliencyParams;
 use crate::still::StillParams;
 use crate::superpixel::SuperpixelParams;
-use crate::trajectory::TrajectoryParams;
+use crate::trajectory::{Trajectories, TrajectoryParams};
 use crate::window::ShotParams;
 use serde::Serialize;
 use std::ops::Deref;
@@ -32,8 +33,40 @@ crate::params! {
         pub reference: u32 = 360, in 0..=4096;
         /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
         pub dense: bool = true, in 0..=1;
+        /// Most pixels of a frame of the input. Larger ones are refused (`too-large`) before memory is taken.
+        pub max_pixels: u32 = MAX_PIXELS as u32, in 1..=268435456;
+        /// Most frames of a session, or of a window of a long clip.
+        pub max_frames: u32 = 10000, in 2..=1000000;
+        /// Most trajectories, from outside or found.
+        pub max_trajectories: u32 = 1000000, in 1..=100000000;
+        /// Most points of trajectories from outside.
+        pub max_points: u32 = 100000000, in 1..=4294967295_u32;
         /// Seed of all pseudo-random choices.
         pub seed: u32 = 0, in 0..=4294967295_u32;
+    }
+}
+
+impl ClipParams {
+    /// Refuses frames with too many pixels; `size` is that of a [`crate::image::Frame`], or has been checked.
+    pub(crate) fn check_pixels(&self, (width, height): (usize, usize)) -> Result<(), Error> {
+        Error::unless(width * height, self.max_pixels, "pixels in a frame", "clip.maxPixels")
+    }
+
+    /// Refuses more frames at once.
+    pub(super) fn check_frames(&self, count: usize) -> Result<(), Error> {
+        Error::unless(count, self.max_frames, "frames in a session", "clip.maxFrames")
+    }
+
+    /// Refuses more trajectories.
+    pub(super) fn check_trajectories(&self, count: usize) -> Result<(), Error> {
+        Error::unless(count, self.max_trajectories, "trajectories", "clip.maxTrajectories")
+    }
+
+    /// Refuses trajectories from outside that are too much.
+    pub(super) fn check_given(&self, tracks: &Trajectories) -> Result<(), Error> {
+        self.check_frames(tracks.num_frames)?;
+        self.check_trajectories(tracks.start_frame.len())?;
+        Error::unless(tracks.x.len(), self.max_points, "points of trajectories", "clip.maxPoints")
     }
 }
 
@@ -227,7 +260,8 @@ impl Params {
         let mut params = self.clone();
         params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_STEP);
         params.trajectory.mask_step = (params.trajectory.mask_step * scale).max(LEAST_STEP);
-        params.cut.vote_radius *= scale;
+        // Neighbours far beyond have no say, but each would take time.
+        params.cut.vote_radius = (params.cut.vote_radius * scale).min(MOST_VOTE_STEPS * spacing);
         params.refine.band = (params.refine.band as f32 * scale).round() as u32;
         let density = (REFERENCE_STEP * scale / spacing).powi(2);
         for count in [
@@ -241,6 +275,8 @@ impl Params {
     }
 }
 
+/// Most steps of the grid from which trajectories are asked for their label.
+const MOST_VOTE_STEPS: f32 = 20.0;
 /// Least scale of lengths: below, neighbouring trajectories see the same pixels.
 const LEAST_SCALE: f32 = 0.5;
 /// Least spacing of trajectories, in pixels.
@@ -362,6 +398,16 @@ mod tests {
         assert_eq!(dense.embedding.min_component, 4 * params.embedding.min_component);
         assert_eq!(dense.connectedness.min_component, 4 * params.connectedness.min_component);
         assert_eq!((dense.spacing(), &dense.cut), (4.0, &params.cut));
+    }
+
+    #[test]
+    fn votes_are_asked_within_twenty_steps_at_most() {
+        let mut params = Params::default();
+        params.trajectory.grid_step = 2.0;
+        assert_eq!(params.for_size((640, 360)).cut.vote_radius, params.cut.vote_radius);
+        params.cut.vote_radius = 1000.0;
+        assert_eq!(params.for_size((640, 360)).cut.vote_radius, 40.0);
+        assert_eq!(params.for_size((99, 99)).cut.vote_radius, 20.0);
     }
 
     #[test]

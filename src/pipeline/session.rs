@@ -78,15 +78,16 @@ impl Session {
     /// Adds the next frame from the bytes of a PNG or JPEG file.
     ///
     /// # Errors
-    /// As [`Frame::decode`] and [`Session::push_frame`]; the session stays as it was.
+    /// As [`Frame::decode`], by `clip.maxPixels`, and [`Session::push_frame`]; the session stays as it was.
     pub fn push_encoded(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.push_frame(Frame::decode(bytes)?)
+        self.push_frame(Frame::decode_within(bytes, self.params.clip.max_pixels as usize)?)
     }
 
     /// Adds the next frame.
     ///
     /// # Errors
     /// [`Error::FrameSizeChanged`] unless it has the size of the first, or of the trajectories that were set;
+    /// [`Error::TooLarge`] with more pixels than `clip.maxPixels`, or more frames than `clip.maxFrames`;
     /// [`Error::State`] once stepping has begun.
     pub fn push_frame(&mut self, frame: Frame) -> Result<(), Error> {
         self.open_for(&frame)?.push(&frame)
@@ -94,6 +95,7 @@ impl Session {
 
     /// The clip that `frame` can be added to if it has the right size.
     pub(super) fn open_for(&mut self, frame: &Frame) -> Result<&mut Clip, Error> {
+        self.params.clip.check_pixels((frame.width(), frame.height()))?;
         if matches!(self.phase, Phase::Empty) {
             let scale = Scale::new((frame.width(), frame.height()), self.params.clip.max_side as usize);
             let params = self.params.for_size(scale.working);
@@ -117,13 +119,15 @@ impl Session {
     ///
     /// # Errors
     /// [`Error::Data`] when they break the law of [`Trajectories`] (NaN, wrong counts), or have not the size of the
-    /// frames pushed; [`Error::FrameSize`] and [`Error::TooFewFrames`] as for frames; [`Error::State`] once stepping has
+    /// frames pushed; [`Error::TooLarge`] with more frames, trajectories or points than `clip.maxFrames`,
+    /// `clip.maxTrajectories` and `clip.maxPoints` allow; [`Error::FrameSize`] and [`Error::TooFewFrames`] as for frames; [`Error::State`] once stepping has
     /// begun, and in a clip that is taken window by window.
     pub fn set_trajectories(&mut self, trajectories: Trajectories) -> Result<(), Error> {
         if matches!(self.phase, Phase::Begun(..)) {
             return Err(begun_error("trajectories were set"));
         }
         let scale = Scale::checked(trajectories.size, self.params.clip.max_side as usize)?;
+        self.params.clip.check_given(&trajectories)?;
         if trajectories.num_frames < 2 {
             return Err(Error::TooFewFrames { got: trajectories.num_frames, needed: 2 });
         }

@@ -30,8 +30,11 @@ impl Linking {
     }
 
     /// One block of rows.
-    pub(super) fn step(mut self: Box<Self>) -> Attempt<Box<Self>, Box<Linked>> {
+    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Attempt<Box<Self>, Box<Linked>> {
         let tracks = self.tracked.lived();
+        if let Err(error) = clip.params.clip.check_trajectories(tracks.len()) {
+            return Err((self, error));
+        }
         let blocks = |rows: usize| rows.div_ceil(AFFINITY_BLOCK).max(1) as u32;
         let more = self.rows.advance(tracks, AFFINITY_BLOCK);
         let (done, total) = (blocks(self.rows.done()), blocks(tracks.len()));

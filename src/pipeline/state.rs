@@ -68,7 +68,7 @@ impl State {
     pub(super) fn next(self, clip: &mut Clip) -> (Result<Step, Error>, Self) {
         let (progress, next) = match self {
             Self::Motion(work) => work.step(clip).then(Self::Motion, |tracked| Self::of_tracks(tracked, clip)),
-            Self::Affinities(work) => match work.step() {
+            Self::Affinities(work) => match work.step(clip) {
                 Ok(turn) => turn.then(Self::Affinities, Self::Embedding),
                 Err((work, error)) => return (Err(error), Self::Affinities(work)),
             },

@@ -102,6 +102,11 @@ impl PixelGraph {
         plane
     }
 
+    /// How many others a pixel has an affinity to.
+    pub(super) fn neighbours(&self) -> usize {
+        2 * self.steps.len()
+    }
+
     /// The affinity of each pixel to all others together.
     fn degrees(&self) -> Vec<f32> {
         let mut degrees = vec![0.0; self.width * self.height];

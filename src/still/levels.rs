@@ -13,7 +13,11 @@ use crate::image::Plane;
 /// Images of at most this many pixels are solved directly.
 const COARSEST: usize = 12_000;
 /// Products after which the coarsest level is good enough as it is.
-const MAX_PRODUCTS: u32 = 4000;
+const MAX_PRODUCTS: f64 = 4000.0;
+/// The same in multiplications, about two seconds.
+const MOST_WORK: f64 = 8e9;
+/// Multiplications for each pixel and product that go into the basis of the eigensolver.
+const OF_BASIS: f64 = 300.0;
 
 /// Leading eigenvectors of `P = D^-1 W`.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -38,10 +42,17 @@ pub(super) fn embed_pixels(pb: &Plane<f32>, params: &StillParams, seed: u32) -> 
 
 fn solve(pb: &Plane<f32>, params: &StillParams, seed: u32) -> PixelEmbedding {
     let graph = PixelGraph::new(pb, params.radius, params.sigma);
-    let settings = EigenParams { tolerance: params.tolerance, max_products: MAX_PRODUCTS, multiplicity: 0, seed };
+    let settings =
+        EigenParams { tolerance: params.tolerance, max_products: most_products(&graph), multiplicity: 0, seed };
     let pairs = largest_eigenpairs(&graph, params.dimensions as usize, &settings);
     let k = pairs.values.len();
     unscaled(&graph, pb, pairs.values, &pairs.vectors, k, pairs.info)
+}
+
+/// Fewer where each takes long: large radii.
+fn most_products(graph: &PixelGraph) -> u32 {
+    let of_one = (graph.neighbours() as f64 + OF_BASIS) * graph.scale.len() as f64;
+    (MOST_WORK / of_one).min(MAX_PRODUCTS) as u32
 }
 
 fn refine(pb: &Plane<f32>, coarse: &PixelEmbedding, params: &StillParams) -> PixelEmbedding {

@@ -9,19 +9,28 @@ use crate::still::image_discontinuities;
 use crate::superpixel;
 use wasm_bindgen::prelude::*;
 
+impl JsSession {
+    /// An image that the parameters allow.
+    fn image(&self, rgba: &[u8], width: usize, height: usize) -> Result<Frame, JsValue> {
+        let frame = Frame::from_rgba(rgba, width, height);
+        let allowed = frame.and_then(|f| self.params_in_force().clip.check_pixels((width, height)).map(|()| f));
+        allowed.map_err(|e| convert::to_js_error(&e))
+    }
+}
+
 #[wasm_bindgen(js_class = Session)]
 impl JsSession {
     /// The boundary map of an image of `width * height` RGBA pixels.
     #[wasm_bindgen(js_name = boundariesOf)]
     pub fn boundaries_of(&self, rgba: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
-        let frame = Frame::from_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))?;
+        let frame = self.image(rgba, width, height)?;
         Ok(convert::boundaries(&boundary_map(&frame, &self.params_in_force().contour)))
     }
 
     /// The discontinuities of the pixel embedding of an image given as for `boundariesOf`.
     #[wasm_bindgen(js_name = discontinuitiesOf)]
     pub fn discontinuities_of(&self, rgba: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
-        let frame = Frame::from_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))?;
+        let frame = self.image(rgba, width, height)?;
         let params = self.params_in_force();
         let found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
         Ok(convert::image_discontinuities(&found, (frame.width(), frame.height())))
@@ -31,8 +40,8 @@ impl JsSession {
     #[wasm_bindgen(js_name = flowOf)]
     pub fn flow_of(&self, from: &[u8], to: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let params = &self.params_in_force().flow;
-        let seen = |rgba: &[u8]| Frame::from_rgba(rgba, width, height).map(|f| FlowPyramid::new(&f.luma(), params));
-        let (from, to) = seen(from).and_then(|from| Ok((from, seen(to)?))).map_err(|e| convert::to_js_error(&e))?;
+        let seen = |rgba: &[u8]| self.image(rgba, width, height).map(|f| FlowPyramid::new(&f.luma(), params));
+        let (from, to) = (seen(from)?, seen(to)?);
         Ok(convert::flow(&flow_between(&from, &to, params)))
     }
 
@@ -45,7 +54,7 @@ impl JsSession {
         height: usize,
         count: Option<usize>,
     ) -> Result<JsValue, JsValue> {
-        let frame = Frame::from_rgba(rgba, width, height).map_err(|e| convert::to_js_error(&e))?;
+        let frame = self.image(rgba, width, height)?;
         let params = self.params_in_force();
         Ok(convert::superpixels(&superpixel::superpixels_of(&frame, count, &params.contour, &params.superpixel)))
     }

@@ -91,7 +91,7 @@ test('streams that are not Y4M, too large or cut off are errors that say so, bef
   await said('W2 H2 C420p10', [], 'codec', /C420p10 .*-pix_fmt yuv420p/);
   await said('W0 H2', [], 'frame-size', /width = 0/);
   await said('W2', [], 'frame-size', /height/);
-  await said('W16384 H16384', [], 'frame-size', /16384 × 16384/);
+  await said('W16384 H16384', [], 'too-large', /268435456 pixels in a frame .*the parameter maxPixels/);
   await said(
     'W2 H2 Cmono',
     [
@@ -128,7 +128,9 @@ test('raw frames are read in every format', async () => {
   );
   await rejects(all(framesOfRaw([Uint8Array.of(1, 2, 3)], options)), 'truncated', /frame 1 of the stream has 1 bytes/);
   await rejects(all(framesOfRaw([], { ...options, format: 'nv12' })), 'param', /format .*yuv420p/);
-  await rejects(all(framesOfRaw([], { ...options, width: 16384, height: 16384 })), 'frame-size');
+  await rejects(all(framesOfRaw([], { ...options, width: 16384, height: 16384 })), 'too-large');
+  await rejects(all(framesOfRaw([], { ...options, maxPixels: 1 })), 'too-large', /expected at most 1;/);
+  await rejects(all(framesOfRaw([], { ...options, maxPixels: 0 })), 'param', /maxPixels = 0/);
   await rejects(all(framesOfRaw([], { ...options, frameRate: 0 })), 'param', /frameRate/);
 });
 

@@ -123,7 +123,7 @@ test('a worker that dies rejects the run, and one that never started says what t
   for (const frame of await framesOf()) await session.push(frame);
   const run = session.run();
   worker.fail('out of memory');
-  await rejects(run, 'poisoned', /out of memory/);
+  await rejects(run, 'memory', /out of memory/);
   const silent = standIn(() => {});
   const opening = createRemoteEngine(() => silent, module, {});
   silent.fail('');

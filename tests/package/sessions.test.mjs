@@ -31,7 +31,7 @@ async function open(t) {
   await page.evaluate(async () => {
     const tracecut = await import('/dist/index.js');
     const { fingerprint } = await import('/fingerprint.mjs');
-    const { withTrap } = await import('/trap.mjs');
+    const { withMemory, withTrap } = await import('/trap.mjs');
     const clip = await tracecut.synthClip({ width: 128, height: 72, frames: 6, seed: 3 });
     const frames = Array.from({ length: clip.numFrames }, (_, k) => clip.frame(k));
     const filled = async (options) => {
@@ -46,14 +46,16 @@ async function open(t) {
       session.close();
       return text;
     };
-    const trap = async () =>
-      withTrap(new Uint8Array(await (await fetch('/dist/tracecut_bg.wasm')).arrayBuffer()), 'session_step');
+    const packaged = async (name) => new Uint8Array(await (await fetch(`/dist/${name}_bg.wasm`)).arrayBuffer());
+    const trap = async () => withTrap(await packaged('tracecut'), 'session_step');
+    const little = async () => withMemory(await packaged('tracecut'), 16);
+    const brokenDecoder = async () => withTrap(await packaged('decoder'), 'decode');
     const failure = (promise) =>
       promise.then(
         () => 'no error',
         (error) => `${error.name} ${error.code}`,
       );
-    globalThis.kit = { ...tracecut, fingerprint, frames, filled, alone, trap, failure };
+    globalThis.kit = { ...tracecut, fingerprint, frames, filled, alone, trap, little, brokenDecoder, failure };
   });
   return page;
 }
@@ -88,6 +90,42 @@ test('sessions with different parameters, in workers and on the page, give in tu
   assert.deepEqual(together, apart);
   assert.equal(new Set(apart).size, 3);
 });
+
+for (const worker of [true, false]) {
+  const where = worker ? 'in workers' : 'on the page';
+
+  test(`memory that runs out, limits and a decoder that stops are errors of their own, ${where}`, async (t) => {
+    const page = await open(t);
+    const outcome = await page.evaluate(async (inWorker) => {
+      const { alone, brokenDecoder, createSession, failure, filled, fingerprint, frames, little } = globalThis.kit;
+      const wasm = await little();
+      const full = await createSession({ worker: inWorker, threads: 1, wasm });
+      let pushed = 0;
+      const pushing = async () => {
+        for (; pushed < 2000; pushed += 1) await full.push(frames[0]);
+      };
+      const errors = [await failure(pushing()), await failure(full.run())];
+      const clip = { maxPixels: 128 * 72, maxFrames: frames.length };
+      const session = await filled({ worker: inWorker, wasm, decoder: await brokenDecoder(), clip });
+      const canvas = new OffscreenCanvas(129, 72);
+      canvas.getContext('2d');
+      errors.push(await failure(session.push(canvas)), await failure(session.push(frames[0])));
+      const head = [137, 80, 78, 71, 13, 10, 26, 10];
+      errors.push(await failure(session.push(Uint8Array.from(head))), await failure(session.push(new Blob(['x']))));
+      const same = fingerprint(await session.run()) === (await alone({ worker: inWorker }));
+      session.close();
+      return { errors, pushed, same };
+    }, worker);
+    const codes = ['memory', 'memory', 'too-large', 'too-large', 'decode', 'decode'];
+    assert.deepEqual(
+      outcome.errors,
+      codes.map((code) => `TraceCutError ${code}`),
+    );
+    assert.ok(outcome.pushed > 100 && outcome.pushed < 1000, `${outcome.pushed} frames`);
+    assert.ok(outcome.same);
+    assert.equal(await workersLeft(page, 0), 0, 'the worker without memory has ended');
+  });
+}
 
 for (const worker of [true, false]) {
   test(`a session that hits an error leaves others working, ${worker ? 'in workers' : 'on the page'}`, async (t) => {

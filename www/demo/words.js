@@ -67,6 +67,7 @@ const ADVICE = {
     'Motion needs at least two pictures of the same scene. Choose more frames, or an earlier start.',
   ],
   'frame-size': ['These frames have a size that cannot be processed', 'Choose another working size under “Clip”.'],
+  'too-large': ['There is more than can be processed at once', 'Choose fewer frames, or smaller pictures.'],
   'frame-size-changed': ['The frames change size on the way', 'Use a video or images of one size.'],
   param: ['A setting has a value that does not work', 'Reset it under “Settings”, then run again.'],
   data: ['The computation met values that it cannot use', 'Reset the settings, or choose other frames, and run again.'],

@@ -18,7 +18,7 @@ export async function toPixels(frame) {
   if (!frame.decoder) throw new TraceCutError('state', 'a file came without the module that decodes it');
   const [data, width, height] = await callDecoder(
     frame.decoder,
-    (decoder) => decoder.decode(frame.data),
+    (decoder) => decoder.decode(frame.data, frame.maxPixels),
     (words) => ['decode', `image cannot be decoded: the decoder stopped on an internal error: ${words}`],
   );
   return { data, width, height };

@@ -261,7 +261,12 @@ export class LocalEngine {
    * @returns {T}
    */
   #call(call) {
-    return guarded(this.#owner, () => call(/** @type {import('./tracecut.js').Session} */ (this.#session)));
+    try {
+      return guarded(this.#owner, () => call(/** @type {import('./tracecut.js').Session} */ (this.#session)));
+    } finally {
+      // It would keep the memory of an instance that has ended.
+      if (!this.#owner.glue) this.#session = undefined;
+    }
   }
 
   /**

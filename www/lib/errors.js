@@ -1,11 +1,12 @@
 /**
  * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`,
- * `too-few-frames`, `decode`, `param`, `data`, `state`. From this layer: `unsupported` (the engine lacks something),
- * `wasm-load` (the wasm file cannot be fetched or compiled), `poisoned` (the engine stopped on an internal error),
- * `closed`, `busy`. Of videos: `no-video` (nothing in it that could be shown), `codec` (it cannot be decoded here),
+ * `too-few-frames`, `too-large` (more than a parameter such as `clip.maxPixels` allows), `decode`, `param`, `data`,
+ * `state`. From this layer: `unsupported` (the engine lacks something), `wasm-load` (the wasm file cannot be fetched or
+ * compiled), `memory` (there is not enough of it; the session has given back its own), `poisoned` (the engine stopped on
+ * an internal error), `closed`, `busy`. Of videos: `no-video` (nothing in it that could be shown), `codec` (it cannot be decoded here),
  * `truncated` (cut off or damaged), `no-frames` (none in the range), `fetch` (the address cannot be fetched).
- * @typedef {'frame-size' | 'frame-bytes' | 'frame-size-changed' | 'too-few-frames' | 'decode' | 'param' | 'data'
- *   | 'state' | 'unsupported' | 'wasm-load' | 'poisoned' | 'closed' | 'busy' | 'no-video' | 'codec' | 'truncated'
+ * @typedef {'frame-size' | 'frame-bytes' | 'frame-size-changed' | 'too-few-frames' | 'too-large' | 'decode' | 'param'
+ *   | 'data' | 'state' | 'unsupported' | 'wasm-load' | 'memory' | 'poisoned' | 'closed' | 'busy' | 'no-video' | 'codec' | 'truncated'
  *   | 'no-frames' | 'fetch'} ErrorCode
  */
 
@@ -36,6 +37,20 @@ export class TraceCutError extends Error {
  */
 export function illegal(code, name, value, expected) {
   return new TraceCutError(code, `${name} = ${describe(value)} (expected ${expected})`);
+}
+
+/**
+ * The error of what is larger than a parameter allows, in the words that Rust has for it.
+ * @param {number} actual
+ * @param {string} what
+ * @param {number} limit
+ * @param {string} name
+ */
+export function tooLarge(actual, what, limit, name) {
+  return new TraceCutError(
+    'too-large',
+    `${actual} ${what} (expected at most ${limit}; the parameter ${name} sets this limit)`,
+  );
 }
 
 /**

@@ -1,5 +1,5 @@
-import { TraceCutError, illegal, typeTag } from './errors.js';
-import { wholeNumber } from './options.js';
+import { TraceCutError, illegal, tooLarge, typeTag } from './errors.js';
+import { MAX_PIXELS, wholeNumber } from './options.js';
 
 /**
  * RGBA bytes, four a pixel, row by row; `ImageData` is one.
@@ -19,8 +19,8 @@ import { wholeNumber } from './options.js';
 /**
  * A frame on its way to the engine, in memory that nobody else holds. Files go with the module that decodes them.
  * @typedef {{kind: 'pixels', data: Uint8Array<ArrayBuffer>, width: number, height: number}
- *   | {kind: 'file', data: Uint8Array<ArrayBuffer>, decoder?: WebAssembly.Module, index?: number, name?: string}}
- *   RawFrame `index` and `name` say which frame of the clip, for errors
+ *   | {kind: 'file', data: Uint8Array<ArrayBuffer>, decoder?: WebAssembly.Module, maxPixels: number, index?: number,
+ *   name?: string}} RawFrame `index` and `name` say which frame of the clip, for errors
  */
 
 const MAX_SIDE = 16384;
@@ -31,58 +31,77 @@ const LEGAL = 'ImageData, {data, width, height}, a canvas, VideoFrame, ImageBitm
  * them at once.
  * @param {FrameSource} frame
  * @param {() => Promise<WebAssembly.Module>} loadDecoder asked for files only
+ * @param {number} [maxPixels] looked at before memory is taken
  * @returns {Promise<RawFrame>}
  */
-export async function toRawFrame(frame, loadDecoder) {
-  const raw = await copied(frame);
+export async function toRawFrame(frame, loadDecoder, maxPixels = MAX_PIXELS) {
+  const raw = await copied(frame, maxPixels);
   return raw.kind === 'file' ? { ...raw, decoder: await loadDecoder() } : raw;
 }
 
 /**
  * @param {FrameSource} frame
+ * @param {number} maxPixels
  * @returns {Promise<RawFrame>}
  */
-async function copied(frame) {
+async function copied(frame, maxPixels) {
   switch (typeTag(frame)) {
     case 'Uint8Array':
     case 'ArrayBuffer':
-      return { kind: 'file', data: new Uint8Array(/** @type {ArrayBuffer} */ (frame)).slice() };
+      return { kind: 'file', data: new Uint8Array(/** @type {ArrayBuffer} */ (frame)).slice(), maxPixels };
     case 'Blob':
     case 'File':
-      return fromFile(/** @type {File} */ (frame));
+      return fromFile(/** @type {File} */ (frame), maxPixels);
     case 'VideoFrame':
-      return fromImage(/** @type {VideoFrame} */ (frame));
+      return fromImage(/** @type {VideoFrame} */ (frame), maxPixels);
     case 'HTMLVideoElement': {
       const video = /** @type {HTMLVideoElement} */ (frame);
-      return draw(video, video.videoWidth, video.videoHeight);
+      return draw(video, video.videoWidth, video.videoHeight, maxPixels);
     }
     case 'ImageBitmap':
     case 'HTMLCanvasElement':
     case 'OffscreenCanvas':
-      return fromImage(/** @type {ImageBitmap} */ (frame));
+      return fromImage(/** @type {ImageBitmap} */ (frame), maxPixels);
     default:
-      return fromPixels(frame);
+      return fromPixels(frame, maxPixels);
   }
 }
 
 /**
  * @param {Blob & {name?: string}} file
+ * @param {number} maxPixels
  * @returns {Promise<RawFrame>}
  */
-async function fromFile(file) {
-  return { kind: 'file', data: new Uint8Array(await file.arrayBuffer()), name: file.name };
+async function fromFile(file, maxPixels) {
+  return { kind: 'file', data: new Uint8Array(await file.arrayBuffer()), maxPixels, name: file.name };
+}
+
+/**
+ * Looks at a size before memory is taken for it.
+ * @param {unknown} width
+ * @param {unknown} height
+ * @param {number} maxPixels
+ */
+function sized(width, height, maxPixels) {
+  const size = {
+    width: wholeNumber('frame-size', 'frame.width', width, 1, MAX_SIDE),
+    height: wholeNumber('frame-size', 'frame.height', height, 1, MAX_SIDE),
+  };
+  const pixels = size.width * size.height;
+  if (pixels > maxPixels) throw tooLarge(pixels, 'pixels in a frame', maxPixels, 'clip.maxPixels');
+  return size;
 }
 
 /**
  * @param {unknown} frame
+ * @param {number} maxPixels
  * @returns {RawFrame}
  */
-function fromPixels(frame) {
+function fromPixels(frame, maxPixels) {
   if (typeof frame !== 'object' || frame === null || !('data' in frame && 'width' in frame && 'height' in frame)) {
     throw illegal('data', 'frame', frame, LEGAL);
   }
-  const width = wholeNumber('frame-size', 'frame.width', frame.width, 1, MAX_SIDE);
-  const height = wholeNumber('frame-size', 'frame.height', frame.height, 1, MAX_SIDE);
+  const { width, height } = sized(frame.width, frame.height, maxPixels);
   const tag = typeTag(frame.data);
   if (tag !== 'Uint8ClampedArray' && tag !== 'Uint8Array') {
     throw illegal('frame-bytes', 'frame.data', frame.data, 'a Uint8ClampedArray or Uint8Array, four bytes a pixel');
@@ -98,21 +117,24 @@ function fromPixels(frame) {
 /**
  * The pixels of an image that the browser holds.
  * @param {VideoFrame | ImageBitmap} image
+ * @param {number} [maxPixels]
  * @returns {Promise<RawFrame>}
  */
-export async function fromImage(image) {
-  if ('visibleRect' in image) return fromVideoFrame(image);
-  return draw(image, image.width, image.height);
+export async function fromImage(image, maxPixels = MAX_PIXELS) {
+  if ('visibleRect' in image) return fromVideoFrame(image, maxPixels);
+  return draw(image, image.width, image.height, maxPixels);
 }
 
 /**
  * `copyTo` gives the decoder's own colours without a canvas that privacy settings may add noise to; where it cannot
  * give RGBA (Safari), or where the frame is to be shown turned or stretched, a canvas has to do.
  * @param {VideoFrame} frame
+ * @param {number} maxPixels
  * @returns {Promise<RawFrame>}
  */
-async function fromVideoFrame(frame) {
+async function fromVideoFrame(frame, maxPixels) {
   const { visibleRect: rect, displayWidth, displayHeight } = frame;
+  if (rect) sized(rect.width, rect.height, maxPixels);
   if (rect && rect.width === displayWidth && rect.height === displayHeight) {
     try {
       const data = new Uint8Array(4 * rect.width * rect.height);
@@ -122,18 +144,18 @@ async function fromVideoFrame(frame) {
       if (frame.format === null && frame.codedWidth === 0) throw error; // Closed: a canvas cannot draw it either.
     }
   }
-  return draw(frame, displayWidth, displayHeight);
+  return draw(frame, displayWidth, displayHeight, maxPixels);
 }
 
 /**
  * @param {CanvasImageSource} image
  * @param {number} width
  * @param {number} height
+ * @param {number} maxPixels
  * @returns {RawFrame}
  */
-function draw(image, width, height) {
-  wholeNumber('frame-size', 'frame.width', width, 1, MAX_SIDE);
-  wholeNumber('frame-size', 'frame.height', height, 1, MAX_SIDE);
+function draw(image, width, height, maxPixels) {
+  sized(width, height, maxPixels);
   if (typeof OffscreenCanvas === 'undefined') {
     throw new TraceCutError(
       'unsupported',

@@ -5,7 +5,7 @@ import { makeGlue } from './glue.js';
 import { TraceCutError } from './errors.js';
 
 /** @typedef {typeof import('./tracecut.js')} Glue */
-/** @typedef {{glue: Glue | undefined, ended: TraceCutError | undefined}} Instance */
+/** @typedef {{glue: Glue | undefined, memory: WebAssembly.Memory | undefined, ended: TraceCutError | undefined}} Instance */
 
 /**
  * Starts a new instance.
@@ -14,8 +14,12 @@ import { TraceCutError } from './errors.js';
  */
 export async function instance(module) {
   const glue = makeGlue();
-  await glue.default({ module_or_path: module });
-  return { glue, ended: undefined };
+  try {
+    const { memory } = await glue.default({ module_or_path: module });
+    return { glue, memory, ended: undefined };
+  } catch (error) {
+    throw lacksMemory(error) ? outOfMemory(0, error) : error;
+  }
 }
 
 /**
@@ -27,7 +31,7 @@ export async function instance(module) {
  * @returns {T}
  */
 export function guarded(owner, call) {
-  const { glue } = owner;
+  const { glue, memory } = owner;
   if (!glue) throw owner.ended;
   try {
     return call(glue);
@@ -35,13 +39,19 @@ export function guarded(owner, call) {
     if (error instanceof Error && 'code' in error && typeof error.code === 'string') {
       throw new TraceCutError(/** @type {import('./errors.js').ErrorCode} */ (error.code), error.message);
     }
-    const words = panicWords(glue) ?? String(error);
-    owner.glue = undefined;
-    owner.ended = new TraceCutError(
-      'poisoned',
-      `the engine stopped on an internal error: ${words}. Create a new session.`,
-      { cause: error },
-    );
+    // Once it is text, the stack keeps the instance no longer: V8 holds on to it until somebody looks.
+    if (error instanceof Error) void error.stack;
+    const words = panicWords(glue);
+    const used = memory?.buffer.byteLength ?? 0;
+    owner.ended =
+      lacksMemory(error) || (words ? /capacity overflow/.test(words) : isUnreachable(error) && isFull(memory))
+        ? outOfMemory(used, error)
+        : new TraceCutError(
+            'poisoned',
+            `the engine stopped on an internal error: ${words ?? error}. Create a new session.`,
+            { cause: error },
+          );
+    owner.glue = owner.memory = undefined;
     throw owner.ended;
   }
 }
@@ -53,7 +63,7 @@ export function guarded(owner, call) {
  * @param {string} what
  */
 export function end(owner, what) {
-  owner.glue = undefined;
+  owner.glue = owner.memory = undefined;
   owner.ended ??= new TraceCutError('closed', `the ${what} is closed; create a new one`);
 }
 
@@ -67,4 +77,47 @@ function panicWords(glue) {
   } catch {
     return undefined;
   }
+}
+
+/**
+ * The engine of the language had no memory for an array or an instance; a stack that is full is a `RangeError` too.
+ * @param {unknown} error
+ */
+function lacksMemory(error) {
+  return error instanceof RangeError && !/stack/i.test(error.message);
+}
+
+/**
+ * How Rust stops where it gets no memory: without a panic, and so without words. (What no memory could hold is a panic.)
+ * @param {unknown} error
+ */
+function isUnreachable(error) {
+  return error instanceof WebAssembly.RuntimeError && /unreachable/i.test(error.message);
+}
+
+/**
+ * Whether a memory cannot grow by a GiB, or be doubled: growing lists ask for as much, and for less than that if it is
+ * small.
+ * @param {WebAssembly.Memory | undefined} memory
+ */
+function isFull(memory) {
+  try {
+    memory?.grow(Math.max(memory.buffer.byteLength, 2 ** 30) / 65536);
+    return false;
+  } catch {
+    return true;
+  }
+}
+
+/**
+ * @param {number} used
+ * @param {unknown} cause
+ */
+function outOfMemory(used, cause) {
+  const words = used ? `, of which it had ${Math.ceil(used / 2 ** 20)} MiB` : '';
+  return new TraceCutError(
+    'memory',
+    `the engine ran out of memory${words}. Create a new session, with fewer frames or a smaller clip.maxSide.`,
+    { cause },
+  );
 }

@@ -2,9 +2,9 @@
 
 import { spawn } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
-import { TraceCutError, illegal } from './errors.js';
+import { TraceCutError, illegal, tooLarge } from './errors.js';
 import { checkedOptions } from './export/mask-source.js';
-import { wholeNumber } from './options.js';
+import { MAX_PIXELS, wholeNumber } from './options.js';
 import { RAW_FORMATS, framePixels, y4mHeader } from './node-pixels.js';
 
 /**
@@ -23,6 +23,8 @@ import { RAW_FORMATS, framePixels, y4mHeader } from './node-pixels.js';
  * @property {'rgba' | 'bgra' | 'rgb24' | 'bgr24' | 'gray' | 'yuv420p' | 'yuv422p' | 'yuv444p'} format of a frame, called
  *   as ffmpeg's `-pix_fmt`
  * @property {number} [frameRate] in frames per second; 25 if not given
+ * @property {number} [maxPixels] most pixels of a frame, 1 to 2^28; 2^26 if not given. Larger ones are refused
+ *   (`too-large`) before memory is taken
  */
 
 /**
@@ -30,10 +32,12 @@ import { RAW_FORMATS, framePixels, y4mHeader } from './node-pixels.js';
  * @typedef {object} FfmpegOptions
  * @property {string} [ffmpeg] the program; `'ffmpeg'` from the PATH if not given
  * @property {AbortSignal} [signal] ends it
+ * @property {number} [maxPixels] as of {@link RawOptions}
  */
 
 const MAX_SIDE = 16384;
-const MAX_PIXELS = 2 ** 26;
+/** Largest legal `maxPixels`: that of `clip.maxPixels`. */
+const MOST_PIXELS = 2 ** 28;
 /** Longest header line, in bytes: real ones are below 200. */
 const MAX_LINE = 4096;
 const NEWLINE = 10;
@@ -48,14 +52,16 @@ const WORDS = 2000;
  * for await (const { frame } of framesOfY4m(process.stdin)) await session.push(frame);
  * ```
  * @param {ByteSource} source
+ * @param {{maxPixels?: number}} [options] as of {@link RawOptions}
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
  */
-export async function* framesOfY4m(source) {
+export async function* framesOfY4m(source, options = {}) {
+  const { maxPixels } = checkedOptions(options, ['maxPixels']);
   const bytes = new Bytes(source);
   try {
     const line = await bytes.line('header');
     if (line === null) throw new TraceCutError('no-video', 'the Y4M stream is empty (expected a YUV4MPEG2 header)');
-    const format = checkedSize(y4mHeader(line));
+    const format = checkedSize(y4mHeader(line), maxPixels);
     for (let index = 0; ; index += 1) {
       const head = await bytes.line(`frame ${index}`);
       if (head === null) return;
@@ -103,7 +109,7 @@ export async function* framesOfRaw(source, options) {
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
  */
 export async function* framesOfVideo(path, options = {}) {
-  const { ffmpeg = 'ffmpeg', signal } = checkedOptions(options, ['ffmpeg', 'signal']);
+  const { ffmpeg = 'ffmpeg', signal, maxPixels } = checkedOptions(options, ['ffmpeg', 'signal', 'maxPixels']);
   signal?.throwIfAborted();
   const program = new Ffmpeg(ffmpeg, inputOf(path));
   const abort = () => program.end();
@@ -112,7 +118,7 @@ export async function* framesOfVideo(path, options = {}) {
   try {
     let index = 0;
     for (; ; index += 1) {
-      const size = await pamHeader(bytes, index);
+      const size = await pamHeader(bytes, index, maxPixels);
       const data = size && (await bytes.frame(4 * size.width * size.height, index));
       signal?.throwIfAborted();
       if (!size || !data) break;
@@ -254,8 +260,9 @@ function notStarted(error, name) {
  * The size in the header of a PAM picture; null at the end of the stream.
  * @param {Bytes} bytes
  * @param {number} index
+ * @param {number} [maxPixels]
  */
-async function pamHeader(bytes, index) {
+async function pamHeader(bytes, index, maxPixels) {
   const size = { width: 0, height: 0 };
   for (let first = true; ; first = false) {
     const line = await bytes.line(`frame ${index}`);
@@ -265,7 +272,7 @@ async function pamHeader(bytes, index) {
     const [name, value] = line.split(' ');
     if (name === 'WIDTH') size.width = Number(value);
     if (name === 'HEIGHT') size.height = Number(value);
-    if (name === 'ENDHDR') return checkedSize(size);
+    if (name === 'ENDHDR') return checkedSize(size, maxPixels);
   }
 }
 
@@ -273,23 +280,27 @@ async function pamHeader(bytes, index) {
  * Looks at a size before memory is taken for it.
  * @template {{width: number, height: number}} T
  * @param {T} size
+ * @param {number} [maxPixels]
  * @returns {T}
  */
-function checkedSize(size) {
+function checkedSize(size, maxPixels = MAX_PIXELS) {
+  wholeNumber('param', 'maxPixels', maxPixels, 1, MOST_PIXELS);
   const width = wholeNumber('frame-size', 'width', size.width, 1, MAX_SIDE);
   const height = wholeNumber('frame-size', 'height', size.height, 1, MAX_SIDE);
-  if (width * height > MAX_PIXELS)
-    throw new TraceCutError(
-      'frame-size',
-      `frames of ${width} × ${height} pixels (expected at most ${MAX_PIXELS} pixels)`,
-    );
+  if (width * height > maxPixels) throw tooLarge(width * height, 'pixels in a frame', maxPixels, 'maxPixels');
   return size;
 }
 
 /** @param {RawOptions} options */
 function rawFormat(options) {
-  const { width, height, format, frameRate = 25 } = checkedOptions(options, ['width', 'height', 'format', 'frameRate']);
-  checkedSize({ width, height });
+  const {
+    width,
+    height,
+    format,
+    frameRate = 25,
+    maxPixels,
+  } = checkedOptions(options, ['width', 'height', 'format', 'frameRate', 'maxPixels']);
+  checkedSize({ width, height }, maxPixels);
   const make = RAW_FORMATS.get(format);
   if (!make) throw illegal('param', 'format', format, [...RAW_FORMATS.keys()].join(', '));
   if (typeof frameRate !== 'number' || !(frameRate > 0 && frameRate <= 1000))
@@ -365,11 +376,17 @@ class Bytes {
    */
   async frame(length, index) {
     if (!(await this.#more())) return null;
-    const bytes = new Uint8Array(length);
+    // As much memory as there are bytes, whatever the header says.
+    let bytes = new Uint8Array(Math.min(length, 2 ** 20));
     let got = 0;
     while (got < length) {
       if (!(await this.#more())) throw cutOff(index, got, length);
       const part = this.#piece.subarray(this.#place, this.#place + length - got);
+      if (got + part.length > bytes.length) {
+        const before = bytes;
+        bytes = new Uint8Array(Math.min(length, 2 * (got + part.length)));
+        bytes.set(before.subarray(0, got));
+      }
       bytes.set(part, got);
       got += part.length;
       this.#place += part.length;

@@ -31,8 +31,11 @@ import { checkWorker } from './places.js';
 
 /**
  * @typedef {{wasm?: WasmSource, decoder?: WasmSource, worker?: boolean | import('./places.js').WorkerSource, threads?: number,
- *   parameters: Record<string, unknown>}} SplitOptions
+ *   maxPixels: number, parameters: Record<string, unknown>}} SplitOptions
  */
+
+/** Most pixels of a frame where `clip.maxPixels` says nothing. */
+export const MAX_PIXELS = 2 ** 26;
 
 /** Most threads that can be asked for. */
 const MAX_THREADS = 64;
@@ -51,7 +54,8 @@ export function splitOptions(options = {}) {
   const { wasm, decoder, worker, threads, ...parameters } = /** @type {SessionOptions} */ (options);
   if (worker !== undefined) checkWorker(worker);
   if (threads !== undefined) wholeNumber('param', 'threads', threads, 1, MAX_THREADS);
-  return { wasm, decoder, worker, threads, parameters: copyTree(parameters, '', 0) };
+  const maxPixels = parameters.clip?.maxPixels ?? MAX_PIXELS;
+  return { wasm, decoder, worker, threads, maxPixels, parameters: copyTree(parameters, '', 0) };
 }
 
 /**

@@ -190,7 +190,7 @@ export class RemoteEngine {
     }
     const error = new TraceCutError(data.code, data.message);
     pending.reject(error);
-    if (error.code === 'poisoned') this.#end(error);
+    if (error.code === 'poisoned' || error.code === 'memory') this.#end(error);
   }
 
   /**
@@ -209,7 +209,8 @@ export class RemoteEngine {
 
 /** @param {string} words */
 function lost(words) {
-  return new TraceCutError('poisoned', `the worker stopped on an internal error: ${words}. Create a new session.`);
+  const code = /memory/i.test(words) ? 'memory' : 'poisoned';
+  return new TraceCutError(code, `the worker stopped on an internal error: ${words}. Create a new session.`);
 }
 
 /** @param {string | undefined} words */

@@ -17,6 +17,7 @@ export async function openSession(options, platform) {
   return new Session(
     await openEngine(split, platform),
     once(() => platform.loadDecoder(split.decoder)),
+    split.maxPixels,
   );
 }
 
@@ -69,14 +70,17 @@ export class Session {
   /** Frames that are on their way or there. */
   #pushed = 0;
   #loadDecoder;
+  #maxPixels;
   /** @type {Promise<unknown>} Frames reach the engine in the order of the calls, however long each takes to copy. */
   #copied = Promise.resolve();
 
   /**
    * @param {import('./engine.js').Engine} engine
    * @param {() => Promise<WebAssembly.Module>} loadDecoder
+   * @param {number} [maxPixels]
    */
-  constructor(engine, loadDecoder) {
+  constructor(engine, loadDecoder, maxPixels) {
+    this.#maxPixels = maxPixels;
     this.#engine = engine;
     this.#loadDecoder = loadDecoder;
     forgotten?.register(this, engine, this);
@@ -105,7 +109,7 @@ export class Session {
   async push(frame) {
     this.#check('push');
     const before = this.#copied;
-    const copying = toRawFrame(frame, this.#loadDecoder);
+    const copying = toRawFrame(frame, this.#loadDecoder, this.#maxPixels);
     this.#copied = Promise.allSettled([before, copying]);
     await before;
     const raw = await copying;

@@ -22,7 +22,7 @@ import { isPlainObject, wholeNumber } from './options.js';
  */
 
 const MAX_SIDE = 16384;
-const MAX_FRAMES = 100000;
+const MAX_FRAMES = 1000000;
 const MAX_U32 = 4294967295;
 
 /**

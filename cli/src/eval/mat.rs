@@ -173,6 +173,11 @@ impl Array {
 fn numbers(rest: &mut Cursor<'_>, dimensions: &[usize], count: usize) -> Parsed<Value> {
     let &[rows, columns] = dimensions else { return Ok(Value::Other) };
     let (kind, bytes) = rest.element()?;
+    let Some(size) = size_of_number(kind) else { return Ok(Value::Other) };
+    // Before memory is taken: eight bytes for each, however small it is in the file.
+    if bytes.len() / size != count {
+        return Err(format!("has an array of {} numbers (expected {rows}x{columns})", bytes.len() / size));
+    }
     let values: Vec<f64> = match kind {
         1 => bytes.iter().map(|&v| f64::from(v.cast_signed())).collect(),
         2 => bytes.iter().map(|&v| f64::from(v)).collect(),
@@ -184,10 +189,18 @@ fn numbers(rest: &mut Cursor<'_>, dimensions: &[usize], count: usize) -> Parsed<
         9 => bytes.as_chunks().0.iter().map(|&v| f64::from_le_bytes(v)).collect(),
         _ => return Ok(Value::Other),
     };
-    if values.len() != count {
-        return Err(format!("has an array of {} numbers (expected {rows}x{columns})", values.len()));
-    }
     Ok(Value::Numbers { rows, columns, values })
+}
+
+/// Bytes of a number of this type.
+fn size_of_number(kind: u32) -> Option<usize> {
+    match kind {
+        1 | 2 => Some(1),
+        3 | 4 => Some(2),
+        5..=7 => Some(4),
+        9 => Some(8),
+        _ => None,
+    }
 }
 
 fn text(bytes: &[u8]) -> String {

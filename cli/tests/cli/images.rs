@@ -127,10 +127,22 @@ fn files_that_claim_more_than_there_is_take_no_memory_for_it() {
     let claim = [&b"GIF89a"[..], &[255; 4], &[0x80, 0, 0], &[0; 6]].concat();
     let frame = [0x2c, 0, 0, 0, 0, 1, 0, 1, 0, 0, 2, 2, 0x44, 1, 0, 0x3b];
     fs::write(root.join("canvas.gif"), [claim, frame.to_vec()].concat()).unwrap();
+    // A small picture whose frame claims to be huge.
+    let small = [&b"GIF89a"[..], &[1, 0, 1, 0, 0x80, 0, 0], &[0; 6]].concat();
+    let huge = [0x2c, 0, 0, 0, 0, 255, 255, 255, 255, 0, 2, 2, 0x44, 1, 0, 0x3b];
+    fs::write(root.join("frame.gif"), [small, huge.to_vec()].concat()).unwrap();
+    fs::write(root.join("header.y4m"), "YUV4MPEG2 W16384 H16384 C444\nFRAME\n").unwrap();
     let limited = |words: &str| {
         let command = format!("ulimit -v 700000; exec {} {words}", env!("CARGO_BIN_EXE_tracecut"));
         std::process::Command::new("sh").args(["-c", &command]).current_dir(&root).output().unwrap()
     };
     assert_done(&limited("boundaries profile.png --out out.png"));
     assert_refused(&limited("segment canvas.gif --out out"), 4, &["canvas.gif", "frame size 65535x65535"]);
+    assert_refused(&limited("segment frame.gif --out out"), 3, &["frame.gif, frame 0"]);
+    let words = ["header.y4m", "268435456 pixels in a frame (expected at most 67108864; the parameter clip.maxPixels"];
+    assert_refused(&limited("segment header.y4m --out out"), 4, &words);
+    // Allowed, and then there is nothing: 800 MB that the header claims are not taken.
+    let allowed = limited("segment header.y4m --out out --set clip.maxPixels=268435456");
+    assert_refused(&allowed, 3, &["header.y4m", "frame 0 has 0 of 805306368 bytes"]);
+    assert_refused(&limited("boundaries profile.png --out out.png --set clip.maxPixels=0"), 2, &["clip.maxPixels = 0"]);
 }

@@ -9,8 +9,8 @@ class TraceCutError(Exception):
     Parameters
     ----------
     code : str
-        ``frame-size``, ``frame-bytes``, ``frame-size-changed``, ``too-few-frames``, ``decode``, ``param``, ``data`` or
-        ``state``, as in Rust, on the command line and in JavaScript; ``no-video``, ``codec`` and ``truncated`` of
+        ``frame-size``, ``frame-bytes``, ``frame-size-changed``, ``too-few-frames``, ``too-large``, ``decode``,
+        ``param``, ``data`` or ``state``, as in Rust, on the command line and in JavaScript; ``no-video``, ``codec`` and ``truncated`` of
         videos.
     message : str
         What is wrong.

@@ -117,6 +117,8 @@ export const errors = {
   'There are too few frames': 'Es sind zu wenige Bilder',
   'Motion needs at least two pictures of the same scene. Choose more frames, or an earlier start.':
     'Bewegung braucht mindestens zwei Bilder derselben Szene. Mehr Bilder oder einen früheren Anfang wählen.',
+  'There is more than can be processed at once': 'Das ist mehr, als auf einmal verarbeitet werden kann',
+  'Choose fewer frames, or smaller pictures.': 'Wähle weniger Bilder oder kleinere.',
   'These frames have a size that cannot be processed': 'Bilder dieser Größe lassen sich nicht verarbeiten',
   'Choose another working size under “Clip”.': 'Unter „Clip“ eine andere Größe wählen.',
   'The frames change size on the way': 'Die Bilder ändern unterwegs ihre Größe',

@@ -21,10 +21,10 @@ import { toRawFrame } from '../frames.js';
 
 /**
  * @param {AsyncIterable<ListedFrame> | Iterable<ListedFrame | Promise<ListedFrame>> | ReadableStream<ListedFrame>} list
- * @param {{frameRate: number, loadDecoder: () => Promise<WebAssembly.Module>}} options
+ * @param {{frameRate: number, loadDecoder: () => Promise<WebAssembly.Module>, maxPixels?: number}} options
  * @returns {import('./reader.js').Reader}
  */
-export function openListed(list, { frameRate, loadDecoder }) {
+export function openListed(list, { frameRate, loadDecoder, maxPixels }) {
   return {
     async info() {
       throw new TraceCutError(
@@ -57,7 +57,7 @@ export function openListed(list, { frameRate, loadDecoder }) {
           duration: duration ?? 1 / frameRate,
           isGuess: duration === undefined,
           clip,
-          read: () => readAs(frame, at, name, loadDecoder),
+          read: () => readAs(toRawFrame(frame, loadDecoder, maxPixels), at, name),
           close: () => closeFrame(frame),
         };
       }
@@ -96,15 +96,14 @@ async function* itemsOf(list) {
 }
 
 /**
- * @param {import('../frames.js').FrameSource} frame
+ * @param {Promise<import('../frames.js').RawFrame>} reading
  * @param {number} index
  * @param {string | undefined} name
- * @param {() => Promise<WebAssembly.Module>} loadDecoder
  * @returns {Promise<import('../frames.js').RawFrame>}
  */
-async function readAs(frame, index, name, loadDecoder) {
+async function readAs(reading, index, name) {
   try {
-    const raw = await toRawFrame(frame, loadDecoder);
+    const raw = await reading;
     return raw.kind === 'file' ? { ...raw, index, name: name ?? raw.name } : raw;
   } catch (error) {
     throw inFrame(error, { index, name });

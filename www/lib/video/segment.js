@@ -215,7 +215,7 @@ export class VideoSegmentation {
   async #open() {
     const { take, window, overlap, engine } = this.#checked;
     const loadDecoder = decoderLoader(engine.decoder, this.#platform);
-    const reader = await openReader(this.#source, take, loadDecoder);
+    const reader = await openReader(this.#source, take, loadDecoder, engine.maxPixels);
     this.#reader = reader;
     this.#total = await expected(reader, take).catch(() => null);
     this.#throwIfStopped();

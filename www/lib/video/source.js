@@ -24,9 +24,10 @@ const LEGAL = 'a File or Blob, an address, a video element, a MediaStream, or a 
  * @param {unknown} source
  * @param {Take} take
  * @param {() => Promise<WebAssembly.Module>} loadDecoder
+ * @param {number} [maxPixels] of frames one by one
  * @returns {Promise<Reader>}
  */
-export async function openReader(source, take, loadDecoder) {
+export async function openReader(source, take, loadDecoder, maxPixels) {
   switch (typeTag(source)) {
     case 'Blob':
     case 'File':
@@ -43,7 +44,11 @@ export async function openReader(source, take, loadDecoder) {
       return openStream(/** @type {MediaStream} */ (source), take);
     default:
       if (!isList(source)) throw illegal('data', 'source', source, LEGAL);
-      return (await part(import('./listed.js'))).openListed(source, { frameRate: take.frameRate, loadDecoder });
+      return (await part(import('./listed.js'))).openListed(source, {
+        frameRate: take.frameRate,
+        loadDecoder,
+        maxPixels,
+      });
   }
 }
 
