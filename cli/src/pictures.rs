@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Result, cannot_write, create_folder};
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// What a file's bytes mean.
@@ -55,7 +55,17 @@ impl Series {
 
 fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()> {
     let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
-    let mut encoder = Encoder::new(BufWriter::new(file), width, height);
+    write_png(BufWriter::new(file), (width, height), pixels)
+        .map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
+}
+
+/// Writes a PNG file.
+pub(crate) fn write_png(
+    to: impl Write,
+    (width, height): (u32, u32),
+    pixels: Pixels<'_>,
+) -> std::result::Result<(), png::EncodingError> {
+    let mut encoder = Encoder::new(to, width, height);
     encoder.set_depth(BitDepth::Eight);
     let bytes = match pixels {
         Pixels::Rgb(bytes) => {
@@ -82,12 +92,9 @@ fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()
             bytes
         }
     };
-    let write = |encoder: Encoder<_>| {
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(bytes)?;
-        writer.finish()
-    };
-    write(encoder).map_err(|e| Failure::about(path.display(), format_args!("cannot be written: {e}")))
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
 }
 
 /// The labels of a picture that was written as such, with its width and height.
