@@ -21,7 +21,7 @@ const parts = {
     await build();
     run(process.execPath, ['--test', '--test-reporter=spec', ...testFiles('tests/node')]);
   },
-  browser: () => inBrowser('tests/package', 'tests/browser'),
+  browser: () => inBrowser('tests/package', 'tests/browser', 'tests/engines'),
   long: async () => {
     for (const crate of ['tracecut', 'tracecut-cli'])
       run('cargo', ['test', '--tests', '--package', crate, '--', '--ignored', '--nocapture']);
