@@ -69,11 +69,12 @@ async function ask(method, url, body) {
   return value;
 }
 
-/** What a function throws comes back as a value: drivers differ in what they tell of errors. */
+/** What a function gives or throws comes back as text: the driver cannot read every value of a page. */
 const CALL = `
   const done = arguments[arguments.length - 1];
   Promise.resolve().then(() => (WHAT)(...arguments[0]))
-    .then((value) => done({ value }), (error) => done({ error: String(error?.stack ?? error) + String(error) }));`;
+    .then((value) => ({ value }), (error) => ({ error: String(error) + ' at ' + error?.stack }))
+    .then((found) => done(JSON.stringify(found)));`;
 
 /** @returns {import('./engines.mjs').EnginePage} */
 function pageOf(send) {
@@ -81,7 +82,7 @@ function pageOf(send) {
     goto: (url) => send('POST', '/url', { url }),
     async call(what, ...args) {
       const script = CALL.replace('WHAT', () => String(what));
-      const { value, error } = await send('POST', '/execute/async', { script, args: [args] });
+      const { value, error } = JSON.parse(await send('POST', '/execute/async', { script, args: [args] }));
       if (error) throw new Error(error);
       return value;
     },
