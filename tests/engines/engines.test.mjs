@@ -101,7 +101,7 @@ function inEngine(name, start) {
     assert.equal(same, true);
   });
 
-  test('a clip of images is segmented, and its masks are saved as the same bytes', async () => {
+  test('a clip of images is segmented, its masks are saved as the same bytes, and a video of them', async () => {
     assert.equal(await open(page, clip), 'done', await words(page, '#error'));
     sameInAll('the images', await maskHash(page), name);
     const { name: file, bytes } = await save(page, 'zip');
@@ -109,6 +109,9 @@ function inEngine(name, start) {
     const masks = Object.keys(unzipSync(bytes)).filter((one) => one.endsWith('.png'));
     assert.equal(masks.length, clip.length);
     sameInAll('the ZIP of masks', bytes.toString('base64'), name);
+    // Before the page has played any: an encoder that comes first was the end of WebKit's.
+    const film = await save(page, 'overlay-webm');
+    assert.equal(film.bytes.readUInt32BE(0), 0x1a45dfa3);
     assert.deepEqual(await faults(page), []);
   });
 
