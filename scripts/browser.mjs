@@ -1,9 +1,8 @@
 // Finds a Chromium to test in, or downloads one, and starts it with a fresh profile.
 
-import { accessSync, constants } from 'node:fs';
-import { delimiter, join } from 'node:path';
+import { join } from 'node:path';
 import { chromium } from 'playwright-core';
-import { fail, root, run } from './tools.mjs';
+import { fail, findProgram, root, run } from './tools.mjs';
 
 const names = ['chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable', 'chrome'];
 const places = [
@@ -25,9 +24,7 @@ const flags = [
  * Path of a Chromium: the CHROME environment variable, one on PATH, one in the usual places, or one downloaded earlier.
  */
 export function findBrowser() {
-  const onPath = process.env.PATH.split(delimiter).flatMap((folder) => names.map((name) => join(folder, name)));
-  const candidates = [process.env.CHROME, ...onPath, ...places, chromium.executablePath()];
-  return candidates.find((file) => file && isExecutable(file)) ?? null;
+  return findProgram(process.env.CHROME, ...names, ...places, chromium.executablePath());
 }
 
 /** As `findBrowser`, but downloads a Chromium when there is none; ends the script when that fails. */
@@ -48,13 +45,4 @@ export function ensureBrowser() {
 /** Starts a headless Chromium with a fresh profile: a Playwright `Browser`. */
 export function launchBrowser({ args = [] } = {}) {
   return chromium.launch({ executablePath: ensureBrowser(), headless: true, args: [...flags, ...args] });
-}
-
-function isExecutable(file) {
-  try {
-    accessSync(file, constants.X_OK);
-    return true;
-  } catch {
-    return false;
-  }
 }

@@ -71,9 +71,10 @@ export async function build({ force = false, overBudget = 'fail' } = {}) {
     await writeParameters(dist);
   });
   await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
+  writeExpected();
   const sources = libraryFiles().map((name) => join(lib, name));
   // With the wasm files, whose declarations it goes on with.
-  const declared = [engine, decoder, join(dist, 'parameters.d.ts')];
+  const declared = [engine, decoder, join(dist, 'parameters.d.ts'), join(dist, 'selftest', 'expected.js')];
   await step(stamps, 'modules', [...sources, ...declared, lock, ...scripts], () => buildModules());
   const bundled = ['tracecut_bg.wasm', 'decoder_bg.wasm', 'glue.js', 'decoder.js', 'vendor/media.js', 'vendor/zip.js'];
   const parts = [...bundled.map((name) => join(dist, name)), ...BUNDLE_SOURCES, join(root, 'scripts', 'bundles.mjs')];
@@ -207,10 +208,25 @@ function removeStale() {
   for (const name of readdirSync(dist, { recursive: true }).map((file) => file.replaceAll('\\', '/'))) {
     const isModule =
       /\.(js|d\.ts)$/.test(name) &&
-      !/^(tracecut|decoder|glue|parameters|inline|worker\.bundle)\b|^\w+_bg\.wasm|^vendor\//.test(name);
+      !/^(tracecut|decoder|glue|parameters|inline|worker\.bundle|selftest\/expected)\b|^\w+_bg\.wasm|^vendor\//.test(
+        name,
+      );
     const sources = [name, name.replace(/\.d\.ts$/, '.js')].map((source) => join(lib, source));
     if (isModule && !sources.some(existsSync)) rmSync(join(dist, name));
   }
+}
+
+/** What the self test expects, from the file that the command line holds. */
+function writeExpected() {
+  const text = readFileSync(join(root, 'cli', 'src', 'selftest', 'expected.json'), 'utf8').trimEnd();
+  const file = join(dist, 'selftest', 'expected');
+  mkdirSync(dirname(file), { recursive: true });
+  writeFileSync(
+    `${file}.js`,
+    `// Written by the build from cli/src/selftest/expected.json.\nexport const EXPECTED = ${text};\n`,
+  );
+  const type = '{ readonly version: string; readonly hashes: Readonly<Record<string, string>> }';
+  writeFileSync(`${file}.d.ts`, `export declare const EXPECTED: ${type};\n`);
 }
 
 function buildModules() {

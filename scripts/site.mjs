@@ -16,6 +16,7 @@ import { root } from './tools.mjs';
 const BUNDLES = [
   { folder: 'dist', entries: ['index.js', 'worker.js'] },
   { folder: 'dist/aside', entries: ['worker.js'] },
+  { folder: 'dist/selftest', entries: ['run.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
 

@@ -28,7 +28,7 @@ const parts = {
       ...testFiles('tests/node'),
     ]);
   },
-  browser: () => inBrowser('tests/package', 'tests/browser'),
+  browser: () => inBrowser('tests/package', 'tests/browser', 'tests/engines'),
   long: async () => {
     run(process.execPath, ['scripts/audit.mjs', '--install']);
     for (const crate of ['tracecut', 'tracecut-cli'])

@@ -3,7 +3,16 @@
 // everything in place.
 
 import { spawn, spawnSync } from 'node:child_process';
-import { copyFileSync, existsSync, mkdirSync, readFileSync, statSync, writeFileSync } from 'node:fs';
+import {
+  accessSync,
+  constants,
+  copyFileSync,
+  existsSync,
+  mkdirSync,
+  readFileSync,
+  statSync,
+  writeFileSync,
+} from 'node:fs';
 import { delimiter, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
@@ -75,6 +84,22 @@ export function output(command, args) {
     shell: needsShell(command),
   });
   return result.status === 0 ? result.stdout.trim() : null;
+}
+
+/** The first of these programs that is there, paths or names on PATH; null where none is. */
+export function findProgram(...names) {
+  const folders = process.env.PATH.split(delimiter);
+  const places = names.filter(Boolean).flatMap((name) => [name, ...folders.map((folder) => join(folder, name))]);
+  return places.find((place) => /[\\/]/.test(place) && isExecutable(place)) ?? null;
+}
+
+function isExecutable(file) {
+  try {
+    accessSync(file, constants.X_OK);
+    return true;
+  } catch {
+    return false;
+  }
 }
 
 /** On Windows npm is a batch file, which only a shell can start. */

@@ -47,27 +47,12 @@ impl Masks<'_> {
         let mut zip = ZipWriter::new(BufWriter::new(File::create(&path).map_err(|e| cannot_write(&path, &e))?));
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).large_file(true);
         zip.start_file("masks.npy", options).map_err(bad)?;
-        zip.write_all(&self.npy_header()).map_err(|e| cannot_write(&path, &e))?;
+        zip.write_all(&npy_header(self.frames, self.size)).map_err(|e| cannot_write(&path, &e))?;
         for t in 0..self.frames {
             zip.write_all(&self.labels(t)?).map_err(|e| cannot_write(&path, &e))?;
         }
         let mut file = zip.finish().map_err(bad)?;
         file.flush().map_err(|e| cannot_write(&path, &e))
-    }
-
-    /// Version 1.0 of NumPy's format: the data begin at a multiple of 64 bytes.
-    fn npy_header(&self) -> Vec<u8> {
-        let (width, height) = self.size;
-        let mut words =
-            format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({}, {height}, {width}), }}", self.frames);
-        while (10 + words.len() + 1) % 64 != 0 {
-            words.push(' ');
-        }
-        words.push('\n');
-        let mut header = b"\x93NUMPY\x01\x00".to_vec();
-        header.extend((words.len() as u16).to_le_bytes());
-        header.extend(words.as_bytes());
-        header
     }
 
     /// Writes `masks.json` as the package does; `names` are the files of the frames.
@@ -78,12 +63,11 @@ impl Masks<'_> {
             json!({ "id": t + 1, "video_id": 1, "frame_index": t, "width": width, "height": height,
                 "file_name": file_name(t) })
         };
-        let (mut annotations, mut seen) = (Vec::new(), [false; 256]);
+        let (mut all, mut seen) = (Vec::new(), [false; 256]);
         for t in 0..self.frames {
-            for runs in runs_of(&self.labels(t)?, width, height).into_iter().filter(|runs| runs.label > 0) {
-                seen[usize::from(runs.label)] = true;
-                annotations.push(runs.annotation(t, self.size));
-            }
+            let labels = self.labels(t)?;
+            labels.iter().for_each(|&label| seen[usize::from(label)] = true);
+            all.extend(annotations(&labels, t, self.size));
         }
         let labels = (1..256).filter(|&label| seen[label]);
         let coco = json!({
@@ -92,10 +76,29 @@ impl Masks<'_> {
             "images": (0..self.frames).map(image).collect::<Vec<Value>>(),
             "tracks": labels.map(|id| json!({ "id": id, "category_id": 1, "video_id": 1 })).collect::<Vec<Value>>(),
             "categories": [{ "id": 1, "name": "object" }],
-            "annotations": annotations,
+            "annotations": all,
         });
         crate::failure::write(&path, coco.to_string() + "\n")
     }
+}
+
+/// The head of a file for NumPy that holds bytes, frame by frame and row by row. Version 1.0 of the format: the data begin
+/// at a multiple of 64 bytes.
+pub(crate) fn npy_header(frames: usize, (width, height): (usize, usize)) -> Vec<u8> {
+    let mut words = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({frames}, {height}, {width}), }}");
+    while (10 + words.len() + 1) % 64 != 0 {
+        words.push(' ');
+    }
+    words.push('\n');
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    header.extend((words.len() as u16).to_le_bytes());
+    header.extend(words.as_bytes());
+    header
+}
+
+/// What COCO says of each label of frame `t` but 0.
+pub(crate) fn annotations(labels: &[u8], t: usize, size: (usize, usize)) -> Vec<Value> {
+    runs_of(labels, size.0, size.1).iter().filter(|runs| runs.label > 0).map(|runs| runs.annotation(t, size)).collect()
 }
 
 /// The mask of one label in one frame, column by column: a run of 0, which may be empty, then of 1, and so on.

@@ -21,6 +21,7 @@ mod pictures;
 mod report;
 mod run;
 mod segment;
+mod selftest;
 mod settings;
 mod shell;
 mod superpixels;
@@ -53,6 +54,8 @@ enum Command {
     Boundaries(boundaries::BoundariesArgs),
     /// Superpixels of an image: a label map, and a picture of the edges between them
     Superpixels(superpixels::SuperpixelArgs),
+    /// Check that this machine computes what every other does
+    Selftest(selftest::SelftestArgs),
     /// List all parameters with range, default and meaning
     Params,
     /// Print completions for a shell
@@ -84,6 +87,7 @@ fn run(command: &Command) -> failure::Result<()> {
         Command::Eval(command) => eval::eval(command),
         Command::Boundaries(args) => boundaries::boundaries(args),
         Command::Superpixels(args) => superpixels::superpixels(args),
+        Command::Selftest(args) => selftest::selftest(args),
         Command::Params => settings::list(),
         Command::Completions(args) => shell::completions(args),
         Command::Man(args) => shell::man(args),

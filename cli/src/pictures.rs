@@ -5,7 +5,7 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// What a file's bytes mean.
@@ -57,7 +57,16 @@ impl Series {
 
 fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()> {
     let file = File::create(path).map_err(|e| cannot_write(path, &e))?;
-    let mut encoder = Encoder::new(BufWriter::new(file), width, height);
+    encode_png(BufWriter::new(file), (width, height), pixels).map_err(|e| cannot_write(path, &e.into()))
+}
+
+/// A PNG file, into anything.
+pub(crate) fn encode_png(
+    to: impl Write,
+    (width, height): (u32, u32),
+    pixels: Pixels<'_>,
+) -> std::result::Result<(), png::EncodingError> {
+    let mut encoder = Encoder::new(to, width, height);
     encoder.set_depth(BitDepth::Eight);
     let bytes = match pixels {
         Pixels::Rgb(bytes) => {
@@ -84,12 +93,9 @@ fn encode(path: &Path, width: u32, height: u32, pixels: Pixels<'_>) -> Result<()
             bytes
         }
     };
-    let encode = |encoder: Encoder<_>| {
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(bytes)?;
-        writer.finish()
-    };
-    encode(encoder).map_err(|e| cannot_write(path, &e.into()))
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
 }
 
 /// Writes a single picture, all of it or none.

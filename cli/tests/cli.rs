@@ -12,6 +12,8 @@ mod files;
 mod images;
 #[path = "cli/masks.rs"]
 mod masks;
+#[path = "cli/selftest.rs"]
+mod selftest;
 #[path = "cli/wild.rs"]
 mod wild;
 

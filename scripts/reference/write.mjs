@@ -5,7 +5,8 @@ import { exportsOf, lookUp, read, resolved } from './read.mjs';
 const INTRODUCTION = `# API reference
 
 Written from the package's declarations by \`node scripts/reference.mjs\`; the text of each entry stands in the source. Everything here is
-imported from \`'tracecut'\`, in browsers and in Node alike; what Node alone has, from \`'tracecut/node'\`.
+imported from \`'tracecut'\`, in browsers and in Node alike; what Node alone has, from \`'tracecut/node'\`;
+\`selftest\` from \`'tracecut/selftest'\`.
 `;
 
 /** Where functions are listed, by the folder of their module. */
@@ -26,7 +27,11 @@ const SECTIONS = [
  *   and all names
  */
 export function reference(dist, parameters) {
-  const api = new Map([...exportsOf(dist, 'index.js'), ...exportsOf(dist, 'node-frames.js')]);
+  const api = new Map([
+    ...exportsOf(dist, 'index.js'),
+    ...exportsOf(dist, 'selftest.js'),
+    ...exportsOf(dist, 'node-frames.js'),
+  ]);
   const types = typesOf(dist, api);
   const all = [...api.values()];
   const functions = all.filter(({ kind }) => kind === 'function');

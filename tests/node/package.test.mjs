@@ -59,6 +59,8 @@ test('the tarball holds the built package and nothing else', () => {
     'decoder_bg.wasm.d.ts',
     'parameters.js',
     'parameters.d.ts',
+    'selftest/expected.js',
+    'selftest/expected.d.ts',
     'dom.d.ts',
     'vendor/media.js',
     'vendor/zip.js',
@@ -100,7 +102,7 @@ test('no module of the package imports anything by a bare name, so that a page n
   );
   assert.deepEqual(
     new Set(bare.map((line) => line.split(':')[0])),
-    new Set(['node-frames.js', 'node-thread.js', 'node-worker.js', 'node.js']),
+    new Set(['node-frames.js', 'node-selftest.js', 'node-thread.js', 'node-worker.js', 'node.js']),
   );
 });
 
@@ -190,6 +192,7 @@ test('attw has nothing to say', () => {
     './node',
     './worker',
     './aside-worker',
+    './selftest',
     './package.json',
   ]);
 });

@@ -54,7 +54,7 @@ async function openOne(file, library) {
   // Not every browser has one.
   if (typeof ImageDecoder === 'undefined' || !(await ImageDecoder.isTypeSupported(file.type))) {
     // Whether a GIF holds more than one frame is not to be known here.
-    if (file.type === 'image/gif') throw new PageError('one-frame', file.name);
+    if (file.type === 'image/gif') throw new PageError('animated', file.name);
     return stillSource(file.name, picture);
   }
   const decoder = new ImageDecoder({ data: await file.arrayBuffer(), type: file.type });

@@ -40,6 +40,10 @@ const ADVICE = {
     'There is only one frame',
     'Motion needs at least two pictures of the same scene. Open a longer video, or choose all images of a sequence.',
   ],
+  animated: [
+    'This browser cannot take animated images apart',
+    'Convert it to MP4 (H.264) or WebM, or open its frames as images.',
+  ],
   'mixed-sizes': [
     'These images differ in size',
     'All images of a sequence must have the same width and height. Leave out the ones that differ.',
@@ -145,6 +149,19 @@ export const NOTHING = {
   pieces: 'The foreground of this clip lies in pieces too small to count.',
 };
 
+/** What files are to be converted to, in any language. */
+const FORMATS = /MP4 \(H\.264\)( \S+ WebM)?/;
+
+/**
+ * Advice, without the format that this browser has no decoder for: some have none for H.264.
+ *
+ * @param {string} advice
+ */
+function followable(advice) {
+  const isPlayed = document.createElement('video').canPlayType('video/mp4; codecs="avc1.42001f"');
+  return isPlayed ? advice : advice.replace(FORMATS, 'WebM');
+}
+
 /**
  * @param {unknown} error
  * @returns {{code: string, title: string, advice: string, detail: string}}
@@ -152,7 +169,10 @@ export const NOTHING = {
 export function explain(error) {
   const code = /** @type {{code?: unknown}} */ (error)?.code;
   const detail = error instanceof Error ? error.message : String(error);
-  const told = (/** @type {[string, string]} */ [title, advice]) => ({ title: say(title), advice: say(advice) });
+  const told = (/** @type {[string, string]} */ [title, advice]) => ({
+    title: say(title),
+    advice: followable(say(advice)),
+  });
   const known = typeof code === 'string' ? ADVICE[code] : undefined;
   if (known) return { code: String(code), ...told(known), detail: detail === code ? '' : detail };
   if (error instanceof RangeError) return { code: 'memory', ...told(ADVICE.memory), detail };

@@ -2,6 +2,7 @@
 
 import { TOUCH, byId, h } from '../dom.js';
 import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
+import { onDemand } from './on-demand.js';
 
 /** @type {[keys: string[], what: string][]} */
 const KEYS = [
@@ -35,8 +36,8 @@ const TOUCHES = [
   ['Drag below the picture', 'go through the clip; the handles of the filmstrip choose a part'],
 ];
 
-/** @param {Pick<import('./panels.js').Page, 'keys'>} page */
-export function helpPanel({ keys }) {
+/** @param {Pick<import('./panels.js').Page, 'keys' | 'store' | 'library'>} page */
+export function helpPanel({ keys, store, library }) {
   const dialog = /** @type {HTMLDialogElement} */ (byId('help'));
   const entries = KEYS.flatMap(([names, what]) => [
     h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
@@ -49,6 +50,8 @@ export function helpPanel({ keys }) {
   byId('help-pick').hidden = TOUCH;
   byId('help-open').addEventListener('click', open);
   byId('help-close').addEventListener('click', () => dialog.close());
+  const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog({ library }));
+  byId('about-open').addEventListener('click', about);
   keys.on('?', open);
   connectDialog(dialog);
   connectLanguages(/** @type {HTMLSelectElement} */ (byId('language')));

@@ -93,6 +93,9 @@ export const errors = {
   'There is only one frame': 'Es gibt nur ein Bild',
   'Motion needs at least two pictures of the same scene. Open a longer video, or choose all images of a sequence.':
     'Bewegung braucht mindestens zwei Bilder derselben Szene. Ein längeres Video öffnen oder alle Bilder einer Folge wählen.',
+  'This browser cannot take animated images apart': 'Dieser Browser kann bewegte Bilder nicht zerlegen',
+  'Convert it to MP4 (H.264) or WebM, or open its frames as images.':
+    'In MP4 (H.264) oder WebM umwandeln oder die Bilder einzeln öffnen.',
   'These images differ in size': 'Diese Bilder sind verschieden groß',
   '{0} is {1}, the first is {2}': '{0} hat {1}, das erste Bild {2}',
   'All images of a sequence must have the same width and height. Leave out the ones that differ.':
@@ -169,6 +172,19 @@ export const errors = {
     'Unter „Clip“ weniger Bilder oder eine kleinere Größe wählen.',
   'The network does not answer, so this could not be opened. Please try again.':
     'Das Netz antwortet nicht, darum ließ sich das nicht öffnen. Bitte noch einmal versuchen.',
+  About: 'Über TraceCut',
+  'TraceCut {0}, free software under the MIT or Apache licence.':
+    'TraceCut {0}, freie Software unter der MIT- oder der Apache-Lizenz.',
+  'The same clip gives the same result in every browser, to the last bit. This browser is checked by computing made clips, which takes some seconds; each line below is then a part of the program and what it came to.':
+    'Derselbe Clip ergibt in jedem Browser dasselbe, bis zum letzten Bit. Dieser Browser wird geprüft, indem er gemachte Clips berechnet, was einige Sekunden dauert; jede Zeile unten ist dann ein Teil des Programms und was bei ihm herauskam.',
+  'What is promised': 'Was versprochen ist',
+  'Check this browser': 'Diesen Browser prüfen',
+  'Checking…': 'Wird geprüft …',
+  'the same': 'dasselbe',
+  'differs from {0}': 'anders als {0}',
+  'All {0} parts came to what they come to everywhere.': 'Bei allen {0} Teilen kam heraus, was überall herauskommt.',
+  '{0} of {1} parts came to something else: please report this browser, its version and this list.':
+    'Bei {0} von {1} Teilen kam etwas anderes heraus: bitte diesen Browser, seine Version und diese Liste melden.',
   'Something went wrong': 'Etwas ist schiefgegangen',
   'Run it again, or open the sample. The browser’s console has the details.':
     'Neu berechnen oder das Beispiel öffnen. Die Konsole des Browsers hat die Einzelheiten.',

@@ -28,6 +28,8 @@ const NAME = { webm: 'WebM', mp4: 'MP4' };
  */
 export async function openFile(painter, plan) {
   const media = await part(import('../vendor/media.js'));
+  // A page in WebKitGTK dies where an encoder is the first to wake its media library; players wake it well.
+  globalThis.document?.createElement('video').canPlayType('video/webm');
   const { width, height } = painter.canvas;
   const video = { width, height, frameRate: plan.frameRate };
   const codecs = plan.alpha ? CODECS.alpha : CODECS[plan.format];

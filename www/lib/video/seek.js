@@ -75,7 +75,9 @@ export async function openElement(video, options) {
  * @returns {Promise<import('./reader.js').Reader>}
  */
 async function seekingReader(video, { times, codec }, close) {
-  if (video.videoWidth === 0) throw new TraceCutError('no-video', 'the file has no video track, only sound');
+  // Some players play the sound alone where they have no decoder for the pictures.
+  if (video.videoWidth === 0)
+    throw codec ? unplayable(video, codec) : new TraceCutError('no-video', 'the file has no video track, only sound');
   const duration = await durationOf(video);
   const fps =
     times && times.length > 1
@@ -230,7 +232,7 @@ function unplayable(video, codec) {
   }
   return new TraceCutError(
     'codec',
-    `the codec ${codec} cannot be decoded by this browser${detail}; convert it to MP4 (H.264) or WebM`,
+    `the codec ${codec} cannot be decoded by this browser${detail}; convert it to ${/^avc/.test(codec) ? '' : 'MP4 (H.264) or '}WebM`,
   );
 }
 

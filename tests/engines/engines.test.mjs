@@ -1,0 +1,155 @@
+// Package and page in Chromium, Firefox and WebKit: the self test's hashes, the sample, abort, own clips, what is saved,
+// and all of that without a network. An engine that cannot be found is skipped, aloud.
+
+import assert from 'node:assert/strict';
+import { mkdirSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { unzipSync } from 'fflate';
+import { serve } from '../../scripts/serve.mjs';
+import { root } from '../../scripts/tools.mjs';
+import { gifFile, movingClip, plainFrame } from '../browser/support.mjs';
+import { ENGINES } from './engines.mjs';
+import { ended, faults, inPhase, maskHash, open, press, save, until, visit, words } from './page.mjs';
+
+const expected = JSON.parse(readFileSync(join(root, 'cli', 'src', 'selftest', 'expected.json'), 'utf8'));
+const clip = movingClip(8, [96, 64]);
+/** Videos of a made clip, by their codecs, as Chromium encodes them; null where it does not. */
+const videos = { vp8: null, avc: null };
+
+before(async () => {
+  const server = await serve();
+  const { page, close } = await ENGINES[0].start();
+  try {
+    await page.goto(`${server.url}dist/index.js`);
+    for (const [codec, container] of Object.entries({ vp8: 'WebM', avc: 'Mp4' }))
+      videos[codec] = await page.call(encoded, codec, container).then(fromText);
+  } finally {
+    await close();
+    await server.close();
+  }
+});
+
+const fromText = (text) => text && Buffer.from(text, 'base64');
+
+/** Runs in the page. */
+async function encoded(codec, container) {
+  const [{ synthClip }, media] = await Promise.all([import('/dist/index.js'), import('/dist/vendor/media.js')]);
+  if (!(await media.getFirstEncodableVideoCodec([codec], { width: 160, height: 96 }))) return null;
+  const clip = await synthClip({ width: 160, height: 96, frames: 12 });
+  const output = new media.Output({
+    format: new media[`${container}OutputFormat`](),
+    target: new media.BufferTarget(),
+  });
+  const source = new media.VideoSampleSource({ codec, bitrate: 2e6 });
+  output.addVideoTrack(source);
+  await output.start();
+  const context = new OffscreenCanvas(160, 96).getContext('2d');
+  for (let t = 0; t < 12; t += 1) {
+    const { data, width, height } = clip.frame(t);
+    context.putImageData(new ImageData(data, width, height), 0, 0);
+    const sample = new media.VideoSample(context.canvas, { timestamp: t / 10, duration: 0.1 });
+    await source.add(sample);
+    sample.close();
+  }
+  await output.finalize();
+  return btoa(Array.from(new Uint8Array(output.target.buffer), (byte) => String.fromCharCode(byte)).join(''));
+}
+
+/** What one engine gave and all others must give too, by its name. */
+const given = new Map();
+function sameInAll(name, value, engine) {
+  const first = given.get(name) ?? { value, engine };
+  given.set(name, first);
+  assert.equal(value, first.value, `${name} differs between ${engine} and ${first.engine}`);
+}
+
+for (const { name, missing, start } of ENGINES) {
+  const lacks = missing();
+  if (lacks) console.log(`!!! SKIPPED: all tests in ${name}, which need "apt-get install ${lacks}"`);
+  describe(name, { skip: lacks ? `${lacks} is not installed` : false, timeout: 600_000 }, () => inEngine(name, start));
+}
+
+function inEngine(name, start) {
+  let server, engine, page;
+  before(async () => {
+    [server, engine] = await Promise.all([serve(), start()]);
+    page = engine.page;
+    console.log(`${name} ${engine.version}`);
+  });
+  after(async () => {
+    await engine?.close();
+    await server?.close();
+  });
+
+  test('the page segments its sample', async () => {
+    await visit(page, server.url);
+    assert.equal(await ended(page), 'done', await words(page, '#error'));
+    assert.equal(await words(page, '#headline'), '3 moving objects and the background');
+    sameInAll('the sample', await maskHash(page), name);
+    const folder = join(root, 'out', 'screens');
+    mkdirSync(folder, { recursive: true });
+    await page.screenshot(join(folder, `engine-${name.toLowerCase()}.png`));
+    assert.deepEqual(await faults(page), []);
+  });
+
+  test('the self test gives the hashes of all engines', async () => {
+    // In the page at hand: what the engine has compiled is compiled.
+    const { same, checks } = await page.call(async () => (await import('/dist/selftest.js')).selftest());
+    const hashes = Object.fromEntries(checks.map((check) => [check.name, check.hash]));
+    assert.deepEqual(hashes, expected.hashes);
+    assert.equal(same, true);
+  });
+
+  test('a clip of images is segmented, its masks are saved as the same bytes, and a video of them', async () => {
+    assert.equal(await open(page, clip), 'done', await words(page, '#error'));
+    sameInAll('the images', await maskHash(page), name);
+    const { name: file, bytes } = await save(page, 'zip');
+    assert.match(file, /\.zip$/);
+    const masks = Object.keys(unzipSync(bytes)).filter((one) => one.endsWith('.png'));
+    assert.equal(masks.length, clip.length);
+    sameInAll('the ZIP of masks', bytes.toString('base64'), name);
+    // Before the page has played any: an encoder that comes first was the end of WebKit's.
+    const film = await save(page, 'overlay-webm');
+    assert.equal(film.bytes.readUInt32BE(0), 0x1a45dfa3);
+    assert.deepEqual(await faults(page), []);
+  });
+
+  test('a video is segmented; where there is no decoder for it, the page says what to do', async () => {
+    const webm = { name: 'clip.webm', mimeType: 'video/webm', buffer: videos.vp8 };
+    assert.equal(await open(page, [webm]), 'done', await words(page, '#error'));
+    assert.match(await words(page, '#subline'), /12 frames of 160 × 96/);
+    if (!videos.avc) return;
+    const state = await open(page, [{ name: 'clip.mp4', mimeType: 'video/mp4', buffer: videos.avc }]);
+    const plays = await page.call(() => document.createElement('video').canPlayType('video/mp4; codecs="avc1.42001f"'));
+    if (plays) assert.equal(state, 'done', await words(page, '#error'));
+    else {
+      assert.equal(state, 'error');
+      assert.equal(await words(page, '#error-title'), 'This browser cannot decode this video');
+      assert.equal(await words(page, '#error-advice'), 'Convert it to WebM, or try another browser.');
+      assert.match(await words(page, '#error-detail'), /the codec avc1\S* cannot be decoded .*; convert it to WebM$/);
+    }
+    assert.deepEqual(await faults(page), []);
+  });
+
+  test('an animated image is segmented; where it cannot be taken apart, the page says what to do', async () => {
+    const frames = [0, 1, 2].map((k) => plainFrame(48, 32, (x, y) => [(x * 5 + k * 9) % 256, y * 7, 0]));
+    const state = await open(page, [gifFile('clip.gif', frames)]);
+    const isTakenApart = await page.call(() => typeof ImageDecoder !== 'undefined');
+    assert.equal(state, isTakenApart ? 'done' : 'error', await words(page, '#error'));
+    if (!isTakenApart) assert.match(await words(page, '#error-advice'), /^Convert it to .*WebM, or open its frames/);
+    assert.deepEqual(await faults(page), []);
+  });
+
+  test('without a network the page opens again, and a run is cancelled', async () => {
+    await until(page, () => navigator.serviceWorker.ready.then(({ active }) => active.state === 'activated'));
+    const { url } = server;
+    await server.close();
+    server = null;
+    await visit(page, url);
+    await inPhase(page, 'running');
+    await press(page, '#cancel');
+    await inPhase(page, 'stopped');
+    assert.deepEqual(await faults(page), []);
+  });
+}

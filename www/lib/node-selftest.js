@@ -1,0 +1,14 @@
+// The self test in Node, and what the program `tracecut` of the npm package prints of it.
+
+import { createHash } from 'node:crypto';
+import * as library from './node.js';
+import { selftestOf } from './selftest/run.js';
+
+/** The same functions, with types of its own. */
+const same = /** @type {import('./selftest/checks.js').Library} */ (/** @type {unknown} */ (library));
+
+/** @type {import('./selftest/run.js').Digest} */
+const digest = async (bytes) => createHash('sha256').update(bytes).digest();
+
+/** @type {typeof import('./selftest.js').selftest} */
+export const selftest = async (options) => selftestOf(same, options, digest);
