@@ -8,9 +8,9 @@ use crate::ffmpeg;
 use crate::images;
 use crate::y4m::Y4m;
 use image::codecs::gif::GifDecoder;
-use image::{AnimationDecoder, ImageDecoder};
+use image::{AnimationDecoder, ImageDecoder, Limits};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
 
@@ -61,7 +61,7 @@ impl Input {
     pub(crate) fn frames(&self) -> Result<impl Iterator<Item = Result<NamedFrame>> + use<>> {
         let all: Frames = match &self.kind {
             Kind::Images(paths) => Box::new(Images(paths.clone().into_iter())),
-            Kind::Gif(path) => gif_frames(path)?,
+            Kind::Gif(path) => gif_frames(&path.display().to_string(), open(path)?)?,
             Kind::Y4m(path) => y4m_frames(path, open(path)?)?,
             Kind::Video(path) => ffmpeg::frames(path)?,
             Kind::Stdin => {
@@ -126,16 +126,19 @@ pub(crate) fn decode(path: &Path) -> Result<NamedFrame> {
     Ok((path.display().to_string(), frame))
 }
 
-fn gif_frames(path: &Path) -> Result<Frames> {
-    let name = path.display().to_string();
-    let broken = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("is not a whole GIF: {e}"));
-    let decoder = GifDecoder::new(open(path)?).map_err(|e| broken(&e))?;
+pub(crate) fn gif_frames(name: &str, reader: impl BufRead + Seek + 'static) -> Result<Frames> {
+    let broken = |e: &dyn std::fmt::Display| Failure::about(name, format_args!("is not a whole GIF: {e}"));
+    let mut decoder = GifDecoder::new(reader).map_err(|e| broken(&e))?;
     // The decoder takes memory for what the header claims, before it reads a frame.
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
     if width.max(height) > MAX_SIDE || width * height > MAX_PIXELS {
-        return Err(Failure::from(tracecut::Error::FrameSize { width, height }).of(path.display()));
+        return Err(Failure::from(tracecut::Error::FrameSize { width, height }).of(name));
     }
-    let frames = decoder.into_frames();
+    // A frame may claim to be larger than the picture. It is held, and what it is painted over, and what comes of it.
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(12 * MAX_PIXELS as u64);
+    decoder.set_limits(limits).map_err(|e| broken(&e))?;
+    let (name, frames) = (name.to_owned(), decoder.into_frames());
     Ok(Box::new(frames.enumerate().map(move |(index, frame)| {
         let about = format!("{name}, frame {index}");
         let image = match frame {
