@@ -30,7 +30,7 @@ impl<'a> Choices<'a> {
             257..=65_536 => self.take().map(|b| usize::from(u16::from_le_bytes(b))),
             _ => self.take().map(|b| usize::try_from(u64::from_le_bytes(b)).unwrap_or(usize::MAX)),
         };
-        drawn.map_or_else(|| self.rng.below(n), |number| number % n)
+        drawn.map_or_else(|| self.rng.below(n), |number| number % n.max(1))
     }
 
     /// A number in `low..high`.
