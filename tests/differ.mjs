@@ -66,8 +66,8 @@ async function hashes(result) {
 
 /**
  * Does sessions again by the package, on one thread and some on three. Tracks and superpixels must be those of the
- * native build, and masks where the labels are. Labels come from the embedding, which may differ in its last digits: where a
- * clip is noise or a parameter at its end, one digit may decide, in one session of twenty at most.
+ * native build, and masks where the labels are. Labels come from the embedding, which may differ in its last digits:
+ * where a clip is noise or a parameter at its end, one digit may decide, in one session of twenty at most.
  */
 export async function alike(t, sessions, options = {}) {
   let [whole, different] = [0, 0];

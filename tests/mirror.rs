@@ -1,9 +1,9 @@
 //! Left and right are alike: what is found in a mirrored clip is the mirror image of what is found in the clip.
 //!
 //! Not to the last bit, and it cannot be: sums run from left to right, patches of the flow and the grid of
-//! trajectories begin at the left, so other points are followed, and the seed's draws go to other trajectories. What holds is that Pb
-//! differs by rounding (4e-7 was measured), flow by 0.007 pixels on average, and that masks cover each other by 0.86 to
-//! 0.89 on scenes of 160 by 90 pixels, whose objects are small.
+//! trajectories begin at the left, so other points are followed, and the seed's draws go to other trajectories. What
+//! holds is that Pb differs by rounding (4e-7 was measured), flow by 0.007 pixels on average, and that masks cover each
+//! other by 0.86 to 0.89 on scenes of 160 by 90 pixels, whose objects are small.
 
 use tracecut::contour::{ContourParams, boundary_map};
 use tracecut::flow::{FlowParams, FlowPyramid, flow_between};
