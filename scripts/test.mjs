@@ -5,7 +5,7 @@ import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { availableParallelism } from 'node:os';
 import { join } from 'node:path';
 import { build } from './build.mjs';
-import { ensureNodeModules, ensureRust, ensureRustTool, fail, root, run } from './tools.mjs';
+import { ensureNodeModules, ensureRust, ensureRustTool, fail, output, root, run } from './tools.mjs';
 
 const parts = {
   rust: () => {
@@ -33,6 +33,7 @@ const parts = {
     run(process.execPath, ['scripts/audit.mjs', '--install']);
     for (const crate of ['tracecut', 'tracecut-cli'])
       run('cargo', ['test', '--tests', '--package', crate, '--', '--ignored', '--nocapture']);
+    sanitized();
     run('python3', ['python/run_tests.py', '--wheel']);
     await inBrowser('tests/long');
     // Of the ordinary tests, files that have some which are passed over otherwise.
@@ -55,6 +56,36 @@ for (const [name, part] of Object.entries(parts)) {
   await part();
 }
 console.log('\nAll tests passed.');
+
+/** Native tests with every access of memory checked: our code has no `unsafe`, the crates that it calls have. */
+function sanitized() {
+  if (process.platform !== 'linux' || output('rustc', ['+nightly', '--version']) === null) {
+    console.log(
+      '!!! SKIPPED: tests with the address sanitizer need Linux and the nightly compiler (rustup toolchain install nightly)',
+    );
+    return;
+  }
+  const target = output('rustc', ['-vV']).match(/host: (.*)/)[1];
+  const env = { RUSTFLAGS: '-Zsanitizer=address', CARGO_TARGET_DIR: join('target', 'sanitizer') };
+  const tests = {
+    tracecut: [
+      '--features',
+      'pnm',
+      '--lib',
+      '--test',
+      'random',
+      '--test',
+      'pipeline',
+      '--test',
+      'spectral',
+      '--test',
+      'mirror',
+    ],
+    'tracecut-cli': ['--lib', '--test', 'readers'],
+  };
+  for (const [crate, which] of Object.entries(tests))
+    run('cargo', ['+nightly', 'test', '--target', target, '--package', crate, ...which], { env });
+}
 
 async function inBrowser(...folders) {
   await build();

@@ -28,6 +28,7 @@ const rustTools = {
   'wasm-bindgen': { crate: 'wasm-bindgen-cli', version: bindgenVersion(), locked: false },
   'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', locked: true },
   'cargo-deny': { crate: 'cargo-deny', version: '0.20.2', locked: true },
+  'cargo-fuzz': { crate: 'cargo-fuzz', version: '0.13.2', locked: true },
 };
 
 /** The exact wasm-bindgen release of Cargo.lock: the command line tool must be the same one. */

@@ -184,6 +184,26 @@ mod tests {
     }
 
     #[test]
+    fn scalar_and_widest_instructions_give_the_same_bits() {
+        let mut rng = crate::rng::Rng::for_stage(3, "test");
+        let n = 61;
+        let pairs = (0..n as u32).flat_map(|i| (i + 1..n as u32).map(move |j| (i, j)));
+        let chosen: Vec<_> = pairs.filter(|_| rng.below(3) == 0).collect();
+        let entries: Vec<_> = chosen.into_iter().map(|(i, j)| (i, j, rng.range(-1.0, 1.0) as f32)).collect();
+        let matrix = SymCsr::from_upper(n, &entries);
+        let rows: Vec<u32> = (0..n as u32).collect();
+        let scale: Vec<f64> = (0..n).map(|_| rng.range(0.0, 1e3)).collect();
+        let x: Vec<[f64; 4]> = (0..n).map(|_| std::array::from_fn(|_| rng.range(-1e3, 1e3))).collect();
+        let (mut widest, mut scalar) = (vec![[0.0; 4]; n], vec![[0.0; 4]; n]);
+        matrix.multiply(&rows, &scale, &x, &mut widest);
+        let product = Product { matrix: &matrix, rows: &rows, scale: &scale, x: &x, out: &mut scalar };
+        pulp::Simd::vectorize(pulp::Scalar, product);
+        let bits = |v: &[[f64; 4]]| v.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&widest), bits(&scalar));
+        assert!(widest.iter().flatten().any(|&v| v != 0.0));
+    }
+
+    #[test]
     fn empty_matrix_is_legal() {
         let m = SymCsr::from_upper(0, &[]);
         m.check().unwrap();

@@ -10,7 +10,7 @@ mod figment;
 mod flow;
 mod foreground;
 mod masks;
-mod mat;
+pub(crate) mod mat;
 mod moseg;
 mod stability;
 mod superpixels;

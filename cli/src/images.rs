@@ -65,19 +65,8 @@ fn name_key(name: &str) -> (Vec<Part>, String) {
 /// Lists of the Moseg benchmark name `.ppm` files where `.jpg` files stand; a file of the same stem is taken instead.
 pub(crate) fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
     let text = read_text(list)?;
-    let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
-    let first = lines.next().and_then(|l| l.split_whitespace().next()?.parse::<usize>().ok());
-    let count = first.ok_or_else(|| {
-        Failure::about(list.display(), "is not a .bmf list (expected the number of images on its first line)")
-    })?;
     let folder = list.parent().unwrap_or(Path::new(""));
-    let paths: Vec<PathBuf> = lines.map(|name| stand_in(folder.join(name))).collect();
-    if paths.is_empty() || paths.len() < count {
-        return Err(Failure::about(
-            list.display(),
-            format_args!("names {} images (expected {count}, as its first line says)", paths.len()),
-        ));
-    }
+    let paths: Vec<PathBuf> = names_in(list, &text)?.into_iter().map(|name| stand_in(folder.join(name))).collect();
     match paths.iter().find(|path| is_endless(path)) {
         Some(path) => Err(Failure::about(list.display(), format_args!("names {}, which is no file", path.display()))),
         None => Ok(paths),
@@ -87,6 +76,23 @@ pub(crate) fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
 /// Whether something is there that may have no end: a pipe or a device.
 pub(crate) fn is_endless(path: &Path) -> bool {
     path.exists() && !path.is_file()
+}
+
+/// The file names in such a list, which is called `list` in errors.
+pub(crate) fn names_in<'a>(list: &Path, text: &'a str) -> Result<Vec<&'a str>> {
+    let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
+    let first = lines.next().and_then(|l| l.split_whitespace().next()?.parse::<usize>().ok());
+    let count = first.ok_or_else(|| {
+        Failure::about(list.display(), "is not a .bmf list (expected the number of images on its first line)")
+    })?;
+    let names: Vec<&str> = lines.collect();
+    if names.is_empty() || names.len() < count {
+        return Err(Failure::about(
+            list.display(),
+            format_args!("names {} images (expected {count}, as its first line says)", names.len()),
+        ));
+    }
+    Ok(names)
 }
 
 /// `path`, or if there is no such file one of the same stem and another image extension.

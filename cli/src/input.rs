@@ -11,7 +11,7 @@ use image::codecs::gif::GifDecoder;
 use image::error::{DecodingError, ImageFormatHint};
 use image::{AnimationDecoder, ImageDecoder, ImageError, Limits};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
@@ -72,7 +72,7 @@ impl Input {
         let most = self.max_pixels;
         let all: Frames = match &self.kind {
             Kind::Images(paths) => Box::new(Images(paths.clone().into_iter(), most)),
-            Kind::Gif(path) => gif_frames(path, most)?,
+            Kind::Gif(path) => gif_frames(&path.display().to_string(), open(path)?, most)?,
             Kind::Y4m(path) => y4m_frames(path, open(path)?, most)?,
             Kind::Video(path) => ffmpeg::frames(path, most)?,
             Kind::Stdin => {
@@ -142,18 +142,17 @@ pub(crate) fn decode_within(path: &Path, most: usize) -> Result<NamedFrame> {
     Ok((path.display().to_string(), frame))
 }
 
-fn gif_frames(path: &Path, most: usize) -> Result<Frames> {
-    let name = path.display().to_string();
-    let broken = |e: &dyn std::fmt::Display| Failure::about(path.display(), format_args!("is not a whole GIF: {e}"));
-    let mut decoder = GifDecoder::new(open(path)?).map_err(|e| broken(&e))?;
+pub(crate) fn gif_frames(name: &str, reader: impl BufRead + Seek + 'static, most: usize) -> Result<Frames> {
+    let broken = |e: &dyn std::fmt::Display| Failure::about(name, format_args!("is not a whole GIF: {e}"));
+    let mut decoder = GifDecoder::new(reader).map_err(|e| broken(&e))?;
     // The decoder takes memory for what the header claims, before it reads a frame.
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
-    check(width, height, most).map_err(|e| Failure::from(e).of(path.display()))?;
+    check(width, height, most).map_err(|e| Failure::from(e).of(name))?;
     // A frame may claim to be larger than the picture. It is held, and what it is painted over, and what comes of it.
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(12 * most as u64);
     decoder.set_limits(limits).map_err(|e| broken(&e))?;
-    let mut frames = decoder.into_frames();
+    let (name, mut frames) = (name.to_owned(), decoder.into_frames());
     // A decoder that panics on damaged bytes is an error of these.
     let next = move || catch_unwind(AssertUnwindSafe(|| frames.next())).unwrap_or_else(|_| Some(Err(panicked())));
     Ok(Box::new(std::iter::from_fn(next).enumerate().map(move |(index, frame)| {

@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, Result, print, read_text};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tracecut::Params;
 use tracecut::params::{ParamGroup, ParamTree, ParamValue};
 
@@ -22,9 +22,7 @@ impl Settings {
     pub(crate) fn params(&self) -> Result<Params> {
         let mut params = Params::default();
         if let Some(path) = &self.params {
-            let tree: ParamTree = serde_json::from_str(&read_text(path)?)
-                .map_err(|e| Failure::usage(format!("is not a JSON object of parameters: {e}")).of(path.display()))?;
-            params.apply(&tree).map_err(|e| Failure::from(e).of(path.display()))?;
+            apply(&mut params, path, &read_text(path)?)?;
         }
         for (name, value) in &self.settings {
             params.set(name, value)?;
@@ -33,8 +31,15 @@ impl Settings {
     }
 }
 
+/// Changes `params` as the JSON says that stands in `path`.
+pub(crate) fn apply(params: &mut Params, path: &Path, json: &str) -> Result<()> {
+    let tree: ParamTree = serde_json::from_str(json)
+        .map_err(|e| Failure::usage(format!("is not a JSON object of parameters: {e}")).of(path.display()))?;
+    params.apply(&tree).map_err(|e| Failure::from(e).of(path.display()))
+}
+
 /// `key=value`: true and false, then numbers, then text (the name of a preset or of a choice).
-fn parse_setting(text: &str) -> std::result::Result<(String, ParamValue), String> {
+pub(crate) fn parse_setting(text: &str) -> std::result::Result<(String, ParamValue), String> {
     let (name, value) =
         text.split_once('=').ok_or_else(|| "expected KEY=VALUE, such as flow.patchStride=5".to_owned())?;
     let value = match value.trim() {

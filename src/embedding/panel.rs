@@ -73,24 +73,26 @@ pub(super) fn orthonormalize(w: &mut [f64], n: usize, negligible: f64, random: &
 
 /// `xᵀ y`, with the widest instructions of the machine; the order of the sums, and so the result, is the same on all.
 fn dot(x: &[f64], y: &[f64]) -> f64 {
-    struct Dot<'a>(&'a [f64], &'a [f64]);
-    impl WithSimd for Dot<'_> {
-        type Output = f64;
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, _: S) -> f64 {
-            let mut sums = [0.0; 16];
-            let ((x, x_rest), (y, y_rest)) = (self.0.as_chunks::<16>(), self.1.as_chunks::<16>());
-            for (x, y) in x.iter().zip(y) {
-                for c in 0..16 {
-                    sums[c] += x[c] * y[c];
-                }
-            }
-            let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
-            sums.iter().sum::<f64>() + rest
-        }
-    }
     Arch::new().dispatch(Dot(x, y))
+}
+
+struct Dot<'a>(&'a [f64], &'a [f64]);
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let mut sums = [0.0; 16];
+        let ((x, x_rest), (y, y_rest)) = (self.0.as_chunks::<16>(), self.1.as_chunks::<16>());
+        for (x, y) in x.iter().zip(y) {
+            for c in 0..16 {
+                sums[c] += x[c] * y[c];
+            }
+        }
+        let rest: f64 = x_rest.iter().zip(y_rest).map(|(x, y)| x * y).sum();
+        sums.iter().sum::<f64>() + rest
+    }
 }
 
 #[cfg(test)]
@@ -120,6 +122,15 @@ mod tests {
         for i in [0, 17, N - 1] {
             let sum: f64 = (0..8).map(|p| basis[p * N + i] * products[2 * 8 + p]).sum();
             assert!((w[2 * N + i] - sum - rest[2 * N + i]).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn scalar_and_widest_instructions_give_the_same_bits() {
+        for seed in 0..20 {
+            let (x, y) = (random_panel(seed), random_panel(seed + 100));
+            let scalar = pulp::Scalar.vectorize(Dot(&x, &y));
+            assert_eq!(dot(&x, &y).to_bits(), scalar.to_bits());
         }
     }
 

@@ -115,7 +115,8 @@ impl Trajectories {
     /// The frames in which trajectory `i` is alive.
     pub fn frames(&self, i: usize) -> Range<usize> {
         let start = self.start_frame[i] as usize;
-        start..start + self.points(i).len()
+        // Where 32 bits are all there are, a start from outside may be too near their end.
+        start..start.saturating_add(self.points(i).len())
     }
 
     /// Where the point of trajectory `i` in `frame` lies in `x`, `y` and `variation`; it must be alive there.
@@ -178,9 +179,9 @@ impl Trajectories {
             }
             if self.frames(i).end > self.num_frames {
                 return breach(format!(
-                    "trajectory {i} ends in frame {} (expected 0..={})",
+                    "trajectory {i} ends in frame {} (expected a frame in 0..{})",
                     self.frames(i).end - 1,
-                    self.num_frames - 1
+                    self.num_frames
                 ));
             }
         }

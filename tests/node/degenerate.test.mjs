@@ -107,6 +107,15 @@ test('wrong types of trajectories are named', async (t) => {
   );
 });
 
+test('a trajectory that begins at the end of 32 bits is refused, not taken for one that has ended', async (t) => {
+  const session = await open(t);
+  const given = twoGroups();
+  const startFrame = Uint32Array.from(given.startFrame).fill(4294967295, 0, 1);
+  await rejects(session.setTrajectories({ ...given, startFrame }), 'data', /trajectory 0 ends in frame 4294967294/);
+  await session.setTrajectories(given);
+  assert.equal((await session.run()).clusters.count, 2);
+});
+
 test('misspelt options, wrong types and values out of range are named with what is legal', async () => {
   await rejects(createSession({ clip: { maxSize: 320 } }), 'param', /clip\.maxSize = 320 .*clip\.maxSide/);
   await rejects(createSession({ maxSide: 320 }), 'param', /maxSide = 320/);

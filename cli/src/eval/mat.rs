@@ -42,7 +42,7 @@ const CLASS_NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
 
 type Parsed<T> = std::result::Result<T, String>;
 
-fn parse(file: &[u8]) -> Parsed<Vec<Annotation>> {
+pub(crate) fn parse(file: &[u8]) -> Parsed<Vec<Annotation>> {
     let elements = match file.get(HEADER - 4..HEADER) {
         Some([0, 1, b'I', b'M']) => &file[HEADER..],
         Some([1, 0, b'M', b'I']) => {

@@ -1,0 +1,72 @@
+//! The readers of files, each by the bytes alone: what fuzzing and its tests call.
+
+use crate::eval::mat;
+use crate::failure::{Failure, Result};
+use crate::{images, input, settings};
+use std::io::Cursor;
+use std::path::Path;
+use tracecut::Params;
+use tracecut::image::{Frame, MAX_PIXELS, Plane};
+
+/// Regions and outlines, as one person drew them.
+pub type Drawn = (Plane<u16>, Plane<bool>);
+
+/// What such bytes are called in an error.
+const NAME: &str = "bytes";
+
+fn told<T>(outcome: Result<T>) -> std::result::Result<T, String> {
+    outcome.map_err(|failure: Failure| failure.reason)
+}
+
+/// At most `most` frames of an animated GIF.
+///
+/// # Errors
+/// As the command line says it.
+pub fn gif(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String> {
+    let frames = told(input::gif_frames(NAME, Cursor::new(bytes.to_vec()), MAX_PIXELS))?;
+    frames.take(most).map(|frame| told(frame).map(|(_, frame)| frame)).collect()
+}
+
+/// At most `most` frames of a Y4M stream.
+///
+/// # Errors
+/// As the command line says it.
+pub fn y4m(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String> {
+    let frames = told(input::y4m_frames(Path::new(NAME), Cursor::new(bytes.to_vec()), MAX_PIXELS))?;
+    frames.take(most).map(|frame| told(frame).map(|(_, frame)| frame)).collect()
+}
+
+/// The names in a `.bmf` list.
+///
+/// # Errors
+/// As the command line says it.
+pub fn list(text: &str) -> std::result::Result<Vec<String>, String> {
+    told(images::names_in(Path::new(NAME), text)).map(|names| names.iter().map(|&name| name.to_owned()).collect())
+}
+
+/// Regions and outlines of each person in a MATLAB file of human segmentations.
+///
+/// # Errors
+/// As the command line says it.
+pub fn mat(bytes: &[u8]) -> std::result::Result<Vec<Drawn>, String> {
+    mat::parse(bytes).map(|people| people.into_iter().map(|one| (one.segmentation, one.boundaries)).collect())
+}
+
+/// Parameters from JSON.
+///
+/// # Errors
+/// As the command line says it.
+pub fn parameters(text: &str) -> std::result::Result<Params, String> {
+    let mut params = Params::default();
+    told(settings::apply(&mut params, Path::new(NAME), text)).map(|()| params)
+}
+
+/// A setting of the command line, `key=value`.
+///
+/// # Errors
+/// As the command line says it.
+pub fn setting(text: &str) -> std::result::Result<Params, String> {
+    let (name, value) = settings::parse_setting(text)?;
+    let mut params = Params::default();
+    params.set(&name, &value).map(|()| params).map_err(|e| e.to_string())
+}

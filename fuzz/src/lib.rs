@@ -1,0 +1,6 @@
+//! What the targets call: the generators and checks of the property tests.
+
+#[path = "../../cli/tests/readers/checks.rs"]
+pub mod checks;
+#[path = "../../tests/made/mod.rs"]
+pub mod made;

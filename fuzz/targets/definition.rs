@@ -1,0 +1,5 @@
+//! A shot's `Def.dat`.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tracecut_fuzz::made::readers::definition(bytes));

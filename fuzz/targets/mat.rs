@@ -1,0 +1,5 @@
+//! A MATLAB file of human segmentations.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tracecut_fuzz::checks::mat(bytes));

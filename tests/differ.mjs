@@ -1,0 +1,88 @@
+// Random sessions by several builds: the native one writes down what goes in and what came out, others do it again.
+
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { createSession } from 'tracecut';
+import { root } from '../scripts/tools.mjs';
+import { fnv1a } from './fingerprint.mjs';
+
+/**
+ * The sessions of seeds `first` up to `last`, as the native build has them.
+ * @param {import('node:test').TestContext} t
+ * @param {Record<string, string>} [env] for a build of another kind
+ */
+export function recorded(t, first, last, env = {}) {
+  const folder = mkdtempSync(join(tmpdir(), 'tracecut-differ-'));
+  t.after(() => rmSync(folder, { recursive: true }));
+  const args = ['test', '--quiet', '--features', 'pnm', '--package', 'tracecut', '--test', 'random'];
+  const result = spawnSync('cargo', [...args, '--', '--ignored', '--exact', 'sessions_are_written_down'], {
+    cwd: root,
+    encoding: 'utf8',
+    env: { ...process.env, ...env, TRACECUT_SESSIONS: folder, TRACECUT_SEEDS: `${first}..${last}` },
+  });
+  if (result.status !== 0) throw new Error(`${result.stdout}\n${result.stderr}`);
+  const names = readdirSync(folder).filter((name) => name.endsWith('.json'));
+  if (names.length !== last - first) throw new Error(`${names.length} sessions were written down`);
+  return names
+    .map((name) => Number.parseInt(name, 10))
+    .sort((a, b) => a - b)
+    .map((seed) => ({
+      seed,
+      ...JSON.parse(readFileSync(join(folder, `${seed}.json`), 'utf8')),
+      rgba: new Uint8ClampedArray(readFileSync(join(folder, `${seed}.rgba`))),
+    }));
+}
+
+/** What the package makes of such a session: hashes, or the code of the error. */
+export async function outcomeOf({ params, width, height, frames, rgba }, options = {}) {
+  const session = await createSession({ ...params, ...options });
+  try {
+    const size = 4 * width * height;
+    for (let t = 0; t < frames; t += 1)
+      await session.push({ data: rgba.slice(t * size, (t + 1) * size), width, height });
+    return await hashes(await session.run());
+  } catch (error) {
+    return { error: error.code };
+  } finally {
+    session.close();
+  }
+}
+
+async function hashes(result) {
+  const hash = (...arrays) =>
+    fnv1a(Buffer.concat(arrays.map((a) => Buffer.from(a.buffer, a.byteOffset, a.byteLength))));
+  const frames = Array.from({ length: result.objects ? result.numFrames : 0 }, (_, t) => t);
+  const { x, y } = result.trajectories;
+  return {
+    tracks: hash(x, y),
+    labels: hash(result.clusters.label),
+    superpixels: await Promise.all(frames.map(async (t) => hash((await result.superpixels(t)).label))),
+    masks: frames.map((t) => fnv1a(result.labels(t))),
+  };
+}
+
+/**
+ * Does sessions again by the package, on one thread and some on three. Tracks and superpixels must be those of the
+ * native build, and masks where the labels are. Labels come from the embedding, which may differ in its last digits:
+ * where a clip is noise or a parameter at its end, one digit may decide, in one session of twenty at most.
+ */
+export async function alike(t, sessions, options = {}) {
+  let [whole, different] = [0, 0];
+  for (const session of sessions) {
+    const { seed, outcome } = session;
+    const found = await outcomeOf(session, { ...options, threads: 1 });
+    if (found.labels !== outcome.labels) different += 1;
+    const expected =
+      found.labels === outcome.labels ? outcome : { ...outcome, labels: found.labels, masks: found.masks };
+    assert.deepEqual(found, expected, `seed ${seed}`);
+    if (seed % 10 < 3)
+      assert.deepEqual(await outcomeOf(session, { ...options, threads: 3 }), found, `${seed}, 3 threads`);
+    whole += outcome.masks?.length > 1;
+  }
+  t.diagnostic(`${sessions.length} sessions, ${whole} with masks, ${different} with labels of their own in wasm`);
+  assert.ok(whole > sessions.length / 4, `${whole} sessions with masks`);
+  assert.ok(different <= sessions.length / 20, `${different} sessions with labels of their own in wasm`);
+}

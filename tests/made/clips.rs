@@ -1,0 +1,173 @@
+//! Content and parameters of small clips, and what else a caller may bring.
+
+use super::choices::Choices;
+use tracecut::Params;
+use tracecut::correction::{Correction, Stroke};
+use tracecut::image::{Frame, Plane};
+use tracecut::params::{ParamGroup, ParamValue};
+use tracecut::rng::Rng;
+use tracecut::trajectory::Trajectories;
+
+/// Ends of the range, values near them, and others; small ones as likely as large ones.
+fn legal(choices: &mut Choices<'_>, (low, high): (f64, f64)) -> f64 {
+    match choices.below(6) {
+        0 => low,
+        1 => high,
+        2 => choices.range(low, high),
+        3 => (low + 10_f64.powf(choices.range(-7.0, 0.0))).min(high),
+        4 => (high - 10_f64.powf(choices.range(-7.0, 0.0))).max(low),
+        _ => (low + (high - low) * 10_f64.powf(choices.range(-6.0, 0.0))).clamp(low, high),
+    }
+}
+
+/// Legal parameters, a few of them anything, or many.
+pub fn params(choices: &mut Choices<'_>) -> Params {
+    let mut params = match choices.below(4) {
+        0 => Params::paper(),
+        1 => Params::fast(),
+        _ => Params::default(),
+    };
+    let mut count = 0;
+    params.visit("", &mut |_| count += 1);
+    let changed = if choices.once_in(5) { choices.below(count) } else { choices.below(7) };
+    let chosen: Vec<usize> = (0..changed).map(|_| choices.below(count)).collect();
+    let mut at = 0;
+    params.visit("", &mut |mut field| {
+        at += 1;
+        if !chosen.contains(&(at - 1)) {
+            return;
+        }
+        let value = match field.kind() {
+            "boolean" => ParamValue::Bool(choices.once_in(2)),
+            "choice" => ParamValue::Text(choices.pick(field.choices()).to_owned()),
+            "integer" => ParamValue::Number(legal(choices, field.range).round()),
+            _ => ParamValue::Number(legal(choices, field.range)),
+        };
+        // A number that 32 bits round to more than the range allows is refused, and the old one stays.
+        let _ = field.set(&value);
+    });
+    params
+}
+
+/// A clip of some content, of no frames up to six.
+pub fn frames(choices: &mut Choices<'_>) -> Vec<Frame> {
+    let most = choices.pick(&[3, 12, 40, 80]);
+    let (width, height) = (1 + choices.below(most), 1 + choices.below(most));
+    let count = choices.below(6) + usize::from(!choices.once_in(9));
+    clip(choices, (width, height), count)
+}
+
+/// An image of some content.
+pub fn image(choices: &mut Choices<'_>) -> Frame {
+    let most = choices.pick(&[3, 12, 40, 64]);
+    let size = (1 + choices.below(most), 1 + choices.below(most));
+    clip(choices, size, 1).remove(0)
+}
+
+fn clip(choices: &mut Choices<'_>, (width, height): (usize, usize), count: usize) -> Vec<Frame> {
+    let content = choices.below(7);
+    let (dx, dy, size) = (choices.range(-4.0, 4.0), choices.range(-4.0, 4.0), choices.range(1.0, 30.0));
+    let colour = choices.next_u64().to_le_bytes();
+    let cut = choices.below(6);
+    (0..count)
+        .map(|t| {
+            let mut noise = Rng::for_stage(choices.next_u64(), "noise");
+            let plane = Plane::from_fn(width, height, |x, y| {
+                let (u, v) = (x as f64 - dx * t as f64, y as f64 - dy * t as f64);
+                let inside = (u - width as f64 / 2.0).hypot(v - height as f64 / 2.0) < size / 2.0;
+                let texture = ((u * 0.7).sin() * (v * 0.9).cos() * 100.0 + 128.0) as u8;
+                match content {
+                    0 => [colour[0], colour[1], colour[2]],
+                    1 => noise.next_u64().to_le_bytes()[..3].try_into().unwrap(),
+                    2 => [if (x + y + t) % 2 == 0 { 255 } else { 0 }; 3],
+                    3 => [texture, texture.wrapping_add(colour[0]), 255 - texture],
+                    4 if inside => [texture, colour[1], 0],
+                    4 => [((x * 31 + y * 17) % 256) as u8; 3],
+                    5 if t >= cut => [255 - texture; 3],
+                    5 => [texture; 3],
+                    _ if inside => [255, 255, 255],
+                    _ => [0, 0, ((x * 255) / width) as u8],
+                }
+            });
+            Frame::from_rgb(plane.data().iter().flatten().copied().collect(), width, height).unwrap()
+        })
+        .collect()
+}
+
+/// Trajectories of any tracker, some of which break the law.
+pub fn tracks(choices: &mut Choices<'_>, num_frames: usize, size: (usize, usize)) -> Trajectories {
+    let mut tracks = Trajectories::empty(num_frames, size);
+    let kind = choices.below(8);
+    for _ in 0..choices.below(60) {
+        let start = choices.below(num_frames.max(1));
+        let length = 1 + choices.below(num_frames - start.min(num_frames.saturating_sub(1)));
+        let at = place(choices, kind, size);
+        let by = choices.pick(&[0.0, 0.5, -1.0]);
+        let points: Vec<_> = (0..length)
+            .map(|k| {
+                let x = (at.0 + by * k as f32).clamp(0.0, (size.0 - 1) as f32);
+                match kind {
+                    0 if choices.once_in(20) => (choices.pick(&[f32::NAN, f32::INFINITY, f32::MAX]), at.1, 0.0),
+                    1 => (at.0 + by * k as f32, at.1, choices.pick(&[0.0, -1.0, 1e30])),
+                    _ => (x, at.1, 0.0),
+                }
+            })
+            .collect();
+        tracks.push(start, points);
+    }
+    if kind == 5 && !tracks.is_empty() {
+        break_numbers(choices, &mut tracks);
+    }
+    tracks
+}
+
+/// One of the arrays says what cannot be, or says it twice.
+fn break_numbers(choices: &mut Choices<'_>, tracks: &mut Trajectories) {
+    let number = choices.pick(&[0, 1, 2, 1 << 16, u32::MAX - 1, u32::MAX]);
+    let i = choices.below(tracks.len());
+    match choices.below(6) {
+        0 => tracks.start_frame[i] = number,
+        1 => tracks.offset[i + 1] = number,
+        2 => drop(tracks.offset.pop()),
+        3 => tracks.variation.push(0.0),
+        4 => tracks.num_frames = choices.pick(&[0, 1, 2, 300]),
+        _ => tracks.size = choices.pick(&[(0, 3), (1, 1), (16_384, 1), (16_385, 1)]),
+    }
+}
+
+/// Where a trajectory begins: anywhere, far outside, all at one place, or all on one line.
+fn place(choices: &mut Choices<'_>, kind: usize, (width, height): (usize, usize)) -> (f32, f32) {
+    let (x, y) = (choices.below(width) as f32, choices.below(height) as f32);
+    match kind {
+        1 => (x * choices.pick(&[1.0, -1.0, 1e3, 1e9, 1e30, 1e38]), y * choices.pick(&[1.0, 1e-30, -1e20])),
+        2 => (0.0, 0.0),
+        3 => (x, 0.0),
+        4 => (x, x.min((height - 1) as f32)),
+        _ => (x, y),
+    }
+}
+
+/// What a user may want otherwise.
+pub fn correction(choices: &mut Choices<'_>, num_frames: usize, (width, height): (usize, usize)) -> Correction {
+    let place = |choices: &mut Choices<'_>| {
+        (
+            choices.below(num_frames + 1),
+            choices.range(-1.0, width as f64 + 1.0) as f32,
+            choices.range(-1.0, height as f64 + 1.0) as f32,
+        )
+    };
+    let stroke = |choices: &mut Choices<'_>| {
+        let (t, x, y) = place(choices);
+        let (_, to_x, to_y) = place(choices);
+        Stroke { t, points: vec![(x, y), (to_x, to_y)], radius: choices.range(0.0, 5.0) as f32 }
+    };
+    match choices.below(4) {
+        0 => Correction::Merge { into: choices.below(4) as u8, from: choices.below(4) as u8 },
+        1 => {
+            let at = choices.once_in(2).then(|| place(choices));
+            Correction::Split { label: choices.below(3) as u8, at }
+        }
+        2 => Correction::Together((0..1 + choices.below(2)).map(|_| stroke(choices)).collect()),
+        _ => Correction::Apart((0..2 + choices.below(2)).map(|_| stroke(choices)).collect()),
+    }
+}
