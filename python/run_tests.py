@@ -48,7 +48,7 @@ def develop(arguments: list[str]) -> None:
     """The tests in an environment that stays, on the build of Cargo's tests: what they compiled is compiled."""
     python = python_of(VENV)
     run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS)
-    build = ["-m", "maturin", "develop", "--manifest-path", HERE / "Cargo.toml", "--locked"]
+    build = ["-m", "maturin", "develop", "--profile", "dev", "--manifest-path", HERE / "Cargo.toml", "--locked"]
     run(python, *build, VIRTUAL_ENV=str(VENV))
     test(python, arguments, [HERE / "tests"])
 

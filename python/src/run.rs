@@ -13,8 +13,8 @@ pub(crate) type Clip = Windows<Frames, Failure>;
 
 /// A session of its own, or the one that goes through the windows of a clip.
 pub(crate) enum Run {
-    Session(Session),
-    Windows(Clip, usize),
+    Session(Box<Session>),
+    Windows(Box<Clip>, usize),
 }
 
 impl Run {

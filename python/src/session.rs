@@ -92,7 +92,7 @@ impl Session {
     #[new]
     fn new(params: &Bound<'_, PyDict>) -> Result<Self> {
         let session = tracecut::Session::new(params_from(params)?)?;
-        Ok(Self { run: Shared::new(Run::Session(session)), window: None, sources: None })
+        Ok(Self { run: Shared::new(Run::Session(Box::new(session))), window: None, sources: None })
     }
 
     fn push(&self, py: Python<'_>, frame: &Bound<'_, PyAny>) -> Result<()> {

@@ -38,7 +38,7 @@ impl Windows {
             // Frames that come one by one give what the same frames in a list do.
             None => windows.with_look_ahead(),
         };
-        Ok(Self { run: Shared::new(Run::Windows(windows, usize::MAX)), sources, listener })
+        Ok(Self { run: Shared::new(Run::Windows(Box::new(windows), usize::MAX)), sources, listener })
     }
 
     /// Where the next window is, once it was run, and a session to read its results from; `None` after the last.

@@ -114,10 +114,10 @@ function isFull(memory) {
  * @param {unknown} cause
  */
 function outOfMemory(used, cause) {
-  const words = used ? `, of which it had ${Math.ceil(used / 2 ** 20)} MiB` : '';
+  const had = Math.ceil(used / 2 ** 20);
   return new TraceCutError(
     'memory',
-    `the engine ran out of memory${words}. Create a new session, with fewer frames or a smaller clip.maxSide.`,
+    `the engine ran out of memory, of which it had ${had} MiB. Create a new session, with fewer frames or a smaller clip.maxSide.`,
     { cause },
   );
 }
