@@ -17,7 +17,9 @@ import { fnv1a } from './fingerprint.mjs';
 export function recorded(t, first, last, env = {}) {
   const folder = mkdtempSync(join(tmpdir(), 'tracecut-differ-'));
   t.after(() => rmSync(folder, { recursive: true }));
-  const args = ['test', '--quiet', '--features', 'pnm', '--package', 'tracecut', '--test', 'random'];
+  // As `npm test` builds it: nothing is compiled anew.
+  const built = ['--package', 'tracecut', '--package', 'tracecut-cli', '--features', 'tracecut/pnm'];
+  const args = ['test', '--quiet', ...built, '--test', 'random'];
   const result = spawnSync('cargo', [...args, '--', '--ignored', '--exact', 'sessions_are_written_down'], {
     cwd: root,
     encoding: 'utf8',

@@ -6,14 +6,17 @@ use std::process::{Command, Output};
 use tracecut::synth::Scene;
 use tracecut::{Params, Session, Stage, Step};
 
-/// Runs an example, built as these tests are.
+/// Runs an example, built as these tests are: with the command line, so that nothing is compiled anew.
 fn run(example: &str, arguments: &[&Path]) -> Output {
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["run", "--quiet", "--example", example]);
+    cargo.args(["build", "--quiet", "--package", "tracecut", "--example", example]);
     if cfg!(feature = "pnm") {
-        cargo.args(["--features", "pnm"]);
+        cargo.args(["--package", "tracecut-cli", "--features", "tracecut/pnm"]);
     }
-    cargo.arg("--").args(arguments).output().unwrap()
+    let built = cargo.output().unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let program = format!("../debug/examples/{example}{}", std::env::consts::EXE_SUFFIX);
+    Command::new(Path::new(env!("CARGO_TARGET_TMPDIR")).join(program)).args(arguments).output().unwrap()
 }
 
 fn masks(input: &str, output: &Path) -> Output {
