@@ -39,7 +39,9 @@ export function useSite({ sample = SMALL, ...launch } = {}) {
     });
     // Nobody answers a dialog of the browser's here: files come as downloads.
     await context.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
-    if (sample !== 'whole') await context.route('**/demo/source.js', (route) => withSample(route, sample));
+    // A service worker keeps the very files of its version, or none.
+    const kept = options.serviceWorkers === 'allow';
+    if (sample !== 'whole' && !kept) await context.route('**/demo/source.js', (route) => withSample(route, sample));
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     const faults = watch(page, site.url);

@@ -117,7 +117,7 @@ function outOfMemory(used, cause) {
   const had = Math.ceil(used / 2 ** 20);
   return new TraceCutError(
     'memory',
-    `the engine ran out of memory, of which it had ${had} MiB. Create a new session, with fewer frames or a smaller clip.maxSide.`,
+    `the engine ran out of memory at ${had} MiB. Create a new session with fewer frames or a smaller clip.maxSide.`,
     { cause },
   );
 }
