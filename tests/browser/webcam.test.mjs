@@ -47,6 +47,8 @@ describe('the camera', () => {
     await page.locator('#camera-record:enabled').click();
     await page.keyboard.press('Escape');
     assert.equal(await page.locator('#camera').isVisible(), false);
+    // The dialog tells of its end a moment after it is gone.
+    await page.waitForFunction(() => globalThis.tracks.every(({ readyState }) => readyState === 'ended'));
     assert.deepEqual(await states(page), ['ended']);
     await page.waitForTimeout(3500);
     assert.equal(await page.evaluate(() => globalThis.tracecutDemo.source.kind), 'sample', 'nothing was recorded');
