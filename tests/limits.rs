@@ -70,7 +70,7 @@ fn trajectories_from_outside_are_counted_before_they_are_looked_at() {
 
 #[test]
 fn trajectories_that_are_found_are_counted_before_they_are_compared() {
-    let mut session = with(&[("clip.maxTrajectories", 3.0), ("trajectory.gridStep", 2.0)]);
+    let mut session = with(&[("clip.maxTrajectories", 3.0), ("trajectory.gridStep", 3.0)]);
     (0..9).for_each(|t| session.push_frame(frame(60, 50, t)).unwrap());
     let error = session.run().unwrap_err();
     assert_eq!(error.code(), "too-large", "{error}");

@@ -116,8 +116,7 @@ fn polar_factor(moment: &[f64], k: usize) -> (Vec<f64>, f64) {
         let mut turned = false;
         for p in 0..k {
             for q in p + 1..k {
-                let dot = |i: usize, j: usize| (0..k).map(|c| g[i * k + c] * g[j * k + c]).sum::<f64>();
-                let (alpha, beta, gamma) = (dot(p, p), dot(q, q), dot(p, q));
+                let [alpha, beta, gamma] = products(&g[p * k..][..k], &g[q * k..][..k]);
                 if gamma * gamma <= 1e-30 * alpha * beta || gamma == 0.0 {
                     continue;
                 }
@@ -136,11 +135,31 @@ fn polar_factor(moment: &[f64], k: usize) -> (Vec<f64>, f64) {
     orthogonal_product(&g, &b, k)
 }
 
+/// `a·a`, `b·b` and `a·b` of two rows of one length, four terms side by side.
+fn products(a: &[f64], b: &[f64]) -> [f64; 3] {
+    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [[0.0; 4]; 3];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..4 {
+            sums[0][k] += a[k] * a[k];
+            sums[1][k] += b[k] * b[k];
+            sums[2][k] += a[k] * b[k];
+        }
+    }
+    let mut sums = sums.map(|[a, b, c, d]| (a + b) + (c + d));
+    for (a, b) in rest_a.iter().zip(rest_b) {
+        sums = [sums[0] + a * a, sums[1] + b * b, sums[2] + a * b];
+    }
+    sums
+}
+
+/// Turns rows `p < q` of a matrix of `k` columns.
 fn turn(m: &mut [f64], k: usize, p: usize, q: usize, cos: f64, sin: f64) {
-    for c in 0..k {
-        let (a, b) = (m[p * k + c], m[q * k + c]);
-        m[p * k + c] = cos * a - sin * b;
-        m[q * k + c] = sin * a + cos * b;
+    let (before, from_q) = m.split_at_mut(q * k);
+    for (x, y) in before[p * k..][..k].iter_mut().zip(&mut from_q[..k]) {
+        let (a, b) = (*x, *y);
+        *x = cos * a - sin * b;
+        *y = sin * a + cos * b;
     }
 }
 

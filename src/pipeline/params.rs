@@ -258,8 +258,8 @@ impl Params {
     #[inline(never)] // Large, and called from several places: wasm has a budget.
     fn scaled(&self, scale: f32, spacing: f32) -> ScaledParams {
         let mut params = self.clone();
-        params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_STEP);
-        params.trajectory.mask_step = (params.trajectory.mask_step * scale).max(LEAST_STEP);
+        params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_GRID_STEP);
+        params.trajectory.mask_step = (params.trajectory.mask_step * scale).max(LEAST_MASK_STEP);
         // Neighbours far beyond have no say, but each would take time.
         params.cut.vote_radius = (params.cut.vote_radius * scale).min(MOST_VOTE_STEPS * spacing);
         params.refine.band = (params.refine.band as f32 * scale).round() as u32;
@@ -279,8 +279,10 @@ impl Params {
 const MOST_VOTE_STEPS: f32 = 20.0;
 /// Least scale of lengths: below, neighbouring trajectories see the same pixels.
 const LEAST_SCALE: f32 = 0.5;
-/// Least spacing of trajectories, in pixels.
-const LEAST_STEP: f32 = 2.0;
+/// Least spacing of trajectories, in pixels: what they cost grows with its fourth power.
+const LEAST_GRID_STEP: f32 = 3.0;
+/// The same of those for masks, which are not compared with each other.
+const LEAST_MASK_STEP: f32 = 2.0;
 
 /// The grid step at which counts of trajectories are stated in the parameters, in pixels.
 pub(super) const REFERENCE_STEP: f32 = 8.0;
@@ -403,11 +405,11 @@ mod tests {
     #[test]
     fn votes_are_asked_within_twenty_steps_at_most() {
         let mut params = Params::default();
-        params.trajectory.grid_step = 2.0;
+        params.trajectory.grid_step = 3.0;
         assert_eq!(params.for_size((640, 360)).cut.vote_radius, params.cut.vote_radius);
         params.cut.vote_radius = 1000.0;
-        assert_eq!(params.for_size((640, 360)).cut.vote_radius, 40.0);
-        assert_eq!(params.for_size((99, 99)).cut.vote_radius, 20.0);
+        assert_eq!(params.for_size((640, 360)).cut.vote_radius, 60.0);
+        assert_eq!(params.for_size((99, 99)).cut.vote_radius, 30.0);
     }
 
     #[test]

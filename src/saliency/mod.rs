@@ -75,7 +75,7 @@ crate::params! {
         /// Higher is slower.
         pub map_side: u32 = 120, in 16..=1024;
         /// Bins of the magnitude (Rahtu et al.: 15). Higher is slower.
-        pub bins: u32 = 15, in 2..=64;
+        pub bins: u32 = 15, in 2..=32;
         /// Magnitude at which the last bin ends, in pixels a frame (Rahtu et al.: 15); 0 takes it from the clip.
         pub range: f64 = 0.0, in 0.0..=250.0;
         /// Where the clip sets the range: this part of all its magnitudes lies within.

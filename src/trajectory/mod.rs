@@ -29,7 +29,7 @@ crate::params! {
     pub struct TrajectoryParams {
         /// Spacing of the seed grid, in pixels of the processed frames. Lower is slower and finds smaller objects.
         /// Default: the published tracker's 8.
-        pub grid_step: f32 = 8.0, in 2.0..=64.0;
+        pub grid_step: f32 = 8.0, in 3.0..=64.0;
         /// Shortest trajectory kept, in frames (section 5: 7). Clips of fewer than 13 frames use half their length, but
         /// at least 2.
         pub min_length: u32 = 7, in 2..=1000;
