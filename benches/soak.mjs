@@ -12,7 +12,7 @@ import { fail, root } from '../scripts/tools.mjs';
 import { curves, tables } from './soak/report.mjs';
 
 /** How often each is done. */
-const USUALLY = { sessions: 1000, crowd: 20, windows: 3000, page: 100 };
+const USUALLY = { sessions: 1000, crowd: 20, windows: 12000, page: 1000 };
 /** Bytes that a session or a window may leave behind. */
 const MOST_SLOPE = 1024;
 

@@ -8,7 +8,7 @@
 //! - those that also lie over background to a good part, while others do not, are background: they take out of an
 //!   object what is none;
 //! - so are strokes over an object that lie over no trajectory: what nothing moves in, such as a plain sky, is no
-//!   object, and masks give it to whatever lies beside it;
+//!   object, and masks give it to whatever lies beside it (both only where some cluster is background);
 //! - of the others, that with the larger part keeps the label, and each of the rest becomes a new object. An object is
 //!   divided between its strokes. Of the background only as much is taken as is bound closely to the stroke.
 //!
@@ -95,11 +95,12 @@ pub(crate) fn apart(painted: &Painted) -> Result<Decision, Error> {
     let main: Vec<u8> = shares.iter().map(Shares::main).collect();
     let mut targets = main.clone();
     let mut free = free_labels(painted.used);
+    let has_background = painted.used.contains(&0);
     let mut divided = Vec::new();
     for m in distinct(&main) {
         let rivals: Vec<usize> = (0..main.len()).filter(|&k| main[k] == m).collect();
         let is_empty = |k: usize| !painted.under.contains(&Some(k as u8));
-        let leaves = |k: &usize| m != 0 && (shares[*k].part(0) >= GOOD_PART || is_empty(*k));
+        let leaves = |k: &usize| m != 0 && has_background && (shares[*k].part(0) >= GOOD_PART || is_empty(*k));
         let stays: Vec<usize> = rivals.iter().copied().filter(|k| !leaves(k)).collect();
         let rivals = if stays.is_empty() {
             rivals

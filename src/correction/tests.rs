@@ -92,6 +92,9 @@ fn a_stroke_over_no_trajectory_is_background_and_makes_no_object() {
     assert_eq!((found.of_stroke, found.label), (vec![1, 0], label.clone()));
     let nowhere = Painted { over: &[vec![0; 5], vec![0; 5]], ..painted };
     assert!(apart(&nowhere).unwrap_err().to_string().contains("stroke 1 lies over no trajectory"));
+    // Where no cluster is background, masks cannot have any either (found by the fuzzer).
+    let all_objects = Painted { used: &[1, 2], ..painted };
+    assert!(apart(&all_objects).unwrap_err().to_string().contains("stroke 1 lies over no trajectory"));
 }
 
 #[test]

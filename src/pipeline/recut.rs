@@ -135,7 +135,7 @@ impl Recut {
         let of_cluster = &self.objects.of_cluster;
         let now: Vec<u8> = clusters.iter().map(|&c| of_cluster.get(c as usize).copied().unwrap_or(0)).collect();
         let change = Change { old, superpixels, had: &self.had[t], now: &now };
-        let used: Vec<bool> = (0..=255).map(|l| l == 0 || of_cluster.contains(&l)).collect();
+        let used: Vec<bool> = (0..=255).map(|l| of_cluster.contains(&l)).collect();
         let mut mask = if now == self.had[t] { old.clone() } else { change.mask(&used) };
         if now != self.had[t] {
             let refined = refine_since(&mask, old, frame, &params.refine);
@@ -145,8 +145,11 @@ impl Recut {
                 }
             }
         }
-        for label in mask.data_mut().iter_mut().filter(|l| !used[usize::from(**l)]) {
-            *label = 0;
+        for (label, &s) in mask.data_mut().iter_mut().zip(superpixels.label.data()) {
+            if !used[usize::from(*label)] {
+                // Without a cluster of the background there is none.
+                *label = if used[0] { 0 } else { now[s as usize] };
+            }
         }
         for held in self.held.iter().filter(|h| h.t == t) {
             held.pixels.iter().for_each(|&p| mask.data_mut()[p as usize] = held.label);
