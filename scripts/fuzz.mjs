@@ -18,7 +18,7 @@ const runsOf = {
   halves: 20000,
   windows: 20000,
   image: 50000,
-  outside_tracks: 50000,
+  outside_tracks: 20000,
 };
 /** Of these the code is ours, which has no `unsafe`; `npm run test:long` runs the native tests with the sanitizer. */
 const sanitizerOf = (name) => process.env.TRACECUT_SANITIZER ?? (name in runsOf ? 'none' : 'address');

@@ -1,6 +1,6 @@
 // A page left running, one clip after the other: opened as files, segmented, shown, the next.
 
-import { execFileSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
 import { launchBrowser } from '../../scripts/browser.mjs';
 import { serve } from '../../scripts/serve.mjs';
 import { pngBytes } from '../../tests/png.mjs';
@@ -35,18 +35,17 @@ async function measure() {
   return { heap: usedSize + backingStorageSize, rss: await renderers() };
 }
 
-/** Resident bytes of all of the browser's processes that show pages. */
+/**
+ * Resident bytes of all of the browser's processes that show pages, without files and what they share with the process
+ * that draws: tiles come and go there by megabytes.
+ */
 async function renderers() {
   const { processInfo } = await (await browser.newBrowserCDPSession()).send('SystemInfo.getProcessInfo');
   const ids = processInfo.filter(({ type }) => type === 'renderer').map(({ id }) => id);
-  const sizes = execFileSync('ps', ['-o', 'rss=', '-p', ids.join(',')], { encoding: 'utf8' });
-  return (
-    1024 *
-    sizes
-      .trim()
-      .split('\n')
-      .reduce((sum, size) => sum + Number(size), 0)
+  const kilobytes = ids.map((id) =>
+    Number(/^RssAnon:\s+(\d+) kB$/m.exec(readFileSync(`/proc/${id}/status`, 'utf8'))[1]),
   );
+  return 1024 * kilobytes.reduce((sum, size) => sum + size, 0);
 }
 
 const result = await soak('page', 'clip', Number(process.argv[2]), clip, measure);
