@@ -1,5 +1,8 @@
 """Sets up an environment, builds the package and runs its tests: ``python python/run_tests.py [arguments of pytest]``.
 
+``--prepare`` makes the environment, ``--build`` the module in it, ``--test`` runs the tests of what was built: without one
+of them, all three.
+
 ``--wheel`` builds the wheel as it would be published instead, installs it into an empty environment and tests it there,
 and what is marked ``wheel``: the notebook, whose packages take long to install, and what runs for many seconds.
 """
@@ -44,13 +47,24 @@ def test(python: Path, arguments: list[str], files: list[Path]) -> None:
     run(python, "-m", "pytest", "-c", HERE / "pyproject.toml", "--rootdir", HERE, *arguments, *([] if named else files))
 
 
-def develop(arguments: list[str]) -> None:
-    """The tests in an environment that stays, on the build of Cargo's tests: what they compiled is compiled."""
+def prepare() -> None:
+    """The environment, which stays; its packages are asked for when this file has changed."""
     python = python_of(VENV)
-    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS)
-    build = ["-m", "maturin", "develop", "--profile", "dev", "--manifest-path", HERE / "Cargo.toml", "--locked"]
-    run(python, *build, VIRTUAL_ENV=str(VENV))
-    test(python, arguments, [HERE / "tests"])
+    wanted, had = " ".join(TOOLS), VENV / "packages.txt"
+    if not had.exists() or had.read_text() != wanted:
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS)
+        had.write_text(wanted)
+
+
+def build() -> None:
+    """The module on the build of Cargo's tests: what they compiled is compiled."""
+    command = ["-m", "maturin", "develop", "--profile", "dev", "--manifest-path", HERE / "Cargo.toml", "--locked"]
+    run(python_of(VENV), *command, VIRTUAL_ENV=str(VENV))
+
+
+def develop(arguments: list[str]) -> None:
+    """The tests in the environment that stays."""
+    test(python_of(VENV), arguments, [HERE / "tests"])
 
 
 def wheel(arguments: list[str]) -> None:
@@ -72,6 +86,10 @@ def wheel(arguments: list[str]) -> None:
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITH_VIDEO_AND_NOTEBOOK])
 
 
+STEPS = {"--prepare": prepare, "--build": build, "--test": lambda: develop(rest), "--wheel": lambda: wheel(rest)}
+
 if __name__ == "__main__":
-    rest = [word for word in sys.argv[1:] if word != "--wheel"]
-    (wheel if "--wheel" in sys.argv[1:] else develop)(rest)
+    chosen = [word for word in sys.argv[1:] if word in STEPS]
+    rest = [word for word in sys.argv[1:] if word not in STEPS]
+    for word in chosen or ["--prepare", "--build", "--test"]:
+        STEPS[word]()

@@ -4,7 +4,15 @@ import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 import { fail, findProgram, root, run } from './tools.mjs';
 
-const names = ['chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable', 'chrome'];
+// Without windows first: a third less work for the machine.
+const names = [
+  'chromium-headless-shell',
+  'chromium',
+  'chromium-browser',
+  'google-chrome',
+  'google-chrome-stable',
+  'chrome',
+];
 const places = [
   '/Applications/Google Chrome.app/Contents/MacOS/Google Chrome',
   '/Applications/Chromium.app/Contents/MacOS/Chromium',
@@ -23,8 +31,9 @@ const flags = [
 /**
  * Path of a Chromium: the CHROME environment variable, one on PATH, one in the usual places, or one downloaded earlier.
  */
-export function findBrowser() {
-  return findProgram(process.env.CHROME, ...names, ...places, chromium.executablePath());
+export function findBrowser({ withWindows = false } = {}) {
+  const wanted = withWindows ? names.slice(1) : names;
+  return findProgram(process.env.CHROME, ...wanted, ...places, chromium.executablePath());
 }
 
 /** As `findBrowser`, but downloads a Chromium when there is none; ends the script when that fails. */
@@ -42,7 +51,18 @@ export function ensureBrowser() {
   return findBrowser() ?? fail('The downloaded Chromium cannot be found; name one in the environment variable CHROME.');
 }
 
-/** Starts a headless Chromium with a fresh profile: a Playwright `Browser`. */
+const launched = (args = []) => ({ executablePath: ensureBrowser(), headless: true, args: [...flags, ...args] });
+
+/** Starts a headless Chromium that many processes use, each with pages of its own: a Playwright `BrowserServer`. */
+export function shareBrowser() {
+  return chromium.launchServer(launched());
+}
+
+/**
+ * A headless Chromium with a fresh profile, a Playwright `Browser`: the shared one that `TRACECUT_BROWSER` names, or one of
+ * its own where there is none, and where it takes arguments.
+ */
 export function launchBrowser({ args = [] } = {}) {
-  return chromium.launch({ executablePath: ensureBrowser(), headless: true, args: [...flags, ...args] });
+  const shared = process.env.TRACECUT_BROWSER;
+  return shared && args.length === 0 ? chromium.connect(shared) : chromium.launch(launched(args));
 }

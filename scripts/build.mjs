@@ -1,5 +1,6 @@
 // Builds the npm package into dist/: Rust to wasm, its JavaScript glue, optimisation, the hand-written modules and
-// their types. Steps whose inputs have not changed are skipped. `node scripts/build.mjs --force` takes them all.
+// their types. Steps whose inputs have not changed are skipped. `node scripts/build.mjs --force` takes them all, `--fast`
+// makes the wasm files in seconds after an edit, larger and as fast, to test with.
 
 import { createHash } from 'node:crypto';
 import { copyFileSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
@@ -12,7 +13,17 @@ import { describeTypes, importPlatform } from './declarations.mjs';
 import { writeLicences } from './licences.mjs';
 import { writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
-import { bindgenSource, ensureBindgen, ensureNodeModules, ensureRust, fail, root, run, runBeside } from './tools.mjs';
+import {
+  bindgenSource,
+  during,
+  ensureBindgen,
+  ensureNodeModules,
+  ensureRust,
+  fail,
+  root,
+  run,
+  runBeside,
+} from './tools.mjs';
 
 const WASM = 'wasm32-unknown-unknown';
 const dist = join(root, 'dist');
@@ -30,59 +41,71 @@ const wasmFeatures = [
   'simd',
 ].map((feature) => `--enable-${feature}`);
 
+/** How the wasm files are made. A fast build compiles the library once: one file is all that JavaScript calls, twice. */
+const KINDS = {
+  release: { profile: 'wasm', optimise: true },
+  fast: { profile: 'wasm-fast', optimise: false },
+};
+
 /**
- * Builds everything that is out of date. A wasm file over its budget ends the script, unless `overBudget` is 'warn'.
+ * Builds everything that is out of date. A wasm file over its budget ends the script, unless `overBudget` is 'warn'. With
+ * `onlyPage` only what the demo page loads: no declarations, no builds in one file, no licences.
  */
-export async function build({ force = false, overBudget = 'fail' } = {}) {
+export async function build({ force = false, overBudget = 'fail', fast = false, onlyPage = false } = {}) {
   ensureNodeModules();
   ensureRust();
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
-  const scripts = [
-    join(root, 'scripts', 'build.mjs'),
-    bindgenSource,
-    join(root, 'scripts', 'parameters.mjs'),
-    join(root, 'scripts', 'declarations.mjs'),
-  ];
+  const scripts = ['build', 'parameters', 'declarations'].map((name) => join(root, 'scripts', `${name}.mjs`));
+  const making = [...scripts, bindgenSource];
   const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');
-  // A target folder of its own: the decoder wants the library with fewer features, and in one folder each would undo
-  // the other's build.
-  const decoderFolder = join('target', 'decoder');
-  const decoder = wasmFile('tracecut_decoder', decoderFolder);
-  const engine = wasmFile('tracecut', 'target');
+  const kind = fast ? 'fast' : 'release';
+  const { profile } = KINDS[kind];
+  const decoder = wasmFile('tracecut_decoder', profile);
+  const engine = fast ? decoder : wasmFile('tracecut', profile);
   fetchCrates();
-  if (!existsSync(engine)) console.log('Compiling two wasm files for the first time (two to three minutes).');
-  // Side by side: the last minute of each is linking, which keeps one core busy.
-  await Promise.all([
-    ensureBindgen(),
-    cargoBuild(['--lib', '--features', 'wasm'], 'target'),
-    // Small code: its hot loops wait for memory, and it has a budget too.
-    cargoBuild(['--package', 'tracecut-decoder', '--config', 'profile.wasm.opt-level="s"'], decoderFolder),
-  ]);
-  await step(stamps, 'decoder', [decoder, lock, ...scripts], () => {
-    buildWasm(decoder, 'decoder');
-    editDecoder();
-  });
-  await step(stamps, 'wasm', [engine, lock, ...scripts], async () => {
-    buildWasm(engine, 'tracecut');
+  const bindgen = during('making the tool for the glue', 40, ensureBindgen);
+  await compileDecoder(kind);
+  const decoderMade = bindgen.then(() =>
+    step(stamps, 'decoder', [decoder, lock, ...making], async () => {
+      await buildWasm(decoder, 'decoder', kind);
+      editDecoder();
+    }),
+  );
+  if (!fast) await compileEngine(kind);
+  await bindgen;
+  await step(stamps, 'wasm', [engine, lock, ...making], async () => {
+    await buildWasm(engine, 'tracecut', kind);
     await buildGlue();
     await writeParameters(dist);
   });
+  await decoderMade;
   await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
   writeExpected();
   const sources = libraryFiles().map((name) => join(lib, name));
-  // With the wasm files, whose declarations it goes on with.
-  const declared = [engine, decoder, join(dist, 'parameters.d.ts'), join(dist, 'selftest', 'expected.js')];
-  await step(stamps, 'modules', [...sources, ...declared, lock, ...scripts], () => buildModules());
-  const bundled = ['tracecut_bg.wasm', 'decoder_bg.wasm', 'glue.js', 'decoder.js', 'vendor/media.js', 'vendor/zip.js'];
-  const parts = [...bundled.map((name) => join(dist, name)), ...BUNDLE_SOURCES, join(root, 'scripts', 'bundles.mjs')];
-  await step(stamps, 'bundles', [...sources, ...parts, lock, ...scripts], buildBundles);
-  // Always: the toolchain counts among the inputs too, and it takes less than a second.
-  writeLicences(dist);
+  removeStale();
+  copyModules('.js');
+  if (!onlyPage) {
+    // With the wasm files, whose declarations it goes on with.
+    const declared = [engine, decoder, join(dist, 'selftest', 'expected.js')];
+    await step(stamps, 'types', [...sources, ...declared, lock, ...scripts], buildTypes);
+    const bundled = [
+      'tracecut_bg.wasm',
+      'decoder_bg.wasm',
+      'glue.js',
+      'decoder.js',
+      'vendor/media.js',
+      'vendor/zip.js',
+    ];
+    const parts = [...bundled.map((name) => join(dist, name)), ...BUNDLE_SOURCES, join(root, 'scripts', 'bundles.mjs')];
+    await step(stamps, 'bundles', [...sources, ...parts, lock, ...scripts], buildBundles);
+    // Always: the toolchain counts among the inputs too, and it takes less than a second.
+    writeLicences(dist);
+  }
   writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
-  checkSize(overBudget === 'warn' ? console.warn : fail);
+  if (!fast) checkSize(overBudget === 'warn' ? console.warn : fail);
 }
 
 /** Runs `make` unless the contents of `inputs` are those of the last time. */
@@ -95,8 +118,10 @@ async function step(stamps, name, inputs, make) {
     return;
   }
   delete stamps[name];
+  const begun = Date.now();
   await make();
   stamps[name] = digest;
+  console.log(`${name}: made in ${((Date.now() - begun) / 1000).toFixed(1)} s`);
 }
 
 function readStamps(force) {
@@ -107,12 +132,36 @@ function readStamps(force) {
   return stamps;
 }
 
-/** Compiles a crate to wasm; messages name a crate's files from its name on, so that the bytes are the same anywhere. */
-function cargoBuild(which, folder) {
-  const args = ['--profile', 'wasm', '--target', WASM, '--target-dir', folder];
+/** What reads files, with the library's own features; in a fast build it holds all that JavaScript calls. */
+function compileDecoder(kind) {
+  const { profile } = KINDS[kind];
+  // Small code: its hot loops wait for memory, and it has a budget too.
+  const small = ['--config', `profile.${profile}.package.tracecut.opt-level="s"`];
+  const which = kind === 'fast' ? ['--features', 'tracecut/wasm'] : small;
+  return during('compiling what reads files, and all crates', 60, () =>
+    cargo(kind, 'build', ['--package', 'tracecut-decoder', ...which]),
+  );
+}
+
+function compileEngine(kind) {
+  const which = ['--package', 'tracecut', '--lib', '--crate-type', 'cdylib', '--features', 'wasm'];
+  return during('compiling the library', 50, () => cargo(kind, 'rustc', which));
+}
+
+/** Compiles to wasm; messages name a crate's files from its name on, so that the bytes are the same anywhere. */
+function cargo(kind, command, which) {
   const flags = crateFolders().flatMap((place) => ['--remap-path-prefix', `${place}=crates`]);
   const remapped = ['--config', `target.${WASM}.rustflags=${JSON.stringify(flags)}`];
-  return runBeside('cargo', ['build', ...args, ...remapped, ...which]);
+  return runBeside('cargo', [
+    command,
+    '--quiet',
+    '--profile',
+    KINDS[kind].profile,
+    '--target',
+    WASM,
+    ...remapped,
+    ...which,
+  ]);
 }
 
 /** Before their place is asked for: on a new machine they have none. */
@@ -127,14 +176,31 @@ function crateFolders() {
 }
 
 /** Where a crate's wasm file is, once compiled. */
-function wasmFile(crate, folder) {
-  return join(root, folder, WASM, 'wasm', `${crate}.wasm`);
+function wasmFile(crate, profile) {
+  return join(root, 'target', WASM, profile, `${crate}.wasm`);
 }
 
-function buildWasm(cargoWasm, name) {
-  run('bindgen', [cargoWasm, dist, name]);
+/** JavaScript glue and the wasm file in `dist`; optimised ones are kept, for when another build has been between. */
+async function buildWasm(cargoWasm, name, kind) {
+  await runBeside('bindgen', [cargoWasm, dist, name]);
+  if (!KINDS[kind].optimise) return;
   const wasm = join(dist, `${name}_bg.wasm`);
-  run(process.execPath, [bin('binaryen/bin/wasm-opt'), '-O3', '--converge', ...wasmFeatures, wasm, '-o', wasm]);
+  const kept = join(
+    root,
+    'target',
+    'optimised',
+    name,
+    `${createHash('sha256').update(readFileSync(wasm)).digest('hex')}.wasm`,
+  );
+  if (!existsSync(kept)) {
+    rmSync(dirname(kept), { recursive: true, force: true });
+    mkdirSync(dirname(kept), { recursive: true });
+    const options = ['-O3', '--converge', ...wasmFeatures];
+    await during(`optimising ${name}_bg.wasm`, 20, () =>
+      runBeside(process.execPath, [bin('binaryen/bin/wasm-opt'), ...options, wasm, '-o', kept]),
+    );
+  }
+  copyFileSync(kept, wasm);
 }
 
 /** Engines without `TextDecoder` have one of the package's. */
@@ -229,12 +295,16 @@ function writeExpected() {
   writeFileSync(`${file}.d.ts`, `export declare const EXPECTED: ${type};\n`);
 }
 
-function buildModules() {
-  removeStale();
-  for (const name of libraryFiles().filter((file) => /\.(js|d\.ts)$/.test(file))) {
+/** Copies the hand-written modules, `.js`, or their declarations, `.d.ts`. */
+function copyModules(ending) {
+  for (const name of libraryFiles().filter((file) => file.endsWith(ending))) {
     mkdirSync(dirname(join(dist, name)), { recursive: true });
     copyFileSync(join(lib, name), join(dist, name));
   }
+}
+
+function buildTypes() {
+  copyModules('.d.ts');
   run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
     hint: 'The types of www/lib do not agree.',
   });
@@ -256,5 +326,5 @@ function kilobytes(bytes) {
 }
 
 if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) {
-  await build({ force: process.argv.includes('--force') });
+  await build({ force: process.argv.includes('--force'), fast: process.argv.includes('--fast') });
 }

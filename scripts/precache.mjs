@@ -32,17 +32,21 @@ const folders = [
  * @typedef {{version: string, files: [name: string, integrity: string][]}} Precache
  */
 
-/** @returns {Precache} */
-export function precacheList() {
-  return listed(folders);
+/**
+ * @param {Record<string, string>} [instead] texts that a server gives in the place of files, by their paths
+ * @returns {Precache}
+ */
+export function precacheList(instead) {
+  return listed(folders, instead);
 }
 
 /**
  * The same of any folders.
  * @param {typeof folders} places
+ * @param {Record<string, string>} [instead]
  * @returns {Precache}
  */
-export function listed(places) {
+export function listed(places, instead = {}) {
   const hash = createHash('sha256');
   /** @type {Precache['files']} */
   const files = [];
@@ -55,7 +59,7 @@ export function listed(places) {
           .replaceAll(sep, '/'),
       );
     for (const name of names.filter(wanted).sort()) {
-      const bytes = readFileSync(join(folder, name));
+      const bytes = instead[(at + name).slice(1)] ?? readFileSync(join(folder, name));
       hash.update(at + name).update(bytes);
       const own = createHash('sha256').update(bytes).digest('base64');
       // Hosts may lead from one of the names of a page to the other.

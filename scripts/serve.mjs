@@ -5,7 +5,7 @@ import { createReadStream } from 'node:fs';
 import { realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join, resolve, sep } from 'node:path';
-import { serviceWorker } from './precache.mjs';
+import { precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
 const mounts = [
@@ -32,12 +32,12 @@ const types = {
 
 /**
  * Starts the server on this machine's own address; port 0 takes a free one. `places` are folders by what their
- * addresses begin with.
+ * addresses begin with; `instead` are texts that are served in the place of files, by their paths.
  * @returns {Promise<{url: string, close: () => Promise<void>}>}
  */
-export function serve({ port = 0, places = mounts } = {}) {
+export function serve({ port = 0, places = mounts, instead = {} } = {}) {
   const server = createServer((request, response) => {
-    answer(request, response, places).catch(() => end(response, 500, 'internal error'));
+    answer(request, response, places, instead).catch(() => end(response, 500, 'internal error'));
   });
   return new Promise((done, failed) => {
     server.once('error', failed);
@@ -59,10 +59,13 @@ const makeDocuments = async () => (await import('./documents.mjs')).writeDocumen
 /** A name that leads here may be anybody's; a page at such a name is not to read what is served. */
 const OWN_HOSTS = /^(127\.0\.0\.1|localhost|\[::1\])(:\d+)?$/i;
 
-async function answer(request, response, places) {
+async function answer(request, response, places, instead) {
   if (!OWN_HOSTS.test(request.headers.host ?? '')) return end(response, 403, 'only for this machine');
   if (request.method !== 'GET' && request.method !== 'HEAD') return end(response, 405, 'only GET and HEAD');
-  if (/^\/service-worker\.js(\?|$)/.test(request.url)) return end(response, 200, serviceWorker(), types['.js']);
+  if (request.url in instead) return end(response, 200, instead[request.url], types['.js']);
+  if (/^\/service-worker\.js(\?|$)/.test(request.url)) {
+    return end(response, 200, serviceWorker(precacheList(instead)), types['.js']);
+  }
   if (request.url.startsWith('/docs/')) await (documents ??= makeDocuments());
   const file = await find(request.url, places);
   if (!file) return end(response, 404, 'not found');

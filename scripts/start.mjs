@@ -8,7 +8,7 @@ import { serve } from './serve.mjs';
 import { fail } from './tools.mjs';
 
 const { port, open } = options();
-await build({ overBudget: 'warn' });
+await build({ overBudget: 'warn', onlyPage: true });
 const { url } = await serve({ port }).catch((error) =>
   fail(
     error.code === 'EADDRINUSE'

@@ -1,104 +1,80 @@
-// `npm test`: everything, in the order in which a fault is cheapest to find. Sets up what is missing first.
-// `npm test -- rust|wasm|node|browser` runs only the parts named; `npm run test:long` what is too slow for every time.
+// `npm test`: everything that guards behaviour. Sets up what is missing first, then runs files of tests side by side.
+//
+//   npm test [-- PART ...] [--slowest N] [--keep-times]     parts: rust, wasm, node, browser, python
+//   npm run test:fast [PATTERN]                             what an edit most likely breaks, or the files that match
+//   npm run test:long [PART ...]                            what is too slow for every time
 
-import { existsSync, readFileSync, readdirSync } from 'node:fs';
 import { availableParallelism } from 'node:os';
-import { join } from 'node:path';
-import { build } from './build.mjs';
-import { ensureNodeModules, ensureRust, ensureRustTool, fail, output, root, run } from './tools.mjs';
+import { parseArgs } from 'node:util';
+import { fastTasks } from './test/fast.mjs';
+import { longTasks } from './test/long.mjs';
+import { clock, runAll } from './test/pool.mjs';
+import { PARTS, tasksOf } from './test/tasks.mjs';
+import { estimate, keepTimes, knownTimes, secondsOf, slowest } from './test/times.mjs';
+import { useOneBrowser } from './test/browser.mjs';
+import { ensureNodeModules, ensureRust, fail } from './tools.mjs';
 
-const parts = {
-  rust: () => {
-    // Together: the library is compiled once, with all that the command line wants of it.
-    run('cargo', ['test', '--package', 'tracecut', '--package', 'tracecut-cli', '--features', 'tracecut/pnm']);
-  },
-  wasm: () => {
-    ensureRustTool('wasm-bindgen');
-    ensureRustTool('wasm-pack');
-    // wasm-pack takes the wasm-bindgen test runner from PATH and downloads nothing.
-    run('wasm-pack', ['test', '--node', '--mode', 'no-install', 'tests/wasm']);
-  },
-  node: async () => {
-    await build();
-    // By itself Node leaves one processor free, which is half of two.
-    run(process.execPath, [
-      '--test',
-      '--test-reporter=spec',
-      `--test-concurrency=${availableParallelism()}`,
-      ...testFiles('tests/node'),
-    ]);
-  },
-  browser: () => inBrowser('tests/package', 'tests/browser', 'tests/engines'),
-  long: async () => {
-    run(process.execPath, ['scripts/audit.mjs', '--install']);
-    for (const crate of ['tracecut', 'tracecut-cli'])
-      run('cargo', ['test', '--tests', '--package', crate, '--', '--ignored', '--nocapture']);
-    sanitized();
-    run('python3', ['python/run_tests.py', '--wheel']);
-    await inBrowser('tests/long');
-    // Of the ordinary tests, files that have some which are passed over otherwise.
-    const isSlow = (file) => readFileSync(join(root, file), 'utf8').includes('onlyLong');
-    const files = testFiles('tests/browser').filter(isSlow);
-    run(process.execPath, ['--test', '--test-reporter=spec', ...files], { env: { TRACECUT_LONG: '1' } });
-  },
-};
-const ordinary = ['rust', 'wasm', 'node', 'browser'];
-
-const chosen = process.argv.slice(2);
-const unknown = chosen.find((name) => !(name in parts));
-if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(parts).join(', ')}).`);
-
+const { mode, words, count, keep } = options();
 ensureNodeModules();
 ensureRust();
-for (const [name, part] of Object.entries(parts)) {
-  if (!(chosen.length > 0 ? chosen : ordinary).includes(name)) continue;
-  console.log(`\n== ${name} tests`);
-  await part();
-}
-console.log('\nAll tests passed.');
+const cores = availableParallelism();
+const seconds = secondsOf(knownTimes());
+const tasks = chosenTasks();
+if (tasks.length === 0) fail(`No file of tests matches ${words.join(' ')}.`);
+plan();
+const closeBrowser = await useOneBrowser(tasks);
+const begun = Date.now();
+const outcomes = await runAll(tasks, cores);
+await closeBrowser();
+report();
 
-/** Native tests with every access of memory checked: our code has no `unsafe`, the crates that it calls have. */
-function sanitized() {
-  if (process.platform !== 'linux' || output('rustc', ['+nightly', '--version']) === null) {
-    console.log(
-      '!!! SKIPPED: tests with the address sanitizer need Linux and the nightly compiler (rustup toolchain install nightly)',
-    );
-    return;
+function options() {
+  try {
+    const { values, positionals } = parseArgs({
+      options: { slowest: { type: 'string', default: '0' }, 'keep-times': { type: 'boolean', default: false } },
+      allowPositionals: true,
+    });
+    const [first, ...rest] = positionals;
+    const isMode = ['fast', 'long'].includes(first);
+    return {
+      mode: isMode ? first : 'all',
+      words: isMode ? rest : positionals,
+      count: Number(values.slowest),
+      keep: values['keep-times'],
+    };
+  } catch (error) {
+    return fail(`${error.message}\nUsage: npm test -- [PART ...] [--slowest N] [--keep-times]`);
   }
-  const target = output('rustc', ['-vV']).match(/host: (.*)/)[1];
-  const env = { RUSTFLAGS: '-Zsanitizer=address', CARGO_TARGET_DIR: join('target', 'sanitizer') };
-  const tests = {
-    tracecut: [
-      '--features',
-      'pnm',
-      '--lib',
-      '--test',
-      'random',
-      '--test',
-      'pipeline',
-      '--test',
-      'spectral',
-      '--test',
-      'mirror',
-    ],
-    'tracecut-cli': ['--lib', '--test', 'readers'],
-  };
-  for (const [crate, which] of Object.entries(tests))
-    run('cargo', ['+nightly', 'test', '--target', target, '--package', crate, ...which], { env });
 }
 
-async function inBrowser(...folders) {
-  await build();
-  const { ensureBrowser } = await import('./browser.mjs');
-  ensureBrowser();
-  run(process.execPath, ['--test', '--test-reporter=spec', ...folders.flatMap(testFiles)]);
+function chosenTasks() {
+  if (mode === 'fast') return fastTasks(words, seconds);
+  if (mode === 'long') return longTasks(words, seconds);
+  const unknown = words.find((name) => !(name in PARTS));
+  if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(PARTS).join(', ')}).`);
+  return tasksOf(words.length > 0 ? words : Object.keys(PARTS), seconds);
 }
 
-function testFiles(folder) {
-  const path = join(root, folder);
-  if (!existsSync(path)) fail(`${folder} is missing.`);
-  return readdirSync(path)
-    .filter((name) => /\.test\.m?js$/.test(name))
-    .sort()
-    .map((name) => `${folder}/${name}`);
+/** Says what will be done, and how long that takes. */
+function plan() {
+  const parts = new Map();
+  for (const { part } of tasks) parts.set(part, (parts.get(part) ?? 0) + 1);
+  const list = [...parts].map(([part, number]) => (part === 'build' ? `${number} builds` : `${number} of ${part}`));
+  const expected = clock(1000 * estimate(tasks, cores));
+  console.log(
+    `${tasks.length} tasks (${list.join(', ')}) on ${cores} cores: about ${expected} minutes, builds aside that are done.`,
+  );
+}
+
+function report() {
+  if (count > 0) console.log(`\nThe slowest:\n${slowest(outcomes, count)}`);
+  if (keep) keepTimes(outcomes);
+  const sum = (key) => outcomes.reduce((total, { counts }) => total + counts[key], 0);
+  const failed = outcomes.filter((outcome) => outcome.failed);
+  if (failed.length > 0) console.log(`\nFAILED:\n${failed.map(({ task }) => `  ${task.name}`).join('\n')}`);
+  const missed = Math.max(sum('failed'), failed.length);
+  console.log(
+    `\nIn ${clock(Date.now() - begun)} minutes:\n${sum('passed')} passed, ${missed} failed, ${sum('skipped')} skipped`,
+  );
+  if (failed.length > 0) process.exit(1);
 }

@@ -1,6 +1,6 @@
 // Finds the tools that the project needs, of the right version, and installs what is missing: npm packages into
 // node_modules/, Rust tools into .tools/ (nothing outside the project but the rustup target). A second call finds
-// everything in place.
+// everything in place. `node scripts/tools.mjs NAME ...` makes sure of Rust tools.
 
 import { spawn, spawnSync } from 'node:child_process';
 import {
@@ -14,7 +14,7 @@ import {
   writeFileSync,
 } from 'node:fs';
 import { delimiter, join } from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { fileURLToPath, pathToFileURL } from 'node:url';
 
 /** The project's root folder. */
 export const root = fileURLToPath(new URL('..', import.meta.url));
@@ -60,7 +60,6 @@ export function run(command, args, { env = {}, hint = '' } = {}) {
 
 /** The same while other commands run; their outputs mix line by line. */
 export function runBeside(command, args, { env = {}, hint = '' } = {}) {
-  console.log(`$ ${command} ${args.join(' ')}`);
   return new Promise((resolve) => {
     const child = spawn(command, args, shown(command, env));
     child.on('error', (error) => fail(`${command} cannot be started: ${error.message}. ${hint}`));
@@ -69,6 +68,36 @@ export function runBeside(command, args, { env = {}, hint = '' } = {}) {
       resolve();
     });
   });
+}
+
+const begun = Date.now();
+/** What is done now, and since when. */
+const work = new Map();
+const PAUSE_MS = 5000;
+
+/**
+ * Does something that may take long: says what and for how long, every few seconds. Nothing is said of what is done at once.
+ *
+ * @template T
+ * @param {string} what
+ * @param {number} seconds what it takes on two idle cores
+ * @param {() => Promise<T>} action
+ * @returns {Promise<T>}
+ */
+export async function during(what, seconds, action) {
+  const since = Date.now();
+  const passed = (from) => Math.round((Date.now() - from) / 1000);
+  const tell = () => console.log(`[${passed(begun)} s] ${what}: ${passed(since)} s of about ${seconds}`);
+  work.set(what, tell);
+  // The first of all that is done speaks for the others.
+  const timer = setInterval(() => work.keys().next().value === what && work.forEach((say) => say()), PAUSE_MS);
+  try {
+    return await action();
+  } finally {
+    clearInterval(timer);
+    work.delete(what);
+    if (passed(since) > 1) console.log(`[${passed(begun)} s] ${what}: done in ${passed(since)} s`);
+  }
 }
 
 /** How a command is run whose output is shown. */
@@ -163,7 +192,6 @@ export async function ensureBindgen() {
   const [source, copy] = [bindgenSource, join(folder, 'src', 'main.rs')];
   const isSame = existsSync(copy) && readFileSync(copy).equals(readFileSync(source));
   if (isSame && output('bindgen' + exe, ['--version']) === `bindgen ${version}`) return;
-  console.log(`wasm-bindgen ${version} is not there yet; building it into .tools (half a minute, once).`);
   mkdirSync(join(folder, 'src'), { recursive: true });
   copyFileSync(source, copy);
   writeFileSync(
@@ -179,6 +207,8 @@ export async function ensureBindgen() {
       '',
     ].join('\n'),
   );
-  const args = ['install', '--path', folder, '--root', join(root, '.tools'), '--force'];
+  const args = ['install', '--quiet', '--path', folder, '--root', join(root, '.tools'), '--force'];
   await runBeside('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });
 }
+
+if (import.meta.url === pathToFileURL(process.argv[1] ?? '').href) process.argv.slice(2).forEach(ensureRustTool);

@@ -19,8 +19,8 @@ export function recorded(t, first, last, env = {}) {
   t.after(() => rmSync(folder, { recursive: true }));
   // As `npm test` builds it: nothing is compiled anew.
   const built = ['--package', 'tracecut', '--package', 'tracecut-cli', '--features', 'tracecut/pnm'];
-  const args = ['test', '--quiet', ...built, '--test', 'random'];
-  const result = spawnSync('cargo', [...args, '--', '--ignored', '--exact', 'sessions_are_written_down'], {
+  const args = ['test', '--quiet', ...built, '--test', 'integration'];
+  const result = spawnSync('cargo', [...args, '--', '--ignored', '--exact', 'random::sessions_are_written_down'], {
     cwd: root,
     encoding: 'utf8',
     env: { ...process.env, ...env, TRACECUT_SESSIONS: folder, TRACECUT_SEEDS: `${first}..${last}` },

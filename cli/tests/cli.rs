@@ -1,20 +1,12 @@
 //! The `tracecut` program from outside: what it writes, and what it answers to input that it cannot use.
 
-#[path = "cli/clusters.rs"]
 mod clusters;
-#[path = "cli/davis.rs"]
 mod davis;
-#[path = "cli/faults.rs"]
 mod faults;
-#[path = "cli/files.rs"]
 mod files;
-#[path = "cli/images.rs"]
 mod images;
-#[path = "cli/masks.rs"]
 mod masks;
-#[path = "cli/selftest.rs"]
 mod selftest;
-#[path = "cli/wild.rs"]
 mod wild;
 
 use image::{ExtendedColorType, ImageEncoder};

@@ -1,12 +1,9 @@
 //! Files with faults, read by the command line: nothing panics, and whatever comes out keeps its laws.
 
-#![allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
-
-#[path = "readers/checks.rs"]
 mod checks;
-#[path = "../../tests/made/choices.rs"]
+#[path = "../../tests/rust/made/choices.rs"]
 mod choices;
-#[path = "../../tests/made/mutate.rs"]
+#[path = "../../tests/rust/made/mutate.rs"]
 mod mutate;
 
 use choices::Choices;

@@ -2,5 +2,5 @@
 
 #[path = "../../cli/tests/readers/checks.rs"]
 pub mod checks;
-#[path = "../../tests/made/mod.rs"]
+#[path = "../../tests/rust/made/mod.rs"]
 pub mod made;

@@ -80,8 +80,8 @@ describe('masks changed by hand', () => {
 
     await use('paint');
     await page.selectOption('#correct-object', '2');
-    assert.match(await paint(20, 30, 40, 34), /^In \d+ frames/);
-    assert.equal(await labelAt(12, 30, 32), 2);
+    assert.match(await paint(14, 21, 28, 24), /^In \d+ frames/);
+    assert.equal(await labelAt(12, 21, 22), 2);
     const painted = await masks();
     await screenshot(page, 'brush');
     assert.deepEqual(await accessibilityFaults(page), []);
@@ -89,14 +89,14 @@ describe('masks changed by hand', () => {
     await use('erase');
     assert.equal(await page.inputValue('#correct-object'), '2');
     await page.uncheck('#brush-carry');
-    assert.equal(await paint(20, 30, 40, 34), 'In frame 13.');
-    assert.equal(await labelAt(12, 30, 32), 0);
+    assert.equal(await paint(14, 21, 28, 24), 'In frame 13.');
+    assert.equal(await labelAt(12, 21, 22), 0);
     await page.check('#brush-carry');
 
     await use('add');
     assert.equal(await page.inputValue('#correct-object'), '-1');
-    await click(250, 20);
-    assert.equal(await labelAt(12, 250, 20), 4);
+    await click(175, 14);
+    assert.equal(await labelAt(12, 175, 14), 4);
     assert.equal(await text(page, '#headline'), '4 moving objects and the background');
     const all = await masks();
 

@@ -8,13 +8,14 @@ import {
   ended,
   inPhase,
   layerNames,
+  onlyLong,
   paintedShare,
   picture,
   run,
   screenshot,
   sharedClips,
   showOnly,
-  onlyLong,
+  SMALL,
   text,
   useSample,
   useSite,
@@ -36,7 +37,7 @@ describe('video files', () => {
       'done',
       await page.evaluate(() => document.querySelector('#error').innerText),
     );
-    assert.match(await text(page, '#subline'), /trajector.* of 320 × 180/);
+    assert.match(await text(page, '#subline'), new RegExp(`trajector.* of ${SMALL.width} × ${SMALL.height}`));
     assert.deepEqual(faults, []);
   });
 
@@ -157,7 +158,7 @@ async function recordSample() {
   recorder.ondataavailable = (event) => parts.push(event.data);
   const stopped = new Promise((resolve) => (recorder.onstop = resolve));
   recorder.start();
-  for (let t = 0; t < 24; t += 1) {
+  for (let t = 0; t < source.count; t += 1) {
     ctx.putImageData(await source.preview(t, source.width), 0, 0);
     await new Promise((resolve) => setTimeout(resolve, 70));
   }

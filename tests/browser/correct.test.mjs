@@ -10,6 +10,7 @@ import {
   openSample,
   picture,
   screenshot,
+  SMALL,
   text,
   useSite,
 } from './support.mjs';
@@ -24,8 +25,10 @@ describe('a result is corrected', () => {
 
   /** All masks of the result on screen, as one text. */
   const masks = () =>
-    page.evaluate(() =>
-      Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.app.points.mask(t)].join('')).join('|'),
+    page.evaluate(
+      (frames) =>
+        Array.from({ length: frames }, (_, t) => [...globalThis.tracecutDemo.app.points.mask(t)].join('')).join('|'),
+      SMALL.frames,
     );
   const counts = () =>
     page.evaluate((t) => {

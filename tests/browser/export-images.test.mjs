@@ -1,17 +1,16 @@
 // Cut-out pictures and mask videos, saved by the page and opened again; files that are written while they are made.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { adjustMask } from '../../dist/node.js';
-import { openSample, screenshot, useSite } from './support.mjs';
+import { bytesOf, openSample, screenshot, SMALL, useSite } from './support.mjs';
 
-const [WIDTH, HEIGHT, FRAMES] = [480, 270, 24];
+const { width: WIDTH, height: HEIGHT, frames: FRAMES } = SMALL;
 const FRAME = 12;
 
 describe('cut-out pictures', () => {
-  const site = useSite({ sample: 'whole' });
+  const site = useSite();
   let page;
   let faults;
   let labels;
@@ -28,7 +27,7 @@ describe('cut-out pictures', () => {
     await page.click(`[data-export="${id}"]`);
     const file = await coming;
     await status('^Saved');
-    return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
+    return { name: file.suggestedFilename(), bytes: await bytesOf(file) };
   }
 
   test('are a ZIP of PNG files, transparent where no object is', async () => {

@@ -1,17 +1,27 @@
 // What the page saves of a video has the size of the video, its frames, its times and its sound: opened again.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
-import { gifFile, openSample, plainFrame, run, screenshot, onlyLong, text, useSample, useSite } from './support.mjs';
+import {
+  bytesOf,
+  gifFile,
+  onlyLong,
+  openSample,
+  plainFrame,
+  run,
+  screenshot,
+  text,
+  useSample,
+  useSite,
+} from './support.mjs';
 
 const MASKS_AT = 480;
 
 /** A clip far above the size that masks are made at; one of 4K takes long. */
 const [WIDTH, HEIGHT] = onlyLong.skip ? [1280, 720] : [3840, 2160];
 
-const site = useSite({ sample: 'whole' });
+const site = useSite();
 
 async function save(page, id) {
   const coming = page.waitForEvent('download');
@@ -19,7 +29,7 @@ async function save(page, id) {
   await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
   const said = await text(page, '#export-status');
   assert.match(said, /^Saved/, `${id}: ${said}`);
-  return readFile(await (await coming).path());
+  return bytesOf(await coming);
 }
 
 describe('exports at the size of the source', () => {

@@ -1,9 +1,9 @@
 // Long clips: taken window by window, shown as they come, kept small, corrected, saved, and stopped early.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import {
+  bytesOf,
   ended,
   inPhase,
   layerNames,
@@ -125,7 +125,7 @@ describe('a clip of more than one window', () => {
     const save = async (id) => {
       const coming = page.waitForEvent('download');
       await page.click(`[data-export="${id}"]`);
-      return readFile(await (await coming).path());
+      return bytesOf(await coming);
     };
     await openFix(page);
     const labels = await page
@@ -179,7 +179,7 @@ describe('a clip of more than one window', () => {
       await page.waitForFunction(() => !/^Making/.test(document.querySelector('#export-status').textContent));
       const said = await text(page, '#export-status');
       assert.match(said, /^Saved/, `${id}: ${said}`);
-      const bytes = await readFile(await (await coming).path());
+      const bytes = await bytesOf(await coming);
       if (id === 'coco') assert.equal(JSON.parse(bytes).images.length, part.length);
       if (id === 'tracks') assert.match(String(bytes), new RegExp(`^${part.length}\n[1-9]`));
     }

@@ -1,18 +1,19 @@
 // Everything that the page saves, saved through its dialog and opened again.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { adjustMask, fromCocoRle, version } from '../../dist/node.js';
 import {
   accessibilityFaults,
+  bytesOf,
   ended,
   openSample,
   plainFrame,
   pngFile,
   run,
   screenshot,
+  SMALL,
   text,
   useSite,
 } from './support.mjs';
@@ -20,19 +21,20 @@ import {
 const FRAME = 12;
 
 describe('exports', () => {
-  const site = useSite({ sample: 'whole' });
+  const site = useSite();
   let page;
   let faults;
   let labels;
 
   test('are offered for the sample, in a dialog without accessibility faults', async () => {
     ({ page, faults } = await openSample(site, { bypassCSP: true, acceptDownloads: true }));
-    const found = await page.evaluate(() =>
-      Array.from({ length: 24 }, (_, t) => [...globalThis.tracecutDemo.result.labels(t)]),
+    const found = await page.evaluate(
+      (frames) => Array.from({ length: frames }, (_, t) => [...globalThis.tracecutDemo.result.labels(t)]),
+      SMALL.frames,
     );
     // Specks are left out: less than 0.02 % of the frame.
     labels = found.map((one) => [
-      ...adjustMask({ labels: Uint8Array.from(one), width: 480, height: 270 }, { smallest: 26 }).labels,
+      ...adjustMask({ labels: Uint8Array.from(one), width: SMALL.width, height: SMALL.height }, { smallest: 6 }).labels,
     ]);
     assert.notDeepEqual(labels, found, 'the sample has a speck');
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
@@ -48,7 +50,7 @@ describe('exports', () => {
     await page.click(`[data-export="${id}"]`);
     const file = await coming;
     await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
-    return { name: file.suggestedFilename(), bytes: await readFile(await file.path()) };
+    return { name: file.suggestedFilename(), bytes: await bytesOf(file) };
   }
 
   test('the mask of a frame is a PNG in the objects’ colours', async () => {
@@ -73,7 +75,7 @@ describe('exports', () => {
     const zip = await save('background-zip');
     assert.equal(zip.name, 'sample-clip-background.zip');
     const files = unzipSync(zip.bytes);
-    assert.equal(Object.keys(files).length, 24);
+    assert.equal(Object.keys(files).length, SMALL.frames);
     assert.deepEqual([...files['0013.png']], [...bytes]);
   });
 
@@ -84,7 +86,7 @@ describe('exports', () => {
     const pictures = Object.keys(files)
       .filter((file) => file.endsWith('.png'))
       .sort();
-    assert.equal(pictures.length, 24);
+    assert.equal(pictures.length, SMALL.frames);
     assert.equal(await page.evaluate(countWrongPixels, [[...files[pictures[7]]], labels[7]]), 0);
     const about = JSON.parse(new TextDecoder().decode(files['masks.json']));
     assert.ok(JSON.stringify(about).includes(version));
@@ -106,7 +108,7 @@ describe('exports', () => {
     const { name, bytes } = await save('coco');
     assert.equal(name, 'sample-clip-coco.json');
     const coco = JSON.parse(bytes);
-    assert.equal(coco.images.length, 24);
+    assert.equal(coco.images.length, SMALL.frames);
     const one = coco.annotations.find(({ track_id, image_id }) => track_id === 1 && image_id === coco.images[FRAME].id);
     assert.equal(one.area, labels[FRAME].filter((label) => label === 1).length);
     assert.deepEqual(
@@ -129,7 +131,7 @@ describe('exports', () => {
     const { name, bytes } = await save('tracks');
     assert.equal(name, 'sample-clip-tracks.dat');
     const count = await page.evaluate(() => globalThis.tracecutDemo.result.trajectories.count);
-    assert.deepEqual(String(bytes).split('\n').slice(0, 2), ['24', String(count)]);
+    assert.deepEqual(String(bytes).split('\n').slice(0, 2), [String(SMALL.frames), String(count)]);
   });
 
   const videos = {
@@ -153,8 +155,8 @@ describe('exports', () => {
         (FRAME + 0.5) / 15,
         [inside, outside],
       ]);
-      assert.deepEqual(size, [480, 270]);
-      assert.ok(Math.abs(duration - 24 / 15) < 0.1, `${duration} s`);
+      assert.deepEqual(size, [SMALL.width, SMALL.height]);
+      assert.ok(Math.abs(duration - SMALL.frames / 15) < 0.1, `${duration} s`);
       if (id.startsWith('cutout')) {
         assert.equal(colors[0][3], 255, 'the object is there');
         if (id === 'cutout-webm') assert.ok(colors[1][3] < 20, `ground ${colors[1]}`);

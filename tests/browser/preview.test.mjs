@@ -10,6 +10,7 @@ import {
   plainFrame,
   pngFile,
   screenshot,
+  SMALL,
   text,
   useSite,
 } from './support.mjs';
@@ -114,7 +115,7 @@ describe('the coarse preview', () => {
     await page.click('#sample');
     assert.equal(await ended(page), 'done');
     assert.equal(await badge(page), false);
-    assert.match(await text(page, '#subline'), /24 frames/);
+    assert.match(await text(page, '#subline'), new RegExp(`${SMALL.frames} frames`));
     assert.deepEqual(faults, []);
   });
 

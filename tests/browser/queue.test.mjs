@@ -1,12 +1,11 @@
 // Several videos opened together: each with its progress, one archive at the end; a clip that fails is a line.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { before, describe, test } from 'node:test';
 import { unzipSync } from '../../dist/vendor/zip.js';
-import { accessibilityFaults, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, bytesOf, openSample, screenshot, text, useSite } from './support.mjs';
 
-/** Runs in the page: the first frames of the sample as a video. */
+/** Runs in the page: the frames of the sample, there and back, as a video. */
 async function makeVideo(count) {
   const { source } = globalThis.tracecutDemo;
   const media = await import('/dist/vendor/media.js');
@@ -16,7 +15,7 @@ async function makeVideo(count) {
   await output.start();
   for (let t = 0; t < count; t += 1) {
     const canvas = new OffscreenCanvas(192, 108);
-    const picture = await createImageBitmap(await source.preview(t, source.width));
+    const picture = await createImageBitmap(await source.preview(Math.min(t, 2 * source.count - 2 - t), source.width));
     canvas.getContext('2d').drawImage(picture, 0, 0, 192, 108);
     const sample = new media.VideoSample(canvas, { timestamp: t / 15, duration: 1 / 15 });
     await video.add(sample);
@@ -57,7 +56,7 @@ describe('a queue of clips', () => {
     assert.equal(await page.evaluate(() => document.body.dataset.source), 'sample', 'the clip on screen stays');
     const saved = await download;
     assert.equal(saved.suggestedFilename(), 'clips-masks.zip');
-    const files = unzipSync(new Uint8Array(await readFile(await saved.path())));
+    const files = unzipSync(new Uint8Array(await bytesOf(saved)));
     const { clips } = JSON.parse(Buffer.from(files['report.json']).toString());
     assert.deepEqual(
       clips.map(({ name, folder, numFrames, width }) => [name, folder, numFrames > 8, width]),

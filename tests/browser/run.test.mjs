@@ -2,7 +2,19 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { ended, gifFile, inPhase, openSample, plainFrame, pngFile, run, text, useSample, useSite } from './support.mjs';
+import {
+  ended,
+  gifFile,
+  inPhase,
+  openSample,
+  plainFrame,
+  pngFile,
+  run,
+  SMALL,
+  text,
+  useSample,
+  useSite,
+} from './support.mjs';
 
 const WIDTH = 96;
 const HEIGHT = 64;
@@ -108,7 +120,10 @@ describe('files', () => {
     await page.click('#error-sample');
     assert.equal(await ended(page), 'done');
     assert.equal(await page.locator('#error').isVisible(), false);
-    assert.match(await text(page, '#subline'), /24 frames of 320 × 180/);
+    assert.match(
+      await text(page, '#subline'),
+      new RegExp(`${SMALL.frames} frames of ${SMALL.width} × ${SMALL.height}`),
+    );
   });
 
   const still = movingSquare(1, 0)[0];

@@ -6,7 +6,7 @@ import { parameters } from '../../dist/node.js';
 import { Countdown, timeLeft } from '../../www/demo/run/estimate.js';
 import { ESSENTIALS, GROUPS } from '../../www/demo/settings-words.js';
 import { StageClock } from '../../www/demo/run/stage-clock.js';
-import { ended, inPhase, picture, plainFrame, pngFile, run, text, useSample, useSite } from './support.mjs';
+import { ended, inPhase, picture, plainFrame, pngFile, run, SMALL, text, useSample, useSite } from './support.mjs';
 
 describe('settings', () => {
   const sample = useSample(useSite());
@@ -149,8 +149,12 @@ describe('views and words', () => {
       assert.match(facts, /^[a-z ]+, (moves|stays|grows|shrinks).* · \d\.\d–\d\.\d\ss/);
     }
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(11));
-    await page.waitForFunction(() =>
-      /^Frame 12 of 24, 0\.7\ss: Object 1 \(orange\)/.test(document.querySelector('#frame-text').textContent),
+    await page.waitForFunction(
+      (frames) =>
+        new RegExp(`^Frame 12 of ${frames}, 0\\.7\\ss: Object 1 \\(orange\\)`).test(
+          document.querySelector('#frame-text').textContent,
+        ),
+      SMALL.frames,
     );
     assert.equal(await page.getAttribute('#canvas', 'aria-describedby'), 'frame-text');
   });
@@ -160,11 +164,11 @@ describe('views and words', () => {
     const lanes = await page.locator('.lane').count();
     assert.equal(lanes, await page.evaluate(() => globalThis.tracecutDemo.result.objects.length));
     const box = await page.locator('[data-lane="1"] .lane-canvas').boundingBox();
-    await page.mouse.click(box.x + (box.width * 20.5) / 24, box.y + box.height / 2);
-    assert.equal(await text(page, '#counter'), '21 / 24');
+    await page.mouse.click(box.x + (box.width * 12.5) / SMALL.frames, box.y + box.height / 2);
+    assert.equal(await text(page, '#counter'), `13 / ${SMALL.frames}`);
     await page.click('[data-lane="1"] .lane-name');
     const peak = await page.evaluate(() => globalThis.tracecutDemo.app.points.presence.facts(1).peak);
-    assert.equal(await text(page, '#counter'), `${peak + 1} / 24`);
+    assert.equal(await text(page, '#counter'), `${peak + 1} / ${SMALL.frames}`);
   });
 
   test('a question mark lists the keys; while the list is open they do nothing else', async () => {

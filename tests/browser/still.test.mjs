@@ -14,6 +14,7 @@ import {
   run,
   screenshot,
   showOnly,
+  SMALL,
   text,
   useSample,
   useSite,
@@ -95,7 +96,10 @@ describe('a still image', () => {
     await inPhase(page, 'running');
     await page.click('#sample');
     assert.equal(await ended(page), 'done');
-    assert.match(await text(page, '#subline'), /24 frames of 320 × 180/);
+    assert.match(
+      await text(page, '#subline'),
+      new RegExp(`${SMALL.frames} frames of ${SMALL.width} × ${SMALL.height}`),
+    );
     assert.equal((await layerNames(page)).includes('still'), false);
     assert.equal(await page.locator('#timeline').isVisible(), true);
     assert.deepEqual(faults, []);

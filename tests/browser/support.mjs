@@ -7,14 +7,13 @@ import { root } from '../../scripts/tools.mjs';
 import { pngBytes } from '../png.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
+export { SMALL, bytesOf } from '../site.mjs';
+
 /** A run of the sample takes seconds; on a busy machine far more. */
 const PATIENCE_MS = 180_000;
 
 /** Option of tests that are too slow for every time: `npm run test:long` runs the files that have them. */
 export const onlyLong = { skip: process.env.TRACECUT_LONG ? false : 'npm run test:long runs it' };
-
-/** The sample of most tests, which is through in half of the time. */
-const SMALL = { width: 320, height: 180, frames: 24, seed: 0 };
 
 /** Folder of clips that are not part of the project; tests that need them are passed over without it. */
 export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 'shared'), 'data', 'clips');
@@ -22,14 +21,13 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 /**
  * Server and browser for the tests of one file.
  *
- * @param {{args?: string[], sample?: 'whole' | object}} [launch] further arguments of the browser; the sample's size, a
- *   small one unless said otherwise
+ * @param {{args?: string[], sample?: 'whole' | 'small'}} [launch] further arguments of the browser; the page's sample
  * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open`
  *   gives a fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere
  *   else
  */
-export function useSite({ sample = SMALL, ...launch } = {}) {
-  const site = useServerAndBrowser(launch);
+export function useSite({ sample = 'small', ...launch } = {}) {
+  const site = useServerAndBrowser({ sample, ...launch });
   const open = async ({ query = '', ...options } = {}) => {
     const context = await site.browser.newContext({
       viewport: { width: 1280, height: 800 },
@@ -39,9 +37,6 @@ export function useSite({ sample = SMALL, ...launch } = {}) {
     });
     // Nobody answers a dialog of the browser's here: files come as downloads.
     await context.addInitScript(() => (globalThis.showSaveFilePicker = undefined));
-    // A service worker keeps the very files of its version, or none.
-    const kept = options.serviceWorkers === 'allow';
-    if (sample !== 'whole' && !kept) await context.route('**/demo/source.js', (route) => withSample(route, sample));
     const page = await context.newPage();
     page.setDefaultTimeout(PATIENCE_MS);
     const faults = watch(page, site.url);
@@ -49,15 +44,6 @@ export function useSite({ sample = SMALL, ...launch } = {}) {
     return { page, faults };
   };
   return { open };
-}
-
-/** Answers with the page's module of sources, in which the sample is another. */
-async function withSample(route, sample) {
-  const response = await route.fetch();
-  const source = await response.text();
-  const body = source.replace(/(?<=export const SAMPLE = ){[^}]*}/, JSON.stringify(sample));
-  if (body === source) throw new Error('demo/source.js does not say what the sample is');
-  await route.fulfill({ response, body });
 }
 
 function watch(page, url) {
@@ -174,8 +160,9 @@ export async function accessibilityFaults(page) {
   });
 }
 
-/** Writes a picture of the page to out/screens/, for people to look at. */
+/** With `TRACECUT_SCREENS=1`, writes a picture of the page to out/screens/, for people to look at. */
 export async function screenshot(page, name) {
+  if (!process.env.TRACECUT_SCREENS) return;
   const folder = join(root, 'out', 'screens');
   mkdirSync(folder, { recursive: true });
   await page.screenshot({ path: join(folder, `${name}.png`), fullPage: true });

@@ -1,9 +1,18 @@
 // The trail behind cut-out objects: on screen, in what is saved, and in transparent videos; in a clip of three windows.
 
 import assert from 'node:assert/strict';
-import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { accessibilityFaults, ended, inPhase, movingClip, openSample, screenshot, text, useSite } from './support.mjs';
+import {
+  accessibilityFaults,
+  bytesOf,
+  ended,
+  inPhase,
+  movingClip,
+  openSample,
+  screenshot,
+  text,
+  useSite,
+} from './support.mjs';
 
 const site = useSite();
 const [WIDTH, HEIGHT] = [96, 64];
@@ -42,7 +51,7 @@ async function saved(page, id) {
   await page.click('#export-open');
   const coming = page.waitForEvent('download');
   await page.click(`[data-export="${id}"]`);
-  const bytes = [...(await readFile(await (await coming).path()))];
+  const bytes = [...(await bytesOf(await coming))];
   await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
   await page.click('#export-close');
   return bytes;

@@ -1,5 +1,5 @@
 // Package and page in Chromium, Firefox and WebKit: the self test's hashes, the sample, abort, own clips, what is saved,
-// and all of that without a network. An engine that cannot be found is skipped, aloud.
+// and all of that without a network. An engine that cannot be found is skipped, aloud; `npm test` has the first alone.
 
 import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync } from 'node:fs';
@@ -8,7 +8,7 @@ import { after, before, describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { gifFile, movingClip, plainFrame } from '../browser/support.mjs';
+import { gifFile, movingClip, onlyLong, plainFrame } from '../browser/support.mjs';
 import { ENGINES } from './engines.mjs';
 import { ended, faults, inPhase, maskHash, open, press, save, until, visit, words } from './page.mjs';
 
@@ -65,9 +65,12 @@ function sameInAll(name, value, engine) {
 }
 
 for (const { name, missing, start } of ENGINES) {
-  const lacks = missing();
+  const isLater = name !== 'Chromium' && onlyLong.skip;
+  const lacks = isLater ? null : missing();
   if (lacks) console.log(`!!! SKIPPED: all tests in ${name}, which need "apt-get install ${lacks}"`);
-  describe(name, { skip: lacks ? `${lacks} is not installed` : false, timeout: 600_000 }, () => inEngine(name, start));
+  describe(name, { skip: isLater || (lacks ? `${lacks} is not installed` : false), timeout: 600_000 }, () =>
+    inEngine(name, start),
+  );
 }
 
 function inEngine(name, start) {

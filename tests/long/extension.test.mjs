@@ -37,7 +37,7 @@ test('an extension of Manifest V3: its service worker with everything inside, an
   );
   const profile = mkdtempSync(join(tmpdir(), 'tracecut-profile-'));
   const context = await chromium.launchPersistentContext(profile, {
-    executablePath: findBrowser(),
+    executablePath: findBrowser({ withWindows: true }),
     headless: true,
     ignoreDefaultArgs: ['--disable-extensions'],
     args: ['--no-sandbox', `--disable-extensions-except=${folder}`, `--load-extension=${folder}`],

@@ -1,13 +1,12 @@
 // The examples for browsers, in folders of their own with the packed tarball.
 
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import * as vite from 'vite';
 import { synthClip } from '../../dist/node.js';
 import { pngBytes } from '../png.mjs';
-import { useServerAndBrowser } from '../site.mjs';
+import { bytesOf, useServerAndBrowser } from '../site.mjs';
 import { installed, served } from './installed.mjs';
 
 const site = useServerAndBrowser();
@@ -83,7 +82,7 @@ test('the Vite example makes an object background by a click, takes it back, and
     page.waitForEvent('download'),
     page.getByRole('button', { name: 'Save' }).click(),
   ]);
-  const archive = readFileSync(await download.path());
+  const archive = await bytesOf(download);
   assert.equal(download.suggestedFilename(), 'masks.zip');
   assert.equal(archive.toString('latin1', 0, 2), 'PK');
   assert.ok(archive.includes('00009.png'));

@@ -2,7 +2,20 @@
 // projects build.
 
 import { execFileSync } from 'node:child_process';
-import { cpSync, mkdtempSync, readFileSync, readdirSync, realpathSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { createHash } from 'node:crypto';
+import {
+  cpSync,
+  existsSync,
+  mkdirSync,
+  mkdtempSync,
+  readFileSync,
+  readdirSync,
+  realpathSync,
+  renameSync,
+  rmSync,
+  statSync,
+  writeFileSync,
+} from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
 import { extname, join, resolve, sep } from 'node:path';
@@ -26,13 +39,36 @@ export function installed(t, source) {
   const folder = realpathSync(mkdtempSync(join(tmpdir(), 'tracecut-')));
   t.after(() => rmSync(folder, { recursive: true, force: true }));
   if (source) cpSync(join(root, source), folder, { recursive: true });
-  npm(root, 'pack', '--silent', '--ignore-scripts', '--pack-destination', folder);
-  const [tarball] = readdirSync(folder).filter((name) => name.endsWith('.tgz'));
-  // What else an example's package.json names, such as a bundler, is this project's own: npm installs the tarball
-  // alone.
+  // What else an example's package.json names, such as a bundler, is this project's own: the tarball alone is installed.
   const manifest = JSON.parse(source ? readOr(join(folder, 'package.json'), '{}') : '{}');
-  writeFileSync(join(folder, 'package.json'), JSON.stringify({ type: manifest.type ?? 'module', private: true }));
-  npm(folder, 'install', '--offline', '--no-audit', '--no-fund', `./${tarball}`);
+  cpSync(packedAndInstalled(), folder, { recursive: true, verbatimSymlinks: true });
+  const own = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
+  writeFileSync(join(folder, 'package.json'), JSON.stringify({ ...own, type: manifest.type ?? 'module' }));
+  return folder;
+}
+
+/** A folder in which npm has installed the tarball: made once of every build, for the tests of all files. */
+function packedAndInstalled() {
+  const built = readdirSync(join(root, 'dist'), { recursive: true }).map((name) => join(root, 'dist', name));
+  const shipped = ['package.json', 'README.md', 'CHANGELOG.md'].map((name) => join(root, name));
+  const hash = createHash('sha256');
+  for (const file of [...built, ...shipped]) {
+    const { size, mtimeMs } = statSync(file);
+    hash.update(`${file} ${size} ${mtimeMs}\n`);
+  }
+  const folder = join(root, 'out', 'installed', hash.digest('hex').slice(0, 16));
+  if (existsSync(folder)) return folder;
+  mkdirSync(join(root, 'out', 'installed'), { recursive: true });
+  const making = mkdtempSync(join(root, 'out', 'installed', 'making-'));
+  npm(root, 'pack', '--silent', '--ignore-scripts', '--pack-destination', making);
+  const [tarball] = readdirSync(making).filter((name) => name.endsWith('.tgz'));
+  writeFileSync(join(making, 'package.json'), JSON.stringify({ private: true }));
+  npm(making, 'install', '--offline', '--no-audit', '--no-fund', `./${tarball}`);
+  try {
+    renameSync(making, folder);
+  } catch {
+    rmSync(making, { recursive: true }); // Another process was first.
+  }
   return folder;
 }
 

@@ -1,5 +1,5 @@
-//! What small clips cost at worst. `TRACECUT_SEARCH=SIDExFRAMES cargo test --profile quick --test cost -- --ignored
-//! --nocapture` goes through all parameters, to the ends of their ranges and on from the dearest, and prints what makes
+//! What small clips cost at worst. `TRACECUT_SEARCH=SIDExFRAMES cargo test --profile quick --test integration
+//! cost -- --ignored --nocapture` goes through all parameters, to the ends of their ranges and on from the dearest, and prints what makes
 //! clips slower; the ends that it found are the ones tested here. One frame is a single image.
 
 use std::sync::OnceLock;

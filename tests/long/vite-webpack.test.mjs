@@ -5,13 +5,13 @@ import assert from 'node:assert/strict';
 import { cpSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { outcome } from './app/segment.js';
+import { outcome } from '../package/app/segment.js';
 import * as vite from 'vite';
 import webpack from 'webpack';
 import { readmeCode } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
-import { gives } from './found.mjs';
-import { installed, served } from './installed.mjs';
+import { gives } from '../package/found.mjs';
+import { installed, served } from '../package/installed.mjs';
 
 const site = useServerAndBrowser();
 let expected;

@@ -3,12 +3,8 @@
 //!
 //! `TRACECUT_SEEDS=FIRST..LAST` runs other seeds than the usual ones and prints what takes long.
 
-#![allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
-
-mod made;
-
-use made::choices::Choices;
-use made::{images, mutate, readers, recorded, seeds, sessions};
+use crate::made::choices::Choices;
+use crate::made::{images, mutate, readers, recorded, seeds, sessions};
 use std::ops::Range;
 use std::path::Path;
 use std::time::Instant;

@@ -1,0 +1,58 @@
+// What `npm run test:fast` does: an answer within a minute of an edit in `src`, within ten seconds of one in `www`.
+
+import { readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { output, root } from '../tools.mjs';
+import { PARTS, tasksOf } from './tasks.mjs';
+
+/** Without a pattern: what fails for most mistakes, of those that are soon done. */
+const OF_SRC = ['src, unit tests', 'tests/node/golden.test.mjs'];
+const OF_WWW = ['session', 'video-driver', 'export', 'edit', 'streams', 'words', 'security', 'places'].map(
+  (name) => `tests/node/${name}.test.mjs`,
+);
+
+/**
+ * @param {string[]} words the pattern: parts of names of files, of Rust modules or tests; what has changed since the last
+ *   commit decides where there is none
+ * @param {(name: string) => number} seconds
+ * @returns {import('./pool.mjs').Task[]}
+ */
+export function fastTasks([pattern], seconds) {
+  const all = tasksOf(Object.keys(PARTS), seconds, { fast: true });
+  const chosen = pattern ? all.filter(matching(pattern)) : all.filter(({ name }) => usual().includes(name));
+  const needed = new Set(chosen.flatMap(({ after }) => after));
+  for (const { name, after } of all) if (needed.has(name)) after.forEach((before) => needed.add(before));
+  const narrowed = pattern ? chosen.map((task) => unitTests(task, pattern)) : chosen;
+  return [...all.filter(({ name }) => needed.has(name)), ...narrowed];
+}
+
+const matching =
+  (pattern) =>
+  ({ name, part }) =>
+    part !== 'build' && (name.includes(pattern) || (name === 'src, unit tests' && namesModule(pattern)));
+
+/** Whether Rust's unit tests have it in their names: that of a module, or of a test. */
+function namesModule(pattern) {
+  const modules = readdirSync(join(root, 'src'), { recursive: true }).map((name) => name.replace(/\.rs$/, ''));
+  const path = pattern.replaceAll('::', '/');
+  return modules.some((name) => name.includes(path)) || output('git', ['grep', '-l', `fn ${pattern}`, 'src']) !== null;
+}
+
+/** Of the library's unit tests those alone that the pattern names. */
+function unitTests(task, pattern) {
+  if (task.name !== 'src, unit tests') return task;
+  const start = async () => {
+    const command = await task.start();
+    return { ...command, args: [...command.args, pattern.replaceAll('/', '::')] };
+  };
+  return { ...task, start };
+}
+
+function usual() {
+  const changed = (output('git', ['status', '--porcelain', '--no-renames']) ?? '')
+    .split('\n')
+    .map((row) => row.slice(3));
+  const inRust = changed.some((file) => /^(src|tests\/.*\.rs|Cargo)/.test(file.trim()));
+  const inPage = changed.some((file) => /^www\//.test(file.trim()));
+  return [...(inRust || !inPage ? OF_SRC : []), ...(inPage || !inRust ? OF_WWW : [])];
+}

@@ -1,0 +1,105 @@
+// What `npm run test:long` does: whatever is too slow for every time.
+
+import { readdirSync } from 'node:fs';
+import { basename, join } from 'node:path';
+import { output, root } from '../tools.mjs';
+import { PARTS, hasLongTests, runFile, tasksOf, testFiles } from './tasks.mjs';
+
+const node = (...args) => ({ command: process.execPath, args });
+const cargo = (...args) => ({ command: 'cargo', args });
+/** Clips, windows and sessions of a soak that belongs to every long run; `npm run soak` takes more. */
+const SOAK = ['sessions=200', 'crowd=5', 'windows=600', 'page=100'];
+
+/**
+ * @param {string[]} words parts, all if none are named
+ * @param {(name: string) => number} seconds
+ * @returns {import('./pool.mjs').Task[]}
+ */
+export function longTasks(words, seconds) {
+  const builds = tasksOf(Object.keys(PARTS), seconds).filter(({ part }) => part === 'build');
+  const all = [...ignored(), ...sanitized(), ...scripts(), ...inJavaScript()].map((task) => ({
+    cores: 1,
+    after: [],
+    ...task,
+    seconds: seconds(`long: ${task.name}`),
+    name: `long: ${task.name}`,
+  }));
+  const chosen = all.filter(({ part }) => words.length === 0 || words.includes(part));
+  const needed = new Set(chosen.flatMap(({ after }) => after));
+  const before = builds.filter(({ name }) => needed.has(name));
+  for (const { after } of before) after.forEach((name) => needed.add(name));
+  return [...builds.filter(({ name }) => needed.has(name)), ...chosen];
+}
+
+const PACKAGE = 'build the package';
+const RUST = 'compile the Rust tests';
+
+/** Rust tests that are marked `#[ignore]`. */
+function ignored() {
+  return ['tracecut', 'tracecut-cli'].map((crate) => ({
+    name: `${crate}, ignored tests`,
+    part: 'rust',
+    cores: 2,
+    after: [RUST],
+    start: () => cargo('test', '--locked', '--tests', '--package', crate, '--', '--ignored', '--nocapture'),
+  }));
+}
+
+/** Native tests with every access of memory checked: our code has no `unsafe`, the crates that it calls have. */
+function sanitized() {
+  if (process.platform !== 'linux' || output('rustc', ['+nightly', '--version']) === null) {
+    console.log(
+      '!!! SKIPPED: tests with the address sanitizer need Linux and the nightly compiler (rustup toolchain install nightly)',
+    );
+    return [];
+  }
+  const target = output('rustc', ['-vV']).match(/host: (.*)/)[1];
+  const env = { RUSTFLAGS: '-Zsanitizer=address', CARGO_TARGET_DIR: join('target', 'sanitizer') };
+  const named = (crate, features, names) => [
+    '--package',
+    crate,
+    ...features,
+    '--lib',
+    '--test',
+    'integration',
+    '--',
+    ...names,
+  ];
+  const tests = {
+    // Of the unit tests all, which have no names of these; the command line's start programs of their own.
+    library: named(
+      'tracecut',
+      ['--features', 'pnm'],
+      ['--skip', 'crate_files', '--skip', 'examples', '--skip', 'moseg'],
+    ),
+    readers: named('tracecut-cli', [], ['--skip', 'cli::', '--skip', 'long::']),
+  };
+  return Object.entries(tests).map(([name, which]) => ({
+    name: `address sanitizer, ${name}`,
+    part: 'sanitizer',
+    cores: 2,
+    start: () => ({ ...cargo('+nightly', 'test', '--target', target, '--package', crate, ...which), env }),
+  }));
+}
+
+function scripts() {
+  const wheel = { command: 'python3', args: ['python/run_tests.py', '--wheel'] };
+  return [
+    { name: 'advisories', part: 'audit', start: () => node('scripts/audit.mjs', '--install') },
+    { name: 'soak', part: 'soak', cores: 2, after: [PACKAGE], start: () => node('benches/soak.mjs', ...SOAK) },
+    { name: 'the wheel', part: 'python', after: [RUST, 'build the Python module'], start: () => wheel },
+  ];
+}
+
+/** Files of their own, and those of `npm test` that have tests which are passed over otherwise. */
+function inJavaScript() {
+  const own = readdirSync(join(root, 'tests', 'long')).filter((name) => name.endsWith('.test.mjs'));
+  const shared = ['node', 'browser'].flatMap((part) => PARTS[part].flatMap(testFiles)).filter(hasLongTests);
+  return [...own.map((name) => `tests/long/${name}`), ...shared].map((file) => ({
+    name: file,
+    part: 'browser',
+    cores: basename(file).startsWith('memory') ? 2 : 1,
+    after: [PACKAGE, RUST],
+    start: () => runFile(file, { TRACECUT_LONG: '1' }),
+  }));
+}

@@ -1,0 +1,198 @@
+// What there is to test: a task for each file of tests, and those that have to be built before.
+
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { output, root } from '../tools.mjs';
+import { execute } from './pool.mjs';
+
+/** @typedef {import('./pool.mjs').Task} Task */
+
+/** The parts of `npm test`, and the folders that those in JavaScript read. */
+export const PARTS = {
+  rust: [],
+  wasm: [],
+  node: ['tests/node'],
+  browser: ['tests/package', 'tests/browser', 'tests/engines'],
+  python: [],
+};
+
+const FEATURES = ['--package', 'tracecut', '--package', 'tracecut-cli', '--features', 'tracecut/pnm'];
+const node = (...args) => ({ command: process.execPath, args });
+
+/** A page waits for its workers, its frames and its network: more than two fit two cores. */
+const CORES_OF_A_PAGE = 0.5;
+/** These have a service worker keep the page, whose files one of them changes: one at a time. */
+const WITH_SERVICE_WORKER = ['offline', 'gallery', 'documents', 'service-worker'].map(
+  (name) => `tests/browser/${name}.test.mjs`,
+);
+/** What compares with native code, and so runs what Cargo built. */
+const WITH_NATIVE = ['tests/node/differ.test.mjs'];
+
+/**
+ * The tasks of these parts.
+ *
+ * @param {string[]} parts
+ * @param {(name: string) => number} seconds what a task of this name takes, as far as it is known
+ * @param {{fast?: boolean}} options `fast` builds the package for `npm run test:fast`
+ * @returns {Task[]}
+ */
+export function tasksOf(parts, seconds, { fast = false } = {}) {
+  const made = {
+    rust: rustTasks,
+    wasm: wasmTasks,
+    node: () => files('node'),
+    browser: () => files('browser', { cores: CORES_OF_A_PAGE }),
+    python: pythonTasks,
+  };
+  const needs = parts.some((part) => ['node', 'browser'].includes(part)) ? [packageTask(fast)] : [];
+  return [...needs, ...parts.flatMap((part) => made[part]())].map((task) => ({
+    cores: 1,
+    after: [],
+    ...task,
+    seconds: seconds(task.name),
+  }));
+}
+
+/** The tests in a folder. */
+export function testFiles(folder) {
+  if (!existsSync(join(root, folder))) throw new Error(`${folder} is missing.`);
+  return readdirSync(join(root, folder))
+    .filter((name) => /\.test\.m?js$/.test(name))
+    .sort()
+    .map((name) => `${folder}/${name}`);
+}
+
+/** A file of tests in a process of its own; its tests one after the other. */
+export function runFile(file, env = {}) {
+  return { ...node('--test-reporter=spec', file), env };
+}
+
+const packageTask = (fast) => ({
+  name: 'build the package',
+  part: 'build',
+  start: () => node('scripts/build.mjs', ...(fast ? ['--fast'] : [])),
+});
+
+function files(part, { cores = 1 } = {}) {
+  return PARTS[part].flatMap(testFiles).map((file) => ({
+    name: file,
+    part,
+    cores,
+    lock: WITH_SERVICE_WORKER.includes(file) ? 'service worker' : undefined,
+    after: ['build the package', ...(WITH_NATIVE.includes(file) ? ['compile the Rust tests'] : [])],
+    start: () => runFile(file),
+  }));
+}
+
+/** Where Cargo put its test programs: by `package target`. */
+let programs = new Map();
+
+function rustTasks() {
+  const compile = {
+    name: 'compile the Rust tests',
+    part: 'build',
+    start: async () => {
+      const outcome = await execute({
+        command: 'cargo',
+        args: ['test', '--locked', '--no-run', '--message-format=json-render-diagnostics', ...FEATURES],
+      });
+      if (outcome.failed) throw new Error(outcome.output);
+      programs = programsIn(outcome.output);
+    },
+  };
+  // Within a program its tests run side by side.
+  const all = [
+    { name: 'src, unit tests', crate: 'tracecut', target: 'tracecut' },
+    { name: 'tests/rust', crate: 'tracecut', target: 'integration' },
+    { name: 'cli/src, unit tests of the library', crate: 'tracecut-cli', target: 'tracecut_cli' },
+    { name: 'cli/src, unit tests', crate: 'tracecut-cli', target: 'tracecut' },
+    { name: 'cli/tests', crate: 'tracecut-cli', target: 'integration' },
+  ];
+  const tests = all.map(({ name, crate, target }) => ({
+    name,
+    part: 'rust',
+    cores: 2,
+    after: [compile.name],
+    start: () => {
+      const program = programs.get(`${crate} ${target}`);
+      if (!program) throw new Error(`Cargo made no test program for ${name}.`);
+      return {
+        command: program,
+        args: [],
+        cwd: join(root, crate === 'tracecut' ? '.' : 'cli'),
+      };
+    },
+  }));
+  const examples = {
+    name: 'src, examples in comments',
+    part: 'rust',
+    after: [compile.name],
+    start: () => ({
+      command: 'cargo',
+      args: ['test', '--locked', '--doc', '--package', 'tracecut', '--features', 'pnm'],
+    }),
+  };
+  return [compile, ...tests, examples];
+}
+
+/** The test programs that Cargo's messages name. */
+function programsIn(messages) {
+  const found = messages
+    .split('\n')
+    .filter((line) => line.startsWith('{"reason":"compiler-artifact"'))
+    .map((line) => JSON.parse(line))
+    .filter(({ executable, profile }) => executable && profile.test);
+  return new Map(
+    found.map(({ package_id, target, executable }) => [
+      `${/\/cli[#@]/.test(package_id) ? 'tracecut-cli' : 'tracecut'} ${target.name}`,
+      executable,
+    ]),
+  );
+}
+
+function wasmTasks() {
+  const tools = {
+    name: 'build the tools of the wasm tests',
+    part: 'build',
+    start: () => node('scripts/tools.mjs', 'wasm-bindgen', 'wasm-pack'),
+  };
+  // wasm-pack takes the wasm-bindgen test runner from PATH and downloads nothing.
+  const start = () => ({ command: 'wasm-pack', args: ['test', '--node', '--mode', 'no-install', 'tests/wasm'] });
+  return [tools, { name: 'tests/wasm', part: 'wasm', after: [tools.name], start }];
+}
+
+/** The Python package, where Python is there: 3.9 or later, with what makes environments. */
+function pythonTasks() {
+  const asks = 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))';
+  if (output('python3', ['-c', asks]) === null) {
+    console.log('!!! SKIPPED: the Python package and its tests need python3 (3.9 or later) with venv');
+    return [];
+  }
+  const python = (...args) => ({ command: 'python3', args: ['python/run_tests.py', ...args] });
+  const prepare = {
+    name: 'set up the Python environment',
+    part: 'build',
+    start: () => python('--prepare'),
+  };
+  // Masks are compared with those of the command line, which is built by then; and one folder has one Cargo at a time.
+  const build = {
+    name: 'build the Python module',
+    part: 'build',
+    after: [prepare.name, 'compile the Rust tests'],
+    start: () => python('--build'),
+  };
+  const tests = readdirSync(join(root, 'python', 'tests'))
+    .filter((name) => /^test_.*\.py$/.test(name))
+    .map((name) => ({
+      name: `python/tests/${name}`,
+      part: 'python',
+      after: [build.name],
+      start: () => python('--test', `python/tests/${name}`),
+    }));
+  return [prepare, build, ...tests];
+}
+
+/** Whether a file has tests that are passed over in `npm test`. */
+export function hasLongTests(file) {
+  return readFileSync(join(root, file), 'utf8').includes('onlyLong');
+}

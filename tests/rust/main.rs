@@ -1,0 +1,16 @@
+//! The library's integration tests: one program, so that what they share is compiled and linked once.
+
+mod cost;
+mod crate_files;
+mod examples;
+mod golden;
+mod limits;
+#[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
+mod made;
+mod mirror;
+mod moseg;
+mod pipeline;
+mod random;
+mod rooms;
+mod spectral;
+mod synth;
