@@ -10,30 +10,42 @@ import { root } from '../scripts/tools.mjs';
 /** The sample of most tests: the page's own takes five times as long. */
 export const SMALL = { width: 224, height: 126, frames: 16, seed: 4 };
 
-/** Serves the project, with a page whose sample is a small one or, with 'whole', its own. */
+/** What the page begins with in tests of something else: through at once. */
+const TINY = { width: 96, height: 54, frames: 4, seed: 1 };
+const SAMPLES = { small: SMALL, tiny: TINY };
+
+/** Serves the project, with a page whose sample is another or, with 'whole', its own. */
 export function serveSite(sample) {
   if (sample === 'whole') return serve();
   const source = readFileSync(join(root, 'www', 'demo', 'source.js'), 'utf8');
-  const text = source.replace(/(?<=export const SAMPLE = ){[^}]*}/, JSON.stringify(SMALL));
+  const text = source.replace(/(?<=export const SAMPLE = ){[^}]*}/, JSON.stringify(SAMPLES[sample]));
   if (text === source) throw new Error('demo/source.js does not say what the sample is');
   return serve({ instead: { '/demo/source.js': text } });
 }
 
 /** Servers that `npm test` shares between all files, by their samples. */
-const SHARED = { whole: process.env.TRACECUT_SITE, small: process.env.TRACECUT_SMALL_SITE };
+const shared = JSON.parse(process.env.TRACECUT_SITES ?? '{}');
+
+/** Starts a server for each sample, for all processes that are started from here. @returns {Promise<() => Promise<void>>} */
+export async function shareSites() {
+  const kinds = ['whole', ...Object.keys(SAMPLES)];
+  const servers = await Promise.all(kinds.map(serveSite));
+  process.env.TRACECUT_SITES = JSON.stringify(Object.fromEntries(kinds.map((kind, k) => [kind, servers[k].url])));
+  return async () => void (await Promise.all(servers.map((server) => server.close())));
+}
 
 /**
  * Has both ready before the tests of a file or suite, and ends after them what it started.
  *
- * @param {{args?: string[], sample?: 'whole' | 'small'}} [options] further arguments of the browser; the page's sample
+ * @param {{args?: string[], sample?: 'whole' | 'small' | 'tiny'}} [options] further arguments of the browser; the page's sample
  * @returns {{url: string, browser: import('playwright-core').Browser}} to be read in the tests
  */
 export function useServerAndBrowser({ sample = 'whole', ...launch } = {}) {
   const site = { url: '', browser: null };
   let server;
   before(async () => {
-    if (!SHARED[sample]) server = await serveSite(sample);
-    Object.assign(site, { url: SHARED[sample] ?? server.url, browser: await launchBrowser(launch) });
+    if (!shared[sample]) server = await serveSite(sample);
+    Object.assign(site, { url: shared[sample] ?? server.url, browser: await launchBrowser(launch) });
   });
   after(async () => {
     await site.browser?.close();

@@ -9,14 +9,12 @@
 export async function useOneBrowser(tasks) {
   if (!tasks.some(({ part }) => part === 'browser')) return async () => {};
   const { ensureBrowser, shareBrowser } = await import('../browser.mjs');
-  const { serveSite } = await import('../../tests/site.mjs');
+  const { shareSites } = await import('../../tests/site.mjs');
   ensureBrowser();
-  const [whole, small, browser] = [await serveSite('whole'), await serveSite('small'), await shareBrowser()];
-  process.env.TRACECUT_SITE = whole.url;
-  process.env.TRACECUT_SMALL_SITE = small.url;
+  const [closeSites, browser] = [await shareSites(), await shareBrowser()];
   process.env.TRACECUT_BROWSER = browser.wsEndpoint();
   return async () => {
     await browser.close();
-    await Promise.all([whole.close(), small.close()]);
+    await closeSites();
   };
 }

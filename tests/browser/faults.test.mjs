@@ -31,7 +31,7 @@ const isKept = (page, name) =>
   );
 
 describe('faults around the page', { timeout: 300_000 }, () => {
-  const site = useSite();
+  const site = useSite({ sample: 'tiny' });
 
   test('where storage is full the result is shown and saved, and work that was kept stays whole', async () => {
     const { page, faults } = await openSample(site);

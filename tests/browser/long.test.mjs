@@ -43,7 +43,7 @@ function shots(count, cut) {
 const files = (frames) => frames.map((frame, k) => pngFile(`frame${String(k).padStart(3, '0')}.png`, frame));
 
 describe('a clip of more than one window', () => {
-  const sample = useSample(useSite());
+  const sample = useSample(useSite({ sample: 'tiny' }));
 
   /** Opens images: all of them are taken, and nothing is waited for. */
   async function openAll(page, frames) {

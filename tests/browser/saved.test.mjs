@@ -33,7 +33,7 @@ function clip(count, width, height) {
 }
 
 describe('work', () => {
-  const site = useSite();
+  const site = useSite({ sample: 'tiny' });
 
   const masks = (page) =>
     page.evaluate(() => {

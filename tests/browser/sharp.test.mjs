@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { openSample, plainFrame, pngFile, run, screenshot, text, useSite } from './support.mjs';
 
-const site = useSite();
+const site = useSite({ sample: 'tiny' });
 
 /** More frames than a window has, wider than the working size; fine stripes tell the two apart. */
 const [WIDTH, HEIGHT, FRAMES] = [600, 72, 52];

@@ -21,7 +21,7 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 /**
  * Server and browser for the tests of one file.
  *
- * @param {{args?: string[], sample?: 'whole' | 'small'}} [launch] further arguments of the browser; the page's sample
+ * @param {{args?: string[], sample?: 'whole' | 'small' | 'tiny'}} [launch] further arguments of the browser; the page's sample
  * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open`
  *   gives a fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere
  *   else

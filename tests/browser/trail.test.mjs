@@ -14,7 +14,7 @@ import {
   useSite,
 } from './support.mjs';
 
-const site = useSite();
+const site = useSite({ sample: 'tiny' });
 const [WIDTH, HEIGHT] = [96, 64];
 const FRAME = 55;
 

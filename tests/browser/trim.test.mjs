@@ -69,7 +69,7 @@ describe('the strip of a video file', () => {
 });
 
 describe('the filmstrip of the page', () => {
-  const site = useSite();
+  const site = useSite({ sample: 'tiny' });
 
   test('shows the clip; the handles choose by keyboard and by pointer what is run, and times stay', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });

@@ -5,7 +5,10 @@ import { describe, test } from 'node:test';
 import { accessibilityFaults, ended, openSample, screenshot, text, useSite } from './support.mjs';
 
 describe('the camera', () => {
-  const site = useSite({ args: ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream'] });
+  const site = useSite({
+    sample: 'tiny',
+    args: ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream'],
+  });
 
   /** Keeps hold of every track that the page is given. */
   const watchTracks = (page) =>
