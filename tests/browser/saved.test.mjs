@@ -40,8 +40,12 @@ describe('work', () => {
       const { points } = globalThis.tracecutDemo.app;
       return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
     });
+  /** Until all is kept, and something was since `then`. */
   const keptAfter = (page, then) =>
-    page.waitForFunction((before) => Number(document.body.dataset.kept ?? 0) > before, then);
+    page.waitForFunction(
+      (before) => Number(document.body.dataset.kept ?? 0) > before && !('unkept' in document.body.dataset),
+      then,
+    );
 
   async function opened(page) {
     assert.equal(await ended(page), 'done');

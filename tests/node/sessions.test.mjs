@@ -27,8 +27,8 @@ const task = () => new Promise((resolve) => setTimeout(resolve, 5));
  * Collects garbage until `gone` says so: in a task of its own, for a task keeps what it asks a `WeakRef` for, and
  * finalizers come later.
  */
-async function until(gone) {
-  for (let i = 0; i < 30 && !gone(); i += 1) {
+async function until(gone, rounds = 30) {
+  for (let i = 0; i < rounds && !gone(); i += 1) {
     await task();
     collectGarbage();
     await task();
@@ -107,8 +107,8 @@ test('what is forgotten is closed: a session without anyone who could ask it', a
   const forgotten = counting();
   const forget = () => void new Session(forgotten, async () => {});
   // The engine may still hold the last one somewhere when it is busy.
-  for (let k = 0; k < 5; k += 1) forget();
-  assert.ok(await until(() => forgotten.closed >= 4));
+  for (let k = 0; k < 20; k += 1) forget();
+  assert.ok(await until(() => forgotten.closed >= 10, 1000), `${forgotten.closed} of 20 were closed`);
   const closed = counting();
   const forgetClosed = () => void new Session(closed, async () => {}).close();
   for (let k = 0; k < 5; k += 1) forgetClosed();

@@ -19,25 +19,34 @@ export function savedPanel({ store, app, library }) {
   const works = worksList({ store, app, library });
   const names = new Names(() => works.takeOpened());
   let timer = 0;
+  /** Of all changes, how many there were; and whether the last is still to be kept. */
+  let changes = 0;
   let pending = false;
+  const isPending = (/** @type {boolean} */ now) => {
+    pending = now;
+    document.body.toggleAttribute('data-unkept', now);
+  };
   /** @type {Promise<void>} One after the other. */
   let keeping = Promise.resolve();
   const keepNow = async () => {
     const { state } = store;
+    const upTo = changes;
     if (!isWork(state)) return;
     try {
       await keep(await packer.pack(state, names.of(state)));
-      document.body.dataset.kept = String(Date.now());
       works.update();
     } catch {
       // No storage, or too little: leaving is asked about.
       return;
     }
-    pending = false;
+    document.body.dataset.kept = String(Date.now());
+    // What changed while it was packed is kept by the next.
+    if (upTo === changes) isPending(false);
   };
   store.watch(['phase', 'found', 'edges', 'hidden', 'ground'], (state) => {
     if (!isWork(state)) return;
-    pending = true;
+    changes += 1;
+    isPending(true);
     byId('saved').hidden = true;
     clearTimeout(timer);
     timer = window.setTimeout(() => (keeping = keeping.then(keepNow)), WAIT_MS);
