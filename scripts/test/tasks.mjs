@@ -129,7 +129,8 @@ function rustTasks() {
     after: [compile.name],
     start: () => ({
       command: 'cargo',
-      args: ['test', '--locked', '--doc', '--package', 'tracecut', '--features', 'pnm'],
+      // With the features of the others: with its own, all that we use would be compiled again.
+      args: ['test', '--locked', '--doc', ...FEATURES],
     }),
   };
   return [compile, ...tests, examples];
