@@ -41,29 +41,6 @@ describe('video files', () => {
     assert.deepEqual(faults, []);
   });
 
-  test('the dashcam clip: each layer shows something of it', { skip: without(CARS) }, async () => {
-    const { page, faults } = sample;
-    assert.equal(await run(page, [CARS]), 'done');
-    assert.match(await text(page, '#subline'), /38 frames of 480 × 270/);
-    const clusters = await page.evaluate(() => globalThis.tracecutDemo.result.clusters.count);
-    assert.ok(clusters >= 2, `${clusters} clusters`);
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(19));
-    await screenshot(page, 'dashcam');
-    const pictures = new Set();
-    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.length);
-    const ids = await layerNames(page);
-    for (const id of ids) {
-      await showOnly(page, id);
-      // Masks of a clip in which nothing but background is found are clear.
-      if (id !== 'masks' || objects > 0) await page.waitForFunction(paintedShare);
-      await screenshot(page, `dashcam-${id}`);
-      pictures.add(await picture(page));
-    }
-    assert.ok(ids.length >= 10, ids);
-    assert.equal(pictures.size, ids.length);
-    assert.deepEqual(faults, []);
-  });
-
   test('a clip of many frames shows masks after its first window', { skip: without(LANE) }, async () => {
     const { page, faults } = sample;
     await page.setInputFiles('#file', [LANE]);
@@ -108,6 +85,29 @@ describe('video files', () => {
 
 describe('clips dropped on the page, whole', onlyLong, () => {
   const sample = useSample(useSite());
+
+  test('the dashcam clip: each layer shows something of it', { skip: without(CARS) }, async () => {
+    const { page, faults } = sample;
+    assert.equal(await run(page, [CARS]), 'done');
+    assert.match(await text(page, '#subline'), /38 frames of 480 × 270/);
+    const clusters = await page.evaluate(() => globalThis.tracecutDemo.result.clusters.count);
+    assert.ok(clusters >= 2, `${clusters} clusters`);
+    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(19));
+    await screenshot(page, 'dashcam');
+    const pictures = new Set();
+    const objects = await page.evaluate(() => globalThis.tracecutDemo.result.objects.length);
+    const ids = await layerNames(page);
+    for (const id of ids) {
+      await showOnly(page, id);
+      // Masks of a clip in which nothing but background is found are clear.
+      if (id !== 'masks' || objects > 0) await page.waitForFunction(paintedShare);
+      await screenshot(page, `dashcam-${id}`);
+      pictures.add(await picture(page));
+    }
+    assert.ok(ids.length >= 10, ids);
+    assert.equal(pictures.size, ids.length);
+    assert.deepEqual(faults, []);
+  });
 
   for (const [name, frames, windows] of [
     ['dashcam-cars-38f', 38, 1],

@@ -25,15 +25,13 @@ function inView(page, selector) {
   }, selector);
 }
 
-const picture = (page, name) => page.screenshot({ path: `out/screens/${name}.png` });
-
 describe('devices', () => {
   const site = useSite();
 
   test('on a phone on its side the picture stands beside the controls and stays there', async () => {
     const { page, faults } = await openSample(site, SIDE);
     assert.deepEqual(await accessibilityFaults(page), []);
-    await picture(page, 'landscape');
+    await screenshot(page, 'landscape');
     const screen = await inView(page, '#screen');
     assert.ok(screen.width > 0.5 * 844 && screen.height > 0.6 * 390, JSON.stringify(screen));
     for (const selector of ['.toolbar', '.block-objects', '#correct-open'])
@@ -43,11 +41,11 @@ describe('devices', () => {
       assert.ok((await inView(page, '#screen')).seen > 0.95, selector);
       assert.ok((await inView(page, '#play')).seen > 0.95, selector);
     }
-    await picture(page, 'landscape-scrolled');
+    await screenshot(page, 'landscape-scrolled');
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true);
     await page.evaluate(() => scrollTo(0, 0));
     await openFix(page);
-    await picture(page, 'landscape-fix');
+    await screenshot(page, 'landscape-fix');
     const overlap = await page.evaluate(
       () => document.querySelector('#correct-tools').scrollWidth - document.querySelector('#correct').clientWidth,
     );
@@ -65,7 +63,7 @@ describe('devices', () => {
     const { page } = await openSample(site, PHONE);
     await openFix(page);
     await page.evaluate(() => scrollTo(0, 0));
-    await picture(page, 'fix-phone');
+    await screenshot(page, 'fix-phone');
     for (const selector of ['#correct-split', '#correct-done', '#correct-merge', '#play']) {
       await page.locator(selector).scrollIntoViewIfNeeded();
       assert.ok((await inView(page, '#screen')).seen > 0.95, selector);
@@ -84,7 +82,7 @@ describe('devices', () => {
     assert.match(await text(page, '#help-touch'), /Tap an object[^]*Two fingers/);
     assert.doesNotMatch(await text(page, '#help'), /Click/);
     assert.deepEqual(await accessibilityFaults(page), []);
-    await picture(page, 'help-phone');
+    await screenshot(page, 'help-phone');
     const { page: desk } = await openSample(site);
     await desk.click('#help-open');
     assert.equal(await desk.locator('#help-touch').isVisible(), false);
@@ -95,7 +93,7 @@ describe('devices', () => {
     test(`forced colours show every control, ${colorScheme}`, colorScheme === 'light' ? {} : onlyLong, async () => {
       const { page } = await openSample(site, { forcedColors: 'active', colorScheme, bypassCSP: true });
       await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
-      await picture(page, `forced-${colorScheme}`);
+      await screenshot(page, `forced-${colorScheme}`);
       // A control that is all of one colour cannot be seen.
       const controls = [
         '#scrub',
@@ -132,9 +130,9 @@ describe('devices', () => {
       assert.notEqual(await colour(on), await colour(off), 'a switch that is on');
       await openFix(page);
       await page.evaluate(() => document.querySelector('.panel').scrollTo(0, 0));
-      await picture(page, `forced-fix-${colorScheme}`);
+      await screenshot(page, `forced-fix-${colorScheme}`);
       await page.click('#export-open');
-      await picture(page, `forced-save-${colorScheme}`);
+      await screenshot(page, `forced-save-${colorScheme}`);
     });
   }
 

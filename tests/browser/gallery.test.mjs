@@ -38,7 +38,7 @@ const seen = () => {
 };
 
 describe('the gallery', () => {
-  const site = useSite();
+  const site = useSite({ sample: 'tiny' });
 
   test('opens a clip with its masks at once, by a click; it plays, is saved and corrected like any other', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true, acceptDownloads: true });

@@ -6,12 +6,12 @@ import {
   accessibilityFaults,
   ended,
   inPhase,
-  layerSwitches,
   openFix,
   plainFrame,
   pngFile,
   run,
   screenshot,
+  showOnly,
   text,
   useSite,
 } from './support.mjs';
@@ -86,7 +86,8 @@ describe('the page in German', () => {
         assert.deepEqual(await page.evaluate(cutOff), [], where);
         const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
         assert.ok(wide <= 0, `${where}: ${wide} px too wide`);
-        assert.deepEqual(await accessibilityFaults(page), [], where);
+        // On a phone the checker has had English, and these words on a desk.
+        if (!options.isMobile) assert.deepEqual(await accessibilityFaults(page), [], where);
         await screenshot(page, `${name}-${where.replaceAll(' ', '-')}`);
       };
       await seen('done');
@@ -109,7 +110,7 @@ describe('the page in German', () => {
       await page.waitForFunction(() => document.querySelector('#export-status').textContent.includes('gespeichert'));
       await inGerman(page, 'saved');
       await page.click('#export-close');
-      for (const box of await layerSwitches(page)) await box.setChecked(true);
+      await showOnly(page);
       await page.click('#settings-all > summary');
       for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
       await inGerman(page, 'layers and settings');
@@ -122,6 +123,10 @@ describe('the page in German', () => {
       assert.deepEqual(faults, []);
     });
   }
+});
+
+describe('the language of the page', () => {
+  const site = useSite({ sample: 'tiny' });
 
   test('English is what a browser in English shows, without fetching another language', async () => {
     const { page } = await site.open();
@@ -130,7 +135,7 @@ describe('the page in German', () => {
     await page.reload();
     assert.equal(await ended(page), 'done');
     assert.equal(await page.evaluate(() => document.documentElement.lang), 'en');
-    assert.match(await text(page, '#headline'), /^3 moving objects and the background$/);
+    assert.match(await text(page, '#subline'), / 4 frames of 96 × 54/);
     assert.deepEqual(
       asked.filter((url) => url.includes('/words/')),
       [],

@@ -17,18 +17,18 @@ const answered = (page, file) =>
   page.evaluate(async (name) => (await fetch(name)).ok, `./${relative(join(root, 'www'), file).replaceAll(sep, '/')}`);
 
 describe('without a network', () => {
-  const site = useSite();
+  const site = useSite({ sample: 'tiny' });
   const extra = join(root, 'www', 'demo', 'of-another-version.js');
   after(() => rmSync(extra, { force: true }));
 
   test('the page opens again and does all that it did', async () => {
     const { page, faults } = await openSample(site, { serviceWorkers: 'allow' });
     await kept(page);
-    const before = await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(7)].join(''));
+    const before = await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join(''));
     await page.context().setOffline(true);
     await page.reload();
     assert.equal(await ended(page), 'done');
-    assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(7)].join('')), before);
+    assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join('')), before);
     assert.equal(
       await run(
         page,
@@ -124,7 +124,7 @@ describe('without a network', () => {
   test('a browser without service workers shows the page all the same', async () => {
     const context = { serviceWorkers: 'block' };
     const { page, faults } = await openSample(site, context);
-    assert.match(await text(page, '#headline'), /moving objects/);
+    assert.match(await text(page, '#subline'), / 4 frames of 96 × 54/);
     assert.deepEqual(faults, []);
   });
 });

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { inPhase, layerSwitches, openSample, run, screenshot, SMALL, text, useSample, useSite } from './support.mjs';
+import { inPhase, openSample, run, screenshot, showOnly, SMALL, text, useSample, useSite } from './support.mjs';
 
 describe('the page', () => {
   const site = useSite();
@@ -57,7 +57,7 @@ describe('the page', () => {
       assert.equal(await overflow(), 0, 'with a result');
       await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
       await screenshot(page, `phone-${colorScheme}`);
-      for (const box of await layerSwitches(page)) await box.setChecked(true);
+      await showOnly(page);
       assert.equal(await overflow(), 0, 'with all layers');
       await run(page, [{ name: `${'long-name'.repeat(12)}.mp4`, mimeType: 'video/mp4', buffer: Buffer.from('x') }]);
       assert.equal(await overflow(), 0, 'with an error');

@@ -5,17 +5,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
 import { SAMPLE } from '../../www/demo/source.js';
-import {
-  layerNames,
-  layerSwitches,
-  paintedShare,
-  picture,
-  screenshot,
-  showOnly,
-  text,
-  useSample,
-  useSite,
-} from './support.mjs';
+import { layerNames, paintedShare, picture, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
 
 const FRAME = 12;
 
@@ -66,16 +56,6 @@ describe('the sample', () => {
     }
   });
 
-  test('colours have names for any number of objects, none of them twice', async () => {
-    const names = await sample.page.evaluate(async () => {
-      const { colourName } = await import('/demo/result/palette.js');
-      return Array.from({ length: 255 }, (_, k) => colourName(k + 1));
-    });
-    assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);
-    assert.equal(new Set(names).size, 255);
-    assert.equal(names[9], 'purple 2');
-  });
-
   test('has its objects coloured where the scene has them', async () => {
     const { page } = sample;
     const { counts, masks } = await page.evaluate(paintedPixels, FRAME);
@@ -87,6 +67,109 @@ describe('the sample', () => {
     assert.ok(pure / total > 0.93, `${((100 * pure) / total).toFixed(1)} % of painted pixels lie in their object`);
     const found = new Set(owners.filter((owner) => owner > 0));
     assert.ok(found.size >= 2, `${found.size} of ${masks - 1} objects have a colour of their own`);
+  });
+
+  test('says in the readout what saliency, foreground and components are under the pointer', async () => {
+    const { page } = sample;
+    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    await showOnly(page, 'saliency', 'foreground', 'components');
+    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 1) });
+    const words =
+      /^Object 1 · trajectory .* · saliency (0\.[5-9]\d|1\.00), trajectory’s \S+, in context \S+ · foreground · component \d of \d$/;
+    await page.waitForFunction(() => /saliency/.test(document.querySelector('#readout').textContent));
+    assert.match(await text(page, '#readout'), words);
+    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 0) });
+    assert.match(await text(page, '#readout'), /^Background · .*saliency 0\.[0-4]/);
+    await page.hover('#canvas', { position: { x: 40, y: 200 } });
+    assert.match(await text(page, '#readout'), /not foreground · no component$/);
+  });
+
+  test('has the foreground red where the scene has its objects', async () => {
+    const { page } = sample;
+    await showOnly(page, 'foreground');
+    const [inside, outside] = await page.evaluate(redPixels, FRAME);
+    assert.ok(inside > 300, `${inside} red pixels in objects`);
+    assert.ok(outside < 0.1 * inside, `${outside} outside`);
+  });
+
+  test('gives a component the same colour from frame to frame', async () => {
+    const { page } = sample;
+    const { changes, steps } = await page.evaluate(colorChanges);
+    assert.ok(steps > 1000, `${steps} steps of trajectories in components`);
+    assert.ok(changes <= 0.02 * steps, `${changes} of ${steps} change their colour`);
+  });
+
+  test('names the object under the pointer, and shows it alone after a click', async () => {
+    const { page } = sample;
+    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
+    const place = await page.evaluate(middleOfObject, 1);
+    await page.hover('#canvas', { position: place });
+    assert.match(await text(page, '#readout'), /^Object 1\b/);
+    await page.click('#canvas', { position: place });
+    assert.equal(await page.getAttribute('[data-object="1"] .object-main', 'aria-pressed'), 'true');
+    await page.hover('#canvas', { position: { x: 3, y: 3 } });
+    assert.match(await text(page, '#readout'), /^Background\b/);
+    await page.click('#canvas', { position: { x: 3, y: 3 } });
+    assert.equal(await page.locator('#show-all').isVisible(), false, 'a click on the background brings all back');
+  });
+
+  test('hides an object, and shows one alone', async () => {
+    const { page } = sample;
+    const colors = () =>
+      page.evaluate(paintedPixels, FRAME).then(({ counts }) => counts.map((row) => row.some((n) => n > 0)));
+    const all = await colors();
+    assert.ok(all.every(Boolean));
+    await page.click('[data-object="1"] .object-main');
+    assert.deepEqual(
+      await colors(),
+      all.map((_, k) => k === 1),
+    );
+    await page.click('#show-all');
+    await page.click('[data-object="0"] .eye');
+    assert.deepEqual(
+      await colors(),
+      all.map((_, k) => k > 0),
+    );
+  });
+
+  test('has the same labels, masks, saliency and components as in Node, to the byte', async () => {
+    const { page } = sample;
+    const inPage = await page.evaluate(() => {
+      const { result } = globalThis.tracecutDemo;
+      const masks = Array.from({ length: result.numFrames }, (_, t) => [...result.labels(t)].join(''));
+      const { saliency, components } = result;
+      const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
+        ...list,
+      ]);
+      return { label: [...result.clusters.label], x: [...result.trajectories.x], masks, salient };
+    });
+    const clip = await synthClip(SAMPLE);
+    const session = await createSession();
+    for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
+    const result = await session.run();
+    session.close();
+    assert.deepEqual([...result.clusters.label], inPage.label);
+    assert.deepEqual([...result.trajectories.x], inPage.x);
+    const { saliency, components } = result;
+    const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
+      ...list,
+    ]);
+    assert.deepEqual(salient, inPage.salient);
+    inPage.masks.forEach((mask, t) => assert.ok(mask === [...result.labels(t)].join(''), `masks of frame ${t} differ`));
+  });
+});
+
+describe('the layers of a sample', () => {
+  const sample = useSample(useSite());
+
+  test('colours have names for any number of objects, none of them twice', async () => {
+    const names = await sample.page.evaluate(async () => {
+      const { colourName } = await import('/demo/result/palette.js');
+      return Array.from({ length: 255 }, (_, k) => colourName(k + 1));
+    });
+    assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);
+    assert.equal(new Set(names).size, 255);
+    assert.equal(names[9], 'purple 2');
   });
 
   test('shows something different in each layer', async () => {
@@ -161,38 +244,6 @@ describe('the sample', () => {
     }
   });
 
-  test('says in the readout what saliency, foreground and components are under the pointer', async () => {
-    const { page } = sample;
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
-    for (const box of await layerSwitches(page)) {
-      await box.setChecked(['saliency', 'foreground', 'components'].includes(await box.getAttribute('data-layer')));
-    }
-    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 1) });
-    const words =
-      /^Object 1 · trajectory .* · saliency (0\.[5-9]\d|1\.00), trajectory’s \S+, in context \S+ · foreground · component \d of \d$/;
-    await page.waitForFunction(() => /saliency/.test(document.querySelector('#readout').textContent));
-    assert.match(await text(page, '#readout'), words);
-    await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 0) });
-    assert.match(await text(page, '#readout'), /^Background · .*saliency 0\.[0-4]/);
-    await page.hover('#canvas', { position: { x: 40, y: 200 } });
-    assert.match(await text(page, '#readout'), /not foreground · no component$/);
-  });
-
-  test('has the foreground red where the scene has its objects', async () => {
-    const { page } = sample;
-    await showOnly(page, 'foreground');
-    const [inside, outside] = await page.evaluate(redPixels, FRAME);
-    assert.ok(inside > 300, `${inside} red pixels in objects`);
-    assert.ok(outside < 0.1 * inside, `${outside} outside`);
-  });
-
-  test('gives a component the same colour from frame to frame', async () => {
-    const { page } = sample;
-    const { changes, steps } = await page.evaluate(colorChanges);
-    assert.ok(steps > 1000, `${steps} steps of trajectories in components`);
-    assert.ok(changes <= 0.02 * steps, `${changes} of ${steps} change their colour`);
-  });
-
   test('switches the foreground with its key', async () => {
     const { page } = sample;
     const on = () => page.locator('[data-layer="foreground"]').isChecked();
@@ -201,65 +252,6 @@ describe('the sample', () => {
     assert.equal(await on(), true);
     await page.keyboard.press('F');
     assert.equal(await on(), false);
-  });
-
-  test('names the object under the pointer, and shows it alone after a click', async () => {
-    const { page } = sample;
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
-    const place = await page.evaluate(middleOfObject, 1);
-    await page.hover('#canvas', { position: place });
-    assert.match(await text(page, '#readout'), /^Object 1\b/);
-    await page.click('#canvas', { position: place });
-    assert.equal(await page.getAttribute('[data-object="1"] .object-main', 'aria-pressed'), 'true');
-    await page.hover('#canvas', { position: { x: 3, y: 3 } });
-    assert.match(await text(page, '#readout'), /^Background\b/);
-    await page.click('#canvas', { position: { x: 3, y: 3 } });
-    assert.equal(await page.locator('#show-all').isVisible(), false, 'a click on the background brings all back');
-  });
-
-  test('hides an object, and shows one alone', async () => {
-    const { page } = sample;
-    const colors = () =>
-      page.evaluate(paintedPixels, FRAME).then(({ counts }) => counts.map((row) => row.some((n) => n > 0)));
-    const all = await colors();
-    assert.ok(all.every(Boolean));
-    await page.click('[data-object="1"] .object-main');
-    assert.deepEqual(
-      await colors(),
-      all.map((_, k) => k === 1),
-    );
-    await page.click('#show-all');
-    await page.click('[data-object="0"] .eye');
-    assert.deepEqual(
-      await colors(),
-      all.map((_, k) => k > 0),
-    );
-  });
-
-  test('has the same labels, masks, saliency and components as in Node, to the byte', async () => {
-    const { page } = sample;
-    const inPage = await page.evaluate(() => {
-      const { result } = globalThis.tracecutDemo;
-      const masks = Array.from({ length: result.numFrames }, (_, t) => [...result.labels(t)].join(''));
-      const { saliency, components } = result;
-      const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
-        ...list,
-      ]);
-      return { label: [...result.clusters.label], x: [...result.trajectories.x], masks, salient };
-    });
-    const clip = await synthClip(SAMPLE);
-    const session = await createSession();
-    for (let t = 0; t < clip.numFrames; t += 1) await session.push(clip.frame(t));
-    const result = await session.run();
-    session.close();
-    assert.deepEqual([...result.clusters.label], inPage.label);
-    assert.deepEqual([...result.trajectories.x], inPage.x);
-    const { saliency, components } = result;
-    const salient = [saliency.ofPoints, saliency.inContext, saliency.foreground, components.ofPoint].map((list) => [
-      ...list,
-    ]);
-    assert.deepEqual(salient, inPage.salient);
-    inPage.masks.forEach((mask, t) => assert.ok(mask === [...result.labels(t)].join(''), `masks of frame ${t} differ`));
   });
 });
 

@@ -128,11 +128,13 @@ export async function picture(page) {
   });
 }
 
-/** Switches all layers off but one. */
-export async function showOnly(page, id) {
-  for (const box of await layerSwitches(page)) {
-    await box.setChecked((await box.getAttribute('data-layer')) === id);
-  }
+/** Switches all layers off but these; without any named, all of them on. */
+export async function showOnly(page, ...ids) {
+  await page.evaluate((wanted) => {
+    document.querySelector('#layers-all').open = true;
+    for (const box of document.querySelectorAll('.layer:not([hidden]) [data-layer]:enabled'))
+      if (box.checked !== (wanted.length === 0 || wanted.includes(box.dataset.layer))) box.click();
+  }, ids);
 }
 
 /** Runs in the page: the share of the canvas that is painted at all. */
@@ -146,18 +148,21 @@ export function paintedShare() {
   return painted / (data.length / 4);
 }
 
-/** What axe-core finds wrong with the page as it is, one line each. The page's context needs `bypassCSP`. */
-export async function accessibilityFaults(page) {
+/**
+ * What axe-core finds wrong with the page as it is, one line each; with `only`, by these of its rules. The page's context
+ * needs `bypassCSP`.
+ */
+export async function accessibilityFaults(page, only = null) {
   if (!(await page.evaluate(() => 'axe' in globalThis))) {
     await page.addScriptTag({ path: join(root, 'node_modules', 'axe-core', 'axe.min.js') });
   }
-  return page.evaluate(async () => {
-    const { violations, passes } = await globalThis.axe.run(document);
-    if (passes.length < 10) return [`only ${passes.length} rules had anything to check`];
+  return page.evaluate(async (rules) => {
+    const { violations, passes } = await globalThis.axe.run(document, rules ? { runOnly: rules } : {});
+    if (!rules && passes.length < 10) return [`only ${passes.length} rules had anything to check`];
     return violations.flatMap(({ id, nodes }) =>
       nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`),
     );
-  });
+  }, only);
 }
 
 /** With `TRACECUT_SCREENS=1`, writes a picture of the page to out/screens/, for people to look at. */

@@ -2,10 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { setFlagsFromString } from 'node:v8';
-import { runInNewContext } from 'node:vm';
 import { createSession, synthClip } from 'tracecut';
-import { Session } from '../../dist/session.js';
 import {
   fingerprint,
   framesOf,
@@ -15,26 +12,9 @@ import {
   rejects,
   segment,
   trappingWasm,
+  untilCollected,
   watchMemories,
 } from './support.mjs';
-
-setFlagsFromString('--expose-gc');
-const collectGarbage = runInNewContext('gc');
-
-const task = () => new Promise((resolve) => setTimeout(resolve, 5));
-
-/**
- * Collects garbage until `gone` says so: in a task of its own, for a task keeps what it asks a `WeakRef` for, and
- * finalizers come later.
- */
-async function until(gone, rounds = 30) {
-  for (let i = 0; i < rounds && !gone(); i += 1) {
-    await task();
-    collectGarbage();
-    await task();
-  }
-  return gone();
-}
 
 test('two sessions with different parameters, in turn, give what each gives alone', async (t) => {
   const frames = await framesOf();
@@ -94,26 +74,9 @@ test('a closed session holds no memory, though it is kept itself, and so with a 
   const kept = [await createSession(), await createSession(), await synthClip({ frames: 2 })];
   kept[0].close();
   kept[2].close();
-  assert.ok(await until(() => !memories[0].deref() && !memories[2].deref()), 'the closed ones are gone');
+  assert.ok(await untilCollected(() => !memories[0].deref() && !memories[2].deref()), 'the closed ones are gone');
   assert.ok(memories[1].deref(), 'the open one is there');
   kept[1].close();
-});
-
-test('what is forgotten is closed: a session without anyone who could ask it', async () => {
-  const counting = () => {
-    const engine = { closed: 0, close: () => (engine.closed += 1) };
-    return engine;
-  };
-  const forgotten = counting();
-  const forget = () => void new Session(forgotten, async () => {});
-  // The engine may still hold the last one somewhere when it is busy.
-  for (let k = 0; k < 20; k += 1) forget();
-  assert.ok(await until(() => forgotten.closed >= 10, 1000), `${forgotten.closed} of 20 were closed`);
-  const closed = counting();
-  const forgetClosed = () => void new Session(closed, async () => {}).close();
-  for (let k = 0; k < 5; k += 1) forgetClosed();
-  assert.equal(closed.closed, 5);
-  assert.equal(await until(() => closed.closed !== 5), false, 'one that was closed is not closed again');
 });
 
 test('a result keeps the session that it asks', async () => {
@@ -124,6 +87,6 @@ test('a result keeps the session that it asks', async () => {
     return session.run();
   };
   const result = await resultOf();
-  assert.equal(await until(() => false), false);
+  assert.equal(await untilCollected(() => false), false);
   assert.ok((await result.superpixels(0)).count > 0);
 });

@@ -2,6 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
+import { setFlagsFromString } from 'node:v8';
+import { runInNewContext } from 'node:vm';
 import { MessageChannel } from 'node:worker_threads';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
 import { serve } from '../../dist/serve.js';
@@ -136,4 +138,20 @@ export function standIn(answer = serve) {
     },
     fail: (message) => listeners.error({ message }),
   };
+}
+
+/**
+ * Collects garbage until `gone` says so: in a task of its own, for a task keeps what it asks a `WeakRef` for, and
+ * finalizers come later.
+ */
+export async function untilCollected(gone, rounds = 30) {
+  setFlagsFromString('--expose-gc');
+  const collectGarbage = runInNewContext('gc');
+  const task = () => new Promise((resolve) => setTimeout(resolve, 5));
+  for (let i = 0; i < rounds && !gone(); i += 1) {
+    await task();
+    collectGarbage();
+    await task();
+  }
+  return gone();
 }

@@ -1,0 +1,23 @@
+// In a process of its own: on a busy machine, one that has run clips before may never be told what was collected.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Session } from '../../dist/session.js';
+import { untilCollected } from './support.mjs';
+
+test('what is forgotten is closed: a session without anyone who could ask it', async () => {
+  const counting = () => {
+    const engine = { closed: 0, close: () => (engine.closed += 1) };
+    return engine;
+  };
+  const forgotten = counting();
+  const forget = () => void new Session(forgotten, async () => {});
+  // The engine may still hold the last one somewhere when it is busy.
+  for (let k = 0; k < 20; k += 1) forget();
+  assert.ok(await untilCollected(() => forgotten.closed >= 10, 1000), `${forgotten.closed} of 20 were closed`);
+  const closed = counting();
+  const forgetClosed = () => void new Session(closed, async () => {}).close();
+  for (let k = 0; k < 5; k += 1) forgetClosed();
+  assert.equal(closed.closed, 5);
+  assert.equal(await untilCollected(() => closed.closed !== 5), false, 'one that was closed is not closed again');
+});
