@@ -61,8 +61,8 @@ def prepare() -> None:
 
 def build() -> None:
     """The module on the build of Cargo's tests: what they compiled is compiled."""
-    command = ["-m", "maturin", "develop", "--profile", "dev", "--manifest-path", HERE / "Cargo.toml", "--locked"]
-    run(python_of(VENV), *command, VIRTUAL_ENV=str(VENV))
+    command = ["-m", "maturin", "develop", "--profile", "dev", "--features", "as-in-tests"]
+    run(python_of(VENV), *command, "--manifest-path", HERE / "Cargo.toml", "--locked", VIRTUAL_ENV=str(VENV))
 
 
 def develop(arguments: list[str]) -> None:

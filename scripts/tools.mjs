@@ -25,10 +25,11 @@ const exe = process.platform === 'win32' ? '.exe' : '';
 // `--locked` asks wasm-bindgen-cli's own lock file for a release that not every registry has; its requirements alone
 // resolve.
 const rustTools = {
-  'wasm-bindgen': { crate: 'wasm-bindgen-cli', version: bindgenVersion(), locked: false },
-  'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', locked: true },
-  'cargo-deny': { crate: 'cargo-deny', version: '0.20.2', locked: true },
-  'cargo-fuzz': { crate: 'cargo-fuzz', version: '0.13.2', locked: true },
+  'wasm-bindgen': { crate: 'wasm-bindgen-cli', version: bindgenVersion(), options: [] },
+  // Without what it downloads with: it has to find all that it needs.
+  'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', options: ['--locked', '--no-default-features'] },
+  'cargo-deny': { crate: 'cargo-deny', version: '0.20.2', options: ['--locked'] },
+  'cargo-fuzz': { crate: 'cargo-fuzz', version: '0.13.2', options: ['--locked'] },
 };
 
 /** The exact wasm-bindgen release of Cargo.lock: the command line tool must be the same one. */
@@ -163,7 +164,7 @@ export function hasRustTool(name) {
 
 /** Makes sure of such a tool. */
 export function ensureRustTool(name) {
-  const { crate, version, locked } = rustTools[name];
+  const { crate, version, options } = rustTools[name];
   if (hasRustTool(name)) return;
   console.log(`${name} ${version}, for the tests, is not there yet; building it into .tools (some minutes, once).`);
   const args = [
@@ -173,7 +174,7 @@ export function ensureRustTool(name) {
     version,
     '--root',
     join(root, '.tools'),
-    ...(locked ? ['--locked'] : []),
+    ...options,
   ];
   // Its own target folder: the project's flags and profile are not meant for it.
   run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });

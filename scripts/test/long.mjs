@@ -78,7 +78,7 @@ function sanitized() {
     name: `address sanitizer, ${name}`,
     part: 'sanitizer',
     cores: 2,
-    start: () => ({ ...cargo('+nightly', 'test', '--target', target, '--package', crate, ...which), env }),
+    start: () => ({ ...cargo('+nightly', 'test', '--target', target, ...which), env }),
   }));
 }
 

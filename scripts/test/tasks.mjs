@@ -16,7 +16,9 @@ export const PARTS = {
   python: [],
 };
 
-const FEATURES = ['--package', 'tracecut', '--package', 'tracecut-cli', '--features', 'tracecut/pnm'];
+/** The Python module is compiled with them, where Python is there: alone, it would have half of its crates compiled again. */
+const CRATES = ['tracecut', 'tracecut-cli', ...(hasPython() ? ['tracecut-python'] : [])];
+const FEATURES = [...CRATES.flatMap((name) => ['--package', name]), '--features', 'tracecut/pnm'];
 const node = (...args) => ({ command: process.execPath, args });
 
 /** A page waits for its workers, its frames and its network: more than two fit two cores. */
@@ -158,14 +160,20 @@ function wasmTasks() {
     start: () => node('scripts/tools.mjs', 'wasm-bindgen', 'wasm-pack'),
   };
   // wasm-pack takes the wasm-bindgen test runner from PATH and downloads nothing.
-  const start = () => ({ command: 'wasm-pack', args: ['test', '--node', '--mode', 'no-install', 'tests/wasm'] });
+  // Compiling takes longer than running: optimised less than other tests.
+  const env = { CARGO_PROFILE_DEV_OPT_LEVEL: '1', CARGO_PROFILE_DEV_DEBUG: 'false' };
+  const start = () => ({ command: 'wasm-pack', args: ['test', '--node', '--mode', 'no-install', 'tests/wasm'], env });
   return [tools, { name: 'tests/wasm', part: 'wasm', after: [tools.name], start }];
 }
 
-/** The Python package, where Python is there: 3.9 or later, with what makes environments. */
+/** Whether there is a Python of 3.9 or later, with what makes environments. */
+function hasPython() {
+  return output('python3', ['-c', 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))']) !== null;
+}
+
+/** The Python package, where Python is there. */
 function pythonTasks() {
-  const asks = 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 9))';
-  if (output('python3', ['-c', asks]) === null) {
+  if (!CRATES.includes('tracecut-python')) {
     console.log('!!! SKIPPED: the Python package and its tests need python3 (3.9 or later) with venv');
     return [];
   }

@@ -100,8 +100,11 @@ mod tests {
 
     #[test]
     fn of_two_equal_pixels_one_stays_and_of_a_rise_to_the_border_none() {
-        let pair = Plane::from_fn(4, 1, |x, _| [0.1, 0.5, 0.5, 0.1][x]);
-        assert_eq!(thin(&pair, &Plane::filled(4, 1, 0)).data(), [0.0, 0.5, 0.0, 0.0]);
+        // At the rim of the image and inside of it.
+        for rows in [1, 3] {
+            let pair = Plane::from_fn(4, rows, |x, _| [0.1, 0.5, 0.5, 0.1][x]);
+            assert_eq!(thin(&pair, &Plane::filled(4, rows, 0)).row(rows / 2), [0.0, 0.5, 0.0, 0.0]);
+        }
         for rise in [[0.1, 0.2, 0.3, 0.4], [0.4, 0.3, 0.2, 0.1], [0.3, 0.3, 0.3, 0.3]] {
             let out = thin(&Plane::from_fn(4, 1, |x, _| rise[x]), &Plane::filled(4, 1, 0));
             assert!(out.data().iter().all(|&v| v == 0.0), "{rise:?}: {:?}", out.data());

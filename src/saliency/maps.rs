@@ -171,3 +171,17 @@ fn weight(magnitude: f32, half_sq: f32) -> f32 {
 fn count_of(magnitude: f32) -> usize {
     (magnitude * COUNTS_PER_PIXEL) as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_keeps_half_of_its_saliency_at_half_and_all_where_difference_does_not_matter() {
+        assert_eq!(weight(3.0, 9.0), 0.5);
+        assert_eq!(weight(0.0, 9.0), 0.0);
+        assert_eq!(weight(f32::MAX, 9.0), 1.0);
+        assert_eq!(weight(f32::NAN, 9.0), 0.0);
+        assert_eq!(weight(0.0, 0.0), 1.0);
+    }
+}

@@ -219,6 +219,18 @@ mod tests {
     }
 
     #[test]
+    fn strays_among_its_trajectories_do_not_take_a_label_along() {
+        let numbers: Vec<u32> = (0..22).collect();
+        let with_last = |count: u32| numbers.iter().map(|&i| u32::from(i >= 22 - count)).collect::<Vec<_>>();
+        let mut known = Identities::default();
+        let first = known.rename(&objects(&[0, 1]), &tracks(22, 8), &with_last(20), &numbers, 0, &[]);
+        known.advance(&first, &tracks(22, 8), &with_last(20), &numbers, 4, &[]);
+        let next = |count| known.rename(&objects(&[0, 1]), &tracks(22, 8), &with_last(count), &numbers, 4, &[]);
+        assert_eq!(next(1).of_cluster, [0, 2]);
+        assert_eq!(next(2).of_cluster, [0, 1]);
+    }
+
+    #[test]
     fn what_stops_and_moves_on_keeps_its_label_and_nobody_else_takes_it() {
         let mut known = after_one_window();
         let still = known.rename(&objects(&[0, 1]), &tracks(6, 8), &[0, 0, 1, 1, 0, 0], &NUMBERS, 4, &[]);
