@@ -10,6 +10,7 @@ and what is marked ``wheel``: the notebook, whose packages take long to install,
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -60,9 +61,21 @@ def prepare() -> None:
 
 
 def build() -> None:
-    """The module on the build of Cargo's tests: what they compiled is compiled."""
-    command = ["-m", "maturin", "develop", "--profile", "dev", "--features", "as-in-tests"]
-    run(python_of(VENV), *command, "--manifest-path", HERE / "Cargo.toml", "--locked", VIRTUAL_ENV=str(VENV))
+    """The module in the environment: the one that ``TRACECUT_MODULE`` names, which `npm test` has compiled, or a new one."""
+    python, manifest = python_of(VENV), ["--manifest-path", HERE / "Cargo.toml"]
+    compiled = os.environ.get("TRACECUT_MODULE")
+    if not compiled:
+        run(python, "-m", "maturin", "develop", "--profile", "dev", *manifest, "--locked", VIRTUAL_ENV=str(VENV))
+        return
+    shutil.copyfile(compiled, HERE / "package" / "tracecut" / "_tracecut.abi3.so")
+    asked = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
+    site = Path(subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip())
+    (site / "tracecut.pth").write_text(f"{HERE / 'package'}\n")
+    write = ["pep517", "write-dist-info", "--metadata-directory", site, "--interpreter", python]
+    run(python, "-m", "maturin", *write, *manifest)
+    (information,) = site.glob("tracecut-*.dist-info")
+    names = [path.relative_to(site) for path in information.rglob("*") if path.is_file()]
+    (information / "RECORD").write_text("".join(f"{name},,\n" for name in names))
 
 
 def develop(arguments: list[str]) -> None:

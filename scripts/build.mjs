@@ -145,7 +145,7 @@ function compileDecoder(kind) {
 
 function compileEngine(kind) {
   const which = ['--package', 'tracecut', '--lib', '--crate-type', 'cdylib', '--features', 'wasm'];
-  return during('compiling the library', 50, () => cargo(kind, 'rustc', which));
+  return during('compiling the library', 30, () => cargo(kind, 'rustc', which));
 }
 
 /** Compiles to wasm; messages name a crate's files from its name on, so that the bytes are the same anywhere. */
@@ -196,7 +196,7 @@ async function buildWasm(cargoWasm, name, kind) {
     rmSync(dirname(kept), { recursive: true, force: true });
     mkdirSync(dirname(kept), { recursive: true });
     const options = ['-O3', '--converge', ...wasmFeatures];
-    await during(`optimising ${name}_bg.wasm`, 20, () =>
+    await during(`optimising ${name}_bg.wasm`, name === 'decoder' ? 12 : 45, () =>
       runBeside(process.execPath, [bin('binaryen/bin/wasm-opt'), ...options, wasm, '-o', kept]),
     );
   }

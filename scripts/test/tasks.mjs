@@ -16,9 +16,10 @@ export const PARTS = {
   python: [],
 };
 
-/** The Python module is compiled with them, where Python is there: alone, it would have half of its crates compiled again. */
+/** The Python module is compiled with them, where Python is there: alone, it would have most of its crates compiled again. */
 const CRATES = ['tracecut', 'tracecut-cli', ...(hasPython() ? ['tracecut-python'] : [])];
 const FEATURES = [...CRATES.flatMap((name) => ['--package', name]), '--features', 'tracecut/pnm'];
+const TARGETS = ['--lib', '--bins', '--tests', '--examples'];
 const node = (...args) => ({ command: process.execPath, args });
 
 /** A page waits for its workers, its frames and its network: more than two fit two cores. */
@@ -82,12 +83,14 @@ function files(part, { cores = 1 } = {}) {
     cores,
     lock: WITH_SERVICE_WORKER.includes(file) ? 'service worker' : undefined,
     after: ['build the package', ...(WITH_NATIVE.includes(file) ? ['compile the Rust tests'] : [])],
-    start: () => runFile(file),
+    start: () => runFile(file, WITH_NATIVE.includes(file) ? built() : {}),
   }));
 }
 
-/** Where Cargo put its test programs: by `package target`. */
+/** Where Cargo put its test programs, by `package target`, and the Python module. */
 let programs = new Map();
+/** For tests that run what Cargo has built: the integration tests' program. */
+const built = () => ({ TRACECUT_BUILT: programs.get('tracecut integration') });
 
 function rustTasks() {
   const compile = {
@@ -96,7 +99,7 @@ function rustTasks() {
     start: async () => {
       const outcome = await execute({
         command: 'cargo',
-        args: ['test', '--locked', '--no-run', '--message-format=json-render-diagnostics', ...FEATURES],
+        args: ['build', '--locked', ...TARGETS, '--message-format=json-render-diagnostics', ...FEATURES],
       });
       if (outcome.failed) throw new Error(outcome.output);
       programs = programsIn(outcome.output);
@@ -122,6 +125,7 @@ function rustTasks() {
         command: program,
         args: [],
         cwd: join(root, crate === 'tracecut' ? '.' : 'cli'),
+        env: built(),
       };
     },
   }));
@@ -138,19 +142,21 @@ function rustTasks() {
   return [compile, ...tests, examples];
 }
 
-/** The test programs that Cargo's messages name. */
+/** The test programs and the Python module that Cargo's messages name. */
 function programsIn(messages) {
-  const found = messages
+  const made = messages
     .split('\n')
     .filter((line) => line.startsWith('{"reason":"compiler-artifact"'))
-    .map((line) => JSON.parse(line))
-    .filter(({ executable, profile }) => executable && profile.test);
-  return new Map(
-    found.map(({ package_id, target, executable }) => [
+    .map((line) => JSON.parse(line));
+  const tests = made.filter(({ executable, profile }) => executable && profile.test);
+  const modules = made.filter(({ target }) => target.kind.includes('cdylib') && target.name === '_tracecut');
+  return new Map([
+    ...tests.map(({ package_id, target, executable }) => [
       `${/\/cli[#@]/.test(package_id) ? 'tracecut-cli' : 'tracecut'} ${target.name}`,
       executable,
     ]),
-  );
+    ...modules.map(({ filenames }) => ['tracecut-python', filenames.find((name) => /\.(so|dylib|dll)$/.test(name))]),
+  ]);
 }
 
 function wasmTasks() {
@@ -188,7 +194,7 @@ function pythonTasks() {
     name: 'build the Python module',
     part: 'build',
     after: [prepare.name, 'compile the Rust tests'],
-    start: () => python('--build'),
+    start: () => ({ ...python('--build'), env: { TRACECUT_MODULE: programs.get('tracecut-python') } }),
   };
   const tests = readdirSync(join(root, 'python', 'tests'))
     .filter((name) => /^test_.*\.py$/.test(name))

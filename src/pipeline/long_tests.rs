@@ -6,7 +6,7 @@ use crate::image::Frame;
 use crate::synth::Scene;
 use crate::{Error, Params};
 
-const SIZE: (usize, usize) = (96, 64);
+const SIZE: (usize, usize) = (72, 48);
 
 fn scene(frames: usize, seed: u64) -> impl Iterator<Item = Result<Frame, Error>> {
     let scene = Scene::sample(SIZE.0, SIZE.1, frames, seed);

@@ -6,15 +6,12 @@ use std::process::{Command, Output};
 use tracecut::synth::Scene;
 use tracecut::{Params, Session, Stage, Step};
 
-/// Runs an example, built as these tests are: with the command line, so that nothing is compiled anew.
+/// Runs an example, built here unless `npm test` has built it.
 fn run(example: &str, arguments: &[&Path]) -> Output {
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--package", "tracecut", "--example", example]);
-    if cfg!(feature = "pnm") {
-        cargo.args(["--package", "tracecut-cli", "--features", "tracecut/pnm"]);
+    if std::env::var_os("TRACECUT_BUILT").is_none() {
+        let cargo = Command::new(env!("CARGO")).args(["build", "--quiet", "--example", example]).output().unwrap();
+        assert!(cargo.status.success(), "{}", String::from_utf8_lossy(&cargo.stderr));
     }
-    let built = cargo.output().unwrap();
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
     let program = format!("../debug/examples/{example}{}", std::env::consts::EXE_SUFFIX);
     Command::new(Path::new(env!("CARGO_TARGET_TMPDIR")).join(program)).args(arguments).output().unwrap()
 }
