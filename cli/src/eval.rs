@@ -12,6 +12,7 @@ mod foreground;
 mod masks;
 pub(crate) mod mat;
 mod moseg;
+mod points;
 mod stability;
 mod superpixels;
 
@@ -39,6 +40,9 @@ pub(crate) enum EvalCommand {
     /// Run clips of many kinds, with masks of some or all frames, and score the masks: J, F, recall, false share, objects
     /// found; per clip, per kind and in all
     Masks(masks::MasksArgs),
+    /// Run clips of all kinds and score the labels of their trajectories: error, error by region, fragments, objects; per
+    /// clip, per kind and in all
+    Points(points::PointsArgs),
     /// How far J of the masks moves under changes of a clip that do not matter: seed, crop, mirror, light, JPEG, start
     Stability(stability::StabilityArgs),
     /// What each rule and constant that is not the paper's is worth on clips of many kinds, written into docs/choices.md
@@ -74,6 +78,7 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Foreground(args) => foreground::eval(args),
         EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Masks(args) => masks::eval(args),
+        EvalCommand::Points(args) => points::eval(args),
         EvalCommand::Ablate(args) => ablate::eval(args),
         EvalCommand::Stability(args) => stability::eval(args),
         EvalCommand::Discretization(args) => discretization::eval(args),

@@ -54,9 +54,9 @@ impl Definition {
                 image: values.after("Input file name")?,
             });
         }
-        if !(1..=256).contains(&num_regions) || labelled.is_empty() {
+        if !(1..=255).contains(&num_regions) || labelled.is_empty() {
             return Err(broken(format!(
-                "it has {num_regions} regions (expected 1..=256) and {num_labelled} labelled frames (expected at least 1)"
+                "it has {num_regions} regions (expected 1..=255) and {num_labelled} labelled frames (expected at least 1)"
             )));
         }
         Ok(Self { grey, penalty, num_frames, labelled })

@@ -32,6 +32,9 @@ use serde::Serialize;
 /// A region counts as extracted when its error is below this, in percent (Brox and Malik 2010).
 const EXTRACTED_BELOW: f64 = 10.0;
 
+/// In a region map: a pixel that is not scored.
+pub const UNSCORED: u8 = u8::MAX;
+
 /// What the benchmark says about one shot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scores {
@@ -52,7 +55,7 @@ pub struct Scores {
 }
 
 /// Scores `tracks` with labels `clusters` against `maps`, the region map of each labelled frame within
-/// `tracks.num_frames` in the definition's order.
+/// `tracks.num_frames` in the definition's order. Points on [`UNSCORED`] pixels have no vote.
 ///
 /// # Errors
 /// [`Error::Data`] when the maps' number or size does not fit, or when the tracks are longer than the shot.
@@ -69,6 +72,32 @@ pub fn score(
         votes.add_tracks(map, frame, tracks, clusters);
     }
     Ok(conclude(definition, &votes, maps))
+}
+
+/// How much of each object one cluster holds, and little else: the intersection over union of its points with those of
+/// its best cluster, as a mean over all regions with a point but the first, the background. `None` without one. An object
+/// in parts scores low here, which none of [`Scores`] but the over-segmentation shows. Inputs as those of [`score`].
+///
+/// # Errors
+/// As [`score`].
+pub fn best_clusters(
+    definition: &Definition,
+    maps: &[Plane<u8>],
+    tracks: &Trajectories,
+    clusters: &Clusters,
+) -> Result<Option<f64>, Error> {
+    let frames: Vec<usize> = definition.labelled_within(tracks.num_frames).map(|f| f.index).collect();
+    check(definition, maps, tracks.num_frames, frames.len())?;
+    let labelled: Vec<(usize, &Plane<u8>)> = frames.into_iter().zip(maps).collect();
+    let overlap = overlap(&labelled, definition.num_regions(), tracks, clusters);
+    let of_cluster = |c: usize| overlap.iter().map(|row| row[c]).sum::<u64>();
+    let best = |row: &Vec<u64>| {
+        let all = row.iter().sum::<u64>();
+        let of = |(c, &both): (usize, &u64)| both as f64 / (all + of_cluster(c) - both).max(1) as f64;
+        (all > 0).then(|| row.iter().enumerate().map(of).fold(0.0, f64::max))
+    };
+    let known: Vec<f64> = overlap.iter().skip(1).filter_map(best).collect();
+    Ok((!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64))
 }
 
 /// Scores `labels`, the plane of pixel labels of each labelled frame within the first `num_frames` frames, against
@@ -146,7 +175,7 @@ fn check(definition: &Definition, maps: &[Plane<u8>], num_frames: usize, num_use
     if let Some(other) = maps.iter().find(|m| size(m) != size(&maps[0])) {
         return breach(format!("masks of {:?} and {:?} pixels (expected one size)", size(&maps[0]), size(other)));
     }
-    match maps.iter().flat_map(|m| m.data()).find(|&&r| r as usize >= definition.num_regions()) {
+    match maps.iter().flat_map(|m| m.data()).find(|&&r| r != UNSCORED && r as usize >= definition.num_regions()) {
         Some(region) => breach(format!("region {region} in a map (expected 0..{})", definition.num_regions())),
         None => Ok(()),
     }
@@ -185,6 +214,9 @@ impl Votes {
         let mut taken = map.map(|_| false);
         for (i, x, y) in tracks.alive(frame) {
             let Some(pixel) = nearest_pixel(x, y, map.width(), map.height()) else { continue };
+            if map.data()[pixel] == UNSCORED {
+                continue;
+            }
             self.overlap[map.data()[pixel] as usize][clusters.label[i] as usize] += 1;
             self.double += u64::from(taken.data()[pixel]);
             taken.data_mut()[pixel] = true;
@@ -193,7 +225,7 @@ impl Votes {
 
     /// Step 1 for one labelled frame whose every pixel votes.
     fn add_pixels(&mut self, map: &Plane<u8>, labels: &Plane<u32>) {
-        for (&region, &label) in map.data().iter().zip(labels.data()) {
+        for (&region, &label) in map.data().iter().zip(labels.data()).filter(|(region, _)| **region != UNSCORED) {
             self.overlap[region as usize][label as usize] += 1;
         }
     }
@@ -233,7 +265,7 @@ pub(super) fn nearest_pixel(x: f32, y: f32, width: usize, height: usize) -> Opti
 /// Which regions any of the maps shows.
 pub(super) fn visible_regions<'a>(num_regions: usize, maps: impl Iterator<Item = &'a Plane<u8>>) -> Vec<bool> {
     let mut visible = vec![false; num_regions];
-    for &region in maps.flat_map(|m| m.data()) {
+    for &region in maps.flat_map(|m| m.data()).filter(|&&region| region != UNSCORED) {
         visible[region as usize] = true;
     }
     visible
@@ -392,6 +424,31 @@ mod tests {
         let scores = scored(3, LEFT_RIGHT, drawn(["00..", "00..", "00..", "00.."]));
         assert_eq!((scores.overall, scores.average, scores.visible), (0.0, 50.0, 2.0));
         assert_eq!(scores.oversegmentation, 0.0);
+    }
+
+    #[test]
+    fn the_best_cluster_of_an_object_loses_what_other_clusters_hold_of_it() {
+        let best = |rows: [&str; 4]| {
+            let (definition, maps) = shot(2, LEFT_RIGHT);
+            let (tracks, clusters) = drawn(rows);
+            best_clusters(&definition, &maps, &tracks, &clusters).unwrap()
+        };
+        assert_eq!(best(LEFT_RIGHT), Some(1.0));
+        assert_eq!(best(["0011", "0011", "0022", "0022"]), Some(0.5));
+        // Of ten points of the cluster eight are the object's.
+        assert_eq!(best(["1011", "1011", "0011", "0011"]), Some(0.8));
+        assert_eq!(best(["00..", "00..", "00..", "00.."]), None);
+    }
+
+    #[test]
+    fn points_on_pixels_that_are_not_scored_have_no_vote() {
+        let (definition, mut maps) = shot(2, LEFT_RIGHT);
+        maps[0].row_mut(0).fill(UNSCORED);
+        let (tracks, clusters) = drawn(["1100", "0011", "0011", "0011"]);
+        let scores = score(&definition, &maps, &tracks, &clusters).unwrap();
+        assert_eq!((scores.overall, scores.average, scores.extracted), (0.0, 0.0, 1.0));
+        let dense = score_dense(&definition, &maps, &[painted(["1100", "0011", "0011", "0011"])], 2, 1).unwrap();
+        assert_eq!((dense.overall, dense.average), (0.0, 0.0));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::settings::Settings;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use tracecut::eval::masks::Truth;
+use tracecut::eval::moseg::UNSCORED;
 use tracecut::image::Plane;
 
 /// What stands between the kind of a clip and its name.
@@ -66,7 +67,7 @@ impl Suite {
 
 /// The clips of `folder` by name, or `folder` itself if it is one; with `only` not empty, those whose names contain one
 /// of its texts.
-fn find_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
+pub(super) fn find_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
     let wanted = |clip: &Clip| only.is_empty() || only.iter().any(|text| clip.name.contains(text));
     let mut clips = all_clips(folder)?;
     clips.retain(wanted);
@@ -118,12 +119,35 @@ impl Clip {
 
     /// The truth of a frame, from the mask of the same name; `None` where there is none.
     pub(super) fn truth(&self, image: &Path) -> Result<Option<Plane<Truth>>> {
+        self.mask(image, |pixel| self.code.truth(pixel))
+    }
+
+    /// The region of each pixel of a frame: 0 for the background, and a number for each colour of objects, of which
+    /// `colours` are known. `None` where there is no mask.
+    pub(super) fn regions(&self, image: &Path, colours: &mut Vec<Vec<u8>>) -> Result<Option<Plane<u8>>> {
+        self.mask(image, |pixel| match self.code.truth(pixel) {
+            Truth::Background => 0,
+            Truth::Ignored => UNSCORED,
+            Truth::Object => {
+                let known = colours.iter().position(|colour| colour == pixel);
+                let place = known.unwrap_or_else(|| {
+                    colours.push(pixel.to_vec());
+                    colours.len() - 1
+                });
+                // More than there are numbers for are one.
+                (1 + place).min(usize::from(UNSCORED) - 1) as u8
+            }
+        })
+    }
+
+    /// What the pixels of a frame's mask mean.
+    fn mask<T: Copy>(&self, image: &Path, meaning: impl FnMut(&[u8]) -> T) -> Result<Option<Plane<T>>> {
         let path = self.masks.join(image.file_name().unwrap_or_default()).with_extension("png");
         if !path.is_file() {
             return Ok(None);
         }
         let (_, mask) = decode(&path)?;
-        let data = mask.rgb().chunks_exact(3).map(|pixel| self.code.truth(pixel)).collect();
+        let data = mask.rgb().chunks_exact(3).map(meaning).collect();
         Ok(Plane::from_vec(mask.width(), mask.height(), data))
     }
 }
