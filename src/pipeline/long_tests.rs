@@ -7,9 +7,15 @@ use crate::synth::Scene;
 use crate::{Error, Params};
 
 const SIZE: (usize, usize) = (72, 48);
+/// Large enough for objects.
+const WITH_OBJECTS: (usize, usize) = (96, 64);
 
 fn scene(frames: usize, seed: u64) -> impl Iterator<Item = Result<Frame, Error>> {
-    let scene = Scene::sample(SIZE.0, SIZE.1, frames, seed);
+    scene_of(SIZE, frames, seed)
+}
+
+fn scene_of((width, height): (usize, usize), frames: usize, seed: u64) -> impl Iterator<Item = Result<Frame, Error>> {
+    let scene = Scene::sample(width, height, frames, seed);
     (0..frames).map(move |t| Ok(scene.frame(t)))
 }
 
@@ -177,11 +183,12 @@ fn a_checkpoint_needs_the_frames_that_follow_it() {
 /// Windows of a clip, and what a session of the same frames has that is corrected and goes on in the same way.
 #[test]
 fn a_corrected_window_goes_on_as_a_corrected_session_does() {
-    let (mut clip, mut session) = (windows(scene(20, 1), 12, 4), Session::new(Params::default()).unwrap());
+    let (mut clip, mut session) =
+        (windows(scene_of(WITH_OBJECTS, 20, 1), 12, 4), Session::new(Params::default()).unwrap());
     assert!(matches!(clip.correct(&Correction::Split { label: 1, at: None }), Err(Error::State { .. })));
     let first = clip.next_window(|_| ()).unwrap().unwrap();
     let before = masks_of(&clip, &first);
-    for frame in scene(20, 1).take(12) {
+    for frame in scene_of(WITH_OBJECTS, 20, 1).take(12) {
         session.push_in_shot(frame.unwrap()).unwrap();
     }
     session.run().unwrap();
@@ -199,7 +206,7 @@ fn a_corrected_window_goes_on_as_a_corrected_session_does() {
     session.correct(&Correction::Merge { into: 0, from: 2 }).unwrap();
     assert!(first.settled.clone().all(|t| clip.session().labels(t).unwrap() == session.labels(t).unwrap()));
     session.advance(4).unwrap();
-    for frame in scene(20, 1).skip(12) {
+    for frame in scene_of(WITH_OBJECTS, 20, 1).skip(12) {
         session.push_in_shot(frame.unwrap()).unwrap();
     }
     session.run().unwrap();
@@ -210,7 +217,7 @@ fn a_corrected_window_goes_on_as_a_corrected_session_does() {
 #[test]
 fn the_next_window_first_makes_the_masks_of_a_correction() {
     let second = |reruns: bool| {
-        let mut clip = windows(scene(20, 1), 12, 4).with_threads(2);
+        let mut clip = windows(scene_of(WITH_OBJECTS, 20, 1), 12, 4).with_threads(2);
         clip.next_window(|_| ()).unwrap().unwrap();
         clip.correct(&Correction::Split { label: 1, at: None }).unwrap();
         assert!(!reruns || clip.rerun(|_| ()).is_ok());
