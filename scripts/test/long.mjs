@@ -1,9 +1,8 @@
 // What `npm run test:long` does: whatever is too slow for every time.
 
-import { readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { output, root } from '../tools.mjs';
-import { PARTS, hasLongTests, runFile, tasksOf, testFiles } from './tasks.mjs';
+import { PARTS, RUST_PROGRAMS, hasLongTests, runFile, runProgram, tasksOf, testFiles } from './tasks.mjs';
 
 const node = (...args) => ({ command: process.execPath, args });
 const cargo = (...args) => ({ command: 'cargo', args });
@@ -36,12 +35,12 @@ const RUST = 'compile the Rust tests';
 
 /** Rust tests that are marked `#[ignore]`. */
 function ignored() {
-  return ['tracecut', 'tracecut-cli'].map((crate) => ({
-    name: `${crate}, ignored tests`,
+  return RUST_PROGRAMS.map((program) => ({
+    name: `${program.name}, ignored`,
     part: 'rust',
     cores: 2,
     after: [RUST],
-    start: () => cargo('test', '--locked', '--tests', '--package', crate, '--', '--ignored', '--nocapture'),
+    start: () => runProgram(program, ['--ignored', '--nocapture']),
   }));
 }
 
@@ -93,9 +92,9 @@ function scripts() {
 
 /** Files of their own, and those of `npm test` that have tests which are passed over otherwise. */
 function inJavaScript() {
-  const own = readdirSync(join(root, 'tests', 'long')).filter((name) => name.endsWith('.test.mjs'));
+  const own = ['tests/long', 'tests/engines'].flatMap(testFiles);
   const shared = ['node', 'browser'].flatMap((part) => PARTS[part].flatMap(testFiles)).filter(hasLongTests);
-  return [...own.map((name) => `tests/long/${name}`), ...shared].map((file) => ({
+  return [...own, ...shared].map((file) => ({
     name: file,
     part: 'browser',
     cores: basename(file).startsWith('memory') ? 2 : 1,

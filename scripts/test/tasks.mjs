@@ -12,7 +12,7 @@ export const PARTS = {
   rust: [],
   wasm: [],
   node: ['tests/node'],
-  browser: ['tests/package', 'tests/browser', 'tests/engines'],
+  browser: ['tests/package', 'tests/browser'],
   python: [],
 };
 
@@ -92,6 +92,22 @@ let programs = new Map();
 /** For tests that run what Cargo has built: the integration tests' program. */
 const built = () => ({ TRACECUT_BUILT: programs.get('tracecut integration') });
 
+/** The test programs of the crates; within one its tests run side by side. */
+export const RUST_PROGRAMS = [
+  { name: 'src, unit tests', crate: 'tracecut', target: 'tracecut' },
+  { name: 'tests/rust', crate: 'tracecut', target: 'integration' },
+  { name: 'cli/src, unit tests of the library', crate: 'tracecut-cli', target: 'tracecut_cli' },
+  { name: 'cli/src, unit tests', crate: 'tracecut-cli', target: 'tracecut' },
+  { name: 'cli/tests', crate: 'tracecut-cli', target: 'integration' },
+];
+
+/** Runs one of these, once it is compiled. */
+export function runProgram({ name, crate, target }, args = []) {
+  const command = programs.get(`${crate} ${target}`);
+  if (!command) throw new Error(`Cargo made no test program for ${name}.`);
+  return { command, args, cwd: join(root, crate === 'tracecut' ? '.' : 'cli'), env: built() };
+}
+
 function rustTasks() {
   const compile = {
     name: 'compile the Rust tests',
@@ -105,29 +121,12 @@ function rustTasks() {
       programs = programsIn(outcome.output);
     },
   };
-  // Within a program its tests run side by side.
-  const all = [
-    { name: 'src, unit tests', crate: 'tracecut', target: 'tracecut' },
-    { name: 'tests/rust', crate: 'tracecut', target: 'integration' },
-    { name: 'cli/src, unit tests of the library', crate: 'tracecut-cli', target: 'tracecut_cli' },
-    { name: 'cli/src, unit tests', crate: 'tracecut-cli', target: 'tracecut' },
-    { name: 'cli/tests', crate: 'tracecut-cli', target: 'integration' },
-  ];
-  const tests = all.map(({ name, crate, target }) => ({
-    name,
+  const tests = RUST_PROGRAMS.map((program) => ({
+    name: program.name,
     part: 'rust',
     cores: 2,
     after: [compile.name],
-    start: () => {
-      const program = programs.get(`${crate} ${target}`);
-      if (!program) throw new Error(`Cargo made no test program for ${name}.`);
-      return {
-        command: program,
-        args: [],
-        cwd: join(root, crate === 'tracecut' ? '.' : 'cli'),
-        env: built(),
-      };
-    },
+    start: () => runProgram(program),
   }));
   const examples = {
     name: 'src, examples in comments',

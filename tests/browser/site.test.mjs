@@ -9,7 +9,7 @@ import { after, before, test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import { launchBrowser } from '../../scripts/browser.mjs';
 import { writeSite } from '../../scripts/site.mjs';
-import { bytesOf, ended, text } from './support.mjs';
+import { bytesOf, ended, onlyLong, text } from './support.mjs';
 
 /** Most bytes of all that a visit loads until the sample is segmented, each file zipped as a host sends it. */
 const MOST_ZIPPED = 500 * 1000;
@@ -72,20 +72,24 @@ test('the site segments its sample, and weighs less than 500 KB until then', asy
   assert.deepEqual(faults, []);
 });
 
-test('the site is kept whole for use without a network, and finds what is fetched when it is needed', async () => {
-  const { page, faults } = await visit('allow');
-  // A service worker that misses a file is not installed.
-  await page.evaluate(() => navigator.serviceWorker.ready.then(() => true));
-  const unasked = files.filter((name) => name !== './' && !asked.has(name.slice(2)));
-  assert.deepEqual(unasked, []);
-  await page.keyboard.press('e');
-  const coming = page.waitForEvent('download');
-  await page.locator('#export-list button').first().click();
-  assert.ok((await bytesOf(await coming)).length > 0);
-  assert.deepEqual(faults, []);
-});
+test(
+  'the site is kept whole for use without a network, and finds what is fetched when it is needed',
+  onlyLong,
+  async () => {
+    const { page, faults } = await visit('allow');
+    // A service worker that misses a file is not installed.
+    await page.evaluate(() => navigator.serviceWorker.ready.then(() => true));
+    const unasked = files.filter((name) => name !== './' && !asked.has(name.slice(2)));
+    assert.deepEqual(unasked, []);
+    await page.keyboard.press('e');
+    const coming = page.waitForEvent('download');
+    await page.locator('#export-list button').first().click();
+    assert.ok((await bytesOf(await coming)).length > 0);
+    assert.deepEqual(faults, []);
+  },
+);
 
-test('the gallery is part of the site, and fetched when it is looked at', async () => {
+test('the gallery is part of the site, and fetched when it is looked at', onlyLong, async () => {
   const { page, faults } = await visit('block');
   const ofGallery = () => [...asked.keys()].filter((name) => name.startsWith('demo/gallery/'));
   assert.deepEqual(ofGallery(), []);

@@ -8,7 +8,7 @@ import { after, before, describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { serve } from '../../scripts/serve.mjs';
 import { root } from '../../scripts/tools.mjs';
-import { gifFile, movingClip, onlyLong, plainFrame } from '../browser/support.mjs';
+import { gifFile, movingClip, plainFrame } from '../browser/support.mjs';
 import { ENGINES } from './engines.mjs';
 import { ended, faults, inPhase, maskHash, open, press, save, until, visit, words } from './page.mjs';
 
@@ -65,12 +65,9 @@ function sameInAll(name, value, engine) {
 }
 
 for (const { name, missing, start } of ENGINES) {
-  const isLater = name !== 'Chromium' && onlyLong.skip;
-  const lacks = isLater ? null : missing();
+  const lacks = missing();
   if (lacks) console.log(`!!! SKIPPED: all tests in ${name}, which need "apt-get install ${lacks}"`);
-  describe(name, { skip: isLater || (lacks ? `${lacks} is not installed` : false), timeout: 600_000 }, () =>
-    inEngine(name, start),
-  );
+  describe(name, { skip: lacks ? `${lacks} is not installed` : false, timeout: 600_000 }, () => inEngine(name, start));
 }
 
 function inEngine(name, start) {
