@@ -71,6 +71,8 @@ def build() -> None:
     asked = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
     site = Path(subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip())
     (site / "tracecut.pth").write_text(f"{HERE / 'package'}\n")
+    for old in site.glob("tracecut-*.dist-info"):
+        shutil.rmtree(old)
     write = ["pep517", "write-dist-info", "--metadata-directory", site, "--interpreter", python]
     run(python, "-m", "maturin", *write, *manifest)
     (information,) = site.glob("tracecut-*.dist-info")

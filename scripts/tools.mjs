@@ -167,15 +167,7 @@ export function ensureRustTool(name) {
   const { crate, version, options } = rustTools[name];
   if (hasRustTool(name)) return;
   console.log(`${name} ${version}, for the tests, is not there yet; building it into .tools (some minutes, once).`);
-  const args = [
-    'install',
-    crate,
-    '--version',
-    version,
-    '--root',
-    join(root, '.tools'),
-    ...options,
-  ];
+  const args = ['install', crate, '--version', version, '--root', join(root, '.tools'), ...options];
   // Its own target folder: the project's flags and profile are not meant for it.
   run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });
 }

@@ -117,8 +117,16 @@ export function countsIn(output) {
   const sum = (...patterns) =>
     patterns.flatMap((pattern) => [...output.matchAll(pattern)]).reduce((total, [, count]) => total + Number(count), 0);
   return {
-    passed: sum(/^\W* pass (\d+)$/gm, /^test result: .*? (\d+) passed/gm, /^(?!test result).*?\b(\d+) passed\b.* in [\d.:]+/gm),
-    failed: sum(/^\W* fail (\d+)$/gm, /^test result: .*? (\d+) failed/gm, /^(?!test result).*?\b(\d+) failed\b.* in [\d.:]+/gm),
+    passed: sum(
+      /^\W* pass (\d+)$/gm,
+      /^test result: .*? (\d+) passed/gm,
+      /^(?!test result).*?\b(\d+) passed\b.* in [\d.:]+/gm,
+    ),
+    failed: sum(
+      /^\W* fail (\d+)$/gm,
+      /^test result: .*? (\d+) failed/gm,
+      /^(?!test result).*?\b(\d+) failed\b.* in [\d.:]+/gm,
+    ),
     skipped: sum(
       /^\W* skipped (\d+)$/gm,
       /^test result: .*? (\d+) ignored/gm,
