@@ -7,6 +7,8 @@ import { PARTS, tasksOf } from './tasks.mjs';
 
 /** Without a pattern: what fails for most mistakes, of those that are soon done. */
 const OF_SRC = ['src, unit tests', 'tests/node/golden.test.mjs'];
+/** Of the unit tests the slowest module, which other tests mostly fail with. */
+const SLOWEST = 'pipeline::long_tests';
 const OF_WWW = ['session', 'video-driver', 'export', 'edit', 'streams', 'words', 'security', 'places'].map(
   (name) => `tests/node/${name}.test.mjs`,
 );
@@ -22,7 +24,8 @@ export function fastTasks([pattern], seconds) {
   const chosen = pattern ? all.filter(matching(pattern)) : all.filter(({ name }) => usual().includes(name));
   const needed = new Set(chosen.flatMap(({ after }) => after));
   for (const { name, after } of all) if (needed.has(name)) after.forEach((before) => needed.add(before));
-  const narrowed = pattern ? chosen.map((task) => unitTests(task, pattern)) : chosen;
+  const which = pattern ? [pattern.replaceAll('/', '::')] : ['--skip', SLOWEST];
+  const narrowed = chosen.map((task) => unitTests(task, which));
   return [...all.filter(({ name }) => needed.has(name)), ...narrowed];
 }
 
@@ -38,21 +41,27 @@ function namesModule(pattern) {
   return modules.some((name) => name.includes(path)) || output('git', ['grep', '-l', `fn ${pattern}`, 'src']) !== null;
 }
 
-/** Of the library's unit tests those alone that the pattern names. */
-function unitTests(task, pattern) {
+/** Of the library's unit tests those alone that the arguments choose. */
+function unitTests(task, which) {
   if (task.name !== 'src, unit tests') return task;
   const start = async () => {
     const command = await task.start();
-    return { ...command, args: [...command.args, pattern.replaceAll('/', '::')] };
+    return { ...command, args: [...command.args, ...which] };
   };
   return { ...task, start };
 }
 
 function usual() {
-  const changed = (output('git', ['status', '--porcelain', '--no-renames']) ?? '')
-    .split('\n')
-    .map((row) => row.slice(3));
-  const inRust = changed.some((file) => /^(src|tests\/.*\.rs|Cargo)/.test(file.trim()));
-  const inPage = changed.some((file) => /^www\//.test(file.trim()));
+  const changed = changedFiles(output('git', ['status', '--porcelain', '--no-renames']) ?? '');
+  const inRust = changed.some((file) => /^(src|tests\/.*\.rs|Cargo)/.test(file));
+  const inPage = changed.some((file) => /^www\//.test(file));
   return [...(inRust || !inPage ? OF_SRC : []), ...(inPage || !inRust ? OF_WWW : [])];
+}
+
+/** The files that `git status --porcelain` names, also where the space before its first row is cut off. */
+export function changedFiles(status) {
+  return status
+    .split('\n')
+    .map((row) => row.trim().replace(/^\S+ +/, ''))
+    .filter(Boolean);
 }

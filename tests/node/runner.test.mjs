@@ -1,7 +1,8 @@
-// The runner of the tests counts what its programs tell of, each test once.
+// The runner of the tests: it counts what its programs tell of, each test once, and knows what has changed.
 
 import { deepEqual } from 'node:assert/strict';
 import { test } from 'node:test';
+import { changedFiles } from '../../scripts/test/fast.mjs';
 import { countsIn } from '../../scripts/test/pool.mjs';
 
 test('counts of Cargo, Node and pytest are read, each once', () => {
@@ -12,4 +13,13 @@ test('counts of Cargo, Node and pytest are read, each once', () => {
   deepEqual(countsIn('ℹ tests 6\nℹ pass 3\nℹ fail 1\nℹ skipped 2\n'), { passed: 3, failed: 1, skipped: 2 });
   deepEqual(countsIn('..s\n===== 2 passed, 1 skipped in 0.52s =====\n'), { passed: 2, failed: 0, skipped: 1 });
   deepEqual(countsIn('1 failed, 4 passed in 61.10s (0:01:01)\n'), { passed: 4, failed: 1, skipped: 0 });
+});
+
+test('what git says has changed is read, its first row too', () => {
+  deepEqual(changedFiles('M src/order.rs\n M www/lib/clip.js\n?? tests/new.mjs'), [
+    'src/order.rs',
+    'www/lib/clip.js',
+    'tests/new.mjs',
+  ]);
+  deepEqual(changedFiles(''), []);
 });
