@@ -9,7 +9,7 @@ import { PARTS, tasksOf } from './tasks.mjs';
 const OF_SRC = ['src, unit tests', 'tests/node/golden.test.mjs'];
 /** Of the unit tests the slowest module, which other tests mostly fail with. */
 const SLOWEST = 'pipeline::long_tests';
-const OF_WWW = ['sessions', 'video-driver', 'export', 'edit', 'streams', 'words', 'security', 'places'].map(
+const OF_WWW = ['sessions', 'video-driver', 'export', 'edit', 'streams', 'words', 'security'].map(
   (name) => `tests/node/${name}.test.mjs`,
 );
 
