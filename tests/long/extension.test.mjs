@@ -27,29 +27,36 @@ function segment(folder, from) {
   writeFileSync(join(folder, 'segment.js'), text.replace("from 'tracecut'", from));
 }
 
-test('an extension of Manifest V3: its service worker with everything inside, and its page', async (t) => {
-  const folder = await project(t, { recipe: 'extension' });
-  segment(folder, INLINE);
-  const background = recipe('extension').get('background.js');
-  writeFileSync(
-    join(folder, 'background.js'),
-    `${background}\nimport { outcome } from './segment.js';\nself.outcome = outcome();\nself.outcome.catch(() => {});\n`,
-  );
-  const profile = mkdtempSync(join(tmpdir(), 'tracecut-profile-'));
-  const context = await chromium.launchPersistentContext(profile, {
-    executablePath: findBrowser({ withWindows: true }),
-    headless: true,
-    ignoreDefaultArgs: ['--disable-extensions'],
-    args: ['--no-sandbox', `--disable-extensions-except=${folder}`, `--load-extension=${folder}`],
-  });
-  t.after(async () => {
-    await context.close();
-    rmSync(profile, { recursive: true, force: true });
-  });
-  const worker = context.serviceWorkers()[0] ?? (await context.waitForEvent('serviceworker'));
-  assert.deepEqual(await worker.evaluate(() => self.outcome), expected);
-  assert.equal(await worker.evaluate(() => typeof self.tracecut.maskPng), 'function');
-});
+const withWindows = findBrowser({ withWindows: true });
+const missing = !withWindows && 'extensions need a Chromium with windows, and there is only the headless shell';
+
+test(
+  'an extension of Manifest V3: its service worker with everything inside, and its page',
+  { skip: missing },
+  async (t) => {
+    const folder = await project(t, { recipe: 'extension' });
+    segment(folder, INLINE);
+    const background = recipe('extension').get('background.js');
+    writeFileSync(
+      join(folder, 'background.js'),
+      `${background}\nimport { outcome } from './segment.js';\nself.outcome = outcome();\nself.outcome.catch(() => {});\n`,
+    );
+    const profile = mkdtempSync(join(tmpdir(), 'tracecut-profile-'));
+    const context = await chromium.launchPersistentContext(profile, {
+      executablePath: withWindows,
+      headless: true,
+      ignoreDefaultArgs: ['--disable-extensions'],
+      args: ['--no-sandbox', `--disable-extensions-except=${folder}`, `--load-extension=${folder}`],
+    });
+    t.after(async () => {
+      await context.close();
+      rmSync(profile, { recursive: true, force: true });
+    });
+    const worker = context.serviceWorkers()[0] ?? (await context.waitForEvent('serviceworker'));
+    assert.deepEqual(await worker.evaluate(() => self.outcome), expected);
+    assert.equal(await worker.evaluate(() => typeof self.tracecut.maskPng), 'function');
+  },
+);
 
 test('a page of an extension with the package in a file beside it, under the policy of the recipe', async (t) => {
   const folder = await project(t, {});
