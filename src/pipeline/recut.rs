@@ -43,13 +43,15 @@ pub(super) struct Recut {
 
 impl Recut {
     /// Clusters by the wanted labels, in force from now on, and what is to be cut anew. What was before is kept.
-    pub(super) fn new(found: Segmented, wanted: Wanted) -> (Parts, Self) {
+    pub(super) fn new(found: Segmented, mut wanted: Wanted) -> (Parts, Self) {
         let before = found.snapshot();
         let Segmented { mut parts, cut: Cut { labels: cut, objects, .. }, masks } = found;
         let clustered = &mut parts.clustered;
         let tracks = &clustered.embedded.tracked.tracks;
         let regrouped = regroup(tracks, &clustered.clusters, &objects.of_cluster, &wanted.label);
         clustered.clusters = regrouped.clusters;
+        // A label whose last trajectory has gone elsewhere is no object's any more.
+        wanted.held.retain(|held| regrouped.of_cluster.contains(&held.label));
         parts.corrections.before.push(before);
         parts.corrections.held.clone_from(&wanted.held);
         let label_of = |c: &u32| objects.of_cluster.get(*c as usize).copied().unwrap_or(0);

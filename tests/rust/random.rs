@@ -40,6 +40,12 @@ fn any_outside_trajectories_keep_the_laws() {
 }
 
 #[test]
+fn a_stroke_whose_label_loses_its_last_trajectory_holds_nothing() {
+    // Found by the run of many more: the mask had a label that no cluster had.
+    run("tracks", 4459..4460, sessions::outside_tracks);
+}
+
+#[test]
 fn corrections_that_are_taken_back_leave_nothing() {
     run("corrections", 0..60, sessions::corrections);
 }
