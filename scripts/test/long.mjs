@@ -7,7 +7,7 @@ import { PARTS, RUST_PROGRAMS, hasLongTests, runFile, runProgram, tasksOf, testF
 const node = (...args) => ({ command: process.execPath, args });
 const cargo = (...args) => ({ command: 'cargo', args });
 /** Clips, windows and sessions of a soak that belongs to every long run; `npm run soak` takes more. */
-const SOAK = ['sessions=200', 'crowd=5', 'windows=600', 'page=100'];
+const SOAK = ['sessions=200', 'crowd=5', 'windows=600', 'page=400'];
 
 /**
  * @param {string[]} words parts, all if none are named
