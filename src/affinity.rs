@@ -167,7 +167,7 @@ impl AffinityRows {
 
 /// Velocity and inverse noise at every point that has a full horizon after it, laid out like the points.
 #[derive(Debug, Clone)]
-struct Motions {
+pub(crate) struct Motions {
     horizon: usize,
     floor_sq: f32,
     variation_weight: f32,
@@ -178,7 +178,7 @@ struct Motions {
 }
 
 impl Motions {
-    fn new(tracks: &Trajectories, params: &AffinityParams) -> Self {
+    pub(crate) fn new(tracks: &Trajectories, params: &AffinityParams) -> Self {
         let points = tracks.x.len();
         let mut motions = Self {
             horizon: params.horizon as usize,
@@ -204,6 +204,16 @@ impl Motions {
         let sigma = self.variation_weight * tracks.variation[p..p + horizon].iter().sum::<f32>() * over;
         let (dx, dy) = (tracks.x[p + horizon] - tracks.x[p], tracks.y[p + horizon] - tracks.y[p]);
         (dx * over, dy * over, 1.0 / (sigma * sigma + self.floor_sq))
+    }
+
+    /// The frames that a velocity runs over.
+    pub(crate) fn horizon(&self) -> usize {
+        self.horizon
+    }
+
+    /// Velocity from a point on, in pixels a frame, and the inverse square of its noise; 0 without a full horizon after it.
+    pub(crate) fn at(&self, p: usize) -> (f32, f32, f32) {
+        (self.vx[p], self.vy[p], self.certainty[p])
     }
 
     /// `d²(i, j)` over the common frames, at least two.

@@ -84,6 +84,8 @@ pub mod embedding;
 mod error;
 #[doc(hidden)]
 pub mod eval;
+#[doc(hidden)]
+pub mod evidence;
 pub mod flow;
 mod grid;
 pub mod image;

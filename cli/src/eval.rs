@@ -7,6 +7,7 @@ mod contours;
 mod davis;
 mod discretization;
 mod figment;
+mod fit;
 mod flow;
 mod foreground;
 mod masks;
@@ -43,6 +44,8 @@ pub(crate) enum EvalCommand {
     /// Run clips of all kinds and score the labels of their trajectories: error, error by region, fragments, objects; per
     /// clip, per kind and in all
     Points(points::PointsArgs),
+    /// Fit the weights of what is known of two clusters, on clips of all kinds, and say what each term is worth
+    Fit(fit::FitArgs),
     /// How far J of the masks moves under changes of a clip that do not matter: seed, crop, mirror, light, JPEG, start
     Stability(stability::StabilityArgs),
     /// What each rule and constant that is not the paper's is worth on clips of many kinds, written into docs/choices.md
@@ -79,6 +82,7 @@ pub(crate) fn eval(command: &EvalCommand) -> Result<()> {
         EvalCommand::Davis(args) => davis::eval(args),
         EvalCommand::Masks(args) => masks::eval(args),
         EvalCommand::Points(args) => points::eval(args),
+        EvalCommand::Fit(args) => fit::eval(args),
         EvalCommand::Ablate(args) => ablate::eval(args),
         EvalCommand::Stability(args) => stability::eval(args),
         EvalCommand::Discretization(args) => discretization::eval(args),

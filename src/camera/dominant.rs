@@ -94,7 +94,6 @@ impl DominantMotion {
     }
 
     /// The displacement of the point at `(x, y)`, in pixels.
-    #[cfg(test)]
     pub(crate) fn at(&self, x: f64, y: f64) -> (f64, f64) {
         let (x, y) = ((x - self.frame.center.0) / self.frame.unit, (y - self.frame.center.1) / self.frame.unit);
         let (u, v) = displacement(&self.p, x, y);

@@ -185,7 +185,8 @@ pub fn join_parts(
         }
     }
     let mut label = clusters.label;
-    merge_clusters(&mut label, &within, params.part_threshold, 0);
+    let evidence: Vec<f64> = within.d.iter().map(|d| params.part_threshold - d).collect();
+    merge_clusters(&mut label, &within.neighborhoods.pairs, &evidence, 0);
     canonical(tracks, label)
 }
 

@@ -44,6 +44,8 @@ crate::choices! {
         Rotation = "rotation",
         /// K-means alone.
         KMeans = "k-means",
+        /// Rotation, then merging by all that is known of each two clusters, discontinuities among it.
+        RotationEvidence = "rotation-evidence",
     }
 }
 
@@ -61,8 +63,9 @@ crate::params! {
     /// Discretization.
     pub struct DiscretizeParams {
         /// How clusters are made. rotation-merge is the discontinuity-aware discretization of section 2.3; rotation and
-        /// k-means are those that the paper compares it with (Figure 10), without merging and without `minCluster`.
-        pub method: DiscretizeMethod = DiscretizeMethod::RotationMerge, in 0..=2;
+        /// k-means are those that the paper compares it with (Figure 10), without merging and without `minCluster`. In
+        /// rotation-evidence motion speaks beside discontinuities; without flow it is rotation-merge.
+        pub method: DiscretizeMethod = DiscretizeMethod::RotationMerge, in 0..=3;
         /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding,
         /// gap one for each eigenvalue before the first gap of at least `minGap`.
         pub count: CountRule = CountRule::Eigenvalues, in 0..=1;
@@ -89,8 +92,8 @@ pub struct Clusters {
     pub label: Vec<u32>,
 }
 
-/// No label yet.
-const UNLABELLED: u32 = u32::MAX;
+/// The label of a trajectory that has none yet.
+pub(crate) const UNLABELLED: u32 = u32::MAX;
 
 /// Labels by the method and the count that `params` name; `params.min_cluster` counts trajectories as they are. `seed`
 /// is for K-means.
@@ -129,8 +132,45 @@ pub fn discretize(
     params: &DiscretizeParams,
     seed: u32,
 ) -> Clusters {
-    let count = cluster_count(embedding, params);
-    discretize_into(tracks, embedding, discontinuities, count, params, seed)
+    merged(tracks, pieces(embedding, params, seed), discontinuities, None, params)
+}
+
+/// The over-segmentation: labels by the method and the count that `params` name, before any merging. Trajectories that are
+/// not embedded have [`UNLABELLED`]. `seed` is for K-means.
+pub(crate) fn pieces(embedding: &Embedding, params: &DiscretizeParams, seed: u32) -> Vec<u32> {
+    pieces_of(embedding, cluster_count(embedding, params), params, seed)
+}
+
+fn pieces_of(embedding: &Embedding, count: usize, params: &DiscretizeParams, seed: u32) -> Vec<u32> {
+    match params.method {
+        DiscretizeMethod::KMeans => k_means(embedding, count, seed),
+        _ => rotate(embedding, count),
+    }
+}
+
+/// The clusters that pieces are merged to, where the method merges: while `evidence`, a number for each pair of neighbours,
+/// speaks for it in the mean along a border ([`crate::evidence`]); without, while their mean discontinuity is below the
+/// threshold. Unlabelled trajectories take the label of most of their neighbours.
+pub(crate) fn merged(
+    tracks: &Trajectories,
+    mut label: Vec<u32>,
+    discontinuities: &Discontinuities,
+    evidence: Option<&[f64]>,
+    params: &DiscretizeParams,
+) -> Clusters {
+    if matches!(params.method, DiscretizeMethod::RotationMerge | DiscretizeMethod::RotationEvidence) {
+        let by_discontinuity: Vec<f64>;
+        let evidence = match evidence {
+            Some(evidence) => evidence,
+            None => {
+                by_discontinuity = discontinuities.d.iter().map(|d| params.merge_threshold - d).collect();
+                &by_discontinuity
+            }
+        };
+        merge_clusters(&mut label, &discontinuities.neighborhoods.pairs, evidence, params.min_cluster as usize);
+    }
+    spread_labels(&mut label, discontinuities);
+    canonical(tracks, label)
 }
 
 /// The same, into `count` clusters before merging, by the leading `count` eigenvectors; `params.count` says nothing
@@ -143,15 +183,7 @@ pub(crate) fn discretize_into(
     params: &DiscretizeParams,
     seed: u32,
 ) -> Clusters {
-    let mut label = match params.method {
-        DiscretizeMethod::KMeans => k_means(embedding, count, seed),
-        DiscretizeMethod::Rotation | DiscretizeMethod::RotationMerge => rotate(embedding, count),
-    };
-    if params.method == DiscretizeMethod::RotationMerge {
-        merge_clusters(&mut label, discontinuities, params.merge_threshold, params.min_cluster as usize);
-    }
-    spread_labels(&mut label, discontinuities);
-    canonical(tracks, label)
+    merged(tracks, pieces_of(embedding, count, params, seed), discontinuities, None, params)
 }
 
 /// The number of clusters by the rule that `params` name: at most as many as the embedding has eigenvectors.

@@ -86,10 +86,7 @@ pub fn best_clusters(
     tracks: &Trajectories,
     clusters: &Clusters,
 ) -> Result<Option<f64>, Error> {
-    let frames: Vec<usize> = definition.labelled_within(tracks.num_frames).map(|f| f.index).collect();
-    check(definition, maps, tracks.num_frames, frames.len())?;
-    let labelled: Vec<(usize, &Plane<u8>)> = frames.into_iter().zip(maps).collect();
-    let overlap = overlap(&labelled, definition.num_regions(), tracks, clusters);
+    let overlap = overlap_of(definition, maps, tracks, clusters)?;
     let of_cluster = |c: usize| overlap.iter().map(|row| row[c]).sum::<u64>();
     let best = |row: &Vec<u64>| {
         let all = row.iter().sum::<u64>();
@@ -98,6 +95,23 @@ pub fn best_clusters(
     };
     let known: Vec<f64> = overlap.iter().skip(1).filter_map(best).collect();
     Ok((!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64))
+}
+
+/// `overlap[region][cluster]`: how many points each region and cluster have in common in the labelled frames. Inputs as
+/// those of [`score`].
+///
+/// # Errors
+/// As [`score`].
+pub fn overlap_of(
+    definition: &Definition,
+    maps: &[Plane<u8>],
+    tracks: &Trajectories,
+    clusters: &Clusters,
+) -> Result<Vec<Vec<u64>>, Error> {
+    let frames: Vec<usize> = definition.labelled_within(tracks.num_frames).map(|f| f.index).collect();
+    check(definition, maps, tracks.num_frames, frames.len())?;
+    let labelled: Vec<(usize, &Plane<u8>)> = frames.into_iter().zip(maps).collect();
+    Ok(overlap(&labelled, definition.num_regions(), tracks, clusters))
 }
 
 /// Scores `labels`, the plane of pixel labels of each labelled frame within the first `num_frames` frames, against

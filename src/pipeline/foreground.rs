@@ -6,8 +6,9 @@ use super::stage::{Progress, Stage};
 use super::turn::Turn;
 use crate::connectedness::{ConnectednessMode, Separation, components, constrain, settle};
 use crate::discontinuity::discontinuities;
-use crate::discretize::discretize;
+use crate::discretize::{DiscretizeMethod, merged, pieces};
 use crate::embedding::{Embedding, embed};
+use crate::evidence::along_borders;
 use crate::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
 use crate::sparse::SymCsr;
 
@@ -195,7 +196,12 @@ impl Connected {
         let Self { embedded, foreground } = *self;
         let Embedded { tracked, embedding, discontinuities: found, .. } = &embedded;
         let params = &clip.params;
-        let mut clusters = discretize(&tracked.tracks, embedding, found, &params.discretize, params.clip.seed);
+        let (settings, seed) = (&params.discretize, params.clip.seed);
+        let label = pieces(embedding, settings, seed);
+        let weighs = settings.method == DiscretizeMethod::RotationEvidence;
+        let known = foreground.as_ref().filter(|_| weighs).and_then(|f| f.found(embedded.found()).known(clip));
+        let evidence = known.map(|known| along_borders(&label, &known));
+        let mut clusters = merged(&tracked.tracks, label, found, evidence.as_deref(), settings);
         if let Some(Foreground { salient, separation: Some(separation), .. }) = &foreground {
             let standing_out = &salient.saliency.foreground;
             clusters = settle(&tracked.tracks, clusters, found, separation, standing_out, &params.connectedness);

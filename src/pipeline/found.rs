@@ -10,6 +10,7 @@ use crate::cut::{CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
+use crate::evidence::Known;
 use crate::image::{Plane, sample_bilinear};
 use crate::mask::{Objects, Runs};
 use crate::saliency::{Saliency, SaliencyMaps};
@@ -27,12 +28,27 @@ pub(super) struct Found<'a> {
     pub(super) discontinuities: Option<&'a Discontinuities>,
     pub(super) salient: Option<&'a Salient>,
     pub(super) components: Option<&'a Components>,
+    pub(super) separation: Option<&'a Separation>,
     pub(super) clusters: Option<&'a Clusters>,
     pub(super) superpixels: &'a [Superpixels],
     pub(super) cut: Option<&'a Cut>,
     pub(super) masks: &'a [Plane<u8>],
     pub(super) num_corrections: usize,
     pub(super) camera: Option<&'a Camera>,
+}
+
+impl<'a> Found<'a> {
+    /// What clusters are compared by; `None` until all of it is known, and without flow.
+    pub(super) fn known(&self, clip: &'a Clip) -> Option<Known<'a>> {
+        let tracks = &self.tracked?.tracks;
+        Some(Known {
+            tracks,
+            found: self.discontinuities?,
+            affinity: &clip.params.affinity,
+            maps: &self.salient?.maps,
+            separation: self.separation,
+        })
+    }
 }
 
 /// The trajectories of the clip.
@@ -154,7 +170,12 @@ pub(super) struct Foreground {
 impl Foreground {
     /// What is found with this on top of what `motion` has.
     pub(super) fn found<'a>(&'a self, motion: Found<'a>) -> Found<'a> {
-        Found { salient: Some(&self.salient), components: Some(&self.components), ..motion }
+        Found {
+            salient: Some(&self.salient),
+            components: Some(&self.components),
+            separation: self.separation.as_ref(),
+            ..motion
+        }
     }
 }
 

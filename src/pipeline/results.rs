@@ -10,9 +10,11 @@ use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, boundary_map};
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::{
-    Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, threshold_segmentation,
+    Clusters, DiscretizeMethod, DiscretizeParams, UNLABELLED, discretize, discretize_into, pieces,
+    threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
+use crate::evidence::{Pair, pairs};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
 use crate::mask::Objects;
@@ -235,6 +237,20 @@ impl Session {
         let found = self.found();
         let (tracks, edges) = (&found.tracked?.tracks, found.discontinuities?);
         Some(threshold_segmentation(tracks, edges, self.params().discontinuity.threshold))
+    }
+
+    /// The label of each trajectory before any clusters are merged, and what is known of each two neighbouring ones, computed
+    /// anew at each call: to fit the weights of what speaks for merging. Trajectories that are not embedded have a label of
+    /// their own, the highest. `None` until the clusters are known, and without flow.
+    #[doc(hidden)]
+    pub fn pieces(&self) -> Option<(Vec<u32>, Vec<Pair>)> {
+        let (clip, found) = (self.clip()?, self.found());
+        let (known, embedding) = (found.known(clip)?, found.embedding?);
+        let mut label = pieces(embedding, &clip.params.discretize, clip.params.clip.seed);
+        let pairs = pairs(&label, &known);
+        let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l + 1);
+        label.iter_mut().filter(|l| **l == UNLABELLED).for_each(|l| *l = count);
+        Some((label, pairs))
     }
 
     /// The frames pushed, at working size.

@@ -14,7 +14,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::PathBuf;
 use tracecut::connectedness::ConnectednessMode;
-use tracecut::discretize::DiscretizeMethod::{self, KMeans, Rotation, RotationMerge};
+use tracecut::discretize::DiscretizeMethod::{self, KMeans, Rotation, RotationEvidence, RotationMerge};
 use tracecut::discretize::{CountRule, DiscretizeParams, cluster_count};
 use tracecut::embedding::Embedding;
 use tracecut::eval::discretization::{Comparison, Errors, FRAGMENT_SHARE, compare, errors, mean};
@@ -99,7 +99,7 @@ impl Outcome {
 
     fn errors(&self, method: DiscretizeMethod, count: usize) -> Errors {
         let of_count = match method {
-            RotationMerge => &self.rotation_merge,
+            RotationMerge | RotationEvidence => &self.rotation_merge,
             KMeans => &self.k_means,
             Rotation => &self.rotation,
         };

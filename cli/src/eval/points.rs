@@ -13,10 +13,10 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use tracecut::Params;
 use tracecut::eval::definition::{Definition, LabelledFrame};
 use tracecut::eval::moseg::{Scores, best_clusters, mean, score, trimmed_mean};
 use tracecut::image::Plane;
+use tracecut::{Params, Session};
 
 const HELP: &str = "\
 Folders of the Moseg benchmark are scored on its labelled frames; others on all frames that have a mask, each colour of which is a region.
@@ -58,9 +58,9 @@ enum Source {
 }
 
 #[derive(Debug)]
-struct Item {
-    name: String,
-    kind: String,
+pub(super) struct Item {
+    pub(super) name: String,
+    pub(super) kind: String,
     source: Source,
 }
 
@@ -89,7 +89,7 @@ pub(super) fn eval(args: &PointsArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = args.dense;
     let seeds = if args.seeds.is_empty() { vec![params.clip.seed] } else { args.seeds.clone() };
-    let items = items(args)?;
+    let items = items(&args.suite)?;
     print("clip                           tracks clusters   error %  region %  fragments  objects    best  seconds")?;
     let outcomes =
         in_order(&items, args.suite.jobs(), |item| run_seeds(item, &params, &seeds, args), |o| print(row(o)))?;
@@ -101,18 +101,17 @@ pub(super) fn eval(args: &PointsArgs) -> Result<()> {
 }
 
 /// The clips of all folders.
-fn items(args: &PointsArgs) -> Result<Vec<Item>> {
+pub(super) fn items(suite: &Suite) -> Result<Vec<Item>> {
     let mut all = Vec::new();
-    for folder in &args.suite.folders {
+    for folder in &suite.folders {
         if !holds_shots(folder) {
             let of_clip =
                 |clip: Clip| Item { name: clip.name.clone(), kind: clip.kind.clone(), source: Source::Masks(clip) };
-            all.extend(find_clips(folder, &args.suite.only)?.into_iter().map(of_clip));
+            all.extend(find_clips(folder, &suite.only)?.into_iter().map(of_clip));
             continue;
         }
         let kind = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let wanted =
-            |s: &Sequence| args.suite.only.is_empty() || args.suite.only.iter().any(|text| s.name.contains(text));
+        let wanted = |s: &Sequence| suite.only.is_empty() || suite.only.iter().any(|text| s.name.contains(text));
         let of_shot = |s: Sequence| Item { name: s.name.clone(), kind: kind.clone(), source: Source::Shot(s) };
         all.extend(find_sequences(folder, &[])?.into_iter().filter(wanted).map(of_shot));
     }
@@ -129,35 +128,41 @@ fn run_seeds(item: &Item, params: &Params, seeds: &[u32], args: &PointsArgs) -> 
     let runs = seeds.iter().map(|&seed| {
         let mut params = params.clone();
         params.clip.seed = seed;
-        run_one(item, params, args.frames)
+        run_one(item, params, args)
     });
     let runs = runs.collect::<Result<Vec<_>>>().map_err(|failure| failure.of(&item.name))?;
     Ok(Outcome { name: item.name.clone(), kind: item.kind.clone(), runs })
 }
 
-fn run_one(item: &Item, params: Params, frames: u32) -> Result<Run> {
+fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
     let seed = params.clip.seed;
-    let images = match &item.source {
-        Source::Shot(sequence) => &sequence.list,
-        Source::Masks(clip) => &clip.images,
-    };
-    let (session, timing) = run(&Input::open(images, Some(frames))?, params, 1, &ProgressBar::hidden())?;
+    let (session, time, Shot { definition, maps }) = run_item(item, params, args.frames)?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
         return Err(Failure::new("the session ended without a result: please report this".to_owned()));
     };
-    let Shot { definition, maps } = match &item.source {
-        Source::Shot(sequence) => Shot::read(&sequence.definition, tracks.num_frames)?,
-        Source::Masks(clip) => shot_of(clip, frames)?,
-    };
-    let broken = |e| Failure::about(images.display(), e);
+    let broken = |e| Failure::about(&item.name, e);
     Ok(Run {
         seed,
         trajectories: tracks.len(),
         clusters: clusters.count,
         scores: score(&definition, &maps, tracks, clusters).map_err(broken)?,
         best: best_clusters(&definition, &maps, tracks, clusters).map_err(broken)?,
-        time: timing.total,
+        time,
     })
+}
+
+/// A clip's first frames through the pipeline; how long that took, and their truth.
+pub(super) fn run_item(item: &Item, params: Params, frames: u32) -> Result<(Session, Seconds, Shot)> {
+    let images = match &item.source {
+        Source::Shot(sequence) => &sequence.list,
+        Source::Masks(clip) => &clip.images,
+    };
+    let (session, timing) = run(&Input::open(images, Some(frames))?, params, 1, &ProgressBar::hidden())?;
+    let shot = match &item.source {
+        Source::Shot(sequence) => Shot::read(&sequence.definition, session.num_frames())?,
+        Source::Masks(clip) => shot_of(clip, frames)?,
+    };
+    Ok((session, timing.total, shot))
 }
 
 /// The truth of a clip with masks: region 0 is the background; all mistakes count alike.
@@ -183,12 +188,14 @@ fn row(outcome: &Outcome) -> String {
     format!("{head} {} {seconds:8.1}", columns(&of_seeds(outcome), best_of(&[outcome])))
 }
 
-/// The scores of a clip as means over the seeds.
+/// The scores of a clip as means over the seeds; `visible` is the number of objects.
 fn of_seeds(outcome: &Outcome) -> Scores {
     let runs: Vec<Scores> = outcome.runs.iter().map(|run| run.scores.clone()).collect();
     let count = runs.len().max(1) as f64;
     let mean = mean(&runs);
-    Scores { extracted: mean.extracted / count, visible: mean.visible / count, labeled: mean.labeled / count, ..mean }
+    // Of the visible regions one is the background.
+    let objects = (mean.visible / count - 1.0).max(0.0);
+    Scores { extracted: mean.extracted / count, visible: objects, labeled: mean.labeled / count, ..mean }
 }
 
 fn best_of(outcomes: &[&Outcome]) -> Option<f64> {
@@ -219,7 +226,7 @@ fn means(outcomes: &[Outcome]) -> Vec<String> {
 }
 
 fn columns(s: &Scores, best: Option<f64>) -> String {
-    let objects = format!("{:.1}/{:.0}", s.extracted, s.visible - if s.visible > 0.0 { 1.0 } else { 0.0 });
+    let objects = format!("{:.1}/{:.0}", s.extracted, s.visible);
     let best = best.map_or_else(|| "-".to_owned(), |best| format!("{best:.3}"));
     format!("{:9.2} {:9.2} {:10.2} {objects:>8} {best:>7}", s.overall, s.average, s.oversegmentation)
 }

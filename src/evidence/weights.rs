@@ -1,0 +1,6 @@
+//! The fitted weights, by the command below; do not edit them by hand.
+//!
+//! `tracecut eval fit bms26 davis wild --out src/evidence/weights.rs`
+
+/// Of a pair of clusters, for that they are one: base, then the terms of `pair`.
+pub(super) const PAIR: [f64; 4] = [3.0793, -2.0189, -0.2867, -0.6507];
