@@ -283,7 +283,7 @@ def test_other_discretizations_can_be_compared(done: Session, clip: list[np.ndar
         found = done.clusters_by(method, 2)
         assert found is not None and len(found.label) == len(clusters.label)
         assert found.count == found.label.max() + 1 <= 2
-    with pytest.raises(TraceCutError, match=r"method = \"best\" \(expected one of rotation-merge, rotation, k-means\)"):
+    with pytest.raises(TraceCutError, match=r"method = \"best\" \(expected one of rotation-merge, rotation, k-means"):
         done.clusters_by("best", 2)
     with pytest.raises(TraceCutError, match=r"count = 99 \(expected a whole number, 1\.\.="):
         done.clusters_by("k-means", 99)
