@@ -63,7 +63,7 @@ crate::params! {
     /// Discretization.
     pub struct DiscretizeParams {
         /// How clusters are made. rotation-merge is the discontinuity-aware discretization of section 2.3; rotation and
-        /// k-means are those that the paper compares it with (Figure 10), without merging and without `minCluster`.
+        /// k-means are those that the paper compares it with (Figure 10), without merging.
         pub method: DiscretizeMethod = DiscretizeMethod::RotationMerge, in 0..=3;
         /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding,
         /// gap one for each eigenvalue before the first gap of at least `minGap`.
