@@ -62,8 +62,8 @@ crate::choices! {
 crate::params! {
     /// Discretization.
     pub struct DiscretizeParams {
-        /// How clusters are made. rotation-merge is the discontinuity-aware discretization of section 2.3; rotation and
-        /// k-means are those that the paper compares it with (Figure 10), without merging.
+        /// rotation-merge is the discontinuity-aware discretization of section 2.3, rotation-evidence weighs motion too;
+        /// rotation and k-means, without merging, are those of Figure 10.
         pub method: DiscretizeMethod = DiscretizeMethod::RotationMerge, in 0..=3;
         /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding,
         /// gap one for each eigenvalue before the first gap of at least `minGap`.
@@ -154,19 +154,13 @@ pub(crate) fn merged(
     tracks: &Trajectories,
     mut label: Vec<u32>,
     discontinuities: &Discontinuities,
-    evidence: Option<&[f64]>,
+    evidence: Option<Vec<f64>>,
     params: &DiscretizeParams,
 ) -> Clusters {
     if matches!(params.method, DiscretizeMethod::RotationMerge | DiscretizeMethod::RotationEvidence) {
-        let by_discontinuity: Vec<f64>;
-        let evidence = match evidence {
-            Some(evidence) => evidence,
-            None => {
-                by_discontinuity = discontinuities.d.iter().map(|d| params.merge_threshold - d).collect();
-                &by_discontinuity
-            }
-        };
-        merge_clusters(&mut label, &discontinuities.neighborhoods.pairs, evidence, params.min_cluster as usize);
+        let by_discontinuity = || discontinuities.d.iter().map(|d| params.merge_threshold - d).collect();
+        let evidence = evidence.unwrap_or_else(by_discontinuity);
+        merge_clusters(&mut label, &discontinuities.neighborhoods.pairs, &evidence, params.min_cluster as usize);
     }
     spread_labels(&mut label, discontinuities);
     canonical(tracks, label)

@@ -18,5 +18,4 @@ mod pair;
 mod weights;
 
 pub use pair::Pair;
-pub(crate) use pair::pairs;
-pub(crate) use pair::{Known, along_borders};
+pub(crate) use pair::{Known, along_borders, pairs};

@@ -7,7 +7,6 @@ use crate::camera::DominantMotion;
 use crate::connectedness::Separation;
 use crate::discontinuity::Discontinuities;
 use crate::discretize::UNLABELLED;
-use crate::saliency::SaliencyMaps;
 use crate::trajectory::Trajectories;
 
 /// A wrong join is held to be as bad as e to the power of this many wrong parts.
@@ -31,8 +30,8 @@ pub(crate) struct Known<'a> {
     pub(crate) found: &'a Discontinuities,
     /// How velocities and their noise are taken.
     pub(crate) affinity: &'a AffinityParams,
-    /// What has looked at the flow of all frame pairs: it knows the camera's motion in each.
-    pub(crate) maps: &'a SaliencyMaps,
+    /// The camera's motion in each frame pair.
+    pub(crate) camera: &'a [DominantMotion],
     /// What keeps trajectories of the foreground apart; `None` with connectedness off.
     pub(crate) separation: Option<&'a Separation>,
 }
@@ -116,12 +115,15 @@ impl Summary {
         let half = [tracks.size.0, tracks.size.1].map(|side| side as f64 / 2.0);
         for (i, &l) in label.iter().enumerate().filter(|(_, l)| **l != UNLABELLED) {
             let (cluster, points) = (&mut clusters[l as usize], tracks.points(i));
-            for (t, p) in tracks.frames(i).zip(points.start..points.end.saturating_sub(horizon)) {
+            let strays = from_camera(tracks, i, known.camera);
+            for (s, p) in (points.start..points.end.saturating_sub(horizon)).enumerate() {
                 let (u, v, weight) = velocities.at(p);
                 let place = (f64::from(tracks.x[p]) / half[0] - 1.0, (f64::from(tracks.y[p]) - half[1]) / half[0]);
-                cluster.motion[t].add(place, (f64::from(u), f64::from(v)), f64::from(weight));
-                let r_sq = from_camera_sq(tracks, known.maps.motions(), (t, p), horizon) * f64::from(weight);
-                cluster.strange = (cluster.strange.0 + libm::log(1.0 + r_sq), cluster.strange.1 + 1.0);
+                cluster.motion[tracks.frames(i).start + s].add(place, (f64::from(u), f64::from(v)), f64::from(weight));
+                let way = strays[s..s + horizon].iter().fold((0.0, 0.0), |sum, (x, y)| (sum.0 + x, sum.1 + y));
+                let speed_sq = (way.0 * way.0 + way.1 * way.1) / (horizon * horizon) as f64;
+                let strange = libm::log(1.0 + speed_sq * f64::from(weight));
+                cluster.strange = (cluster.strange.0 + strange, cluster.strange.1 + 1.0);
             }
         }
         clusters
@@ -145,17 +147,17 @@ impl Summary {
     }
 }
 
-/// The squared difference of a velocity from the camera's, in pixels a frame.
-fn from_camera_sq(tracks: &Trajectories, camera: &[DominantMotion], (t, p): (usize, usize), horizon: usize) -> f64 {
-    let (mut x, mut y) = (0.0, 0.0);
-    for s in 0..horizon {
-        let Some(motion) = camera.get(t + s) else { break };
-        let at = |p: usize| (f64::from(tracks.x[p]), f64::from(tracks.y[p]));
-        let (from, to) = (at(p + s), at(p + s + 1));
+/// How far each step of trajectory `i` is from the camera's motion, in pixels; 0 where that is not known.
+fn from_camera(tracks: &Trajectories, i: usize, camera: &[DominantMotion]) -> Vec<(f64, f64)> {
+    let points = tracks.points(i);
+    let at = |p: usize| (f64::from(tracks.x[p]), f64::from(tracks.y[p]));
+    let step = |(t, p): (usize, usize)| {
+        let (from, to) = (at(p), at(p + 1));
+        let Some(motion) = camera.get(t) else { return (0.0, 0.0) };
         let (u, v) = motion.at(from.0, from.1);
-        (x, y) = (x + to.0 - from.0 - u, y + to.1 - from.1 - v);
-    }
-    (x * x + y * y) / (horizon * horizon) as f64
+        (to.0 - from.0 - u, to.1 - from.1 - v)
+    };
+    tracks.frames(i).zip(points.start..points.end.saturating_sub(1)).map(step).collect()
 }
 
 #[cfg(test)]
@@ -164,7 +166,6 @@ mod tests {
     use crate::discontinuity::neighborhoods;
     use crate::flow::FlowField;
     use crate::image::Plane;
-    use crate::saliency::SaliencyParams;
 
     const FRAMES: usize = 10;
 
@@ -184,11 +185,9 @@ mod tests {
         (tracks, label)
     }
 
-    fn maps() -> SaliencyMaps {
-        let mut maps = SaliencyMaps::new(&SaliencyParams::default());
+    fn at_rest() -> Vec<DominantMotion> {
         let still = Plane::filled(120, 80, 0.0);
-        (1..FRAMES).for_each(|_| maps.look_at(&FlowField { u: still.clone(), v: still.clone() }));
-        maps
+        vec![DominantMotion::none(&FlowField { u: still.clone(), v: still }); FRAMES - 1]
     }
 
     fn discontinuities(tracks: &Trajectories, d: f64) -> Discontinuities {
@@ -199,9 +198,9 @@ mod tests {
 
     #[test]
     fn what_moves_as_the_camera_does_is_one_and_what_moves_otherwise_is_another() {
-        let ((tracks, label), maps) = (scene(), maps());
+        let ((tracks, label), camera) = (scene(), at_rest());
         let (found, affinity) = (discontinuities(&tracks, 0.7), AffinityParams::default());
-        let known = Known { tracks: &tracks, found: &found, affinity: &affinity, maps: &maps, separation: None };
+        let known = Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &camera, separation: None };
         let known_pairs = pairs(&label, &known);
         assert_eq!(known_pairs.iter().map(|pair| pair.clusters).collect::<Vec<_>>(), [(0, 1), (1, 2)]);
         assert!(known_pairs[0].log_odds() > CAUTION && known_pairs[1].log_odds() < CAUTION, "{known_pairs:?}");
@@ -219,11 +218,12 @@ mod tests {
 
     #[test]
     fn a_higher_discontinuity_speaks_against_and_without_clusters_there_are_no_pairs() {
-        let ((tracks, label), maps) = (scene(), maps());
+        let ((tracks, label), camera) = (scene(), at_rest());
         let affinity = AffinityParams::default();
         let odds = |d: f64| {
             let found = discontinuities(&tracks, d);
-            let known = Known { tracks: &tracks, found: &found, affinity: &affinity, maps: &maps, separation: None };
+            let known =
+                Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &camera, separation: None };
             (pairs(&label, &known)[0].log_odds(), pairs(&vec![UNLABELLED; tracks.len()], &known).len())
         };
         assert!(odds(0.1).0 > odds(0.9).0);

@@ -201,7 +201,7 @@ impl Connected {
         let weighs = settings.method == DiscretizeMethod::RotationEvidence;
         let known = foreground.as_ref().filter(|_| weighs).and_then(|f| f.found(embedded.found()).known(clip));
         let evidence = known.map(|known| along_borders(&label, &known));
-        let mut clusters = merged(&tracked.tracks, label, found, evidence.as_deref(), settings);
+        let mut clusters = merged(&tracked.tracks, label, found, evidence, settings);
         if let Some(Foreground { salient, separation: Some(separation), .. }) = &foreground {
             let standing_out = &salient.saliency.foreground;
             clusters = settle(&tracked.tracks, clusters, found, separation, standing_out, &params.connectedness);

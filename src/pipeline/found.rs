@@ -45,7 +45,7 @@ impl<'a> Found<'a> {
             tracks,
             found: self.discontinuities?,
             affinity: &clip.params.affinity,
-            maps: &self.salient?.maps,
+            camera: self.salient?.maps.motions(),
             separation: self.separation,
         })
     }
