@@ -11,9 +11,6 @@
 //! 3. Two trajectories violate connectedness in a frame where both belong to an agent (with
 //!    [`ConnectednessMode::Paper`]: a component) and not to the same. Whoever does so in enough of their common frames
 //!    has no affinity.
-//! 4. Parts of one agent stay together: where two clusters of the foreground meet it takes a stronger discontinuity to
-//!    leave them two than between foreground and background. Not in the paper, which speaks of keeping articulated
-//!    parts together but has no means of its own for it.
 //!
 //! The paper gives neither the graph nor what becomes of affinities between foreground and background; here the latter
 //! stay as motion has them, and [`ConnectednessMode::ForegroundOnly`] is the other reading (Figure 7(b) has one without
@@ -24,8 +21,7 @@
 mod agents;
 mod components;
 
-use crate::discontinuity::Discontinuities;
-use crate::discretize::{Clusters, canonical, merge_clusters};
+use crate::discretize::{Clusters, canonical};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 use agents::follow;
@@ -57,9 +53,6 @@ crate::params! {
         pub min_violations: u32 = 4, in 1..=1000;
         /// Longest Delaunay edge along which the foreground is connected, in steps of the seed grid.
         pub max_edge: f32 = 4.0, in 1.0..=1000.0;
-        /// Clusters of the foreground that nothing keeps apart are joined while the mean discontinuity between them is
-        /// below this (the paper: 0). Higher keeps the parts of an agent together more, and agents that touch.
-        pub part_threshold: f64 = 0.85, in 0.0..=1.0;
         /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the
         /// inverse square of the step.
         pub min_component: u32 = 10, in 1..=100000;
@@ -67,14 +60,11 @@ crate::params! {
 }
 
 impl ConnectednessParams {
-    /// As the paper has it: components frame by frame, one frame of violation is enough, nothing joins parts.
+    /// As the paper has it: components frame by frame, one frame of violation is enough.
     pub fn paper() -> Self {
-        Self { mode: ConnectednessMode::Paper, min_violations: 1, part_threshold: 0.0, ..Self::default() }
+        Self { mode: ConnectednessMode::Paper, min_violations: 1, ..Self::default() }
     }
 }
-
-/// Share of foreground trajectories above which a cluster may be a part of an agent.
-const FOREGROUND_SHARE: f64 = 2.0 / 3.0;
 
 /// Which trajectories connectedness keeps apart.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,52 +149,6 @@ pub fn constrain(
         }
     }
     (lost > 0).then(|| (SymCsr::from_upper(affinities.len(), &kept), lost))
-}
-
-/// Clusters that are parts of one agent, joined: of those that are foreground for the most part, neighbours whose mean
-/// discontinuity is below `params.part_threshold`, least first, as discretization merges. Neighbour pairs that are
-/// kept apart have a discontinuity of 1 here.
-#[must_use]
-pub fn join_parts(
-    tracks: &Trajectories,
-    clusters: Clusters,
-    found: &Discontinuities,
-    separation: &Separation,
-    foreground: &[bool],
-    params: &ConnectednessParams,
-) -> Clusters {
-    let mut balance = vec![0.0; clusters.count];
-    for (&l, &f) in clusters.label.iter().zip(foreground) {
-        balance[l as usize] += if f { 1.0 - FOREGROUND_SHARE } else { -FOREGROUND_SHARE };
-    }
-    let is_part = |i: u32| balance[clusters.label[i as usize] as usize] > 0.0;
-    let mut within = found.clone();
-    for (&(i, j), d) in found.neighborhoods.pairs.iter().zip(&mut within.d) {
-        if !is_part(i) || !is_part(j) || separation.apart(tracks, i as usize, j as usize) {
-            *d = 1.0;
-        }
-    }
-    let mut label = clusters.label;
-    let evidence: Vec<f64> = within.d.iter().map(|d| params.part_threshold - d).collect();
-    merge_clusters(&mut label, &within.neighborhoods.pairs, &evidence, 0);
-    canonical(tracks, label)
-}
-
-/// The labels of trajectories that the foreground has a say in: parts of agents are joined ([`join_parts`]), and where
-/// the foreground stands alone the background is in one cluster of its own ([`with_background`]).
-pub fn settle(
-    tracks: &Trajectories,
-    clusters: Clusters,
-    found: &Discontinuities,
-    separation: &Separation,
-    foreground: &[bool],
-    params: &ConnectednessParams,
-) -> Clusters {
-    let clusters = join_parts(tracks, clusters, found, separation, foreground, params);
-    match params.mode {
-        ConnectednessMode::ForegroundOnly => with_background(tracks, clusters, foreground),
-        _ => clusters,
-    }
 }
 
 /// The clusters with all background trajectories in one of their own.

@@ -115,27 +115,6 @@ fn the_background_keeps_its_affinities_unless_the_foreground_stands_alone() {
 }
 
 #[test]
-fn parts_of_one_agent_are_joined_and_neither_background_nor_agents_that_were_apart() {
-    // Four clusters of two columns of three: two parts of one agent, another agent, the background.
-    let mut tracks = Trajectories::empty(6, (400, 100));
-    (0..24).for_each(|k| tracks.push(0, (0..6).map(|_| ((k / 3) as f32 * 10.0, (k % 3) as f32 * 10.0, 0.0))));
-    let label: Vec<u32> = (0..24).map(|i| i / 6).collect();
-    let foreground: Vec<bool> = (0..24).map(|i| i < 18).collect();
-    let near = neighborhoods(&tracks);
-    let d = vec![0.8; near.pairs.len()];
-    let found = Discontinuities { neighborhoods: near, d, ..Discontinuities::default() };
-    let agent_of = |i: u32| if i < 12 { 0 } else { 1 };
-    let parts = Components { count: vec![2; 6], of_point: (0..24 * 6).map(|p| agent_of(p / 6)).collect() };
-    let joined = |part_threshold| {
-        let by = ConnectednessParams { part_threshold, ..settings(ConnectednessMode::Paper, 2) };
-        let clusters = Clusters { count: 4, label: label.clone() };
-        join_parts(&tracks, clusters, &found, &Separation::new(&tracks, &parts, &by), &foreground, &by).label
-    };
-    assert_eq!(joined(0.85), (0..24).map(|i| if i < 12 { 0 } else { i / 6 - 1 }).collect::<Vec<_>>());
-    assert_eq!(joined(0.75), label);
-}
-
-#[test]
 fn no_trajectories_have_no_components() {
     let nothing = Trajectories::empty(3, (8, 8));
     assert_eq!(found(&nothing, &[], 1), Components { count: vec![0; 3], of_point: vec![] });

@@ -32,7 +32,7 @@ use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
 use kmeans::k_means;
-pub(crate) use merge::merge_clusters;
+use merge::merge_clusters;
 pub(crate) use rotation::rotate;
 
 crate::choices! {
@@ -62,21 +62,18 @@ crate::choices! {
 crate::params! {
     /// Discretization.
     pub struct DiscretizeParams {
-        /// rotation-merge is the discontinuity-aware discretization of section 2.3, rotation-evidence weighs motion too;
-        /// rotation and k-means, without merging, are those of Figure 10.
-        pub method: DiscretizeMethod = DiscretizeMethod::RotationMerge, in 0..=3;
+        /// rotation-evidence merges by all that is known of each two clusters, rotation-merge by discontinuities alone
+        /// (section 2.3); rotation and k-means, without merging, are those of Figure 10.
+        pub method: DiscretizeMethod = DiscretizeMethod::RotationEvidence, in 0..=3;
         /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding,
         /// gap one for each eigenvalue before the first gap of at least `minGap`.
         pub count: CountRule = CountRule::Eigenvalues, in 0..=1;
         /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, among the eigenvalues of
         /// the embedding; all of them where there is no such gap. Higher gives more clusters.
         pub min_gap: f64 = 0.02, in 0.0..=1.0;
-        /// ρ: clusters whose mean discontinuity along their common border is below it are merged (section 2.3: 0.4).
-        /// Higher merges more.
+        /// ρ of rotation-merge: clusters whose mean discontinuity along their common border is below it are merged
+        /// (section 2.3: 0.4). Higher merges more.
         pub merge_threshold: f64 = 0.77, in 0.0..=1.0;
-        /// Clusters of fewer trajectories join their least discontinuous neighbour; counted at a grid step of 8 pixels
-        /// and scaled with the inverse square of the step. 0 keeps all.
-        pub min_cluster: u32 = 8, in 0..=100000;
     }
 }
 
@@ -94,8 +91,8 @@ pub struct Clusters {
 /// The label of a trajectory that has none yet.
 pub(crate) const UNLABELLED: u32 = u32::MAX;
 
-/// Labels by the method and the count that `params` name; `params.min_cluster` counts trajectories as they are. `seed`
-/// is for K-means.
+/// Labels by the method and the count that `params` name, by the embedding alone: rotation-evidence merges as rotation-merge
+/// here. `seed` is for K-means.
 ///
 /// # Examples
 /// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, clustered again.
@@ -118,8 +115,7 @@ pub(crate) const UNLABELLED: u32 = u32::MAX;
 /// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
 /// use tracecut::discretize::{DiscretizeParams, discretize};
 ///
-/// let params = DiscretizeParams { min_cluster: 0, ..DiscretizeParams::default() };
-/// let clusters = discretize(&tracks, &embedding, &found, &params, 0);
+/// let clusters = discretize(&tracks, &embedding, &found, &DiscretizeParams::default(), 0);
 /// assert_eq!((clusters.count, clusters.label.len()), (2, 15));
 /// assert!(clusters.label.iter().zip(&digits).all(|(&label, digit)| label == u32::from(digit - b'0')));
 /// ```
@@ -131,7 +127,7 @@ pub fn discretize(
     params: &DiscretizeParams,
     seed: u32,
 ) -> Clusters {
-    merged(tracks, pieces(embedding, params, seed), discontinuities, None, params)
+    merged(tracks, pieces(embedding, params, seed), discontinuities, params)
 }
 
 /// The over-segmentation: labels by the method and the count that `params` name, before any merging. Trajectories that are
@@ -147,21 +143,21 @@ fn pieces_of(embedding: &Embedding, count: usize, params: &DiscretizeParams, see
     }
 }
 
-/// The clusters that pieces are merged to, where the method merges: while `evidence`, a number for each pair of neighbours,
-/// speaks for it in the mean along a border ([`crate::evidence`]); without, while their mean discontinuity is below the
-/// threshold. Unlabelled trajectories take the label of most of their neighbours.
-pub(crate) fn merged(
+/// The clusters that pieces are merged to, where the method merges: while their mean discontinuity is below the threshold.
+fn merged(
     tracks: &Trajectories,
     mut label: Vec<u32>,
     discontinuities: &Discontinuities,
-    evidence: Option<Vec<f64>>,
     params: &DiscretizeParams,
 ) -> Clusters {
     if matches!(params.method, DiscretizeMethod::RotationMerge | DiscretizeMethod::RotationEvidence) {
-        let by_discontinuity = || discontinuities.d.iter().map(|d| params.merge_threshold - d).collect();
-        let evidence = evidence.unwrap_or_else(by_discontinuity);
-        merge_clusters(&mut label, &discontinuities.neighborhoods.pairs, &evidence, params.min_cluster as usize);
+        merge_clusters(&mut label, discontinuities, params.merge_threshold);
     }
+    clusters_of(tracks, label, discontinuities)
+}
+
+/// Clusters under these labels; unlabelled trajectories take the label of most of their neighbours.
+pub(crate) fn clusters_of(tracks: &Trajectories, mut label: Vec<u32>, discontinuities: &Discontinuities) -> Clusters {
     spread_labels(&mut label, discontinuities);
     canonical(tracks, label)
 }
@@ -176,7 +172,7 @@ pub(crate) fn discretize_into(
     params: &DiscretizeParams,
     seed: u32,
 ) -> Clusters {
-    merged(tracks, pieces_of(embedding, count, params, seed), discontinuities, None, params)
+    merged(tracks, pieces_of(embedding, count, params, seed), discontinuities, params)
 }
 
 /// The number of clusters by the rule that `params` name: at most as many as the embedding has eigenvectors.

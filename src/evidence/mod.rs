@@ -15,7 +15,9 @@
 
 mod affine;
 mod pair;
+mod unite;
 mod weights;
 
 pub use pair::Pair;
-pub(crate) use pair::{Known, along_borders, pairs};
+pub(crate) use pair::{Known, pairs};
+pub(crate) use unite::unite;

@@ -9,10 +9,6 @@ use crate::discontinuity::Discontinuities;
 use crate::discretize::UNLABELLED;
 use crate::trajectory::Trajectories;
 
-/// A wrong join is held to be as bad as e to the power of this many wrong parts.
-const CAUTION: f64 = 1.0;
-/// The log-odds that two are one which the foreground has apart in some frame.
-const APART: f64 = -10.0;
 /// Fewest velocities of a cluster in a frame for its motion there to count.
 const FEWEST: f64 = 4.0;
 /// Least that a motion leaves over, in squares of the noise: below, differences mean nothing.
@@ -43,62 +39,75 @@ pub struct Pair {
     pub clusters: (u32, u32),
     /// Mean discontinuity along the common border; how much more one affine motion leaves over than one each, by
     /// velocity of the smaller, as a logarithm of squares of the noise; difference of how far they are from the camera's
-    /// motion, as mean logarithms.
+    /// motion, as mean logarithms; what an affine motion of each leaves over, by velocity, as a logarithm like the second.
     pub terms: [f64; TERMS],
 }
 
-impl Pair {
-    /// The log-odds that both are one.
-    fn log_odds(&self) -> f64 {
-        PAIR[0] + PAIR[1..].iter().zip(self.terms).map(|(weight, term)| weight * term).sum::<f64>()
+/// The log-odds that two clusters of which this is known are one.
+pub(super) fn log_odds(terms: &[f64; TERMS]) -> f64 {
+    PAIR[0] + PAIR[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
+}
+
+/// The common border of two clusters.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Border {
+    /// Pairs of neighbours, one of each.
+    pub(super) pairs: f64,
+    /// Sum of their discontinuities.
+    discontinuity: f64,
+    /// How many of them the foreground has apart in some frame.
+    pub(super) apart: f64,
+}
+
+impl Border {
+    /// Both borders in one.
+    pub(super) fn with(&self, other: &Self) -> Self {
+        Self {
+            pairs: self.pairs + other.pairs,
+            discontinuity: self.discontinuity + other.discontinuity,
+            apart: self.apart + other.apart,
+        }
+    }
+
+    /// The borders of every two of `count` clusters; that of `(p, q)` with `p < q` lies at `p * count + q`.
+    pub(super) fn all(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
+        let mut borders = vec![Self::default(); count * count];
+        for (&(i, j), d) in known.found.neighborhoods.pairs.iter().zip(&known.found.d) {
+            let (p, q) = (label[i as usize], label[j as usize]);
+            if p != q && p != UNLABELLED && q != UNLABELLED {
+                let apart = known.separation.is_some_and(|s| s.apart(known.tracks, i as usize, j as usize));
+                let one = Self { pairs: 1.0, discontinuity: *d, apart: f64::from(u8::from(apart)) };
+                let border = &mut borders[p.min(q) as usize * count + p.max(q) as usize];
+                *border = border.with(&one);
+            }
+        }
+        borders
     }
 }
 
-/// For each pair of neighbours whose clusters differ the log-odds that these are one, less the caution, or that it is kept
-/// apart by connectedness; 0 for all others.
-pub(crate) fn along_borders(label: &[u32], known: &Known) -> Vec<f64> {
-    let pairs = pairs(label, known);
-    let odds: Vec<f64> = pairs.iter().map(|pair| pair.log_odds() - CAUTION).collect();
-    let of = |&(i, j): &(u32, u32)| {
-        let clusters = border(label, i, j)?;
-        let kept_apart = known.separation.is_some_and(|s| s.apart(known.tracks, i as usize, j as usize));
-        let place = pairs.binary_search_by_key(&clusters, |pair| pair.clusters).ok()?;
-        Some(if kept_apart { APART } else { odds[place] })
-    };
-    known.found.neighborhoods.pairs.iter().map(|pair| of(pair).unwrap_or(0.0)).collect()
-}
-
-/// The clusters of two trajectories, the lower first; `None` where they have one, or one has none.
-fn border(label: &[u32], i: u32, j: u32) -> Option<(u32, u32)> {
-    let (p, q) = (label[i as usize], label[j as usize]);
-    (p != q && p != UNLABELLED && q != UNLABELLED).then_some((p.min(q), p.max(q)))
+/// The number of clusters under these labels.
+pub(super) fn count_of(label: &[u32]) -> usize {
+    label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l as usize + 1)
 }
 
 /// All neighbouring clusters, in order, and what is known of them.
 pub(crate) fn pairs(label: &[u32], known: &Known) -> Vec<Pair> {
-    let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l as usize + 1);
-    let mut borders = vec![(0.0, 0.0); count * count];
-    for (&(i, j), d) in known.found.neighborhoods.pairs.iter().zip(&known.found.d) {
-        if let Some((p, q)) = border(label, i, j) {
-            let sum: &mut (f64, f64) = &mut borders[p as usize * count + q as usize];
-            *sum = (sum.0 + d, sum.1 + 1.0);
-        }
-    }
+    let count = count_of(label);
     let clusters = Summary::of_clusters(label, count, known);
-    let at = |place: usize| (place / count, place % count);
-    let neighbours = borders.iter().enumerate().filter(|(_, sum)| sum.1 > 0.0);
+    let neighbours = Border::all(label, count, known).into_iter().enumerate().filter(|(_, border)| border.pairs > 0.0);
     neighbours
-        .map(|(place, &(d, pairs))| {
-            let (p, q) = at(place);
-            let (a, b) = (&clusters[p], &clusters[q]);
-            let terms = [d / pairs, libm::log(a.gain(b) + LEAST), (a.strangeness() - b.strangeness()).abs()];
-            Pair { clusters: (p as u32, q as u32), terms }
+        .map(|(place, border)| {
+            let (p, q) = (place / count, place % count);
+            Pair { clusters: (p as u32, q as u32), terms: clusters[p].terms(&clusters[q], &border) }
         })
         .collect()
 }
 
-/// What is known of one cluster.
-struct Summary {
+/// What is known of one cluster; what is known of two together adds up.
+#[derive(Debug, Clone)]
+pub(super) struct Summary {
+    /// Number of trajectories.
+    pub(super) size: f64,
     /// Its velocities in each frame.
     motion: Vec<AffineSums>,
     /// ln(1 + r²) of the differences from the camera's motion in units of the noise, their sum and number.
@@ -106,15 +115,16 @@ struct Summary {
 }
 
 impl Summary {
-    fn of_clusters(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
+    pub(super) fn of_clusters(label: &[u32], count: usize, known: &Known) -> Vec<Self> {
         let tracks = known.tracks;
         let velocities = Motions::new(tracks, known.affinity);
         let horizon = velocities.horizon();
-        let blank = || Self { motion: vec![AffineSums::default(); tracks.num_frames], strange: (0.0, 0.0) };
+        let blank = || Self { size: 0.0, motion: vec![AffineSums::default(); tracks.num_frames], strange: (0.0, 0.0) };
         let mut clusters: Vec<Self> = (0..count).map(|_| blank()).collect();
         let half = [tracks.size.0, tracks.size.1].map(|side| side as f64 / 2.0);
         for (i, &l) in label.iter().enumerate().filter(|(_, l)| **l != UNLABELLED) {
             let (cluster, points) = (&mut clusters[l as usize], tracks.points(i));
+            cluster.size += 1.0;
             let strays = from_camera(tracks, i, known.camera);
             for (s, p) in (points.start..points.end.saturating_sub(horizon)).enumerate() {
                 let (u, v, weight) = velocities.at(p);
@@ -129,21 +139,34 @@ impl Summary {
         clusters
     }
 
-    /// How much more one affine motion leaves over than one each, by velocity of the smaller, over the frames in which both
-    /// have a few; 1 where there is no such frame.
-    fn gain(&self, other: &Self) -> f64 {
-        let (mut gain, mut counts) = (0.0, (0.0, 0.0));
+    /// Takes in another cluster.
+    pub(super) fn take(&mut self, other: &Self) {
+        self.size += other.size;
+        self.motion.iter_mut().zip(&other.motion).for_each(|(a, b)| *a = a.with(b));
+        self.strange = (self.strange.0 + other.strange.0, self.strange.1 + other.strange.1);
+    }
+
+    /// The terms of two clusters with this border, in the order of [`Pair::terms`].
+    pub(super) fn terms(&self, other: &Self, border: &Border) -> [f64; TERMS] {
+        let (gain, own) = self.gain(other);
+        let strangeness = |s: &Self| s.strange.0 / s.strange.1.max(1.0);
+        let apart = (strangeness(self) - strangeness(other)).abs();
+        [border.discontinuity / border.pairs, libm::log(gain + LEAST), apart, libm::log(own + LEAST)]
+    }
+
+    /// How much more one affine motion leaves over than one each, by velocity of the smaller, and what one each leaves, by
+    /// velocity, over the frames in which both have a few; 1 where there is no such frame.
+    fn gain(&self, other: &Self) -> (f64, f64) {
+        let (mut gain, mut own, mut counts) = (0.0, 0.0, (0.0, 0.0));
         let both = self.motion.iter().zip(&other.motion).filter(|(a, b)| a.count >= FEWEST && b.count >= FEWEST);
         for (a, b) in both {
-            gain += (a.with(b).residual() - a.residual() - b.residual()).max(0.0);
+            let alone = a.residual() + b.residual();
+            gain += (a.with(b).residual() - alone).max(0.0);
+            own += alone;
             counts = (counts.0 + a.count, counts.1 + b.count);
         }
         let fewer = f64::min(counts.0, counts.1);
-        if fewer > 0.0 { gain / fewer } else { 1.0 }
-    }
-
-    fn strangeness(&self) -> f64 {
-        self.strange.0 / self.strange.1.max(1.0)
+        if fewer > 0.0 { (gain / fewer, own / (counts.0 + counts.1)) } else { (1.0, 1.0) }
     }
 }
 
@@ -203,17 +226,9 @@ mod tests {
         let known = Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &camera, separation: None };
         let known_pairs = pairs(&label, &known);
         assert_eq!(known_pairs.iter().map(|pair| pair.clusters).collect::<Vec<_>>(), [(0, 1), (1, 2)]);
-        assert!(known_pairs[0].log_odds() > CAUTION && known_pairs[1].log_odds() < CAUTION, "{known_pairs:?}");
+        let [one, two] = [0, 1].map(|k| log_odds(&known_pairs[k].terms));
+        assert!(one > two + 2.0, "{known_pairs:?}");
         assert!(known_pairs.iter().all(|pair| (pair.terms[0] - 0.7).abs() < 1e-12));
-        let along = along_borders(&label, &known);
-        for (&(i, j), &odds) in found.neighborhoods.pairs.iter().zip(&along) {
-            let expected = match (label[i as usize], label[j as usize]) {
-                (0, 1) | (1, 0) => known_pairs[0].log_odds() - CAUTION,
-                (1, 2) | (2, 1) => known_pairs[1].log_odds() - CAUTION,
-                _ => 0.0,
-            };
-            assert_eq!(odds, expected);
-        }
     }
 
     #[test]
@@ -224,9 +239,26 @@ mod tests {
             let found = discontinuities(&tracks, d);
             let known =
                 Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &camera, separation: None };
-            (pairs(&label, &known)[0].log_odds(), pairs(&vec![UNLABELLED; tracks.len()], &known).len())
+            let first = log_odds(&pairs(&label, &known)[0].terms);
+            (first, pairs(&vec![UNLABELLED; tracks.len()], &known).len())
         };
         assert!(odds(0.1).0 > odds(0.9).0);
         assert_eq!(odds(0.1).1, 0);
+    }
+
+    #[test]
+    fn what_is_known_of_two_adds_up_to_what_is_known_of_both() {
+        let ((tracks, label), camera) = (scene(), at_rest());
+        let (found, affinity) = (discontinuities(&tracks, 0.7), AffinityParams::default());
+        let known = Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &camera, separation: None };
+        let parts = Summary::of_clusters(&label, 3, &known);
+        let mut both = parts[0].clone();
+        both.take(&parts[1]);
+        let together: Vec<u32> = label.iter().map(|&l| l.saturating_sub(1)).collect();
+        let expected = pairs(&together, &known)[0].terms;
+        let border = Border { pairs: 1.0, discontinuity: 0.7, apart: 0.0 };
+        for (a, b) in both.terms(&parts[2], &border).into_iter().zip(expected) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
     }
 }

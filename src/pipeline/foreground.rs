@@ -4,11 +4,11 @@ use super::clip::Clip;
 use super::found::{Clustered, Embedded, Foreground, Found, Salient};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::connectedness::{ConnectednessMode, Separation, components, constrain, settle};
+use crate::connectedness::{ConnectednessMode, Separation, components, constrain, with_background};
 use crate::discontinuity::discontinuities;
-use crate::discretize::{DiscretizeMethod, merged, pieces};
+use crate::discretize::{DiscretizeMethod, clusters_of, discretize, pieces};
 use crate::embedding::{Embedding, embed};
-use crate::evidence::along_borders;
+use crate::evidence::unite;
 use crate::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
 use crate::sparse::SymCsr;
 
@@ -191,20 +191,23 @@ impl Renewing {
 }
 
 impl Connected {
-    /// The clusters, with the parts of agents joined where something keeps agents apart.
+    /// The clusters; where the foreground stands alone the background is in one of its own.
     pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Clustered>> {
         let Self { embedded, foreground } = *self;
-        let Embedded { tracked, embedding, discontinuities: found, .. } = &embedded;
-        let params = &clip.params;
+        let Embedded { tracked, embedding, discontinuities, .. } = &embedded;
+        let (params, tracks) = (&clip.params, &tracked.tracks);
         let (settings, seed) = (&params.discretize, params.clip.seed);
-        let label = pieces(embedding, settings, seed);
-        let weighs = settings.method == DiscretizeMethod::RotationEvidence;
-        let known = foreground.as_ref().filter(|_| weighs).and_then(|f| f.found(embedded.found()).known(clip));
-        let evidence = known.map(|known| along_borders(&label, &known));
-        let mut clusters = merged(&tracked.tracks, label, found, evidence, settings);
-        if let Some(Foreground { salient, separation: Some(separation), .. }) = &foreground {
-            let standing_out = &salient.saliency.foreground;
-            clusters = settle(&tracked.tracks, clusters, found, separation, standing_out, &params.connectedness);
+        let found = foreground.as_ref().map_or_else(|| embedded.found(), |f| f.found(embedded.found()));
+        let mut clusters = match found.known(clip) {
+            Some(known) if settings.method == DiscretizeMethod::RotationEvidence => {
+                let mut label = pieces(embedding, settings, seed);
+                unite(&mut label, &known);
+                clusters_of(tracks, label, discontinuities)
+            }
+            _ => discretize(tracks, embedding, discontinuities, settings, seed),
+        };
+        if let (Some(foreground), ConnectednessMode::ForegroundOnly) = (&foreground, params.connectedness.mode) {
+            clusters = with_background(tracks, clusters, &foreground.salient.saliency.foreground);
         }
         Turn::whole(Stage::Clusters, Box::new(Clustered { embedded, foreground, clusters }))
     }

@@ -38,14 +38,14 @@ pub(super) struct Found<'a> {
 }
 
 impl<'a> Found<'a> {
-    /// What clusters are compared by; `None` until all of it is known, and without flow.
+    /// What clusters are compared by; `None` until it is known. Without flow the camera is held to stand still.
     pub(super) fn known(&self, clip: &'a Clip) -> Option<Known<'a>> {
         let tracks = &self.tracked?.tracks;
         Some(Known {
             tracks,
             found: self.discontinuities?,
             affinity: &clip.params.affinity,
-            camera: self.salient?.maps.motions(),
+            camera: self.salient.map_or(&[], |salient| salient.maps.motions()),
             separation: self.separation,
         })
     }

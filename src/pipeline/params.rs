@@ -7,7 +7,7 @@ use crate::connectedness::ConnectednessParams;
 use crate::contour::ContourParams;
 use crate::cut::CutParams;
 use crate::discontinuity::DiscontinuityParams;
-use crate::discretize::DiscretizeParams;
+use crate::discretize::{DiscretizeMethod, DiscretizeParams};
 use crate::embedding::EmbeddingParams;
 use crate::flow::FlowParams;
 use crate::image::MAX_PIXELS;
@@ -141,6 +141,7 @@ impl Params {
             cut: CutParams::paper(),
             ..Self::default()
         };
+        params.discretize.method = DiscretizeMethod::RotationMerge;
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
         (params.contour.low, params.contour.high) = (0.03, 0.08);
@@ -264,11 +265,7 @@ impl Params {
         params.cut.vote_radius = (params.cut.vote_radius * scale).min(MOST_VOTE_STEPS * spacing);
         params.refine.band = (params.refine.band as f32 * scale).round() as u32;
         let density = (REFERENCE_STEP * scale / spacing).powi(2);
-        for count in [
-            &mut params.embedding.min_component,
-            &mut params.discretize.min_cluster,
-            &mut params.connectedness.min_component,
-        ] {
+        for count in [&mut params.embedding.min_component, &mut params.connectedness.min_component] {
             *count = (*count as f32 * density).round() as u32;
         }
         ScaledParams { params, spacing }
@@ -396,7 +393,6 @@ mod tests {
         let large = (640, 360);
         assert_eq!(*params.for_size(large), params);
         let dense = params.at_spacing(4.0);
-        assert_eq!(dense.discretize.min_cluster, 4 * params.discretize.min_cluster);
         assert_eq!(dense.embedding.min_component, 4 * params.embedding.min_component);
         assert_eq!(dense.connectedness.min_component, 4 * params.connectedness.min_component);
         assert_eq!((dense.spacing(), &dense.cut), (4.0, &params.cut));

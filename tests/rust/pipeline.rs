@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 use tracecut::connectedness::ConnectednessMode;
+use tracecut::discretize::DiscretizeMethod;
 use tracecut::image::{Frame, Plane};
 use tracecut::synth::Scene;
 use tracecut::trajectory::Trajectories;
@@ -220,9 +221,7 @@ fn outside_trajectories_give_the_same_clusters_as_our_own() {
 #[test]
 fn mirrored_reversed_and_relit_clips_keep_the_partition() {
     let clip = Clip::new(&Scene::sample(240, 135, 12, 3));
-    let mut params = with_step(4.0);
-    // At this size the van has about thirty trajectories.
-    params.discretize.min_cluster = 5;
+    let params = with_step(4.0);
     for (name, clip) in [
         ("plain", clip.clone()),
         ("mirrored", clip.clone().mirrored()),
@@ -390,10 +389,12 @@ fn square_before_a_pan() -> Clip {
 #[test]
 fn what_stands_out_is_an_object_though_no_cluster_shows_it() {
     let clip = square_before_a_pan();
-    let shown = |stand_out: bool, min_cluster: u32| {
+    let shown = |stand_out: bool, one_cluster: bool| {
         let mut params = Params::default();
-        // With so many trajectories asked for there is one cluster.
-        (params.background.stand_out, params.discretize.min_cluster) = (stand_out, min_cluster);
+        params.background.stand_out = stand_out;
+        if one_cluster {
+            (params.discretize.method, params.discretize.merge_threshold) = (DiscretizeMethod::RotationMerge, 1.0);
+        }
         let session = clip.run(params);
         let (mut common, mut all) = (0, 0);
         for t in 1..13 {
@@ -407,7 +408,7 @@ fn what_stands_out_is_an_object_though_no_cluster_shows_it() {
         assert!(clusters.label.len() == tracks && (0..clusters.count as u32).all(|c| clusters.label.contains(&c)));
         common as f64 / all as f64
     };
-    assert!(shown(true, 8) > 0.75);
-    assert!(shown(true, 100_000) > 0.75);
-    assert_eq!(shown(false, 100_000), 0.0);
+    assert!(shown(true, false) > 0.75);
+    assert!(shown(true, true) > 0.75);
+    assert_eq!(shown(false, true), 0.0);
 }

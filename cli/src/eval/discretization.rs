@@ -24,7 +24,7 @@ use tracecut::{Params, Session};
 #[command(after_help = "\
 Each sequence is tracked and embedded once, by its motion alone; the five discretizations then share embedding and discontinuities:
   K-means, rot          K-means and eigenvector rotation into K clusters, K being the number of eigenvalues that reach a threshold
-  rot-disc              the same rotation, then merging across weak borders (discretize.mergeThreshold, discretize.minCluster)
+  rot-disc              the same rotation, then merging across weak borders (discretize.mergeThreshold)
   K-means-gap, rot-gap  K-means and rotation, K being the place of the first gap between consecutive eigenvalues that reaches a threshold
 Two errors are counted on the trajectory points in the labelled frames and averaged over the sequences. Missed: objects, the background
 among them, that no cluster matches with an intersection over union above 70 %. Over-segmentation: clusters with at least the share

@@ -14,17 +14,17 @@ use tracecut::eval::moseg::overlap_of;
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
 terms of src/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region. A logistic regression
-gives the weights: every clip counts alike, in it a pair by the points of its smaller piece.
+gives the weights: every clip counts alike, in it a pair by the logarithm of the points of its smaller piece.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
 loss without each term, always on kinds that were left out.";
 
 /// The price of a squared weight, in units of the mean loss.
-const RIDGE: f64 = 0.01;
+const RIDGE: f64 = 0.003;
 /// Pieces with fewer points in scored frames tell nothing.
 const FEWEST: u64 = 5;
 /// The terms, in their order.
-const NAMES: [&str; 3] = ["discontinuity", "gain", "strangeness"];
+const NAMES: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -88,7 +88,7 @@ fn lesson(item: &Item, params: &Params, args: &FitArgs) -> Result<Lesson> {
             if a.min(b) >= FEWEST {
                 let both = |row: &Vec<u64>| row[p as usize] as f64 * row[q as usize] as f64;
                 let truth = overlap.iter().map(both).sum::<f64>() / (a as f64 * b as f64);
-                found.push(Example { terms: pair.terms.to_vec(), truth, weight: a.min(b) as f64 });
+                found.push(Example { terms: pair.terms.to_vec(), truth, weight: (1.0 + a.min(b) as f64).ln() });
             }
         }
     }

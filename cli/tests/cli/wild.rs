@@ -206,7 +206,7 @@ fn a_ledger_is_written_from_the_cache_and_goes_on_where_it_was() {
     wild(&root.join("clips/toy--right"), &found, &|_, label| if label { 255 } else { 0 });
     let (table, out, cache) = (root.join("choices.json"), root.join("choices.md"), root.join("cache"));
     let choice = |name: &str, without: &str| format!(r#"{{"name": "{name}", "paper": "p", "why": "w"{without}}}"#);
-    let merge_all = r#""discretize": {"mergeThreshold": 1, "minCluster": 100000}"#;
+    let merge_all = r#""discretize": {"method": "rotation-merge", "mergeThreshold": 1}"#;
     let rows = [
         choice("No objects", &format!(r#", "without": {{{merge_all}, "background": {{"standOut": false}}}}"#)),
         choice("Pixels", r#", "without": {"refine": {"band": 0}}"#),
