@@ -45,7 +45,7 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     let mut time = |name, run: &mut dyn FnMut()| all.push((name, least(run)));
 
     let lumas: Vec<_> = frames.iter().map(Frame::luma).collect();
-    let pyramids: Vec<_> = lumas.iter().map(|luma| FlowPyramid::new(luma, &params.flow)).collect();
+    let pyramids: Vec<_> = lumas.iter().map(FlowPyramid::new).collect();
     let between = |a: usize, b: usize| flow_between(&pyramids[a], &pyramids[b], &params.flow);
     let flows: Vec<_> = (1..FRAMES).map(|t| (between(t - 1, t), between(t, t - 1))).collect();
     let seeds = structure(&lumas[0]);

@@ -36,7 +36,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     for pair in frames.windows(2) {
         let (from, to) = (pair[0].luma(), pair[1].luma());
         let structure = structure(&from);
-        let (from, to) = (FlowPyramid::new(&from, &params.flow), FlowPyramid::new(&to, &params.flow));
+        let (from, to) = (FlowPyramid::new(&from), FlowPyramid::new(&to));
         let (forward, backward) = (flow_between(&from, &to, &params.flow), flow_between(&to, &from, &params.flow));
         let variation = local_flow_variation(&forward);
         for tracker in [&mut tracker, &mut denser] {

@@ -75,7 +75,7 @@ pub(crate) fn flow<'py>(
         );
     }
     let field = py.detach(|| {
-        let pyramid = |frame: &tracecut::image::Frame| FlowPyramid::new(&frame.luma(), &params.flow);
+        let pyramid = |frame: &tracecut::image::Frame| FlowPyramid::new(&frame.luma());
         flow_between(&pyramid(&first), &pyramid(&second), &params.flow)
     });
     Ok(arrays::flow(py, field))

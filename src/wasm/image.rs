@@ -40,7 +40,7 @@ impl JsSession {
     #[wasm_bindgen(js_name = flowOf)]
     pub fn flow_of(&self, from: &[u8], to: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let params = &self.params_in_force().flow;
-        let seen = |rgba: &[u8]| self.image(rgba, width, height).map(|f| FlowPyramid::new(&f.luma(), params));
+        let seen = |rgba: &[u8]| self.image(rgba, width, height).map(|f| FlowPyramid::new(&f.luma()));
         let (from, to) = (seen(from)?, seen(to)?);
         Ok(convert::flow(&flow_between(&from, &to, params)))
     }

@@ -102,7 +102,7 @@ const MANY: &str = "trajectory.gridStep=3 trajectory.maskStep=2 trajectory.minLe
 const DENSE: &str = "affinity.localRadius=1000 affinity.lambda=0.001 affinity.minOverlap=2 affinity.noiseFloor=10";
 const EXACT: &str =
     "embedding.maxDimensions=64 embedding.minDimensions=64 embedding.minComponent=1 embedding.tolerance=1e-10";
-const FLOW: &str = "flow.patchStride=1 flow.fixedPoints=12 flow.sweeps=24 flow.descents=64";
+const FLOW: &str = "flow.patchStride=1 flow.fixedPoints=12";
 const VOTES: &str = "cut.voteRadius=1000 cut.appearanceRounds=10 refine.band=64";
 const MEANS: &str = "discretize.method=k-means discretize.minCluster=0";
 const SALIENCY: &str = "saliency.mapSide=1024 saliency.bins=32 saliency.windowScale=2";

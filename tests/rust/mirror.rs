@@ -50,7 +50,7 @@ fn flow_of_a_mirrored_pair_is_mirrored() {
         let scene = Scene::sample(SIZE.0, SIZE.1, 2, seed);
         let params = FlowParams::default();
         let flow = |from: &Frame, to: &Frame| {
-            let [from, to] = [from, to].map(|frame| FlowPyramid::new(&frame.luma(), &params));
+            let [from, to] = [from, to].map(|frame| FlowPyramid::new(&frame.luma()));
             flow_between(&from, &to, &params)
         };
         let (a, b) = (scene.frame(0), scene.frame(1));

@@ -117,7 +117,7 @@ impl Checks {
 /// What single images come to.
 fn images(frames: &[Frame]) -> Vec<Check> {
     let params = Params::default();
-    let seen = |frame: &Frame| FlowPyramid::new(&frame.luma(), &params.flow);
+    let seen = |frame: &Frame| FlowPyramid::new(&frame.luma());
     let flow = flow_between(&seen(&frames[0]), &seen(&frames[1]), &params.flow);
     let map = boundary_map(&frames[0], &params.contour);
     let cells = superpixels_of(&frames[0], None, &params.contour, &params.superpixel);
