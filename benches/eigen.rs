@@ -9,7 +9,7 @@ mod clock;
 
 use clock::seconds;
 use std::fmt::Write as _;
-use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed, largest_eigenpairs};
+use tracecut::embedding::{EigenInfo, EigenParams, EmbeddingParams, embed_within, largest_eigenpairs};
 use tracecut::rng::{Rng, mix};
 use tracecut::sparse::SymCsr;
 
@@ -149,8 +149,8 @@ fn main() {
             println!("{path}");
         }
         let solve = |tolerance| {
-            let params = EmbeddingParams { tolerance, min_dimensions: K, ..EmbeddingParams::default() };
-            let embedding = embed(&a, &params, 0);
+            let params = EmbeddingParams { min_dimensions: K, ..EmbeddingParams::default() };
+            let embedding = embed_within(tolerance, &a, &params, 0);
             (embedding.info, embedding.eigenvalues)
         };
         report(&format!("radius {radius}"), &a, solve);

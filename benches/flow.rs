@@ -16,8 +16,8 @@ fn main() {
     println!("{:>9}  {:>10}  {:>8}  {:>9}", "size", "pyramid ms", "field ms", "error px");
     for (width, height) in [(320, 180), (480, 270), (640, 360), (640, 480), (854, 480)] {
         let [from, to] = frames(width, height);
-        let (pyramid_ms, from) = least(|| FlowPyramid::new(&from, &params));
-        let to = FlowPyramid::new(&to, &params);
+        let (pyramid_ms, from) = least(|| FlowPyramid::new(&from));
+        let to = FlowPyramid::new(&to);
         let mut scratch = FlowScratch::default();
         let (field_ms, flow) = least(|| flow_between_with(&from, &to, &params, &mut scratch));
         let inside =

@@ -45,7 +45,7 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     let mut time = |name, run: &mut dyn FnMut()| all.push((name, least(run)));
 
     let lumas: Vec<_> = frames.iter().map(Frame::luma).collect();
-    let pyramids: Vec<_> = lumas.iter().map(|luma| FlowPyramid::new(luma, &params.flow)).collect();
+    let pyramids: Vec<_> = lumas.iter().map(FlowPyramid::new).collect();
     let between = |a: usize, b: usize| flow_between(&pyramids[a], &pyramids[b], &params.flow);
     let flows: Vec<_> = (1..FRAMES).map(|t| (between(t - 1, t), between(t, t - 1))).collect();
     let seeds = structure(&lumas[0]);
@@ -93,8 +93,8 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));
     time("clusters, the clip", &mut || drop(discretize(&tracks, &v, &d, &params.discretize, seed)));
 
-    time("boundary map, a frame", &mut || drop(boundary_map(&frames[0], &params.contour)));
-    let map = boundary_map(&frames[0], &params.contour);
+    time("boundary map, a frame", &mut || drop(boundary_map(&frames[0])));
+    let map = boundary_map(&frames[0]);
     time("contours, a frame", &mut || drop(contour_segments(&map, &params.contour)));
     let segments = contour_segments(&map, &params.contour);
     time("Gabriel graph, a frame", &mut || drop(gabriel_superpixels(&segments, &map, &params.superpixel)));

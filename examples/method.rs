@@ -36,7 +36,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     for pair in frames.windows(2) {
         let (from, to) = (pair[0].luma(), pair[1].luma());
         let structure = structure(&from);
-        let (from, to) = (FlowPyramid::new(&from, &params.flow), FlowPyramid::new(&to, &params.flow));
+        let (from, to) = (FlowPyramid::new(&from), FlowPyramid::new(&to));
         let (forward, backward) = (flow_between(&from, &to, &params.flow), flow_between(&to, &from, &params.flow));
         let variation = local_flow_variation(&forward);
         for tracker in [&mut tracker, &mut denser] {
@@ -85,7 +85,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         frames.iter().map(|frame| superpixels_of(frame, None, &params.contour, &params.superpixel)).collect();
 
     // 4.2 The Gabriel cut, from the denser trajectories, which take the labels of the clustered ones around them.
-    let mut label = labels_for(&denser, &tracks, &clusters.label, clusters.count.max(1), &params.cut);
+    let mut label = labels_for(&denser, &tracks, &clusters.label, clusters.count.max(1), params.vote_radius());
     let salience = trajectory_saliency(&denser, &of_denser, 1.0);
     forget_strangers(&mut label, &salience, params.saliency.threshold);
     let objects = find_objects(&tracks, &clusters).of_cluster;

@@ -40,10 +40,10 @@ pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
     for _ in 0..args.repeat {
         let clock = Clock::start();
         if args.embedding {
-            found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
+            found = image_discontinuities(&frame, &params.still, params.clip.seed);
             map = found.pb.clone();
         } else {
-            map = boundary_map(&frame, &params.contour);
+            map = boundary_map(&frame);
         }
         fastest = fastest.min(1000.0 * clock.seconds().best());
     }

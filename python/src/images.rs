@@ -24,7 +24,7 @@ pub(crate) fn boundaries<'py>(
 ) -> Result<FlowArrays<'py>> {
     let params = params_from(params)?;
     let frame = image_from(image, &params)?;
-    Ok(arrays::boundaries(py, py.detach(|| boundary_map(&frame, &params.contour))))
+    Ok(arrays::boundaries(py, py.detach(|| boundary_map(&frame))))
 }
 
 #[pyfunction]
@@ -49,7 +49,7 @@ pub(crate) fn image_discontinuities<'py>(
 ) -> Result<Bound<'py, PyDict>> {
     let params = params_from(params)?;
     let frame = image_from(image, &params)?;
-    let found = py.detach(|| still::image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed));
+    let found = py.detach(|| still::image_discontinuities(&frame, &params.still, params.clip.seed));
     let fields = PyDict::new(py);
     fields.set_item("pb", plane(py, found.pb.pb))?;
     fields.set_item("discontinuity", plane(py, found.d.strength))?;
@@ -75,7 +75,7 @@ pub(crate) fn flow<'py>(
         );
     }
     let field = py.detach(|| {
-        let pyramid = |frame: &tracecut::image::Frame| FlowPyramid::new(&frame.luma(), &params.flow);
+        let pyramid = |frame: &tracecut::image::Frame| FlowPyramid::new(&frame.luma());
         flow_between(&pyramid(&first), &pyramid(&second), &params.flow)
     });
     Ok(arrays::flow(py, field))

@@ -52,11 +52,6 @@ crate::params! {
     pub struct BackgroundParams {
         /// Whether clips are judged by their background. Not in the paper.
         pub judge: bool = true, in 0..=1;
-        /// Longest side at which backgrounds are compared, in pixels. Higher is slower.
-        pub side: u32 = 320, in 16..=4096;
-        /// Where the camera stands still: distance from the plate that is as much object as background, in standard
-        /// deviations of the noise.
-        pub noise_factor: f32 = 5.0, in 0.1..=100.0;
         /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
         pub motion: f32 = 0.4, in 0.01..=100.0;
         /// Where the camera stands still: weight of the log-odds by the distance from the plate.
@@ -78,6 +73,8 @@ crate::params! {
     }
 }
 
+/// Longest side at which backgrounds are compared, in pixels. Higher is slower.
+const SIDE: usize = 320;
 /// The value of a cue that is not known.
 const NEUTRAL: f32 = -1.0;
 /// What differs from its place in the scene by this many times the scene's own mean square is none of it.
@@ -106,22 +103,16 @@ pub(crate) struct Background {
 impl Background {
     /// Of all frames of a clip, which have equal sizes. `denser` are trajectories, and how far around those that move the
     /// frames are not the scene's, in pixels: what moves slowly would be in the plate for as long as it takes to pass.
-    pub(crate) fn new(
-        frames: &[Frame],
-        camera: Camera,
-        denser: Option<(&Trajectories, f32)>,
-        params: &BackgroundParams,
-    ) -> Self {
+    pub(crate) fn new(frames: &[Frame], camera: Camera, denser: Option<(&Trajectories, f32)>) -> Self {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
-        let step = side.div_ceil(params.side as usize).max(1);
+        let step = side.div_ceil(SIDE).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
         let mut background = Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance: Vec::new() };
         if background.is_still() {
             let hidden = denser.map_or_else(Vec::new, |(tracks, reach)| background.hidden(tracks, reach));
             let is_hidden = |t: usize, x: usize, y: usize| hidden.get(t).is_some_and(|map| map[(x, y)]);
             let plate = Plate::new(&background.pictures, is_hidden);
-            let of =
-                |plate: &Plate| background.pictures.iter().map(|p| plate.distance(p, params.noise_factor)).collect();
+            let of = |plate: &Plate| background.pictures.iter().map(|p| plate.distance(p)).collect();
             background.distance = plate.as_ref().map_or_else(Vec::new, of);
         }
         background
@@ -373,15 +364,14 @@ mod tests {
         for (x, y) in (0..20 * 6).map(|k| ((k % 20) as f32, (8 + k / 20) as f32)) {
             tracks.push(0, (0..10).map(|t| (x + 2.0 * t as f32, y, 0.0)));
         }
-        let params = BackgroundParams::default();
-        let far = |denser| Background::new(&frames, Camera::at_rest(), denser, &params).distance[0][(10, 10)];
+        let far = |denser| Background::new(&frames, Camera::at_rest(), denser).distance[0][(10, 10)];
         assert_eq!(far(None), 0);
         assert!(far(Some((&tracks, 1.0))) > 200);
     }
 
     #[test]
     fn along_what_moves_the_plate_is_far_and_along_what_rests_near() {
-        let background = Background::new(&frames(), Camera::at_rest(), None, &BackgroundParams::default());
+        let background = Background::new(&frames(), Camera::at_rest(), None);
         let mut tracks = Trajectories::empty(10, (40, 20));
         tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 3.0, 11.0, 0.0)));
         tracks.push(0, (0..10).map(|_| (5.0, 2.0, 0.0)));
@@ -421,7 +411,7 @@ mod tests {
     #[test]
     fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
         let params = BackgroundParams::default();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None, &params);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None);
         let (tracks, label) = followed();
         background.account((&tracks, &label), &[false, true]);
         // The square of frame 4, and all around it.
@@ -436,7 +426,7 @@ mod tests {
     #[test]
     fn without_objects_nothing_is_said() {
         let params = BackgroundParams::default();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None, &params);
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None);
         let (tracks, label) = followed();
         background.account((&tracks, &label), &[false, false]);
         let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
@@ -445,7 +435,7 @@ mod tests {
 
     #[test]
     fn superpixels_with_what_moves_speak_for_objects_and_others_against() {
-        let background = Background::new(&frames(), Camera::at_rest(), None, &BackgroundParams::default());
+        let background = Background::new(&frames(), Camera::at_rest(), None);
         let mut tracks = Trajectories::empty(10, (40, 20));
         for k in 0..5 {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));

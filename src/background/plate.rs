@@ -12,6 +12,8 @@ const MOST_SOURCES: usize = 25;
 const ENOUGH: usize = 3;
 /// Least noise, in grey levels: that of rounding and of compression.
 const LEAST_NOISE: f32 = 1.5;
+/// Distance that is as much object as background, in standard deviations of the noise.
+const HALF: f32 = 5.0;
 /// Standard deviation over median distance, of a normal distribution.
 const DEVIATION: f32 = 1.4826;
 
@@ -59,15 +61,15 @@ impl Plate {
         Some(Self { colour, variance, is_known })
     }
 
-    /// How far each pixel is from the plate, in 255ths: one half at `factor` standard deviations of the noise there;
+    /// How far each pixel is from the plate, in 255ths: one half at [`HALF`] standard deviations of the noise there;
     /// [`UNKNOWN`] where the plate is not known.
-    pub(super) fn distance(&self, picture: &Picture, factor: f32) -> Plane<u8> {
+    pub(super) fn distance(&self, picture: &Picture) -> Plane<u8> {
         Plane::from_fn(picture.width(), picture.height(), |x, y| {
             if !self.is_known[(x, y)] {
                 return UNKNOWN;
             }
             let apart = f32::from(apart(picture[(x, y)], self.colour[(x, y)]));
-            let half = factor * factor * self.variance[(x, y)];
+            let half = HALF * HALF * self.variance[(x, y)];
             (254.0 * apart * apart / (apart * apart + half)) as u8
         })
     }
@@ -183,7 +185,7 @@ mod tests {
     fn where_too_few_frames_show_the_scene_it_is_not_known() {
         let (_, frames) = frames();
         let plate = Plate::new(&frames, |t, x, _| x < 10 && t > 1).unwrap();
-        let distance = plate.distance(&frames[0], 5.0);
+        let distance = plate.distance(&frames[0]);
         assert!((0..SIZE.1).all(|y| (0..SIZE.0).all(|x| (distance[(x, y)] == UNKNOWN) == (x < 10))));
         // All that there is of a clip of two frames is enough.
         let plate = Plate::new(&frames[..2], |_, _, _| false).unwrap();
@@ -195,7 +197,7 @@ mod tests {
         let (_, frames) = frames();
         let plate = Plate::new(&frames, |_, _, _| false).unwrap();
         for (t, frame) in frames.iter().enumerate() {
-            let distance = plate.distance(frame, 5.0);
+            let distance = plate.distance(frame);
             for y in 0..SIZE.1 {
                 for x in 0..SIZE.0 {
                     let inside = (4 * t..4 * t + 8).contains(&x) && (10..18).contains(&y);
@@ -210,10 +212,7 @@ mod tests {
     fn any_number_of_frames_is_enough() {
         let (_, frames) = frames();
         for count in 1..=3 {
-            assert_eq!(
-                Plate::new(&frames[..count], |_, _, _| false).unwrap().distance(&frames[0], 5.0).width(),
-                SIZE.0
-            );
+            assert_eq!(Plate::new(&frames[..count], |_, _, _| false).unwrap().distance(&frames[0]).width(), SIZE.0);
         }
         assert_eq!(Plate::new(&[], |_, _, _| false), None);
     }

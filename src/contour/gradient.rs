@@ -1,6 +1,5 @@
 //! Strength of the change at each pixel across each of eight directions, over channels and scales.
 
-use super::ContourParams;
 use super::blur::{Blur, add_doubled, half, halve};
 use super::histogram::{Tensors, share_of_bin};
 use super::lab::lab;
@@ -8,6 +7,11 @@ use super::texton::textons;
 use super::thin::{ORIENTATIONS, normals};
 use crate::image::Frame;
 
+/// Standard deviation of the windows, in pixels of each level: on the frame the coarser ones are two and four times as
+/// wide. Lower finds finer detail and more noise.
+const SIGMA: f32 = 1.5;
+/// Weight of changes of colour (a and b of Lab), those of changes of brightness and of texture being 1.
+const COLOUR_WEIGHT: f32 = 0.6;
 /// Bins of a colour channel's histogram.
 const BINS: usize = 8;
 /// Levels: full size, half of it, a quarter.
@@ -20,19 +24,19 @@ const ALONG_SIGMA: f32 = 3.0;
 const ALONG_STEPS: [f32; 7] = [-6.0, -4.0, -2.0, 0.0, 2.0, 4.0, 6.0];
 
 /// For each direction of [`normals`], how much the histograms change along it; planes of the frame's size.
-pub(super) fn oriented_strength(frame: &Frame, params: &ContourParams) -> [Vec<f32>; ORIENTATIONS] {
+pub(super) fn oriented_strength(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
     let (w, h) = (frame.width(), frame.height());
-    let mut pyramid = Pyramid::new(w, h, params.sigma);
+    let mut pyramid = Pyramid::new(w, h);
     let [brightness, a, b] = lab(frame);
     pyramid.add_channel(&brightness, 1.0, 0);
     let mut small = Vec::new();
     for color in [a, b] {
         halve(&color, w, &mut small);
-        pyramid.add_channel(&small, params.colour_weight, 1);
+        pyramid.add_channel(&small, COLOUR_WEIGHT, 1);
     }
     halve(&brightness, w, &mut small);
     for shares in textons(&small, half(w)) {
-        pyramid.add_bin(shares, params.texture_weight, 1);
+        pyramid.add_bin(shares, 1.0, 1);
     }
     let mut strength = pyramid.finish();
     for (plane, normal) in strength.iter_mut().zip(normals()) {
@@ -45,8 +49,6 @@ pub(super) fn oriented_strength(frame: &Frame, params: &ContourParams) -> [Vec<f
 /// videos colour has no more detail.
 struct Pyramid {
     sides: [(usize, usize); LEVELS],
-    /// Standard deviation of the windows, in pixels of each level.
-    sigma: f32,
     tensors: [Tensors; LEVELS],
     coarse_finest: Tensors,
     first: [Blur; 2],
@@ -55,16 +57,15 @@ struct Pyramid {
 }
 
 impl Pyramid {
-    fn new(w: usize, h: usize, sigma: f32) -> Self {
+    fn new(w: usize, h: usize) -> Self {
         let sides = [(w, h), (half(w), half(h)), (half(half(w)), half(half(h)))];
         Self {
             sides,
-            sigma,
             tensors: sides.map(|(w, h)| Tensors::zero(w * h)),
             coarse_finest: Tensors::zero(sides[1].0 * sides[1].1),
-            first: [Blur::new(sigma), Blur::new(0.5 * sigma)],
-            // From half of `sigma`, what halving leaves of the finer level's blur, to `sigma`.
-            next: Blur::new(sigma * 0.75_f32.sqrt()),
+            first: [Blur::new(SIGMA), Blur::new(0.5 * SIGMA)],
+            // From half of `SIGMA`, what halving leaves of the finer level's blur, to `SIGMA`.
+            next: Blur::new(SIGMA * 0.75_f32.sqrt()),
             small: Vec::new(),
         }
     }
@@ -81,11 +82,8 @@ impl Pyramid {
 
     /// Adds one bin's shares, of the size of `level`, 0 or 1.
     fn add_bin(&mut self, mut shares: Vec<f32>, weight: f32, level: usize) {
-        if weight <= 0.0 {
-            return;
-        }
         let width = self.sides[level].0;
-        let weight = weight * self.sigma * self.sigma;
+        let weight = weight * SIGMA * SIGMA;
         self.first[level].apply(&mut shares, width);
         if level == 0 {
             self.tensors[0].add_bin(&shares, width, weight);
@@ -108,7 +106,7 @@ impl Pyramid {
         for (fine, coarse) in self.tensors[0].0.iter_mut().zip(&self.coarse_finest.0) {
             add_doubled(coarse, fine, self.sides[0].0);
         }
-        let mut blur = Blur::new(TENSOR_BLUR * self.sigma);
+        let mut blur = Blur::new(TENSOR_BLUR * SIGMA);
         for (tensors, (w, _)) in self.tensors.iter_mut().zip(self.sides) {
             tensors.0.iter_mut().for_each(|part| blur.apply(part, w));
         }

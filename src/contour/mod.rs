@@ -62,13 +62,6 @@ crate::params! {
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them
         /// whole.
         pub max_line: f32 = 50.0, in 0.0..=10000.0;
-        /// Standard deviation of the finest windows, in pixels; the others are two and four times as wide. Lower finds
-        /// finer detail and more noise.
-        pub sigma: f32 = 1.5, in 0.5..=8.0;
-        /// Weight of changes of colour (a and b of Lab), that of changes of brightness being 1.
-        pub colour_weight: f32 = 0.6, in 0.0..=10.0;
-        /// Weight of changes of texture.
-        pub texture_weight: f32 = 1.0, in 0.0..=10.0;
     }
 }
 
@@ -102,27 +95,27 @@ pub struct Segments {
 /// A bright block on a dark ground, each digit 12 by 12 pixels.
 ///
 /// ```
-/// use tracecut::contour::{ContourParams, boundary_map};
+/// use tracecut::contour::boundary_map;
 /// use tracecut::image::Frame;
 ///
 /// let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
 /// let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
 /// let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
-/// let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, &ContourParams::default());
+/// let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?);
 /// let across: Vec<usize> = (0..84).filter(|&x| map.thin[(x, 36)] > 0.3).collect();
 /// assert!(across.iter().any(|x| x.abs_diff(24) <= 1) && across.iter().any(|x| x.abs_diff(60) <= 1), "{across:?}");
 /// assert!(map.pb[(6, 6)] < 0.1);
 /// # Ok::<(), tracecut::Error>(())
 /// ```
 #[must_use]
-pub fn boundary_map(frame: &Frame, params: &ContourParams) -> BoundaryMap {
-    let strengths = gradient::oriented_strength(frame, params);
+pub fn boundary_map(frame: &Frame) -> BoundaryMap {
+    let strengths = strengths_of(frame);
     from_strengths(&strengths, (frame.width(), frame.height()), OF_PB)
 }
 
 /// How much the histograms of `frame` change along each direction: what [`from_strengths`] makes Pb of.
-pub(crate) fn strengths_of(frame: &Frame, params: &ContourParams) -> [Vec<f32>; ORIENTATIONS] {
-    gradient::oriented_strength(frame, params)
+pub(crate) fn strengths_of(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
+    gradient::oriented_strength(frame)
 }
 
 /// Probabilities from the strength along each direction, planes of `w × h` pixels.
@@ -202,14 +195,14 @@ pub(crate) const OF_PB: Logistic = Logistic { slope: 7.05, centre: 0.77 };
 /// Of the block in [`boundary_map`]'s example.
 ///
 /// ```
-/// # use tracecut::contour::{ContourParams, boundary_map};
+/// # use tracecut::contour::boundary_map;
 /// # use tracecut::image::Frame;
 /// #
 /// # let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
 /// # let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
 /// # let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
-/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, &ContourParams::default());
-/// use tracecut::contour::contour_segments;
+/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?);
+/// use tracecut::contour::{ContourParams, contour_segments};
 ///
 /// let segments = contour_segments(&map, &ContourParams::default());
 /// assert!(!segments.lines.is_empty());

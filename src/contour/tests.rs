@@ -26,7 +26,7 @@ fn clutter(w: usize, h: usize, seed: u64) -> Frame {
 }
 
 fn map_of(frame: &Frame) -> BoundaryMap {
-    boundary_map(frame, &ContourParams::default())
+    boundary_map(frame)
 }
 
 #[test]

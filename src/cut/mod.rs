@@ -46,7 +46,7 @@ pub use input::{CutInput, STRANGER, UNKNOWN};
 pub use params::CutParams;
 pub(crate) use region::Region;
 pub(crate) use terms::{areas, pixel_of, rounded};
-pub(crate) use votes::motion_difference_sq;
+pub(crate) use votes::{VOTE_MOTION, VOTE_RADIUS, motion_difference_sq};
 pub use votes::{forget_strangers, labels_for};
 
 use crate::image::Plane;

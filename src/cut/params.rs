@@ -26,13 +26,6 @@ crate::params! {
         /// A superpixel's own trajectories do not count if a larger share of it than this lies between trajectories of
         /// different labels (section 4.2: 0.3). 1 turns the rule off.
         pub ambiguous_share: f32 = 1.0, in 0.0..=1.0;
-        /// Radius within which labelled trajectories vote on others, in pixels of the processed frames. Higher is
-        /// slower.
-        pub vote_radius: f32 = 24.0, in 1.0..=1000.0;
-        /// How differently a trajectory may move from those that vote on it, in pixels per frame.
-        pub vote_motion: f32 = 0.5, in 0.001..=100.0;
-        /// Share of the votes that a label needs; below, a trajectory's label stays unknown.
-        pub vote_share: f32 = 0.6, in 0.0..=1.0;
         /// Weight of a salient trajectory that moves like none of those around it: it counts for every object and not
         /// for the background. Not in the paper; docs/choices.md.
         pub stranger_weight: f32 = 1.0, in 0.0..=100.0;

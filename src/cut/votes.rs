@@ -12,9 +12,15 @@
 //! Not in the paper, which has one set of trajectories. Cost: O(points of the labelled) + O(trajectories · neighbours).
 
 use super::input::{STRANGER, UNKNOWN};
-use super::params::CutParams;
 use crate::grid::Grid;
 use crate::trajectory::Trajectories;
+
+/// Radius within which labelled trajectories vote on others, in pixels of large frames. Higher is slower.
+pub(crate) const VOTE_RADIUS: f32 = 24.0;
+/// How differently a trajectory may move from those that vote on it, in pixels per frame.
+pub(crate) const VOTE_MOTION: f32 = 0.5;
+/// Share of the votes that a label needs; below, a trajectory's label stays unknown.
+const VOTE_SHARE: f32 = 0.6;
 
 /// Frames to either side over which motion is compared.
 const HORIZON: usize = 5;
@@ -29,13 +35,14 @@ const STRANGER_NEARNESS: f32 = 2.0;
 const STRANGER_VOTES: f32 = 0.05;
 
 /// A label below `num_labels` for each trajectory of `asking`, [`STRANGER`] or [`UNKNOWN`]. `label` has one for each of
-/// `labelled`; those that are not below `num_labels` do not vote. Both sets are in pixels of the same frames.
+/// `labelled`; those that are not below `num_labels` do not vote. Both sets are in pixels of the same frames, as is the
+/// `radius` within which votes are asked for: 24 in large frames, and about three times the spacing in others.
 ///
 /// # Examples
 /// Short trajectories take the label of those around them that move like them.
 ///
 /// ```
-/// use tracecut::cut::{CutParams, labels_for};
+/// use tracecut::cut::labels_for;
 /// use tracecut::trajectory::Trajectories;
 ///
 /// let moving = |at: &[(f32, f32)], frames: usize| {
@@ -45,7 +52,7 @@ const STRANGER_VOTES: f32 = 0.05;
 /// };
 /// let labelled = moving(&[(20.0, 2.0), (22.0, 2.0), (24.0, -2.0), (26.0, -2.0)], 8);
 /// let asking = moving(&[(23.0, 2.0), (21.0, -2.0)], 3);
-/// assert_eq!(labels_for(&asking, &labelled, &[0, 0, 1, 1], 2, &CutParams::default()), [0, 1]);
+/// assert_eq!(labels_for(&asking, &labelled, &[0, 0, 1, 1], 2, 24.0), [0, 1]);
 /// ```
 #[must_use]
 pub fn labels_for(
@@ -53,12 +60,12 @@ pub fn labels_for(
     labelled: &Trajectories,
     label: &[u32],
     num_labels: usize,
-    params: &CutParams,
+    radius: f32,
 ) -> Vec<u32> {
     let mut votes = vec![0.0_f32; asking.len() * num_labels];
     let mut nearness = vec![0.0_f32; asking.len()];
-    let mut grid = Grid::new(labelled.size, params.vote_radius);
-    let radius_sq = params.vote_radius * params.vote_radius;
+    let mut grid = Grid::new(labelled.size, radius);
+    let radius_sq = radius * radius;
     for t in 0..asking.num_frames.min(labelled.num_frames) {
         let voters = |i: usize| label.get(i).is_some_and(|&l| (l as usize) < num_labels);
         grid.clear();
@@ -69,7 +76,7 @@ pub fn labels_for(
                 let j = j as usize;
                 if let Some(m_sq) = motion_difference_sq(asking, i, labelled, j, t) {
                     let near = libm::expf(-4.0 * distance_sq / radius_sq);
-                    let motion = m_sq / (params.vote_motion * params.vote_motion);
+                    let motion = m_sq / (VOTE_MOTION * VOTE_MOTION);
                     nearness[i] += near;
                     votes[label[j] as usize] += near * libm::expf(-motion);
                 }
@@ -79,7 +86,7 @@ pub fn labels_for(
     if num_labels == 0 {
         return vec![UNKNOWN; asking.len()];
     }
-    votes.chunks_exact(num_labels).zip(nearness).map(|(v, near)| winner(v, near, params.vote_share)).collect()
+    votes.chunks_exact(num_labels).zip(nearness).map(|(v, near)| winner(v, near)).collect()
 }
 
 /// Strangers that do not stand out become [`UNKNOWN`]: what moves like nothing around it is a sign of an object only
@@ -110,13 +117,13 @@ pub(crate) fn motion_difference_sq(a: &Trajectories, i: usize, b: &Trajectories,
     Some((dx * dx + dy * dy) / (frames * frames))
 }
 
-fn winner(votes: &[f32], nearness: f32, share: f32) -> u32 {
+fn winner(votes: &[f32], nearness: f32) -> u32 {
     let total: f32 = votes.iter().sum();
     if nearness >= STRANGER_NEARNESS && total < STRANGER_VOTES * nearness {
         return STRANGER;
     }
     let best = (0..votes.len()).rev().max_by(|&a, &b| votes[a].total_cmp(&votes[b])).unwrap_or(0);
-    if total >= LEAST_VOTES && votes[best] >= share * total { best as u32 } else { UNKNOWN }
+    if total >= LEAST_VOTES && votes[best] >= VOTE_SHARE * total { best as u32 } else { UNKNOWN }
 }
 
 #[cfg(test)]
@@ -135,7 +142,7 @@ mod tests {
     }
 
     fn ask(asking: &Trajectories, labelled: &Trajectories, label: &[u32]) -> Vec<u32> {
-        labels_for(asking, labelled, label, 3, &CutParams::default())
+        labels_for(asking, labelled, label, 3, VOTE_RADIUS)
     }
 
     #[test]
@@ -165,7 +172,7 @@ mod tests {
         assert_eq!(ask(&moving(2, 5, &[(20.0, 20.0, 0.0, 0.0)]), &labelled, &[0]), [0]);
         assert_eq!(ask(&labelled, &labelled, &[UNKNOWN]), [UNKNOWN]);
         assert_eq!(ask(&labelled, &Trajectories::empty(10, SIZE), &[]), [UNKNOWN]);
-        assert_eq!(labels_for(&labelled, &labelled, &[0], 0, &CutParams::default()), [UNKNOWN]);
+        assert_eq!(labels_for(&labelled, &labelled, &[0], 0, VOTE_RADIUS), [UNKNOWN]);
     }
 
     #[test]

@@ -44,8 +44,6 @@ crate::params! {
         /// Connected groups of fewer trajectories than this are not embedded (where no group is as large, the largest
         /// are).
         pub min_component: u32 = 50, in 1..=1000000;
-        /// Residual at which an eigenpair is good enough. Lower is slower.
-        pub tolerance: f64 = 1e-4, in 1e-10..=0.01;
     }
 }
 
@@ -77,6 +75,8 @@ impl Embedding {
     }
 }
 
+/// Residual at which an eigenpair is good enough. Lower is slower.
+const TOLERANCE: f64 = 1e-4;
 /// Products with one vector after which the eigensolver gives up: about ten times what trajectory graphs need.
 const MAX_PRODUCTS: f64 = 20_000.0;
 /// Products that any graph may take.
@@ -121,6 +121,13 @@ fn most_products(n: usize, entries: usize) -> u32 {
 /// ```
 #[must_use]
 pub fn embed(affinities: &SymCsr, params: &EmbeddingParams, seed: u32) -> Embedding {
+    embed_within(TOLERANCE, affinities, params, seed)
+}
+
+#[doc(hidden)]
+/// As [`embed`], with eigenpairs as good as this residual.
+#[must_use]
+pub fn embed_within(tolerance: f64, affinities: &SymCsr, params: &EmbeddingParams, seed: u32) -> Embedding {
     let n = affinities.len();
     if affinities.value.iter().any(|w| !w.is_finite()) {
         return Embedding { num_rows: n, embedded: vec![false; n], ..Embedding::default() };
@@ -131,7 +138,7 @@ pub fn embed(affinities: &SymCsr, params: &EmbeddingParams, seed: u32) -> Embedd
     graph.nodes.iter().for_each(|&i| embedded[i as usize] = true);
     // 2. Eigenpairs of N.
     let settings = EigenParams {
-        tolerance: params.tolerance,
+        tolerance,
         max_products: most_products(graph.nodes.len(), affinities.value.len()),
         multiplicity: graph.num_components,
         seed,
@@ -189,9 +196,9 @@ mod tests {
         let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
         let upper: Vec<_> = pairs.map(|(i, j)| (i, j, rng.range(0.0, 1.0) as f32)).collect();
         let matrix = SymCsr::from_upper(n as usize, &upper);
-        let params = EmbeddingParams { max_dimensions: 64, tolerance: 1e-10, ..EmbeddingParams::default() };
+        let params = EmbeddingParams { max_dimensions: 64, ..EmbeddingParams::default() };
         let most = most_products(n as usize, matrix.value.len());
-        let info = embed(&matrix, &params, 0).info;
+        let info = embed_within(1e-10, &matrix, &params, 0).info;
         assert!(!info.converged && (most..most + 200).contains(&info.products), "{info:?}, at most {most}");
     }
 }

@@ -44,7 +44,6 @@ pub use params::FlowParams;
 pub use pyramid::FlowPyramid;
 pub use variation::local_flow_variation;
 
-use crate::image::{Plane, sample_bilinear};
 use densify::Votes;
 use params::PATCH_SIDE;
 use patch::PatchGrid;
@@ -70,8 +69,7 @@ pub struct FlowScratch {
     refiner: Refiner,
 }
 
-/// The flow from `from` to `to`, two pyramids of frames of the same size, made with these `params`; no motion if the
-/// sizes differ.
+/// The flow from `from` to `to`, two pyramids of frames of the same size; no motion if the sizes differ.
 ///
 /// # Examples
 /// A picture of digits moves one pixel to the right.
@@ -83,10 +81,9 @@ pub struct FlowScratch {
 /// let rows = ["0013588531", "0136898631", "0137998731", "0136898631", "0013588531"];
 /// // Each digit becomes a patch of 8 by 8 pixels of that brightness.
 /// let digit = |x: usize, y: usize| f32::from(rows[y / 8 % 5].as_bytes()[x / 8 % 10] - b'0');
-/// let params = FlowParams::default();
-/// let first = FlowPyramid::new(&Plane::from_fn(80, 40, |x, y| 25.0 * digit(x + 1, y)), &params);
-/// let second = FlowPyramid::new(&Plane::from_fn(80, 40, digit).map(|v| 25.0 * v), &params);
-/// let flow = flow_between(&first, &second, &params);
+/// let first = FlowPyramid::new(&Plane::from_fn(80, 40, |x, y| 25.0 * digit(x + 1, y)));
+/// let second = FlowPyramid::new(&Plane::from_fn(80, 40, digit).map(|v| 25.0 * v));
+/// let flow = flow_between(&first, &second, &FlowParams::default());
 /// let (u, v) = (flow.u[(40, 20)], flow.v[(40, 20)]);
 /// assert!((u - 1.0).abs() < 0.25 && v.abs() < 0.25, "{u}, {v}");
 /// ```
@@ -109,37 +106,26 @@ pub fn flow_between_with(
         return FlowField::still(width, height);
     }
     let num_levels = from.levels.len().min(to.levels.len());
-    let finest = (params.finest_level as usize).min(num_levels - 1);
     let mut coarser = None;
-    for level in (finest..num_levels).rev() {
+    for level in (0..num_levels).rev() {
         let scan = SCAN_RADIUS.get(num_levels - 1 - level).copied();
         let pair = (&from.levels[level], &to.levels[level]);
         scratch.lay_patches(pair.0, level, coarser.as_ref(), params);
         let reach = if coarser.is_some() { REACH } else { PATCH_SIDE as f32 };
         // Where patches are not searched they keep the coarser level's flow: each pixel then takes the motion near it that
         // fits best.
-        let search = (level >= params.search_level as usize || coarser.is_none()).then_some(PatchSearch {
-            descents: params.descents as usize,
-            reach,
-            scan,
-        });
+        let search =
+            (level >= params.search_level as usize || coarser.is_none()).then_some(PatchSearch { reach, scan });
         let mut flow = scratch.match_patches(pair, search.as_ref());
         scratch.refiner.refine(&pair.0.image, &pair.1.image, &mut flow.u, &mut flow.v, params);
         coarser = Some(flow);
     }
-    let flow = coarser.unwrap_or_default();
-    if finest == 0 {
-        return flow;
-    }
-    let scale = (1 << finest) as f32;
-    FlowField { u: enlarged(&flow.u, scale, width, height), v: enlarged(&flow.v, scale, width, height) }
+    coarser.unwrap_or_default()
 }
 
 /// How patches are searched at one level.
 #[derive(Debug, Clone, Copy)]
 struct PatchSearch {
-    /// Most steps of a descent.
-    descents: usize,
     /// Furthest that a descent may lead, in pixels.
     reach: f32,
     /// Radius of the scan before it, in pixels.
@@ -150,7 +136,7 @@ impl FlowScratch {
     /// Step 1: patches over the level, starting from the flow of the coarser one.
     fn lay_patches(&mut self, from: &Level, level: usize, coarser: Option<&FlowField>, params: &FlowParams) {
         let mut stride = params.patch_stride as usize;
-        if level > params.finest_level.max(params.search_level) as usize {
+        if level > params.search_level as usize {
             stride = (3 * stride / 4).max(1);
         }
         self.grid.lay(from.image.width, from.image.height, stride);
@@ -163,20 +149,14 @@ impl FlowScratch {
     fn match_patches(&mut self, (from, to): (&Level, &Level), search: Option<&PatchSearch>) -> FlowField {
         if let Some(search) = search {
             if let Some(radius) = search.scan {
-                self.grid.scan(from, to, search.descents, radius);
+                self.grid.scan(from, to, radius);
             }
-            self.grid.search(from, to, search.descents, search.reach);
+            self.grid.search(from, to, search.reach);
         }
         let mut flow = FlowField::still(from.image.width, from.image.height);
         densify::densify(from, to, &self.grid, &mut self.votes, &mut flow);
         flow
     }
-}
-
-/// `plane` at `scale` times the size, its values as many times as large.
-fn enlarged(plane: &Plane<f32>, scale: f32, width: usize, height: usize) -> Plane<f32> {
-    let position = |x: usize| (x as f32 + 0.5) / scale - 0.5;
-    Plane::from_fn(width, height, |x, y| scale * sample_bilinear(plane, position(x), position(y)))
 }
 
 #[cfg(test)]

@@ -11,6 +11,8 @@ use super::pyramid::{Level, PAD, Padded};
 use crate::image::sample_bilinear;
 use wide::f32x8;
 
+/// Most steps of a patch's descent.
+const DESCENTS: usize = 4;
 /// Two candidates nearer than this (pixels, per axis) are taken as the same.
 const SAME_CANDIDATE: f32 = 0.1;
 /// A descent ends when its step is shorter than this, in pixels (squared).
@@ -67,12 +69,12 @@ impl PatchGrid {
     }
 
     /// Searches every patch twice: with the results of its left and upper neighbours, then of its right and lower ones.
-    pub(super) fn search(&mut self, from: &Level, to: &Level, descents: usize, reach: f32) {
+    pub(super) fn search(&mut self, from: &Level, to: &Level, reach: f32) {
         for patch in 0..self.u.len() {
             let template = Template::new(from, self.corner(patch));
             let start = template.compare(&to.image, (self.u[patch], self.v[patch]));
             let found = template.best_of(&to.image, start, self.candidates(patch, false));
-            self.keep(patch, template.descend(&to.image, found, descents, reach));
+            self.keep(patch, template.descend(&to.image, found, reach));
         }
         for patch in (0..self.u.len()).rev() {
             let present = Match { at: (self.u[patch], self.v[patch]), cost: self.cost[patch], pull: (0.0, 0.0) };
@@ -83,7 +85,7 @@ impl PatchGrid {
             let template = Template::new(from, self.corner(patch));
             let found = template.best_of(&to.image, present, candidates);
             if found.at != present.at {
-                self.keep(patch, template.descend(&to.image, found, descents, reach));
+                self.keep(patch, template.descend(&to.image, found, reach));
             }
         }
     }
@@ -91,7 +93,7 @@ impl PatchGrid {
     /// Compares every patch with the second frame at all whole displacements of up to `radius` pixels a component
     /// around its start; the best of them is taken over if it is clearly better than where the descent from the start
     /// leads.
-    pub(super) fn scan(&mut self, from: &Level, to: &Level, descents: usize, radius: i16) {
+    pub(super) fn scan(&mut self, from: &Level, to: &Level, radius: i16) {
         for patch in 0..self.u.len() {
             let template = Template::new(from, self.corner(patch));
             let start = template.compare(&to.image, (self.u[patch], self.v[patch]));
@@ -103,7 +105,7 @@ impl PatchGrid {
                     best = other;
                 }
             }
-            let [near, far] = [start, best].map(|found| template.descend(&to.image, found, descents, SIDE as f32));
+            let [near, far] = [start, best].map(|found| template.descend(&to.image, found, SIDE as f32));
             self.keep(patch, if far.cost < CLEARLY_BETTER * near.cost { far } else { near });
         }
     }
@@ -215,13 +217,13 @@ impl Template {
         best
     }
 
-    /// Follows the slope of the cost from `start` for at most `descents` steps, as long as the cost falls; a patch that
-    /// runs further than `reach` pixels has most likely found another thing that looks the same, and stays.
+    /// Follows the slope of the cost from `start` for at most [`DESCENTS`] steps, as long as the cost falls; a patch
+    /// that runs further than `reach` pixels has most likely found another thing that looks the same, and stays.
     #[inline(always)]
-    fn descend(&self, image: &Padded, start: Match, descents: usize, reach: f32) -> Match {
+    fn descend(&self, image: &Padded, start: Match, reach: f32) -> Match {
         let [xx, xy, yy] = self.inverse;
         let mut best = start;
-        for _ in 0..descents {
+        for _ in 0..DESCENTS {
             let step = (xx * best.pull.0 + xy * best.pull.1, xy * best.pull.0 + yy * best.pull.1);
             if step.0 * step.0 + step.1 * step.1 < SMALL_STEP_SQ {
                 break;
@@ -325,17 +327,17 @@ mod tests {
     #[test]
     fn a_shifted_patch_is_found_exactly() {
         let wave = |x: f32, y: f32| 100.0 + 40.0 * (0.3 * x + 0.1 * y).sin() + 30.0 * (0.25 * y - 0.15 * x).cos();
-        let params = super::super::FlowParams { presmoothing: 0.0, ..Default::default() };
         let pyramid = |dx: f32, dy: f32| {
             let luma = crate::image::Plane::from_fn(40, 40, |x, y| wave(x as f32 - dx, y as f32 - dy) + 9.0 * dx);
-            super::super::FlowPyramid::new(&luma, &params)
+            super::super::FlowPyramid::of_smooth(&luma)
         };
         let (from, to) = (pyramid(0.0, 0.0), pyramid(1.3, -0.8));
         let template = Template::new(&from.levels[0], (16, 12));
         let image = &to.levels[0].image;
-        let found = template.descend(image, template.compare(image, (0.0, 0.0)), 16, 8.0);
+        let start = template.compare(image, (0.0, 0.0));
+        let found = (0..4).fold(start, |found, _| template.descend(image, found, 8.0));
         assert!((found.at.0 - 1.3).abs() < 0.05 && (found.at.1 + 0.8).abs() < 0.05, "{:?}", found.at);
-        let held = template.descend(image, template.compare(image, (0.0, 0.0)), 16, 0.5);
+        let held = template.descend(image, start, 0.5);
         assert_eq!(held.at, (0.0, 0.0), "beyond its reach a patch stays");
     }
 }

@@ -1,10 +1,13 @@
 //! One frame at halving sizes, with room around each level so that no kernel needs to test for the border.
 
-use super::params::{FlowParams, PATCH_SIDE};
+use super::params::PATCH_SIDE;
 use crate::image::{Plane, gaussian_blur};
 
 /// Pixels of replicated border around a level; a patch of 16 pixels fits into it whole.
 pub(super) const PAD: usize = 17;
+
+/// Standard deviation of the blur that frames get first, in pixels. Higher is smoother and loses fine structure.
+const PRESMOOTHING: f32 = 0.7;
 
 /// Weights at distance 0.5, 1.5 and 2.5 when a level is halved: a Gaussian of one pixel. A narrower one lets stripes
 /// through that the smaller level shows with a wrong period, and patches then lock onto them.
@@ -131,12 +134,16 @@ pub struct FlowPyramid {
 
 impl FlowPyramid {
     /// From brightness in `0.0..=255.0`; other values are held to that range, not-a-number counts as 0.
-    pub fn new(luma: &Plane<f32>, params: &FlowParams) -> Self {
-        let (width, height) = (luma.width(), luma.height());
+    pub fn new(luma: &Plane<f32>) -> Self {
+        Self::of_smooth(&gaussian_blur(&luma.map(|v| if v > 0.0 { v.min(255.0) } else { 0.0 }), PRESMOOTHING))
+    }
+
+    /// From brightness that is smooth already.
+    pub(super) fn of_smooth(smooth: &Plane<f32>) -> Self {
+        let (width, height) = (smooth.width(), smooth.height());
         if width == 0 || height == 0 {
             return Self::default();
         }
-        let smooth = gaussian_blur(&luma.map(|v| if v > 0.0 { v.min(255.0) } else { 0.0 }), params.presmoothing);
         let mut image = Padded::default();
         image.resize(width, height);
         for y in 0..height {
@@ -176,13 +183,13 @@ mod tests {
     #[test]
     fn halving_keeps_flat_brightness_and_shifts_a_ramp_by_half_a_pixel() {
         let ramp = Plane::from_fn(64, 64, |x, y| x as f32 + 2.0 * y as f32);
-        let pyramid = FlowPyramid::new(&ramp, &FlowParams { presmoothing: 0.0, ..FlowParams::default() });
+        let pyramid = FlowPyramid::of_smooth(&ramp);
         let half = &pyramid.levels[1].image;
         for (x, y) in [(5, 5), (20, 9)] {
             let expected = (2 * x) as f32 + 0.5 + 2.0 * ((2 * y) as f32 + 0.5);
             assert!((half.row(y)[x] - expected).abs() < 1e-3, "{} for {expected}", half.row(y)[x]);
         }
-        let flat = FlowPyramid::new(&Plane::filled(33, 41, 7.0), &FlowParams::default());
+        let flat = FlowPyramid::new(&Plane::filled(33, 41, 7.0));
         for level in &flat.levels {
             assert!(level.image.data().iter().all(|v| (v - 7.0).abs() < 1e-3));
         }
@@ -190,10 +197,7 @@ mod tests {
 
     #[test]
     fn borders_repeat_the_outermost_pixel() {
-        let pyramid = FlowPyramid::new(
-            &Plane::from_fn(3, 2, |x, y| (10 * y + x) as f32),
-            &FlowParams { presmoothing: 0.0, ..FlowParams::default() },
-        );
+        let pyramid = FlowPyramid::of_smooth(&Plane::from_fn(3, 2, |x, y| (10 * y + x) as f32));
         let image = &pyramid.levels[0].image;
         let pad = PAD as isize;
         assert_eq!(image.data()[image.index(-pad, -pad)], 0.0);

@@ -2,9 +2,9 @@
 //! smooth.
 //!
 //! Minimises, over the whole field `(u, v)`, the sum over pixels of `delta psi(E_I) + gamma psi(E_G) + alpha psi(E_S)`
-//! with `psi(s^2) = sqrt(s^2 + epsilon^2)`: constancy of brightness (`delta`, `brightness_weight`), constancy of its
-//! slopes (`gamma`, `slope_weight`; Brox, Bruhn, Papenberg and Weickert, ECCV 2004), each term divided by the length of
-//! its own gradient so that it is a distance in pixels (Zimmer, Bruhn and Weickert, IJCV 2011), and smoothness
+//! with `psi(s^2) = sqrt(s^2 + epsilon^2)`: constancy of brightness (`delta`, [`BRIGHTNESS_WEIGHT`]), constancy of its
+//! slopes (`gamma`, [`SLOPE_WEIGHT`]; Brox, Bruhn, Papenberg and Weickert, ECCV 2004), each term divided by the length
+//! of its own gradient so that it is a distance in pixels (Zimmer, Bruhn and Weickert, IJCV 2011), and smoothness
 //! (`alpha`, `smoothness`).
 //!
 //! 1. The second frame is warped back by the flow; what follows uses the mean of both frames and their difference.
@@ -28,6 +28,14 @@ use super::pyramid::{PAD, Padded};
 use super::warp::WarpRow;
 use crate::image::Plane;
 
+/// Weight of constant brightness.
+const BRIGHTNESS_WEIGHT: f32 = 5.0;
+/// Weight of constant slopes of brightness; it copes with changing light.
+const SLOPE_WEIGHT: f32 = 10.0;
+/// Sweeps of the solver for each fixed point.
+const SWEEPS: usize = 5;
+/// Over-relaxation of the sweeps, 1 to 2.
+const OVERRELAXATION: f32 = 1.9;
 /// Softens the robust function of the data terms near zero, in pixels, squared.
 const DATA_EPSILON_SQ: f32 = 0.01 * 0.01;
 /// Softens that of smoothness, in pixels per pixel, squared. Smaller makes steps of flat pieces out of slopes (more
@@ -151,30 +159,29 @@ impl Refiner {
     }
 
     /// Steps 3 and 4 as one wavefront. Red are the pixels whose column and row have an even sum; black runs one row
-    /// behind red. Row `y` gets its equations when no sweep has touched row `y` or `y + 1` yet, which a lag of `2
-    /// sweeps + 1` rows grants. `u` and `v` are the flow before.
+    /// behind red. Row `y` gets its equations when no sweep has touched row `y` or `y + 1` yet, which [`LAG`] rows
+    /// grant. `u` and `v` are the flow before.
     fn solve(&mut self, u: &Plane<f32>, v: &Plane<f32>, params: &FlowParams) {
         let (width, height) = (self.mean.width, self.mean.height);
-        let (fixed_points, sweeps) = (params.fixed_points as usize, params.sweeps as usize);
-        let lag = lag(params);
+        let fixed_points = params.fixed_points as usize;
         self.edge_down.clear_above();
-        for front in 0..height + fixed_points * lag {
+        for front in 0..height + fixed_points * LAG {
             for fixed_point in 0..fixed_points {
-                let Some(first) = front.checked_sub(fixed_point * lag) else { break };
+                let Some(first) = front.checked_sub(fixed_point * LAG) else { break };
                 if first < height {
                     if fixed_point == 0 {
                         self.take_terms(first, u, v);
                     }
                     self.weigh_edges(first, width, height, params.smoothness);
-                    self.set_up(first, params);
+                    self.set_up(first);
                 }
-                for sweep in 0..sweeps {
+                for sweep in 0..SWEEPS {
                     let Some(red) = first.checked_sub(2 * sweep) else { break };
                     if red < height {
-                        self.relax(red, red % 2, params.overrelaxation);
+                        self.relax(red, red % 2, OVERRELAXATION);
                     }
                     if let Some(black) = red.checked_sub(1).filter(|&y| y < height) {
-                        self.relax(black, 1 - black % 2, params.overrelaxation);
+                        self.relax(black, 1 - black % 2, OVERRELAXATION);
                     }
                 }
             }
@@ -201,14 +208,14 @@ impl Refiner {
     }
 
     /// Step 3b: the equations of each pixel of row `y`, solved for that pixel.
-    fn set_up(&mut self, y: usize, params: &FlowParams) {
+    fn set_up(&mut self, y: usize) {
         let row = y as isize;
         for parity in 0..2 {
             let terms = self.terms.each_ref().map(|plane| plane.row(row, parity));
             let flow = [self.u.row(row, parity), self.v.row(row, parity)];
             let edges = edges(&self.edge_right, &self.edge_down, y, parity);
             let system = self.system.each_mut().map(|plane| plane.row_mut(y, parity));
-            equations(system, terms, flow, edges, params.brightness_weight, params.slope_weight);
+            equations(system, terms, flow, edges);
         }
     }
 
@@ -223,13 +230,11 @@ impl Refiner {
 }
 
 /// Rows that a fixed point is behind the one before it.
-fn lag(params: &FlowParams) -> usize {
-    2 * params.sweeps as usize + 1
-}
+const LAG: usize = 2 * SWEEPS + 1;
 
 /// Rows from the first that still changes to the last that has begun to.
 fn wavefront(params: &FlowParams) -> usize {
-    params.fixed_points as usize * lag(params)
+    params.fixed_points as usize * LAG
 }
 
 /// Weights of the four edges of each pixel of a half row.
@@ -269,14 +274,7 @@ fn smoothness_weights(
 
 /// Robust weights of the data terms at the present flow, and from them matrix and right-hand side of each pixel.
 #[inline(never)]
-fn equations(
-    system: [&mut [f32]; 5],
-    terms: [&[f32]; 9],
-    flow: [&[f32]; 2],
-    edges: Around<'_>,
-    brightness_weight: f32,
-    slope_weight: f32,
-) {
+fn equations(system: [&mut [f32]; 5], terms: [&[f32]; 9], flow: [&[f32]; 2], edges: Around<'_>) {
     let n = flow[0].len();
     let [u, v] = flow.map(|s| &s[..n]);
     let [m11, m12, m22, b1, b2] = system.map(|s| &mut s[..n]);
@@ -286,8 +284,8 @@ fn equations(
         let brightness = z[i] + x[i] * u[i] + y[i] * v[i];
         let slope_x = xz[i] + xx[i] * u[i] + xy[i] * v[i];
         let slope_y = yz[i] + yx[i] * u[i] + yy[i] * v[i];
-        let w = 0.5 * brightness_weight / (brightness * brightness + DATA_EPSILON_SQ).sqrt();
-        let s = 0.5 * slope_weight / (slope_x * slope_x + slope_y * slope_y + DATA_EPSILON_SQ).sqrt();
+        let w = 0.5 * BRIGHTNESS_WEIGHT / (brightness * brightness + DATA_EPSILON_SQ).sqrt();
+        let s = 0.5 * SLOPE_WEIGHT / (slope_x * slope_x + slope_y * slope_y + DATA_EPSILON_SQ).sqrt();
         let smooth = (el[i] + er[i]) + (eu[i] + ed[i]) + LEAST_STIFFNESS;
         let a11 = w * (x[i] * x[i]) + s * (xx[i] * xx[i] + yx[i] * yx[i]) + smooth;
         let a22 = w * (y[i] * y[i]) + s * (xy[i] * xy[i] + yy[i] * yy[i]) + smooth;
@@ -376,19 +374,32 @@ mod tests {
         plane
     }
 
-    /// Fixed points and sweeps one after another, each over the whole plane.
-    fn solve_plainly(refiner: &mut Refiner, flow: &Plane<f32>, params: &FlowParams) {
-        let (width, height) = (flow.width(), flow.height());
-        (0..height).for_each(|y| refiner.take_terms(y, flow, flow));
+    /// All of the refinement but reading the flow back: fixed points and sweeps one after another, each over the whole
+    /// plane.
+    fn solve_plainly(
+        pair: [&Padded; 2],
+        [u, v]: [&Plane<f32>; 2],
+        params: &FlowParams,
+        (sweeps, overrelaxation): (usize, f32),
+    ) -> Refiner {
+        let (width, height) = (u.width(), u.height());
+        let mut refiner = Refiner::default();
+        refiner.resize(width, height, height + 2);
+        refiner.warp_back(pair[0], pair[1], u, v);
+        refiner.differentiate();
+        (0..height).for_each(|y| refiner.u.write(y, u.row(y)));
+        (0..height).for_each(|y| refiner.v.write(y, v.row(y)));
+        (0..height).for_each(|y| refiner.take_terms(y, u, v));
         refiner.edge_down.clear_above();
         for _ in 0..params.fixed_points {
             (0..height).for_each(|y| refiner.weigh_edges(y, width, height, params.smoothness));
-            (0..height).for_each(|y| refiner.set_up(y, params));
-            for _ in 0..params.sweeps {
-                (0..height).for_each(|y| refiner.relax(y, y % 2, params.overrelaxation));
-                (0..height).for_each(|y| refiner.relax(y, 1 - y % 2, params.overrelaxation));
+            (0..height).for_each(|y| refiner.set_up(y));
+            for _ in 0..sweeps {
+                (0..height).for_each(|y| refiner.relax(y, y % 2, overrelaxation));
+                (0..height).for_each(|y| refiner.relax(y, 1 - y % 2, overrelaxation));
             }
         }
+        refiner
     }
 
     #[test]
@@ -399,14 +410,8 @@ mod tests {
         for (width, height) in [(1, 1), (7, 5), (12, 9), (5, 30), (9, 80), (9, 97)] {
             let (from, to) = (noise(width, height, &mut rng), noise(width, height, &mut rng));
             let flow = Plane::from_fn(width, height, |_, _| rng.range(-2.0, 2.0) as f32);
-            let params = FlowParams { fixed_points: 3, sweeps: 4, ..FlowParams::default() };
-            let mut plain = Refiner::default();
-            plain.resize(width, height, height + 2);
-            plain.warp_back(&from, &to, &flow, &flow);
-            plain.differentiate();
-            (0..height).for_each(|y| plain.u.write(y, flow.row(y)));
-            (0..height).for_each(|y| plain.v.write(y, flow.row(y)));
-            solve_plainly(&mut plain, &flow, &params);
+            let params = FlowParams { fixed_points: 3, ..FlowParams::default() };
+            let plain = solve_plainly([&from, &to], [&flow, &flow], &params, (SWEEPS, OVERRELAXATION));
             wavefront.refine(&from, &to, &mut flow.clone(), &mut flow.clone(), &params);
             for (y, parity) in (0..height as isize).flat_map(|y| [(y, 0), (y, 1)]) {
                 assert_eq!(plain.u.row(y, parity), wavefront.u.row(y, parity), "{width}x{height}");
@@ -420,11 +425,9 @@ mod tests {
         let mut rng = Rng::for_stage(3, "refine");
         let (width, height) = (9, 8);
         let (from, to) = (noise(width, height, &mut rng), noise(width, height, &mut rng));
-        let mut flow = [0, 1].map(|_| Plane::from_fn(width, height, |_, _| rng.range(-1.0, 1.0) as f32));
-        let params = FlowParams { fixed_points: 1, sweeps: 64, overrelaxation: 1.5, ..FlowParams::default() };
-        let mut refiner = Refiner::default();
-        let [u, v] = &mut flow;
-        refiner.refine(&from, &to, u, v, &params);
+        let flow = [0, 1].map(|_| Plane::from_fn(width, height, |_, _| rng.range(-1.0, 1.0) as f32));
+        let params = FlowParams { fixed_points: 1, ..FlowParams::default() };
+        let mut refiner = solve_plainly([&from, &to], flow.each_ref(), &params, (64, 1.5));
         let before = refiner.u.clone();
         (0..height).for_each(|y| refiner.relax(y, y % 2, 1.0));
         (0..height).for_each(|y| refiner.relax(y, 1 - y % 2, 1.0));

@@ -5,7 +5,7 @@
 //! the paper, which has no objects without clusters.
 
 use super::objects::find_objects_in;
-use crate::cut::motion_difference_sq;
+use crate::cut::{VOTE_MOTION, motion_difference_sq};
 use crate::discretize::Clusters;
 use crate::grid::Grid;
 use crate::sets::DisjointSets;
@@ -22,14 +22,9 @@ const SEEN: f32 = 0.5;
 const RIM: f32 = 0.125;
 
 /// Groups of salient trajectories that are objects by the frame's rim: the group of each trajectory, and how many groups
-/// there are. Trajectories are `spacing` pixels apart; neighbours in a group differ by less than `motion` pixels a frame.
-pub(crate) fn salient_objects(
-    tracks: &Trajectories,
-    salient: &[bool],
-    spacing: f32,
-    motion: f32,
-) -> (Vec<Option<u32>>, usize) {
-    let mut sets = alike(tracks, salient, REACH * spacing, motion);
+/// there are. Trajectories are `spacing` pixels apart; neighbours in a group differ by less than those that vote may.
+pub(crate) fn salient_objects(tracks: &Trajectories, salient: &[bool], spacing: f32) -> (Vec<Option<u32>>, usize) {
+    let mut sets = alike(tracks, salient, REACH * spacing);
     let roots: Vec<usize> = (0..tracks.len()).map(|i| sets.root(i)).collect();
     let mut lives = vec![Life { points: 0, on_rim: 0, first: usize::MAX, end: 0 }; tracks.len()];
     let (right, bottom) = (tracks.size.0 as f32 - 1.0, tracks.size.1 as f32 - 1.0);
@@ -77,7 +72,7 @@ impl Life {
 
 /// Salient trajectories in sets: two are in one that are near in some frame and move alike around it, and those that a
 /// chain of such pairs leads to.
-fn alike(tracks: &Trajectories, salient: &[bool], reach: f32, motion: f32) -> DisjointSets {
+fn alike(tracks: &Trajectories, salient: &[bool], reach: f32) -> DisjointSets {
     let mut sets = DisjointSets::new(tracks.len());
     let mut grid = Grid::new(tracks.size, reach);
     for t in 0..tracks.num_frames {
@@ -87,7 +82,7 @@ fn alike(tracks: &Trajectories, salient: &[bool], reach: f32, motion: f32) -> Di
         for &(i, x, y) in &here {
             for (j, _) in grid.around(x, y).filter(|&(j, d_sq)| j as usize > i && d_sq <= reach * reach) {
                 let difference_sq = motion_difference_sq(tracks, i, tracks, j as usize, t);
-                if difference_sq.is_some_and(|sq| sq < motion * motion) {
+                if difference_sq.is_some_and(|sq| sq < VOTE_MOTION * VOTE_MOTION) {
                     sets.join(i, j as usize);
                 }
             }
@@ -116,7 +111,7 @@ mod tests {
     }
 
     fn found(scene: &(Trajectories, Vec<bool>)) -> (Vec<Option<u32>>, usize) {
-        salient_objects(&scene.0, &scene.1, 4.0, 0.5)
+        salient_objects(&scene.0, &scene.1, 4.0)
     }
 
     #[test]

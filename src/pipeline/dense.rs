@@ -258,12 +258,11 @@ fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
 
 /// What the background tells.
 fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) -> Option<Background> {
-    let settings = &clip.params.background;
-    if !settings.judge {
+    if !clip.params.background.judge {
         return None;
     }
     let denser = clustered.embedded.tracked.denser.as_ref().map(|denser| (denser, clip.params.trajectory.mask_step));
-    Some(Background::new(&clip.frames, camera, denser, settings))
+    Some(Background::new(&clip.frames, camera, denser))
 }
 
 /// The cluster of each pixel of a frame, in agreement with its mask.

@@ -37,7 +37,7 @@ fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(V
     let salient: Vec<bool> = clustered.salience().iter().map(|&s| f64::from(s) > threshold).collect();
     let Clustered { embedded, clusters, .. } = clustered;
     let (tracks, denser) = (&embedded.tracked.tracks, embedded.tracked.denser.as_ref()?);
-    let (found, new) = salient_objects(denser, &salient, clip.params.trajectory.mask_step, clip.params.cut.vote_motion);
+    let (found, new) = salient_objects(denser, &salient, clip.params.trajectory.mask_step);
     if new == 0 {
         return None;
     }
@@ -48,7 +48,7 @@ fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(V
     }
     // Of the clustered trajectories those have a new label that most around them have.
     let mut old = clusters.label.clone();
-    let asked = labels_for(tracks, denser, &labels, before + new, &clip.params.cut);
+    let asked = labels_for(tracks, denser, &labels, before + new, clip.params.vote_radius());
     for (label, asked) in old.iter_mut().zip(asked) {
         let is_new = (before..before + new).contains(&(asked as usize));
         *label = if is_new { asked } else { *label };
@@ -68,7 +68,7 @@ pub(super) fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
     let Clustered { embedded, clusters, .. } = &parts.clustered;
     let denser = embedded.tracked.denser.as_ref()?;
     let (tracks, params) = (&embedded.tracked.tracks, &clip.params);
-    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), &params.cut);
+    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), params.vote_radius());
     forget_strangers(&mut voted, parts.clustered.salience(), params.saliency.threshold);
     Some(voted)
 }

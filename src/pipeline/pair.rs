@@ -19,7 +19,7 @@ pub(crate) struct PairFlow {
 impl PairFlow {
     /// Of two frames of one size.
     pub(super) fn new(from: &Frame, to: &Frame, params: &FlowParams, scratch: &mut FlowScratch) -> Self {
-        Forward::new(Seen::new(from, params), Seen::new(to, params), params, scratch).finish(params, scratch).0
+        Forward::new(Seen::new(from), Seen::new(to), params, scratch).finish(params, scratch).0
     }
 }
 
@@ -31,9 +31,9 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    pub(super) fn new(frame: &Frame, params: &FlowParams) -> Self {
+    pub(super) fn new(frame: &Frame) -> Self {
         let luma = frame.luma();
-        Self { pyramid: FlowPyramid::new(&luma, params), luma }
+        Self { pyramid: FlowPyramid::new(&luma), luma }
     }
 }
 

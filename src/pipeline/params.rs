@@ -5,7 +5,7 @@ use crate::affinity::AffinityParams;
 use crate::background::BackgroundParams;
 use crate::connectedness::ConnectednessParams;
 use crate::contour::ContourParams;
-use crate::cut::CutParams;
+use crate::cut::{CutParams, VOTE_RADIUS};
 use crate::discontinuity::DiscontinuityParams;
 use crate::discretize::{DiscretizeMethod, DiscretizeParams};
 use crate::embedding::EmbeddingParams;
@@ -261,14 +261,14 @@ impl Params {
         let mut params = self.clone();
         params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_GRID_STEP);
         params.trajectory.mask_step = (params.trajectory.mask_step * scale).max(LEAST_MASK_STEP);
-        // Neighbours far beyond have no say, but each would take time.
-        params.cut.vote_radius = (params.cut.vote_radius * scale).min(MOST_VOTE_STEPS * spacing);
         params.refine.band = (params.refine.band as f32 * scale).round() as u32;
         let density = (REFERENCE_STEP * scale / spacing).powi(2);
         for count in [&mut params.embedding.min_component, &mut params.connectedness.min_component] {
             *count = (*count as f32 * density).round() as u32;
         }
-        ScaledParams { params, spacing }
+        // Neighbours far beyond have no say, but each would take time.
+        let vote_radius = (VOTE_RADIUS * scale).min(MOST_VOTE_STEPS * spacing);
+        ScaledParams { params, spacing, vote_radius }
     }
 }
 
@@ -291,12 +291,20 @@ pub(super) const REFERENCE_STEP: f32 = 8.0;
 pub struct ScaledParams {
     params: Params,
     spacing: f32,
+    vote_radius: f32,
 }
 
 impl ScaledParams {
     /// Distance of neighbouring trajectories, in pixels of the processed frames.
     pub fn spacing(&self) -> f32 {
         self.spacing
+    }
+
+    #[doc(hidden)]
+    /// Radius within which labelled trajectories vote on others ([`crate::cut::labels_for`]), in pixels of the
+    /// processed frames.
+    pub fn vote_radius(&self) -> f32 {
+        self.vote_radius
     }
 }
 
@@ -400,12 +408,10 @@ mod tests {
 
     #[test]
     fn votes_are_asked_within_twenty_steps_at_most() {
-        let mut params = Params::default();
-        params.trajectory.grid_step = 3.0;
-        assert_eq!(params.for_size((640, 360)).cut.vote_radius, params.cut.vote_radius);
-        params.cut.vote_radius = 1000.0;
-        assert_eq!(params.for_size((640, 360)).cut.vote_radius, 60.0);
-        assert_eq!(params.for_size((99, 99)).cut.vote_radius, 30.0);
+        let params = Params::default();
+        for (spacing, radius) in [(8.0, 24.0), (3.0, 24.0), (1.0, 20.0), (0.5, 10.0)] {
+            assert_eq!(params.at_spacing(spacing).vote_radius(), radius);
+        }
     }
 
     #[test]
@@ -413,7 +419,7 @@ mod tests {
         let params = Params::default();
         let half = params.for_size((240, 135));
         assert_eq!((half.spacing(), half.trajectory.grid_step, half.trajectory.mask_step), (4.0, 4.0, 2.0));
-        assert_eq!((half.cut.vote_radius, half.refine.band), (12.0, 4));
+        assert_eq!((half.vote_radius(), half.refine.band), (12.0, 4));
         assert_eq!(half.discretize, params.discretize);
         assert_eq!(params.for_size((32, 18)).spacing(), 4.0);
         assert_eq!(*params.for_size((1280, 720)), params);

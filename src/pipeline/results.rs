@@ -189,8 +189,8 @@ impl Session {
     /// # Errors
     /// [`Error::State`] when there is no such frame.
     pub fn boundaries(&self, t: usize) -> Result<BoundaryMap, Error> {
-        match self.clip().and_then(|clip| Some((clip, clip.frames.get(t)?))) {
-            Some((clip, frame)) => Ok(boundary_map(frame, &clip.params.contour)),
+        match self.clip().and_then(|clip| clip.frames.get(t)) {
+            Some(frame) => Ok(boundary_map(frame)),
             None => Err(missing_frame("boundary map", t, self.frames().len())),
         }
     }

@@ -6,6 +6,14 @@ use crate::camera::{DominantMotion, Search, dominant_motion};
 use crate::flow::FlowField;
 use crate::image::Plane;
 
+/// Longest side of the maps that windows are laid over, in pixels; saliency is looked up for every pixel. Higher is
+/// slower.
+const MAP_SIDE: usize = 120;
+/// Where the clip sets the range: this part of all its magnitudes lies within.
+const RANGE_QUANTILE: f64 = 0.99;
+/// Where the clip sets the range: its least end, in pixels a frame. Lower makes smaller motions salient, and noise.
+const RANGE_FLOOR: f64 = 2.0;
+
 /// Counts a pixel of magnitude.
 const COUNTS_PER_PIXEL: f32 = 64.0;
 
@@ -74,14 +82,14 @@ impl SaliencyMaps {
             return self.params.range;
         }
         let total: u64 = self.counts.iter().map(|&c| u64::from(c)).sum();
-        let wanted = self.params.range_quantile * total as f64;
+        let wanted = RANGE_QUANTILE * total as f64;
         let mut within = 0.0;
         let enough = |&count: &u32| {
             within += f64::from(count);
             within >= wanted
         };
         let last = self.counts.iter().position(enough).unwrap_or(0);
-        ((last + 1) as f64 / f64::from(COUNTS_PER_PIXEL)).max(self.params.range_floor)
+        ((last + 1) as f64 / f64::from(COUNTS_PER_PIXEL)).max(RANGE_FLOOR)
     }
 
     /// The saliency of each pixel of frame `t`, whose flow this is, in `0.0..=1.0`.
@@ -95,12 +103,7 @@ impl SaliencyMaps {
         let last = (self.params.bins - 1) as u8;
         // Casts saturate, and take what is no number for 0.
         let bin = |magnitude: f32| ((magnitude * scale) as u8).min(last);
-        let contrast = Contrast {
-            num_bins: self.params.bins as usize,
-            prior: self.params.prior,
-            smoothing: self.params.smoothing,
-            window_scale: self.params.window_scale,
-        };
+        let contrast = Contrast { num_bins: self.params.bins as usize, prior: self.params.prior };
         let found = surround(&reduced.map(bin), &contrast);
         let half_sq = self.half(&reduced).powi(2);
         let (step, across, size) = (self.step(flow), reduced.width(), reduced.data().len());
@@ -118,7 +121,7 @@ impl SaliencyMaps {
 
     /// Pixels of the flow a pixel of the reduced maps.
     fn step(&self, flow: &FlowField) -> usize {
-        flow.u.width().max(flow.u.height()).div_ceil(self.params.map_side as usize).max(1)
+        flow.u.width().max(flow.u.height()).div_ceil(MAP_SIDE).max(1)
     }
 
     /// What is left of the flow's magnitude at every few pixels.

@@ -71,24 +71,12 @@ crate::params! {
         /// The part for noise: so many times the mean difference of what keeps to the dominant motion. Higher finds
         /// less, with fewer false alarms.
         pub noise_factor: f64 = 3.0, in 0.0..=100.0;
-        /// Longest side of the maps that windows are laid over, in pixels; saliency is looked up for every pixel.
-        /// Higher is slower.
-        pub map_side: u32 = 120, in 16..=1024;
         /// Bins of the magnitude (Rahtu et al.: 15). Higher is slower.
         pub bins: u32 = 15, in 2..=32;
         /// Magnitude at which the last bin ends, in pixels a frame (Rahtu et al.: 15); 0 takes it from the clip.
         pub range: f64 = 0.0, in 0.0..=250.0;
-        /// Where the clip sets the range: this part of all its magnitudes lies within.
-        pub range_quantile: f64 = 0.99, in 0.0..=1.0;
-        /// Where the clip sets the range: its least end, in pixels a frame. Lower makes smaller motions salient, and
-        /// noise.
-        pub range_floor: f64 = 2.0, in 0.1..=250.0;
-        /// Standard deviation of the smoothing of histograms, in bins (Rahtu et al.: 1).
-        pub smoothing: f32 = 1.0, in 0.0..=10.0;
         /// Probability that a pixel of a window is salient before its magnitude is looked at (Rahtu et al.: 0.2).
         pub prior: f32 = 0.2, in 0.001..=0.999;
-        /// Factor on the sizes of all windows.
-        pub window_scale: f64 = 1.0, in 0.1..=2.0;
         /// A trajectory is as salient as this part of its points do not exceed; 1 is the greatest of all (section 3).
         pub quantile: f64 = 0.95, in 0.0..=1.0;
         /// ℓ: trajectories count as close in the embedding while their embedding affinity is above this part of their

@@ -32,16 +32,15 @@ const LEAST_INNER: f64 = 0.25;
 /// Least part of a ring that must lie in the frame.
 const LEAST_RING: f64 = 0.1;
 
+/// Standard deviation of the smoothing of histograms along the bins, in bins (Rahtu et al.: 1).
+const SMOOTHING: f32 = 1.0;
+
 /// Settings of the contrast.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Contrast {
     pub(super) num_bins: usize,
     /// `p0`.
     pub(super) prior: f32,
-    /// Standard deviation of the smoothing along the bins.
-    pub(super) smoothing: f32,
-    /// Factor on all windows.
-    pub(super) window_scale: f64,
 }
 
 /// A window at any place: sides of K, width of the ring, step of the grid; in pixels.
@@ -54,12 +53,11 @@ struct Shape {
 }
 
 impl Shape {
-    fn all(contrast: &Contrast, width: usize, height: usize) -> [Self; 4] {
+    fn all(width: usize, height: usize) -> [Self; 4] {
         let side = width.max(height) as f64;
         SHAPES.map(|[rows, columns, step]| {
-            let scale = side * contrast.window_scale;
-            let pixels = |part: f64| ((part * scale).round() as usize).max(1);
-            let ring = ((RING * rows.max(columns) * scale).round() as usize).max(1);
+            let pixels = |part: f64| ((part * side).round() as usize).max(1);
+            let ring = ((RING * rows.max(columns) * side).round() as usize).max(1);
             Self { width: pixels(columns), height: pixels(rows), ring, step: ((step * side).ceil() as usize).max(1) }
         })
     }
@@ -155,9 +153,8 @@ struct Posterior<'a> {
 
 impl<'a> Posterior<'a> {
     fn new(contrast: &'a Contrast) -> Self {
-        let sigma = contrast.smoothing;
-        let reach = (2.0 * sigma).ceil() as usize;
-        let kernel = (0..=reach).map(|k| libm::expf(-0.5 * ((k as f32) / sigma.max(1e-6)).powi(2))).collect();
+        let reach = (2.0 * SMOOTHING).ceil() as usize;
+        let kernel = (0..=reach).map(|k| libm::expf(-0.5 * (k as f32 / SMOOTHING).powi(2))).collect();
         let n = contrast.num_bins;
         Self { contrast, kernel, inner: vec![0; n], outer: vec![0; n], smooth: [vec![0.0; n], vec![0.0; n]] }
     }
@@ -210,7 +207,7 @@ pub(super) fn surround(bins: &Plane<u8>, contrast: &Contrast) -> Vec<f32> {
     let mut found = vec![0.0_f32; contrast.num_bins * width * height];
     let integral = Integral::new(bins, contrast.num_bins);
     let mut posterior = Posterior::new(contrast);
-    for shape in Shape::all(contrast, width, height) {
+    for shape in Shape::all(width, height) {
         let across = Places::new(shape.width, shape.step, width);
         let down = Places::new(shape.height, shape.step, height);
         let windows = evaluate(&integral, &mut posterior, &shape, (&across, &down));
@@ -286,7 +283,7 @@ mod tests {
     use crate::rng::Rng;
 
     fn contrast(num_bins: usize) -> Contrast {
-        Contrast { num_bins, prior: 0.2, smoothing: 1.0, window_scale: 1.0 }
+        Contrast { num_bins, prior: 0.2 }
     }
 
     /// Writes each window, pixel by pixel.
@@ -297,7 +294,7 @@ mod tests {
             (top.max(0)..(top + h).min(height))
                 .flat_map(move |y| (left.max(0)..(left + w).min(width)).map(move |x| (x as usize, y as usize)))
         };
-        for shape in Shape::all(contrast, bins.width(), bins.height()) {
+        for shape in Shape::all(bins.width(), bins.height()) {
             let (w, h, ring) = (shape.width as isize, shape.height as isize, shape.ring as isize);
             let (step_x, step_y) = (shape.step.min(shape.width), shape.step.min(shape.height));
             for top in (1 - h..height).step_by(step_y) {
@@ -312,7 +309,7 @@ mod tests {
                     if sum(&k) < 0.25 * (w * h) as f64 || sum(&b) < 0.1 * nominal {
                         continue;
                     }
-                    let (k, b) = (density(&k, contrast), density(&b, contrast));
+                    let (k, b) = (density(&k), density(&b));
                     for at in pixels(left, top, w, h) {
                         let (k, b) = (k[bins[at] as usize], b[bins[at] as usize]);
                         let s = k * 0.2 / (k * 0.2 + b * 0.8);
@@ -325,9 +322,9 @@ mod tests {
     }
 
     /// Counts smoothed with replicated ends, to a sum of 1.
-    fn density(counts: &[u32], contrast: &Contrast) -> Vec<f64> {
+    fn density(counts: &[u32]) -> Vec<f64> {
         let last = counts.len() as isize - 1;
-        let sigma = f64::from(contrast.smoothing);
+        let sigma = f64::from(SMOOTHING);
         let reach = (2.0 * sigma).ceil() as isize;
         let smooth = |at: isize| {
             (-reach..=reach)
@@ -353,17 +350,15 @@ mod tests {
     fn the_fast_contrast_is_that_of_every_window_written() {
         let mut rng = Rng::for_stage(5, "test");
         for (width, height, num_bins) in [(1, 1, 2), (7, 1, 3), (2, 9, 4), (31, 22, 15), (22, 47, 5), (80, 60, 15)] {
-            for scale in [1.0, 0.6] {
-                let contrast = Contrast { window_scale: scale, ..contrast(num_bins) };
-                // A block on noise, so that there is something to find.
-                let bins = Plane::from_fn(width, height, |x, y| {
-                    let on = x > width / 3 && x < width / 2 && y > height / 4;
-                    if on { num_bins as u8 - 1 } else { rng.below(num_bins) as u8 / 2 }
-                });
-                let (fast, slow) = (looked_up(&bins, &contrast), naive(&bins, &contrast));
-                for (a, b) in fast.data().iter().zip(slow.data()) {
-                    assert!((a - b).abs() < 1e-4, "{width} x {height}: {a} not {b}");
-                }
+            let contrast = contrast(num_bins);
+            // A block on noise, so that there is something to find.
+            let bins = Plane::from_fn(width, height, |x, y| {
+                let on = x > width / 3 && x < width / 2 && y > height / 4;
+                if on { num_bins as u8 - 1 } else { rng.below(num_bins) as u8 / 2 }
+            });
+            let (fast, slow) = (looked_up(&bins, &contrast), naive(&bins, &contrast));
+            for (a, b) in fast.data().iter().zip(slow.data()) {
+                assert!((a - b).abs() < 1e-4, "{width} x {height}: {a} not {b}");
             }
         }
     }

@@ -12,6 +12,10 @@ use crate::image::Plane;
 
 /// Images of at most this many pixels are solved directly.
 const COARSEST: usize = 12_000;
+/// Products with each eigenvector on the finer levels. Higher is slower and nearer to the exact eigenvectors.
+const DEGREE: u32 = 10;
+/// Residual at which an eigenpair of the coarsest level is good enough. Lower is slower.
+const TOLERANCE: f64 = 1e-3;
 /// Products after which the coarsest level is good enough as it is.
 const MAX_PRODUCTS: f64 = 4000.0;
 /// The same in multiplications, about two seconds.
@@ -42,8 +46,7 @@ pub(super) fn embed_pixels(pb: &Plane<f32>, params: &StillParams, seed: u32) -> 
 
 fn solve(pb: &Plane<f32>, params: &StillParams, seed: u32) -> PixelEmbedding {
     let graph = PixelGraph::new(pb, params.radius, params.sigma);
-    let settings =
-        EigenParams { tolerance: params.tolerance, max_products: most_products(&graph), multiplicity: 0, seed };
+    let settings = EigenParams { tolerance: TOLERANCE, max_products: most_products(&graph), multiplicity: 0, seed };
     let pairs = largest_eigenpairs(&graph, params.dimensions as usize, &settings);
     let k = pairs.values.len();
     unscaled(&graph, pb, pairs.values, &pairs.vectors, k, pairs.info)
@@ -63,7 +66,7 @@ fn refine(pb: &Plane<f32>, coarse: &PixelEmbedding, params: &StillParams) -> Pix
         // U = D^1/2 V.
         start.extend(large.iter().zip(&graph.scale).map(|(v, &s)| if s > 0.0 { f64::from(v / s) } else { 0.0 }));
     }
-    match refine_eigenpairs(&graph, start, params.degree, params.tolerance) {
+    match refine_eigenpairs(&graph, start, DEGREE, TOLERANCE) {
         Some(pairs) => {
             let k = pairs.values.len();
             unscaled(&graph, pb, pairs.values, &pairs.vectors, k, pairs.info)

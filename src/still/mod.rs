@@ -30,7 +30,7 @@
 //! Node. Memory: some 800 bytes a pixel. One piece of work, without steps between.
 //!
 //! **Limits**: on the finer levels the eigenvectors are not iterated to convergence (`info` says how far they are);
-//! twice the `degree` changed F by at most 0.002 on half of these images.
+//! twice the products changed F by at most 0.002 on half of these images.
 
 mod discontinuity;
 mod graph;
@@ -39,8 +39,7 @@ mod levels;
 mod tests;
 
 use crate::contour::{
-    BoundaryMap, ContourParams, Logistic, OF_PB, ORIENTATIONS, from_strengths, mean_along, normals, strengths_of,
-    strongest,
+    BoundaryMap, Logistic, OF_PB, ORIENTATIONS, from_strengths, mean_along, normals, strengths_of, strongest,
 };
 use crate::embedding::EigenInfo;
 use crate::image::{Frame, Plane, gaussian_blur};
@@ -69,11 +68,6 @@ crate::params! {
         pub sigma: f32 = 0.1, in 0.001..=10.0;
         /// Number of eigenvectors, the constant one included. Higher is slower.
         pub dimensions: u32 = 24, in 2..=64;
-        /// Products with each eigenvector on the finer levels of the image. Higher is slower and nearer to the exact
-        /// eigenvectors.
-        pub degree: u32 = 10, in 1..=200;
-        /// Residual at which an eigenpair of the coarsest level is good enough. Lower is slower.
-        pub tolerance: f64 = 1e-3, in 1e-10..=0.1;
         /// What d is measured in: all eigenvectors at once (the paper: joint), or each beside the constant one and then
         /// a mean.
         pub grouping: Grouping = Grouping::Single, in 0..=1;
@@ -125,14 +119,13 @@ pub struct ImageDiscontinuities {
 /// A bright half and a dark half: the embedding changes between them, and nowhere else.
 ///
 /// ```
-/// use tracecut::contour::ContourParams;
 /// use tracecut::image::Frame;
 /// use tracecut::still::{StillParams, image_discontinuities};
 ///
 /// let rgb = (0..40 * 30).flat_map(|p| if p % 40 < 20 { [60; 3] } else { [180; 3] }).collect();
 /// let frame = Frame::from_rgb(rgb, 40, 30)?;
 /// let params = StillParams { dimensions: 4, ..StillParams::default() };
-/// let found = image_discontinuities(&frame, &ContourParams::default(), &params, 0);
+/// let found = image_discontinuities(&frame, &params, 0);
 /// let row = found.d.strength.row(15);
 /// let strongest = (0..40).max_by(|&a, &b| row[a].total_cmp(&row[b]));
 /// assert!(strongest.is_some_and(|x| x.abs_diff(20) <= 1), "{row:?}");
@@ -140,14 +133,9 @@ pub struct ImageDiscontinuities {
 /// # Ok::<(), tracecut::Error>(())
 /// ```
 #[must_use]
-pub fn image_discontinuities(
-    frame: &Frame,
-    contour: &ContourParams,
-    params: &StillParams,
-    seed: u32,
-) -> ImageDiscontinuities {
+pub fn image_discontinuities(frame: &Frame, params: &StillParams, seed: u32) -> ImageDiscontinuities {
     let (w, h) = reduced((frame.width(), frame.height()), params.max_side as usize);
-    let strengths = strengths_of(&frame.resized(w, h), contour);
+    let strengths = strengths_of(&frame.resized(w, h));
     let pb = from_strengths(&strengths, (w, h), OF_PB);
     if pb.thin.data().iter().all(|&v| v <= FAINTEST) {
         let none = StrengthMap { strength: Plane::filled(w, h, 0.0), thin: Plane::filled(w, h, 0.0) };

@@ -22,7 +22,7 @@ fn clutter(w: usize, h: usize, seed: u64) -> Frame {
 }
 
 fn found(frame: &Frame, params: &StillParams) -> ImageDiscontinuities {
-    image_discontinuities(frame, &ContourParams::default(), params, 0)
+    image_discontinuities(frame, params, 0)
 }
 
 fn check(found: &ImageDiscontinuities, size: (usize, usize)) {
@@ -110,8 +110,8 @@ fn parameters_at_the_ends_of_their_ranges_give_legal_maps() {
     let ends = [
         StillParams { sigma: 0.001, ..StillParams::default() },
         StillParams { sigma: 10.0, radius: 10, ..StillParams::default() },
-        StillParams { radius: 1, dimensions: 2, degree: 1, ..StillParams::default() },
-        StillParams { dimensions: 64, weight: 100.0, tolerance: 0.1, ..StillParams::default() },
+        StillParams { radius: 1, dimensions: 2, ..StillParams::default() },
+        StillParams { dimensions: 64, weight: 100.0, ..StillParams::default() },
     ];
     for params in ends {
         check(&found(&clutter(40, 31, 6), &params), (40, 31));

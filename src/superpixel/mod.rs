@@ -88,7 +88,7 @@ pub struct Superpixels {
 /// # let rows = ["1111111", "1111111", "1198811", "1198811", "1111111"];
 /// # let grey = |x: usize, y: usize| 25 * (rows[y / 12].as_bytes()[x / 12] - b'0');
 /// # let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
-/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?, &ContourParams::default());
+/// # let map = boundary_map(&Frame::from_rgb(rgb, 84, 60)?);
 /// use tracecut::contour::contour_segments;
 /// use tracecut::superpixel::{SuperpixelParams, gabriel_superpixels};
 ///
@@ -135,7 +135,7 @@ pub fn superpixels_of(
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
-    superpixels_in(&boundary_map(frame, contour), count, contour, superpixel)
+    superpixels_in(&boundary_map(frame), count, contour, superpixel)
 }
 
 /// As [`superpixels_of`], from a boundary map.

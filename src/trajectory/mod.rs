@@ -43,16 +43,6 @@ crate::params! {
         /// A seed needs more than this structure, in grey levels squared (published tracker: 1). 0 seeds all but
         /// constant areas.
         pub structure_floor: f32 = 0.02, in 0.0..=1000.0;
-        /// A track ends where |w + w'|² is at least this times |w|² + |w'|² plus the absolute bound; w' is the backward
-        /// flow (published tracker: 0.01).
-        pub consistency_relative: f32 = 0.01, in 0.0..=10.0;
-        /// Absolute part of the forward-backward bound, in pixels squared (published tracker: 0.5).
-        pub consistency_absolute: f32 = 0.5, in 0.0..=100.0;
-        /// A track ends where |∇u|² + |∇v|² exceeds this times |w|² plus the absolute bound (published tracker: 0.01).
-        pub boundary_relative: f32 = 0.01, in 0.0..=10.0;
-        /// Absolute part of the motion-boundary bound, in squared pixels per frame per pixel (published tracker:
-        /// 0.002).
-        pub boundary_absolute: f32 = 0.002, in 0.0..=100.0;
     }
 }
 

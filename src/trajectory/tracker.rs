@@ -9,6 +9,15 @@ use serde::{Deserialize, Serialize};
 
 /// Seeds keep this distance from the frame, in pixels (the published tracker's value).
 const MARGIN: f32 = 4.0;
+/// A track ends where |w + w'|² is at least this times |w|² + |w'|² plus the absolute bound; w' is the backward flow
+/// (section 2 of Sundaram, Brox and Keutzer, ECCV 2010).
+const CONSISTENCY_RELATIVE: f32 = 0.01;
+/// Absolute part of this bound, in pixels squared (the same).
+const CONSISTENCY_ABSOLUTE: f32 = 0.5;
+/// A track ends where |∇u|² + |∇v|² exceeds this times |w|² plus the absolute bound (the same).
+const BOUNDARY_RELATIVE: f32 = 0.01;
+/// Absolute part of this bound, in pixels per frame per pixel, squared (the same).
+const BOUNDARY_ABSOLUTE: f32 = 0.002;
 
 /// A track: its number, where it began and the points `(x, y, variation)` so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -142,7 +151,7 @@ impl Tracker {
             // σ is known at half resolution: pixel 2k + 1/2 of the frame is pixel k there.
             point.2 = sample_bilinear(variation, (point.0 - 0.5) * 0.5, (point.1 - 0.5) * 0.5);
             let (x, y, sigma) = *point;
-            match step(x, y, forward, backward, &self.params) {
+            match step(x, y, forward, backward) {
                 Some((x, y)) => {
                     track.points.push((x, y, sigma));
                     live.push(track);
@@ -210,7 +219,7 @@ impl Tracker {
 
 /// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion
 /// boundary.
-fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField, params: &TrajectoryParams) -> Option<(f32, f32)> {
+fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f32, f32)> {
     let at = |p: &Plane<f32>, dx: f32, dy: f32| sample_bilinear(p, x + dx, y + dy);
     let (u, v) = (at(&forward.u, 0.0, 0.0), at(&forward.v, 0.0, 0.0));
     let (nx, ny) = (x + u, y + v);
@@ -221,14 +230,14 @@ fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField, params: &Traj
     let (bu, bv) = (sample_bilinear(&backward.u, nx, ny), sample_bilinear(&backward.v, nx, ny));
     let mismatch = (u + bu).powi(2) + (v + bv).powi(2);
     let energy = u * u + v * v;
-    if mismatch >= params.consistency_relative * (energy + bu * bu + bv * bv) + params.consistency_absolute {
+    if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE {
         return None;
     }
     let gradient: f32 = [&forward.u, &forward.v]
         .iter()
         .map(|p| (at(p, 1.0, 0.0) - at(p, -1.0, 0.0)).powi(2) + (at(p, 0.0, 1.0) - at(p, 0.0, -1.0)).powi(2))
         .sum();
-    if 0.25 * gradient > params.boundary_relative * energy + params.boundary_absolute {
+    if 0.25 * gradient > BOUNDARY_RELATIVE * energy + BOUNDARY_ABSOLUTE {
         return None;
     }
     Some((nx, ny))
@@ -325,14 +334,13 @@ mod tests {
 
     #[test]
     fn inconsistent_flow_and_motion_boundaries_end_tracks() {
-        let params = TrajectoryParams::default();
         let forward = uniform(64, 48, 2.0, 0.0);
-        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0), &params).is_some());
-        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, 0.0, 0.0), &params).is_none());
-        assert!(step(63.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0), &params).is_none());
+        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_some());
+        assert!(step(30.0, 20.0, &forward, &uniform(64, 48, 0.0, 0.0)).is_none());
+        assert!(step(63.0, 20.0, &forward, &uniform(64, 48, -2.0, 0.0)).is_none());
         let edge = FlowField { u: Plane::from_fn(64, 48, |x, _| if x < 32 { 0.0 } else { 0.5 }), v: forward.v.clone() };
         let back = FlowField { u: edge.u.map(|u| -u), v: forward.v.clone() };
-        assert!(step(31.5, 20.0, &edge, &back, &params).is_none());
+        assert!(step(31.5, 20.0, &edge, &back).is_none());
     }
 
     #[test]

@@ -24,7 +24,7 @@ impl JsSession {
     #[wasm_bindgen(js_name = boundariesOf)]
     pub fn boundaries_of(&self, rgba: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let frame = self.image(rgba, width, height)?;
-        Ok(convert::boundaries(&boundary_map(&frame, &self.params_in_force().contour)))
+        Ok(convert::boundaries(&boundary_map(&frame)))
     }
 
     /// The discontinuities of the pixel embedding of an image given as for `boundariesOf`.
@@ -32,7 +32,7 @@ impl JsSession {
     pub fn discontinuities_of(&self, rgba: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let frame = self.image(rgba, width, height)?;
         let params = self.params_in_force();
-        let found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
+        let found = image_discontinuities(&frame, &params.still, params.clip.seed);
         Ok(convert::image_discontinuities(&found, (frame.width(), frame.height())))
     }
 
@@ -40,7 +40,7 @@ impl JsSession {
     #[wasm_bindgen(js_name = flowOf)]
     pub fn flow_of(&self, from: &[u8], to: &[u8], width: usize, height: usize) -> Result<JsValue, JsValue> {
         let params = &self.params_in_force().flow;
-        let seen = |rgba: &[u8]| self.image(rgba, width, height).map(|f| FlowPyramid::new(&f.luma(), params));
+        let seen = |rgba: &[u8]| self.image(rgba, width, height).map(|f| FlowPyramid::new(&f.luma()));
         let (from, to) = (seen(from)?, seen(to)?);
         Ok(convert::flow(&flow_between(&from, &to, params)))
     }

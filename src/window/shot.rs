@@ -53,7 +53,7 @@ impl Thumbnail {
         let small = frame.resized(reduced(frame.width()), reduced(frame.height()));
         let channels = [0, 1, 2].map(|c| small.channel(c));
         let luma = small.luma();
-        Self { pyramid: FlowPyramid::new(&luma, &FlowParams::default()), channels, contrast: contrast(&luma) }
+        Self { pyramid: FlowPyramid::new(&luma), channels, contrast: contrast(&luma) }
     }
 }
 

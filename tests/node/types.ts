@@ -127,7 +127,7 @@ const gabriel = (await superpixels(new Uint8Array(), { ...still, count: 400 })).
   (kind) => kind === EdgeKind.Gabriel,
 ).length;
 const thin: Float32Array = (await boundaries(clip.frame(0))).thin;
-const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' }, contour: { sigma: 2 } };
+const embedded: DiscontinuityOptions = { still: { dimensions: 8, grouping: 'joint' } };
 const found: ImageDiscontinuities = await imageDiscontinuities(clip.frame(0), embedded);
 console.log(found.pb, found.discontinuity, found.spectral, found.combined, found.scaleX);
 console.log(masks, objects?.length, result.clusters.object, regions.borders.pb, map.scaleX, gabriel, thin);

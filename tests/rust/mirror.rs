@@ -5,7 +5,7 @@
 //! holds is that Pb differs by rounding (4e-7 was measured), flow by 0.007 pixels on average, and that masks cover each
 //! other by 0.86 to 0.89 on scenes of 160 by 90 pixels, whose objects are small.
 
-use tracecut::contour::{ContourParams, boundary_map};
+use tracecut::contour::boundary_map;
 use tracecut::flow::{FlowParams, FlowPyramid, flow_between};
 use tracecut::image::{Frame, Plane};
 use tracecut::synth::Scene;
@@ -37,8 +37,7 @@ fn mean(values: impl Iterator<Item = f32>) -> f64 {
 fn boundaries_of_a_mirrored_image_are_mirrored() {
     for seed in 0..4 {
         let frame = Scene::sample(SIZE.0, SIZE.1, 2, seed).frame(0);
-        let params = ContourParams::default();
-        let (found, other) = (boundary_map(&frame, &params).pb, boundary_map(&mirror(&frame), &params).pb);
+        let (found, other) = (boundary_map(&frame).pb, boundary_map(&mirror(&frame)).pb);
         let far = found.data().iter().zip(mirrored(&other).data()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(far < 1e-5, "seed {seed}: {far}");
     }
@@ -50,7 +49,7 @@ fn flow_of_a_mirrored_pair_is_mirrored() {
         let scene = Scene::sample(SIZE.0, SIZE.1, 2, seed);
         let params = FlowParams::default();
         let flow = |from: &Frame, to: &Frame| {
-            let [from, to] = [from, to].map(|frame| FlowPyramid::new(&frame.luma(), &params));
+            let [from, to] = [from, to].map(|frame| FlowPyramid::new(&frame.luma()));
             flow_between(&from, &to, &params)
         };
         let (a, b) = (scene.frame(0), scene.frame(1));

@@ -116,14 +116,6 @@ export const ESSENTIALS = [
     only: 'clip',
   },
   {
-    name: 'contour.sigma',
-    label: 'Finest detail',
-    about: 'Lower finds finer boundaries, and more noise.',
-    range: [0.5, 4, 0.1],
-    unit: 'px',
-    only: 'still',
-  },
-  {
     name: 'superpixel.joinBelow',
     label: 'Joining',
     about: 'Higher makes fewer, larger superpixels.',

@@ -63,7 +63,8 @@ export const EdgeKind = Object.freeze({
 });
 
 /**
- * Options of a single image: two groups of the parameter tree, and `wasm`, `decoder` and `worker` as for a session.
+ * Options of a single image: two groups of the parameter tree, of which `boundaries` needs none, and `wasm`, `decoder`
+ * and `worker` as for a session.
  * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'superpixel' | 'wasm' | 'decoder' | 'worker'>}
  *   ImageOptions
  */
@@ -81,10 +82,9 @@ export const EdgeKind = Object.freeze({
  */
 
 /**
- * Options of the discontinuities of a single image: groups of the parameter tree, and `wasm`, `decoder` and `worker` as
+ * Options of the discontinuities of a single image: a group of the parameter tree, and `wasm`, `decoder` and `worker` as
  * for a session.
- * @typedef {Pick<import('./options.js').SessionOptions, 'contour' | 'still' | 'wasm' | 'decoder' | 'worker'>}
- *   DiscontinuityOptions
+ * @typedef {Pick<import('./options.js').SessionOptions, 'still' | 'wasm' | 'decoder' | 'worker'>} DiscontinuityOptions
  */
 
 /**
@@ -214,7 +214,7 @@ export async function superpixelsOf(image, options, platform) {
  * @returns {Promise<ImageDiscontinuities>}
  */
 export function discontinuitiesOf(image, options, platform) {
-  return askOnce(options, platform, ['contour', 'still'], (engine) => engine.imageDiscontinuities(image));
+  return askOnce(options, platform, ['still'], (engine) => engine.imageDiscontinuities(image));
 }
 
 /**

@@ -56,11 +56,11 @@ pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
         let (_, frame) = decode(image)?;
         let people: Vec<Plane<bool>> = mat::read(truth)?.into_iter().map(|a| a.boundaries).collect();
         let clock = Clock::start();
-        let ours = boundary_map(&frame, &params.contour).thin;
+        let ours = boundary_map(&frame).thin;
         spent.add(clock.seconds());
         let mut maps = vec![ours, canny(&frame), sobel(&frame)];
         if args.embedding {
-            let found = image_discontinuities(&frame, &params.contour, &params.still, params.clip.seed);
+            let found = image_discontinuities(&frame, &params.still, params.clip.seed);
             maps.extend([found.d.thin, found.spectral.thin, found.combined.thin]);
         }
         for (map, lists) in maps.iter().zip(&mut scores) {
@@ -136,7 +136,6 @@ pub(super) fn find_pairs(folder: &Path) -> Result<Vec<(PathBuf, PathBuf)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tracecut::contour::ContourParams;
     use tracecut::still::StillParams;
 
     /// Runs where the benchmark lies beside the checkout; it cannot be part of the repository.
@@ -151,7 +150,7 @@ mod tests {
         for (image, truth) in pairs.iter().step_by(10) {
             let (_, frame) = decode(image).unwrap();
             let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
-            let maps = [boundary_map(&frame, &ContourParams::default()).thin, canny(&frame)];
+            let maps = [boundary_map(&frame).thin, canny(&frame)];
             for (map, list) in maps.iter().zip(&mut scores) {
                 let radius = tolerance(frame.width(), frame.height());
                 list.push(score(map, &people, radius, Matching::OneToOne).unwrap());
@@ -174,7 +173,7 @@ mod tests {
         for (image, truth) in pairs.iter().step_by(4) {
             let (_, frame) = decode(image).unwrap();
             let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
-            let found = image_discontinuities(&frame, &ContourParams::default(), &StillParams::default(), 0);
+            let found = image_discontinuities(&frame, &StillParams::default(), 0);
             let maps = [found.pb.thin, found.combined.thin, found.d.thin, found.spectral.thin];
             for (map, list) in maps.iter().zip(&mut scores) {
                 let radius = tolerance(frame.width(), frame.height());

@@ -117,11 +117,11 @@ impl Checks {
 /// What single images come to.
 fn images(frames: &[Frame]) -> Vec<Check> {
     let params = Params::default();
-    let seen = |frame: &Frame| FlowPyramid::new(&frame.luma(), &params.flow);
+    let seen = |frame: &Frame| FlowPyramid::new(&frame.luma());
     let flow = flow_between(&seen(&frames[0]), &seen(&frames[1]), &params.flow);
-    let map = boundary_map(&frames[0], &params.contour);
+    let map = boundary_map(&frames[0]);
     let cells = superpixels_of(&frames[0], None, &params.contour, &params.superpixel);
-    let still = image_discontinuities(&frames[0], &params.contour, &params.still, params.clip.seed);
+    let still = image_discontinuities(&frames[0], &params.still, params.clip.seed);
     // Eigenvectors are the same but for their last bits, which are the processor's.
     let halves: Vec<u8> = still.d.strength.data().iter().map(|d| (2.0 * d).round() as u8).collect();
     vec![

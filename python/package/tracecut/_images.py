@@ -18,7 +18,7 @@ def boundaries(image: FrameLike, **params: Any) -> BoundaryMap:
     image : frame
         An array, an image of Pillow, or the path or the bytes of a PNG or JPEG file.
     **params
-        As those of `Session`; the section ``contour`` counts.
+        As those of `Session`; ``clip.max_pixels`` alone counts.
     """
     return BoundaryMap(*_tracecut.boundaries(as_array(image), params))
 
@@ -48,7 +48,7 @@ def image_discontinuities(image: FrameLike, **params: Any) -> ImageDiscontinuiti
     image : frame
         As `boundaries`; reduced to ``still.max_side``.
     **params
-        As those of `Session`; the sections ``contour`` and ``still`` count.
+        As those of `Session`; the section ``still`` counts.
     """
     return ImageDiscontinuities(**_tracecut.image_discontinuities(as_array(image), params))
 

@@ -12,7 +12,7 @@ use tracecut::superpixel::{superpixels_in, superpixels_of};
 /// All that there is to an image, under any legal parameters.
 pub fn any_image(choices: &mut Choices<'_>) {
     let (params, frame) = (params(choices), image(choices));
-    let map = boundary_map(&frame, &params.contour);
+    let map = boundary_map(&frame);
     check_boundaries(&map);
     check_segments(&frame, &contour_segments(&map, &params.contour));
     let wanted = choices.once_in(2).then(|| 1 + choices.below(300));
@@ -38,7 +38,7 @@ fn check_segments(frame: &Frame, segments: &tracecut::contour::Segments) {
 }
 
 fn check_discontinuities(frame: &Frame, params: &tracecut::Params) {
-    let found = image_discontinuities(frame, &params.contour, &params.still, params.clip.seed);
+    let found = image_discontinuities(frame, &params.still, params.clip.seed);
     check_boundaries(&found.pb);
     check_boundaries(&found.combined);
     assert!(found.eigenvalues.iter().all(|v| v.is_finite()));

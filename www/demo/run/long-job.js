@@ -208,7 +208,7 @@ export class LongJob extends Job {
       presence: this.presence,
       windows: true,
       answers: {
-        boundaries: async (t) => library.boundaries(await this.picture(t), { contour }),
+        boundaries: async (t) => library.boundaries(await this.picture(t)),
         superpixels: remembered(async (/** @type {number} */ t) =>
           library.superpixels(await this.picture(t), { contour, superpixel }),
         ),

@@ -71,9 +71,9 @@ export class StillJob extends Job {
       this.mark(id, 1, 1);
       report();
     };
-    await find('boundaries', () => library.boundaries(pixels, { contour }));
+    await find('boundaries', () => library.boundaries(pixels));
     await find('superpixels', () => library.superpixels(pixels, { contour, superpixel }));
-    await find('imageEdges', () => library.imageDiscontinuities(pixels, { contour, still }));
+    await find('imageEdges', () => library.imageDiscontinuities(pixels, { still }));
   }
 
   async read() {

@@ -196,8 +196,6 @@ export const settings = {
     'Höher hält die Glieder eines Fußgängers zusammen, aber auch Dinge, die sich berühren.',
   'Smoothness of masks': 'Glätte der Masken',
   'Higher gives rounder masks that lose thin parts.': 'Höher gibt rundere Masken, die dünne Teile verlieren.',
-  'Finest detail': 'Feinste Einzelheit',
-  'Lower finds finer boundaries, and more noise.': 'Niedriger findet feinere Grenzen und mehr Rauschen.',
   'Higher makes fewer, larger superpixels.': 'Höher gibt weniger, größere Superpixel.',
   'Weight of the embedding': 'Gewicht der Einbettung',
   'How much its discontinuities count beside the boundaries.':
