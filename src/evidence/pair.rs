@@ -11,8 +11,9 @@ use crate::trajectory::Trajectories;
 
 /// Fewest velocities of a cluster in a frame for its motion there to count.
 const FEWEST: f64 = 4.0;
-/// Least that a motion leaves over, in squares of the noise: below, differences mean nothing.
-const LEAST: f64 = 0.01;
+/// Least gain, and least that a motion leaves over, in squares of the noise: below, differences mean nothing.
+const LEAST_GAIN: f64 = 0.01;
+const LEAST_REST: f64 = 0.1;
 
 /// How many terms there are.
 const TERMS: usize = PAIR.len() - 1;
@@ -151,7 +152,7 @@ impl Summary {
         let (gain, own) = self.gain(other);
         let strangeness = |s: &Self| s.strange.0 / s.strange.1.max(1.0);
         let apart = (strangeness(self) - strangeness(other)).abs();
-        [border.discontinuity / border.pairs, libm::log(gain + LEAST), apart, libm::log(own + LEAST)]
+        [border.discontinuity / border.pairs, libm::log(gain + LEAST_GAIN), apart, libm::log(own + LEAST_REST)]
     }
 
     /// How much more one affine motion leaves over than one each, by velocity of the smaller, and what one each leaves, by

@@ -4,7 +4,7 @@ use super::pair::{Border, Known, Summary, count_of, log_odds};
 use crate::discretize::UNLABELLED;
 
 /// The log-odds at which a piece of all trajectories is as well joined as left alone.
-const CAUTION: f64 = 2.9;
+const CAUTION: f64 = 2.8;
 /// How that falls with the share of trajectories, in powers of it: a fragment is one fragment however small it is, and what
 /// a wrong join costs grows with the piece.
 const BY_SHARE: f64 = 0.4;
