@@ -8,15 +8,14 @@
 //!    trajectories that surely move frames do not count for the plate.
 //! 2. A trajectory that ends where it began is the scene's, whoever holds the frame's rim (`moving`). Where hardly any
 //!    rests, the ground is too plain to be tracked: what is like the plate all along is the ground then.
-//! 3. Each superpixel has two *cues*, its mean distance from the plate and that of its flow from none. What a value of
-//!    a cue is worth is learned on the clip itself (`odds`): how often it occurs where trajectories say object or
-//!    background. A cue that does not tell these apart in a clip says nothing there.
+//! 3. Each superpixel has a *cue*, its mean distance from the plate. What a value is worth is learned on the clip itself
+//!    (`odds`): how often it occurs where trajectories say object or background. Where it does not tell these apart it
+//!    says nothing.
 //!
 //! **Where the camera moves.**
 //! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
 //!    and if it goes with the objects.
-//! 2. Clusters that go with neither are no objects: water, smoke.
-//! 3. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
+//! 2. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
 //!    an object.
 //!
 //! **Where the camera goes forward**, as in a car, objects are what no rigid scene on a ground explains (`rigid`); their
@@ -38,7 +37,6 @@ pub(crate) use rigid::part_rigid;
 
 use crate::camera::Camera;
 use crate::cut::STRANGER;
-use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -52,12 +50,8 @@ crate::params! {
     pub struct BackgroundParams {
         /// Whether clips are judged by their background. Not in the paper.
         pub judge: bool = true, in 0..=1;
-        /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
-        pub motion: f32 = 0.4, in 0.01..=100.0;
         /// Where the camera stands still: weight of the log-odds by the distance from the plate.
         pub plate_weight: f32 = 0.8, in 0.0..=100.0;
-        /// Where the camera stands still: weight of the log-odds by motion.
-        pub motion_weight: f32 = 0.3, in 0.0..=100.0;
         /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
         /// objects'.
         pub account_weight: f32 = 2.5, in 0.0..=100.0;
@@ -67,9 +61,6 @@ crate::params! {
         pub rigid: bool = true, in 0..=1;
         /// Where the camera moves and no cluster is an object: whether salient trajectories that move alike are some.
         pub stand_out: bool = true, in 0..=1;
-        /// Clusters that their own motion explains better than the scene's by less than this, of at most 1, are no
-        /// objects where the scene is explained as badly: water, smoke, leaves. -1 lets all be.
-        pub coherence: f32 = 0.27, in -1.0..=1.0;
     }
 }
 
@@ -165,28 +156,6 @@ impl Background {
         self.strange = if self.camera.goes_forward() { f32::MAX } else { APART * scene.unlike_scene().max(LEAST) };
     }
 
-    /// Which labels go with their own trajectories from frame to frame, or at least not with the scene: what flows,
-    /// flickers or sways does neither, and is explained by the scene's motion as badly as the scene itself. Where the
-    /// camera goes forward all are: their geometry has told.
-    pub(crate) fn coherent(
-        &self,
-        (tracks, label): (&Trajectories, &[u32]),
-        is_object: &[bool],
-        params: &BackgroundParams,
-    ) -> Vec<bool> {
-        if self.camera.goes_forward() {
-            return vec![true; is_object.len()];
-        }
-        let mut verdicts = vec![Verdict::default(); is_object.len()];
-        for (i, &label) in label.iter().enumerate() {
-            if let Some(verdict) = verdicts.get_mut(label as usize) {
-                self.add_along(tracks, i, verdict);
-            }
-        }
-        let is_coherent = |v: &Verdict| v.value() >= params.coherence || v.unlike_scene() > self.strange;
-        verdicts.iter().map(is_coherent).collect()
-    }
-
     /// Where the camera stands still: corrects the labels of dense trajectories, which took them from those around.
     pub(crate) fn correct(&self, tracks: &Trajectories, label: &mut [u32], is_object: &[bool]) {
         if self.is_still() {
@@ -229,7 +198,6 @@ impl Background {
     pub(crate) fn evidence(
         &self,
         superpixels: &[Superpixels],
-        flows: &[CompactFlow],
         (tracks, label): (&Trajectories, &[u32]),
         is_object: &[bool],
         params: &BackgroundParams,
@@ -250,19 +218,12 @@ impl Background {
             }
             return evidence;
         }
-        let (mut witnesses, mut by_plate, mut by_motion) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut witnesses, mut by_plate) = (Vec::new(), Vec::new());
         for (t, s) in superpixels.iter().enumerate() {
             witnesses.extend(witnesses_in(s, t, tracks, label, is_object));
             by_plate.extend(self.distance.get(t).map_or_else(|| vec![0.0; s.count], |map| means(s, map)));
-            let flow = flows.get(t).or(flows.last());
-            by_motion.extend(flow.map_or_else(|| vec![0.0; s.count], |flow| means(s, &motion(flow, params.motion))));
         }
-        evidence.resize(witnesses.len(), 0.0);
-        for (cue, weight) in [(by_plate, params.plate_weight), (by_motion, params.motion_weight)] {
-            let odds = log_odds(&cue, &witnesses);
-            evidence.iter_mut().zip(odds).for_each(|(sum, odds)| *sum += weight * odds);
-        }
-        evidence
+        log_odds(&by_plate, &witnesses).into_iter().map(|odds| params.plate_weight * odds).collect()
     }
 }
 
@@ -282,15 +243,6 @@ fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32>
         }
     }
     sums.iter().map(|v| v.value().max(v.strangeness(strange))).collect()
-}
-
-/// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
-fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
-    let flow = flow.unpack(1.0, 1.0);
-    Plane::from_fn(flow.u.width(), flow.u.height(), |x, y| {
-        let sq = flow.u[(x, y)] * flow.u[(x, y)] + flow.v[(x, y)] * flow.v[(x, y)];
-        (254.0 * sq / (sq + half * half)) as u8
-    })
 }
 
 /// The trajectories of frame `t` in each superpixel.
@@ -418,9 +370,8 @@ mod tests {
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
         let superpixels = vec![Superpixels { label: plane, count: 2, ..Superpixels::default() }; 10];
-        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
+        let found = background.evidence(&superpixels, (&tracks, &label), &[false, true], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
-        assert_eq!(background.coherent((&tracks, &label), &[false, true], &params), [false, true]);
     }
 
     #[test]
@@ -429,7 +380,7 @@ mod tests {
         let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None);
         let (tracks, label) = followed();
         background.account((&tracks, &label), &[false, false]);
-        let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
+        let found = background.evidence(&vec![halves(); 10], (&tracks, &label), &[false, false], &params);
         assert_eq!(found, vec![0.0; 30]);
     }
 
@@ -444,7 +395,7 @@ mod tests {
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
         let params = BackgroundParams::default();
-        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[true, false], &params);
+        let found = background.evidence(&superpixels, (&tracks, &label), &[true, false], &params);
         assert_eq!(found.len(), 30);
         // In the first frame the square is on the left, in the last on the right; above there is nothing at any time.
         assert!(found[0] < 0.0 && found[27] < 0.0, "{found:?}");

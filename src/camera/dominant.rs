@@ -4,10 +4,9 @@
 //! In: a flow field. Out: a [`DominantMotion`], affine or a homography, which predicts the flow of each pixel that
 //! stands still in the world.
 //!
-//! 1. The flow is sampled on a grid of at most [`GRID`] points along the longer side. Points near the frame's rim count
-//!    for more, as the world surrounds objects more often than objects surround the world.
+//! 1. The flow is sampled on a grid of at most [`GRID`] points along the longer side.
 //! 2. Affine motions through three points drawn at random compete with no motion, the mean motion, and the motion of
-//!    the frame before. The one of the least robust cost `Σ w r² / (r² + τ²)` wins (Geman and McClure; `r` the residual
+//!    the frame before. The one of the least robust cost `Σ r² / (r² + τ²)` wins (Geman and McClure; `r` the residual
 //!    in pixels): what is far off costs the same however far, so the motion that most points share wins, and an object
 //!    of nearly half of the frame does not matter.
 //! 3. Least squares, reweighted by the same cost, refine it, last with the two numbers more of a homography where
@@ -63,18 +62,15 @@ pub(crate) struct Search {
     pub(crate) perspective: bool,
     /// Residual in pixels at which a point counts half.
     pub(crate) tolerance: f64,
-    /// How many times as much a point at the rim counts as one in the middle.
-    pub(crate) rim_weight: f64,
 }
 
-/// The flow at one point, in a frame's coordinates, and how much it counts.
+/// The flow at one point, in a frame's coordinates.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     x: f64,
     y: f64,
     u: f64,
     v: f64,
-    weight: f64,
 }
 
 impl DominantMotion {
@@ -130,7 +126,7 @@ fn displacement(p: &[f64; 8], x: f64, y: f64) -> (f64, f64) {
 /// The dominant motion of `flow`; `before` is that of the frame before, and takes part in the choice.
 pub(crate) fn dominant_motion(flow: &FlowField, search: &Search, before: Option<&DominantMotion>) -> DominantMotion {
     let frame = Coordinates::of(flow);
-    let samples = samples(flow, &frame, search.rim_weight);
+    let samples = samples(flow, &frame);
     let tau_sq = (search.tolerance / frame.unit).powi(2);
     let mut best = choose(&samples, tau_sq, before.map(|b| b.p));
     for count in [6, 8] {
@@ -142,7 +138,7 @@ pub(crate) fn dominant_motion(flow: &FlowField, search: &Search, before: Option<
 }
 
 /// Step 1.
-fn samples(flow: &FlowField, frame: &Coordinates, rim_weight: f64) -> Vec<Sample> {
+fn samples(flow: &FlowField, frame: &Coordinates) -> Vec<Sample> {
     let (width, height) = (flow.u.width(), flow.u.height());
     let step = width.max(height).div_ceil(GRID).max(1);
     let places = |side: usize| (step / 2).min(side.saturating_sub(1))..side;
@@ -153,15 +149,11 @@ fn samples(flow: &FlowField, frame: &Coordinates, rim_weight: f64) -> Vec<Sample
             if !(u.is_finite() && v.is_finite()) {
                 continue;
             }
-            // 0 at the rim, 1 in the middle.
-            let depth = |at: usize, side: usize| 2.0 * at.min(side - 1 - at) as f64 / side as f64;
-            let depth = depth(x, width).min(depth(y, height));
             samples.push(Sample {
                 x: (x as f64 - frame.center.0) / frame.unit,
                 y: (y as f64 - frame.center.1) / frame.unit,
                 u: u / frame.unit,
                 v: v / frame.unit,
-                weight: rim_weight + (1.0 - rim_weight) * depth,
             });
         }
     }
@@ -197,7 +189,7 @@ fn cost(samples: &[Sample], p: &[f64; 8], tau_sq: f64, limit: f64) -> f64 {
     for chunk in samples.chunks(64) {
         for s in chunk {
             let r_sq = residual_sq(s, p);
-            cost += s.weight * r_sq / (r_sq + tau_sq);
+            cost += r_sq / (r_sq + tau_sq);
         }
         if cost >= limit {
             break;
@@ -211,17 +203,16 @@ fn residual_sq(s: &Sample, p: &[f64; 8]) -> f64 {
     (s.u - u).powi(2) + (s.v - v).powi(2)
 }
 
-/// The weighted mean of all samples, as a translation.
+/// The mean of all samples, as a translation.
 fn mean_motion(samples: &[Sample]) -> [f64; 8] {
-    let (mut u, mut v, mut weight) = (0.0, 0.0, 0.0);
+    let (mut u, mut v) = (0.0, 0.0);
     for s in samples {
-        u += s.weight * s.u;
-        v += s.weight * s.v;
-        weight += s.weight;
+        u += s.u;
+        v += s.v;
     }
     let mut p = [0.0; 8];
-    if weight > 0.0 {
-        (p[2], p[5]) = (u / weight, v / weight);
+    if !samples.is_empty() {
+        (p[2], p[5]) = (u / samples.len() as f64, v / samples.len() as f64);
     }
     p
 }
@@ -263,7 +254,7 @@ fn least_squares(samples: &[Sample], p: &[f64; 8], count: usize, tau_sq: f64) ->
     let mut normal = [[0.0; 8]; 8];
     let mut right = [0.0; 8];
     for s in samples {
-        let weight = s.weight * (tau_sq / (residual_sq(s, p) + tau_sq)).powi(2);
+        let weight = (tau_sq / (residual_sq(s, p) + tau_sq)).powi(2);
         let (to_x, to_y) = (s.x + s.u, s.y + s.v);
         let rows = [
             ([s.x, s.y, 1.0, 0.0, 0.0, 0.0, -s.x * to_x, -s.y * to_x], s.u),
@@ -314,7 +305,7 @@ mod tests {
     use super::*;
     use crate::image::Plane;
 
-    const SEARCH: Search = Search { perspective: false, tolerance: 0.5, rim_weight: 2.0 };
+    const SEARCH: Search = Search { perspective: false, tolerance: 0.5 };
 
     fn field(width: usize, height: usize, motion: impl Fn(f64, f64) -> (f64, f64)) -> FlowField {
         let at = |x: usize, y: usize| motion(x as f64, y as f64);

@@ -184,7 +184,7 @@ mod tests {
 
     fn motion(u: f32) -> DominantMotion {
         let flow = FlowField { u: Plane::filled(96, 64, u), v: Plane::filled(96, 64, 0.0) };
-        dominant_motion(&flow, &Search { perspective: true, tolerance: 0.5, rim_weight: 4.0 }, None)
+        dominant_motion(&flow, &Search { perspective: true, tolerance: 0.5 }, None)
     }
 
     #[test]

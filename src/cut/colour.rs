@@ -131,12 +131,6 @@ impl ClipColours {
     pub(crate) fn share(&self, node: usize, label: usize) -> f32 {
         self.labels[label].share(self.mean[node])
     }
-
-    /// How probable `label` is by the colour of superpixel `node`, all labels being as frequent.
-    pub(crate) fn probability(&self, node: usize, label: usize) -> f32 {
-        let share = |h: &Histogram| h.share(self.mean[node]) + UNSEEN;
-        share(&self.labels[label]) / self.labels.iter().map(share).sum::<f32>()
-    }
 }
 
 #[cfg(test)]

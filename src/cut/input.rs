@@ -1,7 +1,6 @@
 //! What the cut is made from.
 
 use crate::flow::CompactFlow;
-use crate::image::Frame;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -30,6 +29,4 @@ pub struct CutInput<'a> {
     pub evidence: &'a [f32],
     /// Flow from each frame to the next, for `flow_weight`; may be empty.
     pub flows: &'a [CompactFlow],
-    /// The frames at the size of the superpixels, for `colour_weight`; may be empty.
-    pub frames: &'a [Frame],
 }

@@ -172,7 +172,6 @@ fn counts(input: &CutInput) -> Vec<usize> {
 ///     objects: &[],
 ///     evidence: &[],
 ///     flows: &[],
-///     frames: &[],
 /// };
 /// let cut = gabriel_cut(&input, &CutParams::default());
 /// assert_eq!(cut.labels, [[0, 0, 1]]);

@@ -16,9 +16,6 @@ crate::params! {
         /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper;
         /// docs/choices.md.
         pub flow_weight: f32 = 1.0, in 0.0..=1000.0;
-        /// Weight of the colours of a label over the clip, where a superpixel has no trajectories of its own that
-        /// count. Not in the paper; docs/choices.md.
-        pub colour_weight: f32 = 0.3, in 0.0..=1000.0;
         /// How often the cut is made anew with what objects and the ground near them look like in the cut before.
         pub appearance_rounds: u32 = 1, in 0..=10;
         /// Weight of the log-odds by appearance in those.
@@ -43,7 +40,6 @@ impl CutParams {
             temporal_weight: 1.0,
             by_length: false,
             flow_weight: 0.0,
-            colour_weight: 0.0,
             stranger_weight: 0.0,
             appearance_rounds: 0,
             ambiguous_share: 0.3,

@@ -13,7 +13,6 @@
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536.
 
 use super::ambiguous::ambiguous_shares;
-use super::colour::ClipColours;
 use super::expansion::{MAX_WEIGHT, Potts};
 use super::input::{CutInput, STRANGER};
 use super::params::CutParams;
@@ -111,7 +110,7 @@ fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
     costs
 }
 
-/// What trajectories or, where these have no say, colours ask of each superpixel for each label; and the λ of each.
+/// What trajectories ask of each superpixel for each label; and the λ of each.
 pub(super) fn heard(input: &CutInput, params: &CutParams, nodes: &Nodes) -> (Vec<i32>, Vec<f32>) {
     let num_labels = input.num_labels;
     if num_labels == 0 {
@@ -123,9 +122,6 @@ pub(super) fn heard(input: &CutInput, params: &CutParams, nodes: &Nodes) -> (Vec
     let trust = trust(input, params);
     let mut costs = Vec::with_capacity(votes.len());
     let mut lambdas = Vec::with_capacity(strangers.len());
-    let mut silent = Vec::new();
-    let wanted = params.colour_weight > 0.0;
-    let mut colours = if wanted { ClipColours::new(input.superpixels, input.frames, num_labels) } else { None };
     for (node, votes) in votes.chunks_exact(num_labels).enumerate() {
         let strange = stranger_weight * strangers[node] as f32;
         let total = votes.iter().sum::<u32>() as f32 + strange;
@@ -134,21 +130,6 @@ pub(super) fn heard(input: &CutInput, params: &CutParams, nodes: &Nodes) -> (Vec
         let share = |v: u32| if total > 0.0 { v as f32 / total } else { 0.0 };
         let of_strangers = |label| if is_object(label) && total > 0.0 { strange / total } else { 0.0 };
         costs.extend(votes.iter().enumerate().map(|(l, &v)| rounded(lambda * (1.0 - share(v) - of_strangers(l)))));
-        match &mut colours {
-            Some(colours) if lambda > 0.0 => {
-                for (label, &v) in votes.iter().enumerate().filter(|(_, v)| **v > 0) {
-                    colours.add(node, label, share(v));
-                }
-            }
-            _ => silent.push(node),
-        }
-    }
-    if let Some(colours) = colours {
-        for node in silent {
-            for (label, cost) in costs[node * num_labels..][..num_labels].iter_mut().enumerate() {
-                *cost = rounded(params.colour_weight * (1.0 - colours.probability(node, label)));
-            }
-        }
     }
     (costs, lambdas)
 }

@@ -3,7 +3,6 @@
 use super::ambiguous::ambiguous_shares;
 use super::*;
 use crate::flow::{CompactFlow, FlowField};
-use crate::image::Frame;
 use crate::superpixel::Border;
 use crate::trajectory::Trajectories;
 
@@ -31,7 +30,7 @@ fn standing(num_frames: usize, places: &[(usize, f32, f32)]) -> Trajectories {
 }
 
 fn input<'a>(superpixels: &'a [Superpixels], tracks: &'a Trajectories, label: &'a [u32], n: usize) -> CutInput<'a> {
-    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[], flows: &[], frames: &[] }
+    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[], flows: &[] }
 }
 
 fn units(cost: f64) -> i32 {
@@ -234,32 +233,12 @@ fn strangers_count_for_every_object_and_not_for_the_background() {
 }
 
 #[test]
-fn colours_speak_for_superpixels_without_trajectories() {
-    let superpixels = [thirds()];
-    let tracks = standing(1, &[(0, 1.0, 1.0), (0, 5.0, 1.0)]);
-    let rgb = (0..WIDTH * HEIGHT).flat_map(|p| if p % WIDTH / 4 == 1 { [32, 32, 32] } else { [128, 128, 128] });
-    let frames = [Frame::from_rgb(rgb.collect(), WIDTH, HEIGHT).unwrap()];
-    let all = CutInput { frames: &frames, ..input(&superpixels, &tracks, &[0, 1], 2) };
-    let unary = energy(&all, &CutParams { colour_weight: 0.5, ..CutParams::default() }).unary;
-    let one = units(1.0);
-    assert_eq!(unary[..4], [0, one, one, 0]);
-    let little = 2e-4 / (1.0 + 4e-4);
-    assert!((unary[4] - units(0.5 * little)).abs() <= 1 && (unary[5] - units(0.5 - 0.5 * little)).abs() <= 1);
-    let silent = energy(&all, &CutParams { colour_weight: 0.0, ..CutParams::default() }).unary;
-    assert_eq!(silent[4..], [0, 0]);
-    // Frames of another size are of no use.
-    let small = [Frame::from_rgb(vec![0; 3], 1, 1).unwrap()];
-    let other = CutInput { frames: &small, ..all };
-    assert_eq!(energy(&other, &CutParams { colour_weight: 0.5, ..CutParams::default() }).unary[4..], [0, 0]);
-}
-
-#[test]
 fn evidence_costs_the_labels_that_it_speaks_against() {
     let superpixels = [thirds()];
     let none = Trajectories::empty(1, (3, 1));
     let evidence = [0.5, -0.25, 0.0];
     let all = CutInput { objects: &[false, true, true], evidence: &evidence, ..input(&superpixels, &none, &[], 3) };
-    let params = CutParams { colour_weight: 0.0, ..CutParams::default() };
+    let params = CutParams::default();
     let [half, quarter] = [0.5, 0.25].map(|cost: f32| (cost * 65536.0) as i32);
     assert_eq!(energy(&all, &params).unary, [half, 0, 0, 0, quarter, quarter, 0, 0, 0]);
 }

@@ -5,7 +5,7 @@
 
 use super::clip::Clip;
 use super::found::{Clustered, Parts};
-use crate::background::{BackgroundParams, part, part_rigid};
+use crate::background::{part, part_rigid};
 use crate::cut::{UNKNOWN, forget_strangers, labels_for};
 use crate::discretize::canonical;
 use crate::mask::{Objects, find_objects_in, number_objects, salient_objects};
@@ -15,12 +15,11 @@ use crate::window::portraits;
 pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
     let mut is_object = part_clusters(parts, clip);
     let mut voted = voted(parts, clip);
-    judge(parts, voted.as_deref(), &mut is_object, &clip.params.background);
     let has_none = !is_object.contains(&true);
     if let Some((labels, objects)) = has_none.then(|| stand_out(parts, voted.as_deref(), clip)).flatten() {
         (voted, is_object) = (Some(labels), objects);
-        judge(parts, voted.as_deref(), &mut is_object, &clip.params.background);
     }
+    account(parts, voted.as_deref(), &is_object);
     (objects_of(parts, &is_object, clip), voted)
 }
 
@@ -102,17 +101,11 @@ fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
     }
 }
 
-/// Where the camera moves: clusters that do not go with their own trajectories from frame to frame are no objects: what flows and flickers.
-fn judge(parts: &mut Parts, voted: Option<&[u32]>, is_object: &mut [bool], params: &BackgroundParams) {
+/// Where the camera moves: accounts of the pixels by these objects.
+fn account(parts: &mut Parts, voted: Option<&[u32]>, is_object: &[bool]) {
     let Parts { clustered, background, .. } = parts;
     let moving = background.as_mut().filter(|background| !background.is_still());
-    let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, voted) else {
-        return;
-    };
-    background.account((denser, voted), is_object);
-    let coherent = background.coherent((denser, voted), is_object, params);
-    if is_object.iter().zip(&coherent).any(|(object, coherent)| *object && !coherent) {
-        is_object.iter_mut().zip(coherent).for_each(|(object, coherent)| *object &= coherent);
+    if let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, voted) {
         background.account((denser, voted), is_object);
     }
 }

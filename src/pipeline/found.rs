@@ -238,7 +238,6 @@ impl Parts {
             objects: is_object,
             evidence,
             flows: &clip.flows,
-            frames: &clip.frames,
         }
     }
 

@@ -126,6 +126,7 @@ fn masks_of<I: Iterator<Item = Result<Frame, Error>>>(windows: &Windows<I>, wind
 
 /// Shots of 12, 17 and 1 frames: cuts after a full window, in one, and next to the end.
 fn shots(skipped: usize) -> impl Iterator<Item = Result<Frame, Error>> {
+    let scene = |frames, seed| scene_of(WITH_OBJECTS, frames, seed);
     scene(12, 1).chain(scene(17, 7)).chain(scene(1, 3)).skip(skipped)
 }
 

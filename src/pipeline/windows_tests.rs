@@ -32,7 +32,7 @@ fn labels_of_objects(session: &Session, scene: &Scene, t: usize, frame: usize) -
 
 #[test]
 fn objects_keep_their_labels_and_trajectories_their_numbers_from_window_to_window() {
-    let scene = scene(44, 0);
+    let scene = scene(44, 1);
     let mut s = session();
     for t in 0..20 {
         assert!(!s.push_in_shot(scene.frame(t)).unwrap());

@@ -59,7 +59,6 @@ impl SaliencyMaps {
         let search = Search {
             perspective: self.params.compensation == Compensation::Homography,
             tolerance: self.params.tolerance,
-            rim_weight: self.params.rim_weight,
         };
         let motion = match self.params.compensation {
             Compensation::Off => DominantMotion::none(flow),
@@ -105,7 +104,6 @@ impl SaliencyMaps {
         let bin = |magnitude: f32| ((magnitude * scale) as u8).min(last);
         let contrast = Contrast { num_bins: self.params.bins as usize, prior: self.params.prior };
         let found = surround(&reduced.map(bin), &contrast);
-        let half_sq = self.half(&reduced).powi(2);
         let (step, across, size) = (self.step(flow), reduced.width(), reduced.data().len());
         let mut map = Plane::filled(flow.u.width(), flow.u.height(), 0.0);
         let mut magnitudes = vec![0.0; map.width()];
@@ -113,7 +111,7 @@ impl SaliencyMaps {
             motion.residuals(flow, y, (0, 1), &mut magnitudes);
             let line = &found[(y / step) * across..];
             for (x, (s, &magnitude)) in map.row_mut(y).iter_mut().zip(&magnitudes).enumerate() {
-                *s = line[usize::from(bin(magnitude)) * size + x / step] * weight(magnitude, half_sq);
+                *s = line[usize::from(bin(magnitude)) * size + x / step];
             }
         }
         map
@@ -137,54 +135,9 @@ impl SaliencyMaps {
         }
         magnitudes
     }
-
-    /// Magnitude at which a pixel's saliency is halved, in pixels; 0 where it does not matter.
-    fn half(&self, reduced: &Plane<f32>) -> f32 {
-        if self.params.compensation == Compensation::Off {
-            return 0.0;
-        }
-        // The mean of what is left, in the sense of squares, each weighted as in the fit.
-        let tau_sq = self.params.tolerance.powi(2);
-        let (mut sum, mut total) = (0.0, 0.0);
-        for &magnitude in reduced.data() {
-            let r_sq = f64::from(magnitude).powi(2);
-            let weight = (tau_sq / (r_sq + tau_sq)).powi(2);
-            // What is no number has no weight.
-            if weight > 0.0 {
-                sum += weight * r_sq;
-                total += weight;
-            }
-        }
-        let noise = if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
-        (self.params.difference + self.params.noise_factor * noise) as f32
-    }
-}
-
-/// The part of its saliency that a pixel keeps.
-fn weight(magnitude: f32, half_sq: f32) -> f32 {
-    if half_sq == 0.0 {
-        return 1.0;
-    }
-    let share = half_sq / (magnitude * magnitude + half_sq);
-    // What is no number differs from nothing.
-    if share <= 1.0 { 1.0 - share } else { 0.0 }
 }
 
 /// The count that a magnitude falls into; casts saturate, and take what is no number for 0.
 fn count_of(magnitude: f32) -> usize {
     (magnitude * COUNTS_PER_PIXEL) as usize
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pixel_keeps_half_of_its_saliency_at_half_and_all_where_difference_does_not_matter() {
-        assert_eq!(weight(3.0, 9.0), 0.5);
-        assert_eq!(weight(0.0, 9.0), 0.0);
-        assert_eq!(weight(f32::MAX, 9.0), 1.0);
-        assert_eq!(weight(f32::NAN, 9.0), 0.0);
-        assert_eq!(weight(0.0, 0.0), 1.0);
-    }
 }

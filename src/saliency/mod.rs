@@ -6,16 +6,13 @@
 //! 1. The *dominant motion* of each frame, that of the camera, is taken from its flow; what is left has a magnitude
 //!    (`dominant`).
 //! 2. Magnitudes fall into bins over a range that the whole clip sets (`maps`).
-//! 3. A pixel is salient as far as its bin is commoner inside some window than in the ring around it (`surround`), and
-//!    as far as it differs from the dominant motion by more than noise (`maps`).
+//! 3. A pixel is salient as far as its bin is commoner inside some window than in the ring around it (`surround`).
 //! 4. A trajectory's own saliency `s` is nearly the greatest of its points'. In context, as `s̄`, it is the mean over
 //!    the trajectories near it in the embedding; above a threshold it is foreground (`context`).
 //!
 //! **Deviations from the paper**, which [`SaliencyParams::paper`] undoes but for the sign of step 4. The paper takes
-//! the magnitude of the flow as it is, over fixed bins, and has no difference in step 3. But contrast has no sense of
-//! which side is the object: ground seen between two large objects, or above one that fills half of the frame, differs
-//! from its ring as much as they do. With the dominant motion known, ground is what keeps to it. Nor is the greatest of
-//! a trajectory's points taken, as one blot of wrong flow in fifty frames would decide. docs/choices.md lists these
+//! the magnitude of the flow as it is, over fixed bins. Nor is the greatest of a trajectory's points taken, as one blot of
+//! wrong flow in fifty frames would decide. docs/choices.md lists these
 //! choices and how each is measured.
 //!
 //! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs
@@ -63,14 +60,6 @@ crate::params! {
         /// Difference from the dominant motion at which a point of the flow counts half when that motion is fitted, in
         /// pixels a frame.
         pub tolerance: f64 = 0.5, in 0.01..=100.0;
-        /// How many times as much a point at the frame's rim counts in that fit as one in its middle.
-        pub rim_weight: f64 = 4.0, in 1.0..=100.0;
-        /// Difference from the dominant motion that halves a pixel's saliency, in pixels a frame, besides the part for
-        /// noise. With this and that part 0 the difference says nothing, as in the paper.
-        pub difference: f64 = 0.1, in 0.0..=100.0;
-        /// The part for noise: so many times the mean difference of what keeps to the dominant motion. Higher finds
-        /// less, with fewer false alarms.
-        pub noise_factor: f64 = 3.0, in 0.0..=100.0;
         /// Bins of the magnitude (Rahtu et al.: 15). Higher is slower.
         pub bins: u32 = 15, in 2..=32;
         /// Magnitude at which the last bin ends, in pixels a frame (Rahtu et al.: 15); 0 takes it from the clip.
@@ -95,8 +84,6 @@ impl SaliencyParams {
     pub fn paper() -> Self {
         Self {
             compensation: Compensation::Off,
-            difference: 0.0,
-            noise_factor: 0.0,
             range: 15.0,
             quantile: 1.0,
             neighborhood: 0.7,

@@ -1,8 +1,6 @@
-//! Joining regions across weak borders: very small ones, those hardly parted, and as many more as a wanted number asks
-//! for.
+//! Joining regions across weak borders: those without a pixel, those hardly parted, and as many more as a wanted number asks for.
 
 use super::gabriel::{Sets, Side};
-use crate::order;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -42,14 +40,12 @@ impl Regions {
         self.sets.find(face)
     }
 
-    /// Joins every region of fewer than `min_pixels` pixels, the smallest first, with the one behind its weakest
-    /// border.
-    pub(super) fn join_small(&mut self, min_pixels: u32) {
-        let mut small: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] < min_pixels).collect();
-        order::sort_by_key(&mut small, |&r| u64::from(self.area[r as usize]));
-        for r in small {
+    /// Joins every region without a pixel with the one behind its weakest border.
+    pub(super) fn join_empty(&mut self) {
+        let empty: Vec<u32> = (0..self.area.len() as u32).filter(|&r| self.area[r as usize] == 0).collect();
+        for r in empty {
             let mut region = self.sets.find(r);
-            while self.area[region as usize] < min_pixels {
+            while self.area[region as usize] == 0 {
                 let weakest = self.links[region as usize]
                     .iter()
                     .min_by(|p, q| (p.strength * q.length).total_cmp(&(q.strength * p.length)).then(p.to.cmp(&q.to)));

@@ -32,11 +32,6 @@ use merge::Regions;
 crate::params! {
     /// Gabriel superpixels.
     pub struct SuperpixelParams {
-        /// Superpixels of fewer pixels join the neighbour behind the weakest border.
-        pub min_pixels: u32 = 4, in 1..=100000;
-        /// Largest gap between two points on the image border, in pixels, so that regions along it are not all one; 0
-        /// adds none, and less than 1 counts as 1.
-        pub frame_step: f32 = 25.0, in 0.0..=10000.0;
         /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is
         /// below this. 0 leaves the faces of the Gabriel graph as they are.
         pub join_below: f32 = 1.5, in 0.0..=1000000.0;
@@ -100,7 +95,7 @@ pub struct Superpixels {
 /// ```
 #[must_use]
 pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &SuperpixelParams) -> Superpixels {
-    partition(segments, map, None, params)
+    partition(segments, map, None, (0.0, params.join_below))
 }
 
 /// Longest line and widest gap between points of the frame where a wanted number of superpixels needs more than
@@ -150,23 +145,28 @@ pub fn superpixels_in(
         return gabriel_superpixels(&contour_segments(map, contour), map, superpixel);
     };
     let fine = ContourParams { low: 0.0, high: 0.01, ..contour.clone() };
-    let found = partition(&contour_segments(map, &fine), map, count, superpixel);
+    let found = partition(&contour_segments(map, &fine), map, count, (0.0, superpixel.join_below));
     if found.count >= wanted {
         return found;
     }
     // Too few: shorter lines give more points that edges can join.
     let finer = ContourParams { high: 0.0, min_chain: 3, max_line: SHORT, ..fine };
-    let dense = SuperpixelParams { frame_step: SHORT, ..superpixel.clone() };
-    partition(&contour_segments(map, &finer), map, count, &dense)
+    partition(&contour_segments(map, &finer), map, count, (SHORT, superpixel.join_below))
 }
 
-/// Faces, joined where they are very small or more than `count`.
-fn partition(segments: &Segments, map: &BoundaryMap, count: Option<usize>, params: &SuperpixelParams) -> Superpixels {
+/// Faces, joined down to `count`, or else where the cost is below `join_below`. Points on the image border are at most
+/// `frame_step` pixels apart; with 0 there are none but corners.
+fn partition(
+    segments: &Segments,
+    map: &BoundaryMap,
+    count: Option<usize>,
+    (frame_step, join_below): (f32, f32),
+) -> Superpixels {
     let (width, height) = (map.pb.width(), map.pb.height());
     if width == 0 || height == 0 {
         return Superpixels::default();
     }
-    let graph = Graph::new(segments, width, height, params.frame_step);
+    let graph = Graph::new(segments, width, height, frame_step);
     let mut label = graph.raster(width, height);
     let mut area = vec![0; graph.num_faces];
     label.data().iter().for_each(|&f| area[f as usize] += 1);
@@ -174,10 +174,10 @@ fn partition(segments: &Segments, map: &BoundaryMap, count: Option<usize>, param
     let sides = graph.sides();
     let measure = along_edges(&sides, &edges, map);
     let mut regions = Regions::new(area, &sides, &measure);
-    regions.join_small(params.min_pixels);
+    regions.join_empty();
     match count {
         Some(count) => regions.join_weak(count, 0.0),
-        None => regions.join_weak(usize::MAX, params.join_below),
+        None => regions.join_weak(usize::MAX, join_below),
     }
     let numbers = number(&mut regions, &mut label, graph.num_faces);
     let mut parts = Vec::new();
