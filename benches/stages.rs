@@ -15,6 +15,7 @@ use tracecut::contour::{boundary_map, contour_segments};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::discretize;
 use tracecut::embedding::embed;
+use tracecut::evidence::Known;
 use tracecut::flow::{FlowPyramid, flow_between, local_flow_variation};
 use tracecut::image::Frame;
 use tracecut::mask::refine;
@@ -89,9 +90,10 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     time("saliency in context", &mut || drop(stands_out()));
     let foreground = stands_out();
     let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
+    let known = Known::new(&tracks, &d, &params.affinity).with_camera(&maps);
     let pieces = || components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));
-    time("clusters, the clip", &mut || drop(discretize(&tracks, &v, &d, &params.discretize, seed)));
+    time("clusters, the clip", &mut || drop(discretize(&v, &known, &params.discretize, seed)));
 
     time("boundary map, a frame", &mut || drop(boundary_map(&frames[0])));
     let map = boundary_map(&frames[0]);

@@ -11,11 +11,12 @@ use std::error::Error;
 use std::{env, fs};
 use tracecut::Params;
 use tracecut::affinity::affinities;
-use tracecut::connectedness::{Separation, components, constrain, settle};
+use tracecut::connectedness::{Separation, components, constrain};
 use tracecut::cut::{CutInput, forget_strangers, gabriel_cut, labels_for, paint};
 use tracecut::discontinuity::{discontinuities, neighborhoods};
 use tracecut::discretize::discretize;
 use tracecut::embedding::embed;
+use tracecut::evidence::Known;
 use tracecut::flow::{CompactFlow, FlowPyramid, flow_between, local_flow_variation};
 use tracecut::image::{Frame, Plane};
 use tracecut::mask::{find_objects, refine};
@@ -76,9 +77,9 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         d = discontinuities(d.neighborhoods, &v, &params.discontinuity);
     }
 
-    // 2.3 Labels of the trajectories: V is rotated, clusters without discontinuities between them are merged.
-    let clusters = discretize(&tracks, &v, &d, &params.discretize, seed);
-    let clusters = settle(&tracks, clusters, &d, &separation, &foreground, &params.connectedness);
+    // 2.3 Labels of the trajectories: V is rotated, and what is one thing by all that is known of it is merged.
+    let known = Known::new(&tracks, &d, &params.affinity).with_camera(&maps).with_separation(&separation);
+    let clusters = discretize(&v, &known, &params.discretize, seed);
 
     // 4.1 Superpixels: faces of the constrained Gabriel graph of each frame's contours.
     let superpixels: Vec<_> =
@@ -97,7 +98,6 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         objects: &objects.iter().map(|&label| label > 0).collect::<Vec<_>>(),
         evidence: &[],
         flows: &flows,
-        frames,
     };
     let cut = gabriel_cut(&input, &params.cut).labels;
 

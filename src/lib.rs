@@ -84,7 +84,6 @@ pub mod embedding;
 mod error;
 #[doc(hidden)]
 pub mod eval;
-#[doc(hidden)]
 pub mod evidence;
 pub mod flow;
 mod grid;

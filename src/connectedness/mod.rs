@@ -21,7 +21,6 @@
 mod agents;
 mod components;
 
-use crate::discretize::{Clusters, canonical};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 use agents::follow;
@@ -149,14 +148,6 @@ pub fn constrain(
         }
     }
     (lost > 0).then(|| (SymCsr::from_upper(affinities.len(), &kept), lost))
-}
-
-/// The clusters with all background trajectories in one of their own.
-#[must_use]
-pub fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
-    let background = clusters.count as u32;
-    let label = clusters.label.iter().zip(foreground).map(|(&l, &f)| if f { l } else { background }).collect();
-    canonical(tracks, label)
 }
 
 #[cfg(test)]

@@ -13,8 +13,8 @@
 //!
 //! Cost: O(restarts · iterations · rows · K²).
 
-use super::UNLABELLED;
 use crate::embedding::Embedding;
+use crate::evidence::UNLABELLED;
 use crate::rng::Rng;
 
 /// Starts tried.

@@ -1,7 +1,7 @@
 //! Merging clusters across weak borders (section 2.3).
 
-use super::UNLABELLED;
 use crate::discontinuity::Discontinuities;
+use crate::evidence::UNLABELLED;
 use crate::order;
 
 /// Fewest trajectories on either side of a border for its mean to count. A single stray trajectory, which the rotation

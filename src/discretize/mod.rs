@@ -28,6 +28,7 @@ mod rotation;
 
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
+use crate::evidence::{Known, UNLABELLED, unite};
 use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
@@ -88,11 +89,7 @@ pub struct Clusters {
     pub label: Vec<u32>,
 }
 
-/// The label of a trajectory that has none yet.
-pub(crate) const UNLABELLED: u32 = u32::MAX;
-
-/// Labels by the method and the count that `params` name, by the embedding alone: rotation-evidence merges as rotation-merge
-/// here. `seed` is for K-means.
+/// A label for each trajectory, by the method and the count that `params` name. `seed` is for K-means.
 ///
 /// # Examples
 /// The trajectories of [`discontinuities`](crate::discontinuity::discontinuities)' example, clustered again.
@@ -113,21 +110,19 @@ pub(crate) const UNLABELLED: u32 = u32::MAX;
 /// # let params = EmbeddingParams { min_component: 2, min_dimensions: 1, ..EmbeddingParams::default() };
 /// # let embedding = embed(&a, &params, 0);
 /// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
-/// use tracecut::discretize::{DiscretizeParams, discretize};
+/// use tracecut::affinity::AffinityParams;
+/// use tracecut::discretize::{DiscretizeMethod, DiscretizeParams, discretize};
+/// use tracecut::evidence::Known;
 ///
-/// let clusters = discretize(&tracks, &embedding, &found, &DiscretizeParams::default(), 0);
+/// let affinity = AffinityParams::default();
+/// let params = DiscretizeParams { method: DiscretizeMethod::RotationMerge, ..DiscretizeParams::default() };
+/// let clusters = discretize(&embedding, &Known::new(&tracks, &found, &affinity), &params, 0);
 /// assert_eq!((clusters.count, clusters.label.len()), (2, 15));
 /// assert!(clusters.label.iter().zip(&digits).all(|(&label, digit)| label == u32::from(digit - b'0')));
 /// ```
 #[must_use]
-pub fn discretize(
-    tracks: &Trajectories,
-    embedding: &Embedding,
-    discontinuities: &Discontinuities,
-    params: &DiscretizeParams,
-    seed: u32,
-) -> Clusters {
-    merged(tracks, pieces(embedding, params, seed), discontinuities, params)
+pub fn discretize(embedding: &Embedding, known: &Known, params: &DiscretizeParams, seed: u32) -> Clusters {
+    merged(pieces(embedding, params, seed), known, params)
 }
 
 /// The over-segmentation: labels by the method and the count that `params` name, before any merging. Trajectories that are
@@ -143,36 +138,36 @@ fn pieces_of(embedding: &Embedding, count: usize, params: &DiscretizeParams, see
     }
 }
 
-/// The clusters that pieces are merged to, where the method merges: while their mean discontinuity is below the threshold.
-fn merged(
-    tracks: &Trajectories,
-    mut label: Vec<u32>,
-    discontinuities: &Discontinuities,
-    params: &DiscretizeParams,
-) -> Clusters {
-    if matches!(params.method, DiscretizeMethod::RotationMerge | DiscretizeMethod::RotationEvidence) {
-        merge_clusters(&mut label, discontinuities, params.merge_threshold);
+/// The clusters that pieces are merged to, as `params` name it. Unlabelled trajectories take the label of most of their
+/// neighbours.
+fn merged(mut label: Vec<u32>, known: &Known, params: &DiscretizeParams) -> Clusters {
+    match params.method {
+        DiscretizeMethod::RotationEvidence => unite(&mut label, known),
+        DiscretizeMethod::RotationMerge => merge_clusters(&mut label, known.found, params.merge_threshold),
+        DiscretizeMethod::Rotation | DiscretizeMethod::KMeans => {}
     }
-    clusters_of(tracks, label, discontinuities)
-}
-
-/// Clusters under these labels; unlabelled trajectories take the label of most of their neighbours.
-pub(crate) fn clusters_of(tracks: &Trajectories, mut label: Vec<u32>, discontinuities: &Discontinuities) -> Clusters {
-    spread_labels(&mut label, discontinuities);
-    canonical(tracks, label)
+    spread_labels(&mut label, known.found);
+    canonical(known.tracks, label)
 }
 
 /// The same, into `count` clusters before merging, by the leading `count` eigenvectors; `params.count` says nothing
 /// here.
 pub(crate) fn discretize_into(
-    tracks: &Trajectories,
     embedding: &Embedding,
-    discontinuities: &Discontinuities,
+    known: &Known,
     count: usize,
     params: &DiscretizeParams,
     seed: u32,
 ) -> Clusters {
-    merged(tracks, pieces_of(embedding, count, params, seed), discontinuities, params)
+    merged(pieces_of(embedding, count, params, seed), known, params)
+}
+
+/// The clusters with all background trajectories in one of their own.
+#[must_use]
+pub fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
+    let background = clusters.count as u32;
+    let label = clusters.label.iter().zip(foreground).map(|(&l, &f)| if f { l } else { background }).collect();
+    canonical(tracks, label)
 }
 
 /// The number of clusters by the rule that `params` name: at most as many as the embedding has eigenvectors.
@@ -276,6 +271,7 @@ pub(crate) fn canonical(tracks: &Trajectories, label: Vec<u32>) -> Clusters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::affinity::AffinityParams;
     use crate::discontinuity::Neighborhoods;
 
     fn still(n: usize, frames: usize) -> Trajectories {
@@ -311,6 +307,12 @@ mod tests {
     }
 
     #[test]
+    fn the_background_is_one_cluster_beside_the_others() {
+        let clusters = Clusters { count: 1, label: vec![0; 4] };
+        assert_eq!(with_background(&still(4, 3), clusters, &[true, true, false, false]).label, [0, 0, 1, 1]);
+    }
+
+    #[test]
     fn unlabelled_trajectories_follow_the_majority_of_their_neighbours() {
         let mut label = vec![1, UNLABELLED, UNLABELLED, 2, 2];
         let mut links = chain(&[0.0; 4]);
@@ -324,10 +326,16 @@ mod tests {
 
     #[test]
     fn no_trajectories_give_no_clusters() {
-        for method in [DiscretizeMethod::RotationMerge, DiscretizeMethod::Rotation, DiscretizeMethod::KMeans] {
+        for method in [
+            DiscretizeMethod::RotationEvidence,
+            DiscretizeMethod::RotationMerge,
+            DiscretizeMethod::Rotation,
+            DiscretizeMethod::KMeans,
+        ] {
             for count in [CountRule::Eigenvalues, CountRule::Gap] {
                 let params = DiscretizeParams { method, count, ..DiscretizeParams::default() };
-                let clusters = discretize(&still(0, 3), &Embedding::default(), &chain(&[]), &params, 0);
+                let (none, links, affinity) = (still(0, 3), chain(&[]), AffinityParams::default());
+                let clusters = discretize(&Embedding::default(), &Known::new(&none, &links, &affinity), &params, 0);
                 assert_eq!(clusters, Clusters::default());
             }
         }
@@ -365,7 +373,8 @@ mod tests {
         links.d.extend([0.0; 3]);
         let labels = |method, count| {
             let params = DiscretizeParams { method, ..DiscretizeParams::default() };
-            discretize_into(&still(6, 3), &embedding, &links, count, &params, 0).label
+            let (tracks, affinity) = (still(6, 3), AffinityParams::default());
+            discretize_into(&embedding, &Known::new(&tracks, &links, &affinity), count, &params, 0).label
         };
         for method in [DiscretizeMethod::Rotation, DiscretizeMethod::KMeans] {
             assert_eq!(labels(method, 2), [0, 0, 0, 1, 1, 1], "{method:?}");

@@ -11,8 +11,8 @@
 //! Several first rows are tried and the best fit is kept, ties to the first: the start decides which local optimum is
 //! found.
 
-use super::UNLABELLED;
 use crate::embedding::Embedding;
+use crate::evidence::UNLABELLED;
 use crate::order::{double, sort_by_key};
 
 /// First rows tried, as fractions of the number of rows.

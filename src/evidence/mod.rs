@@ -18,6 +18,11 @@ mod pair;
 mod unite;
 mod weights;
 
+pub use pair::Known;
+#[doc(hidden)]
 pub use pair::Pair;
-pub(crate) use pair::{Known, pairs};
+pub(crate) use pair::pairs;
 pub(crate) use unite::unite;
+
+/// The label of a trajectory that has none yet.
+pub(crate) const UNLABELLED: u32 = u32::MAX;

@@ -1,12 +1,13 @@
 //! The log-odds that two neighbouring clusters are one thing.
 
+use super::UNLABELLED;
 use super::affine::AffineSums;
 use super::weights::PAIR;
 use crate::affinity::{AffinityParams, Motions};
 use crate::camera::DominantMotion;
 use crate::connectedness::Separation;
 use crate::discontinuity::Discontinuities;
-use crate::discretize::UNLABELLED;
+use crate::saliency::SaliencyMaps;
 use crate::trajectory::Trajectories;
 
 /// Fewest velocities of a cluster in a frame for its motion there to count.
@@ -20,7 +21,7 @@ const TERMS: usize = PAIR.len() - 1;
 
 /// What clusters are compared by.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Known<'a> {
+pub struct Known<'a> {
     /// The trajectories.
     pub(crate) tracks: &'a Trajectories,
     /// Their neighbours and discontinuities.
@@ -31,6 +32,26 @@ pub(crate) struct Known<'a> {
     pub(crate) camera: &'a [DominantMotion],
     /// What keeps trajectories of the foreground apart; `None` with connectedness off.
     pub(crate) separation: Option<&'a Separation>,
+}
+
+impl<'a> Known<'a> {
+    /// Trajectories, their neighbours and discontinuities; velocities and their noise are taken as affinities have them.
+    /// The camera is held to stand still, and nothing is kept apart.
+    pub fn new(tracks: &'a Trajectories, found: &'a Discontinuities, affinity: &'a AffinityParams) -> Self {
+        Self { tracks, found, affinity, camera: &[], separation: None }
+    }
+
+    /// The same with the camera's motion, which `maps` have seen.
+    #[must_use]
+    pub fn with_camera(self, maps: &'a SaliencyMaps) -> Self {
+        Self { camera: maps.motions(), ..self }
+    }
+
+    /// The same with what connectedness keeps apart.
+    #[must_use]
+    pub fn with_separation(self, separation: &'a Separation) -> Self {
+        Self { separation: Some(separation), ..self }
+    }
 }
 
 /// Two clusters that are neighbours, and what is known of them.

@@ -1,7 +1,7 @@
 //! Merging pieces of one thing, by what is known of every two of them.
 
+use super::UNLABELLED;
 use super::pair::{Border, Known, Summary, count_of, log_odds};
-use crate::discretize::UNLABELLED;
 
 /// The log-odds at which a piece of all trajectories is as well joined as left alone.
 const CAUTION: f64 = 2.8;

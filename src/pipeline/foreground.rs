@@ -4,11 +4,11 @@ use super::clip::Clip;
 use super::found::{Clustered, Embedded, Foreground, Found, Salient};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::connectedness::{ConnectednessMode, Separation, components, constrain, with_background};
+use crate::connectedness::{ConnectednessMode, Separation, components, constrain};
 use crate::discontinuity::discontinuities;
-use crate::discretize::{DiscretizeMethod, clusters_of, discretize, pieces};
+use crate::discretize::{discretize, with_background};
 use crate::embedding::{Embedding, embed};
-use crate::evidence::unite;
+use crate::evidence::Known;
 use crate::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
 use crate::sparse::SymCsr;
 
@@ -194,18 +194,13 @@ impl Connected {
     /// The clusters; where the foreground stands alone the background is in one of its own.
     pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Clustered>> {
         let Self { embedded, foreground } = *self;
-        let Embedded { tracked, embedding, discontinuities, .. } = &embedded;
-        let (params, tracks) = (&clip.params, &tracked.tracks);
-        let (settings, seed) = (&params.discretize, params.clip.seed);
-        let found = foreground.as_ref().map_or_else(|| embedded.found(), |f| f.found(embedded.found()));
-        let mut clusters = match found.known(clip) {
-            Some(known) if settings.method == DiscretizeMethod::RotationEvidence => {
-                let mut label = pieces(embedding, settings, seed);
-                unite(&mut label, &known);
-                clusters_of(tracks, label, discontinuities)
-            }
-            _ => discretize(tracks, embedding, discontinuities, settings, seed),
-        };
+        let (params, tracks) = (&clip.params, &embedded.tracked.tracks);
+        let mut known = Known::new(tracks, &embedded.discontinuities, &params.affinity);
+        if let Some(Foreground { salient, separation, .. }) = &foreground {
+            known = known.with_camera(&salient.maps);
+            known.separation = separation.as_ref();
+        }
+        let mut clusters = discretize(&embedded.embedding, &known, &params.discretize, params.clip.seed);
         if let (Some(foreground), ConnectednessMode::ForegroundOnly) = (&foreground, params.connectedness.mode) {
             clusters = with_background(tracks, clusters, &foreground.salient.saliency.foreground);
         }

@@ -40,14 +40,9 @@ pub(super) struct Found<'a> {
 impl<'a> Found<'a> {
     /// What clusters are compared by; `None` until it is known. Without flow the camera is held to stand still.
     pub(super) fn known(&self, clip: &'a Clip) -> Option<Known<'a>> {
-        let tracks = &self.tracked?.tracks;
-        Some(Known {
-            tracks,
-            found: self.discontinuities?,
-            affinity: &clip.params.affinity,
-            camera: self.salient.map_or(&[], |salient| salient.maps.motions()),
-            separation: self.separation,
-        })
+        let known = Known::new(&self.tracked?.tracks, self.discontinuities?, &clip.params.affinity);
+        let known = self.salient.map_or(known, |salient| known.with_camera(&salient.maps));
+        Some(self.separation.map_or(known, |separation| known.with_separation(separation)))
     }
 }
 

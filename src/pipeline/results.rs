@@ -10,10 +10,10 @@ use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, boundary_map};
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::{
-    Clusters, DiscretizeMethod, DiscretizeParams, UNLABELLED, discretize, discretize_into, pieces,
-    threshold_segmentation,
+    Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
+use crate::evidence::{Known, UNLABELLED};
 use crate::evidence::{Pair, pairs};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
@@ -217,7 +217,9 @@ impl Session {
         let affinities = affinities(tracked.lived(), params.spacing(), &params.affinity, seed)?;
         let embedding = embed(&affinities, &params.embedding, seed);
         let edges = discontinuities(edges.neighborhoods.clone(), &embedding, &params.discontinuity);
-        Ok(Some(discretize(&tracked.tracks, &embedding, &edges, &params.discretize, seed)))
+        let known = Known::new(&tracked.tracks, &edges, &params.affinity);
+        let known = found.salient.map_or(known, |salient| known.with_camera(&salient.maps));
+        Ok(Some(discretize(&embedding, &known, &params.discretize, seed)))
     }
 
     /// What `method` makes of the embedding with `count` clusters (before any merging) by as many eigenvectors,
@@ -225,9 +227,9 @@ impl Session {
     /// eigenvectors. `None` until the discontinuities are known.
     pub fn clusters_by(&self, method: DiscretizeMethod, count: usize) -> Option<Clusters> {
         let (clip, found) = (self.clip()?, self.found());
-        let (tracks, embedding, edges) = (&found.tracked?.tracks, found.embedding?, found.discontinuities?);
+        let (embedding, known) = (found.embedding?, found.known(clip)?);
         let params = DiscretizeParams { method, ..clip.params.discretize.clone() };
-        Some(discretize_into(tracks, embedding, edges, count, &params, clip.params.clip.seed))
+        Some(discretize_into(embedding, &known, count, &params, clip.params.clip.seed))
     }
 
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d`
