@@ -85,7 +85,7 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     time("saliency map, a frame", &mut || drop(maps.map(0, &flows[0].0)));
     let mut of_points = vec![-1.0; tracks.x.len()];
     flows.iter().enumerate().for_each(|(t, (forward, _))| look_up(&maps.map(t, forward), &tracks, t, &mut of_points));
-    let alone = trajectory_saliency(&tracks, &of_points, params.saliency.quantile);
+    let alone = trajectory_saliency(&tracks, &of_points);
     let stands_out = || context_saliency(alone.clone(), &v, &d, &params.saliency).foreground;
     time("saliency in context", &mut || drop(stands_out()));
     let foreground = stands_out();

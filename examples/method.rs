@@ -64,7 +64,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         look_up(&map, &tracks, t, &mut of_points);
         look_up(&map, &denser, t, &mut of_denser);
     }
-    let alone = trajectory_saliency(&tracks, &of_points, params.saliency.quantile);
+    let alone = trajectory_saliency(&tracks, &of_points);
     let foreground = context_saliency(alone, &v, &d, &params.saliency).foreground;
 
     // 3. Connectedness: pieces of the foreground keep trajectories apart, which changes A, V and d.
@@ -87,7 +87,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
 
     // 4.2 The Gabriel cut, from the denser trajectories, which take the labels of the clustered ones around them.
     let mut label = labels_for(&denser, &tracks, &clusters.label, clusters.count.max(1), params.vote_radius());
-    let salience = trajectory_saliency(&denser, &of_denser, 1.0);
+    let salience = trajectory_saliency(&denser, &of_denser);
     forget_strangers(&mut label, &salience, params.saliency.threshold);
     let objects = find_objects(&tracks, &clusters).of_cluster;
     let input = CutInput {

@@ -89,10 +89,10 @@ impl Averaging {
     pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Connecting>> {
         let Mapping { embedded, maps, of_points, of_denser, .. } = self.0;
         let settings = &clip.params.saliency;
-        let alone = trajectory_saliency(&embedded.tracked.tracks, &of_points, settings.quantile);
+        let alone = trajectory_saliency(&embedded.tracked.tracks, &of_points);
         let saliency = context_saliency(alone, &embedded.embedding, &embedded.discontinuities, settings);
         let denser = embedded.tracked.denser.as_ref();
-        let of_denser = denser.map_or_else(Vec::new, |denser| trajectory_saliency(denser, &of_denser, 1.0));
+        let of_denser = denser.map_or_else(Vec::new, |denser| trajectory_saliency(denser, &of_denser));
         let salient = Some(Salient { maps, of_denser, saliency });
         Turn::done(progress(clip, 2 * clip.flows.len() + 1), Box::new(Connecting { embedded, salient }))
     }

@@ -4,7 +4,6 @@ use super::{Neighborhood, Saliency, SaliencyParams};
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
 use crate::image::Plane;
-use crate::order;
 use crate::trajectory::Trajectories;
 
 /// Trajectories whose affinities to one are found in one go.
@@ -23,15 +22,12 @@ pub fn look_up(map: &Plane<f32>, tracks: &Trajectories, t: usize, of_points: &mu
     }
 }
 
-/// `s_i`: the saliency of a trajectory that the part `quantile` of its points does not exceed; 1 is the greatest of
-/// all, as the paper has it.
+/// `s_i`: the greatest saliency of a trajectory's points (section 3).
 ///
 /// `of_points` has one number for each point of `tracks`; points of a saliency below 0 are not known and do not count.
 /// Trajectories without any known point have 0.
 ///
 /// # Examples
-/// The median of the known points.
-///
 /// ```
 /// use tracecut::saliency::trajectory_saliency;
 /// use tracecut::trajectory::Trajectories;
@@ -40,20 +36,11 @@ pub fn look_up(map: &Plane<f32>, tracks: &Trajectories, t: usize, of_points: &mu
 /// tracks.push(0, [(1.0, 1.0, 0.0); 4]);
 /// tracks.push(2, [(5.0, 5.0, 0.0); 2]);
 /// let of_points = [0.125, 0.75, 0.5, -1.0, -1.0, -1.0]; // below 0: not known
-/// assert_eq!(trajectory_saliency(&tracks, &of_points, 0.5), [0.5, 0.0]);
+/// assert_eq!(trajectory_saliency(&tracks, &of_points), [0.75, 0.0]);
 /// ```
 #[must_use]
-pub fn trajectory_saliency(tracks: &Trajectories, of_points: &[f32], quantile: f64) -> Vec<f32> {
-    let mut known = Vec::new();
-    (0..tracks.len())
-        .map(|i| {
-            known.clear();
-            known.extend(of_points[tracks.points(i)].iter().copied().filter(|&s| s >= 0.0));
-            order::sort_by_key(&mut known, |&s| u64::from(order::single(s)));
-            let at = (quantile * known.len().saturating_sub(1) as f64).round() as usize;
-            known.get(at).copied().unwrap_or(0.0)
-        })
-        .collect()
+pub fn trajectory_saliency(tracks: &Trajectories, of_points: &[f32]) -> Vec<f32> {
+    (0..tracks.len()).map(|i| of_points[tracks.points(i)].iter().copied().fold(0.0, f32::max)).collect()
 }
 
 /// The context-aware saliency of each trajectory from its saliency alone.

@@ -7,12 +7,11 @@
 //!    (`dominant`).
 //! 2. Magnitudes fall into bins over a range that the whole clip sets (`maps`).
 //! 3. A pixel is salient as far as its bin is commoner inside some window than in the ring around it (`surround`).
-//! 4. A trajectory's own saliency `s` is nearly the greatest of its points'. In context, as `s̄`, it is the mean over
+//! 4. A trajectory's own saliency `s` is the greatest of its points'. In context, as `s̄`, it is the mean over
 //!    the trajectories near it in the embedding; above a threshold it is foreground (`context`).
 //!
 //! **Deviations from the paper**, which [`SaliencyParams::paper`] undoes but for the sign of step 4. The paper takes
-//! the magnitude of the flow as it is, over fixed bins. Nor is the greatest of a trajectory's points taken, as one blot of
-//! wrong flow in fifty frames would decide. docs/choices.md lists these
+//! the magnitude of the flow as it is. docs/choices.md lists these
 //! choices and how each is measured.
 //!
 //! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs
@@ -66,8 +65,6 @@ crate::params! {
         pub range: f64 = 0.0, in 0.0..=250.0;
         /// Probability that a pixel of a window is salient before its magnitude is looked at (Rahtu et al.: 0.2).
         pub prior: f32 = 0.2, in 0.001..=0.999;
-        /// A trajectory is as salient as this part of its points do not exceed; 1 is the greatest of all (section 3).
-        pub quantile: f64 = 0.95, in 0.0..=1.0;
         /// ℓ: trajectories count as close in the embedding while their embedding affinity is above this part of their
         /// density (section 3; the value is not given there). Higher averages over fewer.
         pub neighborhood: f64 = 0.4, in 0.0..=1.0;
@@ -79,17 +76,10 @@ crate::params! {
 }
 
 impl SaliencyParams {
-    /// As the paper has it: the magnitude of the flow as it is, in 15 bins over 0 to 15 pixels, the greatest saliency
-    /// of a trajectory's points, and the neighbourhood as it is printed with its sign turned.
+    /// As the paper has it: the magnitude of the flow as it is, in bins over 0 to 15 pixels, and the neighbourhood as it is printed with its sign
+    /// turned.
     pub fn paper() -> Self {
-        Self {
-            compensation: Compensation::Off,
-            range: 15.0,
-            quantile: 1.0,
-            neighborhood: 0.7,
-            form: Neighborhood::Min,
-            ..Self::default()
-        }
+        Self { compensation: Compensation::Off, neighborhood: 0.7, form: Neighborhood::Min, ..Self::default() }
     }
 }
 
@@ -98,7 +88,7 @@ impl SaliencyParams {
 /// Law: the three have one entry for each trajectory; saliencies are in `0.0..=1.0`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Saliency {
-    /// `s_i`: nearly the greatest saliency of the trajectory's points, or the greatest.
+    /// `s_i`: the greatest saliency of the trajectory's points.
     pub of_points: Vec<f32>,
     /// `s̄_i`: the mean of `s` over the trajectory's neighbourhood in the embedding.
     pub in_context: Vec<f32>,

@@ -95,7 +95,7 @@ impl Clip {
                 of_points[tracks.point(i, t)] = map[((x + 0.5) as usize % SIZE.0, (y + 0.5) as usize % SIZE.1)];
             }
         }
-        let alone = trajectory_saliency(&tracks, &of_points, params.quantile);
+        let alone = trajectory_saliency(&tracks, &of_points);
         Outcome { saliency: context_saliency(alone, &embedding, &found, params), on_square }
     }
 }
@@ -288,13 +288,10 @@ fn the_fast_context_is_the_mean_over_all_pairs() {
 }
 
 #[test]
-fn a_trajectory_has_the_wanted_quantile_of_its_known_points() {
+fn a_trajectory_is_as_salient_as_its_most_salient_known_point() {
     let mut tracks = Trajectories::empty(5, (8, 8));
     tracks.push(0, [(1.0, 1.0, 0.0); 5]);
     tracks.push(4, [(1.0, 1.0, 0.0)]);
-    let of_points = [0.5, 0.1, 0.9, 0.3, -1.0, -1.0];
-    assert_eq!(trajectory_saliency(&tracks, &of_points, 1.0), [0.9, 0.0]);
-    assert_eq!(trajectory_saliency(&tracks, &of_points, 0.0), [0.1, 0.0]);
-    assert_eq!(trajectory_saliency(&tracks, &of_points, 0.67), [0.5, 0.0]);
-    assert!(trajectory_saliency(&Trajectories::empty(5, (8, 8)), &[], 1.0).is_empty());
+    assert_eq!(trajectory_saliency(&tracks, &[0.5, 0.1, 0.9, 0.3, -1.0, -1.0]), [0.9, 0.0]);
+    assert!(trajectory_saliency(&Trajectories::empty(5, (8, 8)), &[]).is_empty());
 }
