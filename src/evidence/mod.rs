@@ -14,10 +14,12 @@
 //! leave over, were tried as terms: kinds of clips that were left out of the fit lose by them.
 
 mod affine;
+mod object;
 mod pair;
 mod unite;
 mod weights;
 
+pub(crate) use object::{Signs, strangeness};
 pub use pair::Known;
 #[doc(hidden)]
 pub use pair::Pair;

@@ -171,9 +171,13 @@ impl Summary {
     /// The terms of two clusters with this border, in the order of [`Pair::terms`].
     pub(super) fn terms(&self, other: &Self, border: &Border) -> [f64; TERMS] {
         let (gain, own) = self.gain(other);
-        let strangeness = |s: &Self| s.strange.0 / s.strange.1.max(1.0);
-        let apart = (strangeness(self) - strangeness(other)).abs();
+        let apart = (self.strangeness() - other.strangeness()).abs();
         [border.discontinuity / border.pairs, libm::log(gain + LEAST_GAIN), apart, libm::log(own + LEAST_REST)]
+    }
+
+    /// How far it is from the camera's motion.
+    pub(super) fn strangeness(&self) -> f64 {
+        self.strange.0 / self.strange.1.max(1.0)
     }
 
     /// How much more one affine motion leaves over than one each, by velocity of the smaller, and what one each leaves, by

@@ -4,3 +4,6 @@
 
 /// Of a pair of clusters, for that they are one: base, then the terms of `pair`.
 pub(super) const PAIR: [f64; 5] = [3.1591, -0.9145, -0.3441, -0.5383, 0.5149];
+
+/// Of a cluster, for that it is an object: base, then the terms of `object`.
+pub(super) const OBJECT: [f64; 4] = [-4.69, -1.55, 0.49, 1.76];

@@ -3,32 +3,20 @@
 //! The scene runs on beyond the frame, objects mostly end inside of it. So clusters are told apart by how much of the
 //! frame's rim they hold. The frame is laid out in square cells, eight along its shorter side; the outermost are its
 //! rim. In each frame a cell counts for the clusters of the trajectories in it, in proportion, and as one whatever
-//! their number. A cluster is background if
-//!
-//! - its share of the rim is at least 0.85 of its share of all cells: it is 1 on average, and near 0 for what seldom
-//!   touches the rim; and
-//! - it holds half as much again of the rim as a square of its area would that stands on one side of the frame: small
-//!   things that enter or leave the picture hold much of the rim for their size, but seldom more than that.
-//!
-//! Where it is known which trajectories are salient, a cluster of them is background only if it exceeds one of these
-//! bounds by about half: what stands out from the motion of the camera may lie in a corner of the frame.
+//! their number. What is known of a cluster is weighed ([`crate::evidence`]): its share of the rim over its share of all
+//! cells, and how far it is from the motion of the camera, or else the rim that it holds over the side of a square of its
+//! area.
 //!
 //! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. It looks
 //! at trajectories and not at the pixels of masks, since the cut gives what has no trajectories, such as a plain sky,
 //! to whatever lies beside it; and at cells, since trajectories are dense on one thing and sparse on another. Not in
-//! the paper, which leaves open what the background is (ALGORITHMS 6.4).
+//! the paper, which leaves open what the background is.
 
 use crate::discretize::Clusters;
+use crate::evidence::Signs;
 use crate::order;
 use crate::trajectory::Trajectories;
 
-/// Least share of the rim over share of all cells of a background cluster.
-const RIM_TO_ALL: f64 = 0.85;
-/// Least length of rim of a background cluster, over the side of a square of its area.
-const RIM_TO_SIDE: f64 = 1.5;
-/// How much larger one of the two is, at least, before a cluster of salient trajectories is background.
-const SALIENT_TO_ALL: f64 = 1.4;
-const SALIENT_TO_SIDE: f64 = 1.6;
 /// Cells along the shorter side of the frame.
 const CELLS: usize = 8;
 
@@ -89,25 +77,23 @@ pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
     find_objects_in(tracks, clusters, &[])
 }
 
-/// The same where it may be known which trajectories are salient: what stands out from the motion of the camera is an
-/// object even if it holds somewhat more of the rim.
-pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, foreground: &[bool]) -> Objects {
+/// The same where it is known of each cluster how far it is from the camera's motion and which part of it is salient;
+/// empty where it is not.
+pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, motion: &[(f64, f64)]) -> Objects {
     let census = Census::take(tracks, clusters);
-    let total = |counts: &[f64]| counts.iter().sum::<f64>();
-    let ratio_bound = RIM_TO_ALL * total(&census.rim) / total(&census.cells).max(1.0);
-    let salient = salient_shares(tracks, clusters, foreground);
-    let is_scene = |c: usize| {
-        let to_all = census.rim[c] / (ratio_bound * census.cells[c]).max(1e-9);
-        let to_side = census.rim_length[c] / (RIM_TO_SIDE * census.side_length[c]).max(1e-9);
-        let more = |bound: f64| 1.0 + salient[c] * (bound - 1.0);
-        to_all >= 1.0 && to_side > 1.0 && (to_all >= more(SALIENT_TO_ALL) || to_side > more(SALIENT_TO_SIDE))
-    };
+    let signs = census.signs(motion);
     let surrounding = (0..clusters.count).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
-    numbered(&census, (0..clusters.count).filter(|&c| Some(c) != surrounding && !is_scene(c)).collect())
+    let is_object = |c: &usize| Some(*c) != surrounding && signs[*c].log_odds() > 0.0;
+    numbered(&census, (0..clusters.count).filter(is_object).collect())
+}
+
+/// What clusters are judged by.
+pub(crate) fn signs(tracks: &Trajectories, clusters: &Clusters, motion: &[(f64, f64)]) -> Vec<Signs> {
+    Census::take(tracks, clusters).signs(motion)
 }
 
 /// The part of each cluster's points whose trajectories are salient.
-fn salient_shares(tracks: &Trajectories, clusters: &Clusters, foreground: &[bool]) -> Vec<f64> {
+pub(crate) fn salient_shares(tracks: &Trajectories, clusters: &Clusters, foreground: &[bool]) -> Vec<f64> {
     let mut counts = vec![(0.0, 0.0); clusters.count];
     for (i, (&c, &salient)) in clusters.label.iter().zip(foreground).enumerate() {
         let (points, count) = (tracks.points(i).len() as f64, &mut counts[c as usize]);
@@ -146,6 +132,17 @@ struct Census {
 }
 
 impl Census {
+    fn signs(&self, motion: &[(f64, f64)]) -> Vec<Signs> {
+        let total = |counts: &[f64]| counts.iter().sum::<f64>();
+        let typical = total(&self.rim) / total(&self.cells).max(1.0);
+        let of = |c: usize| Signs {
+            rim: self.rim[c] / (typical * self.cells[c]).max(1e-9),
+            side: self.rim_length[c] / self.side_length[c].max(1e-9),
+            motion: motion.get(c).copied(),
+        };
+        (0..self.cells.len()).map(of).collect()
+    }
+
     fn take(tracks: &Trajectories, clusters: &Clusters) -> Self {
         let count = clusters.count;
         let [mut cells, mut rim, mut rim_length, mut side_length] = [(); 4].map(|()| vec![0.0; count]);
@@ -211,19 +208,14 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_out_from_the_motion_of_the_camera_may_hold_more_of_the_rim() {
+    fn what_differs_from_the_motion_of_the_camera_may_hold_more_of_the_rim_and_what_goes_with_it_less() {
         let corner = ["00000000", "00000000", "00000000", "00000000", "00001111", "00001111", "00001111", "00001111"];
         let (tracks, clusters) = frame(corner, 2);
-        let foreground: Vec<bool> = clusters.label.iter().map(|&c| c == 1).collect();
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
-        assert_eq!(find_objects_in(&tracks, &clusters, &foreground).of_cluster, [0, 1]);
-        // Not where it holds most of it, or reaches over the whole frame.
-        let most: Vec<bool> = foreground.iter().map(|salient| !salient).collect();
-        assert_eq!(find_objects_in(&tracks, &clusters, &most).of_cluster, [0, 0]);
-        let over = ["11111111", "11111111", "00001000", "00001000", "00001000", "00001000", "00001000", "00001000"];
-        let (tracks, clusters) = frame(over, 2);
-        let foreground: Vec<bool> = clusters.label.iter().map(|&c| c == 1).collect();
-        assert_eq!(find_objects_in(&tracks, &clusters, &foreground).of_cluster, [0, 0]);
+        assert_eq!(find_objects_in(&tracks, &clusters, &[(0.2, 0.0), (8.0, 1.0)]).of_cluster, [0, 1]);
+        let (tracks, clusters) = frame(ENCLOSED, 3);
+        let motion = [(0.2, 0.0), (0.2, 0.0), (0.2, 0.0)];
+        assert_eq!(find_objects_in(&tracks, &clusters, &motion).of_cluster, [0, 0, 0]);
     }
 
     #[test]

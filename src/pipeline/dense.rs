@@ -248,7 +248,7 @@ impl Masking {
 }
 
 /// What the camera does.
-fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
+pub(super) fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
     let settings = &clip.params.background;
     let tracks = &clustered.embedded.tracked.tracks;

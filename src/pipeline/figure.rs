@@ -94,9 +94,8 @@ fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
             parted.is_object
         }
         None => {
-            let salient = clustered.foreground.as_ref().filter(|_| background.is_some());
-            let foreground = salient.map_or(&[][..], |found| &found.salient.saliency.foreground);
-            find_objects_in(tracks, &clustered.clusters, foreground).of_cluster.iter().map(|&label| label > 0).collect()
+            let motion = background.as_ref().map_or_else(Vec::new, |_| clustered.motion(clip));
+            find_objects_in(tracks, &clustered.clusters, &motion).of_cluster.iter().map(|&label| label > 0).collect()
         }
     }
 }

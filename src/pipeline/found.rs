@@ -10,9 +10,9 @@ use crate::cut::{CutInput, CutLabels};
 use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
-use crate::evidence::Known;
+use crate::evidence::{Known, strangeness};
 use crate::image::{Plane, sample_bilinear};
-use crate::mask::{Objects, Runs};
+use crate::mask::{Objects, Runs, salient_shares};
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
 use crate::superpixel::Superpixels;
@@ -184,6 +184,14 @@ pub(super) struct Clustered {
 }
 
 impl Clustered {
+    /// How far each cluster is from the camera's motion, and which part of it is salient; empty without flow.
+    pub(super) fn motion(&self, clip: &Clip) -> Vec<(f64, f64)> {
+        let (Some(foreground), Some(known)) = (&self.foreground, self.found().known(clip)) else { return Vec::new() };
+        let salient = &foreground.salient.saliency.foreground;
+        let shares = salient_shares(&self.embedded.tracked.tracks, &self.clusters, salient);
+        strangeness(&self.clusters.label, &known).into_iter().zip(shares).collect()
+    }
+
     pub(super) fn found(&self) -> Found<'_> {
         let motion = self.embedded.found();
         let found = self.foreground.as_ref().map_or(motion, |foreground| foreground.found(motion));

@@ -1,7 +1,8 @@
 //! What a session has found so far.
 
 use super::dense;
-use super::session::{Session, state_error};
+use super::session::{Phase, Session, state_error};
+use super::state::State;
 use crate::Error;
 use crate::affinity::affinities;
 use crate::background::{PlateInput, clean_plate};
@@ -13,11 +14,10 @@ use crate::discretize::{
     Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
-use crate::evidence::{Known, UNLABELLED};
-use crate::evidence::{Pair, pairs};
+use crate::evidence::{Known, Pair, UNLABELLED, pairs};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
-use crate::mask::Objects;
+use crate::mask::{Objects, signs};
 use crate::saliency::Saliency;
 use crate::sparse::SymCsr;
 use crate::superpixel::Superpixels;
@@ -253,6 +253,20 @@ impl Session {
         let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l + 1);
         label.iter_mut().filter(|l| **l == UNLABELLED).for_each(|l| *l = count);
         Some((label, pairs))
+    }
+
+    /// The terms of each cluster by which objects are told, computed anew at each call: to fit their weights. `None` until
+    /// the clusters are known, without flow, and where the camera stands still or goes forward: there others tell.
+    #[doc(hidden)]
+    pub fn cluster_terms(&self) -> Option<Vec<Vec<f64>>> {
+        let (clip, Phase::Begun(_, State::Clustered(clustered))) = (self.clip()?, &self.phase) else { return None };
+        let camera = dense::camera_of(clustered, clip)?;
+        if camera.still || camera.goes_forward() {
+            return None;
+        }
+        let tracks = &clustered.embedded.tracked.tracks;
+        let signs = signs(tracks, &clustered.clusters, &clustered.motion(clip));
+        signs.iter().map(|signs| signs.terms().map(|terms| terms.to_vec())).collect()
     }
 
     /// The frames pushed, at working size.

@@ -10,11 +10,13 @@ use tracecut::Params;
 use tracecut::discretize::Clusters;
 use tracecut::eval::logistic::{Example, fit, loss};
 use tracecut::eval::moseg::overlap_of;
+use tracecut::evidence::Pair;
 
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
-terms of src/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region. A logistic regression
-gives the weights: every clip counts alike, in it a pair by the logarithm of the points of its smaller piece.
+terms of src/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
+before a moving camera the terms of src/evidence/object.rs, and its share of points on objects. Logistic regressions give the weights: every
+clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
 loss without each term, always on kinds that were left out.";
@@ -22,9 +24,11 @@ loss without each term, always on kinds that were left out.";
 /// The price of a squared weight, in units of the mean loss.
 const RIDGE: f64 = 0.003;
 /// Pieces with fewer points in scored frames tell nothing.
-const FEWEST: u64 = 5;
-/// The terms, in their order.
-const NAMES: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
+const FEWEST: f64 = 5.0;
+/// The terms of pairs, in their order.
+const PAIR: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
+/// Those of objects.
+const OBJECT: [&str; 3] = ["rim", "strangeness", "salient"];
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -43,25 +47,34 @@ pub(crate) struct FitArgs {
 }
 
 /// The examples of a clip, and its kind.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Lesson {
     kind: String,
     examples: Vec<Example>,
 }
 
+/// What a clip teaches: of pairs, and of objects.
+type Both = (Lesson, Lesson);
+
 pub(super) fn eval(args: &FitArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = false;
     let items = items(&args.suite)?;
-    let work = |item: &Item| lesson(item, &params, args).map_err(|failure| failure.of(&item.name));
-    let report = |lesson: &Lesson| print(format_args!("{:20} {:6} pairs", lesson.kind, lesson.examples.len()));
-    let lessons = in_order(&items, args.suite.jobs(), work, report)?;
-    let weights = fit(&examples(&lessons, |_| true), RIDGE);
-    if weights.is_empty() {
-        return Err(Failure::new("no clip has two neighbouring pieces: nothing can be fitted".to_owned()));
+    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.of(&item.name));
+    let report = |(pairs, objects): &Both| {
+        print(format_args!("{:20} {:6} pairs {:4} clusters", pairs.kind, pairs.examples.len(), objects.examples.len()))
+    };
+    let (pairs, objects): (Vec<_>, Vec<_>) = in_order(&items, args.suite.jobs(), work, report)?.into_iter().unzip();
+    let mut tables = Vec::new();
+    for (lessons, names) in [(&pairs, &PAIR[..]), (&objects, &OBJECT[..])] {
+        let weights = fit(&examples(lessons, |_| true), RIDGE);
+        if weights.is_empty() {
+            return Err(Failure::new("no clip has clusters to learn from: nothing can be fitted".to_owned()));
+        }
+        report_losses(lessons, &weights, names)?;
+        tables.push(weights);
     }
-    report_losses(&lessons, &weights)?;
-    let text = table(&weights);
+    let text = table(&tables[0], &tables[1]);
     print(&text)?;
     args.out.as_ref().map_or(Ok(()), |path| write(path, text))
 }
@@ -70,34 +83,61 @@ fn examples(lessons: &[Lesson], wanted: impl Fn(&str) -> bool) -> Vec<Example> {
     lessons.iter().filter(|lesson| wanted(&lesson.kind)).flat_map(|lesson| lesson.examples.clone()).collect()
 }
 
-/// The pairs of a clip under all seeds; their weights sum up to one.
-fn lesson(item: &Item, params: &Params, args: &FitArgs) -> Result<Lesson> {
-    let mut found = Vec::new();
+/// The pairs and clusters of a clip under all seeds; the weights of each sum up to one.
+fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Both> {
+    let (mut found, mut objects) = (Vec::new(), Vec::new());
     for &seed in &args.seeds {
         let mut params = params.clone();
         params.clip.seed = seed;
         let (session, _, shot) = run_item(item, params, args.frames)?;
-        let (Some((label, pairs)), Some(tracks)) = (session.pieces(), session.trajectories()) else { continue };
-        let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
-        let overlap = overlap_of(&shot.definition, &shot.maps, tracks, &Clusters { count, label })
-            .map_err(|e| Failure::new(e.to_string()))?;
-        let points = |cluster: u32| overlap.iter().map(|row| row[cluster as usize]).sum::<u64>();
-        for pair in pairs {
-            let (p, q) = pair.clusters;
-            let (a, b) = (points(p), points(q));
-            if a.min(b) >= FEWEST {
-                let both = |row: &Vec<u64>| row[p as usize] as f64 * row[q as usize] as f64;
-                let truth = overlap.iter().map(both).sum::<f64>() / (a as f64 * b as f64);
-                found.push(Example { terms: pair.terms.to_vec(), truth, weight: (1.0 + a.min(b) as f64).ln() });
-            }
+        let overlap = |clusters: &Clusters| -> Result<Vec<Vec<u64>>> {
+            let Some(tracks) = session.trajectories() else { return Ok(Vec::new()) };
+            overlap_of(&shot.definition, &shot.maps, tracks, clusters).map_err(|e| Failure::new(e.to_string()))
+        };
+        if let Some((label, pairs)) = session.pieces() {
+            let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
+            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut found);
+        }
+        // Regions of shots can be parts of the scene; masks show objects.
+        if let (Some(terms), Some(clusters), true) = (session.cluster_terms(), session.clusters(), item.has_masks()) {
+            objects_in(&overlap(clusters)?, terms, &mut objects);
         }
     }
-    let all: f64 = found.iter().map(|e| e.weight).sum();
-    found.iter_mut().for_each(|e| e.weight /= all);
-    Ok(Lesson { kind: item.kind.clone(), examples: found })
+    let lesson = |mut examples: Vec<Example>| {
+        let all: f64 = examples.iter().map(|e| e.weight).sum();
+        examples.iter_mut().for_each(|e| e.weight /= all);
+        Lesson { kind: item.kind.clone(), examples }
+    };
+    Ok((lesson(found), lesson(objects)))
 }
 
-fn report_losses(lessons: &[Lesson], weights: &[f64]) -> Result<()> {
+/// How many points of each cluster there are in scored frames.
+fn points(overlap: &[Vec<u64>], cluster: usize) -> f64 {
+    overlap.iter().map(|row| row[cluster]).sum::<u64>() as f64
+}
+
+fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<Pair>, found: &mut Vec<Example>) {
+    for pair in pairs {
+        let [p, q] = [pair.clusters.0 as usize, pair.clusters.1 as usize];
+        let (a, b) = (points(overlap, p), points(overlap, q));
+        if a.min(b) >= FEWEST {
+            let truth = overlap.iter().map(|row| row[p] as f64 * row[q] as f64).sum::<f64>() / (a * b);
+            found.push(Example { terms: pair.terms.to_vec(), truth, weight: (1.0 + a.min(b)).ln() });
+        }
+    }
+}
+
+fn objects_in(overlap: &[Vec<u64>], terms: Vec<Vec<f64>>, found: &mut Vec<Example>) {
+    for (cluster, terms) in terms.into_iter().enumerate() {
+        let all = points(overlap, cluster);
+        if all >= FEWEST {
+            let truth = points(&overlap[1..], cluster) / all;
+            found.push(Example { terms, truth, weight: all.sqrt() });
+        }
+    }
+}
+
+fn report_losses(lessons: &[Lesson], weights: &[f64], names: &[&str]) -> Result<()> {
     let mut kinds: Vec<&str> = lessons.iter().map(|lesson| lesson.kind.as_str()).collect();
     kinds.sort_unstable();
     kinds.dedup();
@@ -111,7 +151,7 @@ fn report_losses(lessons: &[Lesson], weights: &[f64]) -> Result<()> {
     }
     print(format_args!("\n{:24} {:>10}", "left out, mean of kinds", ""))?;
     print(format_args!("{:24} {:10.4}", "all terms", left_out(lessons, &kinds, None)))?;
-    for (k, name) in NAMES.iter().enumerate() {
+    for (k, name) in names.iter().enumerate() {
         print(format_args!("without {name:16} {:10.4}", left_out(lessons, &kinds, Some(k))))?;
     }
     print("")
@@ -134,17 +174,20 @@ fn left_out(lessons: &[Lesson], kinds: &[&str], without: Option<usize>) -> f64 {
     losses.iter().sum::<f64>() / losses.len().max(1) as f64
 }
 
-/// The source of the table.
-fn table(weights: &[f64]) -> String {
-    let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
+/// The source of the tables.
+fn table(pair: &[f64], object: &[f64]) -> String {
+    let row = |name: &str, weights: &[f64]| {
+        let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
+        format!("pub(super) const {name}: [f64; {}] = [{}];\n", weights.len(), numbers.join(", "))
+    };
     format!(
         "//! The fitted weights, by the command below; do not edit them by hand.\n\
          //!\n\
          //! `tracecut eval fit bms26 davis wild --out src/evidence/weights.rs`\n\n\
-         /// Of a pair of clusters, for that they are one: base, then the terms of `pair`.\n\
-         pub(super) const PAIR: [f64; {}] = [{}];\n",
-        weights.len(),
-        numbers.join(", ")
+         /// Of a pair of clusters, for that they are one: base, then the terms of `pair`.\n{}\n\
+         /// Of a cluster, for that it is an object: base, then the terms of `object`.\n{}",
+        row("PAIR", pair),
+        row("OBJECT", object)
     )
 }
 
@@ -154,8 +197,9 @@ mod tests {
 
     #[test]
     fn the_table_is_rust_and_a_kind_is_judged_by_the_others() {
-        let table = table(&[1.0, -0.25]);
-        assert!(table.ends_with("pub(super) const PAIR: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
+        let table = table(&[1.0, -0.25], &[0.5]);
+        assert!(table.contains("pub(super) const PAIR: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
+        assert!(table.ends_with("pub(super) const OBJECT: [f64; 1] = [0.5000];\n"), "{table}");
         // One kind obeys the term, the other its opposite: what is learned on one is wrong on the other.
         let lesson = |kind: &str, sign: f64| Lesson {
             kind: kind.to_owned(),

@@ -100,6 +100,13 @@ pub(super) fn eval(args: &PointsArgs) -> Result<()> {
     write(path, text + "\n")
 }
 
+impl Item {
+    /// Whether its truth are masks of objects, and not regions of a shot.
+    pub(super) fn has_masks(&self) -> bool {
+        matches!(self.source, Source::Masks(_))
+    }
+}
+
 /// The clips of all folders.
 pub(super) fn items(suite: &Suite) -> Result<Vec<Item>> {
     let mut all = Vec::new();

@@ -1,0 +1,61 @@
+//! The log-odds that a cluster is an object and not the scene behind.
+
+use super::pair::{Known, Summary, count_of};
+use super::weights::OBJECT;
+
+/// Without the motion: base, then the logarithms of both shares of the rim; fitted likewise, once.
+const OBJECT_BY_RIM: [f64; 3] = [-1.89, -1.02, -1.09];
+
+/// What clusters are judged by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Signs {
+    /// Its share of the frame's rim over its share of the frame: 1 on average.
+    pub(crate) rim: f64,
+    /// The rim that it holds, over the side of a square of its area.
+    pub(crate) side: f64,
+    /// How far it is from the camera's motion, as a mean logarithm, and the part of its points that is salient, where
+    /// these are known.
+    pub(crate) motion: Option<(f64, f64)>,
+}
+
+impl Signs {
+    /// The terms of [`OBJECT`]; `None` where motion is not known.
+    pub(crate) fn terms(&self) -> Option<[f64; OBJECT.len() - 1]> {
+        let (strangeness, salient) = self.motion?;
+        Some([libm::log(self.rim + 0.1), strangeness, salient])
+    }
+
+    /// The log-odds of an object.
+    pub(crate) fn log_odds(&self) -> f64 {
+        let sum = |weights: &[f64], terms: &[f64]| {
+            weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
+        };
+        match self.terms() {
+            Some(terms) => sum(&OBJECT, &terms),
+            None => sum(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1), libm::log(self.side + 0.2)]),
+        }
+    }
+}
+
+/// How far each cluster is from the camera's motion: the mean of ln(1 + r²) over its velocities, whose difference from
+/// that motion is r in units of the noise.
+pub(crate) fn strangeness(label: &[u32], known: &Known) -> Vec<f64> {
+    Summary::of_clusters(label, count_of(label), known).iter().map(Summary::strangeness).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_holds_the_rim_and_goes_with_the_camera_is_scene_and_what_does_neither_an_object() {
+        let odds = |rim: f64, side: f64, motion| Signs { rim, side, motion }.log_odds();
+        for (rim, side) in [(1.1, 3.5), (0.1, 0.1)] {
+            assert!(odds(rim, side, Some((5.0, 1.0))) > odds(rim, side, Some((0.2, 0.0))));
+        }
+        assert!(odds(1.1, 3.5, Some((0.2, 0.0))) < 0.0 && odds(0.0, 0.0, Some((5.0, 1.0))) > 0.0);
+        // A piece of the scene in the middle of the frame.
+        assert!(odds(0.6, 1.0, Some((0.3, 0.0))) < 0.0);
+        assert!(odds(1.1, 3.5, None) < 0.0 && odds(0.0, 0.0, None) > 0.0);
+    }
+}
