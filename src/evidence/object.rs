@@ -3,8 +3,12 @@
 use super::pair::{Known, Summary, count_of};
 use super::weights::OBJECT;
 
-/// Without the motion: base, then the logarithms of both shares of the rim; fitted likewise, once.
-const OBJECT_BY_RIM: [f64; 3] = [-1.89, -1.02, -1.09];
+/// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it
+/// back.
+const CAUTION: f64 = -1.0;
+/// Without the motion: base, then the logarithms of both shares of the rim, of which one is about 1 where a cluster runs on
+/// beyond the frame.
+const OBJECT_BY_RIM: [f64; 3] = [0.0, -1.0, -1.0];
 
 /// What clusters are judged by.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,25 +17,23 @@ pub(crate) struct Signs {
     pub(crate) rim: f64,
     /// The rim that it holds, over the side of a square of its area.
     pub(crate) side: f64,
-    /// How far it is from the camera's motion, as a mean logarithm, and the part of its points that is salient, where
-    /// these are known.
-    pub(crate) motion: Option<(f64, f64)>,
+    /// How far it is from the camera's motion ([`strangeness`]), where that is known.
+    pub(crate) strangeness: Option<f64>,
 }
 
 impl Signs {
     /// The terms of [`OBJECT`]; `None` where motion is not known.
     pub(crate) fn terms(&self) -> Option<[f64; OBJECT.len() - 1]> {
-        let (strangeness, salient) = self.motion?;
-        Some([libm::log(self.rim + 0.1), strangeness, salient])
+        Some([libm::log(self.rim + 0.1), self.strangeness?])
     }
 
-    /// The log-odds of an object.
-    pub(crate) fn log_odds(&self) -> f64 {
+    /// What speaks for an object, above 0.
+    pub(crate) fn value(&self) -> f64 {
         let sum = |weights: &[f64], terms: &[f64]| {
             weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
         };
         match self.terms() {
-            Some(terms) => sum(&OBJECT, &terms),
+            Some(terms) => sum(&OBJECT, &terms) - CAUTION,
             None => sum(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1), libm::log(self.side + 0.2)]),
         }
     }
@@ -49,13 +51,13 @@ mod tests {
 
     #[test]
     fn what_holds_the_rim_and_goes_with_the_camera_is_scene_and_what_does_neither_an_object() {
-        let odds = |rim: f64, side: f64, motion| Signs { rim, side, motion }.log_odds();
+        let value = |rim: f64, side: f64, strangeness| Signs { rim, side, strangeness }.value();
         for (rim, side) in [(1.1, 3.5), (0.1, 0.1)] {
-            assert!(odds(rim, side, Some((5.0, 1.0))) > odds(rim, side, Some((0.2, 0.0))));
+            assert!(value(rim, side, Some(5.0)) > value(rim, side, Some(0.2)));
         }
-        assert!(odds(1.1, 3.5, Some((0.2, 0.0))) < 0.0 && odds(0.0, 0.0, Some((5.0, 1.0))) > 0.0);
+        assert!(value(1.1, 3.5, Some(0.2)) < 0.0 && value(0.0, 0.0, Some(5.0)) > 0.0);
         // A piece of the scene in the middle of the frame.
-        assert!(odds(0.6, 1.0, Some((0.3, 0.0))) < 0.0);
-        assert!(odds(1.1, 3.5, None) < 0.0 && odds(0.0, 0.0, None) > 0.0);
+        assert!(value(0.6, 1.0, Some(0.3)) < 0.0);
+        assert!(value(1.1, 3.5, None) < 0.0 && value(0.0, 0.0, None) > 0.0);
     }
 }

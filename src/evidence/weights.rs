@@ -6,4 +6,4 @@
 pub(super) const PAIR: [f64; 5] = [3.1591, -0.9145, -0.3441, -0.5383, 0.5149];
 
 /// Of a cluster, for that it is an object: base, then the terms of `object`.
-pub(super) const OBJECT: [f64; 4] = [-4.69, -1.55, 0.49, 1.76];
+pub(super) const OBJECT: [f64; 3] = [-3.5600, -1.7400, 0.6000];

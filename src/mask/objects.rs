@@ -77,29 +77,17 @@ pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
     find_objects_in(tracks, clusters, &[])
 }
 
-/// The same where it is known of each cluster how far it is from the camera's motion and which part of it is salient;
-/// empty where it is not.
-pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, motion: &[(f64, f64)]) -> Objects {
+/// The same where it is known of each cluster how far it is from the camera's motion; empty where it is not.
+pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f64]) -> Objects {
     let census = Census::take(tracks, clusters);
-    let signs = census.signs(motion);
-    let surrounding = (0..clusters.count).rev().max_by(|&a, &b| census.rim[a].total_cmp(&census.rim[b]));
-    let is_object = |c: &usize| Some(*c) != surrounding && signs[*c].log_odds() > 0.0;
+    let signs = census.signs(strangeness);
+    let is_object = |&c: &usize| signs[c].is_some_and(|signs| signs.value() > 0.0);
     numbered(&census, (0..clusters.count).filter(is_object).collect())
 }
 
-/// What clusters are judged by.
-pub(crate) fn signs(tracks: &Trajectories, clusters: &Clusters, motion: &[(f64, f64)]) -> Vec<Signs> {
-    Census::take(tracks, clusters).signs(motion)
-}
-
-/// The part of each cluster's points whose trajectories are salient.
-pub(crate) fn salient_shares(tracks: &Trajectories, clusters: &Clusters, foreground: &[bool]) -> Vec<f64> {
-    let mut counts = vec![(0.0, 0.0); clusters.count];
-    for (i, (&c, &salient)) in clusters.label.iter().zip(foreground).enumerate() {
-        let (points, count) = (tracks.points(i).len() as f64, &mut counts[c as usize]);
-        *count = (count.0 + points, count.1 + if salient { points } else { 0.0 });
-    }
-    counts.iter().map(|&(all, salient)| if all > 0.0 { salient / all } else { 0.0 }).collect()
+/// What clusters are judged by; `None` for the one that is background in any case.
+pub(crate) fn signs(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f64]) -> Vec<Option<Signs>> {
+    Census::take(tracks, clusters).signs(strangeness)
 }
 
 /// Labels for the clusters that are known to be objects.
@@ -132,15 +120,18 @@ struct Census {
 }
 
 impl Census {
-    fn signs(&self, motion: &[(f64, f64)]) -> Vec<Signs> {
+    /// The cluster with most of the rim has none.
+    fn signs(&self, strangeness: &[f64]) -> Vec<Option<Signs>> {
         let total = |counts: &[f64]| counts.iter().sum::<f64>();
         let typical = total(&self.rim) / total(&self.cells).max(1.0);
         let of = |c: usize| Signs {
             rim: self.rim[c] / (typical * self.cells[c]).max(1e-9),
             side: self.rim_length[c] / self.side_length[c].max(1e-9),
-            motion: motion.get(c).copied(),
+            strangeness: strangeness.get(c).copied(),
         };
-        (0..self.cells.len()).map(of).collect()
+        let count = self.cells.len();
+        let surrounding = (0..count).rev().max_by(|&a, &b| self.rim[a].total_cmp(&self.rim[b]));
+        (0..count).map(|c| (Some(c) != surrounding).then(|| of(c))).collect()
     }
 
     fn take(tracks: &Trajectories, clusters: &Clusters) -> Self {
@@ -212,10 +203,11 @@ mod tests {
         let corner = ["00000000", "00000000", "00000000", "00000000", "00001111", "00001111", "00001111", "00001111"];
         let (tracks, clusters) = frame(corner, 2);
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
-        assert_eq!(find_objects_in(&tracks, &clusters, &[(0.2, 0.0), (8.0, 1.0)]).of_cluster, [0, 1]);
-        let (tracks, clusters) = frame(ENCLOSED, 3);
-        let motion = [(0.2, 0.0), (0.2, 0.0), (0.2, 0.0)];
-        assert_eq!(find_objects_in(&tracks, &clusters, &motion).of_cluster, [0, 0, 0]);
+        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 6.0]).of_cluster, [0, 1]);
+        let side = ["00000000", "00000000", "00000000", "00001111", "00001111", "00000000", "00000000", "00000000"];
+        let (tracks, clusters) = frame(side, 2);
+        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 4.0]).of_cluster, [0, 1]);
+        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 0.3]).of_cluster, [0, 0]);
     }
 
     #[test]

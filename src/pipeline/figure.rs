@@ -94,8 +94,12 @@ fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
             parted.is_object
         }
         None => {
-            let motion = background.as_ref().map_or_else(Vec::new, |_| clustered.motion(clip));
-            find_objects_in(tracks, &clustered.clusters, &motion).of_cluster.iter().map(|&label| label > 0).collect()
+            let strangeness = background.as_ref().map_or_else(Vec::new, |_| clustered.strangeness(clip));
+            find_objects_in(tracks, &clustered.clusters, &strangeness)
+                .of_cluster
+                .iter()
+                .map(|&label| label > 0)
+                .collect()
         }
     }
 }

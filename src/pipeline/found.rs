@@ -12,7 +12,7 @@ use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::{Known, strangeness};
 use crate::image::{Plane, sample_bilinear};
-use crate::mask::{Objects, Runs, salient_shares};
+use crate::mask::{Objects, Runs};
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
 use crate::superpixel::Superpixels;
@@ -184,12 +184,10 @@ pub(super) struct Clustered {
 }
 
 impl Clustered {
-    /// How far each cluster is from the camera's motion, and which part of it is salient; empty without flow.
-    pub(super) fn motion(&self, clip: &Clip) -> Vec<(f64, f64)> {
-        let (Some(foreground), Some(known)) = (&self.foreground, self.found().known(clip)) else { return Vec::new() };
-        let salient = &foreground.salient.saliency.foreground;
-        let shares = salient_shares(&self.embedded.tracked.tracks, &self.clusters, salient);
-        strangeness(&self.clusters.label, &known).into_iter().zip(shares).collect()
+    /// How far each cluster is from the camera's motion; empty without flow.
+    pub(super) fn strangeness(&self, clip: &Clip) -> Vec<f64> {
+        let known = self.foreground.as_ref().and_then(|_| self.found().known(clip));
+        known.map_or_else(Vec::new, |known| strangeness(&self.clusters.label, &known))
     }
 
     pub(super) fn found(&self) -> Found<'_> {

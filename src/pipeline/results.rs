@@ -255,18 +255,19 @@ impl Session {
         Some((label, pairs))
     }
 
-    /// The terms of each cluster by which objects are told, computed anew at each call: to fit their weights. `None` until
+    /// The terms of each cluster by which objects are told, but for the one that is background in any case, computed anew at
+    /// each call: to fit their weights. `None` until
     /// the clusters are known, without flow, and where the camera stands still or goes forward: there others tell.
     #[doc(hidden)]
-    pub fn cluster_terms(&self) -> Option<Vec<Vec<f64>>> {
+    pub fn cluster_terms(&self) -> Option<Vec<Option<Vec<f64>>>> {
         let (clip, Phase::Begun(_, State::Clustered(clustered))) = (self.clip()?, &self.phase) else { return None };
         let camera = dense::camera_of(clustered, clip)?;
         if camera.still || camera.goes_forward() {
             return None;
         }
         let tracks = &clustered.embedded.tracked.tracks;
-        let signs = signs(tracks, &clustered.clusters, &clustered.motion(clip));
-        signs.iter().map(|signs| signs.terms().map(|terms| terms.to_vec())).collect()
+        let signs = signs(tracks, &clustered.clusters, &clustered.strangeness(clip));
+        Some(signs.iter().map(|signs| Some(signs.as_ref()?.terms()?.to_vec())).collect())
     }
 
     /// The frames pushed, at working size.

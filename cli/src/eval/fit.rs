@@ -28,7 +28,7 @@ const FEWEST: f64 = 5.0;
 /// The terms of pairs, in their order.
 const PAIR: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
 /// Those of objects.
-const OBJECT: [&str; 3] = ["rim", "strangeness", "salient"];
+const OBJECT: [&str; 2] = ["rim", "strangeness"];
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -127,10 +127,10 @@ fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<Pair>, found: &mut Vec<Example>) {
     }
 }
 
-fn objects_in(overlap: &[Vec<u64>], terms: Vec<Vec<f64>>, found: &mut Vec<Example>) {
+fn objects_in(overlap: &[Vec<u64>], terms: Vec<Option<Vec<f64>>>, found: &mut Vec<Example>) {
     for (cluster, terms) in terms.into_iter().enumerate() {
         let all = points(overlap, cluster);
-        if all >= FEWEST {
+        if let (Some(terms), true) = (terms, all >= FEWEST) {
             let truth = points(&overlap[1..], cluster) / all;
             found.push(Example { terms, truth, weight: all.sqrt() });
         }
