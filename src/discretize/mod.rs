@@ -72,6 +72,9 @@ crate::params! {
         /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, among the eigenvalues of
         /// the embedding; all of them where there is no such gap. Higher gives more clusters.
         pub min_gap: f64 = 0.02, in 0.0..=1.0;
+        /// With rotation-evidence: log-odds above which two pieces are joined, of which the smaller holds all trajectories; a
+        /// smaller share asks less. Higher keeps more apart, lower makes fewer, larger clusters.
+        pub caution: f64 = 2.8, in 0.0..=20.0;
         /// ρ of rotation-merge: clusters whose mean discontinuity along their common border is below it are merged
         /// (section 2.3: 0.4). Higher merges more.
         pub merge_threshold: f64 = 0.77, in 0.0..=1.0;
@@ -142,7 +145,7 @@ fn pieces_of(embedding: &Embedding, count: usize, params: &DiscretizeParams, see
 /// neighbours.
 fn merged(mut label: Vec<u32>, known: &Known, params: &DiscretizeParams) -> Clusters {
     match params.method {
-        DiscretizeMethod::RotationEvidence => unite(&mut label, known),
+        DiscretizeMethod::RotationEvidence => unite(&mut label, known, params.caution),
         DiscretizeMethod::RotationMerge => merge_clusters(&mut label, known.found, params.merge_threshold),
         DiscretizeMethod::Rotation | DiscretizeMethod::KMeans => {}
     }

@@ -1,17 +1,21 @@
-//! What is known of clusters, weighed: which of them are one thing.
+//! What is known of clusters, weighed: which of them are one thing, and which are objects.
 //!
-//! In: trajectories with their labels and discontinuities, the camera's motion. Out: for each two neighbouring clusters
-//! the log-odds that they are one (`along_borders`), by which they are merged (`discretize`).
+//! In: trajectories with their labels and discontinuities, the camera's motion, what is kept apart. Out: pieces of one
+//! thing under one label (`unite`), and what speaks for each cluster to be an object (`object`).
 //!
-//! It is a sum of three terms with weights that were fitted on clips with true masks, by logistic regression
-//! (`weights`; `tracecut eval fit` makes the table). None of them decides alone, and none has a threshold: mean
-//! discontinuity along the common border (section 2.3 of the paper), how much worse one affine motion explains two
-//! clusters than one each (model selection as in Torr, Philosophical Transactions 1998), and whether they differ in
-//! how far they are from the camera's motion. What connectedness keeps apart is against it whatever these say.
+//! Both are sums of a few terms with weights that were fitted on clips with true masks, by logistic regression
+//! (`weights`; `tracecut eval fit` makes the table). No term decides alone, and none has a threshold.
 //!
-//! Merging goes on while the mean along a border speaks for it, as in the paper with discontinuities alone: greedy
-//! contraction for the best partition, as in Keuper, Andres and Brox (ICCV 2015). Colours, and what single affine motions
-//! leave over, were tried as terms: kinds of clips that were left out of the fit lose by them.
+//! **One thing.** Of two neighbouring clusters: mean discontinuity along the common border (section 2.3 of the paper); how
+//! much worse one affine motion explains both than one each (model selection as in Torr, Philosophical Transactions
+//! 1998), and what one each leaves over; whether they differ in how far they are from the camera's motion. The two for
+//! which most speaks are joined and weighed anew, as the paper does with discontinuities alone: greedy contraction for the
+//! best partition, as in Keuper, Andres and Brox (ICCV 2015). A small piece is joined more readily than a large one, since
+//! what a wrong join costs grows with it. What connectedness keeps apart counts against, in proportion to its part of the
+//! border.
+//!
+//! **Objects.** How much of the frame's rim a cluster holds for its size, since the scene runs on beyond the frame, and how
+//! far it is from the camera's motion.
 
 mod affine;
 mod object;

@@ -3,18 +3,16 @@
 use super::UNLABELLED;
 use super::pair::{Border, Known, Summary, count_of, log_odds};
 
-/// The log-odds at which a piece of all trajectories is as well joined as left alone.
-const CAUTION: f64 = 2.8;
-/// How that falls with the share of trajectories, in powers of it: a fragment is one fragment however small it is, and what
-/// a wrong join costs grows with the piece.
+/// How the caution falls with the share of trajectories, in powers of it: a fragment is one fragment however small it
+/// is, and what a wrong join costs grows with the piece.
 const BY_SHARE: f64 = 0.4;
 /// The log-odds that two are one which the foreground has apart in some frame.
 const APART: f64 = -3.0;
 
-/// Gives pieces that are one thing a common label: while anything speaks for it the two neighbours are joined for which most
-/// does, and what is known of both is weighed anew. Unlabelled trajectories take no part.
-pub(crate) fn unite(label: &mut [u32], known: &Known) {
-    let mut pieces = Pieces::new(label, known);
+/// Gives pieces that are one thing a common label: while more than the caution speaks for it, the two neighbours for which
+/// most does are joined, and what is known of both is weighed anew. Unlabelled trajectories take no part.
+pub(crate) fn unite(label: &mut [u32], known: &Known, caution: f64) {
+    let mut pieces = Pieces::new(label, known, caution);
     while let Some((p, q)) = pieces.likeliest() {
         pieces.join(p, q);
     }
@@ -26,6 +24,7 @@ pub(crate) fn unite(label: &mut [u32], known: &Known) {
 /// Pieces while they are joined; every two have a place `p * count + q`, `p < q`.
 struct Pieces {
     count: usize,
+    caution: f64,
     all: f64,
     summary: Vec<Summary>,
     border: Vec<Border>,
@@ -36,13 +35,13 @@ struct Pieces {
 }
 
 impl Pieces {
-    fn new(label: &[u32], known: &Known) -> Self {
+    fn new(label: &[u32], known: &Known, caution: f64) -> Self {
         let count = count_of(label);
         let summary = Summary::of_clusters(label, count, known);
         let all = summary.iter().map(|s| s.size).sum();
         let border = Border::all(label, count, known);
         let value = vec![f64::NEG_INFINITY; border.len()];
-        let mut pieces = Self { count, all, summary, border, value, into: (0..count as u32).collect() };
+        let mut pieces = Self { count, caution, all, summary, border, value, into: (0..count as u32).collect() };
         (0..count).for_each(|p| pieces.weigh(p));
         pieces
     }
@@ -64,7 +63,7 @@ impl Pieces {
             return f64::NEG_INFINITY;
         }
         let (a, b) = (&self.summary[p], &self.summary[q]);
-        let caution = CAUTION + BY_SHARE * libm::log(a.size.min(b.size) / self.all);
+        let caution = self.caution + BY_SHARE * libm::log(a.size.min(b.size) / self.all);
         let apart = border.apart / border.pairs;
         (1.0 - apart) * (log_odds(&a.terms(b, border)) - caution) + apart * APART
     }
@@ -102,6 +101,7 @@ mod tests {
     use crate::trajectory::Trajectories;
 
     const FRAMES: usize = 12;
+    const CAUTION: f64 = 2.8;
 
     /// Eight columns of six trajectories at rest; the columns from `from` on move down by `speed` pixels a frame.
     fn columns(from: usize, speed: f32) -> Trajectories {
@@ -120,7 +120,7 @@ mod tests {
         let found = Discontinuities { d: vec![d; near.pairs.len()], neighborhoods: near, ..Discontinuities::default() };
         let mut label: Vec<u32> = (0..48).map(|k| k / 12).collect();
         let affinity = AffinityParams::default();
-        unite(&mut label, &Known { tracks, found: &found, affinity: &affinity, camera: &[], separation });
+        unite(&mut label, &Known { tracks, found: &found, affinity: &affinity, camera: &[], separation }, CAUTION);
         label
     }
 
@@ -151,7 +151,7 @@ mod tests {
         let affinity = AffinityParams::default();
         let known = Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &[], separation: None };
         let mut label = vec![UNLABELLED; 48];
-        unite(&mut label, &known);
+        unite(&mut label, &known, CAUTION);
         assert_eq!(label, [UNLABELLED; 48]);
     }
 }

@@ -79,10 +79,10 @@ export const GROUPS = [
 /** @type {Essential[]} */
 export const ESSENTIALS = [
   {
-    name: 'discretize.mergeThreshold',
-    label: 'Joining',
-    about: 'Higher makes fewer, larger objects; lower keeps parts that move differently apart.',
-    range: [0.4, 1, 0.01],
+    name: 'discretize.caution',
+    label: 'Keeping apart',
+    about: 'Higher keeps parts that move differently apart; lower makes fewer, larger objects.',
+    range: [1, 5, 0.1],
     only: 'clip',
   },
   {
@@ -99,13 +99,6 @@ export const ESSENTIALS = [
     about: 'Lower finds smaller objects and takes longer.',
     range: [4, 20, 1],
     unit: 'px',
-    only: 'clip',
-  },
-  {
-    name: 'connectedness.partThreshold',
-    label: 'Holding together',
-    about: 'Higher holds the limbs of a walker together, and also things that touch.',
-    range: [0, 1, 0.05],
     only: 'clip',
   },
   {

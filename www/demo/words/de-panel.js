@@ -183,17 +183,15 @@ export const settings = {
   'Still images': 'Einzelne Bilder',
   'The embedding of the pixels of a single image.': 'Die Einbettung der Pixel eines einzelnen Bildes.',
   Joining: 'Zusammenfassen',
-  'Higher makes fewer, larger objects; lower keeps parts that move differently apart.':
-    'Höher gibt weniger, größere Objekte; niedriger hält Teile auseinander, die sich verschieden bewegen.',
+  'Keeping apart': 'Auseinanderhalten',
+  'Higher keeps parts that move differently apart; lower makes fewer, larger objects.':
+    'Höher hält Teile auseinander, die sich verschieden bewegen; niedriger gibt weniger, größere Objekte.',
   'Shaking to ignore': 'Wackeln übergehen',
   'Lower notices slower motion; higher takes more of it for shaking.':
     'Niedriger bemerkt langsamere Bewegung; höher hält mehr davon für Wackeln.',
   'px a frame': 'px je Bild',
   'Distance of points': 'Abstand der Punkte',
   'Lower finds smaller objects and takes longer.': 'Niedriger findet kleinere Objekte und dauert länger.',
-  'Holding together': 'Zusammenhalten',
-  'Higher holds the limbs of a walker together, and also things that touch.':
-    'Höher hält die Glieder eines Fußgängers zusammen, aber auch Dinge, die sich berühren.',
   'Smoothness of masks': 'Glätte der Masken',
   'Higher gives rounder masks that lose thin parts.': 'Höher gibt rundere Masken, die dünne Teile verlieren.',
   'Higher makes fewer, larger superpixels.': 'Höher gibt weniger, größere Superpixel.',
