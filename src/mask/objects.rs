@@ -74,14 +74,15 @@ impl Objects {
 /// ```
 #[must_use]
 pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
-    find_objects_in(tracks, clusters, &[])
+    find_objects_in(tracks, clusters, &[], 0.0)
 }
 
-/// The same where it is known of each cluster how far it is from the camera's motion; empty where it is not.
-pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f64]) -> Objects {
+/// The same where it is known of each cluster how far it is from the camera's motion, empty where it is not; more than
+/// `least` must speak for an object.
+pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f64], least: f64) -> Objects {
     let census = Census::take(tracks, clusters);
     let signs = census.signs(strangeness);
-    let is_object = |&c: &usize| signs[c].is_some_and(|signs| signs.value() > 0.0);
+    let is_object = |&c: &usize| signs[c].is_some_and(|signs| signs.value() > least);
     numbered(&census, (0..clusters.count).filter(is_object).collect())
 }
 
@@ -203,11 +204,11 @@ mod tests {
         let corner = ["00000000", "00000000", "00000000", "00000000", "00001111", "00001111", "00001111", "00001111"];
         let (tracks, clusters) = frame(corner, 2);
         assert_eq!(find_objects(&tracks, &clusters).of_cluster, [0, 0]);
-        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 6.0]).of_cluster, [0, 1]);
+        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 6.0], 0.0).of_cluster, [0, 1]);
         let side = ["00000000", "00000000", "00000000", "00001111", "00001111", "00000000", "00000000", "00000000"];
         let (tracks, clusters) = frame(side, 2);
-        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 4.0]).of_cluster, [0, 1]);
-        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 0.3]).of_cluster, [0, 0]);
+        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 4.0], 0.0).of_cluster, [0, 1]);
+        assert_eq!(find_objects_in(&tracks, &clusters, &[0.2, 0.3], 0.0).of_cluster, [0, 0]);
     }
 
     #[test]

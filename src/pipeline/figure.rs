@@ -95,7 +95,7 @@ fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
         }
         None => {
             let strangeness = background.as_ref().map_or_else(Vec::new, |_| clustered.strangeness(clip));
-            find_objects_in(tracks, &clustered.clusters, &strangeness)
+            find_objects_in(tracks, &clustered.clusters, &strangeness, 0.0)
                 .of_cluster
                 .iter()
                 .map(|&label| label > 0)

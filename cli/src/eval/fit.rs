@@ -74,7 +74,7 @@ pub(super) fn eval(args: &FitArgs) -> Result<()> {
         report_losses(lessons, &weights, names)?;
         tables.push(weights);
     }
-    let text = table(&tables[0], &tables[1]);
+    let text = table(&tables[0], &tables[1], &command(args));
     print(&text)?;
     args.out.as_ref().map_or(Ok(()), |path| write(path, text))
 }
@@ -174,8 +174,16 @@ fn left_out(lessons: &[Lesson], kinds: &[&str], without: Option<usize>) -> f64 {
     losses.iter().sum::<f64>() / losses.len().max(1) as f64
 }
 
+/// What makes the table again, places left out.
+fn command(args: &FitArgs) -> String {
+    let names = args.suite.folders.iter().map(|f| f.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let names: Vec<String> = names.collect();
+    let seeds: Vec<String> = args.seeds.iter().map(u32::to_string).collect();
+    format!("tracecut eval fit {} --frames {} --seeds {}", names.join(" "), args.frames, seeds.join(","))
+}
+
 /// The source of the tables.
-fn table(pair: &[f64], object: &[f64]) -> String {
+fn table(pair: &[f64], object: &[f64], command: &str) -> String {
     let row = |name: &str, weights: &[f64]| {
         let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
         format!("pub(super) const {name}: [f64; {}] = [{}];\n", weights.len(), numbers.join(", "))
@@ -183,7 +191,7 @@ fn table(pair: &[f64], object: &[f64]) -> String {
     format!(
         "//! The fitted weights, by the command below; do not edit them by hand.\n\
          //!\n\
-         //! `tracecut eval fit bms26 davis wild --out src/evidence/weights.rs`\n\n\
+         //! `{command}`\n\n\
          /// Of a pair of clusters, for that they are one: base, then the terms of `pair`.\n{}\n\
          /// Of a cluster, for that it is an object: base, then the terms of `object`.\n{}",
         row("PAIR", pair),
@@ -197,7 +205,7 @@ mod tests {
 
     #[test]
     fn the_table_is_rust_and_a_kind_is_judged_by_the_others() {
-        let table = table(&[1.0, -0.25], &[0.5]);
+        let table = table(&[1.0, -0.25], &[0.5], "tracecut eval fit");
         assert!(table.contains("pub(super) const PAIR: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
         assert!(table.ends_with("pub(super) const OBJECT: [f64; 1] = [0.5000];\n"), "{table}");
         // One kind obeys the term, the other its opposite: what is learned on one is wrong on the other.
