@@ -90,7 +90,7 @@ fn figures(size: (usize, usize)) -> Vec<(&'static str, f64)> {
     time("saliency in context", &mut || drop(stands_out()));
     let foreground = stands_out();
     let (longest, fewest) = (params.connectedness.max_edge * params.spacing(), params.connectedness.min_component);
-    let known = Known::new(&tracks, &d, &params.affinity).with_camera(&maps);
+    let known = Known::new(&tracks, &d, &params.affinity, Some(&maps), None);
     let pieces = || components(&tracks, &d.neighborhoods, &foreground, longest, fewest as usize);
     time("components, the clip", &mut || drop(Separation::new(&tracks, &pieces(), &params.connectedness)));
     time("clusters, the clip", &mut || drop(discretize(&v, &known, &params.discretize, seed)));

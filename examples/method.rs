@@ -78,7 +78,7 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
     }
 
     // 2.3 Labels of the trajectories: V is rotated, and what is one thing by all that is known of it is merged.
-    let known = Known::new(&tracks, &d, &params.affinity).with_camera(&maps).with_separation(&separation);
+    let known = Known::new(&tracks, &d, &params.affinity, Some(&maps), Some(&separation));
     let clusters = discretize(&v, &known, &params.discretize, seed);
 
     // 4.1 Superpixels: faces of the constrained Gabriel graph of each frame's contours.

@@ -119,7 +119,7 @@ pub struct Clusters {
 ///
 /// let affinity = AffinityParams::default();
 /// let params = DiscretizeParams { method: DiscretizeMethod::RotationMerge, ..DiscretizeParams::default() };
-/// let clusters = discretize(&embedding, &Known::new(&tracks, &found, &affinity), &params, 0);
+/// let clusters = discretize(&embedding, &Known::new(&tracks, &found, &affinity, None, None), &params, 0);
 /// assert_eq!((clusters.count, clusters.label.len()), (2, 15));
 /// assert!(clusters.label.iter().zip(&digits).all(|(&label, digit)| label == u32::from(digit - b'0')));
 /// ```
@@ -166,8 +166,7 @@ pub(crate) fn discretize_into(
 }
 
 /// The clusters with all background trajectories in one of their own.
-#[must_use]
-pub fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
+pub(crate) fn with_background(tracks: &Trajectories, clusters: Clusters, foreground: &[bool]) -> Clusters {
     let background = clusters.count as u32;
     let label = clusters.label.iter().zip(foreground).map(|(&l, &f)| if f { l } else { background }).collect();
     canonical(tracks, label)
@@ -338,7 +337,8 @@ mod tests {
             for count in [CountRule::Eigenvalues, CountRule::Gap] {
                 let params = DiscretizeParams { method, count, ..DiscretizeParams::default() };
                 let (none, links, affinity) = (still(0, 3), chain(&[]), AffinityParams::default());
-                let clusters = discretize(&Embedding::default(), &Known::new(&none, &links, &affinity), &params, 0);
+                let clusters =
+                    discretize(&Embedding::default(), &Known::new(&none, &links, &affinity, None, None), &params, 0);
                 assert_eq!(clusters, Clusters::default());
             }
         }
@@ -377,7 +377,7 @@ mod tests {
         let labels = |method, count| {
             let params = DiscretizeParams { method, ..DiscretizeParams::default() };
             let (tracks, affinity) = (still(6, 3), AffinityParams::default());
-            discretize_into(&embedding, &Known::new(&tracks, &links, &affinity), count, &params, 0).label
+            discretize_into(&embedding, &Known::new(&tracks, &links, &affinity, None, None), count, &params, 0).label
         };
         for method in [DiscretizeMethod::Rotation, DiscretizeMethod::KMeans] {
             assert_eq!(labels(method, 2), [0, 0, 0, 1, 1, 1], "{method:?}");

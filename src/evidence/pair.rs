@@ -36,21 +36,15 @@ pub struct Known<'a> {
 
 impl<'a> Known<'a> {
     /// Trajectories, their neighbours and discontinuities; velocities and their noise are taken as affinities have them.
-    /// The camera is held to stand still, and nothing is kept apart.
-    pub fn new(tracks: &'a Trajectories, found: &'a Discontinuities, affinity: &'a AffinityParams) -> Self {
-        Self { tracks, found, affinity, camera: &[], separation: None }
-    }
-
-    /// The same with the camera's motion, which `maps` have seen.
-    #[must_use]
-    pub fn with_camera(self, maps: &'a SaliencyMaps) -> Self {
-        Self { camera: maps.motions(), ..self }
-    }
-
-    /// The same with what connectedness keeps apart.
-    #[must_use]
-    pub fn with_separation(self, separation: &'a Separation) -> Self {
-        Self { separation: Some(separation), ..self }
+    /// The camera's motion is that which the maps have seen; without maps it is held to stand still.
+    pub fn new(
+        tracks: &'a Trajectories,
+        found: &'a Discontinuities,
+        affinity: &'a AffinityParams,
+        maps: Option<&'a SaliencyMaps>,
+        separation: Option<&'a Separation>,
+    ) -> Self {
+        Self { tracks, found, affinity, camera: maps.map_or(&[], SaliencyMaps::motions), separation }
     }
 }
 

@@ -195,11 +195,9 @@ impl Connected {
     pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Clustered>> {
         let Self { embedded, foreground } = *self;
         let (params, tracks) = (&clip.params, &embedded.tracked.tracks);
-        let mut known = Known::new(tracks, &embedded.discontinuities, &params.affinity);
-        if let Some(Foreground { salient, separation, .. }) = &foreground {
-            known = known.with_camera(&salient.maps);
-            known.separation = separation.as_ref();
-        }
+        let maps = foreground.as_ref().map(|found| &found.salient.maps);
+        let separation = foreground.as_ref().and_then(|found| found.separation.as_ref());
+        let known = Known::new(tracks, &embedded.discontinuities, &params.affinity, maps, separation);
         let mut clusters = discretize(&embedded.embedding, &known, &params.discretize, params.clip.seed);
         if let (Some(foreground), ConnectednessMode::ForegroundOnly) = (&foreground, params.connectedness.mode) {
             clusters = with_background(tracks, clusters, &foreground.salient.saliency.foreground);

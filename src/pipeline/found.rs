@@ -40,9 +40,8 @@ pub(super) struct Found<'a> {
 impl<'a> Found<'a> {
     /// What clusters are compared by; `None` until it is known. Without flow the camera is held to stand still.
     pub(super) fn known(&self, clip: &'a Clip) -> Option<Known<'a>> {
-        let known = Known::new(&self.tracked?.tracks, self.discontinuities?, &clip.params.affinity);
-        let known = self.salient.map_or(known, |salient| known.with_camera(&salient.maps));
-        Some(self.separation.map_or(known, |separation| known.with_separation(separation)))
+        let (tracks, maps) = (&self.tracked?.tracks, self.salient.map(|salient| &salient.maps));
+        Some(Known::new(tracks, self.discontinuities?, &clip.params.affinity, maps, self.separation))
     }
 }
 

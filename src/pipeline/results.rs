@@ -217,8 +217,8 @@ impl Session {
         let affinities = affinities(tracked.lived(), params.spacing(), &params.affinity, seed)?;
         let embedding = embed(&affinities, &params.embedding, seed);
         let edges = discontinuities(edges.neighborhoods.clone(), &embedding, &params.discontinuity);
-        let known = Known::new(&tracked.tracks, &edges, &params.affinity);
-        let known = found.salient.map_or(known, |salient| known.with_camera(&salient.maps));
+        let maps = found.salient.map(|salient| &salient.maps);
+        let known = Known::new(&tracked.tracks, &edges, &params.affinity, maps, None);
         Ok(Some(discretize(&embedding, &known, &params.discretize, seed)))
     }
 
