@@ -8,9 +8,9 @@
 //!    trajectories that surely move frames do not count for the plate.
 //! 2. A trajectory that ends where it began is the scene's, whoever holds the frame's rim (`moving`). Where hardly any
 //!    rests, the ground is too plain to be tracked: what is like the plate all along is the ground then.
-//! 3. Each superpixel has a *cue*, its mean distance from the plate. What a value is worth is learned on the clip itself
-//!    (`odds`): how often it occurs where trajectories say object or background. Where it does not tell these apart it
-//!    says nothing.
+//! 3. Each superpixel has two *cues*, its mean distance from the plate and that of its flow from none. What a value of
+//!    a cue is worth is learned on the clip itself (`odds`): how often it occurs where trajectories say object or
+//!    background. A cue that does not tell these apart in a clip says nothing there.
 //!
 //! **Where the camera moves.**
 //! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
@@ -37,6 +37,7 @@ pub(crate) use rigid::part_rigid;
 
 use crate::camera::Camera;
 use crate::cut::STRANGER;
+use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -50,8 +51,12 @@ crate::params! {
     pub struct BackgroundParams {
         /// Whether clips are judged by their background. Not in the paper.
         pub judge: bool = true, in 0..=1;
+        /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
+        pub motion: f32 = 0.4, in 0.01..=100.0;
         /// Where the camera stands still: weight of the log-odds by the distance from the plate.
         pub plate_weight: f32 = 0.8, in 0.0..=100.0;
+        /// Where the camera stands still: weight of the log-odds by motion.
+        pub motion_weight: f32 = 0.3, in 0.0..=100.0;
         /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
         /// objects'.
         pub account_weight: f32 = 2.5, in 0.0..=100.0;
@@ -72,6 +77,8 @@ const NEUTRAL: f32 = -1.0;
 const APART: f32 = 4.0;
 /// What is left of the doubt where only trajectories of objects are, is one less this.
 const TRUST: f32 = 0.5;
+/// Weight of what speaks against a cluster, in superpixels where its trajectories are.
+const OPINION: f32 = 2.0;
 /// The least of which, in grey levels squared.
 const LEAST: f32 = 100.0;
 
@@ -86,6 +93,8 @@ pub(crate) struct Background {
     accounts: Vec<Accounts>,
     /// What differs from its place in the scene by this mean square is as much none of it as not.
     strange: f32,
+    /// What speaks against each cluster that is an object all the same; empty where nothing does.
+    doubted: Vec<f32>,
     /// Where the camera stands still: how far each pixel of each frame is from the plate, in 255ths; may be smaller
     /// than frames. [`UNKNOWN`] where the plate is not known.
     distance: Vec<Plane<u8>>,
@@ -98,7 +107,8 @@ impl Background {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(SIDE).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
-        let mut background = Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance: Vec::new() };
+        let (accounts, doubted, distance) = (Vec::new(), Vec::new(), Vec::new());
+        let mut background = Self { camera, pictures, step, accounts, strange: 0.0, doubted, distance };
         if background.is_still() {
             let hidden = denser.map_or_else(Vec::new, |(tracks, reach)| background.hidden(tracks, reach));
             let is_hidden = |t: usize, x: usize, y: usize| hidden.get(t).is_some_and(|map| map[(x, y)]);
@@ -139,6 +149,11 @@ impl Background {
     /// Whether the camera goes forward.
     pub(crate) fn goes_forward(&self) -> bool {
         self.camera.goes_forward()
+    }
+
+    /// Notes what speaks against clusters that are objects all the same, as log-odds, by cluster.
+    pub(crate) fn doubt(&mut self, doubted: Vec<f32>) {
+        self.doubted = doubted;
     }
 
     /// Accounts for the pixels of all frames by these trajectories, whose labels are objects or not.
@@ -198,6 +213,7 @@ impl Background {
     pub(crate) fn evidence(
         &self,
         superpixels: &[Superpixels],
+        flows: &[CompactFlow],
         (tracks, label): (&Trajectories, &[u32]),
         is_object: &[bool],
         params: &BackgroundParams,
@@ -211,19 +227,27 @@ impl Background {
                 };
                 let said = verdicts(s, map, self.strange).into_iter();
                 let witnesses = witnesses_in(s, t, tracks, label, is_object);
-                evidence.extend(said.zip(witnesses).map(|(said, w)| {
+                let doubts = doubts_in(s, t, tracks, label, &self.doubted);
+                evidence.extend(said.zip(witnesses).zip(doubts).map(|((said, w), doubt)| {
                     let unseen = 1.0 - TRUST * w.object as f32 / (w.object + w.background).max(1) as f32;
-                    params.account_weight * said - params.doubt * unseen
+                    params.account_weight * said - params.doubt * unseen - OPINION * doubt
                 }));
             }
             return evidence;
         }
-        let (mut witnesses, mut by_plate) = (Vec::new(), Vec::new());
+        let (mut witnesses, mut by_plate, mut by_motion) = (Vec::new(), Vec::new(), Vec::new());
         for (t, s) in superpixels.iter().enumerate() {
             witnesses.extend(witnesses_in(s, t, tracks, label, is_object));
             by_plate.extend(self.distance.get(t).map_or_else(|| vec![0.0; s.count], |map| means(s, map)));
+            let flow = flows.get(t).or(flows.last());
+            by_motion.extend(flow.map_or_else(|| vec![0.0; s.count], |flow| means(s, &motion(flow, params.motion))));
         }
-        log_odds(&by_plate, &witnesses).into_iter().map(|odds| params.plate_weight * odds).collect()
+        evidence.resize(witnesses.len(), 0.0);
+        for (cue, weight) in [(by_plate, params.plate_weight), (by_motion, params.motion_weight)] {
+            let odds = log_odds(&cue, &witnesses);
+            evidence.iter_mut().zip(odds).for_each(|(sum, odds)| *sum += weight * odds);
+        }
+        evidence
     }
 }
 
@@ -243,6 +267,27 @@ fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32>
         }
     }
     sums.iter().map(|v| v.value().max(v.strangeness(strange))).collect()
+}
+
+/// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
+fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
+    let flow = flow.unpack(1.0, 1.0);
+    Plane::from_fn(flow.u.width(), flow.u.height(), |x, y| {
+        let sq = flow.u[(x, y)] * flow.u[(x, y)] + flow.v[(x, y)] * flow.v[(x, y)];
+        (254.0 * sq / (sq + half * half)) as u8
+    })
+}
+
+/// What the clusters of the trajectories in each superpixel are doubted by, in the mean.
+fn doubts_in(superpixels: &Superpixels, t: usize, tracks: &Trajectories, label: &[u32], doubt: &[f32]) -> Vec<f32> {
+    let mut sums = vec![(0.0, 0.0_f32); superpixels.count];
+    for (i, x, y) in tracks.alive(t) {
+        let Some(of) = label.get(i).and_then(|&l| doubt.get(l as usize)) else { continue };
+        let place = crate::cut::pixel_of(&superpixels.label, x, y);
+        let sum = &mut sums[superpixels.label.data()[place] as usize];
+        *sum = (sum.0 + of, sum.1 + 1.0);
+    }
+    sums.into_iter().map(|(sum, count)| sum / count.max(1.0)).collect()
 }
 
 /// The trajectories of frame `t` in each superpixel.
@@ -370,7 +415,7 @@ mod tests {
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
         let superpixels = vec![Superpixels { label: plane, count: 2, ..Superpixels::default() }; 10];
-        let found = background.evidence(&superpixels, (&tracks, &label), &[false, true], &params);
+        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
     }
 
@@ -380,7 +425,7 @@ mod tests {
         let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None);
         let (tracks, label) = followed();
         background.account((&tracks, &label), &[false, false]);
-        let found = background.evidence(&vec![halves(); 10], (&tracks, &label), &[false, false], &params);
+        let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
         assert_eq!(found, vec![0.0; 30]);
     }
 
@@ -395,7 +440,7 @@ mod tests {
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
         let params = BackgroundParams::default();
-        let found = background.evidence(&superpixels, (&tracks, &label), &[true, false], &params);
+        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[true, false], &params);
         assert_eq!(found.len(), 30);
         // In the first frame the square is on the left, in the last on the right; above there is nothing at any time.
         assert!(found[0] < 0.0 && found[27] < 0.0, "{found:?}");

@@ -17,7 +17,7 @@ pub use border::{RefineParams, refine};
 pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};
 pub use objects::{Objects, find_objects};
-pub(crate) use objects::{find_objects_in, number_objects, signs};
+pub(crate) use objects::{number_objects, signs};
 pub(crate) use runs::Runs;
 pub(crate) use salient::salient_objects;
 pub use table::{ObjectRow, object_rows, object_table};

@@ -79,7 +79,7 @@ pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
 
 /// The same where it is known of each cluster how far it is from the camera's motion, empty where it is not; more than
 /// `least` must speak for an object.
-pub(crate) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f64], least: f64) -> Objects {
+pub(super) fn find_objects_in(tracks: &Trajectories, clusters: &Clusters, strangeness: &[f64], least: f64) -> Objects {
     let census = Census::take(tracks, clusters);
     let signs = census.signs(strangeness);
     let is_object = |&c: &usize| signs[c].is_some_and(|signs| signs.value() > least);

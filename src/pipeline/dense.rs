@@ -143,7 +143,7 @@ impl Terms {
         if let Some(background) = background {
             let (tracks, label) = clustered.counting(terms.voted.as_deref());
             let settings = &clip.params.background;
-            terms.evidence = background.evidence(superpixels, (tracks, label), &terms.is_object, settings);
+            terms.evidence = background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
         }
         terms
     }

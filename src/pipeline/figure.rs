@@ -8,8 +8,12 @@ use super::found::{Clustered, Parts};
 use crate::background::{part, part_rigid};
 use crate::cut::{UNKNOWN, forget_strangers, labels_for};
 use crate::discretize::canonical;
-use crate::mask::{Objects, find_objects_in, number_objects, salient_objects};
+use crate::evidence::Signs;
+use crate::mask::{Objects, find_objects, number_objects, salient_objects, signs};
 use crate::window::portraits;
+
+/// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
+const LEAST: f64 = -1.5;
 
 /// The objects, and the labels of the denser trajectories; `None` without those. Clusters may be made anew.
 pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
@@ -28,7 +32,7 @@ pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Opt
 /// are objects; `None` where there are none.
 fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(Vec<u32>, Vec<bool>)> {
     let Parts { clustered, background, .. } = parts;
-    let background = background.as_ref()?;
+    let background = background.as_mut()?;
     if background.is_still() || background.goes_forward() || !clip.params.background.stand_out {
         return None;
     }
@@ -59,6 +63,7 @@ fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(V
         is_object[now as usize] = old as usize >= before;
     }
     labels.iter_mut().for_each(|label| *label = renamed.get(*label as usize).copied().unwrap_or(*label));
+    background.doubt(Vec::new());
     is_object.contains(&true).then_some((labels, is_object))
 }
 
@@ -94,12 +99,14 @@ fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
             parted.is_object
         }
         None => {
-            let strangeness = background.as_ref().map_or_else(Vec::new, |_| clustered.strangeness(clip));
-            find_objects_in(tracks, &clustered.clusters, &strangeness, 0.0)
-                .of_cluster
-                .iter()
-                .map(|&label| label > 0)
-                .collect()
+            let Some(background) = background else {
+                return find_objects(tracks, &clustered.clusters).of_cluster.iter().map(|&label| label > 0).collect();
+            };
+            let signs = signs(tracks, &clustered.clusters, &clustered.strangeness(clip));
+            let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
+            let values: Vec<f64> = signs.iter().map(value).collect();
+            background.doubt(values.iter().map(|&v| if v > LEAST { -v.min(0.0) as f32 } else { 0.0 }).collect());
+            values.iter().map(|&v| v > LEAST).collect()
         }
     }
 }
