@@ -16,6 +16,10 @@ const FEWEST: f64 = 4.0;
 const LEAST_GAIN: f64 = 0.01;
 const LEAST_REST: f64 = 0.1;
 
+/// Side of a square frame for which differences from the camera's motion are meant, in pixels: in smaller ones all moves
+/// less.
+const LARGE: f64 = 360.0;
+
 /// How many terms there are.
 const TERMS: usize = PAIR.len() - 1;
 
@@ -138,6 +142,7 @@ impl Summary {
         let blank = || Self { size: 0.0, motion: vec![AffineSums::default(); tracks.num_frames], strange: (0.0, 0.0) };
         let mut clusters: Vec<Self> = (0..count).map(|_| blank()).collect();
         let half = [tracks.size.0, tracks.size.1].map(|side| side as f64 / 2.0);
+        let scale_sq = (4.0 * half[0] * half[1] / LARGE.powi(2)).min(1.0);
         for (i, &l) in label.iter().enumerate().filter(|(_, l)| **l != UNLABELLED) {
             let (cluster, points) = (&mut clusters[l as usize], tracks.points(i));
             cluster.size += 1.0;
@@ -148,7 +153,7 @@ impl Summary {
                 cluster.motion[tracks.frames(i).start + s].add(place, (f64::from(u), f64::from(v)), f64::from(weight));
                 let way = strays[s..s + horizon].iter().fold((0.0, 0.0), |sum, (x, y)| (sum.0 + x, sum.1 + y));
                 let speed_sq = (way.0 * way.0 + way.1 * way.1) / (horizon * horizon) as f64;
-                let strange = libm::log(1.0 + speed_sq * f64::from(weight));
+                let strange = libm::log(1.0 + speed_sq * f64::from(weight) / scale_sq);
                 cluster.strange = (cluster.strange.0 + strange, cluster.strange.1 + 1.0);
             }
         }
