@@ -3,9 +3,8 @@
 use super::pair::{Known, Summary, count_of};
 use super::weights::OBJECT;
 
-/// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it
-/// back.
-const CAUTION: f64 = -0.6;
+/// The log-odds at which an object is as well kept as left out.
+const CAUTION: f64 = 0.1;
 /// Without the motion: base, then the logarithms of both shares of the rim, of which one is about 1 where a cluster runs on
 /// beyond the frame.
 const OBJECT_BY_RIM: [f64; 3] = [0.0, -1.0, -1.0];
