@@ -78,7 +78,7 @@ const APART: f32 = 4.0;
 /// What is left of the doubt where only trajectories of objects are, is one less this.
 const TRUST: f32 = 0.5;
 /// Weight of what speaks against a cluster, in superpixels where its trajectories are.
-const OPINION: f32 = 8.0;
+const OPINION: f32 = 4.0;
 /// The least of which, in grey levels squared.
 const LEAST: f32 = 100.0;
 

@@ -3,8 +3,12 @@
 use super::pair::{Known, Summary, count_of};
 use super::weights::OBJECT;
 
-/// The log-odds at which an object is as well kept as left out.
-const CAUTION: f64 = 0.1;
+/// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it
+/// back.
+const CAUTION: f64 = -0.6;
+/// What holds this much more of the rim than an object would is scene whatever its motion, such as what is near in a scene
+/// of depth.
+const RUNS_ON: f64 = -1.2;
 /// Without the motion: base, then the logarithms of both shares of the rim, of which one is about 1 where a cluster runs on
 /// beyond the frame.
 const OBJECT_BY_RIM: [f64; 3] = [0.0, -1.0, -1.0];
@@ -31,9 +35,11 @@ impl Signs {
         let sum = |weights: &[f64], terms: &[f64]| {
             weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
         };
+        let by_rim = sum(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1), libm::log(self.side + 0.2)]);
         match self.terms() {
+            Some(_) if by_rim < RUNS_ON => f64::NEG_INFINITY,
             Some(terms) => sum(&OBJECT, &terms) - CAUTION,
-            None => sum(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1), libm::log(self.side + 0.2)]),
+            None => by_rim,
         }
     }
 }
@@ -52,7 +58,7 @@ mod tests {
     fn what_holds_the_rim_and_goes_with_the_camera_is_scene_and_what_does_neither_an_object() {
         let value = |rim: f64, side: f64, strangeness| Signs { rim, side, strangeness }.value();
         for (rim, side) in [(1.1, 3.5), (0.1, 0.1)] {
-            assert!(value(rim, side, Some(5.0)) > value(rim, side, Some(0.2)));
+            assert!(value(rim, side, Some(5.0)) >= value(rim, side, Some(0.2)));
         }
         assert!(value(1.1, 3.5, Some(0.2)) < 0.0 && value(0.0, 0.0, Some(5.0)) > 0.0);
         // A piece of the scene in the middle of the frame.
