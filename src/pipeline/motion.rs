@@ -78,7 +78,7 @@ impl Motion {
                 clip.flows.push(CompactFlow::new(&made.forward));
                 self.t += 1;
                 let progress = Progress { stage: Stage::Trajectories, done: t + 1, total: pairs };
-                if t + 1 < pairs { Turn::more(progress, self) } else { Turn::done(progress, self.finish(clip)) }
+                if t + 1 < pairs { Turn::more(progress, self) } else { Turn::done(progress, (*self).finish(clip)) }
             }
         }
     }
@@ -89,7 +89,7 @@ impl Motion {
     }
 
     /// The trajectories at the last frame.
-    fn finish(self: Box<Self>, clip: &mut Clip) -> Tracked {
+    fn finish(self, clip: &mut Clip) -> Tracked {
         let denser = self.trackers.masks.as_ref().map(|masks| masks.numbered().0);
         let tracked = match self.given {
             Some(given) => Tracked { denser, ..*given },
