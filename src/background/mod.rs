@@ -16,7 +16,7 @@
 //! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
 //!    and if it goes with the objects.
 //! 2. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
-//!    an object.
+//!    an object; and so is what lies under trajectories of a cluster that is hardly one (`add_doubts`).
 //!
 //! **Where the camera goes forward**, as in a car, objects are what no rigid scene on a ground explains (`rigid`); their
 //! pixels are judged by the two accounts.
@@ -93,8 +93,6 @@ pub(crate) struct Background {
     accounts: Vec<Accounts>,
     /// What differs from its place in the scene by this mean square is as much none of it as not.
     strange: f32,
-    /// What speaks against each cluster that is an object all the same; empty where nothing does.
-    doubted: Vec<f32>,
     /// Where the camera stands still: how far each pixel of each frame is from the plate, in 255ths; may be smaller
     /// than frames. [`UNKNOWN`] where the plate is not known.
     distance: Vec<Plane<u8>>,
@@ -107,8 +105,7 @@ impl Background {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(SIDE).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
-        let (accounts, doubted, distance) = (Vec::new(), Vec::new(), Vec::new());
-        let mut background = Self { camera, pictures, step, accounts, strange: 0.0, doubted, distance };
+        let mut background = Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance: Vec::new() };
         if background.is_still() {
             let hidden = denser.map_or_else(Vec::new, |(tracks, reach)| background.hidden(tracks, reach));
             let is_hidden = |t: usize, x: usize, y: usize| hidden.get(t).is_some_and(|map| map[(x, y)]);
@@ -149,11 +146,6 @@ impl Background {
     /// Whether the camera goes forward.
     pub(crate) fn goes_forward(&self) -> bool {
         self.camera.goes_forward()
-    }
-
-    /// Notes what speaks against clusters that are objects all the same, as log-odds, by cluster.
-    pub(crate) fn doubt(&mut self, doubted: Vec<f32>) {
-        self.doubted = doubted;
     }
 
     /// Accounts for the pixels of all frames by these trajectories, whose labels are objects or not.
@@ -227,10 +219,9 @@ impl Background {
                 };
                 let said = verdicts(s, map, self.strange).into_iter();
                 let witnesses = witnesses_in(s, t, tracks, label, is_object);
-                let doubts = doubts_in(s, t, tracks, label, &self.doubted);
-                evidence.extend(said.zip(witnesses).zip(doubts).map(|((said, w), doubt)| {
+                evidence.extend(said.zip(witnesses).map(|(said, w)| {
                     let unseen = 1.0 - TRUST * w.object as f32 / (w.object + w.background).max(1) as f32;
-                    params.account_weight * said - params.doubt * unseen - OPINION * doubt
+                    params.account_weight * said - params.doubt * unseen
                 }));
             }
             return evidence;
@@ -278,16 +269,30 @@ fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
     })
 }
 
-/// What the clusters of the trajectories in each superpixel are doubted by, in the mean.
-fn doubts_in(superpixels: &Superpixels, t: usize, tracks: &Trajectories, label: &[u32], doubt: &[f32]) -> Vec<f32> {
-    let mut sums = vec![(0.0, 0.0_f32); superpixels.count];
-    for (i, x, y) in tracks.alive(t) {
-        let Some(of) = label.get(i).and_then(|&l| doubt.get(l as usize)) else { continue };
-        let place = crate::cut::pixel_of(&superpixels.label, x, y);
-        let sum = &mut sums[superpixels.label.data()[place] as usize];
-        *sum = (sum.0 + of, sum.1 + 1.0);
+/// Takes from the evidence what speaks against the clusters of the trajectories in each superpixel, in the mean; `doubts`
+/// has it of each cluster.
+pub(crate) fn add_doubts(
+    evidence: &mut [f32],
+    superpixels: &[Superpixels],
+    (tracks, label): (&Trajectories, &[u32]),
+    doubts: &[f32],
+) {
+    if doubts.iter().all(|&doubt| doubt == 0.0) {
+        return;
     }
-    sums.into_iter().map(|(sum, count)| sum / count.max(1.0)).collect()
+    let mut first = 0;
+    for (t, s) in superpixels.iter().enumerate() {
+        let mut sums = vec![(0.0, 0.0_f32); s.count];
+        for (i, x, y) in tracks.alive(t) {
+            let Some(doubt) = label.get(i).and_then(|&l| doubts.get(l as usize)) else { continue };
+            let sum = &mut sums[s.label.data()[crate::cut::pixel_of(&s.label, x, y)] as usize];
+            *sum = (sum.0 + doubt, sum.1 + 1.0);
+        }
+        for (evidence, (sum, count)) in evidence[first..].iter_mut().zip(sums) {
+            *evidence -= OPINION * (sum / count.max(1.0));
+        }
+        first += s.count;
+    }
 }
 
 /// The trajectories of frame `t` in each superpixel.
@@ -417,6 +422,17 @@ mod tests {
         let superpixels = vec![Superpixels { label: plane, count: 2, ..Superpixels::default() }; 10];
         let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
+    }
+
+    #[test]
+    fn doubts_of_a_cluster_count_where_its_trajectories_are() {
+        let mut tracks = Trajectories::empty(2, (40, 20));
+        tracks.push(0, (0..2).map(|_| (5.0, 11.0, 0.0)));
+        tracks.push(0, (0..2).map(|_| (7.0, 15.0, 0.0)));
+        tracks.push(1, [(30.0, 11.0, 0.0)]);
+        let mut evidence = vec![1.0; 6];
+        add_doubts(&mut evidence, &vec![halves(); 2], (&tracks, &[0, 1, 1]), &[0.0, 0.5]);
+        assert_eq!(evidence, [1.0, 1.0, 1.0 - OPINION * 0.25, 1.0, 1.0 - OPINION * 0.5, 1.0 - OPINION * 0.25]);
     }
 
     #[test]

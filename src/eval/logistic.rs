@@ -4,6 +4,8 @@
 //! In: examples, each with its terms, how likely it is what is asked for, and its weight. Out: a base and a weight for
 //! each term. Newton's method on terms of mean 0 and variance 1; the same numbers at each run.
 
+use crate::evidence::log_odds;
+
 /// What is known of one example.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Example {
@@ -55,11 +57,6 @@ pub fn fit(examples: &[Example], ridge: f64) -> Vec<f64> {
     let weights: Vec<f64> = found[1..].iter().zip(&spread).map(|(w, s)| w / s).collect();
     let base = found[0] - weights.iter().zip(&mean).map(|(w, m)| w * m).sum::<f64>();
     std::iter::once(base).chain(weights).collect()
-}
-
-/// The log-odds that the weights give to terms.
-pub fn log_odds(weights: &[f64], terms: &[f64]) -> f64 {
-    weights[0] + weights[1..].iter().zip(terms).map(|(w, x)| w * x).sum::<f64>()
 }
 
 /// The probability of a log-odds.

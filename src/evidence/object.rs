@@ -1,5 +1,6 @@
 //! The log-odds that a cluster is an object and not the scene behind.
 
+use super::log_odds;
 use super::pair::{Known, Summary, count_of};
 use super::weights::OBJECT;
 
@@ -32,13 +33,10 @@ impl Signs {
 
     /// What speaks for an object, above 0.
     pub(crate) fn value(&self) -> f64 {
-        let sum = |weights: &[f64], terms: &[f64]| {
-            weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
-        };
-        let by_rim = sum(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1), libm::log(self.side + 0.2)]);
+        let by_rim = log_odds(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1), libm::log(self.side + 0.2)]);
         match self.terms() {
             Some(_) if by_rim < RUNS_ON => f64::NEG_INFINITY,
-            Some(terms) => sum(&OBJECT, &terms) - CAUTION,
+            Some(terms) => log_odds(&OBJECT, &terms) - CAUTION,
             None => by_rim,
         }
     }

@@ -63,11 +63,6 @@ pub struct Pair {
     pub terms: [f64; TERMS],
 }
 
-/// The log-odds that two clusters of which this is known are one.
-pub(super) fn log_odds(terms: &[f64; TERMS]) -> f64 {
-    PAIR[0] + PAIR[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
-}
-
 /// The common border of two clusters.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Border {
@@ -212,6 +207,7 @@ fn from_camera(tracks: &Trajectories, i: usize, camera: &[DominantMotion]) -> Ve
 mod tests {
     use super::*;
     use crate::discontinuity::neighborhoods;
+    use crate::evidence::log_odds;
     use crate::flow::FlowField;
     use crate::image::Plane;
 
@@ -251,7 +247,7 @@ mod tests {
         let known = Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &camera, separation: None };
         let known_pairs = pairs(&label, &known);
         assert_eq!(known_pairs.iter().map(|pair| pair.clusters).collect::<Vec<_>>(), [(0, 1), (1, 2)]);
-        let [one, two] = [0, 1].map(|k| log_odds(&known_pairs[k].terms));
+        let [one, two] = [0, 1].map(|k| log_odds(&PAIR, &known_pairs[k].terms));
         assert!(one > two + 2.0, "{known_pairs:?}");
         assert!(known_pairs.iter().all(|pair| (pair.terms[0] - 0.7).abs() < 1e-12));
     }
@@ -264,7 +260,7 @@ mod tests {
             let found = discontinuities(&tracks, d);
             let known =
                 Known { tracks: &tracks, found: &found, affinity: &affinity, camera: &camera, separation: None };
-            let first = log_odds(&pairs(&label, &known)[0].terms);
+            let first = log_odds(&PAIR, &pairs(&label, &known)[0].terms);
             (first, pairs(&vec![UNLABELLED; tracks.len()], &known).len())
         };
         assert!(odds(0.1).0 > odds(0.9).0);

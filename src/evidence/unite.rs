@@ -1,7 +1,8 @@
 //! Merging pieces of one thing, by what is known of every two of them.
 
-use super::UNLABELLED;
-use super::pair::{Border, Known, Summary, count_of, log_odds};
+use super::pair::{Border, Known, Summary, count_of};
+use super::weights::PAIR;
+use super::{UNLABELLED, log_odds};
 
 /// How the caution falls with the share of trajectories, in powers of it: a fragment is one fragment however small it
 /// is, and what a wrong join costs grows with the piece.
@@ -65,7 +66,7 @@ impl Pieces {
         let (a, b) = (&self.summary[p], &self.summary[q]);
         let caution = self.caution + BY_SHARE * libm::log(a.size.min(b.size) / self.all);
         let apart = border.apart / border.pairs;
-        (1.0 - apart) * (log_odds(&a.terms(b, border)) - caution) + apart * APART
+        (1.0 - apart) * (log_odds(&PAIR, &a.terms(b, border)) - caution) + apart * APART
     }
 
     /// The join for which most speaks, if anything does.

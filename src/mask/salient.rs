@@ -4,7 +4,7 @@
 //! What is small or blurred has fewer long trajectories than a cluster needs, but it may have many short ones. Not in
 //! the paper, which has no objects without clusters.
 
-use super::objects::find_objects_in;
+use super::objects::find_objects_above;
 use crate::cut::{VOTE_MOTION, motion_difference_sq};
 use crate::discretize::Clusters;
 use crate::grid::Grid;
@@ -44,7 +44,7 @@ pub(crate) fn salient_objects(tracks: &Trajectories, salient: &[bool], spacing: 
     let large: Vec<usize> = (0..tracks.len()).filter(|&root| lives[root].is_object(tracks.num_frames)).collect();
     let label = roots.iter().map(|r| large.binary_search(r).map_or(0, |k| 1 + k as u32)).collect();
     let clusters = Clusters { count: 1 + large.len(), label };
-    let objects = find_objects_in(tracks, &clusters, &[], -STANDS_OUT);
+    let objects = find_objects_above(tracks, &clusters, -STANDS_OUT);
     let mut number = vec![None; clusters.count];
     let mut count = 0;
     for (number, _) in number.iter_mut().zip(&objects.of_cluster).skip(1).filter(|(_, object)| **object > 0) {

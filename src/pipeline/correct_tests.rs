@@ -1,6 +1,9 @@
 //! Laws of corrections, on synthetic clips.
 
 use super::Session;
+use super::found::Parts;
+use super::session::Phase;
+use super::state::State;
 use crate::correction::{Correction, Stroke};
 use crate::image::Plane;
 use crate::synth::Scene;
@@ -233,4 +236,25 @@ fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
     let after = found(&session);
     let (left, right) = (best(&after, 1), best(&after, 2));
     assert!(left.1 != right.1 && left.0 > 0.75 && right.0 > 0.85, "{left:?} {right:?}");
+}
+
+#[test]
+fn doubts_stay_with_their_trajectories_when_clusters_are_made_anew() {
+    let mut session = segmented();
+    fn parts(session: &mut Session) -> &mut Parts {
+        let Phase::Begun(_, State::Segmented(found)) = &mut session.phase else { panic!("the run is not done") };
+        &mut found.parts
+    }
+    let of_cluster = session.objects().unwrap().of_cluster.clone();
+    let doubted = |l: &u32| f32::from(u8::from(of_cluster[*l as usize] == 2));
+    let doubts = session.clusters().unwrap().label.iter().map(doubted).collect();
+    parts(&mut session).doubts = doubts;
+    corrected(&mut session, &Correction::Split { label: 1, at: None });
+    let of_cluster = session.objects().unwrap().of_cluster.clone();
+    let expected: Vec<f32> = of_cluster.iter().map(|&label| f32::from(u8::from(label == 2))).collect();
+    assert!(expected.contains(&1.0));
+    assert_eq!(parts(&mut session).doubts(|_| false), expected);
+    assert_eq!(parts(&mut session).doubts(|_| true), vec![0.0; of_cluster.len()]);
+    session.undo_correction().unwrap();
+    assert!(parts(&mut session).doubts(|_| false).contains(&1.0));
 }

@@ -7,7 +7,7 @@ use super::geometry::Scale;
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::background::Background;
+use crate::background::{Background, add_doubts};
 use crate::camera::{Camera, Travel};
 use crate::cut::{CutInput, GabrielCut, appearance, paint};
 use crate::image::Plane;
@@ -43,7 +43,8 @@ impl Dividing {
         let Self { clustered, superpixels } = *self;
         let camera = camera_of(&clustered, clip);
         let background = camera.clone().and_then(|camera| background_of(camera, &clustered, clip));
-        let parts = Parts { clustered, superpixels, camera, background, corrections: Corrections::default() };
+        let corrections = Corrections::default();
+        let parts = Parts { clustered, superpixels, camera, background, doubts: Vec::new(), corrections };
         Turn::done(progress, Box::new(Cutting { parts, recut: None }))
     }
 
@@ -144,6 +145,8 @@ impl Terms {
             let (tracks, label) = clustered.counting(terms.voted.as_deref());
             let settings = &clip.params.background;
             terms.evidence = background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
+            let is_told = |cluster: usize| recut.is_some_and(|recut| recut.is_open(objects.of_cluster[cluster]));
+            add_doubts(&mut terms.evidence, superpixels, (tracks, label), &parts.doubts(is_told));
         }
         terms
     }

@@ -32,7 +32,7 @@ pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Opt
 /// are objects; `None` where there are none.
 fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(Vec<u32>, Vec<bool>)> {
     let Parts { clustered, background, .. } = parts;
-    let background = background.as_mut()?;
+    let background = background.as_ref()?;
     if background.is_still() || background.goes_forward() || !clip.params.background.stand_out {
         return None;
     }
@@ -63,7 +63,6 @@ fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(V
         is_object[now as usize] = old as usize >= before;
     }
     labels.iter_mut().for_each(|label| *label = renamed.get(*label as usize).copied().unwrap_or(*label));
-    background.doubt(Vec::new());
     is_object.contains(&true).then_some((labels, is_object))
 }
 
@@ -80,7 +79,7 @@ pub(super) fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
 /// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them;
 /// where it goes forward, they are made anew.
 fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
-    let Parts { clustered, background, camera, .. } = parts;
+    let Parts { clustered, background, camera, doubts, .. } = parts;
     let travel = camera.as_ref().and_then(|camera| camera.travel.as_ref());
     let tracks = &clustered.embedded.tracked.tracks;
     let parted = match background {
@@ -105,7 +104,11 @@ fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
             let signs = signs(tracks, &clustered.clusters, &clustered.strangeness(clip));
             let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
             let values: Vec<f64> = signs.iter().map(value).collect();
-            background.doubt(values.iter().map(|&v| if v > LEAST { -v.min(0.0) as f32 } else { 0.0 }).collect());
+            if !background.is_still() {
+                let against =
+                    |&l: &u32| Some(values[l as usize]).filter(|&v| v > LEAST).map_or(0.0, |v| -v.min(0.0) as f32);
+                *doubts = clustered.clusters.label.iter().map(against).collect();
+            }
             values.iter().map(|&v| v > LEAST).collect()
         }
     }

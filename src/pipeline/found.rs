@@ -217,10 +217,25 @@ pub(super) struct Parts {
     pub(super) camera: Option<Camera>,
     /// `None` unless clips are judged by it.
     pub(super) background: Option<Background>,
+    /// What speaks against the cluster of each trajectory to be an object, although it is one; empty where nothing does.
+    pub(super) doubts: Vec<f32>,
     pub(super) corrections: Corrections,
 }
 
 impl Parts {
+    /// What speaks against each cluster, by the trajectories that it has now: corrections make clusters anew. `is_sure` says
+    /// of which clusters the user has told.
+    pub(super) fn doubts(&self, is_sure: impl Fn(usize) -> bool) -> Vec<f32> {
+        let clusters = &self.clustered.clusters;
+        let mut sums = vec![(0.0, 0.0); clusters.count];
+        for (&l, &doubt) in clusters.label.iter().zip(&self.doubts) {
+            let sum = &mut sums[l as usize];
+            *sum = (sum.0 + f64::from(doubt), sum.1 + 1.0);
+        }
+        let mean = |(c, (sum, count)): (usize, (f64, f64))| if is_sure(c) || count == 0.0 { 0.0 } else { sum / count };
+        sums.into_iter().enumerate().map(|sum| mean(sum) as f32).collect()
+    }
+
     /// What the cut is made from; `voted` has the labels of the denser trajectories.
     pub(super) fn input<'a>(
         &'a self,

@@ -67,6 +67,11 @@ impl Recut {
         (parts, recut)
     }
 
+    /// Whether a mask label is one of those that the correction is about.
+    pub(super) fn is_open(&self, label: u8) -> bool {
+        self.open[usize::from(label)]
+    }
+
     /// The cluster of each superpixel, frame by frame.
     pub(super) fn present(&self) -> &[Vec<u32>] {
         &self.present
