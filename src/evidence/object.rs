@@ -6,7 +6,7 @@ use super::weights::OBJECT;
 
 /// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it
 /// back.
-const CAUTION: f64 = -0.6;
+const CAUTION: f64 = -0.8;
 /// What holds this much more of the rim than an object would is scene whatever its motion, such as what is near in a scene
 /// of depth.
 const RUNS_ON: f64 = -1.2;
