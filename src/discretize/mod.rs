@@ -1,23 +1,22 @@
 //! Discontinuity-aware discretization (section 2.3): from embedding and discontinuities to cluster labels.
 //!
-//! In: the embedding, the neighbour pairs with their `d`. Out: one label per trajectory.
+//! In: the embedding, and what is known of the trajectories ([`Known`](crate::evidence::Known)), the discontinuities of
+//! neighbours among it. Out: one label per trajectory.
 //!
 //! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation
 //!    (`rotation`).
-//! 2. For each two neighbouring clusters their mean discontinuity `d^C` over all neighbour pairs between them; merge
-//!    the pair with the smallest while it is below ρ, sums added up at each merge. Borders with fewer than three
-//!    trajectories on either side do not count here.
-//! 3. Clusters of very few trajectories join their least discontinuous neighbour.
-//! 4. Trajectories outside the embedding take the label of most of their neighbours.
-//! 5. Labels are numbered by how many trajectory points they hold, most first.
+//! 2. Clusters that are one thing by all that is known of them are merged ([`crate::evidence`]).
+//! 3. Trajectories outside the embedding take the label of most of their neighbours.
+//! 4. Labels are numbered by how many trajectory points they hold, most first.
 //!
-//! Deviations: the paper does not fix the order of merging (greedy here: chains through small clusters do not form),
-//! its ρ is 0.4 (0.77 here, since the rotation cuts where the embedding changes fastest, and true borders have a mean
-//! `d` above 0.9), and it has no step 3 and no least length of a border.
+//! The paper merges by discontinuities alone, in step 2 (`merge`, rotation-merge): of each two neighbouring clusters the
+//! mean `d^C` over all neighbour pairs between them, the smallest first while it is below ρ, sums added up at each merge.
+//! It does not fix the order (greedy here: chains through small clusters do not form); its ρ is 0.4 (0.77 here, since the
+//! rotation cuts where the embedding changes fastest, and true borders have a mean `d` above 0.9); and it has no least
+//! length of a border, where fewer than three trajectories on either side do not count here.
 //!
-//! To compare with, steps 2 and 3 can be left out, K-means can take the place of the rotation (`kmeans`), and the
-//! number of clusters can follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five ways of
-//! Figure 10.
+//! To compare with, step 2 can be left out, K-means can take the place of the rotation (`kmeans`), and the number of
+//! clusters can follow from the gap between two consecutive eigenvalues ([`cluster_count`]): the five ways of Figure 10.
 //!
 //! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all
 //! edges with `d` below 0.6.

@@ -4,7 +4,7 @@
 //! thing under one label (`unite`), and what speaks for each cluster to be an object (`object`).
 //!
 //! Both are sums of a few terms with weights that were fitted on clips with true masks, by logistic regression
-//! (`weights`; `tracecut eval fit` makes the table). No term decides alone, and none has a threshold.
+//! (`weights`; `tracecut eval fit` makes the table). No term decides alone.
 //!
 //! **One thing.** Of two neighbouring clusters: mean discontinuity along the common border (section 2.3 of the paper); how
 //! much worse one affine motion explains both than one each (model selection as in Torr, Philosophical Transactions
@@ -15,7 +15,8 @@
 //! border.
 //!
 //! **Objects.** How much of the frame's rim a cluster holds for its size, since the scene runs on beyond the frame, and how
-//! far it is from the camera's motion.
+//! far it is from the camera's motion. What holds far more of the rim than an object would is scene whatever these say:
+//! the only bound.
 
 mod affine;
 mod object;

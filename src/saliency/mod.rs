@@ -11,8 +11,7 @@
 //!    the trajectories near it in the embedding; above a threshold it is foreground (`context`).
 //!
 //! **Deviations from the paper**, which [`SaliencyParams::paper`] undoes but for the sign of step 4. The paper takes
-//! the magnitude of the flow as it is. docs/choices.md lists these
-//! choices and how each is measured.
+//! the magnitude of the flow as it is, over fixed bins. docs/choices.md lists these choices.
 //!
 //! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs
 //! from the dominant motion as objects do: trees before a running dog, rocks before a goat. What does not move cannot

@@ -142,7 +142,8 @@ class SessionView:
         Parameters
         ----------
         method : str
-            ``"rotation-merge"``, ``"rotation"`` or ``"k-means"``, as the parameter ``discretize.method``.
+            ``"rotation-evidence"``, ``"rotation-merge"``, ``"rotation"`` or ``"k-means"``, as the parameter
+            ``discretize.method``.
         count : int
             Clusters before any merging, 1 to the embedding's number of eigenvectors.
 
