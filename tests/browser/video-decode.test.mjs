@@ -156,7 +156,9 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
       const seen = await page.evaluate(
         async (how) => {
           const turned = await makeClip({ times: evenTimes(3, 25), container: 'Mp4', codec: 'vp9', rotation: 90 });
-          const { value } = await tracecut.videoFrames(turned, how).next();
+          const frames = tracecut.videoFrames(turned, how);
+          const { value } = await frames.next();
+          await frames.return();
           const { width, height } = await tracecut.videoInfo(turned, how);
           return { size: [value.frame.width, value.frame.height], info: [width, height], edge: redEdge(value.frame) };
         },
