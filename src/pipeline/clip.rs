@@ -13,7 +13,7 @@ use crate::trajectory::Trajectories;
 use crate::window::{Identities, Thumbnail, unmatched_share};
 
 /// What a run works on.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Clip {
     pub(super) params: ScaledParams,
     pub(super) scale: Scale,
@@ -32,7 +32,7 @@ pub(super) struct Clip {
 }
 
 /// What a clip that is taken window by window carries along.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Windows {
     /// The last frame pushed, to compare the next one with.
     pub(super) last: Option<Thumbnail>,

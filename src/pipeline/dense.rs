@@ -16,7 +16,7 @@ use crate::superpixel::{Superpixels, superpixels_of};
 use std::sync::{Arc, OnceLock};
 
 /// Superpixels being made, frame by frame.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Dividing {
     clustered: Clustered,
     superpixels: Vec<Superpixels>,
@@ -54,7 +54,7 @@ impl Dividing {
 }
 
 /// A cut to be begun.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Cutting {
     pub(super) parts: Parts,
     /// What a correction asks for; `None` for the first cut.
@@ -62,7 +62,7 @@ pub(super) struct Cutting {
 }
 
 /// A cut being made, move by move.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Moving {
     pub(super) parts: Parts,
     recut: Option<Recut>,
@@ -78,7 +78,7 @@ pub(super) struct Moving {
 }
 
 /// What speaks for labels in all rounds.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Terms {
     /// The labels of the denser trajectories; `None` without them.
     voted: Option<Vec<u32>>,
@@ -88,7 +88,7 @@ struct Terms {
 }
 
 /// Masks being made, frame by frame.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Masking {
     pub(super) parts: Parts,
     recut: Option<Recut>,

@@ -13,14 +13,14 @@ use crate::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_salien
 use crate::sparse::SymCsr;
 
 /// Flow being looked at, field by field.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Looking {
     embedded: Embedded,
     maps: SaliencyMaps,
 }
 
 /// Maps being made and looked up at the trajectories, one by one.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Mapping {
     embedded: Embedded,
     maps: SaliencyMaps,
@@ -32,7 +32,7 @@ pub(super) struct Mapping {
 }
 
 /// Saliency of all points, to be brought into the context of the embedding.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Averaging(Mapping);
 
 /// One look at each field, one map of each, and the average over the embedding.
@@ -103,7 +103,7 @@ impl Averaging {
 }
 
 /// What stands out, to be taken to pieces.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Connecting {
     pub(super) embedded: Embedded,
     /// `None` without flow.
@@ -111,7 +111,7 @@ pub(super) struct Connecting {
 }
 
 /// All that the labels of the trajectories are made from.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Connected {
     embedded: Embedded,
     /// `None` without flow.
@@ -119,14 +119,14 @@ pub(super) struct Connected {
 }
 
 /// Affinities that the foreground allows, to be embedded.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Reembedding {
     connected: Connected,
     affinities: SymCsr,
 }
 
 /// These and their embedding, whose discontinuities are still those of motion alone.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Renewing {
     connected: Connected,
     affinities: SymCsr,

@@ -46,7 +46,7 @@ impl<'a> Found<'a> {
 }
 
 /// The trajectories of the clip.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Tracked {
     /// In working pixels.
     pub(super) tracks: Trajectories,
@@ -98,7 +98,7 @@ impl Tracked {
 }
 
 /// Trajectories with their affinities.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Linked {
     pub(super) tracked: Tracked,
     pub(super) affinities: SymCsr,
@@ -111,7 +111,7 @@ impl Linked {
 }
 
 /// These with their embedding.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Placed {
     pub(super) linked: Linked,
     pub(super) embedding: Embedding,
@@ -124,7 +124,7 @@ impl Placed {
 }
 
 /// What motion says of the trajectories; once the foreground keeps some apart, without what it keeps apart.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Embedded {
     pub(super) tracked: Tracked,
     pub(super) affinities: SymCsr,
@@ -144,7 +144,7 @@ impl Embedded {
 }
 
 /// What stands out.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Salient {
     pub(super) maps: SaliencyMaps,
     /// The greatest saliency of each of the denser trajectories.
@@ -153,7 +153,7 @@ pub(super) struct Salient {
 }
 
 /// What stands out, and in which pieces.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Foreground {
     pub(super) salient: Salient,
     pub(super) components: Components,
@@ -174,7 +174,7 @@ impl Foreground {
 }
 
 /// Trajectories with their labels.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Clustered {
     pub(super) embedded: Embedded,
     /// `None` without flow.
@@ -209,7 +209,7 @@ impl Clustered {
 }
 
 /// What a cut is made from, at working size: labelled trajectories, and the superpixels of all frames.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Parts {
     pub(super) clustered: Clustered,
     pub(super) superpixels: Vec<Superpixels>,
@@ -287,7 +287,7 @@ pub(super) struct Sureness {
 }
 
 /// What the cut was made from, as far as it is not kept elsewhere: to say why.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct CutGround {
     /// The labels of the denser trajectories; `None` without them.
     pub(super) voted: Option<Vec<u32>>,
@@ -302,7 +302,7 @@ pub(super) struct CutGround {
 }
 
 /// What a correction cut anew.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct CutRegion {
     /// Which clusters could be given and taken.
     pub(super) open: Vec<bool>,
@@ -311,7 +311,7 @@ pub(super) struct CutRegion {
 }
 
 /// All that is found of a clip with masks.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Segmented {
     pub(super) parts: Parts,
     pub(super) cut: Cut,
@@ -325,7 +325,7 @@ impl Segmented {
 }
 
 /// The corrections in force.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Corrections {
     /// What was before each of them, the first correction first.
     pub(super) before: Vec<Snapshot>,
@@ -334,7 +334,7 @@ pub(super) struct Corrections {
 }
 
 /// What was before a correction, masks in little memory.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Snapshot {
     clusters: Clusters,
     cut: Cut,

@@ -9,6 +9,8 @@ mod correct_tests;
 mod dense;
 mod figure;
 mod foreground;
+#[cfg(not(target_arch = "wasm32"))]
+mod fork;
 mod found;
 mod geometry;
 #[cfg(test)]
@@ -51,6 +53,9 @@ mod wire;
 
 #[cfg(not(target_arch = "wasm32"))]
 pub use checkpoint::Checkpoint;
+#[cfg(not(target_arch = "wasm32"))]
+#[doc(hidden)] // For `tracecut eval ablate`.
+pub use fork::Forks;
 #[cfg(not(target_arch = "wasm32"))]
 pub use long::{Window, Windows};
 pub use params::{ClipParams, Params, ScaledParams};

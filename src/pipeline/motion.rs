@@ -11,7 +11,7 @@ use crate::flow::CompactFlow;
 use crate::trajectory::structure;
 
 /// What is known of the present pair of frames.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Pair {
     Nothing,
     Forward(Box<Forward>),
@@ -20,7 +20,7 @@ enum Pair {
 
 /// Flow and tracking of a clip, three steps a pair: forward flow, backward flow, tracking; of pairs that came from
 /// elsewhere two. Holds the pyramids of two frames.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Motion {
     /// Index of the present pair `(t, t + 1)`.
     t: usize,

@@ -24,7 +24,7 @@ impl PairFlow {
 }
 
 /// A frame as the flow sees it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Seen {
     luma: Plane<f32>,
     pyramid: FlowPyramid,
@@ -38,7 +38,7 @@ impl Seen {
 }
 
 /// Half of the work on a pair.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Forward {
     from: Seen,
     to: Seen,

@@ -74,7 +74,7 @@ impl Piece {
 }
 
 /// Pieces of one kind, by frame.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Jobs<T>(Vec<Job<T>>);
 
 impl<T> Default for Jobs<T> {
@@ -83,7 +83,7 @@ impl<T> Default for Jobs<T> {
     }
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 enum Job<T> {
     /// Nobody works on it.
     #[default]
@@ -126,7 +126,7 @@ impl<T> Jobs<T> {
 }
 
 /// The pieces of the present window.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Ledger {
     pub(super) pairs: Jobs<Box<PairFlow>>,
     pub(super) superpixels: Jobs<Superpixels>,

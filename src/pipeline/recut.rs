@@ -16,7 +16,7 @@ const STROKE_SHARE: f32 = 0.25;
 const SUPERPIXEL_SHARE: f32 = 0.1;
 
 /// What a correction wants of the trajectories.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Wanted {
     /// The mask label of each.
     pub(super) label: Vec<u8>,
@@ -27,7 +27,7 @@ pub(super) struct Wanted {
 }
 
 /// What is cut anew.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Recut {
     /// Which clusters are which objects after the correction.
     pub(super) objects: Objects,

@@ -15,7 +15,7 @@ use crate::trajectory::Trajectories;
 /// Push frames (or set trajectories, or both), call [`Session::step`] until it returns [`Step::Done`], read results;
 /// those of a finished stage can be read while later ones still run. To cancel, stop stepping: stepping again later goes
 /// on and ends in the same result.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Session {
     pub(super) params: Params,
     pub(super) phase: Phase,
@@ -24,7 +24,7 @@ pub struct Session {
 }
 
 /// What a session runs on, and how far it is.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) enum Phase {
     /// Nothing was pushed yet.
     #[default]

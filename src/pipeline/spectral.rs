@@ -16,7 +16,7 @@ const AFFINITY_BLOCK: usize = 512;
 type Attempt<W, O> = Result<Turn<W, O>, (W, Error)>;
 
 /// Affinities while they are being made.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Linking {
     pub(super) tracked: Tracked,
     rows: AffinityRows,

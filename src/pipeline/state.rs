@@ -14,7 +14,7 @@ use crate::Error;
 use crate::trajectory::Trajectories;
 
 /// What a begun run is at: each variant owns what is found so far, and the unfinished work of its stage.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum State {
     /// Flow and tracking take turns.
     Motion(Box<Motion>),

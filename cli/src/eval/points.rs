@@ -14,6 +14,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tracecut::eval::definition::{Definition, LabelledFrame};
+use tracecut::eval::masks::Truth;
 use tracecut::eval::moseg::{Scores, best_clusters, mean, score, trimmed_mean};
 use tracecut::image::Plane;
 use tracecut::{Params, Session};
@@ -105,6 +106,30 @@ impl Item {
     pub(super) fn has_masks(&self) -> bool {
         matches!(self.source, Source::Masks(_))
     }
+
+    /// Where its frames are.
+    pub(super) fn images(&self) -> &Path {
+        match &self.source {
+            Source::Shot(sequence) => &sequence.list,
+            Source::Masks(clip) => &clip.images,
+        }
+    }
+
+    /// The true masks of its first frames; none where it has regions.
+    pub(super) fn masks(&self, frames: u32) -> Result<Vec<Option<Plane<Truth>>>> {
+        match &self.source {
+            Source::Shot(_) => Ok(Vec::new()),
+            Source::Masks(clip) => clip.frames(Some(frames))?.iter().map(|image| clip.truth(image)).collect(),
+        }
+    }
+
+    /// The true regions of its first frames.
+    pub(super) fn shot(&self, frames: u32) -> Result<Shot> {
+        match &self.source {
+            Source::Shot(sequence) => Shot::read(&sequence.definition, frames as usize),
+            Source::Masks(clip) => shot_of(clip, frames),
+        }
+    }
 }
 
 /// The clips of all folders.
@@ -160,16 +185,8 @@ fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
 
 /// A clip's first frames through the pipeline; how long that took, and their truth.
 pub(super) fn run_item(item: &Item, params: Params, frames: u32) -> Result<(Session, Seconds, Shot)> {
-    let images = match &item.source {
-        Source::Shot(sequence) => &sequence.list,
-        Source::Masks(clip) => &clip.images,
-    };
-    let (session, timing) = run(&Input::open(images, Some(frames))?, params, 1, &ProgressBar::hidden())?;
-    let shot = match &item.source {
-        Source::Shot(sequence) => Shot::read(&sequence.definition, session.num_frames())?,
-        Source::Masks(clip) => shot_of(clip, frames)?,
-    };
-    Ok((session, timing.total, shot))
+    let (session, timing) = run(&Input::open(item.images(), Some(frames))?, params, 1, &ProgressBar::hidden())?;
+    Ok((session, timing.total, item.shot(frames)?))
 }
 
 /// The truth of a clip with masks: region 0 is the background; all mistakes count alike.

@@ -14,11 +14,33 @@ pub(super) struct Cache {
     program: String,
 }
 
+/// What came of a clip.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Score {
+    pub(super) masks: MaskScores,
+    /// Of the points, in percent.
+    pub(super) error: f64,
+    pub(super) region: f64,
+    pub(super) fragments: f64,
+    pub(super) objects: f64,
+    pub(super) best_points: Option<f64>,
+}
+
+impl Score {
+    /// J, and the error of the points.
+    pub(super) fn line(&self) -> String {
+        let j = self.masks.j.map_or_else(|| "-".to_owned(), |j| format!("{j:.3}"));
+        let Self { error, region, fragments, objects, .. } = self;
+        format!("{j} {error:.2}/{region:.1}/{fragments:.1}/{objects:.0}")
+    }
+}
+
 /// What scores depend on.
 #[derive(Debug, Serialize)]
 pub(super) struct Key<'a> {
     pub(super) clip: &'a Path,
-    pub(super) frames: Option<u32>,
+    pub(super) frames: u32,
     pub(super) params: &'a Params,
 }
 
@@ -26,7 +48,7 @@ pub(super) struct Key<'a> {
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry {
     key: serde_json::Value,
-    scores: MaskScores,
+    scores: Score,
 }
 
 impl Cache {
@@ -37,7 +59,7 @@ impl Cache {
     }
 
     /// The scores under this key, if they are known.
-    pub(super) fn get(&self, key: &Key<'_>) -> Result<Option<MaskScores>> {
+    pub(super) fn get(&self, key: &Key<'_>) -> Result<Option<Score>> {
         let (path, key) = self.place(key)?;
         if !path.is_file() {
             return Ok(None);
@@ -48,7 +70,7 @@ impl Cache {
     }
 
     /// Keeps scores. The file appears whole or not at all.
-    pub(super) fn put(&self, key: &Key<'_>, scores: MaskScores) -> Result<()> {
+    pub(super) fn put(&self, key: &Key<'_>, scores: Score) -> Result<()> {
         let (path, key) = self.place(key)?;
         let text = serde_json::to_string(&Entry { key, scores }).map_err(|e| Failure::about(path.display(), e))?;
         let part = path.with_extension("part");
@@ -85,14 +107,15 @@ mod tests {
         let cache = Cache::open(&folder).unwrap();
         let params = Params::default();
         let clip = Path::new("clip");
-        let scores = MaskScores { j: Some(0.125), f: None, ..MaskScores::default() };
+        let masks = MaskScores { j: Some(0.125), f: None, ..MaskScores::default() };
+        let scores = Score { masks, error: 0.5, region: 3.0, fragments: 0.0, objects: 1.0, best_points: None };
         fn key<'a>(clip: &'a Path, params: &'a Params) -> Key<'a> {
-            Key { clip, frames: Some(5), params }
+            Key { clip, frames: 5, params }
         }
         assert_eq!(cache.get(&key(clip, &params)).unwrap(), None);
-        cache.put(&key(clip, &params), scores).unwrap();
+        cache.put(&key(clip, &params), scores.clone()).unwrap();
         assert_eq!(cache.get(&key(clip, &params)).unwrap(), Some(scores));
-        assert_eq!(cache.get(&Key { frames: None, ..key(clip, &params) }).unwrap(), None);
+        assert_eq!(cache.get(&Key { frames: 6, ..key(clip, &params) }).unwrap(), None);
         let other = Cache { program: String::new(), folder: folder.clone() };
         assert_eq!(other.get(&key(clip, &params)).unwrap(), None);
         let mut changed = params.clone();

@@ -6,7 +6,7 @@ use std::fmt::Write;
 /// What is known of the defaults, or of what taking a choice away does.
 #[derive(Debug, Clone)]
 pub(super) struct Effect {
-    /// Kind by kind, then the mean over the kinds: a value for each seed; `None` where some run is missing.
+    /// J as a mean over the kinds, the error of points, J of each kind: a value for each seed; `None` where some run is missing.
     pub(super) columns: Vec<Option<Vec<f64>>>,
 }
 
@@ -33,10 +33,10 @@ pub(super) fn markdown(
         text += "Not measured on this build.\n";
         return text;
     }
-    let _ = write!(text, "{EFFECTS}\n\n```text\n{command}\n```\n\n| choice | mean of kinds |");
+    let _ = write!(text, "{EFFECTS}\n\n```text\n{command}\n```\n\n| choice | mean of kinds | points, % |");
     kinds.iter().for_each(|kind| text += &format!(" {kind} |"));
-    text += &format!(" left out |\n|---{}|\n", "|---:".repeat(kinds.len() + 2));
-    effect_row(&mut text, "*J with all of them*", base, false);
+    text += &format!(" left out |\n|---{}|\n", "|---:".repeat(kinds.len() + 3));
+    effect_row(&mut text, "*with all of them*", base, false);
     for (choice, effect) in choices.iter().zip(effects) {
         if let Some(effect) = effect {
             effect_row(&mut text, &choice.name, effect, true);
@@ -54,15 +54,15 @@ Rules and constants that are not the paper's, or that the paper leaves open. Wri
 
 const EFFECTS: &str = "\
 How J moves when a choice is taken away (below 0: the choice helps), as a mean over the seeds, and in brackets the largest
-less the smallest of the seeds. The first row is J itself. A dash: not measured on this build.
+less the smallest of the seeds; and likewise the error of labelled points over all clips (above 0: the choice helps). The first
+row has the figures themselves. A dash: not measured on this build.
 
 Left out: a choice made by all kinds but one should hold on that one too. Of so many kinds without which it would have been
 made (taking it away lowers the mean over the others), so many do not lose by it.";
 
 fn effect_row(text: &mut String, title: &str, effect: &Effect, signed: bool) {
-    let Some((mean, kinds)) = effect.columns.split_last() else { return };
-    let cells = std::iter::once(mean).chain(kinds).map(|values| cell(values.as_deref(), signed));
-    let last = if signed { left_out(kinds) } else { "–".to_owned() };
+    let cells = effect.columns.iter().map(|values| cell(values.as_deref(), signed));
+    let last = if signed { left_out(effect.columns.get(2..).unwrap_or_default()) } else { "–".to_owned() };
     let cells: Vec<String> = std::iter::once(title.to_owned()).chain(cells).chain([last]).collect();
     line(text, &cells.iter().map(String::as_str).collect::<Vec<_>>());
 }
@@ -101,14 +101,14 @@ mod tests {
                 format!(r#"{{"name": "{name}", "paper": "0", "why": "w", "without": {{"refine": {{"band": 0}}}}}}"#);
             serde_json::from_str(&text).unwrap()
         };
-        let base = Effect { columns: vec![Some(vec![0.5, 0.6]), None, Some(vec![0.25, 0.25])] };
-        let effect = Effect { columns: vec![Some(vec![-0.1, -0.3]), None, Some(vec![0.125, 0.125])] };
+        let base = Effect { columns: vec![Some(vec![0.25, 0.25]), None, Some(vec![0.5, 0.6]), None] };
+        let effect = Effect { columns: vec![Some(vec![0.125, 0.125]), Some(vec![1.0, 2.0]), Some(vec![-0.1, -0.3]), None] };
         let text = markdown(&[choice("one"), choice("two")], &["a", "b"], &base, &[Some(effect), None], "run it");
         for row in [
             "| one | 0 | `refine.band` 8 | w | `--set refine.band=0` |",
-            "| choice | mean of kinds | a | b | left out |",
-            "| *J with all of them* | 0.250 (0.000) | 0.550 (0.100) | – | – |",
-            "| one | +0.125 (0.000) | -0.200 (0.200) | – | – |",
+            "| choice | mean of kinds | points, % | a | b | left out |",
+            "| *with all of them* | 0.250 (0.000) | – | 0.550 (0.100) | – | – |",
+            "| one | +0.125 (0.000) | +1.500 (1.000) | -0.200 (0.200) | – | – |",
         ] {
             assert!(text.lines().any(|l| l == row), "{row} is missing:\n{text}");
         }
@@ -119,7 +119,7 @@ mod tests {
         // Only the first is for it: left out, the others would not have made it.
         assert_eq!(of(&[-0.3, 0.0, 0.1]), "1 of 2");
         assert_eq!(of(&[0.1, 0.2]), "never made");
-        let none = Effect { columns: vec![None, None, None] };
+        let none = Effect { columns: vec![None, None, None, None] };
         assert!(markdown(&[], &["a", "b"], &none, &[], "").contains("Not measured"));
     }
 }
