@@ -7,20 +7,16 @@ use super::weights::OBJECT;
 /// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it
 /// back.
 const CAUTION: f64 = -0.8;
-/// What holds this much more of the rim than an object would is scene whatever its motion, such as what is near in a scene
-/// of depth.
-const RUNS_ON: f64 = -1.2;
-/// Without the motion: base, then the logarithms of both shares of the rim, of which one is about 1 where a cluster runs on
-/// beyond the frame.
-const OBJECT_BY_RIM: [f64; 3] = [0.0, -1.0, -1.0];
+/// What holds more of the rim than this is scene whatever its motion, such as what is near in a scene of depth.
+const RUNS_ON: f64 = 1.0;
+/// Without the motion, what holds less of the rim than usual is an object.
+const OBJECT_BY_RIM: [f64; 2] = [-0.2, -2.0];
 
 /// What clusters are judged by.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Signs {
     /// Its share of the frame's rim over its share of the frame: 1 on average.
     pub(crate) rim: f64,
-    /// The rim that it holds, over the side of a square of its area.
-    pub(crate) side: f64,
     /// How far it is from the camera's motion ([`strangeness`]), where that is known.
     pub(crate) strangeness: Option<f64>,
 }
@@ -33,11 +29,10 @@ impl Signs {
 
     /// What speaks for an object, above 0.
     pub(crate) fn value(&self) -> f64 {
-        let by_rim = log_odds(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1), libm::log(self.side + 0.2)]);
         match self.terms() {
-            Some(_) if by_rim < RUNS_ON => f64::NEG_INFINITY,
+            Some(_) if self.rim > RUNS_ON => f64::NEG_INFINITY,
             Some(terms) => log_odds(&OBJECT, &terms) - CAUTION,
-            None => by_rim,
+            None => log_odds(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1)]),
         }
     }
 }
@@ -54,13 +49,13 @@ mod tests {
 
     #[test]
     fn what_holds_the_rim_and_goes_with_the_camera_is_scene_and_what_does_neither_an_object() {
-        let value = |rim: f64, side: f64, strangeness| Signs { rim, side, strangeness }.value();
-        for (rim, side) in [(1.1, 3.5), (0.1, 0.1)] {
-            assert!(value(rim, side, Some(5.0)) >= value(rim, side, Some(0.2)));
+        let value = |rim: f64, strangeness| Signs { rim, strangeness }.value();
+        for rim in [1.1, 0.1] {
+            assert!(value(rim, Some(5.0)) > value(rim, Some(0.2)));
         }
-        assert!(value(1.1, 3.5, Some(0.2)) < 0.0 && value(0.0, 0.0, Some(5.0)) > 0.0);
-        // A piece of the scene in the middle of the frame.
-        assert!(value(0.6, 1.0, Some(0.3)) < 0.0);
-        assert!(value(1.1, 3.5, None) < 0.0 && value(0.0, 0.0, None) > 0.0);
+        assert!(value(1.1, Some(0.2)) < 0.0 && value(0.0, Some(5.0)) > 0.0);
+        // A piece of the scene in the middle of the frame; what is near in a scene of depth.
+        assert!(value(0.6, Some(0.3)) < 0.0 && value(2.0, Some(9.0)) < 0.0);
+        assert!(value(1.1, None) < 0.0 && value(0.0, None) > 0.0);
     }
 }

@@ -4,8 +4,7 @@
 //! frame's rim they hold. The frame is laid out in square cells, eight along its shorter side; the outermost are its
 //! rim. In each frame a cell counts for the clusters of the trajectories in it, in proportion, and as one whatever
 //! their number. What is known of a cluster is weighed ([`crate::evidence`]): its share of the rim over its share of all
-//! cells, and how far it is from the motion of the camera, or else the rim that it holds over the side of a square of its
-//! area.
+//! cells, and how far it is from the motion of the camera.
 //!
 //! Far and near parts of the scene, which parallax makes different clusters, are both background by this rule. It looks
 //! at trajectories and not at the pixels of masks, since the cut gives what has no trajectories, such as a plain sky,
@@ -114,10 +113,6 @@ struct Census {
     cells: Vec<f64>,
     /// Those of them on the rim.
     rim: Vec<f64>,
-    /// Length of the frame's outline that these stand for, in cells.
-    rim_length: Vec<f64>,
-    /// Side of a square of the area that the cluster stands for, in cells.
-    side_length: Vec<f64>,
 }
 
 impl Census {
@@ -127,7 +122,6 @@ impl Census {
         let typical = total(&self.rim) / total(&self.cells).max(1.0);
         let of = |c: usize| Signs {
             rim: self.rim[c] / (typical * self.cells[c]).max(1e-9),
-            side: self.rim_length[c] / self.side_length[c].max(1e-9),
             strangeness: strangeness.get(c).copied(),
         };
         let count = self.cells.len();
@@ -137,7 +131,7 @@ impl Census {
 
     fn take(tracks: &Trajectories, clusters: &Clusters) -> Self {
         let count = clusters.count;
-        let [mut cells, mut rim, mut rim_length, mut side_length] = [(); 4].map(|()| vec![0.0; count]);
+        let (mut cells, mut rim) = (vec![0.0; count], vec![0.0; count]);
         let (w, h) = (tracks.size.0 as f32, tracks.size.1 as f32);
         let cell = (w.min(h) / CELLS as f32).max(1.0);
         let (columns, rows) = ((w / cell).ceil().max(1.0) as usize, (h / cell).ceil().max(1.0) as usize);
@@ -149,25 +143,17 @@ impl Census {
                 let place = row.min(rows - 1) * columns + column.min(columns - 1);
                 points[place * count + clusters.label[i] as usize] += 1;
             }
-            let (mut here, mut here_on_rim) = (vec![0.0; count], vec![0.0; count]);
             for (place, points) in points.chunks_exact(count.max(1)).enumerate() {
                 let all = f64::from(points.iter().sum::<u32>().max(1));
                 let (column, row) = (place % columns, place / columns);
                 let outermost = column == 0 || row == 0 || column + 1 == columns || row + 1 == rows;
                 for (c, &n) in points.iter().enumerate() {
-                    here[c] += f64::from(n) / all;
-                    here_on_rim[c] += if outermost { f64::from(n) / all } else { 0.0 };
+                    cells[c] += f64::from(n) / all;
+                    rim[c] += if outermost { f64::from(n) / all } else { 0.0 };
                 }
             }
-            let (all, all_on_rim) = (here.iter().sum::<f64>(), here_on_rim.iter().sum::<f64>());
-            for c in 0..count {
-                cells[c] += here[c];
-                rim[c] += here_on_rim[c];
-                rim_length[c] += 2.0 * (columns + rows) as f64 * here_on_rim[c] / all_on_rim.max(1.0);
-                side_length[c] += ((columns * rows) as f64 * here[c] / all.max(1.0)).sqrt();
-            }
         }
-        Self { cells, rim, rim_length, side_length }
+        Self { cells, rim }
     }
 }
 

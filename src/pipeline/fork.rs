@@ -5,6 +5,7 @@ use super::clip::Clip;
 use super::params::Params;
 use super::piece::Jobs;
 use super::session::{Phase, Session, state_error};
+use super::spectral::Linking;
 use super::state::State;
 use crate::Error;
 use crate::params::ParamGroup;
@@ -60,7 +61,8 @@ impl Forks {
             return Err(state_error("frames of a fork have the size that they had"));
         }
         let changed = changed_names(&self.params, params);
-        let within = |groups: &[&str]| changed.iter().all(|name| groups.iter().any(|g| name.starts_with(&format!("{g}."))));
+        let within =
+            |groups: &[&str]| changed.iter().all(|name| groups.iter().any(|g| name.starts_with(&format!("{g}."))));
         let mut session = if within(&OF_MASKS) {
             self.labelled.clone()
         } else if within(&[&OF_MASKS[..], &OF_LABELS, &["clip.seed"]].concat()) {
@@ -77,6 +79,9 @@ impl Forks {
             if changed.iter().any(|name| OF_SUPERPIXELS.iter().any(|g| name.starts_with(g))) {
                 clip.ledger.superpixels = Jobs::default();
             }
+        }
+        if let Phase::Begun(clip, State::Affinities(linking)) = &mut session.phase {
+            **linking = Linking::new(linking.tracked.clone(), clip);
         }
         while !matches!(&session.phase, Phase::Begun(_, State::Superpixels(_) | State::Clustered(_))) {
             session.step()?;
@@ -127,7 +132,8 @@ mod tests {
             assert_eq!(fork.clusters(), own.clusters(), "{name}");
             (0..6).for_each(|t| assert_eq!(fork.labels(t).unwrap(), own.labels(t).unwrap(), "{name}"));
         }
-        let small = Params { clip: crate::ClipParams { max_side: 32, ..Params::default().clip }, ..Params::default() };
+        let mut small = Params::default();
+        small.clip.max_side = 32;
         assert!(matches!(forks.labelled(&small), Err(Error::State { .. })));
         assert!(matches!(Forks::new(Session::new(Params::default()).unwrap()), Err(Error::State { .. })));
     }
