@@ -6,6 +6,8 @@
 //! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation
 //!    (`rotation`).
 //! 2. Clusters that are one thing by all that is known of them are merged ([`crate::evidence`]).
+//!    Both steps are taken for five numbers of clusters, from all eigenvectors down to half of them, and the result that is
+//!    nearest to the others counts (`median`): one that hangs on a single eigenvector does not.
 //! 3. Trajectories outside the embedding take the label of most of their neighbours.
 //! 4. Labels are numbered by how many trajectory points they hold, most first.
 //!
@@ -22,6 +24,7 @@
 //! edges with `d` below 0.6.
 
 mod kmeans;
+mod median;
 mod merge;
 mod rotation;
 
@@ -32,6 +35,7 @@ use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
 use kmeans::k_means;
+use median::median;
 use merge::merge_clusters;
 pub(crate) use rotation::rotate;
 
@@ -124,8 +128,16 @@ pub struct Clusters {
 /// ```
 #[must_use]
 pub fn discretize(embedding: &Embedding, known: &Known, params: &DiscretizeParams, seed: u32) -> Clusters {
-    merged(pieces(embedding, params, seed), known, params)
+    let count = cluster_count(embedding, params);
+    if params.method != DiscretizeMethod::RotationEvidence {
+        return discretize_into(embedding, known, count, params, seed);
+    }
+    let counts = EIGHTHS.map(|eighths| (eighths * count / 8).max(2));
+    median(counts.map(|count| discretize_into(embedding, known, count, params, seed)).into())
 }
+
+/// Parts of the number of eigenvectors by which a clip is clustered.
+const EIGHTHS: [usize; 5] = [8, 7, 6, 5, 4];
 
 /// The over-segmentation: labels by the method and the count that `params` name, before any merging. Trajectories that are
 /// not embedded have [`UNLABELLED`]. `seed` is for K-means.
