@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn what_holds_the_rim_and_goes_with_the_camera_is_scene_and_what_does_neither_an_object() {
         let value = |rim: f64, strangeness| Signs { rim, strangeness }.value();
-        for rim in [1.1, 0.1] {
+        for rim in [0.9, 0.1] {
             assert!(value(rim, Some(5.0)) > value(rim, Some(0.2)));
         }
         assert!(value(1.1, Some(0.2)) < 0.0 && value(0.0, Some(5.0)) > 0.0);
