@@ -21,7 +21,7 @@ if (count > MOST_ITEMS) fail(`These are ${count - MOST_ITEMS} too many: make wha
 if (check) compare(existsSync(file) ? readFileSync(file, 'utf8').replaceAll('\r', '').split('\n') : []);
 else writeFileSync(file, text);
 
-/** Ends the script where the listing is not that of the sources, with the lines that differ. */
+/** Ends the script where the listing differs from the sources, with the lines that differ. */
 function compare(listed) {
   const gone = listed.filter((line) => line && !lines.includes(line)).map((line) => `- ${line}`);
   const come = lines.filter((line) => !listed.includes(line)).map((line) => `+ ${line}`);

@@ -1,5 +1,4 @@
-// The documentation as pages of the site, below `docs/`: guide, recipes, reference, method, choices, gallery, from the
-// Markdown files as they are. Whole without a network and without a server: no page asks for anything that is not
+// The documentation as pages of the site, below `docs/`, from the Markdown files as they are. Whole without a network and without a server: no page asks for anything that is not
 // beside it. `node scripts/documents.mjs [folder]` writes them alone (out/site if not given).
 
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';

@@ -1,4 +1,4 @@
-// `npm test`: everything that guards behaviour. Sets up what is missing first, then runs files of tests side by side.
+// `npm test`: the tests of every change. Sets up what is missing first, then runs files of tests side by side.
 //
 //   npm test [-- PART ...] [--slowest N] [--keep-times]     parts: rust, wasm, node, browser, python
 //   npm run test:fast [PATTERN]                             what an edit most likely breaks, or the files that match

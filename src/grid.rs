@@ -9,8 +9,8 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Without points, over `size` pixels. `side` is that of a cell, in pixels: the largest distance that can be asked
-    /// for.
+    /// Without points, over `size` pixels. `side` is the side of a cell, in pixels: the largest distance that can be
+    /// asked for.
     pub(crate) fn new(size: (usize, usize), side: f32) -> Self {
         let cells = |length: usize| (length as f32 / side) as usize + 1;
         let (columns, rows) = (cells(size.0), cells(size.1));

@@ -1,9 +1,9 @@
 //! TraceCut finds the moving objects in a video, without a trained model and without a click.
 //!
 //! In: the frames of a clip. Out: for every pixel of every frame a label, 0 for the background or the number of an
-//! object, the same number for the same object in all frames. The method is that of Fragkiadaki, Zhang and Shi, *Video
-//! Segmentation by Tracing Discontinuities in a Trajectory Embedding* (CVPR 2012), all of it; where something measured
-//! better, it stands beside the paper's and can be turned off ([`Params::paper`]).
+//! object, the same number for the same object in all frames. The method comes from Fragkiadaki, Zhang and Shi,
+//! *Video Segmentation by Tracing Discontinuities in a Trajectory Embedding* (CVPR 2012), all of it; where something
+//! measured better, it stands beside the paper's and can be turned off ([`Params::paper`]).
 //!
 //! # The idea
 //!
@@ -45,7 +45,7 @@
 //! # The stages
 //!
 //! Each stage is a module with an essay, its parameters, and one verb or a few that can be called without a session:
-//! plain data in, plain data out. The order is that of a run.
+//! plain data in, plain data out. They stand in the order in which they run.
 //!
 //! | stage | module | verb | paper | in → out |
 //! |---|---|---|---|---|
@@ -67,8 +67,8 @@
 //!
 //! The whole method in straight lines, with the sections of the paper beside them, is in `examples/method.rs`.
 //!
-//! Results are the same bytes for the same frames, parameters and target. The library has no clock, no threads, no
-//! files and no global state.
+//! Results are the same bytes for the same frames, parameters and target, on any number of threads. The library has no
+//! clock, opens no files and keeps no global state; it starts threads only in [`Session::run_on`].
 
 pub mod affinity;
 pub mod background;

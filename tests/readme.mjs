@@ -1,11 +1,11 @@
-// The code of the README and of docs/tasks.md, which is tested as it stands.
+// The code of README.md, docs/guide.md and docs/tasks.md, which is tested as it stands.
 
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { root } from '../scripts/tools.mjs';
 
 /** Blocks of JavaScript by the heading above them; two below one heading are told apart by a number. */
-export function readmeCode(file = 'README.md') {
+export function codeOf(file) {
   const text = readFileSync(join(root, file), 'utf8').replaceAll('\r', '');
   const found = new Map();
   let heading = '';
@@ -18,6 +18,9 @@ export function readmeCode(file = 'README.md') {
   }
   return found;
 }
+
+/** The blocks of README.md and of docs/guide.md, which goes on from it. */
+export const readmeCode = () => new Map([...codeOf('README.md'), ...codeOf('docs/guide.md')]);
 
 /** Where each block of docs/tasks.md is run; those for Node in this order. */
 export const TASKS = {
@@ -37,7 +40,7 @@ export const TASKS = {
   browser: ['Effects: blurred, dimmed or other backgrounds'],
 };
 
-/** Where each block is run: in Node, in a browser, or by the test of bundlers. */
+/** Where each block of the README and the guide is run: in Node, in a browser, or by the test of bundlers. */
 export const RUN = {
   node: ['In Node', 'Sessions', 'Corrections', 'Edits by hand', 'Single images', 'Errors'],
   browser: ['In the browser', 'Video', 'What comes out'],

@@ -29,7 +29,7 @@ function dice(seed) {
 }
 
 /**
- * What all stories need: the frames, and what plain runs of so many of them give.
+ * What all stories need: the frames, and what plain runs of some of them give.
  * @param {typeof import('../dist/index.js')} api
  * @param {import('../dist/index.js').SessionOptions} [options] where the engine runs
  */

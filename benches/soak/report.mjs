@@ -1,7 +1,7 @@
 // A soak in words and lines: tables for the documentation, curves as SVG.
 
 /**
- * What came of one part: memory in bytes after so many were done, and what one more costs after the warm-up.
+ * What came of one part: memory in bytes after a number of them was done, and what one more costs after the warm-up.
  * @typedef {object} Soaked
  * @property {string} part
  * @property {string} unit

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use tracecut::cut::{Link, STEPS_PER_UNIT, STRANGER};
 use tracecut::{Explanation, Session, Source};
 
-/// Of the links the strongest so many are told one by one.
+/// How many of the links are listed one by one, the strongest first.
 const MOST_LINKS: usize = 8;
 
 #[derive(Args, Debug)]

@@ -39,7 +39,7 @@ impl Timing {
     }
 }
 
-/// Reads all frames of `input` and steps a session to its end on so many threads.
+/// Reads all frames of `input` and steps a session to its end on `threads` threads.
 pub(crate) fn run(input: &Input, params: Params, threads: usize, bar: &ProgressBar) -> Result<(Session, Timing)> {
     run_frames(input.frames()?, input.num_frames(), params, threads, bar)
 }

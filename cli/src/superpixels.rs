@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use tracecut::image::{Frame, Plane};
 use tracecut::superpixel::{Edge, EdgeKind, Superpixels, superpixels_of};
 
-/// Pictures are enlarged by a whole number, until a side has about so many pixels: lines would hide the image
-/// otherwise.
+/// Pictures are enlarged by a whole number, until a side has about this number of pixels: lines would hide the
+/// image otherwise.
 const PICTURE_SIDE: usize = 1280;
 /// Colours as in Figure 8 of the paper.
 const CONTOUR: [u8; 3] = [255, 40, 40];

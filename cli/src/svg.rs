@@ -8,7 +8,7 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 20.0;
 const TOP: f64 = 44.0;
 const BOTTOM: f64 = 54.0;
-/// About so many ticks on an axis.
+/// About how many ticks an axis has.
 const TICKS: f64 = 6.0;
 /// Colours that remain apart for colour-blind readers (Okabe and Ito 2008); curves differ in their markers as well.
 const COLOURS: [&str; 6] = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#000000"];

@@ -17,43 +17,18 @@ import { root } from '../tools.mjs';
 /** The parts of the navigation, in their order. */
 export const GROUPS = ['Use', 'Recipes', 'Look up', 'Background'];
 
-/** Parts of the README that say how it is done and how well; all others are the guide. */
-const METHOD = [
-  'How it works',
-  'Parameters',
-  'The same result, always',
-  'Measured',
-  'What it does not do',
-  'Known failures',
-  'Papers',
-];
-
-/** Files that have a place of their own; other Markdown files of `docs/` stand in the background. */
-const LOOKED_UP = ['docs/reference.md'];
+/** Files that have a part of their own; other Markdown files of `docs/` stand in the background. */
+const PLACES = { 'docs/guide.md': 'Use', 'docs/tasks.md': 'Use', 'docs/cli.md': 'Use', 'docs/reference.md': 'Look up' };
 
 /** @returns {Page[]} in the order of the navigation */
 export function allPages() {
-  const pages = [...ofReadme(), ...ofFolder('docs'), fileAt('examples/README.md', 'examples.html', 'Use'), gallery()];
+  const start = { ...fileAt('README.md', 'index.html', 'Use'), title: 'Start' };
+  const pages = [start, ...ofFolder('docs'), fileAt('examples/README.md', 'examples.html', 'Use'), gallery()];
   pages.push(fileAt('CHANGELOG.md', 'changes.html', 'Look up'));
   return pages.sort((a, b) => GROUPS.indexOf(a.group) - GROUPS.indexOf(b.group));
 }
 
 const read = (file) => readFileSync(join(root, file), 'utf8').replaceAll('\r', '');
-
-/** The README as two pages. */
-function ofReadme() {
-  const parts = { guide: [], method: lex('# Method\n') };
-  let part = 'guide';
-  for (const token of lex(read('README.md'))) {
-    if (token.type === 'heading' && token.depth === 2) part = METHOD.includes(token.text) ? 'method' : 'guide';
-    parts[part].push(token);
-  }
-  const source = 'README.md';
-  return [
-    { path: 'index.html', title: 'Guide', group: 'Use', source, tokens: parts.guide },
-    { path: 'method.html', title: 'Method', group: 'Background', source, tokens: parts.method },
-  ];
-}
 
 /** A page for each Markdown file of a folder and the folders in it; those of inner folders are recipes. */
 function ofFolder(folder) {
@@ -63,7 +38,7 @@ function ofFolder(folder) {
     .sort()
     .map((file) => {
       const inner = file.slice(folder.length + 1);
-      const group = LOOKED_UP.includes(file) ? 'Look up' : inner.includes('/') ? 'Recipes' : 'Background';
+      const group = PLACES[file] ?? (inner.includes('/') ? 'Recipes' : 'Background');
       const path = inner.replace(/\bREADME\.md$/, 'index.md').replace(/\.md$/, '.html');
       return fileAt(file, path === 'index.html' ? 'overview.html' : path, group);
     });

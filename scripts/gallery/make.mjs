@@ -8,7 +8,7 @@ const POSTER = 240;
 /** Of a video, in bits a second. */
 const BITRATE = 700_000;
 
-/** Of so many trajectories one is kept. */
+/** One in `EACH` trajectories is kept. */
 const EACH = 3;
 
 /** @param {string} id of a scene */

@@ -34,7 +34,7 @@ const matching =
   ({ name, part }) =>
     part !== 'build' && (name.includes(pattern) || (name === 'src, unit tests' && namesModule(pattern)));
 
-/** Whether Rust's unit tests have it in their names: that of a module, or of a test. */
+/** Whether Rust's unit tests have it in their names: in a module's, or in a test's. */
 function namesModule(pattern) {
   const modules = readdirSync(join(root, 'src'), { recursive: true }).map((name) => name.replace(/\.rs$/, ''));
   const path = pattern.replaceAll('::', '/');

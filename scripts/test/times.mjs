@@ -31,7 +31,7 @@ export function slowest(outcomes, count) {
   return sorted.map(({ task, seconds }) => `${seconds.toFixed(1).padStart(7)} s  ${task.name}`).join('\n');
 }
 
-/** The least time that tasks take on so many cores: the busiest of the cores' sum and the longest way through. */
+/** The least time that tasks take on `cores` cores: the busiest of the cores' sum and the longest way through. */
 export function estimate(tasks, cores) {
   const work = tasks.reduce((sum, { seconds, cores: wanted }) => sum + seconds * Math.min(wanted, cores), 0) / cores;
   const end = new Map();

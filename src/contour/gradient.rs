@@ -16,7 +16,7 @@ const COLOUR_WEIGHT: f32 = 0.6;
 const BINS: usize = 8;
 /// Levels: full size, half of it, a quarter.
 const LEVELS: usize = 3;
-/// Standard deviation of the blur of the tensors, by that of the windows. Without it the best F is lower by 0.005 to
+/// Standard deviation of the blur of the tensors, as a part of the windows'. Without it the best F is lower by 0.005 to
 /// 0.01; more of it costs precision at two pixels.
 const TENSOR_BLUR: f32 = 0.7;
 /// Standard deviation of the mean along a boundary, in pixels, and the steps at which it looks.

@@ -16,7 +16,7 @@ pub(super) fn lab(frame: &Frame) -> [Vec<f32>; 3] {
     let mut planes = [0; 3].map(|_| Vec::with_capacity(frame.width() * frame.height()));
     for p in frame.rgb().chunks_exact(3) {
         let [r, g, b] = [0, 1, 2].map(|c| linear[usize::from(p[c])]);
-        // To XYZ, each relative to that of white.
+        // To XYZ, each relative to white.
         let x = root(0.433_953 * r + 0.376_219 * g + 0.189_828 * b);
         let y = root(0.212_671 * r + 0.715_160 * g + 0.072_169 * b);
         let z = root(0.017_758 * r + 0.109_477 * g + 0.872_765 * b);

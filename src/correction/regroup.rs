@@ -16,7 +16,7 @@ pub(crate) struct Regrouped {
 }
 
 /// Parts the clusters whose trajectories now have different labels. `before` has the label of each cluster, `label`
-/// that of each trajectory.
+/// the label of each trajectory.
 pub(crate) fn regroup(tracks: &Trajectories, clusters: &Clusters, before: &[u8], label: &[u8]) -> Regrouped {
     let part = clusters.label.iter().zip(label).map(|(&c, &l)| c << 8 | u32::from(l)).collect();
     let parted = canonical(tracks, part);

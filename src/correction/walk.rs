@@ -2,7 +2,7 @@
 //!
 //! From a trajectory a walk goes to another with a probability in proportion to their affinity, and on from there; at
 //! each step it may die. `u_s` is the probability that it comes to stroke `s` before any other (Grady, "Random walks
-//! for image segmentation", PAMI 2006). The walk is that of the embedding, `P = D⁻¹ A`: what it seldom crosses is where
+//! for image segmentation", PAMI 2006). The embedding has the same walk, `P = D⁻¹ A`: what it seldom crosses is where
 //! the embedding has its discontinuities. Between strokes, each trajectory goes with the one that is reached most
 //! often. That walks die makes the near count more than the many: without it, a long stroke would take whatever is far
 //! from all of them.
@@ -21,7 +21,7 @@ const DEATH: f64 = 0.15;
 /// The same where a thing is divided: less, so that strokes need not be everywhere.
 const RARE_DEATH: f64 = 0.05;
 
-/// Sweeps are over when none changes a probability by more than this part of it, and at the latest after so many.
+/// Sweeps are over when none changes a probability by more than this part of it, and after `MAX_SWEEPS` at the latest.
 const TOLERANCE: f64 = 1e-3;
 const MAX_SWEEPS: usize = 200;
 

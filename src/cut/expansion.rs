@@ -3,8 +3,8 @@
 //! In: [`Potts`], an energy over the labels of nodes, `E(f) = Σ_p unary(p, f_p) + Σ_pq weight_pq [f_p ≠ f_q]`. Out: a
 //! label for each node. A move offers one label α to all nodes at once and finds the best set to take it by a minimum
 //! cut (Boykov, Veksler and Zabih, "Fast approximate energy minimization via graph cuts", PAMI 2001). Moves go round
-//! the labels in their order until a whole round brings nothing: then the energy is at most that of the best labelling
-//! with its pairwise part taken twice. Two labels need one cut only, and the result is the optimum.
+//! the labels in their order until a whole round brings nothing: then the energy is at most the best one, its
+//! pairwise part taken twice. Two labels need one cut only, and the result is the optimum.
 //!
 //! All moves share one [`Network`]. With the source's side keeping and the sink's side taking α, an edge between two
 //! nodes that have not α costs, as capacities,

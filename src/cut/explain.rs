@@ -42,7 +42,7 @@ pub struct Link {
 
 /// The terms of a superpixel.
 ///
-/// Law: for any two labels, the difference of [`Reasons::cost`] is that of the energies of the whole clip with the
+/// Law: for any two labels, [`Reasons::cost`] differs by as much as the energy of the whole clip does with the
 /// superpixel under the one and the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reasons {
@@ -113,7 +113,7 @@ impl Reasons {
         others.map(|label| (label, self.cost(label) - self.cost(self.label))).min_by_key(|&(_, margin)| margin)
     }
 
-    /// How many more trajectories of `label` here would bring its cost to that of the present one, all else as it is;
+    /// How many more trajectories of `label` here would bring its cost down to the present one's, all else as it is;
     /// `None` where no number would.
     pub fn votes_to_flip(&self, label: u32, params: &CutParams) -> Option<u32> {
         let (own, other) = (self.own[self.label as usize], self.own[label as usize]);

@@ -3,7 +3,7 @@
 //! In: a [`Network`] of nodes joined by edges with a capacity in each direction; each node is also joined to the source
 //! or to the sink. Out: the value of the flow, and on which side of a minimum cut each node lies.
 //!
-//! The method is that of Boykov and Kolmogorov ("An experimental comparison of min-cut/max-flow algorithms for energy
+//! The method is by Boykov and Kolmogorov ("An experimental comparison of min-cut/max-flow algorithms for energy
 //! minimization in vision", PAMI 2004): two trees of unsaturated arcs grow from the source and from the sink; where
 //! they meet, flow is pushed; arcs that it saturates leave orphans, which look for another parent in their tree or
 //! become free again. Two marks, a stamp and a distance, tell which nodes were already seen to hang on their terminal

@@ -110,7 +110,7 @@ impl GabrielCut {
         self.labels()
     }
 
-    /// The energy of the labels as they are now, but for that of one superpixel; `None` where it has no such choice.
+    /// The energy of the labels as they are now, with another label for one superpixel; `None` where it has no such choice.
     #[cfg(test)]
     pub(crate) fn energy_if(&self, node: u32, label: u32) -> Option<i64> {
         let (node, label) = match &self.rest {

@@ -287,8 +287,8 @@ fn gathered(found: &[(u32, Link)], count: usize) -> Vec<(u32, Link)> {
     links
 }
 
-/// Where to start from: the cheapest label of each superpixel; one without any opinion takes that of the neighbour it
-/// is bound to most strongly, ring by ring.
+/// Where to start from: the cheapest label of each superpixel; one without any opinion takes the label of the
+/// neighbour it is bound to most strongly, ring by ring.
 pub(super) fn first_labels(problem: &Potts) -> Vec<u32> {
     let mut label = problem.cheapest();
     let num_labels = problem.num_labels.max(1);

@@ -93,8 +93,8 @@ const NEAR: f64 = 100.0;
 /// The `min(k, n)` algebraically largest eigenpairs of `operator`.
 ///
 /// Deterministic and free of panics; for an operator that yields values that are not finite the result is all zeros
-/// with unit vectors, and not converged. Where `n` is below a few hundred or a few times `k`, the cost is that of a
-/// dense solution, `n³`.
+/// with unit vectors, and not converged. Where `n` is below a few hundred or a few times `k`, it costs as much
+/// as a dense solution, `n³`.
 pub fn largest_eigenpairs(operator: &dyn SymmetricOperator, k: usize, params: &EigenParams) -> Eigenpairs {
     let n = operator.dimension();
     let k = k.min(n);

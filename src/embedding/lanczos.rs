@@ -127,8 +127,8 @@ impl<'a> Lanczos<'a> {
 
     /// Appends `w`, orthonormalised against the basis and within, and returns its factor `s`: what was orthogonal to
     /// the basis in `w` is `panel · s`. Directions that vanish are replaced by random ones: the Krylov space is
-    /// exhausted there, and only a new direction can lead on. `length` is that of `w` before anything was taken out of
-    /// it.
+    /// exhausted there, and only a new direction can lead on. `length` is the length of `w` before anything was taken
+    /// out of it.
     fn append(&mut self, mut w: Vec<f64>, length: f64) -> Square {
         let mut s = IDENTITY;
         let (mut least, mut negligible) = (CANCELLED * length, ROUNDING * self.norm);

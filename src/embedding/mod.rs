@@ -86,7 +86,7 @@ const FEW: f64 = 2e9;
 /// Multiplications for each row and product that go into the basis.
 const OF_BASIS: f64 = 300.0;
 
-/// Products with one vector after which the eigensolver gives up, for a matrix of `n` rows with so many entries. Few
+/// Products with one vector after which the eigensolver gives up, for a matrix of `n` rows and this number of entries. Few
 /// trajectories take a few seconds at most, however many of their pairs have an affinity and however exact the
 /// eigenvectors shall be; from about 7000 rows on ordinary graphs may take all of [`MAX_PRODUCTS`].
 fn most_products(n: usize, entries: usize) -> u32 {

@@ -42,7 +42,7 @@ impl Checkerboard {
         self.hold(width, height + 2);
     }
 
-    /// Gives the plane this width, and room for so many `rows`, those above and below counted.
+    /// Gives the plane this width, and room for this number of `rows`, those above and below counted.
     #[inline(never)]
     pub(super) fn hold(&mut self, width: usize, rows: usize) {
         let half = width.div_ceil(2) + 2 * MARGIN;

@@ -38,8 +38,8 @@ const SWEEPS: usize = 5;
 const OVERRELAXATION: f32 = 1.9;
 /// Softens the robust function of the data terms near zero, in pixels, squared.
 const DATA_EPSILON_SQ: f32 = 0.01 * 0.01;
-/// Softens that of smoothness, in pixels per pixel, squared. Smaller makes steps of flat pieces out of slopes (more
-/// pixels exceed the tracker's limit on flow gradients), larger rounds the borders of objects.
+/// Softens the same function of the smoothness term, in pixels per pixel, squared. Smaller makes steps of flat pieces out
+/// of slopes (more pixels exceed the tracker's limit on flow gradients), larger rounds the borders of objects.
 const SMOOTH_EPSILON_SQ: f32 = 0.03 * 0.03;
 /// Keeps the division by a gradient's length away from zero where the image is flat (grey levels per pixel, squared).
 const ZETA_SQ: f32 = 0.1 * 0.1;
@@ -94,7 +94,7 @@ impl Refiner {
         }
     }
 
-    /// Of what only the wavefront looks at, so many `rows` are held.
+    /// Holds this number of `rows` of what only the wavefront looks at.
     fn resize(&mut self, width: usize, height: usize, rows: usize) {
         for plane in [&mut self.mean, &mut self.difference, &mut self.slope_x, &mut self.slope_y] {
             plane.resize(width, height);
@@ -323,7 +323,7 @@ fn relax_row(
     }
 }
 
-/// Turns `(a, b, c)` of a term `a (u - u0) + b (v - v0) + c` into that of `a u + b v + c`, divided by the length of
+/// Turns `(a, b, c)` of a term `a (u - u0) + b (v - v0) + c` into the same of `a u + b v + c`, divided by the length of
 /// `(a, b)`; into zeros where the flow leads outside.
 #[inline(never)]
 fn linearise(term: [&mut Vec<f32>; 3], u: &[f32], v: &[f32], inside: &[f32]) {

@@ -1,4 +1,4 @@
-//! Local flow variation: how much the flow differs around each pixel (Ochs, Malik and Brox 2014; ALGORITHMS 3.3).
+//! Local flow variation: how much the flow differs around each pixel (Ochs, Malik and Brox, PAMI 2014).
 //!
 //! In: one flow field. Out: σ in pixels per frame at half the resolution. Affinities divide velocity differences by σ,
 //! so that a surface whose flow changes smoothly (zoom, rotation, perspective) is not torn apart, while σ stays small

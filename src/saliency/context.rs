@@ -1,4 +1,4 @@
-//! From the saliency of points to that of trajectories, alone and in the context of the embedding (section 3).
+//! From the saliency of points to the saliency of trajectories, alone and in the context of the embedding (section 3).
 
 use super::{Neighborhood, Saliency, SaliencyParams};
 use crate::discontinuity::Discontinuities;

@@ -3,8 +3,8 @@
 //! In: the flow of each frame, trajectories, their embedding. Out: a saliency in `0.0..=1.0` for each pixel and each
 //! trajectory, and the foreground.
 //!
-//! 1. The *dominant motion* of each frame, that of the camera, is taken from its flow; what is left has a magnitude
-//!    (`dominant`).
+//! 1. The *dominant motion* of each frame, which is the camera's, is subtracted from its flow; what is left has a
+//!    magnitude (`dominant`).
 //! 2. Magnitudes fall into bins over a range that the whole clip sets (`maps`).
 //! 3. A pixel is salient as far as its bin is commoner inside some window than in the ring around it (`surround`).
 //! 4. A trajectory's own saliency `s` is the greatest of its points'. In context, as `s̄`, it is the mean over

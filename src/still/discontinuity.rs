@@ -2,8 +2,8 @@
 //! themselves.
 //!
 //! `d_ij = 1 − Ŵ_ij / max(δ_i, δ_j)` belongs to the crack between two pixels. To a pixel, the greater `d` of the cracks
-//! to its left and right says how much the embedding changes across, that of those above and below how much it changes
-//! downwards; the gradient of the eigenvectors says whether both go the same way. Together these are a tensor, and the
+//! to its left and right says how much the embedding changes across, the greater `d` above and below how much it
+//! changes downwards; the gradient of the eigenvectors says whether both go the same way. Together these are a tensor, and the
 //! change along a direction is the root of its quadratic form: with one eigenvector the size of a slope, relative to
 //! the density there.
 

@@ -24,7 +24,7 @@
 //!
 //! As a mean, the strength of "single" is one only where all eigenvectors change; between two flat halves of an image
 //! it is about
-//! 0.7, where that of "joint" is 1.
+//! 0.7, where the strength of "joint" is 1.
 //!
 //! **Cost**: linear in pixels, `r²` and the number of eigenvectors; 1.5 to 2 seconds of processor time for 481x321 in
 //! Node. Memory: some 800 bytes a pixel. One piece of work, without steps between.

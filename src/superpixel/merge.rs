@@ -79,7 +79,7 @@ impl Regions {
         }
     }
 
-    /// What joining a region with that of a link costs, as a number with the order of the costs. As in Ward's
+    /// What joining a region with the region of a link costs, as a number with the order of the costs. As in Ward's
     /// clustering ("Hierarchical Grouping to Optimize an Objective Function", 1963) the areas count, so that none is
     /// left very small; the mean Pb between them stands for the squared difference of their means.
     fn cost(&self, region: u32, link: &Link) -> u32 {

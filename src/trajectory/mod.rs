@@ -1,7 +1,7 @@
 //! Point trajectories: where the points of the scene go, frame after frame (section 2.1).
 //!
-//! In: frames and their flow, forward and backward. Out: [`Trajectories`]. The tracker is that of Sundaram, Brox and
-//! Keutzer (ECCV 2010), which the paper uses:
+//! In: frames and their flow, forward and backward. Out: [`Trajectories`]. The tracker is by Sundaram, Brox and
+//! Keutzer (ECCV 2010); the paper uses it:
 //!
 //! 1. Seed points on a grid where the structure tensor's smaller eigenvalue shows structure in two directions.
 //! 2. Move each point by the forward flow, sampled bilinearly.

@@ -1,3 +1,5 @@
+// The types in the comments of the page, by the TypeScript compiler.
+
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { test } from 'node:test';

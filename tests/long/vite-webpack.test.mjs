@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import { outcome } from '../package/app/segment.js';
 import * as vite from 'vite';
 import webpack from 'webpack';
-import { readmeCode } from '../readme.mjs';
+import { codeOf } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { gives } from '../package/found.mjs';
 import { installed, served } from '../package/installed.mjs';
@@ -38,7 +38,7 @@ test('a production build of Vite', async (t) => {
 
 for (const [how, settings] of [
   ['as it comes', 'export default {};'],
-  ['as the README has it for older ones', readmeCode().get('Bundlers')],
+  ['as the guide has it for older ones', codeOf('docs/guide.md').get('Bundlers')],
 ]) {
   test(`the development server of Vite, ${how}`, async (t) => {
     const configFile = join(folder, 'vite.config.js');
@@ -70,9 +70,9 @@ test('webpack, without a setting for the package', async (t) => {
   await gives(t, site.browser, await served(t, path), expected);
 });
 
-test('Vite, with the files and the worker where the README says that others have them', async (t) => {
+test('Vite, with the files and the worker where the guide says that others have them', async (t) => {
   const outDir = join(folder, 'out-configured');
-  writeFileSync(join(folder, 'configured.js'), `${readmeCode().get('Bundlers 2')}\n`);
+  writeFileSync(join(folder, 'configured.js'), `${codeOf('docs/guide.md').get('Bundlers 2')}\n`);
   const edit = {
     name: 'configured',
     transform: (code, id) => (id.endsWith('/main.js') ? `import './configured.js';\n${code}` : undefined),

@@ -1,37 +1,35 @@
-// The tables of ARCHITECTURE.md name every file of code once, alone or by its folder, and nothing that is not there.
+// What ARCHITECTURE.md says of rooms is so: each has its row, and imports lead up the table only; and every file of code
+// says in its first lines what it is.
 
 import assert from 'node:assert/strict';
 import { existsSync, readFileSync, readdirSync } from 'node:fs';
-import { basename, dirname, extname, join, posix } from 'node:path';
+import { basename, extname, join } from 'node:path';
 import { test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
 
-/** Where the names of each table begin, by its heading. */
-const TABLES = {
-  'src: the library': 'src',
-  'cli/src: the command line': 'cli/src',
-  'www: the package and the page': 'www',
-  'python: the Python package': 'python',
-  'examples, scripts, tests, benches': '.',
-};
+const read = (file) => readFileSync(join(root, file), 'utf8').replaceAll('\r', '');
+const architecture = read('ARCHITECTURE.md');
+
+const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.py', '.pyi'];
 const FOLDERS = ['src', 'cli', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'benches', 'fuzz'];
-const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.html', '.py', '.pyi'];
-const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out', '.venv'];
+const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out', '.venv', '.mypy_cache', '__pycache__'];
 
-/** The places that one row names; a name alone stands in the folder of the row's first. */
-function placesOf(row, base) {
-  const names = [...row.split('|')[1].matchAll(/`([^`]+)`/g)].map(([, name]) => name);
-  return names.map((name, k) => posix.join(base, k > 0 && !name.includes('/') ? posix.dirname(names[0]) : '.', name));
-}
+/** Names that the library has at its top, by the room that they come from. */
+const AT_TOP = {
+  Error: 'error',
+  choices: 'params',
+  Params: 'pipeline',
+  Session: 'pipeline',
+  Progress: 'pipeline',
+  Stage: 'pipeline',
+  Step: 'pipeline',
+};
 
-function named() {
-  const text = readFileSync(join(root, 'ARCHITECTURE.md'), 'utf8').replaceAll('\r', '');
-  return Object.entries(TABLES).flatMap(([heading, base]) => {
-    const section = text.split(`\n### ${heading}\n`)[1]?.split(/\n##/)[0];
-    assert.ok(section, `there is no table "${heading}"`);
-    const rows = section.split('\n').filter((line) => line.startsWith('| `'));
-    return rows.flatMap((row) => placesOf(row, base));
-  });
+/** The rows of the table with this heading: the names in each one's first column. */
+function rowsOf(heading) {
+  const table = architecture.split(`\n| ${heading} |`)[1].split('\n\n')[0];
+  const rows = table.split('\n').filter((line) => line.startsWith('| `'));
+  return rows.map((row) => [...row.split('|')[1].matchAll(/`([^`]+)`/g)].map(([, name]) => name));
 }
 
 /** All files of code in a folder and the folders in it. */
@@ -43,31 +41,81 @@ function codeIn(folder) {
   });
 }
 
-test('every file of code has its place in the tables of ARCHITECTURE.md', () => {
-  const places = named();
-  const isNamed = (file) => places.some((place) => place === file || (place.endsWith('/') && file.startsWith(place)));
+const roomOf = (file) => file.split('/')[1].replace(/\.rs$/, '');
+
+/** The rooms that a file of Rust imports from, without its tests. */
+function importsOf(file) {
+  if (/tests\.rs$/.test(file)) return [];
+  const [code] = read(file).split('#[cfg(test)]\nmod tests {');
+  const parts = code
+    .replace(/\/\/.*$/gm, '')
+    .split('crate::')
+    .slice(1);
+  const names = parts.flatMap((part) => (part.startsWith('{') ? part.slice(1).split('}')[0].split(',') : [part]));
+  const rooms = names.map((name) => /^\s*(\w+)/.exec(name)?.[1]).filter(Boolean);
+  return rooms.map((name) => AT_TOP[name] ?? name).filter((name) => name !== roomOf(file));
+}
+
+test('every room of the library has one row, and nothing else has', () => {
+  const rooms = new Set(readdirSync(join(root, 'src')).map((name) => basename(name, '.rs')));
+  rooms.delete('lib');
+  assert.deepEqual(rowsOf('room').flat().sort(), [...rooms].sort());
+});
+
+test('a room imports only from the rooms above it in the table', () => {
+  const rows = rowsOf('room');
+  const place = new Map(rows.flatMap((names, row) => names.map((name, k) => [name, row + k / 100])));
+  const files = codeIn('src').filter((file) => file !== 'src/lib.rs');
+  const imports = files.flatMap((file) => importsOf(file).map((room) => ({ file, room })));
+  assert.ok(imports.length > 300, `${imports.length} imports`);
+  assert.deepEqual(
+    imports.filter(({ file, room }) => !(place.get(room) < place.get(roomOf(file)))),
+    [],
+  );
+  assert.ok(place.get('cut') > place.get('flow'));
+});
+
+test('the package imports nothing of the page, and the page takes the package as it is built', () => {
+  const imported = (folder) =>
+    codeIn(folder).flatMap((file) => {
+      const names = [...read(file).matchAll(/(?:\bfrom|\bimport)\s*\(?\s*'([^'\n]+)'/g)].map(([, name]) => name);
+      return names.map((name) => ({ file, name }));
+    });
+  const [ofPackage, ofPage] = [imported('www/lib'), imported('www/demo')];
+  assert.ok(ofPackage.length > 200 && ofPage.length > 200);
+  assert.deepEqual(
+    ofPackage.filter(({ name }) => name.includes('demo/')),
+    [],
+  );
+  assert.deepEqual(
+    ofPage.filter(({ name }) => name.includes('lib/') || !name.startsWith('.')),
+    [],
+  );
+});
+
+test('every folder that the page names is there', () => {
+  const folders = rowsOf('folder').flat();
+  assert.ok(FOLDERS.filter((name) => !['src', 'www'].includes(name)).every((name) => folders.includes(name)));
+  assert.deepEqual(
+    folders.filter((name) => !existsSync(join(root, name))),
+    [],
+  );
+  const parts = ['lib', 'demo'].flatMap((part) =>
+    readdirSync(join(root, 'www', part), { withFileTypes: true }).filter((entry) => entry.isDirectory()),
+  );
+  assert.deepEqual(
+    parts.map(({ name }) => name).filter((name) => !architecture.includes(`\`${name}\``)),
+    [],
+  );
+});
+
+test('every file of code says in its first lines what it is', () => {
   const files = FOLDERS.flatMap(codeIn);
-  assert.ok(files.length > 300, `${files.length} files`);
-  assert.deepEqual(
-    files.filter((file) => !isNamed(file)),
-    [],
-  );
+  assert.ok(files.length > 700, `${files.length} files`);
+  const silent = files.filter((file) => !/^(#!.*\n)?\s*(\/\/|\/\*|#|r?""")/.test(read(file)));
+  assert.deepEqual(silent, []);
 });
 
-test('the tables name nothing twice and nothing that is not there', () => {
-  const places = named();
-  assert.deepEqual(
-    places.filter((place) => !existsSync(join(root, place))),
-    [],
-  );
-  assert.deepEqual(
-    places.filter((place, k) => places.indexOf(place) !== k),
-    [],
-  );
-});
-
-test('a name alone stands beside the first of its row', () => {
-  const row = '| `demo/run/job.js`, `jobs.js`, `styles/run.css` | words and `code` |';
-  assert.deepEqual(placesOf(row, 'www'), ['www/demo/run/job.js', 'www/demo/run/jobs.js', 'www/styles/run.css']);
-  assert.equal(basename(dirname(placesOf('| `../decoder/lib.rs` | |', 'src')[0])), 'decoder');
+test('it is short enough to be read', () => {
+  assert.ok(Buffer.byteLength(architecture) <= 15 * 1024, `${Buffer.byteLength(architecture)} bytes`);
 });

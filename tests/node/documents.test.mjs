@@ -42,12 +42,12 @@ function fault(page, target) {
   return !anchor || attributes(read(file), 'id').includes(anchor) ? null : `${where} names no place there`;
 }
 
-test('each Markdown file of docs/ has a page, and so have guide, method, examples, changes and gallery', () => {
+test('each Markdown file of docs/ has a page, and so have README, examples, changes and gallery', () => {
   const names = pages.map((file) => file.slice(join(site, 'docs').length + 1).replaceAll('\\', '/'));
-  for (const name of ['index', 'method', 'reference', 'choices', 'speed', 'examples', 'changes', 'gallery'])
+  for (const name of ['index', 'guide', 'method', 'reference', 'results', 'limits', 'examples', 'changes', 'gallery'])
     assert.ok(names.includes(`${name}.html`), name);
   const sources = readdirSync(join(root, 'docs'), { recursive: true }).filter((name) => name.endsWith('.md'));
-  assert.equal(names.length, sources.length + 5);
+  assert.equal(names.length, sources.length + 4);
 });
 
 test('every link, picture, style and script of the site leads to a file and a place that are there', () => {
@@ -96,7 +96,7 @@ test('the pages ask for nothing from elsewhere, and a first visit for none of th
 test('the search finds a function at its place in the reference, first', () => {
   assert.equal(find(index, 'segmentVideo')[0].url, 'reference.html#segmentvideo');
   assert.equal(find(index, 'SEGMENTVIDEO')[0].url, 'reference.html#segmentvideo');
-  assert.ok(find(index, 'content security policy').some(({ url }) => url === 'index.html#bundlers'));
+  assert.ok(find(index, 'content security policy').some(({ url }) => url === 'guide.html#bundlers'));
   assert.ok(find(index, 'trajectory.gridStep').length > 0);
   assert.deepEqual(find(index, 'segmentVideo nosuchword'), []);
   assert.deepEqual(find(index, '  '), []);

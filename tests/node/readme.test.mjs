@@ -1,4 +1,4 @@
-// The README's blocks of code for Node, run as they stand in a project that has installed the package.
+// The README's and the guide's blocks of code for Node, run as they stand in a project that has installed the package.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -12,6 +12,7 @@ import { RUN, readmeCode } from '../readme.mjs';
 import { framesOf, png } from './support.mjs';
 
 const code = readmeCode();
+const read = (file) => readFileSync(join(root, file), 'utf8');
 const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
 
 /** What a block takes for granted, and what is looked at when it is over. */
@@ -45,7 +46,7 @@ function run(folder, heading) {
   return execFileSync(process.execPath, ['main.mjs'], { cwd: folder, encoding: 'utf8' });
 }
 
-test('every block of JavaScript in the README is run by some test', () => {
+test('every block of JavaScript in README and guide is run by some test', () => {
   assert.deepEqual([...code.keys()].sort(), Object.values(RUN).flat().sort());
 });
 
@@ -59,7 +60,7 @@ test('the lines for a newcomer are few', () => {
   assert.ok(lines('In Node') <= 10 && lines('In the browser') <= 10);
 });
 
-test("the README's blocks for Node do what they say", async (t) => {
+test('the blocks for Node do what they say', async (t) => {
   const folder = installed(t);
   mkdirSync(join(folder, 'frames'));
   (await framesOf(SCENE)).forEach((frame, k) => writeFileSync(join(folder, 'frames', `${k}.png`), png(frame)));
@@ -81,8 +82,15 @@ test("the README's blocks for Node do what they say", async (t) => {
   assert.match(run(folder, 'Errors'), /^param cut\.spatialWeight = -1 \(expected /);
 });
 
-test('the sizes that the README names are those of the build', () => {
-  const readme = readFileSync(join(root, 'README.md'), 'utf8');
+test('the README is short, and shows both commands and the picture on its first screen', () => {
+  const readme = read('README.md');
+  assert.ok(Buffer.byteLength(readme) <= 10 * 1024, `${Buffer.byteLength(readme)} bytes`);
+  const first = readme.split('\n').slice(0, 20).join('\n');
+  for (const what of ['npm start', 'npm test', 'docs/tracecut.webp']) assert.ok(first.includes(what), what);
+});
+
+test('the sizes that README and guide name are the sizes of the build', () => {
+  const texts = `${read('README.md')}\n${read('docs/guide.md')}`;
   const named = [
     ['tracecut_bg.wasm', /the wasm file is (\d+) kB\s+gzipped/],
     ['vendor/media.js', /reads and writes video files \((\d+) kB\s+gzipped\)/],
@@ -90,7 +98,7 @@ test('the sizes that the README names are those of the build', () => {
   ];
   for (const [name, words] of named) {
     const kilobytes = gzipSync(readFileSync(join(root, 'dist', name)), { level: 9 }).length / 1000;
-    const said = Number(words.exec(readme)?.[1]);
-    assert.ok(Math.abs(said - kilobytes) < 0.04 * kilobytes, `${name}: ${kilobytes} kB, README says ${said}`);
+    const said = Number(words.exec(texts)?.[1]);
+    assert.ok(Math.abs(said - kilobytes) < 0.04 * kilobytes, `${name}: ${kilobytes} kB, the text says ${said}`);
   }
 });

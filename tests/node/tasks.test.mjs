@@ -8,10 +8,10 @@ import { test } from 'node:test';
 import { fromTracksDat } from 'tracecut';
 import { installed } from '../package/installed.mjs';
 import { freePort } from '../port.mjs';
-import { TASKS, readmeCode } from '../readme.mjs';
+import { TASKS, codeOf } from '../readme.mjs';
 import { framesOf, png } from './support.mjs';
 
-const code = readmeCode('docs/tasks.md');
+const code = codeOf('docs/tasks.md');
 const SCENE = { width: 256, height: 144, frames: 8, seed: 1 };
 const MOST_LINES = 8;
 const hasFfmpeg = spawnSync('ffmpeg', ['-version']).status === 0;

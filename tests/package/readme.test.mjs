@@ -1,5 +1,5 @@
-// The README's blocks of code for browsers, run as they stand on a page that has installed the package, and its moving
-// picture.
+// The README's and the guide's blocks of code for browsers, run as they stand on a page that has installed the package,
+// and the moving picture.
 
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -8,12 +8,12 @@ import { after, before, test } from 'node:test';
 import { drawnFrames } from '../../scripts/picture.mjs';
 import { root } from '../../scripts/tools.mjs';
 import { animatedWebp } from '../../scripts/webp.mjs';
-import { TASKS, readmeCode } from '../readme.mjs';
+import { TASKS, codeOf, readmeCode } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { installed, served } from './installed.mjs';
 
 const site = useServerAndBrowser();
-const code = new Map([...readmeCode(), ...readmeCode('docs/tasks.md')]);
+const code = new Map([...readmeCode(), ...codeOf('docs/tasks.md')]);
 const cleaners = [];
 let folder;
 let clip;
@@ -104,7 +104,7 @@ test("the README's lines for the browser show a video with its objects coloured"
   );
 });
 
-test("the README's windows come with the times and masks of all frames", async (t) => {
+test("the guide's windows come with the times and masks of all frames", async (t) => {
   const { lines } = await runWithFile(t, 'Video', 'true');
   assert.ok(
     lines.some((line) => line.startsWith('shot 0, objects 1')),
@@ -117,7 +117,7 @@ test("the README's windows come with the times and masks of all frames", async (
   );
 });
 
-test("the README's list of what comes out", async (t) => {
+test("the guide's list of what comes out", async (t) => {
   const { outcome } = await runWithFile(t, 'What comes out', '[masks.numFrames, masks.objects.length]');
   assert.equal(outcome[0], 8);
   assert.ok(outcome[1] >= 1);

@@ -30,12 +30,12 @@ import { say } from './language.js';
  * @property {number} count frames there are (for a video: about)
  * @property {(frame: number, side: number, time?: number) => Promise<ImageData>} preview one frame; found by its time in
  *   seconds where that is known
- * @property {(count: number, side: number, signal: AbortSignal) => AsyncIterable<ImageData>} [strip] so many frames, or
+ * @property {(count: number, side: number, signal: AbortSignal) => AsyncIterable<ImageData>} [strip] `count` frames, or
  *   all where there are fewer, evenly spread, of at most this long side; what cannot be trimmed has none
  * @property {ArrayLike<number> | null} [times] of all frames in seconds, where the file says them
  * @property {{frames: number, total: number | null} | null} [damage] what `frames` ended with when it was last read:
- *   so many frames come before the damage, of so many
- * @property {File} [file] that of a video
+ *   `frames` come before the damage, of `total`
+ * @property {File} [file] the file of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
  * @property {string} [gallery] which clip of the gallery it is, if it is one
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:

@@ -1,3 +1,5 @@
+// Made clips with known masks: `synthClip`.
+
 import { end, guarded, instance } from './instance.js';
 import { illegal } from './errors.js';
 import { isPlainObject, wholeNumber } from './options.js';

@@ -139,7 +139,7 @@ export class LocalEngine {
   }
 
   /**
-   * Steps to the end, or to that of a stage.
+   * Steps to the end, or to the end of a stage.
    * @template T
    * @param {(progress: Progress) => void} onProgress
    * @param {AbortSignal} signal

@@ -1,3 +1,5 @@
+// The one error of the package, and what its messages are put together from.
+
 /**
  * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`,
  * `too-few-frames`, `too-large` (more than a parameter such as `clip.maxPixels` allows), `decode`, `param`, `data`,

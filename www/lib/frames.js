@@ -1,3 +1,5 @@
+// What can be pushed as a frame, to bytes.
+
 import { TraceCutError, illegal, tooLarge, typeTag } from './errors.js';
 import { MAX_PIXELS, wholeNumber } from './options.js';
 

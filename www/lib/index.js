@@ -23,7 +23,7 @@ import { segment } from './video/segment.js';
 
 export * from './common.js';
 
-// Bundlers look for these very expressions, and for that of the worker.
+// Bundlers look for these very expressions, and for the worker's.
 const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
 const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
 

@@ -1,3 +1,5 @@
+// Compiles the wasm file, from wherever it is.
+
 import { TraceCutError, illegal, typeTag } from './errors.js';
 
 /** The smallest module with a SIMD instruction in it. */

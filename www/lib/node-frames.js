@@ -36,7 +36,7 @@ import { RAW_FORMATS, framePixels, y4mHeader } from './node-pixels.js';
  */
 
 const MAX_SIDE = 16384;
-/** Largest legal `maxPixels`: that of `clip.maxPixels`. */
+/** Largest legal `maxPixels`, as of `clip.maxPixels`. */
 const MOST_PIXELS = 2 ** 28;
 /** Longest header line, in bytes: real ones are below 200. */
 const MAX_LINE = 4096;

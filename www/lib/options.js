@@ -1,3 +1,5 @@
+// The options of a session, checked.
+
 import { illegal, typeTag } from './errors.js';
 import { checkWorker } from './places.js';
 

@@ -1,3 +1,5 @@
+// What a run has found: `Result`.
+
 import { TraceCutError } from './errors.js';
 import { wholeNumber } from './options.js';
 import { part } from './places.js';

@@ -1,3 +1,5 @@
+// One clip at a time: `Session` checks what it is given, runs, aborts and corrects; an engine does the work.
+
 import { mergeOf, splitOf, strokesOf } from './correction.js';
 import { TraceCutError, illegal, inFrame } from './errors.js';
 import { toRawFrame } from './frames.js';

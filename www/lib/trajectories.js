@@ -1,3 +1,5 @@
+// Trajectories from outside, checked.
+
 import { describe, illegal } from './errors.js';
 import { isPlainObject, wholeNumber } from './options.js';
 

@@ -98,8 +98,8 @@ function reason({ result: { components, saliency } }) {
 }
 
 /**
- * Components are numbered anew in each frame. Here they get numbers that last: each takes that of most of its
- * trajectories' last ones, where two want the same the one with more of them, and what is left over a new one.
+ * Components are numbered anew in each frame. Here they get numbers that last: each takes the number of most of
+ * its trajectories' last ones, where two want the same the one with more of them, and what is left over a new one.
  *
  * @param {Points} points of a result with components
  * @returns {Int32Array[]} for each frame the lasting number of each of its components

@@ -1,4 +1,4 @@
-/** Masks as PNG files: all in a ZIP, or that of one frame. @module */
+/** Masks as PNG files: all in a ZIP, or the one of a frame. @module */
 
 import { labelsOf, masksOf, rateOf } from './export.js';
 

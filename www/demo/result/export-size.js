@@ -1,5 +1,5 @@
 /**
- * At which size results are saved: that of the source, half of it, that of the computation, or another. Frames are read
+ * At which size results are saved: the source's, half of it, the computation's, or another. Frames are read
  * from the source again, one by one.
  * @module
  */

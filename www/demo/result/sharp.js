@@ -112,7 +112,7 @@ export class Sharp {
 /**
  * @param {import('../run/jobs.js').AnyJob} job
  * @param {number} side
- * @returns {number} the working size, doubled until it is enough; at most that of the source
+ * @returns {number} the working size, doubled until it is enough; at most the source's
  */
 function sideFor({ source, take }, side) {
   const whole = Math.max(source.width, source.height);

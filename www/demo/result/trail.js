@@ -7,7 +7,7 @@ import { shotsOf } from './export.js';
 /** @typedef {import('../../dist/index.js').Cutout} Cutout */
 /** @typedef {Readonly<import('../store.js').State>} State */
 
-/** Objects of so many frames are kept: those of the longest trail, and some more. */
+/** Of how many frames objects are kept: as many as the longest trail has, and some more. */
 const MOST = 96;
 
 export class TrailCutouts {

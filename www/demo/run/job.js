@@ -86,7 +86,7 @@ export class Job extends StageClock {
     this.presence = null;
   }
 
-  /** Whether the result is that of a run which was stopped early, and can go on. */
+  /** Whether the result comes from a run which was stopped early, and can go on. */
   get partial() {
     return false;
   }

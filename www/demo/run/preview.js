@@ -6,7 +6,7 @@
 
 /** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
 
-/** Every so many frames one is taken, and so many of them: as the package does by itself. */
+/** Every `STEP` frames one is taken, `TAKEN` of them in all: as the package does by itself. */
 const STEP = 2;
 const TAKEN = 8;
 

@@ -55,7 +55,7 @@ export class Packer {
     if (this.packed?.masks !== masks) {
       const times = film.times.seconds?.slice(0, masks.numFrames) ?? null;
       const { width, height, numFrames, shots, trajectories } = masks;
-      // A result of one window has labels of clusters, that of many has those of objects.
+      // A result of one window has labels of clusters, a result of many has labels of objects.
       const more = /** @type {object} */ ({
         trajectories,
         clusters: fieldOf(masks, 'clusters'),

@@ -70,7 +70,7 @@ export async function carry(editor, edit, options, flow) {
 }
 
 /**
- * The same with an engine for the flow: that of the options, or one that is opened and closed again.
+ * The same with an engine for the flow: the options', or one that is opened and closed again.
  * @param {import('./editor.js').MaskEditor} editor
  * @param {import('./editor.js').Edit} edit
  * @param {CarryOptions} options

@@ -28,7 +28,7 @@ import { decodeRuns, encodeRuns } from '../video/masks.js';
 const MOST_REACH = 4;
 
 /**
- * With an engine for the flow: that of the options, or one that is opened and closed again.
+ * With an engine for the flow: the options', or one that is opened and closed again.
  * @param {MaskSource} masks
  * @param {SmoothMasksOptions} options
  * @param {() => Promise<import('../image.js').ImageEngine>} open

@@ -43,7 +43,7 @@ const FRAME_RATE = 25;
 /** Archives cannot say where anything lies beyond this, in bytes. */
 const MOST_BYTES = 2 ** 32 - 2 ** 24;
 
-/** An archive's checksum is counted in pieces of so many bytes, between which others may do something. */
+/** An archive's checksum is counted in pieces of this size, in bytes, between which others may do something. */
 const PIECE = 2 ** 22;
 
 /** How hard to try: the next step makes files 2 % smaller and takes twice as long. */

@@ -192,7 +192,7 @@ function runsOf(words, numFrames, size) {
 }
 
 /**
- * Trajectories as words: their number and that of their points, first frames, offsets, places, labels.
+ * Trajectories as words: their number and the number of their points, first frames, offsets, places, labels.
  * @param {any} masks
  */
 function trajectoryWords({ trajectories, clusters }) {

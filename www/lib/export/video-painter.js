@@ -12,7 +12,7 @@ import { Trails } from './trails.js';
 /** @typedef {import('./drawable.js').Drawable} Drawable */
 
 /**
- * Cut-out objects keep so many of their surrounding pixels under a transparent mask: colours are coded for blocks of
+ * How many of their surrounding pixels cut-out objects keep under a transparent mask: colours are coded for blocks of
  * pixels.
  */
 const MARGIN = 4;
@@ -200,7 +200,7 @@ export class Painter {
   /**
    * Paints the objects white on nothing, aside.
    * @param {import('./at-size.js').MaskAtSize} mask
-   * @param {number} margin so many pixels wider on all sides
+   * @param {number} margin how many pixels wider on all sides
    */
   paintMask({ alpha, width, height }, margin) {
     const picture = new ImageData(width, height);
@@ -216,7 +216,7 @@ export class Painter {
   /**
    * Paints a picture on nothing, aside.
    * @param {ImageData} picture
-   * @param {number} margin so many pixels wider on all sides
+   * @param {number} margin how many pixels wider on all sides
    */
   spread(picture, margin) {
     const { aside } = this;

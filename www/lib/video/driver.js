@@ -152,7 +152,7 @@ export class Driver {
     this.#shot += 1;
   }
 
-  /** @param {string | undefined} clip that of the frame read already */
+  /** @param {string | undefined} clip the one of the frame read already */
   async #beginClip(clip) {
     this.#advances += 1;
     await this.#options.engine.request('clear');

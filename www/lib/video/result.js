@@ -1,3 +1,5 @@
+// The masks, shots and objects of a whole clip: `VideoResult`.
+
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, wholeNumber } from '../options.js';
 import { breath } from '../export/breath.js';

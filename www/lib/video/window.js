@@ -1,3 +1,5 @@
+// What is found in one window of a clip: `WindowResult`.
+
 import { Result, restored } from '../result.js';
 
 /**
