@@ -43,7 +43,7 @@ crate::params! {
         pub max_dimensions: u32 = 24, in 2..=64;
         /// Connected groups of fewer trajectories than this are not embedded (where no group is as large, the largest
         /// are).
-        pub min_component: u32 = 50, in 1..=1000000;
+        pub min_component: u32 = 1, in 1..=1000000;
     }
 }
 
