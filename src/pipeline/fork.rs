@@ -60,7 +60,8 @@ impl Forks {
             return Err(state_error("frames of a fork have the size that they had"));
         }
         let changed = changed_names(&self.params, params);
-        let within = |groups: &[&str]| changed.iter().all(|name| groups.iter().any(|g| name.starts_with(&format!("{g}."))));
+        let within =
+            |groups: &[&str]| changed.iter().all(|name| groups.iter().any(|g| name.starts_with(&format!("{g}."))));
         let mut session = if within(&OF_MASKS) {
             self.labelled.clone()
         } else if within(&[&OF_MASKS[..], &OF_LABELS, &["clip.seed"]].concat()) {
@@ -127,7 +128,10 @@ mod tests {
             assert_eq!(fork.clusters(), own.clusters(), "{name}");
             (0..6).for_each(|t| assert_eq!(fork.labels(t).unwrap(), own.labels(t).unwrap(), "{name}"));
         }
-        let small = Params { clip: crate::ClipParams { max_side: 32, ..Params::default().clip }, ..Params::default() };
+        let small = Params {
+            clip: crate::pipeline::ClipParams { max_side: 32, ..Params::default().clip },
+            ..Params::default()
+        };
         assert!(matches!(forks.labelled(&small), Err(Error::State { .. })));
         assert!(matches!(Forks::new(Session::new(Params::default()).unwrap()), Err(Error::State { .. })));
     }

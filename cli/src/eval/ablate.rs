@@ -181,7 +181,14 @@ impl Known {
         }
         let masks = MaskScores::mean_of(scorer.frames());
         let Scores { overall, average, oversegmentation, extracted, .. } = points;
-        Ok(Score { masks, error: overall, region: average, fragments: oversegmentation, objects: extracted, best_points })
+        Ok(Score {
+            masks,
+            error: overall,
+            region: average,
+            fragments: oversegmentation,
+            objects: extracted,
+            best_points,
+        })
     }
 }
 

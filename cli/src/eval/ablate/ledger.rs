@@ -102,7 +102,8 @@ mod tests {
             serde_json::from_str(&text).unwrap()
         };
         let base = Effect { columns: vec![Some(vec![0.25, 0.25]), None, Some(vec![0.5, 0.6]), None] };
-        let effect = Effect { columns: vec![Some(vec![0.125, 0.125]), Some(vec![1.0, 2.0]), Some(vec![-0.1, -0.3]), None] };
+        let effect =
+            Effect { columns: vec![Some(vec![0.125, 0.125]), Some(vec![1.0, 2.0]), Some(vec![-0.1, -0.3]), None] };
         let text = markdown(&[choice("one"), choice("two")], &["a", "b"], &base, &[Some(effect), None], "run it");
         for row in [
             "| one | 0 | `refine.band` 8 | w | `--set refine.band=0` |",
