@@ -100,6 +100,8 @@ pub mod sparse;
 pub mod still;
 pub mod superpixel;
 pub mod synth;
+#[doc(hidden)]
+pub mod tracks;
 pub mod trajectory;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;

@@ -25,8 +25,8 @@ use tracecut::Session;
 use tracecut::discretize::Clusters;
 use tracecut::eval::definition::{Definition, parse_pgm};
 use tracecut::eval::moseg::{Scores, score};
-use tracecut::eval::tracks;
 use tracecut::image::Plane;
+use tracecut::tracks;
 use tracecut::trajectory::Trajectories;
 
 #[derive(Subcommand, Debug)]

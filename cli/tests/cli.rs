@@ -14,7 +14,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use tracecut::eval::tracks;
+use tracecut::tracks;
 
 /// An empty folder of this test's own.
 fn folder(name: &str) -> PathBuf {

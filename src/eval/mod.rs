@@ -1,8 +1,7 @@
-//! Measures against ground truth, and the track file format that the Moseg benchmark exchanges.
+//! Measures against ground truth.
 //!
 //! Nothing here touches the file system: callers read the files and pass their bytes or text.
 //!
-//! - [`tracks`]: labelled trajectories to and from `tracks.dat`;
 //! - [`definition`]: which frames of a shot are labelled, and with which regions (`Def.dat`, PGM masks);
 //! - [`flow`]: end-point error of optical flow against a `.flo` file;
 //! - [`foreground`]: which trajectories are foreground, against labelled frames;
@@ -31,4 +30,3 @@ pub mod moseg;
 mod pieces;
 pub mod reliability;
 pub mod superpixels;
-pub mod tracks;

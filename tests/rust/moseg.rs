@@ -4,7 +4,8 @@
 //! in `TRACECUT_SHARED`; without them the test says so and passes.
 
 use std::path::{Path, PathBuf};
-use tracecut::eval::{definition, moseg, tracks};
+use tracecut::eval::{definition, moseg};
+use tracecut::tracks;
 
 fn shared_data() -> Option<PathBuf> {
     let shared = std::env::var_os("TRACECUT_SHARED")

@@ -141,7 +141,8 @@ fn many_more_files_with_faults() {
 
 #[test]
 fn images_and_files_that_fuzzing_begins_with_are_whole() {
-    use tracecut::eval::{definition, flow, tracks};
+    use tracecut::eval::{definition, flow};
+    use tracecut::tracks;
     for (target, name, bytes) in seeds::all() {
         let text = || String::from_utf8(bytes.clone()).unwrap();
         let read = match target {

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use tracecut::connectedness::ConnectednessMode;
 use tracecut::discretize::Clusters;
 use tracecut::eval::moseg::{Scores, mean, score, score_dense, trimmed_mean};
-use tracecut::eval::tracks;
+use tracecut::tracks;
 use tracecut::{Params, Session};
 
 #[derive(Args, Debug)]

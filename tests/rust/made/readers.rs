@@ -3,9 +3,9 @@
 use tracecut::Params;
 use tracecut::eval::definition::{Definition, parse_pgm};
 use tracecut::eval::flow::{FlowTruth, end_point_error};
-use tracecut::eval::tracks;
 use tracecut::image::Frame;
 use tracecut::params::{ParamGroup, ParamTree};
+use tracecut::tracks;
 
 /// An image file: PNG, JPEG or PPM.
 pub fn image_file(bytes: &[u8]) {
