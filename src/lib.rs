@@ -82,8 +82,6 @@ pub mod discontinuity;
 pub mod discretize;
 pub mod embedding;
 mod error;
-#[doc(hidden)]
-pub mod eval;
 pub mod evidence;
 pub mod flow;
 mod grid;
@@ -95,7 +93,8 @@ pub mod pipeline;
 #[doc(hidden)]
 pub mod rng;
 pub mod saliency;
-mod sets;
+#[doc(hidden)]
+pub mod sets;
 pub mod sparse;
 pub mod still;
 pub mod superpixel;

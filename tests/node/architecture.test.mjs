@@ -14,7 +14,7 @@ const TABLES = {
   'python: the Python package': 'python',
   'examples, scripts, tests, benches': '.',
 };
-const FOLDERS = ['src', 'cli', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'benches', 'fuzz'];
+const FOLDERS = ['src', 'cli', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'bench', 'benches', 'fuzz'];
 const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.html', '.py', '.pyi'];
 const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out', '.venv'];
 
