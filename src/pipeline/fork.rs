@@ -128,10 +128,8 @@ mod tests {
             assert_eq!(fork.clusters(), own.clusters(), "{name}");
             (0..6).for_each(|t| assert_eq!(fork.labels(t).unwrap(), own.labels(t).unwrap(), "{name}"));
         }
-        let small = Params {
-            clip: crate::pipeline::ClipParams { max_side: 32, ..Params::default().clip },
-            ..Params::default()
-        };
+        let mut small = Params::default();
+        small.clip.max_side = 32;
         assert!(matches!(forks.labelled(&small), Err(Error::State { .. })));
         assert!(matches!(Forks::new(Session::new(Params::default()).unwrap()), Err(Error::State { .. })));
     }
