@@ -82,8 +82,6 @@ pub mod discontinuity;
 pub mod discretize;
 pub mod embedding;
 mod error;
-#[doc(hidden)]
-pub mod eval;
 pub mod evidence;
 pub mod flow;
 mod grid;
@@ -95,11 +93,14 @@ pub mod pipeline;
 #[doc(hidden)]
 pub mod rng;
 pub mod saliency;
-mod sets;
+#[doc(hidden)]
+pub mod sets;
 pub mod sparse;
 pub mod still;
 pub mod superpixel;
 pub mod synth;
+#[doc(hidden)]
+pub mod tracks;
 pub mod trajectory;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;

@@ -2,11 +2,11 @@
 
 /// A partition of `0..n`; the root of a set is its smallest member.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct DisjointSets(Vec<u32>);
+pub struct DisjointSets(Vec<u32>);
 
 impl DisjointSets {
     /// Every number alone.
-    pub(crate) fn new(n: usize) -> Self {
+    pub fn new(n: usize) -> Self {
         Self((0..n as u32).collect())
     }
 
@@ -16,7 +16,7 @@ impl DisjointSets {
     }
 
     /// The smallest member of the set of `i`.
-    pub(crate) fn root(&mut self, mut i: usize) -> usize {
+    pub fn root(&mut self, mut i: usize) -> usize {
         while self.0[i] as usize != i {
             self.0[i] = self.0[self.0[i] as usize];
             i = self.0[i] as usize;
@@ -25,7 +25,7 @@ impl DisjointSets {
     }
 
     /// Makes one set of those of `i` and `j`.
-    pub(crate) fn join(&mut self, i: usize, j: usize) {
+    pub fn join(&mut self, i: usize, j: usize) {
         let (a, b) = (self.root(i), self.root(j));
         self.0[a.max(b)] = a.min(b) as u32;
     }

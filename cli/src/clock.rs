@@ -5,15 +5,15 @@ use std::time::Instant;
 
 /// Seconds on the wall and, on Linux, of this thread on a processor (which other programs do not lengthen).
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub(crate) struct Seconds {
+pub struct Seconds {
     #[serde(rename = "seconds")]
-    pub(crate) wall: f64,
+    pub wall: f64,
     #[serde(rename = "cpuSeconds")]
-    pub(crate) cpu: Option<f64>,
+    pub cpu: Option<f64>,
 }
 
 impl Seconds {
-    pub(crate) fn add(&mut self, other: Self) {
+    pub fn add(&mut self, other: Self) {
         self.wall += other.wall;
         self.cpu = match (self.cpu, other.cpu) {
             (Some(a), Some(b)) => Some(a + b),
@@ -28,24 +28,24 @@ impl Seconds {
     }
 
     /// Processor seconds where known, otherwise those on the wall.
-    pub(crate) fn best(self) -> f64 {
+    pub fn best(self) -> f64 {
         self.cpu.unwrap_or(self.wall)
     }
 }
 
 /// Measures from its start.
 #[derive(Debug)]
-pub(crate) struct Clock {
+pub struct Clock {
     wall: Instant,
     cpu: Option<f64>,
 }
 
 impl Clock {
-    pub(crate) fn start() -> Self {
+    pub fn start() -> Self {
         Self { wall: Instant::now(), cpu: thread_seconds() }
     }
 
-    pub(crate) fn seconds(&self) -> Seconds {
+    pub fn seconds(&self) -> Seconds {
         // A thread that has just begun has no count yet.
         let cpu = thread_seconds().map(|now| now - self.cpu.unwrap_or(0.0));
         Seconds { wall: self.wall.elapsed().as_secs_f64(), cpu }

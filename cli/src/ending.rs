@@ -1,8 +1,9 @@
 //! How the program ends before it is done: signals, and memory that there is not.
 
-use crate::failure::tell;
+use crate::failure::{Failure, Result, tell};
 use crate::output::Place;
 use std::io;
+use std::process::ExitCode;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Exit codes, for `--help`.
@@ -14,6 +15,20 @@ Exit codes:
   3    bad input: files that cannot be read, frames of different sizes, fewer than two frames
   4    out of memory, or frames too large
   130  interrupted (SIGINT), 143 ended (SIGTERM): what --resume needs stays in DIR.partial";
+
+/// Does the `work` of a program: a signal ends it in order, and what fails is told on standard error, with `events` as one
+/// of them.
+pub fn conclude(events: bool, work: impl FnOnce() -> Result<()>) -> ExitCode {
+    let listening = listen().map_err(|e| Failure::new(format!("signals: {e}")));
+    let Err(failure) = listening.and_then(|()| work()) else { return ExitCode::SUCCESS };
+    let code = failure.kind as u8;
+    if events {
+        tell(serde_json::json!({ "event": "error", "code": code, "message": failure.reason }));
+    } else {
+        tell(format_args!("error: {}", failure.reason));
+    }
+    ExitCode::from(code)
+}
 
 /// The results that are being written.
 static OPEN: Mutex<Option<Place>> = Mutex::new(None);
@@ -46,7 +61,7 @@ pub(crate) fn whole<T>(work: impl FnOnce() -> T) -> T {
 
 /// Has SIGINT and SIGTERM end the program in order, and memory that runs out with a code of its own.
 #[cfg(unix)]
-pub(crate) fn listen() -> io::Result<()> {
+fn listen() -> io::Result<()> {
     use signal_hook::consts::{SIGABRT, SIGINT, SIGTERM};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
@@ -64,7 +79,7 @@ pub(crate) fn listen() -> io::Result<()> {
 }
 
 #[cfg(not(unix))]
-pub(crate) fn listen() -> io::Result<()> {
+fn listen() -> io::Result<()> {
     Ok(())
 }
 

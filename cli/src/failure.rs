@@ -7,14 +7,14 @@ use std::path::Path;
 
 /// Why the program cannot go on, in words, with what to do.
 #[derive(Debug)]
-pub(crate) struct Failure {
-    pub(crate) kind: Kind,
-    pub(crate) reason: String,
+pub struct Failure {
+    pub kind: Kind,
+    pub reason: String,
 }
 
 /// Whose fault it is; the number is the exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// Results cannot be written, or a fault of the program.
     Other = 1,
     /// Options that mean nothing, or not what lies there.
@@ -25,31 +25,31 @@ pub(crate) enum Kind {
     Memory = 4,
 }
 
-pub(crate) type Result<T> = std::result::Result<T, Failure>;
+pub type Result<T> = std::result::Result<T, Failure>;
 
 impl Failure {
     /// A fault that is nobody's input.
-    pub(crate) fn new(reason: impl Into<String>) -> Self {
+    pub fn new(reason: impl Into<String>) -> Self {
         Self { kind: Kind::Other, reason: reason.into() }
     }
 
     /// Options that cannot be followed.
-    pub(crate) fn usage(reason: impl Into<String>) -> Self {
+    pub fn usage(reason: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, reason: reason.into() }
     }
 
     /// Bad input: `error` with the file or thing it is about before it.
-    pub(crate) fn about(subject: impl Display, error: impl Display) -> Self {
+    pub fn about(subject: impl Display, error: impl Display) -> Self {
         Self { kind: Kind::Input, reason: format!("{subject}: {error}") }
     }
 
     /// Bad input, in words.
-    pub(crate) fn input(reason: impl Into<String>) -> Self {
+    pub fn input(reason: impl Into<String>) -> Self {
         Self { kind: Kind::Input, reason: reason.into() }
     }
 
     /// The same failure with the file or thing it is about before it.
-    pub(crate) fn of(self, subject: impl Display) -> Self {
+    pub fn of(self, subject: impl Display) -> Self {
         Self { kind: self.kind, reason: format!("{subject}: {}", self.reason) }
     }
 }
@@ -66,16 +66,16 @@ impl From<tracecut::Error> for Failure {
     }
 }
 
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
+pub fn read(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).map_err(|e| Failure::about(path.display(), format_args!("cannot be read: {e}")))
 }
 
-pub(crate) fn read_text(path: &Path) -> Result<String> {
+pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read(path)?).map_err(|_| Failure::about(path.display(), "is not a text file"))
 }
 
 /// Writes a file; where there is not room for all of it there is none.
-pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
     let mut file = File::create(path).map_err(|e| cannot_write(path, &e))?;
     file.write_all(bytes.as_ref()).map_err(|e| {
         if path.is_file() {
@@ -85,11 +85,11 @@ pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
     })
 }
 
-pub(crate) fn create_folder(path: &Path) -> Result<()> {
+pub fn create_folder(path: &Path) -> Result<()> {
     std::fs::create_dir_all(path).map_err(|e| cannot_write(path, &e))
 }
 
-pub(crate) fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+pub fn cannot_write(path: &Path, error: &io::Error) -> Failure {
     let reason = format!("cannot be written: {error} (name a folder that you may write to)");
     Failure::new(reason).of(path.display())
 }
@@ -100,7 +100,7 @@ pub(crate) fn tell(line: impl Display) {
 }
 
 /// Prints `line`. A reader that has gone away (`| head`) ends the program quietly, as other tools do.
-pub(crate) fn print(line: impl Display) -> Result<()> {
+pub fn print(line: impl Display) -> Result<()> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{line}").and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),

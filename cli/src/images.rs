@@ -8,7 +8,7 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "ppm"];
 
 /// The images of a folder in the order of their names; runs of digits count as numbers, so that `2.png` comes before
 /// `10.png`.
-pub(crate) fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
+pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {
@@ -74,7 +74,7 @@ pub(crate) fn in_list(list: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// Whether something is there that may have no end: a pipe or a device.
-pub(crate) fn is_endless(path: &Path) -> bool {
+pub fn is_endless(path: &Path) -> bool {
     path.exists() && !path.is_file()
 }
 

@@ -19,7 +19,7 @@ use tracecut::{Error, Params};
 
 /// A clip.
 #[derive(Debug)]
-pub(crate) struct Input {
+pub struct Input {
     kind: Kind,
     max_frames: usize,
     /// Most pixels of a frame.
@@ -37,12 +37,12 @@ enum Kind {
 }
 
 /// A frame and what to call it in an error.
-pub(crate) type NamedFrame = (String, Frame);
+pub type NamedFrame = (String, Frame);
 pub(crate) type Frames = Box<dyn Iterator<Item = Result<NamedFrame>>>;
 
 impl Input {
     /// Finds out what `path` is; `-` is standard input.
-    pub(crate) fn open(path: &Path, frames: Option<u32>) -> Result<Self> {
+    pub fn open(path: &Path, frames: Option<u32>) -> Result<Self> {
         let max_frames = frames.map_or(usize::MAX, |n| n as usize);
         Ok(Self { kind: Kind::of(path)?, max_frames, max_pixels: MAX_PIXELS })
     }
@@ -68,7 +68,7 @@ impl Input {
     }
 
     /// The frames from the first on; those of standard input, and of a pipe, come once.
-    pub(crate) fn frames(&self) -> Result<impl Iterator<Item = Result<NamedFrame>> + use<>> {
+    pub fn frames(&self) -> Result<impl Iterator<Item = Result<NamedFrame>> + use<>> {
         let most = self.max_pixels;
         let all: Frames = match &self.kind {
             Kind::Images(paths) => Box::new(Images(paths.clone().into_iter(), most)),
@@ -132,7 +132,7 @@ fn open(path: &Path) -> Result<BufReader<File>> {
 }
 
 /// Decodes an image file.
-pub(crate) fn decode(path: &Path) -> Result<NamedFrame> {
+pub fn decode(path: &Path) -> Result<NamedFrame> {
     decode_within(path, MAX_PIXELS)
 }
 

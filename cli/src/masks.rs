@@ -166,7 +166,7 @@ fn labels_of(objects: &Objects) -> Vec<MaskedObject> {
 
 /// The frame with the pixels of each label other than 0 tinted, and outlined in the full colour; RGB. `labels` has the
 /// frame's size.
-pub(crate) fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
+pub fn tinted(frame: &Frame, labels: &Plane<u8>) -> Vec<u8> {
     let mut rgb = frame.rgb().to_vec();
     for y in 0..labels.height() {
         for x in 0..labels.width() {
@@ -188,13 +188,6 @@ fn is_rim(labels: &Plane<u8>, x: usize, y: usize) -> bool {
         || (y > 0 && labels[(x, y - 1)] != here)
         || (right && labels[(x + 1, y)] != here)
         || (below && labels[(x, y + 1)] != here)
-}
-
-/// Paints the true pixels of `lines` over `rgb`.
-pub(crate) fn paint_lines(rgb: &mut [u8], lines: &Plane<bool>, colour: [u8; 3]) {
-    for (pixel, _) in lines.data().iter().enumerate().filter(|(_, line)| **line) {
-        blend(rgb, pixel, colour, 1.0);
-    }
 }
 
 fn blend(rgb: &mut [u8], pixel: usize, colour: [u8; 3], share: f32) {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// What a file's bytes mean.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Pixels<'a> {
+pub enum Pixels<'a> {
     /// Three bytes a pixel.
     Rgb(&'a [u8]),
     /// Four bytes a pixel.
@@ -23,11 +23,11 @@ pub(crate) enum Pixels<'a> {
 
 /// A folder of numbered pictures.
 #[derive(Debug)]
-pub(crate) struct Series(PathBuf);
+pub struct Series(PathBuf);
 
 impl Series {
     /// Makes `folder`, without the pictures from number `keep` on that an earlier, longer run left there.
-    pub(crate) fn create(folder: PathBuf, keep: usize) -> Result<Self> {
+    pub fn create(folder: PathBuf, keep: usize) -> Result<Self> {
         create_folder(&folder)?;
         let series = Self(folder);
         series.remove_from(keep);
@@ -35,7 +35,7 @@ impl Series {
     }
 
     /// Makes `folder` if it is not there.
-    pub(crate) fn open(folder: PathBuf) -> Result<Self> {
+    pub fn open(folder: PathBuf) -> Result<Self> {
         create_folder(&folder)?;
         Ok(Self(folder))
     }
@@ -49,7 +49,7 @@ impl Series {
     }
 
     /// Writes picture `index`.
-    pub(crate) fn write(&self, index: usize, (width, height): (usize, usize), pixels: Pixels<'_>) -> Result<()> {
+    pub fn write(&self, index: usize, (width, height): (usize, usize), pixels: Pixels<'_>) -> Result<()> {
         let path = self.path(index);
         encode(&path, width as u32, height as u32, pixels)
     }

@@ -1,15 +1,11 @@
 //! The readers of files, each by the bytes alone: what fuzzing and its tests call.
 
-use crate::eval::mat;
 use crate::failure::{Failure, Result};
 use crate::{images, input, settings};
 use std::io::Cursor;
 use std::path::Path;
 use tracecut::Params;
-use tracecut::image::{Frame, MAX_PIXELS, Plane};
-
-/// Regions and outlines, as one person drew them.
-pub type Drawn = (Plane<u16>, Plane<bool>);
+use tracecut::image::{Frame, MAX_PIXELS};
 
 /// What such bytes are called in an error.
 const NAME: &str = "bytes";
@@ -42,14 +38,6 @@ pub fn y4m(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String>
 /// As the command line says it.
 pub fn list(text: &str) -> std::result::Result<Vec<String>, String> {
     told(images::names_in(Path::new(NAME), text)).map(|names| names.iter().map(|&name| name.to_owned()).collect())
-}
-
-/// Regions and outlines of each person in a MATLAB file of human segmentations.
-///
-/// # Errors
-/// As the command line says it.
-pub fn mat(bytes: &[u8]) -> std::result::Result<Vec<Drawn>, String> {
-    mat::parse(bytes).map(|people| people.into_iter().map(|one| (one.segmentation, one.boundaries)).collect())
 }
 
 /// Parameters from JSON.

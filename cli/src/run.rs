@@ -5,17 +5,16 @@ use crate::failure::{Failure, Result};
 use crate::input::{Input, NamedFrame};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
-use tracecut::image::Plane;
-use tracecut::{Params, Session, Stage, Windows};
+use tracecut::{Params, Session, Stage};
 
 /// How long reading the frames and each stage took.
 #[derive(Debug, Default)]
-pub(crate) struct Timing {
+pub struct Timing {
     /// Reading and decoding the frames.
     read: Seconds,
     stages: BTreeMap<Stage, Seconds>,
     /// All of these.
-    pub(crate) total: Seconds,
+    pub total: Seconds,
 }
 
 impl Timing {
@@ -40,12 +39,12 @@ impl Timing {
 }
 
 /// Reads all frames of `input` and steps a session to its end on `threads` threads.
-pub(crate) fn run(input: &Input, params: Params, threads: usize, bar: &ProgressBar) -> Result<(Session, Timing)> {
+pub fn run(input: &Input, params: Params, threads: usize, bar: &ProgressBar) -> Result<(Session, Timing)> {
     run_frames(input.frames()?, input.num_frames(), params, threads, bar)
 }
 
 /// Steps a session to its end over `frames`, whose number is `count` where known.
-pub(crate) fn run_frames(
+pub fn run_frames(
     frames: impl Iterator<Item = Result<NamedFrame>>,
     count: Option<usize>,
     params: Params,
@@ -82,25 +81,8 @@ pub(crate) fn run_frames(
     Ok((session, timing))
 }
 
-/// The masks of all frames of a clip taken in windows of `window` frames, as the package and the page take long ones.
-pub(crate) fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plane<u8>>, Timing)> {
-    let frames = input.frames()?.collect::<Result<Vec<NamedFrame>>>()?;
-    let (mut timing, clock, count) = (Timing::default(), Clock::start(), frames.len());
-    let frames = frames.into_iter().map(|(_, frame)| Ok::<_, Failure>(frame));
-    let overlap = SHARED.min(window - 1);
-    let mut windows = Windows::new(params, frames)?.with_window(window, overlap)?.with_length(count);
-    let mut masks = Vec::new();
-    while let Some(found) = windows.next_window(|_| ()) {
-        for t in found?.settled {
-            masks.push(windows.session().labels(t)?);
-        }
-    }
-    timing.total = clock.seconds();
-    Ok((masks, timing))
-}
-
 /// Frames that neighbouring windows have in common, where they have more.
-pub(crate) const SHARED: usize = 10;
+pub const SHARED: usize = 10;
 
 /// A bar on standard error if that is a terminal, otherwise none.
 pub(crate) fn progress_bar() -> ProgressBar {

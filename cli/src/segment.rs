@@ -19,8 +19,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use tracecut::Params;
-use tracecut::eval::tracks;
 use tracecut::params::ParamValue;
+use tracecut::tracks;
 use tracecut::trajectory::Trajectories;
 
 #[derive(Args, Debug)]

@@ -7,7 +7,7 @@ use tracecut::Params;
 use tracecut::params::{ParamGroup, ParamTree, ParamValue};
 
 #[derive(Args, Debug)]
-pub(crate) struct Settings {
+pub struct Settings {
     /// JSON file of parameters, e.g. {"flow": {"patchStride": 5}}; `tracecut params` lists them
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
@@ -19,7 +19,7 @@ pub(crate) struct Settings {
 
 impl Settings {
     /// The defaults, changed by the file, then by each `--set` in turn.
-    pub(crate) fn params(&self) -> Result<Params> {
+    pub fn params(&self) -> Result<Params> {
         let mut params = Params::default();
         if let Some(path) = &self.params {
             apply(&mut params, path, &read_text(path)?)?;

@@ -1,30 +1,18 @@
 //! The `tracecut` program from outside: what it writes, and what it answers to input that it cannot use.
 
-mod clusters;
-mod davis;
 mod faults;
 mod files;
 mod images;
 mod masks;
 mod selftest;
-mod wild;
 
-use image::{ExtendedColorType, ImageEncoder};
+use crate::made::*;
+use image::ExtendedColorType;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use tracecut::eval::tracks;
-
-/// An empty folder of this test's own.
-fn folder(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    if path.exists() {
-        fs::remove_dir_all(&path).unwrap();
-    }
-    fs::create_dir_all(&path).unwrap();
-    path
-}
+use tracecut::tracks;
 
 fn tracecut<S: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = S>) -> Output {
     Command::new(env!("CARGO_BIN_EXE_tracecut")).args(arguments).output().unwrap()
@@ -34,77 +22,6 @@ fn segment(input: &Path, out: &Path, more: &[&str]) -> Output {
     let mut arguments = vec!["segment", input.to_str().unwrap(), "--out", out.to_str().unwrap()];
     arguments.extend(more);
     tracecut(arguments)
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Fails the test unless the program ended with `code` and named each of `words` after `error: `.
-fn assert_refused(output: &Output, code: i32, words: &[&str]) {
-    let message = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{message}");
-    assert!(message.starts_with("error: ") && !message.contains("panicked"), "{message}");
-    for word in words {
-        assert!(message.contains(word), "\"{word}\" is missing: {message}");
-    }
-}
-
-/// What is in a folder, by name.
-fn names_in(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
-fn json(path: &Path) -> serde_json::Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
-}
-
-fn assert_done(output: &Output) {
-    assert!(output.status.success(), "{}", text(&output.stderr));
-}
-
-/// A grey value for each pixel of a frame.
-type Picture<'a> = &'a dyn Fn(i32, i32) -> u8;
-
-fn rgb(width: u32, height: u32, picture: Picture) -> Vec<u8> {
-    let pixel = |i: u32| picture((i % width) as i32, (i / width) as i32);
-    (0..width * height).flat_map(|i| [pixel(i); 3]).collect()
-}
-
-fn png(path: &Path, width: u32, height: u32, picture: Picture) {
-    let encoder = image::codecs::png::PngEncoder::new(fs::File::create(path).unwrap());
-    encoder.write_image(&rgb(width, height, picture), width, height, ExtendedColorType::Rgb8).unwrap();
-}
-
-fn clip(folder: &Path, frames: i32, (width, height): (u32, u32), picture: &dyn Fn(i32, i32, i32) -> u8) {
-    for t in 0..frames {
-        png(&folder.join(format!("f{t}.png")), width, height, &|x, y| picture(x, y, t));
-    }
-}
-
-/// Smooth noise: bilinear between random values on a grid of 4 pixels.
-fn texture(x: i32, y: i32, seed: u64) -> u8 {
-    let value = |x: i32, y: i32| f64::from(tracecut::rng::mix(seed ^ ((x as u64) << 32) ^ u64::from(y as u32)) as u8);
-    let (i, j) = (x.div_euclid(4), y.div_euclid(4));
-    let (a, b) = (f64::from(x.rem_euclid(4)) / 4.0, f64::from(y.rem_euclid(4)) / 4.0);
-    let row = |j: i32| (1.0 - a) * value(i, j) + a * value(i + 1, j);
-    ((1.0 - b) * row(j) + b * row(j + 1)) as u8
-}
-
-const SIZE: (u32, u32) = (128, 96);
-const FRAMES: i32 = 10;
-
-/// Whether pixel `(x, y)` of frame `t` belongs to the object: 48 x 40 pixels that go right by two a frame.
-fn on_object(x: i32, y: i32, t: i32) -> bool {
-    (20 + 2 * t..68 + 2 * t).contains(&x) && (28..68).contains(&y)
-}
-
-/// A textured object in front of a background that goes left by one pixel a frame.
-fn moving(x: i32, y: i32, t: i32) -> u8 {
-    if on_object(x, y, t) { texture(x - 2 * t, y, 1) } else { texture(x + t, y, 2) }
 }
 
 /// Header of a Y4M stream, and its frames of brightness only.
@@ -339,134 +256,6 @@ fn dumped_numbers_describe_the_written_tracks() {
     assert!(saliency.iter().all(|s| s.iter().all(|v| (0.0..=1.0).contains(v)) && (s[1] > 0.5) == (s[2] == 1.0)));
     let foreground = saliency.iter().filter(|s| s[2] == 1.0).count();
     assert!((1..n).contains(&foreground), "{foreground} of {n}");
-}
-
-/// A shot in the layout of the Moseg benchmark: the moving clip with frames 0 and 9 labelled.
-fn write_shot(root: &Path) -> PathBuf {
-    let shot = root.join("toy");
-    fs::create_dir_all(&shot).unwrap();
-    clip(&shot, FRAMES, SIZE, &moving);
-    let names: String = (0..FRAMES).map(|t| format!("f{t}.ppm\n")).collect();
-    fs::write(shot.join("toy.bmf"), format!("{FRAMES} 1\n{names}")).unwrap();
-    let mut definition = "Total number of regions:\n2\nScale of region 0:\n0\nScale of region 1:\n255\n\
-        Confusion penality matrix:\n0 1\n1 0\nTotal number of frames in this shot:\n10\n\
-        Total number of labeled frames for this shot:\n2\n"
-        .to_owned();
-    for t in [0, 9] {
-        definition += &format!("Frame number:\n{t}\nFile name:\nm{t}.pgm\nInput file name:\nf{t}.ppm\n");
-        let mut mask = format!("P5\r\n{} {}\r\n255\r\n", SIZE.0, SIZE.1).into_bytes();
-        mask.extend(rgb(SIZE.0, SIZE.1, &|x, y| if on_object(x, y, t) { 255 } else { 0 }).iter().step_by(3));
-        fs::write(shot.join(format!("m{t}.pgm")), mask).unwrap();
-    }
-    let path = shot.join("toyDef.dat");
-    fs::write(&path, definition).unwrap();
-    path
-}
-
-#[test]
-fn a_hand_made_track_file_is_scored() {
-    let root = folder("score");
-    let definition = write_shot(&root);
-    let file = root.join("tracks.dat");
-    // Three points on the object, one of them with the background's label; two on the background.
-    fs::write(&file, "10\n5\n1 1\n30 40 0\n1 1\n31 40 0\n0 1\n32 40 0\n0 1\n0 0 0\n0 1\n9.4 0 9\n").unwrap();
-    let output = tracecut(["eval", "tracks", definition.to_str().unwrap(), file.to_str().unwrap(), "--json"]);
-    assert_done(&output);
-    let scores: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let pixels = f64::from(2 * SIZE.0 * SIZE.1);
-    for (name, value) in [
-        ("density", 100.0 * 5.0 / pixels),
-        ("overall", 20.0),
-        ("average", 100.0 / 6.0),
-        ("oversegmentation", 0.0),
-        ("extracted", 0.0),
-        ("visible", 2.0),
-        ("labeled", 2.0),
-    ] {
-        let got = scores[name].as_f64().unwrap();
-        assert!((got - value).abs() < 1e-9, "{name}: {got} (expected {value})");
-    }
-    fs::write(&file, "10\n1\n0 1\n30 x 0\n").unwrap();
-    let refused = tracecut(["eval", "tracks", definition.to_str().unwrap(), file.to_str().unwrap()]);
-    assert_refused(&refused, 3, &["tracks.dat", "line 4", "\"x\""]);
-}
-
-#[test]
-fn a_folder_of_shots_is_run_and_scored() {
-    let root = folder("shots");
-    write_shot(&root);
-    let file = root.join("scores.json");
-    let output = tracecut(["eval", "moseg", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
-    assert_done(&output);
-    let table = text(&output.stdout);
-    assert!(table.lines().any(|l| l.starts_with("toy ")) && table.contains("\ntrimmed mean"), "{table}");
-    let report = json(&file);
-    let scores = &report["sequences"][0];
-    assert!(report["pixels"].is_null() && scores["pixels"].is_null(), "{report}");
-    assert_eq!((&scores["name"], &scores["frames"], &scores["labeled"]), (&"toy".into(), &10.into(), &2.0.into()));
-    assert_eq!(scores["overall"], report["mean"]["overall"]);
-    assert!(scores["overall"].as_f64().unwrap() < 5.0, "{scores}");
-    // One rigid object in one piece: connectedness changes nothing, and can be left out.
-    let without = &scores["withoutConnectedness"];
-    assert_eq!((&without["overall"], without), (&scores["overall"], &report["withoutConnectedness"]["mean"]));
-    assert!(table.contains("\ntrimmed mean, without ") && !table.contains("    without"), "{table}");
-    let off = ["--set", "connectedness.mode=off", "--json", file.to_str().unwrap()];
-    let output = tracecut(["eval", "moseg", root.to_str().unwrap()].into_iter().chain(off));
-    assert_done(&output);
-    assert!(json(&file)["withoutConnectedness"].is_null() && !text(&output.stdout).contains("without"));
-
-    let output = tracecut(["eval", "moseg", root.to_str().unwrap(), "--dense", "--json", file.to_str().unwrap()]);
-    assert_done(&output);
-    assert!(text(&output.stdout).contains("\npixels by mask label, trimmed mean"), "{}", text(&output.stdout));
-    let dense = json(&file);
-    // Masks leave the trajectories as they are, and label every pixel.
-    assert_eq!((&dense["sequences"][0]["overall"], &dense["mean"]), (&scores["overall"], &report["mean"]));
-    for way in ["pixels", "masks"] {
-        let (pixels, mean) = (&dense["sequences"][0][way], &dense[way]["mean"]);
-        assert_eq!((&pixels["density"], pixels), (&100.0.into(), mean), "{way}");
-        assert!(pixels["overall"].as_f64().unwrap() < 10.0, "{way}: {pixels}");
-    }
-
-    assert_refused(&tracecut(["eval", "moseg", folder("no-shots").to_str().unwrap()]), 3, &["holds no sequence"]);
-    fs::remove_file(root.join("toy/m9.pgm")).unwrap();
-    assert_refused(&tracecut(["eval", "moseg", root.to_str().unwrap()]), 3, &["toy", "m9.pgm"]);
-}
-
-#[test]
-fn the_foreground_of_shots_is_scored() {
-    let root = folder("foreground");
-    write_shot(&root);
-    let file = root.join("scores.json");
-    let output = tracecut(["eval", "foreground", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
-    assert_done(&output);
-    let report = json(&file);
-    let scores = &report["sequences"][0];
-    assert!(text(&output.stdout).lines().any(|l| l.starts_with("toy ")), "{}", text(&output.stdout));
-    assert_eq!((&scores["name"], &scores["iou"]), (&"toy".into(), &report["mean"]["iou"]));
-    assert!(scores["iou"].as_f64().unwrap() > 0.8 && scores["falseAlarms"].as_f64().unwrap() < 0.05, "{scores}");
-    assert_refused(&tracecut(["eval", "foreground", folder("none").to_str().unwrap()]), 3, &["holds no sequence"]);
-}
-
-#[test]
-fn flow_is_measured_against_a_flo_file() {
-    let root = folder("flow");
-    let pair = root.join("shift");
-    fs::create_dir_all(&pair).unwrap();
-    for (name, shift) in [("frame10.png", 0), ("frame11.png", 2)] {
-        png(&pair.join(name), 64, 48, &|x, y| texture(x - shift, y, 9));
-    }
-    let mut truth = 202_021.25_f32.to_le_bytes().to_vec();
-    truth.extend([64_i32, 48].iter().flat_map(|n| n.to_le_bytes()));
-    truth.extend((0..64 * 48).flat_map(|_| [2.0_f32, 0.0]).flat_map(f32::to_le_bytes));
-    fs::write(pair.join("flow10.flo"), &truth).unwrap();
-    let output = tracecut(["eval", "flow", root.to_str().unwrap()]);
-    assert_done(&output);
-    let table = text(&output.stdout);
-    let mean = table.lines().find(|l| l.starts_with("mean of 1")).unwrap();
-    let error: f64 = mean.split_whitespace().nth(3).unwrap().parse().unwrap();
-    assert!(error < 0.1, "{table}");
-    fs::write(pair.join("flow10.flo"), &truth[..100]).unwrap();
-    assert_refused(&tracecut(["eval", "flow", root.to_str().unwrap()]), 3, &["flow10.flo"]);
 }
 
 #[test]

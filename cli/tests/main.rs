@@ -2,5 +2,6 @@
 
 mod cli;
 mod long;
+mod made;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
 mod readers;

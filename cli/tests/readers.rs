@@ -1,54 +1,21 @@
 //! Files with faults, read by the command line: nothing panics, and whatever comes out keeps its laws.
 
 mod checks;
-#[path = "../../tests/rust/made/choices.rs"]
-mod choices;
-#[path = "../../tests/rust/made/mutate.rs"]
-mod mutate;
+mod faulty;
 
-use choices::Choices;
-use std::fs;
-use std::ops::Range;
-use std::path::Path;
+use faulty::{Reader, read_faulty, seeds};
 
-/// A target, and what it calls.
-type Reader = (&'static str, fn(&[u8]));
-
-/// A reader, and the target whose seeds it reads.
-const READERS: [Reader; 6] = [
+const READERS: [Reader; 5] = [
     ("gif", checks::gif),
     ("y4m", checks::y4m),
     ("bmf", checks::bmf),
-    ("mat", checks::mat),
     ("setting", checks::setting),
     ("parameters", checks::parameters),
 ];
 
-/// Those of the repository: `tests/random.rs` makes them.
-fn seeds(target: &str) -> Vec<(String, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds").join(target);
-    let entries = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut files: Vec<_> = entries.map(|path| (path.display().to_string(), fs::read(&path).unwrap())).collect();
-    files.sort();
-    files
-}
-
-fn read_faulty(seeds_of: Range<u64>) {
-    for (target, reader) in READERS {
-        let files = seeds(target);
-        for seed in seeds_of.clone() {
-            let mut choices = Choices::of_seed(seed, target);
-            let (file, other) = (choices.below(files.len()), choices.below(files.len()));
-            let bytes = mutate::mutated(&mut choices, &files[file].1, &files[other].1);
-            let outcome = std::panic::catch_unwind(|| reader(&bytes));
-            assert!(outcome.is_ok(), "{target}, seed {seed}: {bytes:?}");
-        }
-    }
-}
-
 #[test]
 fn files_with_faults_are_an_error_or_keep_the_laws() {
-    read_faulty(0..4000);
+    read_faulty(&READERS, 0..4000);
 }
 
 /// Found by fuzzing: the size of the picture was judged, that of its frames was not.
@@ -65,15 +32,13 @@ fn a_frame_that_claims_to_be_larger_than_its_gif_takes_no_memory() {
 #[test]
 #[ignore = "a minute; part of npm run test:long"]
 fn many_more_files_with_faults() {
-    read_faulty(4000..204_000);
+    read_faulty(&READERS, 4000..204_000);
 }
 
 #[test]
 fn the_seeds_of_fuzzing_are_whole_files() {
     use tracecut_cli::readers;
-    for (target, files) in
-        [("gif", 2), ("y4m", 4), ("bmf", 1), ("mat", 2), ("setting", 2)].map(|(t, n)| (t, (n, seeds(t))))
-    {
+    for (target, files) in [("gif", 2), ("y4m", 4), ("bmf", 1), ("setting", 2)].map(|(t, n)| (t, (n, seeds(t)))) {
         assert_eq!(files.1.len(), files.0, "{target}");
         for (name, bytes) in files.1 {
             let text = String::from_utf8_lossy(&bytes);
@@ -81,7 +46,6 @@ fn the_seeds_of_fuzzing_are_whole_files() {
                 "gif" => readers::gif(&bytes, 9).map(|frames| frames.len()),
                 "y4m" => readers::y4m(&bytes, 9).map(|frames| frames.len()),
                 "bmf" => readers::list(&text).map(|names| names.len()),
-                "mat" => readers::mat(&bytes).map(|people| people.len()),
                 _ => readers::setting(&text).map(|_| 1),
             };
             assert!(read.as_ref().is_ok_and(|&count| count > 0), "{name}: {read:?}");

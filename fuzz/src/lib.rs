@@ -2,5 +2,7 @@
 
 #[path = "../../cli/tests/readers/checks.rs"]
 pub mod checks;
+#[path = "../../bench/tests/readers/checks.rs"]
+pub mod truth;
 #[path = "../../tests/rust/made/mod.rs"]
 pub mod made;

@@ -2,4 +2,4 @@
 
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tracecut_fuzz::checks::mat(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tracecut_fuzz::truth::mat(bytes));

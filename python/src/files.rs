@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use tracecut::Error;
 use tracecut::discretize::Clusters;
-use tracecut::eval::tracks;
 use tracecut::image::Frame;
+use tracecut::tracks;
 use tracecut::trajectory::Trajectories;
 
 /// The pixels of a PNG or JPEG file, as the command line reads them.

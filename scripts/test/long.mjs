@@ -66,12 +66,9 @@ function sanitized() {
   ];
   const tests = {
     // Of the unit tests all, which have no names of these; the command line's start programs of their own.
-    library: named(
-      'tracecut',
-      ['--features', 'pnm'],
-      ['--skip', 'crate_files', '--skip', 'examples', '--skip', 'moseg'],
-    ),
+    library: named('tracecut', ['--features', 'pnm'], ['--skip', 'crate_files', '--skip', 'examples']),
     readers: named('tracecut-cli', [], ['--skip', 'cli::', '--skip', 'long::']),
+    measures: named('tracecut-bench', [], ['--skip', 'bench::', '--skip', 'benchmark::']),
   };
   return Object.entries(tests).map(([name, which]) => ({
     name: `address sanitizer, ${name}`,

@@ -17,7 +17,7 @@ export const PARTS = {
 };
 
 /** The Python module is compiled with them, where Python is there: alone, it would have most of its crates compiled again. */
-const CRATES = ['tracecut', 'tracecut-cli', ...(hasPython() ? ['tracecut-python'] : [])];
+const CRATES = ['tracecut', 'tracecut-cli', 'tracecut-bench', ...(hasPython() ? ['tracecut-python'] : [])];
 const FEATURES = [...CRATES.flatMap((name) => ['--package', name]), '--features', 'tracecut/pnm'];
 const TARGETS = ['--lib', '--bins', '--tests', '--examples'];
 const node = (...args) => ({ command: process.execPath, args });
@@ -99,13 +99,18 @@ export const RUST_PROGRAMS = [
   { name: 'cli/src, unit tests of the library', crate: 'tracecut-cli', target: 'tracecut_cli' },
   { name: 'cli/src, unit tests', crate: 'tracecut-cli', target: 'tracecut' },
   { name: 'cli/tests', crate: 'tracecut-cli', target: 'integration' },
+  { name: 'bench/src, unit tests', crate: 'tracecut-bench', target: 'tracecut_bench' },
+  { name: 'bench/tests', crate: 'tracecut-bench', target: 'integration' },
 ];
+
+/** Where the crates lie. */
+const FOLDER_OF = { tracecut: '.', 'tracecut-cli': 'cli', 'tracecut-bench': 'bench' };
 
 /** Runs one of these, once it is compiled. */
 export function runProgram({ name, crate, target }, args = []) {
   const command = programs.get(`${crate} ${target}`);
   if (!command) throw new Error(`Cargo made no test program for ${name}.`);
-  return { command, args, cwd: join(root, crate === 'tracecut' ? '.' : 'cli'), env: built() };
+  return { command, args, cwd: join(root, FOLDER_OF[crate]), env: built() };
 }
 
 function rustTasks() {
@@ -141,6 +146,12 @@ function rustTasks() {
   return [compile, ...tests, examples];
 }
 
+/** The crate that Cargo's name of a package means. */
+function crateOf(id) {
+  const folder = /\/(cli|bench)[#@]/.exec(id)?.[1];
+  return folder ? `tracecut-${folder}` : 'tracecut';
+}
+
 /** The test programs and the Python module that Cargo's messages name. */
 function programsIn(messages) {
   const made = messages
@@ -150,10 +161,7 @@ function programsIn(messages) {
   const tests = made.filter(({ executable, profile }) => executable && profile.test);
   const modules = made.filter(({ target }) => target.kind.includes('cdylib') && target.name === '_tracecut');
   return new Map([
-    ...tests.map(({ package_id, target, executable }) => [
-      `${/\/cli[#@]/.test(package_id) ? 'tracecut-cli' : 'tracecut'} ${target.name}`,
-      executable,
-    ]),
+    ...tests.map(({ package_id, target, executable }) => [`${crateOf(package_id)} ${target.name}`, executable]),
     ...modules.map(({ filenames }) => ['tracecut-python', filenames.find((name) => /\.(so|dylib|dll)$/.test(name))]),
   ]);
 }

@@ -44,7 +44,8 @@ mod texton;
 mod thin;
 
 pub(crate) use gradient::mean_along;
-pub(crate) use thin::{ORIENTATIONS, normals, thin};
+#[doc(hidden)]
+pub use thin::{ORIENTATIONS, normals, thin};
 
 use crate::image::{Frame, Plane};
 

@@ -3,7 +3,7 @@
 use crate::image::{Plane, sample_bilinear};
 
 /// Directions that an orientation map tells apart.
-pub(crate) const ORIENTATIONS: usize = 8;
+pub const ORIENTATIONS: usize = 8;
 
 /// `strength` where it is largest across the boundary, 0 elsewhere. `orientation` holds the direction of the boundary's
 /// normal, in steps of a half turn by [`ORIENTATIONS`] from the x axis towards the y axis.
@@ -11,7 +11,7 @@ pub(crate) const ORIENTATIONS: usize = 8;
 /// A pixel stays when it is larger than the interpolated value one pixel before it along the normal and not smaller
 /// than that behind it, so of two equal neighbours one stays. What rises up to the border of the image has no ridge
 /// there.
-pub(crate) fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
+pub fn thin(strength: &Plane<f32>, orientation: &Plane<u8>) -> Plane<f32> {
     let (w, h) = (strength.width(), strength.height());
     let normals = normals();
     let steps = normals.map(|(nx, ny)| [Inner::new(-nx, -ny, w), Inner::new(nx, ny, w)]);
@@ -72,7 +72,7 @@ fn is_largest_at_rim(strength: &Plane<f32>, (x, y): (usize, usize), (nx, ny): (f
 }
 
 /// Unit normals of the orientations.
-pub(crate) fn normals() -> [(f32, f32); ORIENTATIONS] {
+pub fn normals() -> [(f32, f32); ORIENTATIONS] {
     std::array::from_fn(|k| {
         // Exact where a normal is parallel to a side of the image.
         if 2 * k == ORIENTATIONS {

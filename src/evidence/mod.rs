@@ -4,7 +4,7 @@
 //! thing under one label (`unite`), and what speaks for each cluster to be an object (`object`).
 //!
 //! Both are sums of a few terms with weights that were fitted on clips with true masks, by logistic regression
-//! (`weights`; `tracecut eval fit` makes the table). No term decides alone.
+//! (`weights`; `bench fit` makes the table). No term decides alone.
 //!
 //! **One thing.** Of two neighbouring clusters: mean discontinuity along the common border (section 2.3 of the paper); how
 //! much worse one affine motion explains both than one each (model selection as in Torr, Philosophical Transactions

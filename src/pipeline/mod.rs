@@ -54,7 +54,7 @@ mod wire;
 #[cfg(not(target_arch = "wasm32"))]
 pub use checkpoint::Checkpoint;
 #[cfg(not(target_arch = "wasm32"))]
-#[doc(hidden)] // For `tracecut eval ablate`.
+#[doc(hidden)] // For `bench ablate`.
 pub use fork::Forks;
 #[cfg(not(target_arch = "wasm32"))]
 pub use long::{Window, Windows};

@@ -16,7 +16,7 @@
 //! **Deviations.** The paper's figure has one `Ŵ` of all eigenvectors (`grouping` "joint"). With two eigenvectors at a
 //! time, the constant one and another, and a mean of the roots of `d` by the weights of step 4 ("single"), boundaries
 //! agree better with those that people drew. F on 40 images of BSDS500, one-to-one at the benchmark's tolerance, as
-//! `eval contours --embedding` prints it:
+//! `bench contours --embedding` prints it:
 //!
 //! | Pb | d, single | d, joint | gradients | Pb with d, single |
 //! |---|---|---|---|---|

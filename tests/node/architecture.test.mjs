@@ -11,7 +11,7 @@ const read = (file) => readFileSync(join(root, file), 'utf8').replaceAll('\r', '
 const architecture = read('ARCHITECTURE.md');
 
 const CODE = ['.rs', '.js', '.mjs', '.ts', '.css', '.py', '.pyi'];
-const FOLDERS = ['src', 'cli', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'benches', 'fuzz'];
+const FOLDERS = ['src', 'cli', 'decoder', 'www', 'python', 'examples', 'scripts', 'tests', 'bench', 'benches', 'fuzz'];
 const NOT_OURS = ['node_modules', 'dist', 'target', 'pkg', 'out', '.venv', '.mypy_cache', '__pycache__'];
 
 /** Names that the library has at its top, by the room that they come from. */

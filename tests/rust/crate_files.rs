@@ -96,3 +96,13 @@ fn the_command_line_names_the_version_of_the_library() {
     let expected = format!(r#"tracecut = {{ path = "..", version = "{}","#, env!("CARGO_PKG_VERSION"));
     assert!(manifest.lines().any(|line| line.starts_with(&expected)), "expected {expected}");
 }
+
+/// What the project measures itself with is for nobody who uses it.
+#[test]
+fn nothing_that_is_published_carries_the_benchmarks() {
+    let read = |name: &str| fs::read_to_string(root().join(name)).unwrap();
+    assert!(read("bench/Cargo.toml").lines().any(|line| line == "publish = false"));
+    for manifest in ["Cargo.toml", "cli/Cargo.toml", "python/Cargo.toml", "decoder/Cargo.toml"] {
+        assert!(!read(manifest).contains("tracecut-bench"), "{manifest}");
+    }
+}

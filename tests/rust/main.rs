@@ -8,7 +8,6 @@ mod limits;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
 mod made;
 mod mirror;
-mod moseg;
 mod pipeline;
 mod random;
 mod rooms;

@@ -7,13 +7,13 @@ use crate::pictures::{Pixels, encode_png};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use tracecut::contour::boundary_map;
-use tracecut::eval::tracks::write;
 use tracecut::flow::{FlowPyramid, flow_between};
 use tracecut::image::Frame;
 use tracecut::mask::{object_rows, object_table};
 use tracecut::still::image_discontinuities;
 use tracecut::superpixel::superpixels_of;
 use tracecut::synth::Scene;
+use tracecut::tracks::write;
 use tracecut::{Error, Params, Session, Windows};
 
 /// Width, height and number of frames of the clip.

@@ -1,4 +1,4 @@
-//! Single images: superpixels and boundaries, and the commands that score them.
+//! Single images: superpixels and boundaries.
 
 use super::{assert_done, assert_refused, folder, names_in, png, text, tracecut};
 use std::fs;
@@ -82,9 +82,6 @@ fn what_cannot_be_used_is_named() {
         assert_refused(&tracecut([command, broken.to_str().unwrap(), "--out", out]), 3, &["broken.png"]);
         let output = tracecut([command, &image, "--out", out, "--set", "contour.low=7"]);
         assert_refused(&output, 2, &["contour.low = 7", "0..=1"]);
-    }
-    for command in ["contours", "superpixels"] {
-        assert_refused(&tracecut(["eval", command, root.to_str().unwrap()]), 3, &["image-refused"]);
     }
 }
 

@@ -36,16 +36,6 @@ pub fn bmf(bytes: &[u8]) {
     assert!(!names.is_empty() && names.iter().all(|name| !name.is_empty() && name.trim() == name));
 }
 
-/// Human segmentations: at least one person, and images of one size.
-pub fn mat(bytes: &[u8]) {
-    let Ok(people) = readers::mat(bytes) else { return };
-    let (width, height) = (people[0].0.width(), people[0].0.height());
-    for (regions, outlines) in &people {
-        assert_eq!((regions.width(), regions.height()), (width, height));
-        assert_eq!((outlines.width(), outlines.height()), (width, height));
-    }
-}
-
 /// A setting: what was taken is legal.
 pub fn setting(bytes: &[u8]) {
     if let Ok(params) = readers::setting(&String::from_utf8_lossy(bytes)) {

@@ -1,0 +1,250 @@
+//! `bench ablate`: what each choice that is not the paper's is worth, written into a ledger.
+
+mod cache;
+mod choices;
+mod ledger;
+
+use super::Shot;
+use super::clips::Suite;
+use super::masks::require_dense;
+use super::points::{Item, items};
+use crate::PROGRAM;
+use crate::jobs::in_order;
+use crate::measures::davis::scored_frames;
+use crate::measures::masks::{ClipScorer, MaskScores, Truth};
+use crate::measures::moseg::{Scores, best_clusters, score};
+use cache::{Cache, Key, Score};
+use choices::{Choice, read_choices};
+use clap::Args;
+use ledger::{Effect, markdown};
+use std::path::PathBuf;
+use tracecut::image::Plane;
+use tracecut::pipeline::Forks;
+use tracecut::{Params, Session};
+use tracecut_cli::failure::{Failure, Result, print, write};
+use tracecut_cli::input::Input;
+
+const HELP: &str = "\
+Runs every clip with all choices in force, and with each one of the table taken away, under every seed; writes how J moves on each kind
+of clip, and how the error of the labelled points does. What a choice does not touch is run once a clip. Scores are kept in the folder
+of --cache under the program, the clip's place and all parameters: a run that was broken off goes on where it was, and one with more
+rules or clips runs only what is new. After clips were changed in their place, empty it.";
+
+#[derive(Args, Debug)]
+#[command(after_help = HELP)]
+pub(crate) struct AblateArgs {
+    #[command(flatten)]
+    suite: Suite,
+    /// Folder that keeps the scores
+    #[arg(long, value_name = "DIR")]
+    cache: PathBuf,
+    /// The table of choices
+    #[arg(long, value_name = "FILE", default_value = "docs/choices.json")]
+    choices: PathBuf,
+    /// The ledger
+    #[arg(long, value_name = "FILE", default_value = "docs/choices.md")]
+    out: PathBuf,
+    /// Run nothing: write the ledger from what the cache holds
+    #[arg(long)]
+    cached: bool,
+    /// Run only the choices whose names contain one of these
+    #[arg(long, value_name = "TEXT,...", value_delimiter = ',')]
+    rules: Vec<String>,
+    /// Use the first N frames of each clip, or all where it is shorter
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
+    frames: u32,
+    /// Run each clip under each of these seeds
+    #[arg(long, value_name = "SEED,...", value_delimiter = ',', default_value = "0,1,2")]
+    seeds: Vec<u32>,
+}
+
+/// The scores of each clip under each seed, `None` where it was not run.
+type Table = Vec<Vec<Option<Score>>>;
+
+pub(super) fn eval(args: &AblateArgs) -> Result<()> {
+    let params = args.suite.settings.params()?;
+    require_dense(&params)?;
+    let choices = read_choices(&args.choices)?;
+    let items = items(&args.suite)?;
+    let variants = variants(&choices, &params, args)?;
+    let tables = measure(&variants, &items, args)?;
+    let mut kinds: Vec<&str> = items.iter().filter(|item| item.has_masks()).map(|item| item.kind.as_str()).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let base = columns(&tables[0], &items, &kinds);
+    let effects: Vec<Option<Effect>> = tables[1..]
+        .iter()
+        .map(|table| table.as_ref().map(|t| difference(&columns(&Some(t.clone()), &items, &kinds), &base)))
+        .collect();
+    write(&args.out, markdown(&choices, &kinds, &base, &effects, &command(args)))?;
+    print(format_args!("see {}", args.out.display()))
+}
+
+/// The parameters with all choices in force, then those without each one; `None` where it is not asked for.
+fn variants(choices: &[Choice], params: &Params, args: &AblateArgs) -> Result<Vec<Option<(String, Params)>>> {
+    let wanted = |c: &Choice| args.rules.is_empty() || args.rules.iter().any(|text| c.name.contains(text));
+    let mut variants = vec![Some(("all in force".to_owned(), params.clone()))];
+    for choice in choices {
+        let takes_away = !choice.without.0.is_empty() && wanted(choice);
+        let without = || Ok::<_, Failure>((format!("without {}", choice.name), choice.params(params)?));
+        variants.push(takes_away.then(without).transpose()?);
+    }
+    Ok(variants)
+}
+
+/// Runs every variant on every clip; prints a line for each once the clip is done.
+fn measure(variants: &[Option<(String, Params)>], items: &[Item], args: &AblateArgs) -> Result<Vec<Option<Table>>> {
+    let cache = Cache::open(&args.cache)?;
+    let work = |item: &Item| {
+        let scores = scores_of(item, variants, &cache, args).map_err(|failure| failure.of(&item.name))?;
+        Ok((item.name.clone(), scores))
+    };
+    let report = |(clip, scores): &(String, Vec<Vec<Option<Score>>>)| {
+        variants.iter().flatten().zip(scores).try_for_each(|((name, _), row)| {
+            let figures: Vec<String> = row.iter().map(|s| s.as_ref().map_or("-".to_owned(), Score::line)).collect();
+            print(format_args!("{clip}\t{name}\t{}", figures.join("\t")))
+        })
+    };
+    let by_clip = in_order(items, args.suite.jobs(), work, report)?;
+    let mut run = 0..;
+    let table = |run: usize| by_clip.iter().map(|(_, scores)| scores[run].clone()).collect();
+    Ok(variants.iter().map(|v| v.as_ref().and_then(|_| run.next()).map(table)).collect())
+}
+
+/// The scores of a clip, variant by variant, under each seed: from the cache, or else by running it.
+fn scores_of(
+    item: &Item,
+    variants: &[Option<(String, Params)>],
+    cache: &Cache,
+    args: &AblateArgs,
+) -> Result<Vec<Vec<Option<Score>>>> {
+    let place = item.images().canonicalize().unwrap_or_else(|_| item.images().to_owned());
+    let mut forks = None;
+    let mut score_of = |params: &Params, seed: u32| {
+        let mut params = params.clone();
+        params.clip.seed = seed;
+        let key = Key { clip: &place, frames: args.frames, params: &params };
+        if let Some(known) = cache.get(&key)? {
+            return Ok(Some(known));
+        }
+        if args.cached {
+            return Ok(None);
+        }
+        let (forks, truth) = match &mut forks {
+            Some(begun) => begun,
+            none => none.insert((Forks::new(load(item, args)?)?, Known::of(item, args.frames)?)),
+        };
+        let score = truth.score(forks.labelled(&params)?)?;
+        cache.put(&key, score.clone())?;
+        Ok(Some(score))
+    };
+    let of_variant = |(_, params): &(String, Params)| args.seeds.iter().map(|&seed| score_of(params, seed)).collect();
+    variants.iter().flatten().map(of_variant).collect()
+}
+
+/// The clip, of which nothing is run yet.
+fn load(item: &Item, args: &AblateArgs) -> Result<Session> {
+    let mut session = Session::new(args.suite.settings.params()?)?;
+    for frame in Input::open(item.images(), Some(args.frames))?.frames()? {
+        let (name, frame) = frame?;
+        session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
+    }
+    Ok(session)
+}
+
+/// The true masks of a clip, of all frames, and the regions of its points.
+struct Known {
+    masks: Vec<Option<Plane<Truth>>>,
+    shot: Shot,
+}
+
+impl Known {
+    fn of(item: &Item, frames: u32) -> Result<Self> {
+        Ok(Self { masks: item.masks(frames)?, shot: item.shot(frames)? })
+    }
+
+    /// Scores points, and makes masks and scores them where there are true ones.
+    fn score(&self, mut session: Session) -> Result<Score> {
+        let Shot { definition, maps } = &self.shot;
+        let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
+            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
+        };
+        let points = score(definition, maps, tracks, clusters)?;
+        let best_points = best_clusters(definition, maps, tracks, clusters)?;
+        let mut scorer = ClipScorer::default();
+        if self.masks.iter().any(Option::is_some) {
+            session.run()?;
+            for t in scored_frames(self.masks.len()) {
+                if let Some(truth) = &self.masks[t] {
+                    scorer.add(&session.labels(t)?, truth)?;
+                }
+            }
+        }
+        let masks = MaskScores::mean_of(scorer.frames());
+        let Scores { overall, average, oversegmentation, extracted, .. } = points;
+        Ok(Score {
+            masks,
+            error: overall,
+            region: average,
+            fragments: oversegmentation,
+            objects: extracted,
+            best_points,
+        })
+    }
+}
+
+/// Of masks: means over each kind's clips, and over the kinds; then the error of the points, as a mean over all clips; seed by seed.
+fn columns(table: &Option<Table>, items: &[Item], kinds: &[&str]) -> Effect {
+    let rows = |wanted: &dyn Fn(&Item) -> bool, value: &dyn Fn(&Score) -> f64| {
+        let of = items.iter().zip(table.iter().flatten()).filter(|(item, _)| wanted(item));
+        let rows = of.map(|(_, row)| row.iter().map(|score| score.as_ref().map(value)).collect());
+        mean_rows(&rows.collect::<Vec<_>>())
+    };
+    let j = |score: &Score| score.masks.j.unwrap_or_default();
+    let mut columns: Vec<_> =
+        kinds.iter().map(|kind| rows(&|item| item.has_masks() && item.kind == *kind, &j)).collect();
+    let mean = mean_rows(&columns);
+    columns.splice(0..0, [mean, rows(&|_| true, &|score| score.error)]);
+    Effect { columns }
+}
+
+/// The mean of rows, column by column; `None` where a row is missing, or all are.
+fn mean_rows(rows: &[Option<Vec<f64>>]) -> Option<Vec<f64>> {
+    let rows: Vec<&Vec<f64>> = rows.iter().map(Option::as_ref).collect::<Option<_>>()?;
+    let length = rows.first()?.len();
+    Some((0..length).map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / rows.len() as f64).collect())
+}
+
+fn difference(effect: &Effect, base: &Effect) -> Effect {
+    let less = |(ours, base): (&Option<Vec<f64>>, &Option<Vec<f64>>)| {
+        Some(ours.as_ref()?.iter().zip(base.as_ref()?).map(|(a, b)| a - b).collect())
+    };
+    Effect { columns: effect.columns.iter().zip(&base.columns).map(less).collect() }
+}
+
+/// What makes the figures again, places left out.
+fn command(args: &AblateArgs) -> String {
+    let seeds: Vec<String> = args.seeds.iter().map(u32::to_string).collect();
+    let only =
+        if args.suite.only.is_empty() { String::new() } else { format!(" --only {}", args.suite.only.join(",")) };
+    let names = args.suite.folders.iter().map(|f| f.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let names: Vec<String> = names.collect();
+    let (names, seeds) = (names.join(" "), seeds.join(","));
+    format!("{PROGRAM} ablate {names} --cache CACHE --seeds {seeds} --frames {}{only}", args.frames)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_of_rows_go_column_by_column_and_need_all_rows() {
+        let rows = [Some(vec![0.5, 1.0]), Some(vec![0.25, 0.5])];
+        assert_eq!(mean_rows(&rows), Some(vec![0.375, 0.75]));
+        assert_eq!(mean_rows(&[rows[0].clone(), None]), None);
+        assert_eq!(mean_rows(&[]), None);
+        let effect = |rows: &[Option<Vec<f64>>]| Effect { columns: rows.to_vec() };
+        let found = difference(&effect(&[rows[1].clone(), None]), &effect(&rows));
+        assert_eq!(found.columns, [Some(vec![-0.25, -0.5]), None]);
+    }
+}

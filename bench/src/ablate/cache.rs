@@ -1,0 +1,126 @@
+//! Scores on disk, so that a long run can be broken off and taken up again.
+
+use crate::measures::masks::MaskScores;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use tracecut::Params;
+use tracecut_cli::failure::{Failure, Result, cannot_write, create_folder, read, write};
+
+/// A folder of scores, one file for each run of a clip.
+#[derive(Debug)]
+pub(super) struct Cache {
+    folder: PathBuf,
+    /// Which program made the scores: another one may make others.
+    program: String,
+}
+
+/// What came of a clip.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Score {
+    pub(super) masks: MaskScores,
+    /// Of the points, in percent.
+    pub(super) error: f64,
+    pub(super) region: f64,
+    pub(super) fragments: f64,
+    pub(super) objects: f64,
+    pub(super) best_points: Option<f64>,
+}
+
+impl Score {
+    /// J, and the error of the points.
+    pub(super) fn line(&self) -> String {
+        let j = self.masks.j.map_or_else(|| "-".to_owned(), |j| format!("{j:.3}"));
+        let Self { error, region, fragments, objects, .. } = self;
+        format!("{j} {error:.2}/{region:.1}/{fragments:.1}/{objects:.0}")
+    }
+}
+
+/// What scores depend on.
+#[derive(Debug, Serialize)]
+pub(super) struct Key<'a> {
+    pub(super) clip: &'a Path,
+    pub(super) frames: u32,
+    pub(super) params: &'a Params,
+}
+
+/// What is in a file; its key is there to be read by people.
+#[derive(Debug, Serialize, Deserialize)]
+struct Entry {
+    key: serde_json::Value,
+    scores: Score,
+}
+
+impl Cache {
+    pub(super) fn open(folder: &Path) -> Result<Self> {
+        create_folder(folder)?;
+        let program = std::env::current_exe().map_err(|e| Failure::new(format!("cannot find this program: {e}")))?;
+        Ok(Self { folder: folder.to_owned(), program: format!("{:016x}", hash(&read(&program)?)) })
+    }
+
+    /// The scores under this key, if they are known.
+    pub(super) fn get(&self, key: &Key<'_>) -> Result<Option<Score>> {
+        let (path, key) = self.place(key)?;
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let entry: Entry = serde_json::from_slice(&read(&path)?)
+            .map_err(|e| Failure::about(path.display(), format_args!("is no entry of a cache (remove it): {e}")))?;
+        Ok((entry.key == key).then_some(entry.scores))
+    }
+
+    /// Keeps scores. The file appears whole or not at all.
+    pub(super) fn put(&self, key: &Key<'_>, scores: Score) -> Result<()> {
+        let (path, key) = self.place(key)?;
+        let text = serde_json::to_string(&Entry { key, scores }).map_err(|e| Failure::about(path.display(), e))?;
+        let part = path.with_extension("part");
+        write(&part, text + "\n")?;
+        std::fs::rename(&part, &path).map_err(|e| cannot_write(&path, &e))
+    }
+
+    /// The file of a key, and the key with the program in it.
+    fn place(&self, key: &Key<'_>) -> Result<(PathBuf, serde_json::Value)> {
+        let fail = |e: serde_json::Error| Failure::about(self.folder.display(), e);
+        let text = serde_json::to_string(&(&self.program, key)).map_err(fail)?;
+        let name = format!("{:016x}.json", hash(text.as_bytes()));
+        Ok((self.folder.join(name), serde_json::from_str(&text).map_err(fail)?))
+    }
+}
+
+/// FNV-1a.
+fn hash(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_the_published_one() {
+        assert_eq!((hash(b""), hash(b"a")), (0xcbf2_9ce4_8422_2325, 0xaf63_dc4c_8601_ec8c));
+    }
+
+    #[test]
+    fn scores_are_found_again_under_their_own_key_only() {
+        let folder = std::env::temp_dir().join(format!("tracecut-cache-{}", std::process::id()));
+        let cache = Cache::open(&folder).unwrap();
+        let params = Params::default();
+        let clip = Path::new("clip");
+        let masks = MaskScores { j: Some(0.125), f: None, ..MaskScores::default() };
+        let scores = Score { masks, error: 0.5, region: 3.0, fragments: 0.0, objects: 1.0, best_points: None };
+        fn key<'a>(clip: &'a Path, params: &'a Params) -> Key<'a> {
+            Key { clip, frames: 5, params }
+        }
+        assert_eq!(cache.get(&key(clip, &params)).unwrap(), None);
+        cache.put(&key(clip, &params), scores.clone()).unwrap();
+        assert_eq!(cache.get(&key(clip, &params)).unwrap(), Some(scores));
+        assert_eq!(cache.get(&Key { frames: 6, ..key(clip, &params) }).unwrap(), None);
+        let other = Cache { program: String::new(), folder: folder.clone() };
+        assert_eq!(other.get(&key(clip, &params)).unwrap(), None);
+        let mut changed = params.clone();
+        changed.clip.seed = 1;
+        assert_eq!(cache.get(&key(clip, &changed)).unwrap(), None);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

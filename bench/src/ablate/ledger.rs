@@ -1,0 +1,126 @@
+//! The ledger: what each choice is, and what it is worth.
+
+use super::choices::Choice;
+use std::fmt::Write;
+
+/// What is known of the defaults, or of what taking a choice away does.
+#[derive(Debug, Clone)]
+pub(super) struct Effect {
+    /// J as a mean over the kinds, the error of points, J of each kind: a value for each seed; `None` where some run is missing.
+    pub(super) columns: Vec<Option<Vec<f64>>>,
+}
+
+/// What is printed as 0.
+const ROUNDED: f64 = 0.0005;
+
+/// The ledger as Markdown. `effects` has an entry for each choice; `command` made it.
+pub(super) fn markdown(
+    choices: &[Choice],
+    kinds: &[&str],
+    base: &Effect,
+    effects: &[Option<Effect>],
+    command: &str,
+) -> String {
+    let mut text = INTRODUCTION.to_owned();
+    text += "\n## What they are\n\n| choice | the paper | ours | why | without it |\n|---|---|---|---|---|\n";
+    for choice in choices {
+        let arguments = choice.arguments();
+        let without = if arguments.is_empty() { "not to be taken away".to_owned() } else { format!("`{arguments}`") };
+        line(&mut text, &[&choice.name, &choice.paper, &choice.ours(), &choice.why, &without]);
+    }
+    text += "\n## What they are worth\n\n";
+    if base.columns.iter().all(Option::is_none) {
+        text += "Not measured on this build.\n";
+        return text;
+    }
+    let _ = write!(text, "{EFFECTS}\n\n```text\n{command}\n```\n\n| choice | mean of kinds | points, % |");
+    kinds.iter().for_each(|kind| text += &format!(" {kind} |"));
+    text += &format!(" left out |\n|---{}|\n", "|---:".repeat(kinds.len() + 3));
+    effect_row(&mut text, "*with all of them*", base, false);
+    for (choice, effect) in choices.iter().zip(effects) {
+        if let Some(effect) = effect {
+            effect_row(&mut text, &choice.name, effect, true);
+        }
+    }
+    text
+}
+
+const INTRODUCTION: &str = "\
+# Choices
+
+Rules and constants that are not the paper's, or that the paper leaves open. Written from [choices.json](choices.json) by
+`cargo run --release -p tracecut-bench -- ablate`; do not edit it by hand.
+";
+
+const EFFECTS: &str = "\
+How J moves when a choice is taken away (below 0: the choice helps), as a mean over the seeds, and in brackets the largest
+less the smallest of the seeds; and likewise the error of labelled points over all clips (above 0: the choice helps). The first
+row has the figures themselves. A dash: not measured on this build.
+
+Left out: a choice made by all kinds but one should hold on that one too. Of so many kinds without which it would have been
+made (taking it away lowers the mean over the others), so many do not lose by it.";
+
+fn effect_row(text: &mut String, title: &str, effect: &Effect, signed: bool) {
+    let cells = effect.columns.iter().map(|values| cell(values.as_deref(), signed));
+    let last = if signed { left_out(effect.columns.get(2..).unwrap_or_default()) } else { "–".to_owned() };
+    let cells: Vec<String> = std::iter::once(title.to_owned()).chain(cells).chain([last]).collect();
+    line(text, &cells.iter().map(String::as_str).collect::<Vec<_>>());
+}
+
+/// Leave one kind out: on how many of the kinds a choice holds that was made by the others.
+fn left_out(kinds: &[Option<Vec<f64>>]) -> String {
+    let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    let Some(effects) = kinds.iter().map(|k| k.as_ref().map(mean)).collect::<Option<Vec<f64>>>() else {
+        return "–".to_owned();
+    };
+    let all: f64 = effects.iter().sum();
+    let made: Vec<f64> = effects.iter().copied().filter(|own| all - own < 0.0).collect();
+    let holds = made.iter().filter(|own| **own <= ROUNDED).count();
+    if made.is_empty() { "never made".to_owned() } else { format!("{holds} of {}", made.len()) }
+}
+
+fn cell(values: Option<&[f64]>, signed: bool) -> String {
+    let Some(values) = values.filter(|v| !v.is_empty()) else { return "–".to_owned() };
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+    if signed { format!("{mean:+.3} ({:.3})", high - low) } else { format!("{mean:.3} ({:.3})", high - low) }
+}
+
+fn line(text: &mut String, cells: &[&str]) {
+    *text += &format!("| {} |\n", cells.join(" | "));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_stand_beside_their_spread_and_what_is_not_measured_is_a_dash() {
+        let choice = |name: &str| -> Choice {
+            let text =
+                format!(r#"{{"name": "{name}", "paper": "0", "why": "w", "without": {{"refine": {{"band": 0}}}}}}"#);
+            serde_json::from_str(&text).unwrap()
+        };
+        let base = Effect { columns: vec![Some(vec![0.25, 0.25]), None, Some(vec![0.5, 0.6]), None] };
+        let effect =
+            Effect { columns: vec![Some(vec![0.125, 0.125]), Some(vec![1.0, 2.0]), Some(vec![-0.1, -0.3]), None] };
+        let text = markdown(&[choice("one"), choice("two")], &["a", "b"], &base, &[Some(effect), None], "run it");
+        for row in [
+            "| one | 0 | `refine.band` 8 | w | `--set refine.band=0` |",
+            "| choice | mean of kinds | points, % | a | b | left out |",
+            "| *with all of them* | 0.250 (0.000) | – | 0.550 (0.100) | – | – |",
+            "| one | +0.125 (0.000) | +1.500 (1.000) | -0.200 (0.200) | – | – |",
+        ] {
+            assert!(text.lines().any(|l| l == row), "{row} is missing:\n{text}");
+        }
+        assert_eq!(text.matches("| two |").count(), 1, "{text}");
+        let of = |effects: &[f64]| left_out(&effects.iter().map(|&e| Some(vec![e])).collect::<Vec<_>>());
+        // Without the first it would have been made, and helps there too; without the second likewise; the third loses.
+        assert_eq!(of(&[-0.1, -0.2, 0.05]), "2 of 3");
+        // Only the first is for it: left out, the others would not have made it.
+        assert_eq!(of(&[-0.3, 0.0, 0.1]), "1 of 2");
+        assert_eq!(of(&[0.1, 0.2]), "never made");
+        let none = Effect { columns: vec![None, None, None, None] };
+        assert!(markdown(&[], &["a", "b"], &none, &[], "").contains("Not measured"));
+    }
+}

@@ -1,0 +1,172 @@
+//! Clips with true masks, in the layouts that people keep them in.
+
+use super::batch;
+use super::davis::folder as davis;
+use crate::measures::masks::Truth;
+use crate::measures::moseg::UNSCORED;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use tracecut::image::Plane;
+use tracecut_cli::failure::{Failure, Result};
+use tracecut_cli::images;
+use tracecut_cli::input::decode;
+use tracecut_cli::settings::Settings;
+
+/// What stands between the kind of a clip and its name.
+const SEPARATOR: &str = "--";
+const EXPECTED: &str = "NAME/frames and NAME/masks, NAME/JPEGImages and NAME/Annotations, or JPEGImages/480p/NAME and \
+                        Annotations/480p/NAME";
+
+/// What the pixels of a true mask mean.
+#[derive(Debug, Clone, Copy)]
+enum Code {
+    /// White on objects, mid-grey (128) where nothing is scored.
+    Grey,
+    /// Anything but black on objects, as in DAVIS.
+    AnyColour,
+}
+
+/// A clip's name, kind and folders.
+#[derive(Debug)]
+pub(super) struct Clip {
+    pub(super) name: String,
+    /// What stands before `--` in its name; otherwise the name of the folder that it lies in.
+    pub(super) kind: String,
+    pub(super) images: PathBuf,
+    masks: PathBuf,
+    code: Code,
+}
+
+/// Which clips an evaluation runs, how many at once, and with which parameters.
+#[derive(Args, Debug)]
+pub(super) struct Suite {
+    /// Folders with NAME/frames and NAME/masks, or in a layout of DAVIS; a single clip will do
+    #[arg(value_name = "DIR", required = true)]
+    pub(super) folders: Vec<PathBuf>,
+    /// Only the clips whose names contain one of these
+    #[arg(long, value_name = "TEXT,...", value_delimiter = ',')]
+    pub(super) only: Vec<String>,
+    /// Number of runs to work on at once
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=256))]
+    jobs: u32,
+    #[command(flatten)]
+    pub(super) settings: Settings,
+}
+
+impl Suite {
+    pub(super) fn jobs(&self) -> usize {
+        self.jobs as usize
+    }
+
+    /// The clips of all folders.
+    pub(super) fn clips(&self) -> Result<Vec<Clip>> {
+        let found = self.folders.iter().map(|folder| find_clips(folder, &self.only));
+        Ok(found.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+    }
+}
+
+/// The clips of `folder` by name, or `folder` itself if it is one; with `only` not empty, those whose names contain one
+/// of its texts.
+pub(super) fn find_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
+    let wanted = |clip: &Clip| only.is_empty() || only.iter().any(|text| clip.name.contains(text));
+    let mut clips = all_clips(folder)?;
+    clips.retain(wanted);
+    if clips.is_empty() {
+        let reason = format!("holds no clip whose name contains {}", only.join(" or "));
+        return Err(Failure::about(folder.display(), reason));
+    }
+    Ok(clips)
+}
+
+fn all_clips(folder: &Path) -> Result<Vec<Clip>> {
+    let suite = file_name(folder);
+    if folder.join("JPEGImages").join("480p").is_dir() {
+        let sequences = davis::find_sequences(folder, &[])?;
+        return Ok(sequences.into_iter().map(|s| Clip::of_davis(s, &suite)).collect());
+    }
+    match Clip::at(folder, &suite, "") {
+        Some(clip) => Ok(vec![clip]),
+        None => batch::sequences(folder, &[], EXPECTED, |path, name| Ok(Clip::at(path, name, &suite))),
+    }
+}
+
+/// The name of a folder, also of `.`.
+fn file_name(folder: &Path) -> String {
+    let path = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+impl Clip {
+    /// The clip of this folder, if it is one.
+    fn at(path: &Path, name: &str, suite: &str) -> Option<Self> {
+        let layouts = [("frames", "masks", Code::Grey), ("JPEGImages", "Annotations", Code::AnyColour)];
+        let (images, masks, code) = layouts.into_iter().find(|l| path.join(l.0).is_dir() && path.join(l.1).is_dir())?;
+        let kind = kind_of(name, suite);
+        Some(Self { name: name.to_owned(), kind, images: path.join(images), masks: path.join(masks), code })
+    }
+
+    fn of_davis(sequence: davis::Sequence, suite: &str) -> Self {
+        let kind = kind_of(&sequence.name, suite);
+        Self { name: sequence.name, kind, images: sequence.images, masks: sequence.annotations, code: Code::AnyColour }
+    }
+
+    /// The image files of the first `count` frames, or of all.
+    pub(super) fn frames(&self, count: Option<u32>) -> Result<Vec<PathBuf>> {
+        let mut images = images::in_folder(&self.images)?;
+        images.truncate(count.map_or(usize::MAX, |n| n as usize));
+        Ok(images)
+    }
+
+    /// The truth of a frame, from the mask of the same name; `None` where there is none.
+    pub(super) fn truth(&self, image: &Path) -> Result<Option<Plane<Truth>>> {
+        self.mask(image, |pixel| self.code.truth(pixel))
+    }
+
+    /// The region of each pixel of a frame: 0 for the background, and a number for each colour of objects, of which
+    /// `colours` are known. `None` where there is no mask.
+    pub(super) fn regions(&self, image: &Path, colours: &mut Vec<Vec<u8>>) -> Result<Option<Plane<u8>>> {
+        self.mask(image, |pixel| match self.code.truth(pixel) {
+            Truth::Background => 0,
+            Truth::Ignored => UNSCORED,
+            Truth::Object => {
+                let known = colours.iter().position(|colour| colour == pixel);
+                let place = known.unwrap_or_else(|| {
+                    colours.push(pixel.to_vec());
+                    colours.len() - 1
+                });
+                // More than there are numbers for are one.
+                (1 + place).min(usize::from(UNSCORED) - 1) as u8
+            }
+        })
+    }
+
+    /// What the pixels of a frame's mask mean.
+    fn mask<T: Copy>(&self, image: &Path, meaning: impl FnMut(&[u8]) -> T) -> Result<Option<Plane<T>>> {
+        let path = self.masks.join(image.file_name().unwrap_or_default()).with_extension("png");
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let (_, mask) = decode(&path)?;
+        let data = mask.rgb().chunks_exact(3).map(meaning).collect();
+        Ok(Plane::from_vec(mask.width(), mask.height(), data))
+    }
+}
+
+impl Code {
+    fn truth(self, pixel: &[u8]) -> Truth {
+        match (self, pixel) {
+            (Self::Grey, [255, 255, 255]) => Truth::Object,
+            (Self::Grey, [128, 128, 128]) => Truth::Ignored,
+            (Self::AnyColour, colour) if colour != [0, 0, 0] => Truth::Object,
+            _ => Truth::Background,
+        }
+    }
+}
+
+fn kind_of(name: &str, suite: &str) -> String {
+    match name.split_once(SEPARATOR) {
+        Some((kind, _)) => kind.to_owned(),
+        None if suite.is_empty() => name.to_owned(),
+        None => suite.to_owned(),
+    }
+}

@@ -1,0 +1,222 @@
+//! `bench fit`: the weights of what is known of two clusters, from clips with true masks.
+
+use super::clips::Suite;
+use super::points::{Item, items, run_item};
+use crate::PROGRAM;
+use crate::jobs::in_order;
+use crate::measures::logistic::{Example, fit, loss};
+use crate::measures::moseg::overlap_of;
+use clap::Args;
+use std::path::PathBuf;
+use tracecut::Params;
+use tracecut::discretize::Clusters;
+use tracecut::evidence::Pair;
+use tracecut_cli::failure::{Failure, Result, print, write};
+
+const HELP: &str = "\
+Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
+terms of src/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
+before a moving camera the terms of src/evidence/object.rs, and its share of points on objects. Logistic regressions give the weights: every
+clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
+
+For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
+loss without each term, always on kinds that were left out.";
+
+/// The price of a squared weight, in units of the mean loss.
+const RIDGE: f64 = 0.003;
+/// Pieces with fewer points in scored frames tell nothing.
+const FEWEST: f64 = 5.0;
+/// The terms of pairs, in their order.
+const PAIR: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
+/// Those of objects.
+const OBJECT: [&str; 2] = ["rim", "strangeness"];
+
+#[derive(Args, Debug)]
+#[command(after_help = HELP)]
+pub(crate) struct FitArgs {
+    #[command(flatten)]
+    suite: Suite,
+    /// Use the first N frames of each clip, or all where it is shorter
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(3..))]
+    frames: u32,
+    /// Run each clip under each of these seeds
+    #[arg(long, value_name = "SEED,...", value_delimiter = ',', default_value = "0,1,2")]
+    seeds: Vec<u32>,
+    /// Write the table of weights to this file: src/evidence/weights.rs
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// The examples of a clip, and its kind.
+#[derive(Debug, Default)]
+struct Lesson {
+    kind: String,
+    examples: Vec<Example>,
+}
+
+/// What a clip teaches: of pairs, and of objects.
+type Both = (Lesson, Lesson);
+
+pub(super) fn eval(args: &FitArgs) -> Result<()> {
+    let mut params = args.suite.settings.params()?;
+    params.clip.dense = false;
+    let items = items(&args.suite)?;
+    let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.of(&item.name));
+    let report = |(pairs, objects): &Both| {
+        print(format_args!("{:20} {:6} pairs {:4} clusters", pairs.kind, pairs.examples.len(), objects.examples.len()))
+    };
+    let (pairs, objects): (Vec<_>, Vec<_>) = in_order(&items, args.suite.jobs(), work, report)?.into_iter().unzip();
+    let mut tables = Vec::new();
+    for (lessons, names) in [(&pairs, &PAIR[..]), (&objects, &OBJECT[..])] {
+        let weights = fit(&examples(lessons, |_| true), RIDGE);
+        if weights.is_empty() {
+            return Err(Failure::new("no clip has clusters to learn from: nothing can be fitted".to_owned()));
+        }
+        report_losses(lessons, &weights, names)?;
+        tables.push(weights);
+    }
+    let text = table(&tables[0], &tables[1], &command(args));
+    print(&text)?;
+    args.out.as_ref().map_or(Ok(()), |path| write(path, text))
+}
+
+fn examples(lessons: &[Lesson], wanted: impl Fn(&str) -> bool) -> Vec<Example> {
+    lessons.iter().filter(|lesson| wanted(&lesson.kind)).flat_map(|lesson| lesson.examples.clone()).collect()
+}
+
+/// The pairs and clusters of a clip under all seeds; the weights of each sum up to one.
+fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Both> {
+    let (mut found, mut objects) = (Vec::new(), Vec::new());
+    for &seed in &args.seeds {
+        let mut params = params.clone();
+        params.clip.seed = seed;
+        let (session, _, shot) = run_item(item, params, args.frames)?;
+        let overlap = |clusters: &Clusters| -> Result<Vec<Vec<u64>>> {
+            let Some(tracks) = session.trajectories() else { return Ok(Vec::new()) };
+            overlap_of(&shot.definition, &shot.maps, tracks, clusters).map_err(|e| Failure::new(e.to_string()))
+        };
+        if let Some((label, pairs)) = session.pieces() {
+            let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
+            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut found);
+        }
+        // Regions of shots can be parts of the scene; masks show objects.
+        if let (Some(terms), Some(clusters), true) = (session.cluster_terms(), session.clusters(), item.has_masks()) {
+            objects_in(&overlap(clusters)?, terms, &mut objects);
+        }
+    }
+    let lesson = |mut examples: Vec<Example>| {
+        let all: f64 = examples.iter().map(|e| e.weight).sum();
+        examples.iter_mut().for_each(|e| e.weight /= all);
+        Lesson { kind: item.kind.clone(), examples }
+    };
+    Ok((lesson(found), lesson(objects)))
+}
+
+/// How many points of each cluster there are in scored frames.
+fn points(overlap: &[Vec<u64>], cluster: usize) -> f64 {
+    overlap.iter().map(|row| row[cluster]).sum::<u64>() as f64
+}
+
+fn pairs_in(overlap: &[Vec<u64>], pairs: Vec<Pair>, found: &mut Vec<Example>) {
+    for pair in pairs {
+        let [p, q] = [pair.clusters.0 as usize, pair.clusters.1 as usize];
+        let (a, b) = (points(overlap, p), points(overlap, q));
+        if a.min(b) >= FEWEST {
+            let truth = overlap.iter().map(|row| row[p] as f64 * row[q] as f64).sum::<f64>() / (a * b);
+            found.push(Example { terms: pair.terms.to_vec(), truth, weight: (1.0 + a.min(b)).ln() });
+        }
+    }
+}
+
+fn objects_in(overlap: &[Vec<u64>], terms: Vec<Option<Vec<f64>>>, found: &mut Vec<Example>) {
+    for (cluster, terms) in terms.into_iter().enumerate() {
+        let all = points(overlap, cluster);
+        if let (Some(terms), true) = (terms, all >= FEWEST) {
+            let truth = points(&overlap[1..], cluster) / all;
+            found.push(Example { terms, truth, weight: all.sqrt() });
+        }
+    }
+}
+
+fn report_losses(lessons: &[Lesson], weights: &[f64], names: &[&str]) -> Result<()> {
+    let mut kinds: Vec<&str> = lessons.iter().map(|lesson| lesson.kind.as_str()).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    print(format_args!("\n{:24} {:>10} {:>10}", "loss", "left out", "fitted on"))?;
+    for &kind in &kinds {
+        let (own, others) = (examples(lessons, |k| k == kind), examples(lessons, |k| k != kind));
+        if !own.is_empty() && !others.is_empty() {
+            let left_out = loss(&fit(&others, RIDGE), &own);
+            print(format_args!("{kind:24} {left_out:10.3} {:10.3}", loss(weights, &own)))?;
+        }
+    }
+    print(format_args!("\n{:24} {:>10}", "left out, mean of kinds", ""))?;
+    print(format_args!("{:24} {:10.4}", "all terms", left_out(lessons, &kinds, None)))?;
+    for (k, name) in names.iter().enumerate() {
+        print(format_args!("without {name:16} {:10.4}", left_out(lessons, &kinds, Some(k))))?;
+    }
+    print("")
+}
+
+/// The mean over the kinds of the loss on each by weights that were fitted on the others, without a term.
+fn left_out(lessons: &[Lesson], kinds: &[&str], without: Option<usize>) -> f64 {
+    let of = |wanted: &dyn Fn(&str) -> bool| {
+        let mut found = examples(lessons, wanted);
+        if let Some(k) = without {
+            found.iter_mut().for_each(|e| e.terms[k] = 0.0);
+        }
+        found
+    };
+    let losses = kinds.iter().filter_map(|&kind| {
+        let (own, others) = (of(&|k| k == kind), of(&|k| k != kind));
+        (!own.is_empty() && !others.is_empty()).then(|| loss(&fit(&others, RIDGE), &own))
+    });
+    let losses: Vec<f64> = losses.collect();
+    losses.iter().sum::<f64>() / losses.len().max(1) as f64
+}
+
+/// What makes the table again, places left out.
+fn command(args: &FitArgs) -> String {
+    let names = args.suite.folders.iter().map(|f| f.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let names: Vec<String> = names.collect();
+    let seeds: Vec<String> = args.seeds.iter().map(u32::to_string).collect();
+    format!("{PROGRAM} fit {} --frames {} --seeds {}", names.join(" "), args.frames, seeds.join(","))
+}
+
+/// The source of the tables.
+fn table(pair: &[f64], object: &[f64], command: &str) -> String {
+    let row = |name: &str, weights: &[f64]| {
+        let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
+        format!("pub(super) const {name}: [f64; {}] = [{}];\n", weights.len(), numbers.join(", "))
+    };
+    format!(
+        "//! The fitted weights, by the command below; do not edit them by hand.\n\
+         //!\n\
+         //! `{command}`\n\n\
+         /// Of a pair of clusters, for that they are one: base, then the terms of `pair`.\n{}\n\
+         /// Of a cluster, for that it is an object: base, then the terms of `object`.\n{}",
+        row("PAIR", pair),
+        row("OBJECT", object)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_rust_and_a_kind_is_judged_by_the_others() {
+        let table = table(&[1.0, -0.25], &[0.5], "bench fit");
+        assert!(table.contains("pub(super) const PAIR: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
+        assert!(table.ends_with("pub(super) const OBJECT: [f64; 1] = [0.5000];\n"), "{table}");
+        // One kind obeys the term, the other its opposite: what is learned on one is wrong on the other.
+        let lesson = |kind: &str, sign: f64| Lesson {
+            kind: kind.to_owned(),
+            examples: [-1.0, 1.0]
+                .map(|x| Example { terms: vec![x], truth: 0.5 + 0.4 * sign * x, weight: 0.5 })
+                .to_vec(),
+        };
+        let lessons = [lesson("a", 1.0), lesson("b", -1.0)];
+        assert!(left_out(&lessons, &["a", "b"], None) > left_out(&lessons, &["a", "b"], Some(0)));
+    }
+}

@@ -1,0 +1,180 @@
+//! The program `bench`: scores against ground truth, the tables and curves of the paper, and the ledger of choices.
+//!
+//! Not published: neither the crate, nor the wheel, nor the user's command line carries any of it. README.md beside
+//! `src` has a line for each command. [`measures`] are what is computed, a module for each command is what it reads,
+//! runs and prints.
+
+mod ablate;
+mod batch;
+mod clips;
+mod contours;
+mod davis;
+mod discretization;
+mod figment;
+mod fit;
+mod flow;
+mod foreground;
+mod jobs;
+mod masks;
+pub mod mat;
+pub mod measures;
+mod moseg;
+mod points;
+mod stability;
+mod superpixels;
+mod svg;
+
+use crate::measures::definition::{Definition, parse_pgm};
+use crate::measures::moseg::{Scores, score};
+use clap::{Parser, Subcommand};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use tracecut::Session;
+use tracecut::discretize::Clusters;
+use tracecut::image::Plane;
+use tracecut::tracks;
+use tracecut::trajectory::Trajectories;
+use tracecut_cli::ending;
+use tracecut_cli::failure::{Failure, Result, print, read, read_text};
+use tracecut_cli::images::is_endless;
+
+/// How this program is called, as files that it writes say it.
+const PROGRAM: &str = "cargo run --release -p tracecut-bench --";
+
+/// Scores TraceCut against ground truth.
+#[derive(Parser, Debug)]
+#[command(name = "bench")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Run every sequence of a folder in the layout of the Moseg benchmark and score the labels
+    Moseg(moseg::MosegArgs),
+    /// Run every sequence of such a folder and score which trajectories are foreground
+    Foreground(foreground::ForegroundArgs),
+    /// Run every sequence of a folder in the layout of DAVIS 2016 and score the masks: region similarity J, boundary
+    /// measure F
+    Davis(davis::DavisArgs),
+    /// Run clips of many kinds, with masks of some or all frames, and score the masks: J, F, recall, false share, objects
+    /// found; per clip, per kind and in all
+    Masks(masks::MasksArgs),
+    /// Run clips of all kinds and score the labels of their trajectories: error, error by region, fragments, objects; per
+    /// clip, per kind and in all
+    Points(points::PointsArgs),
+    /// Fit the weights of what is known of two clusters, on clips of all kinds, and say what each term is worth
+    Fit(fit::FitArgs),
+    /// How far J of the masks moves under changes of a clip that do not matter: seed, crop, mirror, light, JPEG, start
+    Stability(stability::StabilityArgs),
+    /// What each rule and constant that is not the paper's is worth on clips of many kinds, written into docs/choices.md
+    Ablate(ablate::AblateArgs),
+    /// Compare five ways to make clusters of the embedding: over-segmentation against missed objects (the paper's
+    /// Figure 10)
+    Discretization(discretization::DiscretizationArgs),
+    /// Run sequences of entangled people with masks of every few frames and score the trajectories (the paper's Table
+    /// 1)
+    Figment(figment::FigmentArgs),
+    /// Score a track file
+    Tracks {
+        /// Definition file of the shot (...Def.dat); the masks lie beside it
+        definition: PathBuf,
+        /// Track file
+        tracks: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// End-point error of the flow on frame pairs in the Middlebury layout: NAME/frame10.png, frame11.png, flow10.flo
+    Flow(flow::FlowArgs),
+    /// Boundary recall, under-segmentation error and achievable accuracy of superpixels, on images that people
+    /// segmented
+    Superpixels(superpixels::SuperpixelArgs),
+    /// Boundary maps against the outlines that people drew (BSDS500), with Canny's and Sobel's edges beside them
+    Contours(contours::ContoursArgs),
+}
+
+/// The whole program.
+#[must_use]
+pub fn main() -> ExitCode {
+    let command = Cli::parse().command;
+    ending::conclude(false, || run(&command))
+}
+
+fn run(command: &Command) -> Result<()> {
+    match command {
+        Command::Moseg(args) => moseg::eval(args),
+        Command::Foreground(args) => foreground::eval(args),
+        Command::Davis(args) => davis::eval(args),
+        Command::Masks(args) => masks::eval(args),
+        Command::Points(args) => points::eval(args),
+        Command::Fit(args) => fit::eval(args),
+        Command::Ablate(args) => ablate::eval(args),
+        Command::Stability(args) => stability::eval(args),
+        Command::Discretization(args) => discretization::eval(args),
+        Command::Figment(args) => figment::eval(args),
+        Command::Tracks { definition, tracks, json } => eval_tracks(definition, tracks, *json),
+        Command::Flow(args) => flow::eval(args),
+        Command::Superpixels(args) => superpixels::eval(args),
+        Command::Contours(args) => contours::eval(args),
+    }
+}
+
+fn eval_tracks(definition: &Path, track_file: &Path, json: bool) -> Result<()> {
+    let (tracks, clusters) =
+        tracks::parse(&read_text(track_file)?).map_err(|e| Failure::about(track_file.display(), e))?;
+    let scores = score_shot(definition, &tracks, &clusters)?;
+    if json {
+        let text = serde_json::to_string_pretty(&scores).map_err(|e| Failure::new(e.to_string()))?;
+        return print(text);
+    }
+    print(format_args!(
+        "density            {:.6} %\noverall error      {:.4} %\nper-region error   {:.4} %\n\
+         over-segmentation  {}\nextracted objects  {}\nvisible regions    {}\nlabelled frames    {}",
+        scores.density,
+        scores.overall,
+        scores.average,
+        scores.oversegmentation,
+        scores.extracted,
+        scores.visible,
+        scores.labeled
+    ))
+}
+
+/// A shot's ground truth: its definition and the region maps of the labelled frames used.
+struct Shot {
+    definition: Definition,
+    maps: Vec<Plane<u8>>,
+}
+
+impl Shot {
+    /// Reads a definition file and the masks beside it of the first `num_frames` frames.
+    fn read(path: &Path, num_frames: usize) -> Result<Self> {
+        let definition = Definition::parse(&read_text(path)?).map_err(|e| Failure::about(path.display(), e))?;
+        let mut maps = Vec::new();
+        for frame in definition.labelled_within(num_frames) {
+            let mask_path = path.with_file_name(&frame.mask);
+            if is_endless(&mask_path) {
+                return Err(Failure::about(
+                    path.display(),
+                    format_args!("names {}, which is no file", mask_path.display()),
+                ));
+            }
+            let mask = parse_pgm(&read(&mask_path)?).map_err(|e| Failure::about(mask_path.display(), e))?;
+            maps.push(definition.regions(&mask));
+        }
+        Ok(Self { definition, maps })
+    }
+}
+
+/// Scores labelled tracks of a shot.
+fn score_shot(path: &Path, tracks: &Trajectories, clusters: &Clusters) -> Result<Scores> {
+    let Shot { definition, maps } = Shot::read(path, tracks.num_frames)?;
+    score(&definition, &maps, tracks, clusters).map_err(|e| Failure::about(path.display(), e))
+}
+
+/// How many labels [`Session::cluster_labels`] may have: a clip without clusters has one.
+fn num_clusters(session: &Session) -> usize {
+    session.clusters().map_or(0, |c| c.count).max(1)
+}

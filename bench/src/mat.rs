@@ -1,0 +1,354 @@
+//! Human segmentations of the Berkeley benchmark: the MATLAB files of `groundTruth/`.
+//!
+//! A file of level 5 holds, after a header of 128 bytes, elements of one tag (type and length) and its bytes each, most
+//! often packed by zlib. The benchmark's files hold one cell array `groundTruth` with a structure for each person:
+//! `Segmentation`, the number of the region that each pixel belongs to, and `Boundaries`, true on the pixels of the
+//! outlines. Arrays are stored column by column. Source: "MAT-File Format", The MathWorks, 2023.
+
+use flate2::read::ZlibDecoder;
+use std::io::Read;
+use std::path::Path;
+use tracecut::image::{MAX_PIXELS, MAX_SIDE, Plane};
+use tracecut_cli::failure::{Failure, Result, read as read_bytes};
+
+/// What one person drew.
+///
+/// Law: both planes have the same size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Annotation {
+    /// Number of the region of each pixel.
+    pub segmentation: Plane<u16>,
+    /// Whether a pixel lies on an outline.
+    pub boundaries: Plane<bool>,
+}
+
+/// The annotations in the file at `path`, at least one, all of the same size.
+pub(crate) fn read(path: &Path) -> Result<Vec<Annotation>> {
+    parse(&read_bytes(path)?).map_err(|reason| Failure::about(path.display(), reason))
+}
+
+/// Longest element that is unpacked, in bytes: a benchmark file takes about 4 MB.
+const MAX_UNPACKED: u64 = 1 << 28;
+/// Deepest nesting of arrays that is followed; the benchmark's files need three.
+const MAX_DEPTH: u32 = 8;
+
+const HEADER: usize = 128;
+const MATRIX: u32 = 14;
+const COMPRESSED: u32 = 15;
+const CLASS_CELL: u8 = 1;
+const CLASS_STRUCT: u8 = 2;
+/// Classes of arrays of numbers: 6 double, 7 single, 8..=15 integers of 8 to 64 bits.
+const CLASS_NUMBERS: std::ops::RangeInclusive<u8> = 6..=15;
+
+type Parsed<T> = std::result::Result<T, String>;
+
+/// The annotations in a file of these bytes, at least one, all of the same size.
+///
+/// # Errors
+/// As the program says it.
+pub fn parse(file: &[u8]) -> Parsed<Vec<Annotation>> {
+    let elements = match file.get(HEADER - 4..HEADER) {
+        Some([0, 1, b'I', b'M']) => &file[HEADER..],
+        Some([1, 0, b'M', b'I']) => {
+            return Err("is a MATLAB file of a big-endian machine (expected little-endian)".into());
+        }
+        Some(_) => return Err("is not a MATLAB file of level 5".into()),
+        None => {
+            return Err(format!(
+                "has {} bytes (expected a MATLAB file of level 5, header of {HEADER} bytes)",
+                file.len()
+            ));
+        }
+    };
+    let mut rest = Cursor(elements);
+    while !rest.0.is_empty() {
+        let (kind, body) = rest.element()?;
+        let array = match kind {
+            COMPRESSED => Array::parse_element(&unpack(body)?)?,
+            MATRIX => Array::parse(body, 0)?,
+            _ => continue,
+        };
+        if array.name == "groundTruth"
+            && let Value::Cell(people) = array.value
+        {
+            return annotations(&people);
+        }
+    }
+    Err("holds no cell array `groundTruth`".into())
+}
+
+fn unpack(body: &[u8]) -> Parsed<Vec<u8>> {
+    let mut bytes = Vec::new();
+    ZlibDecoder::new(body)
+        .take(MAX_UNPACKED)
+        .read_to_end(&mut bytes)
+        .map_err(|e| format!("its compressed data are broken or truncated: {e}"))?;
+    Ok(bytes)
+}
+
+fn annotations(people: &[Array]) -> Parsed<Vec<Annotation>> {
+    let mut all: Vec<Annotation> = Vec::new();
+    for (k, person) in people.iter().enumerate() {
+        let about = |reason: String| format!("annotation {} of {}: {reason}", k + 1, people.len());
+        let annotation = Annotation {
+            segmentation: person.plane("Segmentation", |v| v as u16).map_err(about)?,
+            boundaries: person.plane("Boundaries", |v| v != 0.0).map_err(about)?,
+        };
+        let size = |p: &Annotation| (p.segmentation.width(), p.segmentation.height());
+        let edges = (annotation.boundaries.width(), annotation.boundaries.height());
+        let first = all.first().map_or(edges, size);
+        if size(&annotation) != edges || first != edges {
+            return Err(about(format!("its arrays differ in size from each other or from the first's {first:?}")));
+        }
+        all.push(annotation);
+    }
+    if all.is_empty() { Err("its cell array `groundTruth` is empty".into()) } else { Ok(all) }
+}
+
+/// A named array.
+struct Array {
+    name: String,
+    value: Value,
+}
+
+enum Value {
+    Cell(Vec<Array>),
+    /// Fields of the first structure of an array of them.
+    Struct(Vec<(String, Array)>),
+    /// Columns of numbers; integers of more than 53 bits lose their last digits.
+    Numbers {
+        rows: usize,
+        columns: usize,
+        values: Vec<f64>,
+    },
+    Other,
+}
+
+impl Array {
+    fn parse_element(bytes: &[u8]) -> Parsed<Self> {
+        match Cursor(bytes).element()? {
+            (MATRIX, body) => Self::parse(body, 0),
+            (kind, _) => Err(format!("has an element of type {kind} where an array (type {MATRIX}) should be")),
+        }
+    }
+
+    /// From what stands after the tag.
+    fn parse(body: &[u8], depth: u32) -> Parsed<Self> {
+        if body.is_empty() {
+            return Ok(Self { name: String::new(), value: Value::Other });
+        }
+        if depth > MAX_DEPTH {
+            return Err(format!("its arrays are nested deeper than {MAX_DEPTH}"));
+        }
+        let mut rest = Cursor(body);
+        let (_, flags) = rest.element()?;
+        let class = *flags.first().ok_or_else(truncated)?;
+        let (_, dimensions) = rest.element()?;
+        let dimensions: Vec<usize> =
+            dimensions.as_chunks::<4>().0.iter().map(|&d| u32::from_le_bytes(d) as usize).collect();
+        let count = dimensions.iter().try_fold(1_usize, |n, &d| n.checked_mul(d)).filter(|&n| n <= MAX_PIXELS);
+        let count = count
+            .ok_or_else(|| format!("has an array of size {dimensions:?} (expected {MAX_PIXELS} numbers at most)"))?;
+        let name = text(rest.element()?.1);
+        let value = match class {
+            CLASS_CELL => Value::Cell((0..count).map(|_| rest.array(depth)).collect::<Parsed<_>>()?),
+            CLASS_STRUCT => Value::Struct(rest.fields(count, depth)?),
+            _ if CLASS_NUMBERS.contains(&class) => numbers(&mut rest, &dimensions, count)?,
+            _ => Value::Other,
+        };
+        Ok(Self { name, value })
+    }
+
+    /// Field `name` as an image.
+    fn plane<T: Copy>(&self, name: &str, convert: impl Fn(f64) -> T) -> Parsed<Plane<T>> {
+        let Value::Struct(fields) = &self.value else { return Err("is not a structure".into()) };
+        let field = fields.iter().find(|(n, _)| n == name).ok_or_else(|| format!("has no field `{name}`"))?;
+        let Value::Numbers { rows, columns, values } = &field.1.value else {
+            return Err(format!("its field `{name}` is not a matrix of numbers"));
+        };
+        if !(1..=MAX_SIDE).contains(rows) || !(1..=MAX_SIDE).contains(columns) {
+            return Err(format!("its field `{name}` is {columns}x{rows} (expected sides in 1..={MAX_SIDE})"));
+        }
+        Ok(Plane::from_fn(*columns, *rows, |x, y| convert(values[x * rows + y])))
+    }
+}
+
+/// Numbers may be stored in a smaller type than that of their array, so the element's own type counts.
+fn numbers(rest: &mut Cursor<'_>, dimensions: &[usize], count: usize) -> Parsed<Value> {
+    let &[rows, columns] = dimensions else { return Ok(Value::Other) };
+    let (kind, bytes) = rest.element()?;
+    let Some(size) = size_of_number(kind) else { return Ok(Value::Other) };
+    // Before memory is taken: eight bytes for each, however small it is in the file.
+    if bytes.len() / size != count {
+        return Err(format!("has an array of {} numbers (expected {rows}x{columns})", bytes.len() / size));
+    }
+    let values: Vec<f64> = match kind {
+        1 => bytes.iter().map(|&v| f64::from(v.cast_signed())).collect(),
+        2 => bytes.iter().map(|&v| f64::from(v)).collect(),
+        3 => bytes.as_chunks().0.iter().map(|&v| f64::from(i16::from_le_bytes(v))).collect(),
+        4 => bytes.as_chunks().0.iter().map(|&v| f64::from(u16::from_le_bytes(v))).collect(),
+        5 => bytes.as_chunks().0.iter().map(|&v| f64::from(i32::from_le_bytes(v))).collect(),
+        6 => bytes.as_chunks().0.iter().map(|&v| f64::from(u32::from_le_bytes(v))).collect(),
+        7 => bytes.as_chunks().0.iter().map(|&v| f64::from(f32::from_le_bytes(v))).collect(),
+        9 => bytes.as_chunks().0.iter().map(|&v| f64::from_le_bytes(v)).collect(),
+        _ => return Ok(Value::Other),
+    };
+    Ok(Value::Numbers { rows, columns, values })
+}
+
+/// Bytes of a number of this type.
+fn size_of_number(kind: u32) -> Option<usize> {
+    match kind {
+        1 | 2 => Some(1),
+        3 | 4 => Some(2),
+        5..=7 => Some(4),
+        9 => Some(8),
+        _ => None,
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    bytes.iter().take_while(|&&b| b != 0).map(|&b| char::from(b)).collect()
+}
+
+fn truncated() -> String {
+    "is truncated".to_owned()
+}
+
+/// Bytes not yet read.
+struct Cursor<'a>(&'a [u8]);
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, length: usize) -> Parsed<&'a [u8]> {
+        let (head, rest) = self.0.split_at_checked(length).ok_or_else(truncated)?;
+        self.0 = rest;
+        Ok(head)
+    }
+
+    fn word(&mut self) -> Parsed<u32> {
+        self.take(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+    }
+
+    /// Type and bytes of the next element. Short ones share eight bytes with their tag; others are filled up to a
+    /// multiple of eight, except compressed ones.
+    fn element(&mut self) -> Parsed<(u32, &'a [u8])> {
+        let word = self.word()?;
+        if word >> 16 != 0 {
+            let length = (word >> 16) as usize;
+            let bytes = self.take(4)?;
+            return Ok((word & 0xffff, bytes.get(..length).ok_or_else(truncated)?));
+        }
+        let length = self.word()? as usize;
+        let body = self.take(length)?;
+        if word != COMPRESSED {
+            let padding = length.next_multiple_of(8) - length;
+            self.0 = self.0.get(padding..).unwrap_or(&[]);
+        }
+        Ok((word, body))
+    }
+
+    fn array(&mut self, depth: u32) -> Parsed<Array> {
+        match self.element()? {
+            (MATRIX, body) => Array::parse(body, depth + 1),
+            (kind, _) => Err(format!("has an element of type {kind} where an array (type {MATRIX}) should be")),
+        }
+    }
+
+    /// Names and values of the fields of the first of `count` structures.
+    fn fields(&mut self, count: usize, depth: u32) -> Parsed<Vec<(String, Array)>> {
+        let (_, length) = self.element()?;
+        let &[a, b, c, d] = length else { return Err("has a structure without a length of its field names".into()) };
+        let length = u32::from_le_bytes([a, b, c, d]).max(1) as usize;
+        let names: Vec<String> = self.element()?.1.chunks(length).map(text).collect();
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        names.into_iter().map(|name| Ok((name, self.array(depth)?))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::{Compression, write::ZlibEncoder};
+    use std::io::Write;
+
+    fn element(kind: u32, body: &[u8]) -> Vec<u8> {
+        let mut bytes = [kind.to_le_bytes(), (body.len() as u32).to_le_bytes()].concat();
+        bytes.extend(body);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        bytes
+    }
+
+    fn array(class: u8, rows: u32, columns: u32, name: &str, content: &[u8]) -> Vec<u8> {
+        let flags = element(6, &[class, 0, 0, 0, 0, 0, 0, 0]);
+        let size = element(5, &[rows.to_le_bytes(), columns.to_le_bytes()].concat());
+        element(MATRIX, &[flags, size, element(1, name.as_bytes()), content.to_vec()].concat())
+    }
+
+    /// Two people, images of two columns and three rows; the second wrote sixteen-bit numbers as such.
+    fn file(compressed: bool) -> Vec<u8> {
+        let names = element(1, b"Segmentation\0\0\0\0Boundaries\0\0\0\0\0\0");
+        // A short element: type and length in one word, then four bytes.
+        let length = [[5, 0, 4, 0], [16, 0, 0, 0]].concat();
+        let person = |segmentation: Vec<u8>| {
+            let content = [
+                length.clone(),
+                names.clone(),
+                array(11, 3, 2, "", &segmentation),
+                array(9, 3, 2, "", &element(2, &[0, 1, 0, 1, 1, 0])),
+            ];
+            array(CLASS_STRUCT, 1, 1, "", &content.concat())
+        };
+        let wide: Vec<u8> = [1_u16, 1, 2, 2, 300, 3].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let people = [person(element(2, &[1, 1, 2, 2, 2, 3])), person(element(4, &wide))];
+        let cell = array(CLASS_CELL, 1, 2, "groundTruth", &people.concat());
+        let mut bytes = vec![b' '; HEADER - 4];
+        bytes.extend([0, 1, b'I', b'M']);
+        bytes.extend(array(6, 1, 1, "other", &element(9, &1.5_f64.to_le_bytes())));
+        if compressed {
+            let mut packer = ZlibEncoder::new(Vec::new(), Compression::default());
+            packer.write_all(&cell).unwrap();
+            bytes.extend(element(COMPRESSED, &packer.finish().unwrap()));
+        } else {
+            bytes.extend(cell);
+        }
+        bytes
+    }
+
+    #[test]
+    fn packed_and_plain_files_give_the_same_annotations_row_by_row() {
+        let annotations = parse(&file(false)).unwrap();
+        assert_eq!(annotations.len(), 2);
+        assert_eq!(annotations[0].segmentation.data(), [1, 2, 1, 2, 2, 3]);
+        assert_eq!(annotations[1].segmentation.data(), [1, 2, 1, 300, 2, 3]);
+        assert_eq!(annotations[0].boundaries.data(), [false, true, true, true, false, false]);
+        assert_eq!((annotations[0].boundaries.width(), annotations[0].boundaries.height()), (2, 3));
+        assert_eq!(parse(&file(true)).unwrap(), annotations);
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        for whole in [file(false), file(true)] {
+            assert!(parse(&whole).is_ok());
+            for length in 0..whole.len() - 8 {
+                assert!(parse(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
+            }
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_errors_or_annotations_but_no_panic() {
+        let whole = file(false);
+        let mut errors = 0;
+        for index in HEADER - 4..whole.len() {
+            for value in [0, 1, 0x7f, 0xff] {
+                let mut bytes = whole.clone();
+                bytes[index] = value;
+                errors += usize::from(parse(&bytes).is_err());
+            }
+        }
+        assert!(errors > 100, "{errors} damages noticed");
+        assert!(parse(b"not a MATLAB file at all").unwrap_err().contains("level 5"));
+    }
+}

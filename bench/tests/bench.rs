@@ -1,0 +1,189 @@
+//! The `bench` program from outside: what it prints and writes, and what it answers to folders that it cannot use.
+
+mod clusters;
+mod davis;
+mod wild;
+
+use crate::made::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use tracecut::image::Frame;
+use tracecut::{Params, Session};
+
+fn bench<S: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = S>) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_bench")).args(arguments).output().unwrap()
+}
+
+/// Of a frame: true where a pixel has a label.
+type Found = Vec<bool>;
+
+/// What is found in the moving clip, frame by frame.
+fn found() -> &'static [Found] {
+    static FOUND: OnceLock<Vec<Found>> = OnceLock::new();
+    FOUND.get_or_init(|| {
+        let mut session = Session::new(Params::default()).unwrap();
+        for t in 0..FRAMES {
+            let bytes = rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t));
+            session.push_frame(Frame::from_rgb(bytes, SIZE.0 as usize, SIZE.1 as usize).unwrap()).unwrap();
+        }
+        session.run().unwrap();
+        let of_frame = |t: i32| session.labels(t as usize).unwrap().data().iter().map(|&label| label != 0).collect();
+        (0..FRAMES).map(of_frame).collect()
+    })
+}
+
+/// Writes the moving clip into `frames`, and into `masks` what `truth` makes of each pixel and of whether it has a label.
+fn write_clip(frames: &Path, masks: &Path, truth: &dyn Fn(usize, bool) -> u8) {
+    fs::create_dir_all(frames).unwrap();
+    fs::create_dir_all(masks).unwrap();
+    for (t, found) in (0..FRAMES).zip(found()) {
+        png(&frames.join(format!("{t:05}.png")), SIZE.0, SIZE.1, &|x, y| moving(x, y, t));
+        let at = |x: i32, y: i32| (y * SIZE.0 as i32 + x) as usize;
+        png(&masks.join(format!("{t:05}.png")), SIZE.0, SIZE.1, &|x, y| truth(at(x, y), found[at(x, y)]));
+    }
+}
+
+/// The words of the row that begins with `name`.
+fn row<'a>(table: &'a str, name: &str) -> Vec<&'a str> {
+    let line = table.lines().find(|l| l.starts_with(name)).unwrap_or_else(|| panic!("no row {name}: {table}"));
+    line.split_whitespace().collect()
+}
+
+/// A shot in the layout of the Moseg benchmark: the moving clip with frames 0 and 9 labelled.
+fn write_shot(root: &Path) -> PathBuf {
+    let shot = root.join("toy");
+    fs::create_dir_all(&shot).unwrap();
+    clip(&shot, FRAMES, SIZE, &moving);
+    let names: String = (0..FRAMES).map(|t| format!("f{t}.ppm\n")).collect();
+    fs::write(shot.join("toy.bmf"), format!("{FRAMES} 1\n{names}")).unwrap();
+    let mut definition = "Total number of regions:\n2\nScale of region 0:\n0\nScale of region 1:\n255\n\
+        Confusion penality matrix:\n0 1\n1 0\nTotal number of frames in this shot:\n10\n\
+        Total number of labeled frames for this shot:\n2\n"
+        .to_owned();
+    for t in [0, 9] {
+        definition += &format!("Frame number:\n{t}\nFile name:\nm{t}.pgm\nInput file name:\nf{t}.ppm\n");
+        let mut mask = format!("P5\r\n{} {}\r\n255\r\n", SIZE.0, SIZE.1).into_bytes();
+        mask.extend(rgb(SIZE.0, SIZE.1, &|x, y| if on_object(x, y, t) { 255 } else { 0 }).iter().step_by(3));
+        fs::write(shot.join(format!("m{t}.pgm")), mask).unwrap();
+    }
+    let path = shot.join("toyDef.dat");
+    fs::write(&path, definition).unwrap();
+    path
+}
+
+#[test]
+fn a_hand_made_track_file_is_scored() {
+    let root = folder("score");
+    let definition = write_shot(&root);
+    let file = root.join("tracks.dat");
+    // Three points on the object, one of them with the background's label; two on the background.
+    fs::write(&file, "10\n5\n1 1\n30 40 0\n1 1\n31 40 0\n0 1\n32 40 0\n0 1\n0 0 0\n0 1\n9.4 0 9\n").unwrap();
+    let output = bench(["tracks", definition.to_str().unwrap(), file.to_str().unwrap(), "--json"]);
+    assert_done(&output);
+    let scores: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let pixels = f64::from(2 * SIZE.0 * SIZE.1);
+    for (name, value) in [
+        ("density", 100.0 * 5.0 / pixels),
+        ("overall", 20.0),
+        ("average", 100.0 / 6.0),
+        ("oversegmentation", 0.0),
+        ("extracted", 0.0),
+        ("visible", 2.0),
+        ("labeled", 2.0),
+    ] {
+        let got = scores[name].as_f64().unwrap();
+        assert!((got - value).abs() < 1e-9, "{name}: {got} (expected {value})");
+    }
+    fs::write(&file, "10\n1\n0 1\n30 x 0\n").unwrap();
+    let refused = bench(["tracks", definition.to_str().unwrap(), file.to_str().unwrap()]);
+    assert_refused(&refused, 3, &["tracks.dat", "line 4", "\"x\""]);
+}
+
+#[test]
+fn a_folder_of_shots_is_run_and_scored() {
+    let root = folder("shots");
+    write_shot(&root);
+    let file = root.join("scores.json");
+    let output = bench(["moseg", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
+    assert_done(&output);
+    let table = text(&output.stdout);
+    assert!(table.lines().any(|l| l.starts_with("toy ")) && table.contains("\ntrimmed mean"), "{table}");
+    let report = json(&file);
+    let scores = &report["sequences"][0];
+    assert!(report["pixels"].is_null() && scores["pixels"].is_null(), "{report}");
+    assert_eq!((&scores["name"], &scores["frames"], &scores["labeled"]), (&"toy".into(), &10.into(), &2.0.into()));
+    assert_eq!(scores["overall"], report["mean"]["overall"]);
+    assert!(scores["overall"].as_f64().unwrap() < 5.0, "{scores}");
+    // One rigid object in one piece: connectedness changes nothing, and can be left out.
+    let without = &scores["withoutConnectedness"];
+    assert_eq!((&without["overall"], without), (&scores["overall"], &report["withoutConnectedness"]["mean"]));
+    assert!(table.contains("\ntrimmed mean, without ") && !table.contains("    without"), "{table}");
+    let off = ["--set", "connectedness.mode=off", "--json", file.to_str().unwrap()];
+    let output = bench(["moseg", root.to_str().unwrap()].into_iter().chain(off));
+    assert_done(&output);
+    assert!(json(&file)["withoutConnectedness"].is_null() && !text(&output.stdout).contains("without"));
+
+    let output = bench(["moseg", root.to_str().unwrap(), "--dense", "--json", file.to_str().unwrap()]);
+    assert_done(&output);
+    assert!(text(&output.stdout).contains("\npixels by mask label, trimmed mean"), "{}", text(&output.stdout));
+    let dense = json(&file);
+    // Masks leave the trajectories as they are, and label every pixel.
+    assert_eq!((&dense["sequences"][0]["overall"], &dense["mean"]), (&scores["overall"], &report["mean"]));
+    for way in ["pixels", "masks"] {
+        let (pixels, mean) = (&dense["sequences"][0][way], &dense[way]["mean"]);
+        assert_eq!((&pixels["density"], pixels), (&100.0.into(), mean), "{way}");
+        assert!(pixels["overall"].as_f64().unwrap() < 10.0, "{way}: {pixels}");
+    }
+
+    assert_refused(&bench(["moseg", folder("no-shots").to_str().unwrap()]), 3, &["holds no sequence"]);
+    fs::remove_file(root.join("toy/m9.pgm")).unwrap();
+    assert_refused(&bench(["moseg", root.to_str().unwrap()]), 3, &["toy", "m9.pgm"]);
+}
+
+#[test]
+fn the_foreground_of_shots_is_scored() {
+    let root = folder("foreground");
+    write_shot(&root);
+    let file = root.join("scores.json");
+    let output = bench(["foreground", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
+    assert_done(&output);
+    let report = json(&file);
+    let scores = &report["sequences"][0];
+    assert!(text(&output.stdout).lines().any(|l| l.starts_with("toy ")), "{}", text(&output.stdout));
+    assert_eq!((&scores["name"], &scores["iou"]), (&"toy".into(), &report["mean"]["iou"]));
+    assert!(scores["iou"].as_f64().unwrap() > 0.8 && scores["falseAlarms"].as_f64().unwrap() < 0.05, "{scores}");
+    assert_refused(&bench(["foreground", folder("none").to_str().unwrap()]), 3, &["holds no sequence"]);
+}
+
+#[test]
+fn flow_is_measured_against_a_flo_file() {
+    let root = folder("flow");
+    let pair = root.join("shift");
+    fs::create_dir_all(&pair).unwrap();
+    for (name, shift) in [("frame10.png", 0), ("frame11.png", 2)] {
+        png(&pair.join(name), 64, 48, &|x, y| texture(x - shift, y, 9));
+    }
+    let mut truth = 202_021.25_f32.to_le_bytes().to_vec();
+    truth.extend([64_i32, 48].iter().flat_map(|n| n.to_le_bytes()));
+    truth.extend((0..64 * 48).flat_map(|_| [2.0_f32, 0.0]).flat_map(f32::to_le_bytes));
+    fs::write(pair.join("flow10.flo"), &truth).unwrap();
+    let output = bench(["flow", root.to_str().unwrap()]);
+    assert_done(&output);
+    let table = text(&output.stdout);
+    let mean = table.lines().find(|l| l.starts_with("mean of 1")).unwrap();
+    let error: f64 = mean.split_whitespace().nth(3).unwrap().parse().unwrap();
+    assert!(error < 0.1, "{table}");
+    fs::write(pair.join("flow10.flo"), &truth[..100]).unwrap();
+    assert_refused(&bench(["flow", root.to_str().unwrap()]), 3, &["flow10.flo"]);
+}
+
+#[test]
+fn images_without_what_people_drew_are_refused() {
+    let root = folder("bench-image-refused");
+    png(&root.join("picture.png"), 48, 40, &|x, y| texture(x, y, 3));
+    for command in ["contours", "superpixels"] {
+        assert_refused(&bench([command, root.to_str().unwrap()]), 3, &["image-refused"]);
+    }
+}

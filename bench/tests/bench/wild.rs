@@ -1,0 +1,220 @@
+//! `bench masks` and `bench stability` on folders whose true masks are made from the program's own, so that the scores
+//! are known.
+
+use super::*;
+
+/// Writes the moving clip as `frames` and `masks` of a folder.
+fn wild(place: &Path, truth: &dyn Fn(usize, bool) -> u8) {
+    write_clip(&place.join("frames"), &place.join("masks"), truth);
+}
+
+fn score(command: &str, folder: &Path, more: &[&str]) -> Output {
+    let mut arguments = vec![command, folder.to_str().unwrap()];
+    arguments.extend(more);
+    bench(arguments)
+}
+
+/// Mean share of the scored frames that has a label.
+fn labelled_share(found: &[Found]) -> f64 {
+    let share = |f: &Found| f.iter().filter(|&&l| l).count() as f64 / f.len() as f64;
+    let scored = &found[1..found.len() - 1];
+    scored.iter().map(share).sum::<f64>() / scored.len() as f64
+}
+
+fn close(value: &serde_json::Value, expected: f64) {
+    let value = value.as_f64().unwrap();
+    assert!((value - expected).abs() < 1e-9, "{value} (expected {expected})");
+}
+
+#[test]
+fn known_masks_have_known_scores_per_clip_kind_and_in_all() {
+    let root = folder("wild");
+    let grey = |is: bool| if is { 255 } else { 0 };
+    wild(&root.join("toy--right"), &|_, label| grey(label));
+    // Upside down, but for the upper half of the frame, which is not scored.
+    let half = (SIZE.0 * SIZE.1 / 2) as usize;
+    wild(&root.join("toy--ignored"), &|i, label| if i < half { 128 } else { grey(label) });
+    wild(&root.join("odd--empty"), &|_, _| 0);
+    wild(&root.join("odd--inverse"), &|_, label| grey(!label));
+    // A frame without its mask is left out; the masks of the first and the last do not count.
+    for t in [0, 4, FRAMES - 1] {
+        fs::remove_file(root.join(format!("toy--right/masks/{t:05}.png"))).unwrap();
+    }
+    let file = root.join("scores.json");
+    let output = score("masks", &root, &["--json", file.to_str().unwrap(), "--jobs", "1"]);
+    assert_done(&output);
+    let table = text(&output.stdout);
+    let objects = row(&table, "toy--right")[2].to_owned();
+    let all = format!("{objects}/{objects}");
+    assert_eq!(row(&table, "toy--right")[1], FRAMES.to_string());
+    assert_eq!(row(&table, "toy--right")[3..7], ["1.000", "1.000", "1.000", "1.000"], "{table}");
+    assert_eq!(row(&table, "toy--right")[7..10], ["0.000", "1/1", &format!("0/{objects}")]);
+    assert_eq!(row(&table, "toy--ignored")[3..5], ["1.000", "1.000"]);
+    assert_eq!(row(&table, "odd--inverse")[3..8], ["0.000", "1.000", "0.000", "0.000", "1.000"]);
+    assert_eq!(row(&table, "odd--inverse")[9], all);
+    assert_eq!(row(&table, "odd--empty")[4..7], ["-", "-", "-"]);
+    assert_eq!(row(&table, "odd--empty")[8..10], ["0/0", &all]);
+
+    let report = json(&file);
+    let clip = |name: &str| report["clips"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
+    let empty = 1.0 - labelled_share(found());
+    close(&clip("odd--empty")["runs"][0]["j"], empty);
+    close(&clip("odd--empty")["runs"][0]["falseShare"], 1.0 - empty);
+    let right = clip("toy--right");
+    let frames: Vec<u64> =
+        right["runs"][0]["ofFrames"].as_array().unwrap().iter().map(|f| f["frame"].as_u64().unwrap()).collect();
+    assert_eq!(frames, [1, 2, 3, 5, 6, 7, 8]);
+    close(&report["kinds"]["toy"]["j"], 1.0);
+    close(&report["kinds"]["odd"]["j"], empty / 2.0);
+    close(&report["meanOfKinds"]["j"], 0.5 + empty / 4.0);
+    close(&report["meanOfClips"]["j"], 0.5 + empty / 4.0);
+    // Three clips have an object.
+    close(&report["meanOfClips"]["best"], 2.0 / 3.0);
+}
+
+#[test]
+fn seeds_layouts_and_parts_of_a_folder_can_be_chosen() {
+    let root = folder("chosen");
+    wild(&root.join("toy--right"), &|_, label| if label { 255 } else { 0 });
+    let davis = root.join("other");
+    wild(&davis, &|_, label| if label { 100 } else { 0 });
+    fs::rename(davis.join("frames"), davis.join("JPEGImages")).unwrap();
+    fs::rename(davis.join("masks"), davis.join("Annotations")).unwrap();
+    let pictures = root.join("pictures");
+    let output = score("masks", &root, &["--seeds", "0,5", "--overlay", pictures.to_str().unwrap()]);
+    assert_done(&output);
+    let table = text(&output.stdout);
+    assert!(table.lines().next().unwrap().contains("spread"), "{table}");
+    // The folder's own name is the kind of what names none.
+    assert_eq!(row(&table, "chosen (1)")[0], "chosen");
+    assert_eq!(names_in(&pictures.join("other")), ["00000.png"]);
+
+    let one = score("masks", &root, &["--only", "nothing,othe", "--frames", "6"]);
+    assert_done(&one);
+    let table = text(&one.stdout);
+    assert_eq!(row(&table, "other")[1], "6");
+    assert!(!table.contains("toy--right") && !table.contains("spread"), "{table}");
+    // A single clip.
+    let single = score("masks", &davis, &["--frames", "6"]);
+    assert_done(&single);
+    assert_eq!(row(&text(&single.stdout), "other")[..9], row(&table, "other")[..9]);
+    assert_refused(&score("masks", &root, &["--only", "boat"]), 3, &["no clip", "boat"]);
+}
+
+#[test]
+fn a_window_as_long_as_the_clip_is_the_clip_and_shorter_ones_cover_it() {
+    let root = folder("windows");
+    wild(&root.join("toy--right"), &|_, label| if label { 255 } else { 0 });
+    let row_with = |window: &str| {
+        let output = score("masks", &root, &["--window", window]);
+        assert_done(&output);
+        row(&text(&output.stdout), "toy--right").iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(row_with("100")[3..8], ["1.000", "1.000", "1.000", "1.000", "0.000"]);
+    let shorter = row_with("7");
+    assert_eq!(shorter[1], FRAMES.to_string());
+    assert!(shorter[3].parse::<f64>().unwrap() > 0.8, "{shorter:?}");
+    assert_refused(&score("masks", &root, &["--window", "1"]), 2, &["--window"]);
+}
+
+#[test]
+fn clips_that_cannot_be_scored_are_refused_with_the_reason() {
+    let root = folder("wild-bad");
+    assert_refused(&score("masks", &root, &[]), 3, &["NAME/frames and NAME/masks"]);
+    let (frames, masks) = (root.join("toy--bad/frames"), root.join("toy--bad/masks"));
+    fs::create_dir_all(&frames).unwrap();
+    fs::create_dir_all(&masks).unwrap();
+    assert_refused(&score("masks", &root, &[]), 3, &["toy--bad", "holds no images"]);
+    clip(&frames, 4, SIZE, &moving);
+    clip(&masks, 1, SIZE, &|_, _, _| 255);
+    assert_refused(&score("masks", &root, &[]), 3, &["toy--bad", "no mask of a frame but the first"]);
+    png(&masks.join("f1.png"), 96, 128, &|_, _| 255);
+    assert_refused(&score("masks", &root, &[]), 3, &["toy--bad", "96x128"]);
+    assert_refused(&score("masks", &root, &["--set", "clip.dense=false"]), 2, &["clip.dense"]);
+}
+
+#[test]
+fn stability_is_measured_under_each_change() {
+    let root = folder("stable");
+    wild(&root.join("toy--right"), &|_, label| if label { 255 } else { 0 });
+    let (file, second) = (root.join("stability.json"), root.join("mirrored.json"));
+    let paths = [&file, &second].map(|p| p.to_str().unwrap());
+    let changes = "base,seed1,crop1,mirror,dark,jpeg,later";
+    let output = score("stability", &root, &["--json", paths[0], "--changes", changes]);
+    assert_done(&output);
+    let table = text(&output.stdout);
+    assert_eq!(row(&table, "toy--right").len(), 1 + 7 + 2, "{table}");
+    let report = json(&file);
+    let clip = &report["clips"][0];
+    // The truth is what comes of the clip as it is, at the size that it has.
+    close(&clip["j"]["base"], 1.0);
+    let scores: Vec<f64> = changes.split(',').map(|c| clip["j"][c].as_f64().unwrap()).collect();
+    // A clip that was mirrored before scores what the change makes of the first.
+    let mirrored = root.join("toy--mirrored");
+    for kind in ["frames", "masks"] {
+        fs::create_dir_all(mirrored.join(kind)).unwrap();
+        for name in names_in(&root.join("toy--right").join(kind)) {
+            let picture = image::open(root.join("toy--right").join(kind).join(&name)).unwrap();
+            picture.fliph().save(mirrored.join(kind).join(&name)).unwrap();
+        }
+    }
+    let there = score("stability", &root, &["--only", "mirrored", "--json", paths[1], "--changes", "base,mirror"]);
+    assert_done(&there);
+    let other = &json(Path::new(paths[1]))["clips"][0];
+    assert_eq!((&other["j"]["base"], &other["j"]["mirror"]), (&clip["j"]["mirror"], &clip["j"]["base"]));
+    let lowest = scores.iter().copied().fold(1.0, f64::min);
+    close(&clip["spread"], 1.0 - lowest);
+    close(&report["mean"]["j"], scores.iter().sum::<f64>() / 7.0);
+    assert!(clip["sd"].as_f64().unwrap() <= (1.0 - lowest) / 2.0 + 1e-9, "{clip}");
+    assert_refused(
+        &score("stability", &root, &["--only", "right", "--changes", "crop96"]),
+        1,
+        &["toy--right crop96", "crop96 leaves"],
+    );
+    assert_refused(&score("stability", &root, &["--changes", "bright"]), 2, &["bright", "mirror"]);
+}
+
+#[test]
+fn a_ledger_is_written_from_the_cache_and_goes_on_where_it_was() {
+    let root = folder("ledger");
+    wild(&root.join("clips/toy--right"), &|_, label| if label { 255 } else { 0 });
+    let (table, out, cache) = (root.join("choices.json"), root.join("choices.md"), root.join("cache"));
+    let choice = |name: &str, without: &str| format!(r#"{{"name": "{name}", "paper": "p", "why": "w"{without}}}"#);
+    let merge_all = r#""discretize": {"method": "rotation-merge", "mergeThreshold": 1}"#;
+    let rows = [
+        choice("No objects", &format!(r#", "without": {{{merge_all}, "background": {{"standOut": false}}}}"#)),
+        choice("Pixels", r#", "without": {"refine": {"band": 0}}"#),
+        choice("Always", ""),
+    ];
+    fs::write(&table, format!("[{}]", rows.join(","))).unwrap();
+    let paths = [&table, &out, &cache].map(|p| p.to_str().unwrap());
+    let fixed = ["--choices", paths[0], "--out", paths[1], "--cache", paths[2], "--seeds", "0,1", "--frames", "6"];
+    let ablate = |more: &[&str]| score("ablate", &root.join("clips"), &[&fixed[..], more].concat());
+
+    assert_done(&ablate(&["--cached"]));
+    let ledger = fs::read_to_string(&out).unwrap();
+    assert!(ledger.contains("Not measured") && ledger.contains("| Always | p | in force always | w |"), "{ledger}");
+    assert_done(&ablate(&["--rules", "objects"]));
+    assert_eq!(names_in(&cache).len(), 4, "two seeds, with and without");
+    let first = fs::read_to_string(&out).unwrap();
+    let line = |text: &str, name: &str| -> Vec<String> {
+        let line = text.lines().rfind(|l| l.starts_with(&format!("| {name}"))).unwrap_or_else(|| panic!("{text}"));
+        line.split('|').map(|cell| cell.trim().to_owned()).collect()
+    };
+    let loss: f64 = line(&first, "No objects")[2].split(' ').next().unwrap().parse().unwrap();
+    assert!(loss < -0.5, "{first}");
+    assert!(!first.lines().any(|l| l.starts_with("| Pixels") && l.contains("(0.")), "{first}");
+
+    // Nothing is run twice, and nothing is lost.
+    let stamp = |name: &str| fs::metadata(cache.join(name)).unwrap().modified().unwrap();
+    let before: Vec<_> = names_in(&cache).iter().map(|n| (n.clone(), stamp(n))).collect();
+    assert_done(&ablate(&[]));
+    assert_eq!(names_in(&cache).len(), 6);
+    assert!(before.iter().all(|(name, time)| stamp(name) == *time));
+    let second = fs::read_to_string(&out).unwrap();
+    assert_eq!(line(&second, "No objects"), line(&first, "No objects"));
+    assert!(line(&second, "Pixels")[2].contains("(0."), "{second}");
+
+    fs::write(&table, r#"[{"name": "a", "paper": "p", "why": "w", "without": {"cut": {"boldness": 1}}}]"#).unwrap();
+    assert_refused(&ablate(&[]), 3, &["choices.json", "cut.boldness"]);
+}
