@@ -25,18 +25,6 @@ impl Session {
         }
     }
 
-    /// What the confidences of frame `t` are made from: [`Sureness::cue`], then for each superpixel its mask label by
-    /// the cut, and the margin of that; `None` where [`Session::confidence`] fails.
-    #[cfg(feature = "wasm")]
-    pub(crate) fn sureness(&self, t: usize) -> Option<Vec<f32>> {
-        let Phase::Begun(clip, State::Segmented(found)) = &self.phase else { return None };
-        let sure = found.cut.sure.get_or_init(|| found.sureness(clip));
-        let first: usize = found.parts.superpixels.get(..t)?.iter().map(|s| s.count).sum();
-        let margins = found.cut.labels.labels.get(t)?.iter().zip(&sure.margins[first..]);
-        let each = margins.flat_map(|(&cluster, &margin)| [f32::from(found.label_of(cluster)), margin]);
-        Some(sure.cue.into_iter().chain(each).collect())
-    }
-
     /// The mean of [`Session::confidence`] over the pixels of each label in all frames, the background first; 0 of a
     /// label without pixels.
     ///

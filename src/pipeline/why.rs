@@ -83,26 +83,7 @@ pub struct Explanation {
     pub rim: Option<Rim>,
 }
 
-/// What of an [`Explanation`] follows from nothing that a session shows elsewhere.
-#[derive(Debug)]
-pub(crate) struct Terms {
-    pub(crate) source: Source,
-    pub(crate) superpixel: u32,
-    pub(crate) reasons: Reasons,
-    pub(crate) cues: f32,
-    pub(crate) looks: f32,
-    pub(crate) voters: Vec<Voter>,
-}
-
 impl Session {
-    /// The terms behind the pixel `x`, `y` of frame `t`, in input pixels; `None` where [`Session::explain`] fails by
-    /// the state or the frame.
-    #[cfg(feature = "wasm")]
-    pub(crate) fn terms(&self, t: usize, x: usize, y: usize) -> Option<Terms> {
-        let Phase::Begun(clip, State::Segmented(found)) = &self.phase else { return None };
-        (t < found.masks.len()).then(|| Asked { clip, found, t, pixel: place(clip.scale, x, y) }.terms())
-    }
-
     /// Why the pixel `x`, `y` of frame `t` has its label; in input pixels, computed anew at each call.
     ///
     /// Law: for any two clusters, the difference of [`Reasons::cost`] is that of the cut's energies with the pixel's
@@ -138,45 +119,32 @@ struct Asked<'a> {
 
 impl Asked<'_> {
     fn explanation(&self, at: (usize, usize)) -> Explanation {
-        let Terms { source, superpixel, reasons, cues, looks, voters } = self.terms();
-        let params = &self.clip.params.cut;
-        let runner_up = reasons.runner_up(|cluster| self.found.label_of(cluster) != self.found.label_of(reasons.label));
-        let nearest = self.nearest(at);
-        Explanation {
-            label: self.found.masks[self.t][self.pixel],
-            source,
-            superpixel,
-            of_cluster: self.found.cut.objects.of_cluster.clone(),
-            cues,
-            looks,
-            runner_up: runner_up.map(|(cluster, margin)| {
-                let votes = reasons.votes_to_flip(cluster, params);
-                RunnerUp { cluster, margin, votes }
-            }),
-            voters,
-            nearest,
-            affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
-            rim: runner_up.and_then(|(cluster, _)| self.rim(reasons.label, cluster)),
-            reasons,
-        }
-    }
-
-    fn terms(&self) -> Terms {
         let Segmented { parts, cut, masks } = self.found;
-        let ground = &*cut.ground;
+        let (ground, params) = (&*cut.ground, &self.clip.params.cut);
         let input = found_input(self.found, self.clip);
         let superpixel = parts.superpixels[self.t].label[self.pixel];
-        let mut reasons = Reasons::of(&input, &self.clip.params.cut, &cut.labels, self.t, superpixel);
+        let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
         let held = ground.region.iter().flat_map(|region| &region.held);
         held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.hold(&held.2));
         let node = parts.superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
         let said = |by: &[f32]| by.get(node).copied().unwrap_or(0.0);
-        Terms {
-            source: self.source(masks[self.t][self.pixel], reasons.label),
+        let runner_up = reasons.runner_up(|cluster| self.found.label_of(cluster) != self.found.label_of(reasons.label));
+        let (label, nearest) = (masks[self.t][self.pixel], self.nearest(at));
+        Explanation {
+            label,
+            source: self.source(label, reasons.label),
             superpixel,
+            of_cluster: cut.objects.of_cluster.clone(),
             cues: said(&ground.cues),
             looks: said(&ground.evidence) - said(&ground.cues),
+            runner_up: runner_up.map(|(cluster, margin)| {
+                let votes = reasons.votes_to_flip(cluster, params);
+                RunnerUp { cluster, margin, votes }
+            }),
             voters: self.voters(&input, &reasons),
+            nearest,
+            affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
+            rim: runner_up.and_then(|(cluster, _)| self.rim(reasons.label, cluster)),
             reasons,
         }
     }

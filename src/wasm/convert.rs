@@ -16,6 +16,7 @@ use js_sys::{
     Array, Float32Array, Float64Array, Int32Array, Object, Reflect, Uint8Array, Uint8ClampedArray, Uint32Array,
 };
 use serde::Serialize;
+use serde_wasm_bindgen::Serializer;
 use wasm_bindgen::prelude::*;
 
 /// A JavaScript `Error` with the message of `error` and its code in the property `code`.
@@ -26,9 +27,9 @@ pub(super) fn to_js_error(error: &Error) -> JsValue {
     value.into()
 }
 
-/// Small values only: numbers, texts and lists of plain objects.
+/// Small values only: numbers, texts and lists of plain objects; what is none is `null`.
 pub(super) fn to_js(value: &impl Serialize) -> Result<JsValue, JsValue> {
-    Ok(serde_wasm_bindgen::to_value(value)?)
+    Ok(value.serialize(&Serializer::new().serialize_missing_as_null(true))?)
 }
 
 /// The default parameters changed by a tree of options such as `{flow: {patchStride: 5}}`.
@@ -158,6 +159,11 @@ pub(super) fn boundaries(map: &BoundaryMap) -> JsValue {
 /// `{width, height, saliency}`.
 pub(super) fn saliency_map(map: &Plane<f32>) -> JsValue {
     object([("width", map.width().into()), ("height", map.height().into()), ("saliency", floats(map.data()))])
+}
+
+/// `{width, height, confidence}`.
+pub(super) fn confidence(map: &Plane<f32>) -> JsValue {
+    object([("width", map.width().into()), ("height", map.height().into()), ("confidence", floats(map.data()))])
 }
 
 /// `{ofPoints, inContext, foreground}`; truth values as 0 and 1.

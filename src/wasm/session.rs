@@ -1,6 +1,7 @@
 //! The session as JavaScript sees it.
 
 use super::convert::{self, doubles, narrowed, object, words};
+use super::why::Told;
 use crate::correction::{Correction, Stroke};
 use crate::flow::FlowScratch;
 use crate::image::Frame;
@@ -17,10 +18,6 @@ pub struct JsSession(Session);
 impl JsSession {
     pub(super) fn params_in_force(&self) -> &Params {
         self.0.params()
-    }
-
-    pub(super) fn session(&self) -> &Session {
-        &self.0
     }
 
     fn correct(&mut self, correction: &Correction) -> Result<(), JsValue> {
@@ -237,6 +234,23 @@ impl JsSession {
     #[wasm_bindgen(js_name = saliencyMap)]
     pub fn saliency_map(&self, t: usize) -> Result<JsValue, JsValue> {
         self.0.saliency_map(t).map(|map| convert::saliency_map(&map)).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// How likely the label of each pixel of frame `t` is right, at working size: `{width, height, confidence}`.
+    pub fn confidence(&self, t: usize) -> Result<JsValue, JsValue> {
+        self.0.confidence(t).map(|map| convert::confidence(&map)).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// The mean confidence of each label, the background first.
+    #[wasm_bindgen(js_name = objectConfidence)]
+    pub fn object_confidence(&self) -> Result<Vec<f32>, JsValue> {
+        self.0.object_confidence().map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// Why the pixel `x`, `y` of frame `t` has its label: an `Explanation` of `lib/result.js`.
+    pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<JsValue, JsValue> {
+        let why = self.0.explain(t, x, y).map_err(|e| convert::to_js_error(&e))?;
+        convert::to_js(&Told::of(&why))
     }
 
     /// `{count, ofPoint}`: the components of the foreground in each frame, and which of them each trajectory point is

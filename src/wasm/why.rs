@@ -1,56 +1,152 @@
-//! What explanations and confidences are made from, for JavaScript, as lists of numbers; `lib/explain.js` and
-//! `lib/confidence.js` make the rest from these and from what a result has.
+//! Explanations as JavaScript has them, under the names of `lib/result.js`, which says what each is.
 
-use super::JsSession;
-use crate::cut::{STEPS_PER_UNIT, STRANGER};
-use wasm_bindgen::prelude::*;
+use crate::cut::{Link, OwnCost, STEPS_PER_UNIT, STRANGER};
+use crate::{Explanation, Source};
+use serde::Serialize;
 
-#[wasm_bindgen(js_class = Session)]
-impl JsSession {
-    /// The terms behind the pixel `x`, `y` of frame `t`, and the affinities of trajectory `near`; `undefined` where
-    /// there are no masks. `lib/explain.js` reads them in the order in which they are written here.
-    ///
-    /// Costs are in steps of the solver, of which the first number says how many are a unit; lists begin with their
-    /// length; strangers are of cluster -2, trajectories whose cluster is not known of -1.
-    pub fn terms(&self, t: usize, x: usize, y: usize, near: usize) -> Option<Vec<f64>> {
-        let (session, mut list) = (self.session(), Vec::new());
-        let why = session.terms(t, x, y)?;
-        let (reasons, params) = (&why.reasons, &session.params().cut);
-        let weights = [params.unary_weight, params.stranger_weight, reasons.lambda, why.cues, why.looks];
-        add(&mut list, &[f64::from(STEPS_PER_UNIT), why.source as u32 as f64]);
-        add(&mut list, &[why.superpixel, reasons.label, reasons.strangers].map(f64::from));
-        add(&mut list, &weights.map(f64::from));
-        add(&mut list, &[reasons.own.len() as f64]);
-        for own in &reasons.own {
-            add(&mut list, &[own.trajectories, own.colours, own.evidence, own.forbidden].map(f64::from));
-        }
-        add(&mut list, &[reasons.links.len() as f64]);
-        for link in &reasons.links {
-            add(&mut list, &[link.t as u32, link.superpixel, link.label, link.tracks, link.cost as u32].map(f64::from));
-        }
-        add(&mut list, &[why.voters.len() as f64]);
-        for voter in &why.voters {
-            let known = (voter.cluster as usize) < reasons.own.len();
-            let unknown = if voter.cluster == STRANGER { -2.0 } else { -1.0 };
-            let cluster = if known { f64::from(voter.cluster) } else { unknown };
-            add(&mut list, &[voter.at.0.into(), voter.at.1.into(), cluster]);
-        }
-        let affinities = session.affinities().filter(|affinities| near < affinities.len());
-        for (j, affinity) in affinities.into_iter().flat_map(|affinities| affinities.row(near)) {
-            add(&mut list, &[j as f64, affinity]);
-        }
-        Some(list)
-    }
+/// Steps of the solver in units of cost.
+fn units(steps: i64) -> f64 {
+    steps as f64 / f64::from(STEPS_PER_UNIT)
+}
 
-    /// What the confidences of frame `t` are made from: what the background says for each of 256 mask labels, then for
-    /// each superpixel its mask label by the cut, and the margin of that; `undefined` where there are no masks.
-    pub fn sureness(&self, t: usize) -> Option<Vec<f32>> {
-        self.session().sureness(t)
+/// `Explanation`.
+#[derive(Serialize)]
+pub(super) struct Told {
+    label: u8,
+    source: &'static str,
+    superpixel: u32,
+    cluster: u32,
+    weight: f32,
+    evidence: Evidence,
+    costs: Vec<LabelCost>,
+    links: Vec<SuperpixelLink>,
+    voters: Vec<Voter>,
+    nearest: i64,
+    affinities: Vec<Affinity>,
+    flip: Option<Flip>,
+    border: Option<Border>,
+}
+
+#[derive(Serialize)]
+struct Evidence {
+    background: f32,
+    looks: f32,
+}
+
+#[derive(Serialize)]
+struct LabelCost {
+    cluster: u32,
+    label: u8,
+    votes: u32,
+    trajectories: f64,
+    colours: f64,
+    evidence: f64,
+    links: f64,
+    forbidden: f64,
+    total: f64,
+}
+
+#[derive(Serialize)]
+struct SuperpixelLink {
+    t: usize,
+    superpixel: u32,
+    cluster: u32,
+    tracks: u32,
+    cost: f64,
+}
+
+#[derive(Serialize)]
+struct Voter {
+    x: f32,
+    y: f32,
+    cluster: i64,
+    stranger: bool,
+}
+
+#[derive(Serialize)]
+struct Affinity {
+    to: u32,
+    affinity: f64,
+}
+
+#[derive(Serialize)]
+struct Flip {
+    cluster: u32,
+    margin: f64,
+    votes: f64,
+}
+
+#[derive(Serialize)]
+struct Border {
+    edges: u32,
+    mean: f64,
+    i: u32,
+    j: u32,
+    /// Narrowed, as the edges of a result are.
+    d: f32,
+}
+
+impl Told {
+    pub(super) fn of(why: &Explanation) -> Self {
+        let reasons = &why.reasons;
+        let clusters = 0..reasons.own.len() as u32;
+        let link = |&Link { t, superpixel, label, cost, tracks }: &Link| SuperpixelLink {
+            t,
+            superpixel,
+            cluster: label,
+            tracks,
+            cost: units(cost.into()),
+        };
+        let voter = |voter: &crate::Voter| Voter {
+            x: voter.at.0,
+            y: voter.at.1,
+            cluster: if clusters.contains(&voter.cluster) { voter.cluster.into() } else { -1 },
+            stranger: voter.cluster == STRANGER,
+        };
+        Self {
+            label: why.label,
+            source: match why.source {
+                Source::Superpixel => "superpixel",
+                Source::Border => "border",
+                Source::Stroke => "stroke",
+            },
+            superpixel: why.superpixel,
+            cluster: reasons.label,
+            weight: reasons.lambda,
+            evidence: Evidence { background: why.cues, looks: why.looks },
+            links: reasons.links.iter().map(link).collect(),
+            voters: why.voters.iter().map(voter).collect(),
+            costs: clusters.map(|cluster| LabelCost::of(why, cluster)).collect(),
+            nearest: why.nearest.map_or(-1, i64::from),
+            affinities: why.affinities.iter().map(|&(to, affinity)| Affinity { to, affinity }).collect(),
+            flip: why.runner_up.map(|other| Flip {
+                cluster: other.cluster,
+                margin: units(other.margin),
+                votes: other.votes.map_or(f64::INFINITY, f64::from),
+            }),
+            border: why.rim.map(|rim| {
+                let (i, j, d) = rim.strongest;
+                Border { edges: rim.edges, mean: rim.mean, i, j, d: d as f32 }
+            }),
+        }
     }
 }
 
-/// Out of line, as it is called often.
-#[inline(never)]
-fn add(list: &mut Vec<f64>, numbers: &[f64]) {
-    list.extend_from_slice(numbers);
+impl LabelCost {
+    fn of(why: &Explanation, cluster: u32) -> Self {
+        let total = why.reasons.cost(cluster);
+        let OwnCost { trajectories, colours, evidence, forbidden } = why.reasons.own[cluster as usize];
+        let [trajectories, colours, evidence, forbidden] = [trajectories, colours, evidence, forbidden].map(i64::from);
+        Self {
+            cluster,
+            label: why.of_cluster.get(cluster as usize).copied().unwrap_or(0),
+            votes: why.reasons.votes[cluster as usize],
+            trajectories: units(trajectories),
+            colours: units(colours),
+            evidence: units(evidence),
+            links: units(total - trajectories - colours - evidence - forbidden),
+            forbidden: units(forbidden),
+            total: units(total),
+        }
+    }
 }

@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { createSession, segmentVideo, synthClip } from 'tracecut';
+import { segmentVideo, synthClip } from 'tracecut';
 import { fnv1a, segment } from './support.mjs';
 
 const scenes = {
@@ -41,46 +41,6 @@ test('golden-windows is labelled as before, window by window', async () => {
   }
   isAsBefore('golden-windows', { shots, window: 12, overlap: 5 }, { windows });
 });
-
-test('golden-why is explained as before, and as sure', async () => {
-  // Reduced by 1.5, so that places at the size of the work and of the input differ.
-  const scene = { width: 240, height: 135, frames: 6, seed: 1 };
-  const clip = await synthClip(scene);
-  const session = await createSession({ clip: { maxSide: 160 } });
-  for (let t = 0; t < scene.frames; t += 1) await session.push(clip.frame(t));
-  const result = await session.run();
-  const pixels = [];
-  for (let k = 0; k < 24; k += 1) {
-    const place = [k % scene.frames, (k * 37) % 240, (k * 61) % 135];
-    pixels.push({ place, ...told(await result.explain(...place)) });
-  }
-  const sure = [];
-  for (let t = 0; t < scene.frames; t += 1) {
-    const { confidence } = await result.confidence(t);
-    const rounded = (k) => Number(confidence[k].toFixed(5));
-    sure.push(Array.from({ length: 40 }, (_, k) => rounded((k * 349) % confidence.length)));
-  }
-  const means = Array.from(await result.objectConfidence(), (mean) => Number(mean.toFixed(5)));
-  session.close();
-  isAsBefore('golden-why', scene, { pixels, sure, means });
-});
-
-/** Costs in steps of the solver. */
-function told({ costs, links, voters, affinities, flip, border, source, ...why }) {
-  const steps = (cost) => Math.round(cost * 65536);
-  return {
-    numbers: [why.label, ['superpixel', 'border', 'stroke'].indexOf(source), why.superpixel, why.cluster, why.nearest],
-    weight: why.weight,
-    evidence: [why.evidence.background, why.evidence.looks].map((value) => Number(value.toFixed(4))),
-    totals: costs.map(({ total }) => steps(total)),
-    votes: costs.map(({ votes }) => votes),
-    links: links.map(({ t, superpixel, cluster, tracks, cost }) => [t, superpixel, cluster, tracks, steps(cost)]),
-    voters: voters.map(({ x, y, cluster }) => [Number(x.toFixed(2)), Number(y.toFixed(2)), cluster]),
-    affinities: affinities.map(({ to }) => to),
-    flip: flip && [flip.cluster, steps(flip.margin), flip.votes === Infinity ? -1 : flip.votes],
-    border: border && [border.edges, border.i, border.j],
-  };
-}
 
 function isAsBefore(name, scene, actual) {
   const file = new URL(`../data/${name}.json`, import.meta.url);

@@ -54,6 +54,26 @@ test('what is told of a pixel agrees with the masks, and its sums with their ter
   await rejects(result.explain(0, 0, -1), 'param', /-1 .*0\.\.=111/);
 });
 
+test('of a clip that is reduced, places are those of the input, maps those of the work', async (t) => {
+  const session = await ready(t, { clip: { maxSide: 120 } }, await framesOf(SCENE));
+  const result = await session.run();
+  for (const [frame, x, y] of PLACES) {
+    const why = await result.explain(frame, x, y);
+    assert.equal(why.label, result.labels(frame)[y * 200 + x]);
+    const { label, width, scaleX, scaleY } = await result.superpixels(frame);
+    const cell = (place, scale) => Math.floor((place + 0.5) / scale);
+    assert.equal(why.superpixel, label[cell(y, scaleY) * width + cell(x, scaleX)]);
+    const { startFrame, offset, x: xs, y: ys } = result.trajectories;
+    const away = Array.from(startFrame, (begin, i) => {
+      const point = offset[i] + frame - begin;
+      return begin <= frame && point < offset[i + 1] ? (xs[point] - x) ** 2 + (ys[point] - y) ** 2 : Infinity;
+    });
+    assert.equal(why.nearest, away.indexOf(Math.min(...away)));
+  }
+  const { confidence, width, height, scaleX } = await result.confidence(0);
+  assert.deepEqual([confidence.length, width, height, scaleX], [120 * 67, 120, 67, 200 / 120]);
+});
+
 test('confidences are probabilities, surer within than at the borders, and objects have their means', async (t) => {
   const session = await ready(t, {}, await framesOf(SCENE));
   const result = await session.run();

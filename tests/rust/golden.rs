@@ -4,14 +4,14 @@
 //! Floats may differ in their last bits between the two, so labels, masks and counts are compared exactly, sums of
 //! floats roughly.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use tracecut::image::Plane;
 use tracecut::mask::{ObjectRow, object_rows, object_table};
 use tracecut::synth::Scene;
 use tracecut::trajectory::Trajectories;
-use tracecut::{Error, Explanation, Params, Session, Windows};
+use tracecut::{Error, Params, Session, Windows};
 
 fn agrees(name: &str) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
@@ -89,52 +89,6 @@ fn windows_have_the_masks_of_the_package() {
         assert_eq!(&serde_json::json!(masks), &expected["masks"], "masks of window {}", found.index);
     }
     assert!(windows.next_window(|_| ()).is_none());
-}
-
-#[test]
-fn pixels_are_explained_and_as_sure_as_by_the_package() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/golden-why.json");
-    let golden: Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
-    let mut params = Params::default();
-    params.clip.max_side = 160;
-    let mut session = Session::new(params).unwrap();
-    let scene = Scene::sample(240, 135, 6, 1);
-    (0..6).for_each(|t| session.push_frame(scene.frame(t)).unwrap());
-    session.run().unwrap();
-    for pixel in golden["pixels"].as_array().unwrap() {
-        let [t, x, y] = numbers(&pixel["place"]).try_into().unwrap();
-        let why = session.explain(t as usize, x as usize, y as usize).unwrap();
-        for (name, told) in told(&why) {
-            assert_eq!(told, pixel[name], "{name} of {:?}", [t, x, y]);
-        }
-        let near = |a: f32, b: &Value| (f64::from(a) - b.as_f64().unwrap()).abs() < 2e-4;
-        assert!(near(why.cues, &pixel["evidence"][0]) && near(why.looks, &pixel["evidence"][1]));
-    }
-    let near = |a: f32, b: &Value| assert!((f64::from(a) - b.as_f64().unwrap()).abs() < 2e-5, "{a} for {b}");
-    for (t, sure) in golden["sure"].as_array().unwrap().iter().enumerate() {
-        let found = session.confidence(t).unwrap();
-        let size = found.data().len();
-        sure.as_array().unwrap().iter().enumerate().for_each(|(k, p)| near(found.data()[k * 349 % size], p));
-    }
-    let means = session.object_confidence().unwrap();
-    assert_eq!(means.len(), golden["means"].as_array().unwrap().len());
-    means.iter().zip(golden["means"].as_array().unwrap()).for_each(|(&mean, told)| near(mean, told));
-}
-
-/// As the package's test writes it.
-fn told(why: &Explanation) -> Vec<(&'static str, Value)> {
-    let reasons = &why.reasons;
-    let links = reasons.links.iter().map(|l| json!([l.t, l.superpixel, l.label, l.tracks, l.cost]));
-    let nearest = why.nearest.map_or(-1, i64::from);
-    vec![
-        ("numbers", json!([why.label, why.source as u8, why.superpixel, reasons.label, nearest])),
-        ("totals", json!((0..reasons.own.len() as u32).map(|label| reasons.cost(label)).collect::<Vec<_>>())),
-        ("votes", json!(reasons.votes)),
-        ("links", json!(links.collect::<Vec<_>>())),
-        ("affinities", json!(why.affinities.iter().map(|&(to, _)| to).collect::<Vec<_>>())),
-        ("flip", json!(why.runner_up.map(|r| json!([r.cluster, r.margin, r.votes.map_or(-1, i64::from)])))),
-        ("border", json!(why.rim.map(|rim| json!([rim.edges, rim.strongest.0, rim.strongest.1])))),
-    ]
 }
 
 #[test]

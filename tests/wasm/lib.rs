@@ -132,8 +132,26 @@ fn a_small_clip_runs_to_its_end_and_gives_arrays_that_fit_together() {
     assert_eq!(code_and_message(&session.saliency_map(3).unwrap_err()).0, "state");
     assert_eq!(length(&session.background(2).unwrap(), "data"), 4 * 48 * 32);
     assert_eq!(code_and_message(&session.background(3).unwrap_err()).0, "state");
+    assert_eq!(length(&session.confidence(2).unwrap(), "confidence"), 48 * 32);
+    assert_eq!(code_and_message(&session.confidence(3).unwrap_err()).0, "state");
+    assert!(!session.object_confidence().unwrap().is_empty());
     partition_fits(&session.superpixels(0).unwrap(), 48, 32);
     boundaries_fit(&session.boundaries(0).unwrap(), 48, 32);
+}
+
+#[wasm_bindgen_test]
+fn what_a_pixel_has_none_of_is_null_in_its_explanation() {
+    let mut session = JsSession::new(JsValue::UNDEFINED).unwrap();
+    assert_eq!(code_and_message(&session.explain(0, 0, 0).unwrap_err()).0, "state");
+    for _ in 0..3 {
+        session.push_rgba(&[90; 4 * 48 * 32], 48, 32).unwrap();
+    }
+    while !session.step().unwrap().is_undefined() {}
+    let why = session.explain(1, 5, 5).unwrap();
+    assert_eq!((number(&why, "label"), number(&why, "nearest")), (0.0, -1.0));
+    assert!(get(&why, "flip").is_null() && get(&why, "border").is_null());
+    assert_eq!(get(&why, "source").as_string().unwrap(), "superpixel");
+    assert_eq!(code_and_message(&session.explain(1, 48, 5).unwrap_err()).0, "param");
 }
 
 fn partition_fits(superpixels: &JsValue, width: u32, height: u32) {

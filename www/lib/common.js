@@ -122,10 +122,10 @@ export async function fromTracksDat(text, size) {
 /** @typedef {import('./result.js').ComponentTable} ComponentTable */
 /** @typedef {import('./result.js').ClusterObjects} ClusterObjects */
 /** @typedef {import('./result.js').ConfidenceMap} ConfidenceMap */
-/** @typedef {import('./explain.js').Explanation} Explanation */
-/** @typedef {import('./explain.js').LabelCost} LabelCost */
-/** @typedef {import('./explain.js').SuperpixelLink} SuperpixelLink */
-/** @typedef {import('./explain.js').Voter} Voter */
+/** @typedef {import('./result.js').Explanation} Explanation */
+/** @typedef {import('./result.js').LabelCost} LabelCost */
+/** @typedef {import('./result.js').SuperpixelLink} SuperpixelLink */
+/** @typedef {import('./result.js').Voter} Voter */
 /** @typedef {import('./objects.js').ObjectList} ObjectList */
 /** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
 /** @typedef {import('./result.js').SaliencyTable} SaliencyTable */

@@ -53,6 +53,7 @@ const SLICE_STEPS = 16;
 /** @typedef {Omit<import('./image.js').Superpixels, 'scaleX' | 'scaleY'>} RawSuperpixels */
 /** @typedef {Omit<import('./result.js').Background, 'scaleX' | 'scaleY'>} RawBackground */
 /** @typedef {Omit<import('./result.js').SaliencyMap, 'scaleX' | 'scaleY'>} RawSaliencyMap */
+/** @typedef {Omit<import('./result.js').ConfidenceMap, 'scaleX' | 'scaleY'>} RawConfidenceMap */
 
 /**
  * What the public session needs of an engine, in this thread or in a worker. `run` resolves to `null` when it saw the

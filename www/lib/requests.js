@@ -27,18 +27,18 @@ import { TraceCutError } from './errors.js';
  */
 
 /**
- * A request for a map of frame `t` (or for what is at the place `P` of it), at the size that frames are processed at.
- * Results may ask for it too: `called` is what they call it when they cannot, `from` what must be there, which is also
- * when a session can answer first. `ofLabels` where it speaks of the labels in force, which a correction changes.
- * @template {{width: number, height: number}} R
- * @template {unknown[]} [P=[]]
- * @typedef {Line<[t: number, ...P], R> & {called: string, from: 'frames' | 'saliency' | 'masks', ofLabels?: true}} MapLine
+ * A request that results make too: `called` is what they call the answer when they cannot, `from` what must be there,
+ * which is also when a session can answer first. `ofLabels` where it speaks of the labels in force, which a correction
+ * changes.
+ * @template {unknown[]} A
+ * @template R
+ * @typedef {Line<A, R> & {called: string, from: 'frames' | 'saliency' | 'masks', ofLabels?: true}} ResultLine
  */
 
 /**
- * Numbers with the size that frames are processed at.
- * @template T
- * @typedef {{width: number, height: number, numbers: T}} Numbers
+ * Such a request for a map of frame `t`, at the size that frames are processed at.
+ * @template {{width: number, height: number}} R
+ * @typedef {ResultLine<[t: number], R>} MapLine
  */
 
 export const REQUESTS = {
@@ -73,19 +73,21 @@ export const REQUESTS = {
   superpixels: { called: 'superpixels', from: 'masks', work: (t) => (session) => session.superpixels(t) },
   /** @type {MapLine<import('./engine.js').RawBackground>} */
   background: { called: 'backgrounds', from: 'masks', work: (t) => (session) => session.background(t) },
-  /** @type {MapLine<Numbers<Float64Array<ArrayBuffer>>, [x: number, y: number, near: number]>} */
-  terms: {
+  /** @type {ResultLine<[t: number, x: number, y: number], import('./result.js').Explanation>} */
+  explain: {
     called: 'explanations',
     from: 'masks',
     ofLabels: true,
-    work: (t, x, y, near) => (session) => numbersOf('explanations', session, session.terms(t, x, y, near)),
+    work: (t, x, y) => (session) => session.explain(t, x, y),
   },
-  /** @type {MapLine<Numbers<Float32Array<ArrayBuffer>>>} */
-  sureness: {
+  /** @type {MapLine<import('./engine.js').RawConfidenceMap>} */
+  confidence: { called: 'confidences', from: 'masks', ofLabels: true, work: (t) => (session) => session.confidence(t) },
+  /** @type {ResultLine<[], Float32Array<ArrayBuffer>>} */
+  objectConfidence: {
     called: 'confidences',
     from: 'masks',
     ofLabels: true,
-    work: (t) => (session) => numbersOf('confidences', session, session.sureness(t)),
+    work: () => (session) => /** @type {Float32Array<ArrayBuffer>} */ (session.objectConfidence()),
   },
   /** @type {MapLine<import('./engine.js').RawSaliencyMap>} */
   saliencyMap: { called: 'saliency maps', from: 'saliency', work: (t) => (session) => session.saliencyMap(t) },
@@ -118,19 +120,6 @@ export const REQUESTS = {
 };
 
 /**
- * @template T
- * @param {string} called
- * @param {WasmSession} session
- * @param {T | undefined} numbers
- * @returns {Numbers<any>}
- */
-function numbersOf(called, session, numbers) {
-  if (!numbers) throw new TraceCutError('state', `${called} are not there at present (finish the run first)`);
-  const { workingWidth: width, workingHeight: height } = session.info();
-  return { width, height, numbers };
-}
-
-/**
  * The work of a request whose first argument is a frame: files are decoded before the session sees them.
  * @template {unknown[]} A
  * @template R
@@ -155,7 +144,8 @@ function order(change) {
 
 /** @typedef {typeof REQUESTS} Requests */
 /** @typedef {keyof Requests} RequestName */
-/** @typedef {{[N in RequestName]: Requests[N] extends {called: string} ? N : never}[RequestName]} MapName */
+/** @typedef {{[N in RequestName]: Requests[N] extends {called: string} ? N : never}[RequestName]} ResultName */
+/** @typedef {{[N in ResultName]: Requests[N] extends MapLine<infer _> ? N : never}[ResultName]} MapName */
 /**
  * @template {RequestName} N
  * @typedef {Parameters<Requests[N]['work']>} Arguments
@@ -166,8 +156,8 @@ function order(change) {
  */
 
 /**
- * Asks for a map of a frame, and gives it with its grid.
- * @typedef {<N extends MapName>(name: N, ...place: Arguments<N>) => Promise<Answer<N> & import('./image.js').Grid>} AskMap
+ * How results ask.
+ * @typedef {<N extends ResultName>(name: N, ...args: Arguments<N>) => Promise<Answer<N>>} Ask
  */
 
 /**

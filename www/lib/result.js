@@ -1,8 +1,8 @@
 // What a run has found: `Result`.
 
 import { TraceCutError } from './errors.js';
+import { onGrid } from './image.js';
 import { wholeNumber } from './options.js';
-import { part } from './places.js';
 import { REQUESTS } from './requests.js';
 import { objectList } from './objects.js';
 import { opened, saved } from './saved.js';
@@ -81,15 +81,63 @@ import { tracksDat } from './tracks-dat.js';
  * @typedef {import('./image.js').Grid & {readonly saliency: Float32Array<ArrayBuffer>}} SaliencyMap
  */
 
+/**
+ * What a cluster would cost the superpixel, all else as it is: by its trajectories, by colours where no trajectory has a
+ * say, by evidence from background and looks, by links to neighbours of other clusters, and where a stroke forbids it.
+ * `total` is the sum. `label` is the cluster's label in the masks, `votes` the number of its trajectories here.
+ * @typedef {{readonly cluster: number, readonly label: number, readonly votes: number, readonly trajectories: number,
+ *   readonly colours: number, readonly evidence: number, readonly links: number, readonly forbidden: number,
+ *   readonly total: number}} LabelCost
+ */
+
+/**
+ * A superpixel that shares a border (same `t`) or is of the frame before or after, with `tracks` trajectories in common;
+ * `cost` is what it costs to have another cluster than that one.
+ * @typedef {{readonly t: number, readonly superpixel: number, readonly cluster: number, readonly tracks: number,
+ *   readonly cost: number}} SuperpixelLink
+ */
+
+/**
+ * A trajectory in a superpixel, where it is in input pixels, and its cluster, -1 where that is not known. Strangers,
+ * which move like nothing around them, count for all objects.
+ * @typedef {{readonly x: number, readonly y: number, readonly cluster: number, readonly stranger: boolean}} Voter
+ */
+
+/**
+ * Why a pixel has its label. Costs are in units of the energy, in whole steps of 1/65536, so that their sums are exact:
+ * the difference of two totals is that of the energies which the cut compared.
+ * @typedef {object} Explanation
+ * @property {number} label in the masks
+ * @property {'superpixel' | 'border' | 'stroke'} source what gave the pixel its label: its superpixel, the step after
+ *   the cut that moves borders, or a stroke. The costs are those of the superpixel in any case
+ * @property {number} superpixel its number in the frame
+ * @property {number} cluster that the cut gave the superpixel
+ * @property {number} weight λ: how much the superpixel's trajectories count, 0 where none has a say
+ * @property {{readonly background: number, readonly looks: number}} evidence for an object here, negative against one:
+ *   by the background, and by what objects and the ground near them look like
+ * @property {readonly LabelCost[]} costs of each cluster
+ * @property {readonly SuperpixelLink[]} links what binds the superpixel to others
+ * @property {readonly Voter[]} voters the trajectories in it
+ * @property {number} nearest the trajectory of the result nearest to the pixel, -1 where there is none
+ * @property {readonly {readonly to: number, readonly affinity: number}[]} affinities its 8 greatest affinities, and to
+ *   which trajectories
+ * @property {{readonly cluster: number, readonly margin: number, readonly votes: number} | null} flip the cheapest
+ *   cluster of another label, what it costs more, and how many more trajectories of it here would make it as cheap
+ *   (Infinity where no number would); null where there is no other label
+ * @property {{readonly edges: number, readonly mean: number, readonly i: number, readonly j: number, readonly d:
+ *   number} | null} border the edges of the frame that join trajectories of both labels, their mean discontinuity, and
+ *   the edge with the greatest; null without any
+ */
+
 /** What a run found. */
 export class Result {
-  #askMap;
+  #ask;
 
   /**
    * @param {import('./engine.js').RawResult} raw
-   * @param {import('./requests.js').AskMap} askMap
+   * @param {import('./requests.js').Ask} ask
    */
-  constructor(raw, askMap) {
+  constructor(raw, ask) {
     /** Width of the input in pixels. @readonly */
     this.width = raw.info.width;
     /** Height of the input in pixels. @readonly */
@@ -123,7 +171,7 @@ export class Result {
     this.masks = raw.labels;
     /** The Delaunay edges of all frames; `edges(t)` gives those of one. @readonly */
     this.edgeTable = raw.edges;
-    this.#askMap = askMap;
+    this.#ask = ask;
   }
 
   /**
@@ -186,8 +234,7 @@ export class Result {
    * @returns {Promise<ConfidenceMap>}
    */
   async confidence(t) {
-    const { confidenceOf } = await part(import('./confidence.js'));
-    return confidenceOf(this, t, this.#map);
+    return this.#map('confidence', t);
   }
 
   /**
@@ -196,8 +243,7 @@ export class Result {
    * @returns {Promise<Float32Array<ArrayBuffer>>}
    */
   async objectConfidence() {
-    const { meanConfidences } = await part(import('./confidence.js'));
-    return meanConfidences(this, this.#map);
+    return this.#asked('objectConfidence');
   }
 
   /**
@@ -207,23 +253,33 @@ export class Result {
    * @param {number} t
    * @param {number} x
    * @param {number} y
-   * @returns {Promise<import('./explain.js').Explanation>}
+   * @returns {Promise<Explanation>}
    */
   async explain(t, x, y) {
     wholeNumber('param', 'x', x, 0, this.width - 1);
     wholeNumber('param', 'y', y, 0, this.height - 1);
-    const { explanation } = await part(import('./explain.js'));
-    return explanation(this, [t, x, y], this.#map);
+    wholeNumber('param', 't', t, 0, this.numFrames - 1);
+    return this.#asked('explain', t, x, y);
   }
 
-  /** @type {import('./requests.js').AskMap} */
-  #map = async (name, ...place) => {
+  /**
+   * @template {import('./requests.js').MapName} N
+   * @param {N} name
+   * @param {import('./requests.js').Arguments<N>} place the frame
+   * @returns {Promise<import('./requests.js').Answer<N> & import('./image.js').Grid>}
+   */
+  async #map(name, ...place) {
     wholeNumber('param', 't', place[0], 0, this.numFrames - 1);
+    return onGrid(await this.#asked(name, ...place), this.width, this.height);
+  }
+
+  /** @type {import('./requests.js').Ask} */
+  async #asked(name, ...args) {
     const { called, from } = REQUESTS[name];
     const there = { frames: true, saliency: this.saliency, masks: this.masks };
     if (!there[from]) throw without(called, from);
-    return this.#askMap(name, ...place);
-  };
+    return this.#ask(name, ...args);
+  }
 
   /**
    * The Delaunay edges of frame `t` with their discontinuities.
@@ -258,7 +314,7 @@ export class Result {
    * @returns {Result} with code `data` where it is damaged, or another kind of result
    */
   static fromJSON(json) {
-    return restored(json, ['trajectories', 'clusters', 'edgeTable'], (raw, askMap) => new Result(raw, askMap));
+    return restored(json, ['trajectories', 'clusters', 'edgeTable'], (raw, ask) => new Result(raw, ask));
   }
 
   /**
@@ -285,7 +341,7 @@ function without(what, from) {
  * @template T
  * @param {string | object} json
  * @param {string[]} needed
- * @param {(raw: import('./engine.js').RawResult, askMap: import('./requests.js').AskMap, facts: any) => T} make
+ * @param {(raw: import('./engine.js').RawResult, ask: import('./requests.js').Ask, facts: any) => T} make
  * @returns {T}
  */
 export function restored(json, needed, make) {
@@ -298,7 +354,7 @@ export function restored(json, needed, make) {
   return make({ ...facts, info: facts, edges: edgeTable, areas: facts.objects, labels }, noSession, facts);
 }
 
-/** @type {import('./requests.js').AskMap} */
+/** @type {import('./requests.js').Ask} */
 async function noSession(name) {
   throw new TraceCutError('state', `a result that was saved has no ${REQUESTS[name].called}; a session keeps them`);
 }

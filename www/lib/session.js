@@ -311,7 +311,12 @@ export class Session {
     return this.#map('saliencyMap', t);
   }
 
-  /** @type {import('./requests.js').AskMap} */
+  /**
+   * @template {import('./requests.js').MapName} N
+   * @param {N} name
+   * @param {import('./requests.js').Arguments<N>} place the frame
+   * @returns {Promise<import('./requests.js').Answer<N> & import('./image.js').Grid>}
+   */
   async #map(name, ...place) {
     this.#check(name);
     wholeNumber('param', 't', place[0], 0, Math.max(0, this.#info.numFrames - 1));
@@ -319,13 +324,13 @@ export class Session {
   }
 
   /**
-   * How a result asks for maps later, as long as this session is open and holds the same clip.
-   * @returns {import('./requests.js').AskMap}
+   * How a result asks for more later, as long as this session is open and holds the same clip.
+   * @returns {import('./requests.js').Ask}
    */
   #asker() {
     const [clip, corrected] = [this.#clip, this.#corrected];
-    return async (name, ...place) => {
-      const { called, ofLabels } = /** @type {import('./requests.js').MapLine<any>} */ (REQUESTS[name]);
+    return async (name, ...args) => {
+      const { called, ofLabels } = /** @type {import('./requests.js').ResultLine<any, any>} */ (REQUESTS[name]);
       if (this.#closed)
         throw new TraceCutError(
           'closed',
@@ -334,7 +339,8 @@ export class Session {
       const change = clip !== this.#clip ? 'cleared' : ofLabels && corrected !== this.#corrected && 'corrected';
       if (change)
         throw new TraceCutError('state', `${called} of a result come from its session, which was ${change} since`);
-      return this.#map(name, ...place);
+      this.#check(name);
+      return this.#engine.request(name, ...args);
     };
   }
 

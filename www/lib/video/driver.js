@@ -11,7 +11,6 @@
 // engine is cleared for it, so that nothing of one clip is in the next.
 
 import { TraceCutError, inFrame } from '../errors.js';
-import { onGrid } from '../image.js';
 import { REQUESTS } from '../requests.js';
 import { WindowResult } from './window.js';
 
@@ -110,7 +109,7 @@ export class Driver {
   /** The shot goes on, as far as is known: the masks of the last few frames are left to the next window. */
   async #fullWindow() {
     const raw = await this.#run();
-    const askMap = this.#asker(raw.info);
+    const ask = this.#asker();
     const facts = this.#facts();
     const kept = this.#overlap();
     await this.#advance(kept);
@@ -120,7 +119,7 @@ export class Driver {
     await this.#pushAhead();
     if (this.#held !== null) this.#settled = kept;
     else facts.settled.to -= kept - this.#settled;
-    return this.#result(raw, askMap, facts);
+    return this.#result(raw, ask, facts);
   }
 
   /**
@@ -136,10 +135,10 @@ export class Driver {
   /** The shot ends here. */
   async #lastWindow() {
     const raw = await this.#run();
-    const askMap = this.#asker(raw.info);
+    const ask = this.#asker();
     const facts = this.#facts();
     this.#settled = this.#times.length;
-    return this.#result(raw, askMap, facts);
+    return this.#result(raw, ask, facts);
   }
 
   /** @param {number} time of the frame held back */
@@ -187,27 +186,26 @@ export class Driver {
 
   /**
    * @param {import('../engine.js').RawResult} raw
-   * @param {import('../requests.js').AskMap} askMap
+   * @param {import('../requests.js').Ask} ask
    * @param {Omit<import('./window.js').WindowFacts, 'index'>} facts
    */
-  #result(raw, askMap, facts) {
+  #result(raw, ask, facts) {
     const index = this.#index;
     this.#index += 1;
-    return new WindowResult(raw, askMap, { index, ...facts });
+    return new WindowResult(raw, ask, { index, ...facts });
   }
 
   /**
    * A window may be asked for more as long as the engine has not gone on, which it has by the time that any but the
    * last is seen.
-   * @param {import('../engine.js').Info} info
-   * @returns {import('../requests.js').AskMap}
+   * @returns {import('../requests.js').Ask}
    */
-  #asker({ width, height }) {
+  #asker() {
     const { engine, stop } = this.#options;
     const advances = this.#advances;
-    return async (name, ...place) => {
+    return async (name, ...args) => {
       if (advances !== this.#advances || stop.aborted) throw gone(REQUESTS[name].called);
-      return onGrid(await engine.request(name, ...place), width, height);
+      return engine.request(name, ...args);
     };
   }
 }

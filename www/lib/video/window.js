@@ -27,11 +27,11 @@ import { Result, restored } from '../result.js';
 export class WindowResult extends Result {
   /**
    * @param {import('../engine.js').RawResult} raw
-   * @param {import('../requests.js').AskMap} askMap
+   * @param {import('../requests.js').Ask} ask
    * @param {WindowFacts} facts
    */
-  constructor(raw, askMap, facts) {
-    super(raw, askMap);
+  constructor(raw, ask, facts) {
+    super(raw, ask);
     /** Number of this window, from 0. @readonly */
     this.index = facts.index;
     /** The clip that its frames were said to be of; null where nothing was said. @readonly */
@@ -61,7 +61,7 @@ export class WindowResult extends Result {
    */
   static fromJSON(json) {
     const needed = ['trajectories', 'clusters', 'edgeTable', 'settled', 'firstFrame'];
-    return restored(json, needed, (raw, askMap, facts) => new WindowResult(raw, askMap, facts));
+    return restored(json, needed, (raw, ask, facts) => new WindowResult(raw, ask, facts));
   }
 
   /**
