@@ -1,7 +1,7 @@
 //! Explanations as JavaScript has them, under the names of `lib/result.js`, which says what each is.
 
 use crate::cut::{Link, OwnCost, STEPS_PER_UNIT, STRANGER};
-use crate::{Explanation, Source};
+use crate::pipeline::{self, Explanation, Source};
 use serde::Serialize;
 
 /// Steps of the solver in units of cost.
@@ -97,7 +97,7 @@ impl Told {
             tracks,
             cost: units(cost.into()),
         };
-        let voter = |voter: &crate::Voter| Voter {
+        let voter = |voter: &pipeline::Voter| Voter {
             x: voter.at.0,
             y: voter.at.1,
             cluster: if clusters.contains(&voter.cluster) { voter.cluster.into() } else { -1 },
