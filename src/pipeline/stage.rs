@@ -63,7 +63,7 @@ pub struct Progress {
     pub stage: Stage,
     /// Steps of that stage taken so far.
     pub done: u32,
-    /// Steps of that stage in all.
+    /// Steps of that stage in all; of the cut as far as is known, since a move that gains something asks for more.
     pub total: u32,
 }
 

@@ -12,7 +12,8 @@ test('a run reports every stage to its end, in numbers that only grow', async (t
     onProgress({ stage, done, total }) {
       const before = seen.get(stage) ?? { done: 0, total };
       assert.ok(done >= before.done && done <= total, `${stage} went from ${before.done} to ${done} of ${total}`);
-      assert.equal(total, before.total);
+      // A move of the cut that gains something asks for more of them.
+      assert.ok(stage === 'cut' ? total >= before.total : total === before.total, `${stage}: ${before.total}, ${total}`);
       seen.set(stage, { done, total });
     },
   });

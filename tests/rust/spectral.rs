@@ -415,7 +415,7 @@ fn small_components_and_lone_trajectories_are_left_out() {
     let mut upper = random_graph(300, 8, 4);
     upper.extend(random_graph(20, 8, 4).into_iter().map(|(i, j, w)| (i + 301, j + 301, w)));
     let a = SymCsr::from_upper(323, &upper);
-    let e = embed(&a, &EmbeddingParams::default(), 0);
+    let e = embed(&a, &EmbeddingParams { min_component: 50, ..EmbeddingParams::default() }, 0);
     for i in 0..323 {
         assert_eq!(e.embedded[i], i < 300, "{i}");
         let row = &e.vectors[i * e.dimensions..(i + 1) * e.dimensions];
@@ -434,7 +434,8 @@ fn where_every_component_is_small_the_largest_are_embedded() {
     for t in [0, 3, 6] {
         upper.extend([(t, t + 1, 1.0), (t, t + 2, 1.0), (t + 1, t + 2, 1.0)]);
     }
-    let e = embed(&SymCsr::from_upper(12, &upper), &EmbeddingParams::default(), 0);
+    let params = EmbeddingParams { min_component: 50, ..EmbeddingParams::default() };
+    let e = embed(&SymCsr::from_upper(12, &upper), &params, 0);
     assert_eq!(e.embedded, [true, true, true, true, true, true, true, true, true, false, false, false]);
     assert_eq!(e.dimensions, 8);
     assert_values(&e.eigenvalues[..3], &[1.0; 3], 1e-12);
