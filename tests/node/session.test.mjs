@@ -13,7 +13,10 @@ test('a run reports every stage to its end, in numbers that only grow', async (t
       const before = seen.get(stage) ?? { done: 0, total };
       assert.ok(done >= before.done && done <= total, `${stage} went from ${before.done} to ${done} of ${total}`);
       // A move of the cut that gains something asks for more of them.
-      assert.ok(stage === 'cut' ? total >= before.total : total === before.total, `${stage}: ${before.total}, ${total}`);
+      assert.ok(
+        stage === 'cut' ? total >= before.total : total === before.total,
+        `${stage}: ${before.total}, ${total}`,
+      );
       seen.set(stage, { done, total });
     },
   });
