@@ -1,7 +1,7 @@
 //! Discontinuity-aware discretization (section 2.3): from embedding and discontinuities to cluster labels.
 //!
-//! In: the embedding, and what is known of the trajectories ([`Known`]), the discontinuities of
-//! neighbours among it. Out: one label per trajectory.
+//! In: the embedding, and what is known of the trajectories ([`Known`]), with the discontinuities between neighbours. Out:
+//! one label per trajectory.
 //!
 //! 1. Eigenvector rotation (Yu and Shi 2003) into as many clusters as there are eigenvectors: an over-segmentation
 //!    (`rotation`).

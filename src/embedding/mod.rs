@@ -4,7 +4,8 @@
 //! walk `P = D^-1 A` (`D` the diagonal of row sums) and its right eigenvectors `V` (`n × K`), from which later stages
 //! take `Ŵ = V Λ Vᵀ`, the affinities as the leading part of the spectrum sees them (section 2.1 of the paper).
 //!
-//! 1. Connected components that are too small are left out: each would take an eigenvalue 1 and say nothing of motion.
+//! 1. Trajectories without an affinity are left out, and connected components of fewer than `min_component` trajectories:
+//!    each takes an eigenvalue 1.
 //! 2. `P` is similar to the symmetric `N = D^-1/2 A D^-1/2`; the eigensolver works on `N`, scaled on the fly.
 //! 3. `K` is the number of eigenvalues that reach a threshold, within bounds.
 //! 4. `V = D^-1/2 U`, so that `Vᵀ D V = I`. Then `Ŵ` does not depend on the basis chosen for a repeated eigenvalue, and

@@ -15,8 +15,8 @@
 //! border.
 //!
 //! **Objects.** How much of the frame's rim a cluster holds for its size, since the scene runs on beyond the frame, and how
-//! far it is from the camera's motion. What holds far more of the rim than an object would is scene whatever these say:
-//! the only bound.
+//! far it is from the camera's motion. What holds more of the rim than its share is scene whatever these say: the only
+//! bound.
 
 mod affine;
 mod object;
