@@ -71,11 +71,9 @@ pub(super) fn eval(args: &AblateArgs) -> Result<()> {
     let mut kinds: Vec<&str> = items.iter().filter(|item| item.has_masks()).map(|item| item.kind.as_str()).collect();
     kinds.sort_unstable();
     kinds.dedup();
-    let base = columns(&tables[0], &items, &kinds);
-    let effects: Vec<Option<Effect>> = tables[1..]
-        .iter()
-        .map(|table| table.as_ref().map(|t| difference(&columns(&Some(t.clone()), &items, &kinds), &base)))
-        .collect();
+    let base = columns(tables[0].as_ref(), &items, &kinds);
+    let effect = |table: &Table| difference(&columns(Some(table), &items, &kinds), &base);
+    let effects: Vec<Option<Effect>> = tables[1..].iter().map(|table| table.as_ref().map(effect)).collect();
     write(&args.out, markdown(&choices, &kinds, &base, &effects, &command(args)))?;
     print(format_args!("see {}", args.out.display()))
 }
@@ -194,9 +192,9 @@ impl Known {
 }
 
 /// Of masks: means over each kind's clips, and over the kinds; then the error of the points, as a mean over all clips; seed by seed.
-fn columns(table: &Option<Table>, items: &[Item], kinds: &[&str]) -> Effect {
+fn columns(table: Option<&Table>, items: &[Item], kinds: &[&str]) -> Effect {
     let rows = |wanted: &dyn Fn(&Item) -> bool, value: &dyn Fn(&Score) -> f64| {
-        let of = items.iter().zip(table.iter().flatten()).filter(|(item, _)| wanted(item));
+        let of = items.iter().zip(table.into_iter().flatten()).filter(|(item, _)| wanted(item));
         let rows = of.map(|(_, row)| row.iter().map(|score| score.as_ref().map(value)).collect());
         mean_rows(&rows.collect::<Vec<_>>())
     };
