@@ -5,11 +5,7 @@ import { onDemand } from './on-demand.js';
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'viewer' | 'keys'>} page */
 export function correctPanel(page) {
-  const open = onDemand(
-    page.store,
-    new URL('./correction.js', import.meta.url),
-    async () => new (await import('./correction.js')).Correction(page),
-  );
+  const open = onDemand(page.store, async () => new (await import('./correction.js')).Correction(page));
   byId('correct-open').addEventListener('click', open);
   page.keys.on('m', () => void open());
 }

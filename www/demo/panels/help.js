@@ -50,11 +50,7 @@ export function helpPanel({ keys, store, library }) {
   byId('help-pick').hidden = TOUCH;
   byId('help-open').addEventListener('click', open);
   byId('help-close').addEventListener('click', () => dialog.close());
-  const about = onDemand(
-    store,
-    new URL('./about-dialog.js', import.meta.url),
-    async () => new (await import('./about-dialog.js')).AboutDialog({ library }),
-  );
+  const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog({ library }));
   byId('about-open').addEventListener('click', about);
   keys.on('?', open);
   connectDialog(dialog);

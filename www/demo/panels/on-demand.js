@@ -2,21 +2,23 @@
 
 import { say } from '../language.js';
 
+/** What is fetched to see whether the network answers; the service worker has it too. */
+const PROBE = './favicon.svg';
+
 /**
- * What opens a dialog. Where it cannot be fetched the page says so, and the next call tries again. Its module is looked for
- * first: a browser does not fetch a module again that it could not import.
+ * What opens a dialog. Where the network does not answer the page says so, and the next call tries again. That is seen
+ * before the dialog is imported: some browsers never fetch a module again that they could not import.
  *
  * @param {import('../store.js').Store} store
- * @param {URL} module of the dialog
  * @param {() => Promise<{open: () => void}>} importDialog
  * @returns {() => Promise<void>}
  */
-export function onDemand(store, module, importDialog) {
+export function onDemand(store, importDialog) {
   /** @type {Promise<{open: () => void}> | undefined} */
   let fetched;
   return async () => {
     try {
-      fetched ??= fetch(module).then(importDialog);
+      fetched ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog);
       await fetched;
     } catch {
       fetched = undefined;

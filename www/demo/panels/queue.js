@@ -6,7 +6,7 @@ import { onDemand } from './on-demand.js';
 export function queuePanel({ store, library }) {
   /** @type {File[]} Others may be opened while it is fetched. */
   const waiting = [];
-  const open = onDemand(store, new URL('./queue-list.js', import.meta.url), async () => {
+  const open = onDemand(store, async () => {
     const queue = new (await import('./queue-list.js')).Queue(store, library);
     return { open: () => queue.add(waiting.splice(0)) };
   });

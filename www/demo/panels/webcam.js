@@ -5,7 +5,7 @@ import { onDemand } from './on-demand.js';
 
 /** @param {Pick<import('./panels.js').Page, 'app' | 'store'>} page */
 export function webcamPanel({ app, store }) {
-  const open = onDemand(store, new URL('./webcam-dialog.js', import.meta.url), async () => {
+  const open = onDemand(store, async () => {
     const { WebcamDialog } = await import('./webcam-dialog.js');
     return new WebcamDialog((file) => app.openRecording(file));
   });

@@ -5,11 +5,7 @@ import { onDemand } from './on-demand.js';
 
 /** @param {Pick<import('./panels.js').Page, 'store' | 'viewer'>} page */
 export function whyPanel(page) {
-  const open = onDemand(
-    page.store,
-    new URL('./why-panel.js', import.meta.url),
-    async () => new (await import('./why-panel.js')).WhyPanel(page),
-  );
+  const open = onDemand(page.store, async () => new (await import('./why-panel.js')).WhyPanel(page));
   byId('why-open').addEventListener('click', open);
   page.store.watch(['found', 'phase'], ({ found, phase }) => {
     byId('why-open').hidden = phase !== 'done' || !found?.answers.explain;
