@@ -22,8 +22,8 @@ export async function writeParameters(dist) {
       '// Written by the build from the Rust declarations of the parameters.',
       `export const VERSION = ${JSON.stringify(glue.version())};`,
       `const ROWS = [\n${list.map((parameter) => `  ${JSON.stringify(row(parameter))},\n`).join('')}];`,
-      'const parameter = ([name, doc, kind, min, max, value, choices]) =>',
-      '  ({ name, doc, kind, min, max, default: value, ...(choices && { choices }) });',
+      'const parameter = ([name, doc, kind, min, max, value, expert, choices]) =>',
+      '  ({ name, doc, kind, min, max, default: value, expert: !!expert, ...(choices && { choices }) });',
       'export const PARAMETERS = /* @__PURE__ */ ROWS.map(parameter);',
       '',
     ].join('\n'),
@@ -40,8 +40,8 @@ function blank(wasm, text) {
 }
 
 /** A parameter without the names of its properties, which would be there a hundred times. */
-function row({ name, doc, kind, min, max, default: value, choices }) {
-  return [name, doc.replace(/\s*\n\s*/g, ' '), kind, min, max, value, ...(choices ? [choices] : [])];
+function row({ name, doc, kind, min, max, default: value, expert, choices }) {
+  return [name, doc.replace(/\s*\n\s*/g, ' '), kind, min, max, value, Number(expert), ...(choices ? [choices] : [])];
 }
 
 /** A parameter with its default as options have it: true or false, or the name of a choice. */
@@ -68,6 +68,8 @@ export interface Parameter {
   min: number;
   max: number;
   default: number | boolean | string;
+  /** Whether only research changes it; such parameters are listed apart. */
+  expert: boolean;
   /** The names of all values, for a choice. */
   choices?: readonly string[];
 }

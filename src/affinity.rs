@@ -27,21 +27,21 @@ crate::params! {
     /// Motion affinities.
     pub struct AffinityParams {
         /// λ of w = exp(−λ d²) (Brox and Malik 2010: 0.1). Higher separates weaker motion differences.
-        pub lambda: f32 = 0.1, in 0.001..=100.0;
+        pub lambda: f32 = 0.1, in 0.001..=100.0, expert;
         /// Horizon of a velocity, in frames (Brox and Malik 2010: 5).
-        pub horizon: u32 = 5, in 1..=50;
+        pub horizon: u32 = 5, in 1..=50, expert;
         /// Floor of the velocity noise, in pixels per frame, added in quadrature to the local flow variation. Lower
         /// separates weaker motion differences and fragments more.
         pub noise_floor: f32 = 0.2, in 0.001..=10.0;
         /// Factor of the local flow variation in the velocity noise (Brox and Malik 2010: 1). Lower separates weaker
         /// motion differences and fragments objects that turn, zoom or bend.
-        pub variation_weight: f32 = 0.5, in 0.0..=10.0;
+        pub variation_weight: f32 = 0.5, in 0.0..=10.0, expert;
         /// Radius within which every pair is compared, in steps of the seed grid. Higher is slower.
-        pub local_radius: f32 = 7.5, in 1.0..=1000.0;
+        pub local_radius: f32 = 7.5, in 1.0..=1000.0, expert;
         /// One of this many farther pairs is compared, with this weight. 0 leaves them out. Lower is slower.
-        pub far_sampling: u32 = 32, in 0..=1000;
+        pub far_sampling: u32 = 32, in 0..=1000, expert;
         /// Fewest common frames of a pair, in frames; short clips use all frames they have.
-        pub min_overlap: u32 = 4, in 2..=100;
+        pub min_overlap: u32 = 4, in 2..=100, expert;
     }
 }
 

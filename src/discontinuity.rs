@@ -22,11 +22,11 @@ crate::params! {
     pub struct DiscontinuityParams {
         /// d_ij above which an edge lies on an object boundary (section 2.2: 0.6). Used by the thresholded segmentation
         /// of Figure 1(c).
-        pub threshold: f64 = 0.6, in 0.0..=1.0;
+        pub threshold: f64 = 0.6, in 0.0..=1.0, expert;
         /// Fewest eigenvectors that d is measured with.
-        pub min_dimensions: u32 = 6, in 1..=64;
+        pub min_dimensions: u32 = 6, in 1..=64, expert;
         /// Eigenvectors with at least this eigenvalue are used for d beyond the fewest.
-        pub min_eigenvalue: f64 = 0.96, in 0.0..=1.0;
+        pub min_eigenvalue: f64 = 0.96, in 0.0..=1.0, expert;
     }
 }
 

@@ -61,8 +61,8 @@ enum Command {
     Superpixels(superpixels::SuperpixelArgs),
     /// Check that this machine computes what every other does
     Selftest(selftest::SelftestArgs),
-    /// List all parameters with range, default and meaning
-    Params,
+    /// List the parameters with range, default and meaning
+    Params(settings::ParamsArgs),
     /// Print completions for a shell
     Completions(shell::CompletionsArgs),
     /// Print a man page
@@ -85,7 +85,7 @@ fn run(command: &Command) -> failure::Result<()> {
         Command::Boundaries(args) => boundaries::boundaries(args),
         Command::Superpixels(args) => superpixels::superpixels(args),
         Command::Selftest(args) => selftest::selftest(args),
-        Command::Params => settings::list(),
+        Command::Params(args) => settings::list(args),
         Command::Completions(args) => shell::completions(args),
         Command::Man(args) => shell::man(args),
     }

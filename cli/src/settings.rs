@@ -8,7 +8,7 @@ use tracecut::params::{ParamGroup, ParamTree, ParamValue};
 
 #[derive(Args, Debug)]
 pub struct Settings {
-    /// JSON file of parameters, e.g. {"flow": {"patchStride": 5}}; `tracecut params` lists them
+    /// JSON file of parameters, e.g. {"cut": {"spatialWeight": 3}}; `tracecut params` lists them
     #[arg(long, value_name = "FILE")]
     params: Option<PathBuf>,
     /// Set one parameter, after those of the file; may be repeated. preset=paper sets all to the paper's saliency,
@@ -50,10 +50,21 @@ pub(crate) fn parse_setting(text: &str) -> std::result::Result<(String, ParamVal
     Ok((name.trim().to_owned(), value))
 }
 
-/// Prints every parameter with its range, default and meaning.
-pub(crate) fn list() -> Result<()> {
-    let mut lines = Vec::new();
+#[derive(Args, Debug)]
+pub(crate) struct ParamsArgs {
+    /// List the parameters of research in their place; all of them can be set
+    #[arg(long)]
+    expert: bool,
+}
+
+/// Prints the parameters with range, default and meaning.
+pub(crate) fn list(args: &ParamsArgs) -> Result<()> {
+    let (mut lines, mut others) = (Vec::new(), 0);
     Params::default().visit("", &mut |field| {
+        if field.expert != args.expert {
+            others += 1;
+            return;
+        }
         let (low, high) = field.range;
         let form = match field.kind() {
             "choice" => {
@@ -67,5 +78,8 @@ pub(crate) fn list() -> Result<()> {
         lines.push(format!("{}  ({form})", field.name));
         lines.extend(field.doc.lines().map(|l| format!("    {}", l.trim())));
     });
+    if !args.expert {
+        lines.push(format!("\n{others} more, which only research changes: tracecut params --expert"));
+    }
     print(lines.join("\n"))
 }

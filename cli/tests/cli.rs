@@ -260,9 +260,17 @@ fn dumped_numbers_describe_the_written_tracks() {
 
 #[test]
 fn parameters_are_listed_with_range_default_and_meaning() {
-    let output = tracecut(["params"]);
-    assert_done(&output);
-    let list = text(&output.stdout);
-    assert!(list.contains("flow.patchStride  (whole number, 1..=8, default "), "{list}");
-    assert!(list.lines().count() > 40, "{list}");
+    let listed = |words: &[&str]| {
+        let output = tracecut(words);
+        assert_done(&output);
+        text(&output.stdout)
+    };
+    let (shown, expert) = (listed(&["params"]), listed(&["params", "--expert"]));
+    assert!(shown.contains("cut.spatialWeight  (number, 0..=1000, default 2)"), "{shown}");
+    assert!(shown.ends_with("more, which only research changes: tracecut params --expert\n"), "{shown}");
+    assert!(
+        expert.contains("flow.patchStride  (whole number, 1..=8, default ") && !expert.contains("cut.spatialWeight")
+    );
+    let count = |list: &str| list.lines().filter(|line| line.contains(", default ")).count();
+    assert!(count(&shown) <= 20 && count(&expert) > 40, "{shown}{expert}");
 }

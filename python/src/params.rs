@@ -66,14 +66,16 @@ pub(crate) fn snake(text: &str) -> String {
 /// Name, meaning, kind, least, greatest and default value, choices.
 type Parameter = (String, &'static str, &'static str, f64, f64, f64, &'static [&'static str]);
 
-/// All parameters in the order of the stages.
+/// The parameters that are marked `expert`, or those that are not, in the order of the stages.
 #[pyfunction]
-pub(crate) fn parameters() -> Vec<Parameter> {
+pub(crate) fn parameters(expert: bool) -> Vec<Parameter> {
     let mut list = Vec::new();
     Params::default().visit("", &mut |field| {
         let (low, high) = field.range;
         let (doc, kind, default, choices) = (field.doc.trim(), field.kind(), field.get(), field.choices());
-        list.push((snake(&field.name), doc, kind, low, high, default, choices));
+        if field.expert == expert {
+            list.push((snake(&field.name), doc, kind, low, high, default, choices));
+        }
     });
     list
 }

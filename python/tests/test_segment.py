@@ -142,7 +142,9 @@ def test_motion_needs_two_frames(clip: list[np.ndarray], count: int) -> None:
 
 
 def test_parameters_are_listed_and_can_be_set() -> None:
-    names = {p.name: p for p in tracecut.parameters()}
+    shown, expert = tracecut.parameters(), tracecut.parameters(expert=True)
+    names = {p.name: p for p in shown + expert}
+    assert len(shown) <= 20 and len(names) == len(shown) + len(expert)
     stride = names["flow.patch_stride"]
     assert (stride.kind, stride.low, stride.high) == ("integer", 1, 8) and "patch" in stride.doc.lower()
     in_force = tracecut.Session(**{name: p.default for name, p in names.items()}).params

@@ -203,12 +203,28 @@ const oneLine = (text) => text.replace(/\s+/g, ' ').trim();
 const cell = (text) => text.replaceAll('|', '\\|');
 
 function parameterTables(parameters) {
+  const tables = (expert) =>
+    tablesOf(parameters.filter((parameter) => Boolean(parameter.expert) === expert)).join('\n');
+  return `## Options of a session
+
+The parameter tree, such as \`{ cut: { spatialWeight: 3 } }\`; \`parameters()\` lists them at run time.
+
+${tables(false)}
+## Options for experts
+
+Only research changes these: they are set in the same way.
+
+${tables(true)}`;
+}
+
+/** A table for each group. */
+function tablesOf(parameters) {
   const groups = new Map();
   for (const parameter of parameters) {
     const [group] = parameter.name.split('.');
     groups.set(group, [...(groups.get(group) ?? []), parameter]);
   }
-  const tables = [...groups].map(([group, list]) => {
+  return [...groups].map(([group, list]) => {
     const rows = list.map(({ name, doc, kind, min, max, choices, default: initial }) => {
       const legal =
         kind === 'boolean'
@@ -220,5 +236,4 @@ function parameterTables(parameters) {
     });
     return `### ${group}.*\n\n| parameter | default | legal | |\n|---|---|---|---|\n${rows.join('')}`;
   });
-  return `## Options of a session\n\nThe parameter tree, such as \`{ cut: { spatialWeight: 3 } }\`; \`parameters()\` lists them at run time.\n\n${tables.join('\n')}`;
 }

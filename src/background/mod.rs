@@ -52,20 +52,20 @@ crate::params! {
         /// Whether clips are judged by their background. Not in the paper.
         pub judge: bool = true, in 0..=1;
         /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
-        pub motion: f32 = 0.4, in 0.01..=100.0;
+        pub motion: f32 = 0.4, in 0.01..=100.0, expert;
         /// Where the camera stands still: weight of the log-odds by the distance from the plate.
-        pub plate_weight: f32 = 0.8, in 0.0..=100.0;
+        pub plate_weight: f32 = 0.8, in 0.0..=100.0, expert;
         /// Where the camera stands still: weight of the log-odds by motion.
-        pub motion_weight: f32 = 0.3, in 0.0..=100.0;
+        pub motion_weight: f32 = 0.3, in 0.0..=100.0, expert;
         /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
         /// objects'.
-        pub account_weight: f32 = 2.5, in 0.0..=100.0;
+        pub account_weight: f32 = 2.5, in 0.0..=100.0, expert;
         /// Where the camera moves: what speaks against an object in each superpixel before anything is known.
-        pub doubt: f32 = 1.3, in 0.0..=100.0;
+        pub doubt: f32 = 1.3, in 0.0..=100.0, expert;
         /// Where the camera goes forward: whether objects are what no rigid scene on a ground explains.
-        pub rigid: bool = true, in 0..=1;
+        pub rigid: bool = true, in 0..=1, expert;
         /// Where the camera moves and no cluster is an object: whether salient trajectories that move alike are some.
-        pub stand_out: bool = true, in 0..=1;
+        pub stand_out: bool = true, in 0..=1, expert;
     }
 }
 

@@ -49,12 +49,12 @@ crate::params! {
         pub mode: ConnectednessMode = ConnectednessMode::Agents, in 0..=3;
         /// Frames in which two trajectories must be in different components to lose their affinity (section 3: 1).
         /// Higher forgives more holes in the foreground.
-        pub min_violations: u32 = 4, in 1..=1000;
+        pub min_violations: u32 = 4, in 1..=1000, expert;
         /// Longest Delaunay edge along which the foreground is connected, in steps of the seed grid.
-        pub max_edge: f32 = 4.0, in 1.0..=1000.0;
+        pub max_edge: f32 = 4.0, in 1.0..=1000.0, expert;
         /// Components of fewer trajectories keep nothing apart; counted at a grid step of 8 pixels and scaled with the
         /// inverse square of the step.
-        pub min_component: u32 = 10, in 1..=100000;
+        pub min_component: u32 = 10, in 1..=100000, expert;
     }
 }
 

@@ -68,19 +68,19 @@ crate::params! {
     pub struct DiscretizeParams {
         /// rotation-evidence merges by all that is known of each two clusters, rotation-merge by discontinuities alone
         /// (section 2.3); rotation and k-means, without merging, are those of Figure 10.
-        pub method: DiscretizeMethod = DiscretizeMethod::RotationEvidence, in 0..=3;
+        pub method: DiscretizeMethod = DiscretizeMethod::RotationEvidence, in 0..=3, expert;
         /// How many clusters are made (before merging): eigenvalues takes one for each eigenvector of the embedding,
         /// gap one for each eigenvalue before the first gap of at least `minGap`.
-        pub count: CountRule = CountRule::Eigenvalues, in 0..=1;
+        pub count: CountRule = CountRule::Eigenvalues, in 0..=1, expert;
         /// With the count by gap: K is the least number for which λ_K − λ_K+1 reaches this, among the eigenvalues of
         /// the embedding; all of them where there is no such gap. Higher gives more clusters.
-        pub min_gap: f64 = 0.02, in 0.0..=1.0;
+        pub min_gap: f64 = 0.02, in 0.0..=1.0, expert;
         /// With rotation-evidence: log-odds above which two pieces are joined, of which the smaller holds all trajectories; a
         /// smaller share asks less. Higher keeps more apart, lower makes fewer, larger clusters.
         pub caution: f64 = 2.8, in 0.0..=20.0;
         /// ρ of rotation-merge: clusters whose mean discontinuity along their common border is below it are merged
         /// (section 2.3: 0.4). Higher merges more.
-        pub merge_threshold: f64 = 0.77, in 0.0..=1.0;
+        pub merge_threshold: f64 = 0.77, in 0.0..=1.0, expert;
     }
 }
 

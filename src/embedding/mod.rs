@@ -37,14 +37,14 @@ crate::params! {
     pub struct EmbeddingParams {
         /// Eigenvectors are kept while their eigenvalue is at least this. Lower keeps more of them and finds weaker
         /// motion differences, but breaks uniform regions sooner. The paper does not say.
-        pub min_eigenvalue: f64 = 0.7, in 0.0..=1.0;
+        pub min_eigenvalue: f64 = 0.7, in 0.0..=1.0, expert;
         /// Fewest eigenvectors, whatever their eigenvalues.
-        pub min_dimensions: u32 = 8, in 1..=64;
+        pub min_dimensions: u32 = 8, in 1..=64, expert;
         /// Most eigenvectors; where it is below `minDimensions`, it wins. Higher is slower.
-        pub max_dimensions: u32 = 24, in 2..=64;
+        pub max_dimensions: u32 = 24, in 2..=64, expert;
         /// Connected groups of fewer trajectories than this are not embedded (where no group is as large, the largest
         /// are).
-        pub min_component: u32 = 1, in 1..=1000000;
+        pub min_component: u32 = 1, in 1..=1000000, expert;
     }
 }
 

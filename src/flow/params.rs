@@ -9,13 +9,13 @@ crate::params! {
     pub struct FlowParams {
         /// Pixels between neighbouring patches down to the finest level that is searched, the patch's side at most; three
         /// quarters of it at coarser ones. Lower is slower.
-        pub patch_stride: u32 = 4, in 1..=8;
+        pub patch_stride: u32 = 4, in 1..=8, expert;
         /// Finest level at which patches are searched, 0 being full size; in finer ones each pixel takes the motion near
         /// it that fits best. Higher is faster and loses what is small.
         pub search_level: u32 = 0, in 0..=4;
         /// Weight of smoothness in the refinement.
-        pub smoothness: f32 = 25.0, in 0.001..=1000.0;
+        pub smoothness: f32 = 25.0, in 0.001..=1000.0, expert;
         /// Times that the refinement renews its robust weights, at every level; 0 leaves it out. Higher is slower.
-        pub fixed_points: u32 = 5, in 0..=12;
+        pub fixed_points: u32 = 5, in 0..=12, expert;
     }
 }

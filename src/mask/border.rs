@@ -25,11 +25,11 @@ crate::params! {
         /// are. Higher is slower.
         pub band: u32 = 8, in 0..=64;
         /// Weight of local colours.
-        pub colour_weight: f32 = 2.0, in 0.0..=1000.0;
+        pub colour_weight: f32 = 2.0, in 0.0..=1000.0, expert;
         /// Cost of moving the border by the whole band; it grows with the square of the distance.
-        pub keep_weight: f32 = 2.0, in 0.0..=1000.0;
+        pub keep_weight: f32 = 2.0, in 0.0..=1000.0, expert;
         /// Cost of a border between two pixels of the same colour.
-        pub smoothness: f32 = 2.0, in 0.0..=1000.0;
+        pub smoothness: f32 = 2.0, in 0.0..=1000.0, expert;
     }
 }
 

@@ -22,6 +22,8 @@ pub struct ParamField<'a> {
     pub doc: &'static str,
     /// Smallest and largest legal value.
     pub range: (f64, f64),
+    /// Whether only research changes it: such parameters are listed apart.
+    pub expert: bool,
     value: &'a mut dyn Number,
 }
 
@@ -91,12 +93,12 @@ pub trait ParamGroup {
     fn visit(&mut self, section: &str, visit: &mut dyn FnMut(ParamField<'_>));
 }
 
-/// Declares a parameter struct: `/// meaning` `pub name: type = default, in low..=high;`.
+/// Declares a parameter struct: `/// meaning` `pub name: type = default, in low..=high;`, or `..=high, expert;`.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! params {
     ($(#[$meta:meta])* pub struct $group:ident {
-        $($(#[doc = $doc:literal])* pub $field:ident: $type:ty = $default:expr, in $low:literal..=$high:literal;)*
+        $($(#[doc = $doc:literal])* pub $field:ident: $type:ty = $default:expr, in $low:literal..=$high:literal $(, $expert:ident)?;)*
     }) => {
         $(#[$meta])*
         #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -114,7 +116,12 @@ macro_rules! params {
         impl $crate::params::ParamGroup for $group {
             fn visit(&mut self, section: &str, visit: &mut dyn FnMut($crate::params::ParamField<'_>)) {
                 $(visit($crate::params::ParamField::new(
-                    section, stringify!($field), concat!($($doc, "\n"),*), ($low as f64, $high as f64), &mut self.$field,
+                    section,
+                    stringify!($field),
+                    concat!($($doc, "\n"),*),
+                    ($low as f64, $high as f64),
+                    !stringify!($($expert)?).is_empty(),
+                    &mut self.$field,
                 ));)*
             }
         }
@@ -124,9 +131,16 @@ macro_rules! params {
 impl<'a> ParamField<'a> {
     #[doc(hidden)]
     #[allow(private_bounds, reason = "called by the params! macro only, with the number types this module knows")]
-    pub fn new<N: Number>(section: &str, field: &str, doc: &'static str, range: (f64, f64), value: &'a mut N) -> Self {
+    pub fn new<N: Number>(
+        section: &str,
+        field: &str,
+        doc: &'static str,
+        range: (f64, f64),
+        expert: bool,
+        value: &'a mut N,
+    ) -> Self {
         let name = if section.is_empty() { camel(field) } else { format!("{section}.{}", camel(field)) };
-        Self { name, doc, range, value }
+        Self { name, doc, range, expert, value }
     }
 }
 

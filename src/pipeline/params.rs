@@ -30,17 +30,17 @@ crate::params! {
         /// Side of a square frame for which lengths are meant, in pixels: in a frame of less area trajectories are
         /// closer together in proportion, down to one half, and so are radii around them, so that an object has as
         /// many points at any size. 0 leaves lengths as they are. Default: the area of 480×270.
-        pub reference: u32 = 360, in 0..=4096;
+        pub reference: u32 = 360, in 0..=4096, expert;
         /// Whether every pixel gets a label; without, a run ends with the labels of the trajectories.
         pub dense: bool = true, in 0..=1;
         /// Most pixels of a frame of the input. Larger ones are refused (`too-large`) before memory is taken.
-        pub max_pixels: u32 = MAX_PIXELS as u32, in 1..=268435456;
+        pub max_pixels: u32 = MAX_PIXELS as u32, in 1..=268435456, expert;
         /// Most frames of a session, or of a window of a long clip.
-        pub max_frames: u32 = 10000, in 2..=1000000;
+        pub max_frames: u32 = 10000, in 2..=1000000, expert;
         /// Most trajectories, from outside or found.
-        pub max_trajectories: u32 = 1000000, in 1..=100000000;
+        pub max_trajectories: u32 = 1000000, in 1..=100000000, expert;
         /// Most points of trajectories from outside.
-        pub max_points: u32 = 100000000, in 1..=4294967295_u32;
+        pub max_points: u32 = 100000000, in 1..=4294967295_u32, expert;
         /// Seed of all pseudo-random choices.
         pub seed: u32 = 0, in 0..=4294967295_u32;
     }
@@ -334,14 +334,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn defaults_are_legal_and_every_parameter_is_documented() {
+    fn defaults_are_legal_every_parameter_is_documented_and_at_most_twenty_are_shown() {
         Params::default().validate().unwrap();
-        let mut count = 0;
+        let (mut count, mut shown) = (0, 0);
         Params::default().visit("", &mut |field| {
             assert!(field.doc.len() > 10, "{} has no doc", field.name);
             count += 1;
+            shown += usize::from(!field.expert);
         });
-        assert!(count > 20, "{count} parameters");
+        assert!(count > 20 && (10..=20).contains(&shown), "{count} parameters, {shown} shown");
     }
 
     #[test]

@@ -36,13 +36,13 @@ crate::params! {
         /// Spacing of the denser trajectories that the masks are made from, in pixels of the processed frames.
         pub mask_step: f32 = 4.0, in 2.0..=64.0;
         /// Shortest trajectory that the masks are made from, in frames.
-        pub mask_min_length: u32 = 2, in 2..=1000;
+        pub mask_min_length: u32 = 2, in 2..=1000, expert;
         /// A seed needs a structure of more than this fraction of the frame's mean, and ten times as much more on the
         /// border (published tracker: 0.1). Lower tracks weaker texture, which the checks below then have to judge.
-        pub structure_mean: f32 = 0.03, in 0.0..=10.0;
+        pub structure_mean: f32 = 0.03, in 0.0..=10.0, expert;
         /// A seed needs more than this structure, in grey levels squared (published tracker: 1). 0 seeds all but
         /// constant areas.
-        pub structure_floor: f32 = 0.02, in 0.0..=1000.0;
+        pub structure_floor: f32 = 0.02, in 0.0..=1000.0, expert;
     }
 }
 

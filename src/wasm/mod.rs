@@ -47,18 +47,19 @@ struct Parameter {
     min: f64,
     max: f64,
     default: f64,
+    expert: bool,
     choices: &'static [&'static str],
 }
 
-/// All parameters in their order of declaration: `{name, doc, kind, min, max, default, choices}`; truth values read as
-/// 0 or 1, choices as their place among `choices`.
+/// All parameters in their order of declaration: `{name, doc, kind, min, max, default, expert, choices}`; truth values
+/// read as 0 or 1, choices as their place among `choices`.
 #[wasm_bindgen]
 pub fn parameters() -> Result<JsValue, JsValue> {
     let mut list = Vec::new();
     Params::default().visit("", &mut |field| {
-        let (min, max) = field.range;
+        let ((min, max), expert) = (field.range, field.expert);
         let (doc, kind, default, choices) = (field.doc.trim(), field.kind(), field.get(), field.choices());
-        list.push(Parameter { name: field.name, doc, kind, min, max, default, choices });
+        list.push(Parameter { name: field.name, doc, kind, min, max, default, expert, choices });
     });
     convert::to_js(&list)
 }

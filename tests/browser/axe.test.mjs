@@ -44,6 +44,7 @@ describe('an accessibility checker finds nothing', () => {
       await screenshot(page, `axe-${look.replaceAll(' ', '-')}`);
       await showOnly(page);
       await page.click('#settings-all > summary');
+      await page.click('#settings-expert > summary');
       for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
       await page.evaluate(() => globalThis.tracecutDemo.app.compare.choose('slider'));
       assert.deepEqual(await faultsOf(page, look), [], 'all layers and settings open');

@@ -112,6 +112,7 @@ describe('the page in German', () => {
       await page.click('#export-close');
       await showOnly(page);
       await page.click('#settings-all > summary');
+      await page.click('#settings-expert > summary');
       for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
       await inGerman(page, 'layers and settings');
       await seen('layers and settings');

@@ -15,12 +15,13 @@ describe('settings', () => {
     const { page } = sample;
     const all = parameters().filter(({ name }) => !name.startsWith('still.'));
     await page.click('#settings-all > summary');
+    await page.click('#settings-expert > summary');
     for (const summary of await page.locator('.group:not([hidden]) > summary').all()) await summary.click();
     // Rows are built when their group has opened.
     await page.waitForFunction(() =>
       [...document.querySelectorAll('.group:not([hidden])')].every((group) => group.querySelector('.setting')),
     );
-    const shown = await page.locator('#settings-groups .group:not([hidden]) .setting').evaluateAll((rows) =>
+    const shown = await page.locator('#settings-all .group:not([hidden]) .setting').evaluateAll((rows) =>
       rows.map((row) => {
         const { min, max } = row.querySelector('input, select');
         return { name: row.dataset.parameter, doc: row.querySelector('.about').textContent, range: [min, max] };
@@ -32,6 +33,9 @@ describe('settings', () => {
       assert.equal(row.doc, doc);
       if (kind === 'number' || kind === 'integer') assert.deepEqual(row.range, [String(min), String(max)], name);
     }
+    const first = await page.locator('#settings-groups .setting').count();
+    assert.equal(first, all.filter(({ expert }) => !expert).length);
+    await page.click('#settings-expert > summary');
     await page.click('#settings-all > summary');
   });
 
@@ -73,7 +77,9 @@ describe('settings', () => {
   test('refuse what is out of range, and say what is legal', async () => {
     const { page } = sample;
     await page.evaluate(() =>
-      document.querySelectorAll('#settings-all, [data-group="flow"]').forEach((details) => (details.open = true)),
+      document
+        .querySelectorAll('#settings-all, #settings-expert, [data-group="flow"]')
+        .forEach((details) => (details.open = true)),
     );
     const field = page.locator('#setting-all-flow-smoothness');
     await field.fill('5000');

@@ -7,7 +7,7 @@ import { kindOf } from './source.js';
 
 /**
  * @typedef {{name: string, doc: string, kind: 'number' | 'integer' | 'boolean' | 'choice', min: number, max: number,
- *   default: Value, choices?: readonly string[]}} Parameter
+ *   default: Value, expert: boolean, choices?: readonly string[]}} Parameter
  */
 
 export class Settings {

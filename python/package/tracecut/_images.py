@@ -84,9 +84,15 @@ def enlarge(mask: U8, picture: FrameLike) -> Enlarged:
     return Enlarged(*_tracecut.enlarge(mask, as_array(picture)))
 
 
-def parameters() -> list[Parameter]:
-    """All parameters with meaning, range and default, in the order of the stages."""
-    return [_parameter(*raw) for raw in _tracecut.parameters()]
+def parameters(expert: bool = False) -> list[Parameter]:
+    """The parameters with meaning, range and default, in the order of the stages.
+
+    Parameters
+    ----------
+    expert : bool, default False
+        Those that only research changes, in the place of the others. All can be set.
+    """
+    return [_parameter(*raw) for raw in _tracecut.parameters(expert)]
 
 
 def _parameter(
