@@ -9,7 +9,7 @@ import { describeProject } from './api/rustdoc.mjs';
 import { ensureRust, fail, root } from './tools.mjs';
 
 /** Most public items: each is a promise. Lower it when there are fewer. */
-const MOST_ITEMS = 286;
+const MOST_ITEMS = 250;
 
 const file = join(root, 'docs', 'api.txt');
 const { check } = options();

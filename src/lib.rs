@@ -62,8 +62,8 @@
 //! | masks | [`mask`] | [`find_objects`](mask::find_objects), [`refine`](mask::refine) | | cut, frames → a mask for each frame |
 //!
 //! Beside them: [`still`] finds discontinuities in single images; [`correction`] says what the user wants otherwise;
-//! [`window`] has the parameters of long clips; [`synth`] makes clips whose masks and flow are known; [`image`],
-//! [`sparse`] and [`params`] are what all of these are made of.
+//! [`synth`] makes clips whose masks and flow are known; [`image`], [`sparse`] and [`params`] are what all of these are
+//! made of.
 //!
 //! The whole method in straight lines, with the sections of the paper beside them, is in `examples/method.rs`.
 //!
@@ -71,7 +71,7 @@
 //! clock, opens no files and keeps no global state; it starts threads only in [`Session::run_on`].
 
 pub mod affinity;
-pub mod background;
+mod background;
 mod camera;
 pub mod connectedness;
 pub mod contour;
@@ -82,6 +82,7 @@ pub mod discontinuity;
 pub mod discretize;
 pub mod embedding;
 mod error;
+#[doc(hidden)]
 pub mod evidence;
 pub mod flow;
 mod grid;
@@ -104,12 +105,12 @@ pub mod tracks;
 pub mod trajectory;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
-pub mod window;
+mod window;
 
 pub use error::Error;
 #[cfg(not(target_arch = "wasm32"))]
 pub use pipeline::{Checkpoint, Window, Windows};
-pub use pipeline::{Explanation, Params, Progress, Rim, RunnerUp, Session, Source, Stage, Step, Voter};
+pub use pipeline::{Explanation, Params, Progress, Session, Source, Stage, Step};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

@@ -49,14 +49,10 @@ impl SymCsr {
         self.offset.len().saturating_sub(1)
     }
 
+    #[doc(hidden)]
     /// Whether the matrix has no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
-    }
-
-    /// Number of stored entries, mirrors included.
-    pub fn num_entries(&self) -> usize {
-        self.column.len()
     }
 
     /// Columns and values of row `i`.
@@ -72,13 +68,14 @@ impl SymCsr {
         pulp::Arch::new().dispatch(Product { matrix: self, rows, scale, x, out });
     }
 
+    #[doc(hidden)]
     /// Row sums: the degrees `D_ii` of the graph.
     pub fn degrees(&self) -> Vec<f64> {
         (0..self.len()).map(|i| self.row(i).map(|(_, w)| w).sum()).collect()
     }
 
     /// The connected component of each node and their number; components are numbered by their first node.
-    pub fn components(&self) -> (Vec<u32>, usize) {
+    pub(crate) fn components(&self) -> (Vec<u32>, usize) {
         const UNSEEN: u32 = u32::MAX;
         let mut component = vec![UNSEEN; self.len()];
         let mut count = 0;
@@ -102,6 +99,7 @@ impl SymCsr {
         (component, count as usize)
     }
 
+    #[doc(hidden)]
     /// Checks the law of the type.
     ///
     /// # Errors

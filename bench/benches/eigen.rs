@@ -119,7 +119,7 @@ fn report(name: &str, a: &SymCsr, mut solve: impl FnMut(f64) -> (EigenInfo, Vec<
         println!(
             "{name}: n = {}, {} entries, K = {}, tolerance {tolerance:e}: {:.0} ms, {info:?}, last value {:.6}",
             a.len(),
-            a.num_entries(),
+            a.column.len(),
             values.len(),
             1e3 * best,
             values.last().copied().unwrap_or_default()

@@ -6,7 +6,7 @@ use crate::run::{progress_bar, run};
 use crate::settings::Settings;
 use clap::Args;
 use std::path::PathBuf;
-use tracecut::cut::{Link, STEPS_PER_UNIT, STRANGER};
+use tracecut::pipeline::SuperpixelLink;
 use tracecut::{Explanation, Session, Source};
 
 /// How many of the links are listed one by one, the strongest first.
@@ -42,21 +42,19 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
     Ok(())
 }
 
-/// Steps of the solver in units of cost.
-fn units(steps: i64) -> f64 {
-    steps as f64 / f64::from(STEPS_PER_UNIT)
-}
-
 fn thing(label: u8) -> String {
     if label == 0 { "the background".to_owned() } else { format!("object {label}") }
 }
 
+fn label_of(why: &Explanation, cluster: u32) -> u8 {
+    why.costs.get(cluster as usize).map_or(0, |cost| cost.label)
+}
+
 fn words(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> String {
-    let (mut text, reasons) = (Vec::new(), &why.reasons);
-    let of = |cluster: u32| why.of_cluster.get(cluster as usize).copied().unwrap_or(0);
-    let named = |cluster: u32| format!("{} (cluster {cluster})", thing(of(cluster)));
+    let mut text = Vec::new();
+    let named = |cluster: u32| format!("{} (cluster {cluster})", thing(label_of(why, cluster)));
     text.push(format!("frame {t}, pixel {x},{y}: {}", thing(why.label)));
-    let by_cut = named(reasons.label);
+    let by_cut = named(why.cluster);
     match why.source {
         Source::Superpixel => text.push(format!("  by superpixel {}, which the cut gave to {by_cut}", why.superpixel)),
         Source::Border => {
@@ -67,93 +65,105 @@ fn words(session: &Session, [t, x, y]: [usize; 3], why: &Explanation) -> String 
         }
         Source::Stroke => text.push(format!("  by a stroke; its superpixel {} is {by_cut}", why.superpixel)),
     }
-    text.push(format!("  what each label would cost, all else as it is (the solver counts in 1/{STEPS_PER_UNIT}):"));
+    text.push("  what each label would cost, all else as it is (the solver counts in 1/65536):".to_owned());
     text.push(format!(
         "    {:28} {:>7} {:>12} {:>9} {:>9} {:>9} {:>9}",
         "", "votes", "trajectories", "colours", "evidence", "links", "sum"
     ));
-    for (cluster, own) in (0..).zip(&reasons.own) {
-        let sum = reasons.cost(cluster);
-        let alone = [own.trajectories, own.colours, own.evidence].map(i64::from);
-        let links = sum - alone.iter().sum::<i64>() - i64::from(own.forbidden);
-        let [a, b, c] = alone.map(units);
-        let held = if own.forbidden > 0 { "  forbidden by a stroke" } else { "" };
-        let (name, votes, links, sum) = (named(cluster), reasons.votes[cluster as usize], units(links), units(sum));
-        text.push(format!("    {name:28} {votes:7} {a:12.4} {b:9.4} {c:9.4} {links:9.4} {sum:9.4}{held}"));
+    for cost in &why.costs {
+        let held = if cost.forbidden > 0.0 { "  forbidden by a stroke" } else { "" };
+        text.push(format!(
+            "    {:28} {:7} {:12.4} {:9.4} {:9.4} {:9.4} {:9.4}{held}",
+            named(cost.cluster),
+            cost.votes,
+            cost.trajectories,
+            cost.colours,
+            cost.evidence,
+            cost.links,
+            cost.total
+        ));
     }
-    let strangers = why.voters.iter().filter(|voter| voter.cluster == STRANGER).count();
+    let strangers = why.voters.iter().filter(|voter| voter.stranger).count();
     text.push(format!(
         "  {} trajectories in it, {strangers} of them like nothing around them; their weight is {:.2}",
         why.voters.len(),
-        reasons.lambda
+        why.weight
     ));
-    text.push(format!("  evidence for an object: {:+.3} by the background, {:+.3} by looks", why.cues, why.looks));
-    links(&mut text, t, &reasons.links, &named);
+    let evidence = why.evidence;
+    text.push(format!(
+        "  evidence for an object: {:+.3} by the background, {:+.3} by looks",
+        evidence.background, evidence.looks
+    ));
+    links(&mut text, t, &why.links, &named);
     motion(&mut text, session, why, &named);
     flips(&mut text, t, why, &named);
     text.join("\n")
 }
 
-fn links(text: &mut Vec<String>, t: usize, links: &[Link], named: &dyn Fn(u32) -> String) {
-    let mut strongest: Vec<&Link> = links.iter().collect();
-    strongest.sort_by_key(|link| std::cmp::Reverse(link.cost));
+fn links(text: &mut Vec<String>, t: usize, links: &[SuperpixelLink], named: &dyn Fn(u32) -> String) {
+    let mut strongest: Vec<&SuperpixelLink> = links.iter().collect();
+    strongest.sort_by(|a, b| b.cost.total_cmp(&a.cost));
     text.push(format!("  bound to {} superpixels:", links.len()));
     for link in strongest.iter().take(MOST_LINKS) {
-        text.push(format!("    {:8.4} {}", units(link.cost.into()), neighbour(t, link, named)));
+        text.push(format!("    {:8.4} {}", link.cost, neighbour(t, link, named)));
     }
-    let rest: i64 = strongest.iter().skip(MOST_LINKS).map(|link| i64::from(link.cost)).sum();
+    let rest: f64 = strongest.iter().skip(MOST_LINKS).map(|link| link.cost).sum();
     if links.len() > MOST_LINKS {
-        text.push(format!("    {:8.4} all others", units(rest)));
+        text.push(format!("    {rest:8.4} all others"));
     }
 }
 
-fn neighbour(t: usize, link: &Link, named: &dyn Fn(u32) -> String) -> String {
+fn neighbour(t: usize, link: &SuperpixelLink, named: &dyn Fn(u32) -> String) -> String {
     let where_to = match link.t {
         other if other == t => "beside it".to_owned(),
         other if other < t => format!("a frame before, {} common trajectories", link.tracks),
         _ => format!("a frame after, {} common trajectories", link.tracks),
     };
-    format!("superpixel {} {where_to}: {}", link.superpixel, named(link.label))
+    format!("superpixel {} {where_to}: {}", link.superpixel, named(link.cluster))
 }
 
 fn motion(text: &mut Vec<String>, session: &Session, why: &Explanation, named: &dyn Fn(u32) -> String) {
     let label = |i: u32| session.clusters().map_or_else(String::new, |c| named(c.label[i as usize]));
     if let Some(i) = why.nearest {
         text.push(format!("  the nearest clustered trajectory is {i}, of {}; it moves most like", label(i)));
-        for &(j, affinity) in &why.affinities {
-            text.push(format!("    trajectory {j} of {}: affinity {affinity:.4}", label(j)));
+        for near in &why.affinities {
+            text.push(format!("    trajectory {} of {}: affinity {:.4}", near.to, label(near.to), near.affinity));
         }
     }
-    if let (Some(rim), Some(other)) = (why.rim, why.runner_up) {
-        let (i, j, d) = rim.strongest;
-        let (edges, mean, other) = (rim.edges, rim.mean, named(other.cluster));
+    if let (Some(border), Some(other)) = (why.border, why.flip) {
         text.push(format!(
-            "  {edges} edges of this frame lead to {other}: mean discontinuity {mean:.3}, most {d:.3} ({i} to {j})"
+            "  {} edges of this frame lead to {}: mean discontinuity {:.3}, most {:.3} ({} to {})",
+            border.edges,
+            named(other.cluster),
+            border.mean,
+            border.d,
+            border.i,
+            border.j
         ));
     }
 }
 
 fn flips(text: &mut Vec<String>, t: usize, why: &Explanation, named: &dyn Fn(u32) -> String) {
-    let Some(other) = why.runner_up else {
+    let Some(other) = why.flip else {
         text.push("  there is nothing else that it could be".to_owned());
         return;
     };
     text.push(format!(
         "  to be {} instead costs {:.4} more; any of these would outweigh that:",
         named(other.cluster),
-        units(other.margin)
+        other.margin
     ));
     match other.votes {
         Some(votes) => text.push(format!("    {votes} more trajectories of that cluster in the superpixel")),
         None => text.push("    no number of trajectories in this superpixel alone".to_owned()),
     }
     // A neighbour that goes over costs the one label its link and saves it the other.
-    let own = why.reasons.label;
-    for link in why.reasons.links.iter().filter(|l| l.label == own && 2 * i64::from(l.cost) >= other.margin) {
+    for link in why.links.iter().filter(|l| l.cluster == why.cluster && 2.0 * l.cost >= other.margin) {
         text.push(format!("    if {} went over", neighbour(t, link, named)));
     }
-    if (why.of_cluster[own as usize] > 0) != (why.of_cluster[other.cluster as usize] > 0) {
-        let side = if why.of_cluster[own as usize] > 0 { "against" } else { "for" };
-        text.push(format!("    evidence of {:.4} more {side} an object", units(other.margin)));
+    let is_object = label_of(why, why.cluster) > 0;
+    if is_object != (label_of(why, other.cluster) > 0) {
+        let side = if is_object { "against" } else { "for" };
+        text.push(format!("    evidence of {:.4} more {side} an object", other.margin));
     }
 }

@@ -4,7 +4,7 @@ use crate::failure::{Failure, Result, print, read_text};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use tracecut::Params;
-use tracecut::params::{ParamGroup, ParamTree, ParamValue};
+use tracecut::params::{ParamTree, ParamValue};
 
 #[derive(Args, Debug)]
 pub struct Settings {
@@ -60,7 +60,7 @@ pub(crate) struct ParamsArgs {
 /// Prints the parameters with range, default and meaning.
 pub(crate) fn list(args: &ParamsArgs) -> Result<()> {
     let (mut lines, mut others) = (Vec::new(), 0);
-    Params::default().visit("", &mut |field| {
+    Params::default().for_each(&mut |field| {
         if field.expert != args.expert {
             others += 1;
             return;

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
 use std::collections::BTreeMap;
 use tracecut::Params;
-use tracecut::params::{ParamGroup, ParamTree, ParamValue};
+use tracecut::params::{ParamTree, ParamValue};
 
 /// The default parameters changed by `options`, such as `{"flow": {"patch_stride": 5}}` or `{"flow.patch_stride": 5}`.
 pub(crate) fn params_from(options: &Bound<'_, PyDict>) -> Result<Params> {
@@ -70,7 +70,7 @@ type Parameter = (String, &'static str, &'static str, f64, f64, f64, &'static [&
 #[pyfunction]
 pub(crate) fn parameters(expert: bool) -> Vec<Parameter> {
     let mut list = Vec::new();
-    Params::default().visit("", &mut |field| {
+    Params::default().for_each(&mut |field| {
         let (low, high) = field.range;
         let (doc, kind, default, choices) = (field.doc.trim(), field.kind(), field.get(), field.choices());
         if field.expert == expert {
@@ -84,7 +84,7 @@ pub(crate) fn parameters(expert: bool) -> Vec<Parameter> {
 pub(crate) fn params_in_force<'py>(py: Python<'py>, params: &Params) -> Result<Bound<'py, PyDict>> {
     let tree = PyDict::new(py);
     let mut outcome = Ok(());
-    params.clone().visit("", &mut |field| {
+    params.clone().for_each(&mut |field| {
         if outcome.is_ok() {
             outcome = put(&tree, &snake(&field.name), field.kind(), field.get(), field.choices());
         }

@@ -89,7 +89,7 @@ impl Separation {
     }
 
     /// Whether both are in some part, and not in the same, in enough of the frames in which both are alive.
-    pub fn apart(&self, tracks: &Trajectories, i: usize, j: usize) -> bool {
+    pub(crate) fn apart(&self, tracks: &Trajectories, i: usize, j: usize) -> bool {
         let (a, b) = (tracks.frames(i), tracks.frames(j));
         let start = a.start.max(b.start);
         let common = a.end.min(b.end).saturating_sub(start);

@@ -109,7 +109,7 @@ fn the_background_keeps_its_affinities_unless_the_foreground_stands_alone() {
     assert!(constrained(&all, &tracks, &parts, &foreground, &settings(ConnectednessMode::Paper, 1)).is_none());
     let alone = settings(ConnectednessMode::ForegroundOnly, 1);
     let (left, _) = constrained(&all, &tracks, &parts, &foreground, &alone).unwrap();
-    assert_eq!(left.num_entries(), 12);
+    assert_eq!(left.column.len(), 12);
 }
 
 #[test]

@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(row.iter().map(|e| e.0).collect::<Vec<_>>(), [1, 4]);
         assert!((row[0].1 - expected).abs() < 1e-6 && (row[1].1 - 0.5).abs() < 1e-6, "{row:?}");
         let some = near_affinities(&SymCsr::from_upper(5, &all), &tracks, &[1, 4], 8.0);
-        assert_eq!((some.len(), some.num_entries()), (2, 0));
+        assert_eq!((some.len(), some.column.len()), (2, 0));
         assert!(near_affinities(&SymCsr::default(), &Trajectories::default(), &[], 8.0).is_empty());
     }
 
@@ -165,6 +165,6 @@ mod tests {
         (0..3).for_each(|k| tracks.push(0, [(10.0 + k as f32, 20.0, 0.0)]));
         let graph = near_affinities(&SymCsr::from_upper(3, &[]), &tracks, &[0, 1, 2], 8.0);
         graph.check().unwrap();
-        assert_eq!(graph.num_entries(), 6);
+        assert_eq!(graph.column.len(), 6);
     }
 }

@@ -30,7 +30,7 @@ impl Stroke {
     ///
     /// # Errors
     /// [`Error::Param`] naming the first thing that is not legal.
-    pub fn check(&self, name: &str, num_frames: usize, size: (usize, usize)) -> Result<(), Error> {
+    pub(crate) fn check(&self, name: &str, num_frames: usize, size: (usize, usize)) -> Result<(), Error> {
         let wrong = |what: &str, value: String, expected: String| {
             Err(Error::Param { name: format!("{name}.{what}"), value, expected })
         };

@@ -10,11 +10,11 @@ use super::params::CutParams;
 use super::terms::{Nodes, SCALE, energy, heard, votes};
 
 /// Steps of the solver in a unit of cost.
-pub const STEPS_PER_UNIT: i32 = SCALE as i32;
+pub(crate) const STEPS_PER_UNIT: i32 = SCALE as i32;
 
 /// What a label costs a superpixel by itself, in steps of 1/65536.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct OwnCost {
+pub(crate) struct OwnCost {
     /// λ (1 − h) of the trajectories in it.
     pub trajectories: i32,
     /// Its colours, where no trajectory has a say.
@@ -27,7 +27,7 @@ pub struct OwnCost {
 
 /// A superpixel that shares a border, or follows in time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Link {
+pub(crate) struct Link {
     /// Frame.
     pub t: usize,
     /// Its number in that frame.
@@ -45,7 +45,7 @@ pub struct Link {
 /// Law: for any two labels, [`Reasons::cost`] differs by as much as the energy of the whole clip does with the
 /// superpixel under the one and the other.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reasons {
+pub(crate) struct Reasons {
     /// Its label by the cut.
     pub label: u32,
     /// λ: how much its trajectories count, 0 where none has a say.
@@ -101,21 +101,21 @@ impl Reasons {
     }
 
     /// What `label` costs here, in steps of 1/65536: by itself, and by the links that it would cut.
-    pub fn cost(&self, label: u32) -> i64 {
+    pub(crate) fn cost(&self, label: u32) -> i64 {
         let own = self.own[label as usize];
         let cut = self.links.iter().filter(|link| link.label != label).map(|link| i64::from(link.cost));
         [own.trajectories, own.colours, own.evidence, own.forbidden].into_iter().map(i64::from).chain(cut).sum()
     }
 
     /// The cheapest label among others, and what it costs more than the present one: below that nothing changes.
-    pub fn runner_up(&self, is_other: impl Fn(u32) -> bool) -> Option<(u32, i64)> {
+    pub(crate) fn runner_up(&self, is_other: impl Fn(u32) -> bool) -> Option<(u32, i64)> {
         let others = (0..self.own.len() as u32).filter(|&label| label != self.label && is_other(label));
         others.map(|label| (label, self.cost(label) - self.cost(self.label))).min_by_key(|&(_, margin)| margin)
     }
 
     /// How many more trajectories of `label` here would bring its cost down to the present one's, all else as it is;
     /// `None` where no number would.
-    pub fn votes_to_flip(&self, label: u32, params: &CutParams) -> Option<u32> {
+    pub(crate) fn votes_to_flip(&self, label: u32, params: &CutParams) -> Option<u32> {
         let (own, other) = (self.own[self.label as usize], self.own[label as usize]);
         let heard = |own: OwnCost| i64::from(own.trajectories) + i64::from(own.colours);
         let rest = (self.cost(label) - heard(other)) - (self.cost(self.label) - heard(own));

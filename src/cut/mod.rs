@@ -19,7 +19,7 @@
 //! **Beyond the paper**, each with its own parameter: borders count by their length; flow links superpixels that no
 //! trajectory joins; colours speak where there are no trajectories; short trajectories that move like nothing around
 //! them count for all objects; and the cut is made anew with what its objects look like (`appearance`).
-//! [`CutParams::paper`] has none of this. All numbers are whole once the terms are made,
+//! [`Params::paper`](crate::Params::paper) has none of this. All numbers are whole once the terms are made,
 //! and the terms use no function of the standard library that differs between machines: labels are the same everywhere.
 
 mod ambiguous;
@@ -40,8 +40,9 @@ pub(crate) use appearance::appearance;
 pub(crate) use colour::{Colour, Histogram, UNSEEN};
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
-pub(crate) use explain::margins;
-pub use explain::{Link, OwnCost, Reasons, STEPS_PER_UNIT};
+#[cfg(test)]
+pub(crate) use explain::OwnCost;
+pub(crate) use explain::{Link, Reasons, STEPS_PER_UNIT, margins};
 pub use input::{CutInput, STRANGER, UNKNOWN};
 pub use params::CutParams;
 pub(crate) use region::Region;

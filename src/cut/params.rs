@@ -34,7 +34,7 @@ impl CutParams {
     /// ambiguous superpixels.
     ///
     /// From outside: `preset` = `paper`.
-    pub fn paper() -> Self {
+    pub(crate) fn paper() -> Self {
         Self {
             spatial_weight: 1.0,
             temporal_weight: 1.0,

@@ -30,7 +30,9 @@ mod rotation;
 
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
-use crate::evidence::{Known, UNLABELLED, unite};
+#[doc(inline)]
+pub use crate::evidence::Known;
+use crate::evidence::{UNLABELLED, unite};
 use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
@@ -117,8 +119,7 @@ pub struct Clusters {
 /// # let embedding = embed(&a, &params, 0);
 /// # let found = discontinuities(neighborhoods(&tracks), &embedding, &DiscontinuityParams::default());
 /// use tracecut::affinity::AffinityParams;
-/// use tracecut::discretize::{DiscretizeMethod, DiscretizeParams, discretize};
-/// use tracecut::evidence::Known;
+/// use tracecut::discretize::{DiscretizeMethod, DiscretizeParams, Known, discretize};
 ///
 /// let affinity = AffinityParams::default();
 /// let params = DiscretizeParams { method: DiscretizeMethod::RotationMerge, ..DiscretizeParams::default() };

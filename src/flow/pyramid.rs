@@ -159,7 +159,7 @@ impl FlowPyramid {
     }
 
     /// Width and height of the frame, in pixels.
-    pub fn size(&self) -> (usize, usize) {
+    pub(crate) fn size(&self) -> (usize, usize) {
         self.levels.first().map_or((0, 0), |level| (level.image.width, level.image.height))
     }
 }

@@ -88,13 +88,13 @@ impl Frame {
     }
 
     /// Colour channel `c` (0 red, 1 green, 2 blue) in `0.0..=255.0`.
-    pub fn channel(&self, c: usize) -> Plane<f32> {
+    pub(crate) fn channel(&self, c: usize) -> Plane<f32> {
         Plane::from_vec(self.width, self.height, self.rgb[c..].iter().step_by(3).map(|&v| f32::from(v)).collect())
             .unwrap_or_default()
     }
 
     /// A copy of `width × height` pixels, each the mean of the area that it covers. Meant for making frames smaller.
-    pub fn resized(&self, width: usize, height: usize) -> Self {
+    pub(crate) fn resized(&self, width: usize, height: usize) -> Self {
         if (width, height) == (self.width, self.height) {
             return self.clone();
         }

@@ -70,7 +70,7 @@ impl<T: Copy> Plane<T> {
     }
 
     /// Row `y`, to write.
-    pub fn row_mut(&mut self, y: usize) -> &mut [T] {
+    pub(crate) fn row_mut(&mut self, y: usize) -> &mut [T] {
         &mut self.data[y * self.width..(y + 1) * self.width]
     }
 }

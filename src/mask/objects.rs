@@ -33,16 +33,6 @@ pub struct Objects {
 }
 
 impl Objects {
-    /// How many objects there are; fewer than the highest label where labels have gaps.
-    pub fn len(&self) -> usize {
-        self.labels().len()
-    }
-
-    /// Whether all is background.
-    pub fn is_empty(&self) -> bool {
-        self.of_cluster.iter().all(|&label| label == 0)
-    }
-
     /// The labels of all objects, lowest first.
     pub fn labels(&self) -> Vec<u8> {
         (1..=255).filter(|label| self.of_cluster.contains(label)).collect()
@@ -69,7 +59,7 @@ impl Objects {
 ///     }
 /// }
 /// let objects = find_objects(&tracks, &Clusters { count: 2, label });
-/// assert_eq!((objects.len(), objects.of_cluster), (1, vec![0, 1]));
+/// assert_eq!((objects.labels(), objects.of_cluster), (vec![1], vec![0, 1]));
 /// ```
 #[must_use]
 pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {

@@ -14,7 +14,7 @@ pub use value::{ParamTree, ParamValue};
 use crate::Error;
 use value::Number;
 
-/// One parameter as the outside sees it: its name, meaning and range, and its value to read or write.
+/// One parameter as the outside sees it: its name, meaning and range, and its value.
 pub struct ParamField<'a> {
     /// Section and name in camelCase, e.g. `flow.patchStride`.
     pub name: String,
@@ -53,7 +53,7 @@ impl ParamField<'_> {
     ///
     /// # Errors
     /// [`Error::Param`] when it is of another type or out of range; the old value stays.
-    pub fn set(&mut self, value: &ParamValue) -> Result<(), Error> {
+    pub(crate) fn set(&mut self, value: &ParamValue) -> Result<(), Error> {
         let number = self.value.accept(value).filter(|n| (self.range.0..=self.range.1).contains(n));
         match number {
             Some(n) => {
@@ -68,7 +68,7 @@ impl ParamField<'_> {
     ///
     /// # Errors
     /// [`Error::Param`] when it is out of range or not a number.
-    pub fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), Error> {
         match (self.range.0..=self.range.1).contains(&self.get()) {
             true => Ok(()),
             false => Err(self.error(self.get().to_string())),
@@ -88,6 +88,7 @@ impl ParamField<'_> {
 }
 
 /// A struct of parameters whose fields can be visited in their order of declaration.
+#[doc(hidden)]
 pub trait ParamGroup {
     /// Calls `visit` for every field, names prefixed by `section` and a dot.
     fn visit(&mut self, section: &str, visit: &mut dyn FnMut(ParamField<'_>));

@@ -38,6 +38,7 @@ impl fmt::Display for ParamValue {
 pub struct ParamTree(pub BTreeMap<String, ParamValue>);
 
 impl ParamTree {
+    #[doc(hidden)]
     /// All values with their dotted names, in the order of the names.
     pub fn flatten(&self) -> Vec<(String, &ParamValue)> {
         let mut leaves = Vec::new();

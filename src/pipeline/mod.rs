@@ -51,6 +51,8 @@ mod windows_tests;
 #[cfg(any(feature = "wasm", test))]
 mod wire;
 
+pub use crate::background::BackgroundParams;
+pub use crate::window::ShotParams;
 #[cfg(not(target_arch = "wasm32"))]
 pub use checkpoint::Checkpoint;
 #[cfg(not(target_arch = "wasm32"))]
@@ -63,4 +65,4 @@ pub use params::{ClipParams, Params, ScaledParams};
 pub(crate) use piece::{Made, Piece, PieceId};
 pub use session::Session;
 pub use stage::{Progress, Stage, Step};
-pub use why::{Explanation, Rim, RunnerUp, Source, Voter};
+pub use why::{Affinity, Border, Evidence, Explanation, Flip, LabelCost, Source, SuperpixelLink, Voter};

@@ -130,9 +130,9 @@ tree! {
 const PRESET: &str = "preset";
 
 impl Params {
-    /// Saliency and connectedness as the paper has them ([`SaliencyParams::paper`], [`ConnectednessParams::paper`]),
+    /// Saliency and connectedness as the paper has them,
     /// and the dense half: contours above a threshold that is not low, superpixels as the Gabriel graph leaves them,
-    /// the energy of [`CutParams::paper`], masks from the clustered trajectories alone, borders where the superpixels
+    /// the energy of the paper, masks from the clustered trajectories alone, borders where the superpixels
     /// have them, and no background of still cameras. Everything else is as by default.
     pub fn paper() -> Self {
         let mut params = Self {
@@ -220,6 +220,11 @@ impl Params {
         Ok(())
     }
 
+    /// Calls `visit` for every parameter, in the order of the stages.
+    pub fn for_each(&mut self, visit: &mut dyn FnMut(ParamField<'_>)) {
+        self.visit("", visit);
+    }
+
     /// Checks every value against its range.
     ///
     /// # Errors
@@ -241,7 +246,7 @@ impl Params {
     }
 
     /// The same for trajectories of any other making that are `spacing` pixels of the processed frames apart.
-    pub fn at_spacing(&self, spacing: f32) -> ScaledParams {
+    pub(crate) fn at_spacing(&self, spacing: f32) -> ScaledParams {
         self.scaled(1.0, spacing)
     }
 
@@ -286,7 +291,7 @@ pub(super) const REFERENCE_STEP: f32 = 8.0;
 
 /// The parameters of one run: lengths are those of frames of the clip's size, and counts of trajectories, which
 /// [`Params`] states at a grid step of 8 pixels in large frames, are those at the spacing that the clip's trajectories
-/// have. Made by [`Params::for_size`] and [`Params::at_spacing`]; reads as [`Params`].
+/// have. Made by [`Params::for_size`]; reads as [`Params`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScaledParams {
     params: Params,

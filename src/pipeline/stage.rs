@@ -12,7 +12,8 @@ macro_rules! stages {
 
         impl $stage {
             /// All stages in order.
-            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+            #[cfg(test)]
+            pub(crate) const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
             /// The name used in JSON and JavaScript.
             pub fn name(self) -> &'static str {

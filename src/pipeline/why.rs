@@ -7,13 +7,15 @@ use super::results::missing_frame;
 use super::session::{Phase, Session};
 use super::state::State;
 use crate::Error;
-use crate::cut::{CutInput, Reasons};
+use crate::cut::{CutInput, Link, Reasons, STEPS_PER_UNIT, STRANGER};
+use serde::{Serialize, Serializer};
 
 /// Of a trajectory's affinities the greatest so many are told.
 const MOST_AFFINITIES: usize = 8;
 
 /// What gave a pixel its label.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "camelCase")]
 pub enum Source {
     /// Its superpixel, by the cut.
     Superpixel,
@@ -23,70 +25,162 @@ pub enum Source {
     Stroke,
 }
 
-/// A trajectory in a superpixel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Voter {
-    /// Where it is in the frame, in input pixels.
-    pub at: (f32, f32),
-    /// Its cluster, or [`STRANGER`](crate::cut::STRANGER) or [`UNKNOWN`](crate::cut::UNKNOWN).
+/// What speaks for an object, or against one where negative.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Evidence {
+    /// What the background says.
+    pub background: f32,
+    /// What objects and the ground near them look like.
+    pub looks: f32,
+}
+
+/// What a cluster would cost the superpixel, all else as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LabelCost {
+    /// The cluster.
     pub cluster: u32,
+    /// Its label in the masks.
+    pub label: u8,
+    /// Its trajectories in the superpixel.
+    pub votes: u32,
+    /// The cost by its trajectories.
+    pub trajectories: f64,
+    /// The cost by colours, where no trajectory has a say.
+    pub colours: f64,
+    /// The cost by the background and the looks of objects.
+    pub evidence: f64,
+    /// The cost of links to superpixels of other clusters.
+    pub links: f64,
+    /// The cost where a stroke forbids it.
+    pub forbidden: f64,
+    /// The sum of all costs.
+    pub total: f64,
+}
+
+/// A superpixel that shares a border, or is of the frame before or after.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SuperpixelLink {
+    /// Its frame.
+    pub t: usize,
+    /// Its number in that frame.
+    pub superpixel: u32,
+    /// Its cluster.
+    pub cluster: u32,
+    /// Trajectories that both have.
+    pub tracks: u32,
+    /// The cost of having another cluster than that one.
+    pub cost: f64,
+}
+
+/// A trajectory in the superpixel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Voter {
+    /// Column, in input pixels.
+    pub x: f32,
+    /// Row, in input pixels.
+    pub y: f32,
+    /// Its cluster; `None` where that is not known.
+    #[serde(serialize_with = "or_less")]
+    pub cluster: Option<u32>,
+    /// Whether it moves like nothing around it, and counts for all objects.
+    pub stranger: bool,
+}
+
+/// An affinity of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Affinity {
+    /// The other trajectory.
+    pub to: u32,
+    /// How alike both move.
+    pub affinity: f64,
 }
 
 /// The least change of a superpixel's label that changes its object.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RunnerUp {
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Flip {
     /// The cluster that is cheapest among those of other mask labels.
     pub cluster: u32,
-    /// What it costs more, in steps of 1/65536.
-    pub margin: i64,
+    /// What it costs more.
+    pub margin: f64,
     /// How many more trajectories of that cluster would make it as cheap; `None` where no number would.
+    #[serde(serialize_with = "or_infinity")]
     pub votes: Option<u32>,
 }
 
-/// The Delaunay edges of a frame between the pixel's object and that of the runner-up.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rim {
+/// The Delaunay edges of a frame between the pixel's object and that of the [`Flip`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Border {
     /// Their number.
     pub edges: u32,
-    /// Their mean discontinuity d.
+    /// Their mean discontinuity.
     pub mean: f64,
-    /// The trajectories of the edge with the greatest d, and that d.
-    pub strongest: (u32, u32, f64),
+    /// One trajectory of the edge with the greatest discontinuity.
+    pub i: u32,
+    /// The other one.
+    pub j: u32,
+    /// That discontinuity.
+    #[serde(serialize_with = "narrowed")]
+    pub d: f64,
 }
 
 /// Why a pixel has its label; made by [`Session::explain`].
-#[derive(Debug, Clone, PartialEq)]
+///
+/// Costs are in units of the energy, in whole steps of 1/65536: sums and differences are exact.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
     /// The pixel's mask label.
     pub label: u8,
-    /// What gave it that. Where it is not [`Source::Superpixel`], the terms are those of the superpixel all the same.
+    /// What gave it that. Where it is not [`Source::Superpixel`], costs are those of the superpixel all the same.
     pub source: Source,
     /// The superpixel that the pixel is in.
     pub superpixel: u32,
-    /// Mask label of each cluster.
-    pub of_cluster: Vec<u8>,
-    /// The terms of the superpixel; labels are clusters.
-    pub reasons: Reasons,
-    /// What the background says for an object here, and against it where negative, in units of cost.
-    pub cues: f32,
-    /// The same of what objects and the ground near them look like.
-    pub looks: f32,
-    /// `None` where there is no other object, nor a background.
-    pub runner_up: Option<RunnerUp>,
-    /// The trajectories in the superpixel.
+    /// The cluster that the cut gave the superpixel.
+    pub cluster: u32,
+    /// How much its trajectories count, 0 where none has a say.
+    pub weight: f32,
+    /// What speaks for an object.
+    pub evidence: Evidence,
+    /// What each cluster would cost.
+    pub costs: Vec<LabelCost>,
+    /// What binds the superpixel to others.
+    pub links: Vec<SuperpixelLink>,
+    /// The trajectories in it.
     pub voters: Vec<Voter>,
     /// The clustered trajectory nearest to the pixel; `None` where none is alive.
+    #[serde(serialize_with = "or_less")]
     pub nearest: Option<u32>,
-    /// Its greatest affinities, and to whom.
-    pub affinities: Vec<(u32, f64)>,
+    /// Its greatest affinities.
+    pub affinities: Vec<Affinity>,
+    /// `None` where there is no other object, nor a background.
+    pub flip: Option<Flip>,
     /// `None` where no edge joins the two.
-    pub rim: Option<Rim>,
+    pub border: Option<Border>,
+}
+
+/// JavaScript has -1 for what is not there,
+fn or_less<S: Serializer>(number: &Option<u32>, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_i64(number.map_or(-1, i64::from))
+}
+
+/// Infinity for what no number reaches,
+fn or_infinity<S: Serializer>(number: &Option<u32>, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_f64(number.map_or(f64::INFINITY, f64::from))
+}
+
+/// and discontinuities in single precision.
+fn narrowed<S: Serializer>(d: &f64, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_f32(*d as f32)
+}
+
+/// Steps of the solver in units of cost.
+fn units(steps: i64) -> f64 {
+    steps as f64 / f64::from(STEPS_PER_UNIT)
 }
 
 impl Session {
     /// Why the pixel `x`, `y` of frame `t` has its label; in input pixels, computed anew at each call.
     ///
-    /// Law: for any two clusters, the difference of [`Reasons::cost`] is that of the cut's energies with the pixel's
+    /// Law: for any two clusters, the difference of [`LabelCost::total`] is that of the cut's energies with the pixel's
     /// superpixel in the one and the other, all else as it is.
     ///
     /// # Errors
@@ -130,22 +224,46 @@ impl Asked<'_> {
         let said = |by: &[f32]| by.get(node).copied().unwrap_or(0.0);
         let runner_up = reasons.runner_up(|cluster| self.found.label_of(cluster) != self.found.label_of(reasons.label));
         let (label, nearest) = (masks[self.t][self.pixel], self.nearest(at));
+        let cost = |cluster| self.cost(&reasons, cluster);
+        let link = |link: &Link| {
+            let &Link { t, superpixel, label, cost, tracks } = link;
+            SuperpixelLink { t, superpixel, cluster: label, tracks, cost: units(cost.into()) }
+        };
         Explanation {
             label,
             source: self.source(label, reasons.label),
             superpixel,
-            of_cluster: cut.objects.of_cluster.clone(),
-            cues: said(&ground.cues),
-            looks: said(&ground.evidence) - said(&ground.cues),
-            runner_up: runner_up.map(|(cluster, margin)| {
-                let votes = reasons.votes_to_flip(cluster, params);
-                RunnerUp { cluster, margin, votes }
-            }),
+            cluster: reasons.label,
+            weight: reasons.lambda,
+            evidence: Evidence { background: said(&ground.cues), looks: said(&ground.evidence) - said(&ground.cues) },
+            costs: (0..reasons.own.len() as u32).map(cost).collect(),
+            links: reasons.links.iter().map(link).collect(),
             voters: self.voters(&input, &reasons),
             nearest,
             affinities: nearest.map_or_else(Vec::new, |i| self.affinities(i)),
-            rim: runner_up.and_then(|(cluster, _)| self.rim(reasons.label, cluster)),
-            reasons,
+            flip: runner_up.map(|(cluster, margin)| {
+                let votes = reasons.votes_to_flip(cluster, params);
+                Flip { cluster, margin: units(margin), votes }
+            }),
+            border: runner_up.and_then(|(cluster, _)| self.border(reasons.label, cluster)),
+        }
+    }
+
+    fn cost(&self, reasons: &Reasons, cluster: u32) -> LabelCost {
+        let own = reasons.own[cluster as usize];
+        let [trajectories, colours, evidence, forbidden] =
+            [own.trajectories, own.colours, own.evidence, own.forbidden].map(|steps| units(steps.into()));
+        let total = units(reasons.cost(cluster));
+        LabelCost {
+            cluster,
+            label: self.found.label_of(cluster),
+            votes: reasons.votes[cluster as usize],
+            trajectories,
+            colours,
+            evidence,
+            links: total - trajectories - colours - evidence - forbidden,
+            forbidden,
+            total,
         }
     }
 
@@ -162,8 +280,14 @@ impl Asked<'_> {
         let (sx, sy) = (self.clip.scale.x(), self.clip.scale.y());
         let to_input = |v: f32, s: f64| ((f64::from(v) + 0.5) * s - 0.5) as f32;
         let voter = |&i: &u32| {
-            let (x, y) = input.tracks.at(i as usize, self.t).unwrap_or_default();
-            Voter { at: (to_input(x, sx), to_input(y, sy)), cluster: input.label[i as usize] }
+            let ((x, y), cluster) = (input.tracks.at(i as usize, self.t).unwrap_or_default(), input.label[i as usize]);
+            let known = (cluster as usize) < reasons.own.len();
+            Voter {
+                x: to_input(x, sx),
+                y: to_input(y, sy),
+                cluster: known.then_some(cluster),
+                stranger: cluster == STRANGER,
+            }
         };
         reasons.voters.iter().map(voter).collect()
     }
@@ -180,34 +304,34 @@ impl Asked<'_> {
     }
 
     /// The greatest affinities of trajectory `i`, the first of equals first.
-    fn affinities(&self, i: u32) -> Vec<(u32, f64)> {
+    fn affinities(&self, i: u32) -> Vec<Affinity> {
         let row = self.found.parts.clustered.embedded.affinities.row(i as usize);
-        let mut greatest: Vec<(u32, f64)> = Vec::new();
+        let mut greatest: Vec<Affinity> = Vec::new();
         for (j, affinity) in row.filter(|&(j, _)| j != i as usize) {
-            let place = greatest.partition_point(|&(_, known)| known >= affinity);
-            greatest.insert(place, (j as u32, affinity));
+            let place = greatest.partition_point(|known| known.affinity >= affinity);
+            greatest.insert(place, Affinity { to: j as u32, affinity });
             greatest.truncate(MOST_AFFINITIES);
         }
         greatest
     }
 
     /// The edges of this frame between the objects of two clusters.
-    fn rim(&self, own: u32, other: u32) -> Option<Rim> {
+    fn border(&self, own: u32, other: u32) -> Option<Border> {
         let clustered = &self.found.parts.clustered;
         let edges = &clustered.embedded.discontinuities;
         let [own, other] = [own, other].map(|cluster| self.found.label_of(cluster));
         let label = |i: u32| self.found.label_of(clustered.clusters.label[i as usize]);
-        let mut rim = Rim { edges: 0, mean: 0.0, strongest: (0, 0, -1.0) };
+        let mut border = Border { edges: 0, mean: 0.0, i: 0, j: 0, d: -1.0 };
         for &edge in edges.neighborhoods.frame(self.t) {
             let ((i, j), d) = (edges.neighborhoods.pairs[edge as usize], edges.d[edge as usize]);
             if [(own, other), (other, own)].contains(&(label(i), label(j))) {
-                rim.edges += 1;
-                rim.mean += d;
-                rim.strongest = if d > rim.strongest.2 { (i, j, d) } else { rim.strongest };
+                border.edges += 1;
+                border.mean += d;
+                border = if d > border.d { Border { i, j, d, ..border } } else { border };
             }
         }
-        rim.mean /= f64::from(rim.edges);
-        (rim.edges > 0).then_some(rim)
+        border.mean /= f64::from(border.edges);
+        (border.edges > 0).then_some(border)
     }
 }
 

@@ -4,7 +4,7 @@ use super::session::{Phase, Session};
 use super::state::State;
 use super::why::Source;
 use crate::correction::{Correction, Stroke};
-use crate::cut::{GabrielCut, Reasons};
+use crate::cut::{GabrielCut, STEPS_PER_UNIT};
 use crate::rng::Rng;
 use crate::synth::Scene;
 use crate::{Error, Params, Step};
@@ -50,14 +50,15 @@ fn agrees(session: &Session, solver: &GabrielCut, pixels: usize, seed: u64) -> u
     for _ in 0..pixels {
         let (t, x, y) = (rng.below(FRAMES), rng.below(SIZE.0), rng.below(SIZE.1));
         let why = session.explain(t, x, y).unwrap();
-        let Reasons { label: own, .. } = why.reasons;
+        let own = why.cluster;
         let node = node(session, t, why.superpixel);
         let Some(present) = solver.energy_if(node, own) else { continue };
-        for label in 0..why.of_cluster.len() as u32 {
+        for (label, cost) in (0..).zip(&why.costs) {
             if let Some(energy) = solver.energy_if(node, label) {
-                let shown = why.reasons.cost(label) - why.reasons.cost(own);
-                assert_eq!(shown, energy - present, "frame {t}, pixel {x}, {y}, label {label}");
-                assert!(shown >= 0, "a single superpixel would gain by another label");
+                let shown = cost.total - why.costs[own as usize].total;
+                let steps = (energy - present) as f64 / f64::from(STEPS_PER_UNIT);
+                assert_eq!(shown, steps, "frame {t}, pixel {x}, {y}, label {label}");
+                assert!(shown >= 0.0, "a single superpixel would gain by another label");
                 compared += usize::from(label != own);
             }
         }
@@ -93,10 +94,10 @@ fn after_strokes_the_terms_are_those_of_the_cut_made_anew() {
     assert!(agrees(&session, &solver, 150, 7) > 50);
     let why = session.explain(3, 2, 2).unwrap();
     assert_eq!(why.source, Source::Stroke);
-    assert!(why.reasons.own.iter().any(|own| own.forbidden > 0), "{:?}", why.reasons.own);
+    assert!(why.costs.iter().any(|cost| cost.forbidden > 0.0), "{:?}", why.costs);
     session.undo_correction().unwrap();
     let before = session.explain(3, 2, 2).unwrap();
-    assert!(before.source != Source::Stroke && before.reasons.own.iter().all(|own| own.forbidden == 0));
+    assert!(before.source != Source::Stroke && before.costs.iter().all(|cost| cost.forbidden == 0.0));
 }
 
 #[test]
@@ -110,23 +111,22 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
         let why = session.explain(t, x, y).unwrap();
         assert_eq!(why.label, session.labels(t).unwrap()[(x, y)]);
         assert_eq!(why.superpixel, session.superpixels(t).unwrap().label[(x, y)]);
-        assert_eq!(why.of_cluster, session.objects().unwrap().of_cluster);
-        let by_cut = why.of_cluster[why.reasons.label as usize];
+        let of_cluster = &session.objects().unwrap().of_cluster;
+        assert_eq!(why.costs.iter().map(|cost| cost.label).collect::<Vec<_>>(), *of_cluster);
+        let by_cut = of_cluster[why.cluster as usize];
         assert_eq!(why.source == Source::Superpixel, why.label == by_cut);
         borders += usize::from(why.source == Source::Border);
-        let of_own = why.voters.iter().filter(|v| v.cluster == why.reasons.label).count();
-        assert_eq!(of_own, why.reasons.votes[why.reasons.label as usize] as usize);
-        let runner_up = why.runner_up.unwrap();
-        assert_ne!(why.of_cluster[runner_up.cluster as usize], by_cut);
+        let of_own = why.voters.iter().filter(|v| v.cluster == Some(why.cluster)).count();
+        assert_eq!(of_own, why.costs[why.cluster as usize].votes as usize);
+        assert_ne!(of_cluster[why.flip.unwrap().cluster as usize], by_cut);
         let nearest = why.nearest.unwrap() as usize;
         let a = session.affinities().unwrap();
         let most = a.row(nearest).filter(|&(j, _)| j != nearest).map(|(_, v)| v).fold(0.0, f64::max);
-        assert_eq!(why.affinities[0].1, most);
-        if let Some(rim) = why.rim {
-            let (i, j, d) = rim.strongest;
-            let ends = [i, j].map(|i| why.of_cluster[clusters.label[i as usize] as usize]);
+        assert_eq!(why.affinities[0].affinity, most);
+        if let Some(border) = why.border {
+            let ends = [border.i, border.j].map(|i| of_cluster[clusters.label[i as usize] as usize]);
             assert!(ends[0] != ends[1] && ends.contains(&by_cut), "{ends:?}");
-            assert!(rim.mean <= d && d <= 1.0);
+            assert!(border.mean <= border.d && border.d <= 1.0);
         }
     }
     assert!(borders > 0, "no pixel was moved by the border's step: choose other ones");
@@ -134,8 +134,8 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
 
 #[test]
 fn the_votes_that_flip_do_flip_and_one_less_does_not() {
-    use crate::cut::{CutParams, OwnCost};
-    let unit = crate::cut::STEPS_PER_UNIT;
+    use crate::cut::{CutParams, OwnCost, Reasons};
+    let unit = STEPS_PER_UNIT;
     // Six trajectories of label 0 and two of label 1, and half a unit of evidence against label 1.
     let own = |trajectories, evidence| OwnCost { trajectories, evidence, ..OwnCost::default() };
     let reasons = Reasons {

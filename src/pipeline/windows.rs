@@ -13,6 +13,7 @@ use crate::image::Frame;
 use crate::window::portraits;
 
 impl Session {
+    #[doc(hidden)]
     /// Adds the next frame of a clip that is taken window by window, unless it begins a new shot: then it is held back,
     /// the present window can take no more, and [`Session::advance`] begins the next one with it. Returns whether it
     /// was held back.
@@ -33,7 +34,7 @@ impl Session {
     }
 
     /// Whether a frame of the next shot is held back.
-    pub fn holds_frame(&self) -> bool {
+    pub(crate) fn holds_frame(&self) -> bool {
         self.clip().is_some_and(Clip::holds_frame)
     }
 
@@ -43,6 +44,7 @@ impl Session {
         self.clip().is_some_and(|clip| clip.begins_shot(frame))
     }
 
+    #[doc(hidden)]
     /// Goes on to the next window. It begins with the last `overlap` frames of this one, or, if a frame of a new shot
     /// is held back, with that frame alone. Results of this window are dropped.
     ///

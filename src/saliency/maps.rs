@@ -76,7 +76,7 @@ impl SaliencyMaps {
     }
 
     /// Magnitude at which the last bin ends, in pixels.
-    pub fn range(&self) -> f64 {
+    pub(crate) fn range(&self) -> f64 {
         if self.params.range > 0.0 {
             return self.params.range;
         }

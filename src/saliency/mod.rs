@@ -10,7 +10,7 @@
 //! 4. A trajectory's own saliency `s` is the greatest of its points'. In context, as `s̄`, it is the mean over
 //!    the trajectories near it in the embedding; above a threshold it is foreground (`context`).
 //!
-//! **Deviations from the paper**, which [`SaliencyParams::paper`] undoes but for the sign of step 4. The paper takes
+//! **Deviations from the paper**, which [`Params::paper`](crate::Params::paper) undoes but for the sign of step 4. The paper takes
 //! the magnitude of the flow as it is, over fixed bins. docs/choices.md lists these choices.
 //!
 //! **Limits.** Where the world is neither far away nor near to a plane, what stands close to a moving camera differs
@@ -77,7 +77,7 @@ crate::params! {
 impl SaliencyParams {
     /// As the paper has it: the magnitude of the flow as it is, in bins over 0 to 15 pixels, and the neighbourhood as it is printed with its sign
     /// turned.
-    pub fn paper() -> Self {
+    pub(crate) fn paper() -> Self {
         Self { compensation: Compensation::Off, neighborhood: 0.7, form: Neighborhood::Min, ..Self::default() }
     }
 }

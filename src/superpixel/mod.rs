@@ -133,6 +133,7 @@ pub fn superpixels_of(
     superpixels_in(&boundary_map(frame), count, contour, superpixel)
 }
 
+#[doc(hidden)]
 /// As [`superpixels_of`], from a boundary map.
 #[must_use]
 pub fn superpixels_in(

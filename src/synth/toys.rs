@@ -8,6 +8,7 @@ use super::{Scene, Sprite};
 const PLANES: [Colour; 2] = [[150.0, 140.0, 120.0], [110.0, 130.0, 160.0]];
 
 impl Scene {
+    #[doc(hidden)]
     /// A textured plane in front of another, each moving by a known amount, `back` and `front` in pixels a frame to the
     /// right and downwards. Object 1 is the front plane: the right half of the frame in the middle frame of the clip.
     pub fn two_planes(

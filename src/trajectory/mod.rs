@@ -109,6 +109,7 @@ impl Trajectories {
         start..start.saturating_add(self.points(i).len())
     }
 
+    #[doc(hidden)]
     /// Where the point of trajectory `i` in `frame` lies in `x`, `y` and `variation`; it must be alive there.
     pub fn point(&self, i: usize, frame: usize) -> usize {
         self.offset[i] as usize + frame - self.start_frame[i] as usize

@@ -10,13 +10,11 @@ mod image;
 mod panic;
 mod session;
 mod synth;
-mod why;
 
 pub use session::JsSession;
 pub use synth::JsScene;
 
 use crate::Params;
-use crate::params::ParamGroup;
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
@@ -56,7 +54,7 @@ struct Parameter {
 #[wasm_bindgen]
 pub fn parameters() -> Result<JsValue, JsValue> {
     let mut list = Vec::new();
-    Params::default().visit("", &mut |field| {
+    Params::default().for_each(&mut |field| {
         let ((min, max), expert) = (field.range, field.expert);
         let (doc, kind, default, choices) = (field.doc.trim(), field.kind(), field.get(), field.choices());
         list.push(Parameter { name: field.name, doc, kind, min, max, default, expert, choices });

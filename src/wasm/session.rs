@@ -1,7 +1,6 @@
 //! The session as JavaScript sees it.
 
 use super::convert::{self, doubles, narrowed, object, words};
-use super::why::Told;
 use crate::correction::{Correction, Stroke};
 use crate::flow::FlowScratch;
 use crate::image::Frame;
@@ -250,7 +249,7 @@ impl JsSession {
     /// Why the pixel `x`, `y` of frame `t` has its label: an `Explanation` of `lib/result.js`.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<JsValue, JsValue> {
         let why = self.0.explain(t, x, y).map_err(|e| convert::to_js_error(&e))?;
-        convert::to_js(&Told::of(&why))
+        convert::to_js(&why)
     }
 
     /// `{count, ofPoint}`: the components of the foreground in each frame, and which of them each trajectory point is

@@ -5,7 +5,7 @@
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use tracecut::image::{Frame, Plane};
-use tracecut::params::{ParamField, ParamGroup, ParamValue};
+use tracecut::params::{ParamField, ParamValue};
 use tracecut::rng::Rng;
 use tracecut::still::image_discontinuities;
 use tracecut::superpixel::superpixels_of;
@@ -152,17 +152,14 @@ fn values(field: &ParamField) -> Vec<f64> {
 }
 
 fn set(params: &mut Params, name: &str, value: f64) {
-    params.visit("", &mut |mut field| {
-        if field.name == name {
-            let value = match field.kind() {
-                "boolean" => ParamValue::Bool(value != 0.0),
-                "choice" => ParamValue::Text(field.choices()[value as usize].to_owned()),
-                _ => ParamValue::Number(value),
-            };
-            // A number that 32 bits round to more than the range allows is refused, and the old one stays.
-            let _ = field.set(&value);
-        }
+    let mut given = ParamValue::Number(value);
+    params.for_each(&mut |field| match field.kind() {
+        "boolean" if field.name == name => given = ParamValue::Bool(value != 0.0),
+        "choice" if field.name == name => given = ParamValue::Text(field.choices()[value as usize].to_owned()),
+        _ => {}
     });
+    // A number that 32 bits round to more than the range allows is refused, and the old one stays.
+    let _ = params.set(name, &given);
 }
 
 #[test]
@@ -171,7 +168,7 @@ fn search() {
     let Ok(size) = std::env::var("TRACECUT_SEARCH") else { return };
     let (side, count) = size.split_once('x').expect("TRACECUT_SEARCH=SIDExFRAMES");
     let mut all = Vec::new();
-    Params::default().visit("", &mut |field| all.push((field.name.clone(), values(&field))));
+    Params::default().for_each(&mut |field| all.push((field.name.clone(), values(&field))));
     for content in CONTENTS {
         let frames = clip(content, side.parse().unwrap(), count.parse().unwrap());
         let mut best = Params::default();

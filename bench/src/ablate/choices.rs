@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use std::path::Path;
 use tracecut::Params;
-use tracecut::params::{ParamGroup, ParamTree, ParamValue};
+use tracecut::params::{ParamTree, ParamValue};
 use tracecut_cli::failure::{Failure, Result, read};
 
 /// One rule or constant.
@@ -62,7 +62,7 @@ impl Choice {
 /// A parameter's default as it is written on the command line.
 fn default_of(name: &str) -> String {
     let mut text = String::new();
-    Params::default().visit("", &mut |field| {
+    Params::default().for_each(&mut |field| {
         if field.name == name {
             text = match field.kind() {
                 "choice" => field.choices()[field.get() as usize].to_owned(),

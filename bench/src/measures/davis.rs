@@ -108,7 +108,7 @@ fn dilated(plane: &Plane<bool>, radius: usize) -> Plane<bool> {
         for x in (0..width).filter(|&x| plane[(x, y)]) {
             for row in y.saturating_sub(radius)..(y + radius + 1).min(height) {
                 let reach = reach[row.abs_diff(y)];
-                wide.row_mut(row)[x.saturating_sub(reach)..(x + reach + 1).min(width)].fill(true);
+                wide.data_mut()[row * width..][x.saturating_sub(reach)..(x + reach + 1).min(width)].fill(true);
             }
         }
     }

@@ -86,11 +86,11 @@ pub fn end_point_error(flow: &FlowField, truth: &FlowTruth) -> Result<f64, Error
 /// # Errors
 /// [`Error::Data`] when the sizes of frames and truth differ.
 pub fn evaluate_pair(from: &Frame, to: &Frame, truth: &FlowTruth, params: &FlowParams) -> Result<f64, Error> {
-    let pyramids = [from, to].map(|frame| FlowPyramid::new(&frame.luma()));
-    if pyramids[0].size() != pyramids[1].size() {
-        let (a, b) = (pyramids[0].size(), pyramids[1].size());
+    let [a, b] = [from, to].map(|frame| (frame.width(), frame.height()));
+    if a != b {
         return Err(Error::Data { reason: format!("frames are {}x{} and {}x{} (expected equal)", a.0, a.1, b.0, b.1) });
     }
+    let pyramids = [from, to].map(|frame| FlowPyramid::new(&frame.luma()));
     end_point_error(&flow_between(&pyramids[0], &pyramids[1], params), truth)
 }
 

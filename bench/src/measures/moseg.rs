@@ -457,7 +457,7 @@ mod tests {
     #[test]
     fn points_on_pixels_that_are_not_scored_have_no_vote() {
         let (definition, mut maps) = shot(2, LEFT_RIGHT);
-        maps[0].row_mut(0).fill(UNSCORED);
+        maps[0].data_mut()[..4].fill(UNSCORED);
         let (tracks, clusters) = drawn(["1100", "0011", "0011", "0011"]);
         let scores = score(&definition, &maps, &tracks, &clusters).unwrap();
         assert_eq!((scores.overall, scores.average, scores.extracted), (0.0, 0.0, 1.0));

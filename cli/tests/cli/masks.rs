@@ -182,11 +182,11 @@ fn explain_says_in_numbers_what_the_library_does_and_refuses_what_is_not_there()
     assert_done(&output);
     let (words, why) = (text(&output.stdout), session(FRAMES).explain(4, 50, 45).unwrap());
     assert!(words.starts_with(&format!("frame 4, pixel 50,45: object {}", why.label)), "{words}");
-    for cluster in 0..why.of_cluster.len() as u32 {
-        let sum = format!("{:.4}", why.reasons.cost(cluster) as f64 / 65536.0);
+    for cost in &why.costs {
+        let sum = format!("{:.4}", cost.total);
         assert!(words.contains(&sum), "{sum} is not in\n{words}");
     }
-    let margin = format!("costs {:.4} more", why.runner_up.unwrap().margin as f64 / 65536.0);
+    let margin = format!("costs {:.4} more", why.flip.unwrap().margin);
     assert!(words.contains(&margin), "{margin} is not in\n{words}");
     assert_refused(&asked("4,128,0"), 2, &["128", "0..128"]);
     assert_refused(&asked("10,0,0"), 2, &["10", "0..10"]);

@@ -151,13 +151,12 @@ class Explanation:
 
 def explanation(raw: dict[str, Any]) -> Explanation:
     """An explanation from what the native module gives."""
-    flip, border = raw["flip"], raw["border"]
     classes: dict[str, Any] = {
         "evidence": Evidence(*raw["evidence"]),
-        "costs": [LabelCost(cluster, label, votes, *terms) for cluster, label, votes, terms in raw["costs"]],
+        "costs": [LabelCost(*cost) for cost in raw["costs"]],
         "links": [SuperpixelLink(*link) for link in raw["links"]],
         "voters": [Voter(*voter) for voter in raw["voters"]],
-        "flip": None if flip is None else Flip(*flip),
-        "border": None if border is None else Border(*border[:2], *border[2]),
+        "flip": raw["flip"] and Flip(*raw["flip"]),
+        "border": raw["border"] and Border(*raw["border"]),
     }
     return Explanation(**{**raw, **classes})

@@ -4,7 +4,7 @@ use super::choices::Choices;
 use tracecut::Params;
 use tracecut::correction::{Correction, Stroke};
 use tracecut::image::{Frame, Plane};
-use tracecut::params::{ParamGroup, ParamValue};
+use tracecut::params::ParamValue;
 use tracecut::rng::Rng;
 use tracecut::trajectory::Trajectories;
 
@@ -28,11 +28,11 @@ pub fn params(choices: &mut Choices<'_>) -> Params {
         _ => Params::default(),
     };
     let mut count = 0;
-    params.visit("", &mut |_| count += 1);
+    params.for_each(&mut |_| count += 1);
     let changed = if choices.once_in(5) { choices.below(count) } else { choices.below(7) };
     let chosen: Vec<usize> = (0..changed).map(|_| choices.below(count)).collect();
-    let mut at = 0;
-    params.visit("", &mut |mut field| {
+    let (mut at, mut given) = (0, Vec::new());
+    params.for_each(&mut |field| {
         at += 1;
         if !chosen.contains(&(at - 1)) {
             return;
@@ -43,9 +43,12 @@ pub fn params(choices: &mut Choices<'_>) -> Params {
             "integer" => ParamValue::Number(legal(choices, field.range).round()),
             _ => ParamValue::Number(legal(choices, field.range)),
         };
-        // A number that 32 bits round to more than the range allows is refused, and the old one stays.
-        let _ = field.set(&value);
+        given.push((field.name, value));
     });
+    for (name, value) in given {
+        // A number that 32 bits round to more than the range allows is refused, and the old one stays.
+        let _ = params.set(&name, &value);
+    }
     params
 }
 

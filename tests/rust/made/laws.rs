@@ -151,7 +151,7 @@ fn check_mask(session: &Session, t: usize, mask: &Plane<u8>, known: &[u8], (widt
     }
     if let Some(why) = allowed(session.explain(t, width / 2, height / 2)) {
         assert_eq!(why.label, mask[(width / 2, height / 2)]);
-        assert!(why.cues.is_finite() && why.looks.is_finite());
+        assert!(why.evidence.background.is_finite() && why.evidence.looks.is_finite());
     }
 }
 
