@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import tracecut
 from tracecut import interchange
-from tracecut.interchange._clip import runs_of
+from tracecut._masks import runs_of
 from tracecut.interchange._label_studio import brush_rle
 
 SIZE = (37, 53)

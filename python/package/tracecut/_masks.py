@@ -38,6 +38,12 @@ class Runs:
         return ends[1:] - ends[:-1]
 
 
+def runs_of(flat: Bool) -> list[int]:
+    """Lengths of runs, outside and inside in turn; the first is outside and may be 0."""
+    begins = np.flatnonzero(np.diff(flat, prepend=False))
+    return [int(length) for length in np.diff(np.concatenate([[0], begins, [flat.size]]))]
+
+
 def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
     """The pixels of one label as a COCO segmentation, which pycocotools reads.
 
@@ -54,11 +60,9 @@ def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
     """
     if mask.ndim != 2:
         raise TraceCutError("data", f"mask has {mask.ndim} dimensions (expected 2: height and width)")
-    # Column by column, with a pixel outside before the first.
-    inside = np.concatenate([[False], (mask == label).T.ravel()])
-    change = np.flatnonzero(inside[1:] != inside[:-1])
-    counts = np.diff(np.concatenate([[0], change, [inside.size - 1]]))
-    return {"size": [int(mask.shape[0]), int(mask.shape[1])], "counts": _to_text(counts.tolist())}
+    # Column by column.
+    counts = runs_of((mask == label).T.ravel())
+    return {"size": [int(mask.shape[0]), int(mask.shape[1])], "counts": _to_text(counts)}
 
 
 def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:

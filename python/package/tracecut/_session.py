@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, Optional
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, Optional, TypeVar, Union
 
 import numpy as np
 
@@ -30,6 +30,8 @@ from ._types import (
 )
 from ._why import Explanation, explanation
 
+_Found = TypeVar("_Found")
+
 
 def threads_of(threads: Optional[int]) -> int:
     """So many, or as many as this process may run at once."""
@@ -38,6 +40,13 @@ def threads_of(threads: Optional[int]) -> int:
     if not 1 <= threads <= 256:
         raise illegal("threads", threads, "a whole number, 1..=256")
     return threads
+
+
+def _made(kind: Callable[..., _Found], raw: Optional[Union[dict[str, Any], tuple[Any, ...]]]) -> Optional[_Found]:
+    """What the native module found as a class of its own; None where there is nothing."""
+    if raw is None:
+        return None
+    return kind(**raw) if isinstance(raw, dict) else kind(*raw)
 
 
 class SessionView:
@@ -84,33 +93,27 @@ class SessionView:
 
     def trajectories(self) -> Optional[Trajectories]:
         """Trajectories in input pixels."""
-        found = self._raw.trajectories()
-        return None if found is None else Trajectories(**found)
+        return _made(Trajectories, self._raw.trajectories())
 
     def mask_trajectories(self) -> Optional[Trajectories]:
         """The denser ones that masks are made from, in pixels of the working size."""
-        found = self._raw.mask_trajectories()
-        return None if found is None else Trajectories(**found)
+        return _made(Trajectories, self._raw.mask_trajectories())
 
     def affinities(self) -> Optional[Affinities]:
         """How alike the motions of trajectories are."""
-        found = self._raw.affinities()
-        return None if found is None else Affinities(*found)
+        return _made(Affinities, self._raw.affinities())
 
     def embedding(self) -> Optional[Embedding]:
         """The leading eigenvectors of the affinities."""
-        found = self._raw.embedding()
-        return None if found is None else Embedding(**found)
+        return _made(Embedding, self._raw.embedding())
 
     def discontinuities(self) -> Optional[Discontinuities]:
         """Neighbouring trajectories, and where the embedding breaks between them."""
-        found = self._raw.discontinuities()
-        return None if found is None else Discontinuities(**found)
+        return _made(Discontinuities, self._raw.discontinuities())
 
     def saliency(self) -> Optional[Saliency]:
         """How salient trajectories are; None without frames."""
-        found = self._raw.saliency()
-        return None if found is None else Saliency(**found)
+        return _made(Saliency, self._raw.saliency())
 
     def saliency_map(self, t: int) -> F32:
         """How salient each pixel of frame ``t`` is, 0 to 1, at working size; computed anew at each call."""
@@ -118,23 +121,19 @@ class SessionView:
 
     def components(self) -> Optional[Components]:
         """Connected pieces of the foreground, frame by frame."""
-        found = self._raw.components()
-        return None if found is None else Components(*found)
+        return _made(Components, self._raw.components())
 
     def clusters(self) -> Optional[Clusters]:
         """The cluster of each trajectory."""
-        found = self._raw.clusters()
-        return None if found is None else Clusters(*found)
+        return _made(Clusters, self._raw.clusters())
 
     def threshold_clusters(self) -> Optional[Clusters]:
         """What stays connected when discontinuities above ``discontinuity.threshold`` are cut."""
-        found = self._raw.threshold_clusters()
-        return None if found is None else Clusters(*found)
+        return _made(Clusters, self._raw.threshold_clusters())
 
     def motion_clusters(self) -> Optional[Clusters]:
         """What the clusters would be with connectedness off, to see what it changes; computed anew at each call."""
-        found = self._raw.motion_clusters()
-        return None if found is None else Clusters(*found)
+        return _made(Clusters, self._raw.motion_clusters())
 
     def clusters_by(self, method: str, count: int) -> Optional[Clusters]:
         """What another discretization makes of the embedding, to compare with `clusters`; computed anew at each call.
@@ -161,8 +160,7 @@ class SessionView:
         most = 1 if embedding is None else max(1, len(embedding.eigenvalues))
         if not 1 <= count <= most and embedding is not None:
             raise illegal("count", count, f"a whole number, 1..={most}")
-        found = self._raw.clusters_by(method, max(1, count))
-        return None if found is None else Clusters(*found)
+        return _made(Clusters, self._raw.clusters_by(method, max(1, count)))
 
     def superpixels(self, t: int) -> Superpixels:
         """The Gabriel superpixels of frame ``t``, at working size."""
@@ -393,8 +391,7 @@ class Session(SessionView):
         TraceCutError
             ``too-few-frames`` with fewer than two.
         """
-        progress = self._raw.step()
-        return None if progress is None else Progress(*progress)
+        return _made(Progress, self._raw.step())
 
     def steps(self) -> Iterator[Progress]:
         """Takes all steps, one at a time."""

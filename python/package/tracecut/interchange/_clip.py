@@ -58,13 +58,6 @@ def box_of(inside: Bool) -> Box:
     return Box(left, top, int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top)
 
 
-def runs_of(flat: Bool) -> list[int]:
-    """Lengths of runs, outside and inside in turn; the first is outside and may be 0."""
-    begins = np.flatnonzero(np.diff(flat, prepend=False))
-    ends = np.concatenate([[0], begins, [flat.size]])
-    return [int(length) for length in np.diff(ends)]
-
-
 def frames_of(masks: Masks, names: Optional[Iterable[str]]) -> Iterator[Frame]:
     """Each mask with the name of its frame.
 

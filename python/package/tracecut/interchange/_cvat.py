@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, Optional, TextIO
 from xml.sax.saxutils import escape, quoteattr
 
-from ._clip import Box, Classes, Frame, Masks, box_of, check_text, frames_of, runs_of
+from .._masks import runs_of
+from ._clip import Box, Classes, Frame, Masks, box_of, check_text, frames_of
 from ._output import PathLike, colour, new_folder
 
 

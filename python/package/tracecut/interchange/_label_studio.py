@@ -10,8 +10,9 @@ from typing import Any, Optional
 from xml.sax.saxutils import quoteattr
 
 from .._errors import illegal
+from .._masks import runs_of
 from .._types import Bool
-from ._clip import Box, Classes, Frame, Masks, box_of, check_text, frames_of, runs_of
+from ._clip import Box, Classes, Frame, Masks, box_of, check_text, frames_of
 from ._output import PathLike, colour, json_line, new_folder
 
 #: Bits that a length may have.
