@@ -5,6 +5,7 @@ mod choices;
 mod ledger;
 
 use super::Shot;
+use super::batch::lost;
 use super::clips::Suite;
 use super::masks::require_dense;
 use super::points::{Item, items};
@@ -165,7 +166,7 @@ impl Known {
     fn score(&self, mut session: Session) -> Result<Score> {
         let Shot { definition, maps } = &self.shot;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
+            return Err(lost());
         };
         let points = score(definition, maps, tracks, clusters)?;
         let best_points = best_clusters(definition, maps, tracks, clusters)?;

@@ -1,8 +1,16 @@
-//! What all evaluations of a folder of sequences share: some arguments, and finding the sequences.
+//! What all evaluations of a folder of sequences share: some arguments, finding and running the sequences, and the file of
+//! figures.
 
+use crate::jobs::in_order;
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
-use tracecut_cli::failure::{Failure, Result};
+use tracecut::{Params, Session};
+use tracecut_cli::clock::Seconds;
+use tracecut_cli::failure::{Failure, Result, write};
+use tracecut_cli::input::Input;
+use tracecut_cli::log::Log;
+use tracecut_cli::run::run;
 use tracecut_cli::settings::Settings;
 
 #[derive(Args, Debug)]
@@ -18,6 +26,39 @@ pub(super) struct Batch {
     pub(super) jobs: u32,
     #[command(flatten)]
     pub(super) settings: Settings,
+}
+
+impl Batch {
+    /// Calls `work` on every sequence and `report` on every outcome, in order; a failure has the sequence's name.
+    pub(super) fn run<S: Sync, O: Send>(
+        &self,
+        sequences: &[S],
+        name: fn(&S) -> &str,
+        work: impl Fn(&S) -> Result<O> + Sync,
+        report: impl Fn(&O) -> Result<()>,
+    ) -> Result<Vec<O>> {
+        let named = |sequence: &S| work(sequence).map_err(|failure| failure.of(name(sequence)));
+        in_order(sequences, self.jobs as usize, named, report)
+    }
+}
+
+/// The first frames of a clip, or all, through the pipeline on one thread, as clips run side by side; and how long that
+/// took.
+pub(super) fn run_clip(images: &Path, frames: Option<u32>, params: Params) -> Result<(Session, Seconds)> {
+    let (session, timing) = run(&Input::open(images, frames)?, params, 1, &Log::quiet())?;
+    Ok((session, timing.total))
+}
+
+/// What is wrong where a session that is done lacks a result.
+pub(super) fn lost() -> Failure {
+    Failure::new("the session ended without a result: please report this")
+}
+
+/// Writes all figures as JSON, where a file is named for them.
+pub(super) fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result<()> {
+    let Some(path) = path else { return Ok(()) };
+    let text = serde_json::to_string_pretty(report).map_err(|e| Failure::about(path.display(), e))?;
+    write(path, text + "\n")
 }
 
 /// What `open` makes of the sub-folders of `folder`, by name; `None` where one is no sequence. With `only` not empty,
@@ -37,11 +78,11 @@ pub(super) fn sequences<T>(
             found.extend(open(&path, &name)?.map(|sequence| (name, sequence)));
         }
     }
-    if found.is_empty() {
-        return Err(Failure::about(folder.display(), format_args!("holds no sequence (expected {expected})")));
-    }
     if let Some(missing) = only.iter().find(|name| found.iter().all(|(n, _)| n != *name)) {
         return Err(Failure::about(folder.display(), format_args!("holds no sequence named {missing}")));
+    }
+    if found.is_empty() {
+        return Err(Failure::about(folder.display(), format_args!("holds no sequence (expected {expected})")));
     }
     found.sort_by(|a, b| a.0.cmp(&b.0));
     Ok(found.into_iter().map(|(_, sequence)| sequence).collect())

@@ -1,5 +1,6 @@
 //! `bench contours`: boundary maps against the outlines that people drew.
 
+use super::batch::write_json;
 use super::mat;
 use crate::measures::contours::{ImageScore, Matching, Quality, Summary, score, summarize, tolerance};
 use crate::measures::edges::{canny, sobel};
@@ -10,7 +11,7 @@ use tracecut::contour::boundary_map;
 use tracecut::image::Plane;
 use tracecut::still::image_discontinuities;
 use tracecut_cli::clock::{Clock, Seconds};
-use tracecut_cli::failure::{Failure, Result, print, write};
+use tracecut_cli::failure::{Failure, Result, print};
 use tracecut_cli::images::in_folder;
 use tracecut_cli::input::decode;
 use tracecut_cli::settings::Settings;
@@ -102,10 +103,7 @@ fn report(
         all.insert((*count).into(), Value::Object(rows));
     }
     print(format_args!("{images} images, {ms:.1} ms a boundary map"))?;
-    let Some(path) = json_path else { return Ok(()) };
-    let document = json!({"images": images, "millisecondsAMap": ms, "scores": all});
-    let text = serde_json::to_string_pretty(&document).map_err(|e| Failure::new(e.to_string()))?;
-    write(path, text + "\n")
+    write_json(json_path, &json!({"images": images, "millisecondsAMap": ms, "scores": all}))
 }
 
 fn numbers(quality: Quality) -> Value {

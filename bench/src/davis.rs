@@ -4,13 +4,12 @@ pub(super) mod folder;
 mod published;
 mod source;
 
-use super::batch::Batch;
+use super::batch::{Batch, write_json};
+use super::masks::require_dense;
 use super::num_clusters;
-use crate::jobs::in_order;
 use crate::measures::davis::{LabelTally, Summary, boundary, boundary_measure, region_similarity, scored_frames};
 use clap::Args;
 use folder::{Sequence, find_sequences};
-use indicatif::ProgressBar;
 use published::Published;
 use serde::Serialize;
 use source::AtSource;
@@ -18,8 +17,9 @@ use std::path::PathBuf;
 use tracecut::image::Plane;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print, write};
+use tracecut_cli::failure::{Result, print};
 use tracecut_cli::input::Input;
+use tracecut_cli::log::Log;
 use tracecut_cli::masks::tinted;
 use tracecut_cli::pictures::{Pixels, Series};
 use tracecut_cli::run::run;
@@ -105,17 +105,13 @@ struct Means {
 
 pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     let params = args.batch.settings.params()?;
-    if !params.clip.dense {
-        return Err(Failure::usage(
-            "clip.dense is false, so that there would be no masks to score: leave it on".to_owned(),
-        ));
-    }
+    require_dense(&params)?;
     let sequences = find_sequences(&args.folder, &args.batch.only)?;
     let published = Published::beside(&args.folder)?;
     let more = if args.at_source { source::HEADING } else { "" };
     print(format_args!("{HEADING}{more}{}", published.heading()))?;
     let report = |o: &Outcome| print(format_args!("{}{}", row(o), published.columns(&o.name)));
-    let outcomes = in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args), report)?;
+    let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args), report)?;
     let mean = means(&outcomes);
     let names: Vec<&str> = outcomes.iter().map(|o| o.name.as_str()).collect();
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
@@ -124,12 +120,8 @@ pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     let more = mean.at_source.as_ref().map(AtSource::columns).unwrap_or_default();
     print(format_args!("{title:31}{columns} {seconds:8.1}{more}{}", published.mean_columns(&names)))?;
     published.table(&names).iter().try_for_each(print)?;
-    if let Some(path) = &args.batch.json {
-        let report = Report { frames: args.frames, sequences: &outcomes, mean, params: &params };
-        let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
-        write(path, text + "\n")?;
-    }
-    Ok(())
+    let report = Report { frames: args.frames, sequences: &outcomes, mean, params: &params };
+    write_json(args.batch.json.as_deref(), &report)
 }
 
 fn means(outcomes: &[Outcome]) -> Means {
@@ -144,22 +136,19 @@ fn means(outcomes: &[Outcome]) -> Means {
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Result<Outcome> {
-    let run_it = || {
-        let truth = sequence.truth(args.frames)?;
-        let input = Input::open(&sequence.images, args.frames)?;
-        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
-        if let Some(folder) = &args.overlay {
-            write_overlays(folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
-        }
-        let mut outcome = score(&session, &truth)?;
-        if args.at_source {
-            outcome.at_source = Some(AtSource::of(&session, &input, &truth)?);
-        }
-        outcome.name.clone_from(&sequence.name);
-        outcome.time = timing.total;
-        Ok(outcome)
-    };
-    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
+    let truth = sequence.truth(args.frames)?;
+    let input = Input::open(&sequence.images, args.frames)?;
+    let (session, timing) = run(&input, params.clone(), 1, &Log::quiet())?;
+    if let Some(folder) = &args.overlay {
+        write_overlays(folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
+    }
+    let mut outcome = score(&session, &truth)?;
+    if args.at_source {
+        outcome.at_source = Some(AtSource::of(&session, &input, &truth)?);
+    }
+    outcome.name.clone_from(&sequence.name);
+    outcome.time = timing.total;
+    Ok(outcome)
 }
 
 fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {

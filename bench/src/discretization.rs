@@ -1,13 +1,11 @@
 //! `bench discretization`: Figure 10, five discretizations of one embedding over a sweep of thresholds.
 
 use super::Shot;
-use super::batch::Batch;
+use super::batch::{Batch, lost, run_clip, write_json};
 use super::moseg::{Sequence, find_sequences};
-use crate::jobs::in_order;
 use crate::measures::discretization::{Comparison, Errors, FRAGMENT_SHARE, compare, errors, mean};
 use crate::svg::Chart;
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::PathBuf;
 use tracecut::connectedness::ConnectednessMode;
@@ -16,9 +14,7 @@ use tracecut::discretize::{CountRule, DiscretizeParams, cluster_count};
 use tracecut::embedding::Embedding;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print, write};
-use tracecut_cli::input::Input;
-use tracecut_cli::run::run;
+use tracecut_cli::failure::{Result, print, write};
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -145,43 +141,34 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
     params.embedding.min_dimensions = args.eigenvectors;
     let sequences = find_sequences(&args.folder, &args.batch.only)?;
     print("sequence      tracks  2nd  6th  12th  last eigenvalue   least over-segmentation of rot-disc   seconds")?;
-    let outcomes = in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args), print_sequence)?;
+    let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args), print_sequence)?;
     let curves = curves(&outcomes);
     print_table("eigenvalues", "K is the number of eigenvalues of at least", &curves[..3])?;
     print_table("gap", "K is the place of the first gap of at least", &curves[3..])?;
     print_verdict(&curves)?;
     if let Some(path) = &args.svg {
-        write(path, chart(&curves, outcomes.len()).svg())?;
+        write(path, chart(&curves, outcomes.len()).svg()?)?;
     }
-    if let Some(path) = &args.batch.json {
-        let (frames, fragment_share) = (args.frames, args.fragment_share);
-        let report = Report { frames, fragment_share, curves: &curves, sequences: &outcomes, params: &params };
-        let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
-        write(path, text + "\n")?;
-    }
-    Ok(())
+    let (frames, fragment_share) = (args.frames, args.fragment_share);
+    let report = Report { frames, fragment_share, curves: &curves, sequences: &outcomes, params: &params };
+    write_json(args.batch.json.as_deref(), &report)
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DiscretizationArgs) -> Result<Outcome> {
-    let run_it = || {
-        let input = Input::open(&sequence.list, Some(args.frames))?;
-        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
-        let shot = Shot::read(&sequence.definition, session.num_frames())?;
-        let lost = || Failure::new("the session ended without a result: please report this".to_owned());
-        let embedding = session.embedding().ok_or_else(lost)?;
-        let share = args.fragment_share / 100.0;
-        let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(lost);
-        Ok(Outcome {
-            name: sequence.name.clone(),
-            trajectories: embedding.num_rows,
-            eigenvalues: embedding.eigenvalues.clone(),
-            rotation_merge: sweep(RotationMerge)?,
-            k_means: sweep(KMeans)?,
-            rotation: sweep(Rotation)?,
-            time: timing.total,
-        })
-    };
-    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
+    let (session, time) = run_clip(&sequence.list, Some(args.frames), params.clone())?;
+    let shot = Shot::read(&sequence.definition, session.num_frames())?;
+    let embedding = session.embedding().ok_or_else(lost)?;
+    let share = args.fragment_share / 100.0;
+    let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(lost);
+    Ok(Outcome {
+        name: sequence.name.clone(),
+        trajectories: embedding.num_rows,
+        eigenvalues: embedding.eigenvalues.clone(),
+        rotation_merge: sweep(RotationMerge)?,
+        k_means: sweep(KMeans)?,
+        rotation: sweep(Rotation)?,
+        time,
+    })
 }
 
 /// The errors of `method` for each K from 1 to the number of eigenvectors.

@@ -1,10 +1,8 @@
 //! `bench figment`: sequences of entangled people with masks of every few frames, run and scored.
 
-use super::batch::{Batch, sequences};
-use crate::jobs::in_order;
+use super::batch::{Batch, lost, run_clip, sequences, write_json};
 use crate::measures::figment::{Scores, mean, score};
 use clap::Args;
-use indicatif::ProgressBar;
 use png::{BitDepth, ColorType, Decoder};
 use serde::Serialize;
 use std::io::Cursor;
@@ -14,10 +12,8 @@ use tracecut::discretize::Clusters;
 use tracecut::image::Plane;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print, read, write};
+use tracecut_cli::failure::{Failure, Result, print, read};
 use tracecut_cli::images;
-use tracecut_cli::input::Input;
-use tracecut_cli::run::run;
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -83,8 +79,7 @@ pub(super) fn eval(args: &FigmentArgs) -> Result<()> {
     params.clip.dense = false;
     let sequences = find_sequences(&args.folder, &args.batch.only)?;
     print(HEADING)?;
-    let outcomes =
-        in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args.frames), print_rows)?;
+    let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args.frames), print_rows)?;
     let all: Vec<Scores> = outcomes.iter().map(|o| o.scores).collect();
     let without: Option<Vec<Scores>> = outcomes.iter().map(|o| o.without_connectedness).collect();
     let (mean_with, mean_without) = (mean(&all), without.map(|w| mean(&w)));
@@ -94,13 +89,8 @@ pub(super) fn eval(args: &FigmentArgs) -> Result<()> {
     if let Some(without) = &mean_without {
         print(format_args!("{:36}{}", "mean, without", columns(without)))?;
     }
-    if let Some(path) = &args.batch.json {
-        let report =
-            Report { sequences: &outcomes, mean: mean_with, without_connectedness: mean_without, params: &params };
-        let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
-        write(path, text + "\n")?;
-    }
-    Ok(())
+    let report = Report { sequences: &outcomes, mean: mean_with, without_connectedness: mean_without, params: &params };
+    write_json(args.batch.json.as_deref(), &report)
 }
 
 /// All sub-folders with masks, by name.
@@ -128,30 +118,25 @@ fn numbered(path: PathBuf) -> Result<(usize, PathBuf)> {
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, frames: Option<u32>) -> Result<Outcome> {
-    let run_it = || {
-        let input = Input::open(&sequence.frames, frames)?;
-        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
-        let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
-        };
-        let masks = read_masks(sequence, &session, frames.is_some())?;
-        let labelled: Vec<_> = masks.iter().map(|(frame, mask)| (*frame, mask)).collect();
-        let radius = 0.5 * f64::from(params.trajectory.grid_step) * input_scale(&session);
-        let scored = |clusters: &Clusters| score(&labelled, tracks, clusters, radius);
-        let motion =
-            if params.connectedness.mode == ConnectednessMode::Off { None } else { session.motion_clusters()? };
-        Ok(Outcome {
-            name: sequence.name.clone(),
-            frames: session.num_frames(),
-            labelled: labelled.len(),
-            trajectories: tracks.len(),
-            clusters: clusters.count,
-            scores: scored(clusters)?,
-            without_connectedness: motion.map(|m| scored(&m)).transpose()?,
-            time: timing.total,
-        })
+    let (session, time) = run_clip(&sequence.frames, frames, params.clone())?;
+    let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
+        return Err(lost());
     };
-    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
+    let masks = read_masks(sequence, &session, frames.is_some())?;
+    let labelled: Vec<_> = masks.iter().map(|(frame, mask)| (*frame, mask)).collect();
+    let radius = 0.5 * f64::from(params.trajectory.grid_step) * input_scale(&session);
+    let scored = |clusters: &Clusters| score(&labelled, tracks, clusters, radius);
+    let motion = if params.connectedness.mode == ConnectednessMode::Off { None } else { session.motion_clusters()? };
+    Ok(Outcome {
+        name: sequence.name.clone(),
+        frames: session.num_frames(),
+        labelled: labelled.len(),
+        trajectories: tracks.len(),
+        clusters: clusters.count,
+        scores: scored(clusters)?,
+        without_connectedness: motion.map(|m| scored(&m)).transpose()?,
+        time,
+    })
 }
 
 /// Input pixels a working pixel.

@@ -1,19 +1,15 @@
 //! `bench foreground`: which trajectories are foreground, against the labelled frames of the Moseg benchmark.
 
 use super::Shot;
-use super::batch::Batch;
+use super::batch::{Batch, lost, run_clip, write_json};
 use super::moseg::{Sequence, find_sequences};
-use crate::jobs::in_order;
 use crate::measures::foreground::{ForegroundScores, mean, score};
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::PathBuf;
 use tracecut::Params;
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print, write};
-use tracecut_cli::input::Input;
-use tracecut_cli::run::run;
+use tracecut_cli::failure::{Failure, Result, print};
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -60,42 +56,35 @@ pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
     params.clip.dense = false;
     let sequences = find_sequences(&args.folder, &args.batch.only)?;
     print("sequence     frames  tracks     IoU  recall  false alarms   alone  seconds")?;
-    let outcomes =
-        in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args.frames), print_row)?;
+    let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args.frames), print_row)?;
     let means = |scores: fn(&Outcome) -> ForegroundScores| mean(&outcomes.iter().map(scores).collect::<Vec<_>>());
     let (in_context, alone) = (means(|o| o.scores), means(|o| o.alone));
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     print(format_args!("{:27}{} {seconds:8.1}", "mean", columns(&in_context, &alone)))?;
-    let Some(path) = &args.batch.json else { return Ok(()) };
     let report =
         Report { frames: args.frames, sequences: &outcomes, mean: in_context, mean_alone: alone, params: &params };
-    let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
-    write(path, text + "\n")
+    write_json(args.batch.json.as_deref(), &report)
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Outcome> {
-    let run_it = || {
-        let input = Input::open(&sequence.list, Some(frames))?;
-        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
-        let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
-            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
-        };
-        let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
-        let scored = |foreground: &[bool]| {
-            score(&shot.definition, &shot.maps, tracks, foreground)
-                .map_err(|e| Failure::about(sequence.definition.display(), e))
-        };
-        let salient: Vec<bool> = saliency.of_points.iter().map(|&s| f64::from(s) > params.saliency.threshold).collect();
-        Ok(Outcome {
-            name: sequence.name.clone(),
-            frames: session.num_frames(),
-            trajectories: tracks.len(),
-            scores: scored(&saliency.foreground)?,
-            alone: scored(&salient)?,
-            time: timing.total,
-        })
+    let (session, time) = run_clip(&sequence.list, Some(frames), params.clone())?;
+    let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
+        return Err(lost());
     };
-    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
+    let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
+    let scored = |foreground: &[bool]| {
+        score(&shot.definition, &shot.maps, tracks, foreground)
+            .map_err(|e| Failure::about(sequence.definition.display(), e))
+    };
+    let salient: Vec<bool> = saliency.of_points.iter().map(|&s| f64::from(s) > params.saliency.threshold).collect();
+    Ok(Outcome {
+        name: sequence.name.clone(),
+        frames: session.num_frames(),
+        trajectories: tracks.len(),
+        scores: scored(&saliency.foreground)?,
+        alone: scored(&salient)?,
+        time,
+    })
 }
 
 fn print_row(o: &Outcome) -> Result<()> {

@@ -2,6 +2,7 @@
 
 mod report;
 
+use super::batch::write_json;
 use super::clips::{Clip, Suite};
 use super::davis::paint_lines;
 use crate::jobs::in_order;
@@ -9,7 +10,6 @@ use crate::measures::davis::{boundary, scored_frames};
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
 use crate::measures::reliability::Reliability;
 use clap::Args;
-use indicatif::ProgressBar;
 use report::Report;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -18,6 +18,7 @@ use tracecut::{Params, Session, Windows};
 use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
 use tracecut_cli::input::{Input, NamedFrame};
+use tracecut_cli::log::Log;
 use tracecut_cli::masks::tinted;
 use tracecut_cli::pictures::{Pixels, Series};
 use tracecut_cli::run::{SHARED, run};
@@ -115,7 +116,7 @@ pub(super) fn eval(args: &MasksArgs) -> Result<()> {
     let outcomes = in_order(&clips, args.suite.jobs(), work, |o| print(report::row(o)))?;
     let report = Report::new(&outcomes, args.frames, &params);
     report.lines().into_iter().try_for_each(print)?;
-    args.json.as_deref().map_or(Ok(()), |path| report.write(path))
+    write_json(args.json.as_deref(), &report)
 }
 
 /// Refuses parameters under which there are no masks.
@@ -155,7 +156,7 @@ pub(super) fn run_clip(
     let (masks, time) = match window {
         Some(window) => run_windows(&input, params, window as usize)?,
         None => {
-            let (session, timing) = run(&input, params, 1, &ProgressBar::hidden())?;
+            let (session, timing) = run(&input, params, 1, &Log::quiet())?;
             let masks = (0..truth.len()).map(|t| Ok(session.labels(t)?)).collect::<Result<Vec<_>>>()?;
             for t in scored_frames(truth.len()) {
                 if let Some(truth) = &truth[t] {

@@ -1,11 +1,9 @@
 //! `bench moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
-use super::batch::{Batch, sequences};
+use super::batch::{Batch, lost, run_clip, sequences, write_json};
 use super::{Shot, num_clusters};
-use crate::jobs::in_order;
 use crate::measures::moseg::{Scores, mean, score, score_dense, trimmed_mean};
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tracecut::connectedness::ConnectednessMode;
@@ -14,8 +12,6 @@ use tracecut::tracks;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
 use tracecut_cli::failure::{Failure, Result, print, write};
-use tracecut_cli::input::Input;
-use tracecut_cli::run::run;
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -114,7 +110,7 @@ pub(super) fn eval(args: &MosegArgs) -> Result<()> {
         tracecut_cli::failure::create_folder(folder)?;
     }
     print(HEADING)?;
-    let outcomes = in_order(&sequences, args.batch.jobs as usize, |s| run_sequence(s, &params, args), print_rows)?;
+    let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args), print_rows)?;
     let sparse = Means::over(&outcomes, |o| Some(&o.scores));
     let dense = args.dense.then(|| Dense {
         pixels: Means::over(&outcomes, |o| o.dense.as_ref().map(|d| &d.pixels)),
@@ -124,14 +120,10 @@ pub(super) fn eval(args: &MosegArgs) -> Result<()> {
     let without = connected.then(|| Means::over(&outcomes, |o| o.without_connectedness.as_ref()));
     let seconds: f64 = outcomes.iter().map(|o| o.time.best()).sum();
     print_means(&sparse, without.as_ref(), dense.as_ref(), seconds)?;
-    if let Some(path) = &args.batch.json {
-        let frames = args.frames;
-        let report =
-            Report { frames, sequences: &outcomes, sparse, without_connectedness: without, dense, params: &params };
-        let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
-        write(path, text + "\n")?;
-    }
-    Ok(())
+    let frames = args.frames;
+    let report =
+        Report { frames, sequences: &outcomes, sparse, without_connectedness: without, dense, params: &params };
+    write_json(args.batch.json.as_deref(), &report)
 }
 
 /// All sub-folders with a `.bmf` list, by name.
@@ -144,38 +136,33 @@ pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Seque
 }
 
 fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Result<Outcome> {
-    let run_it = || {
-        let input = Input::open(&sequence.list, Some(args.frames))?;
-        let (session, timing) = run(&input, params.clone(), 1, &ProgressBar::hidden())?;
-        let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(Failure::new("the session ended without a result: please report this".to_owned()));
-        };
-        let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
-        // Scored as written, so that a score of the file gives the same figures.
-        let scored = |clusters: &Clusters| -> Result<(String, Scores)> {
-            let text = tracks::write(tracks, clusters)?;
-            let (tracks, clusters) = tracks::parse(&text)?;
-            let scores = score(&shot.definition, &shot.maps, &tracks, &clusters);
-            Ok((text, scores.map_err(|e| Failure::about(sequence.definition.display(), e))?))
-        };
-        let (text, scores) = scored(clusters)?;
-        if let Some(folder) = &args.tracks {
-            write(&folder.join(format!("{}.dat", sequence.name)), &text)?;
-        }
-        let motion =
-            if params.connectedness.mode == ConnectednessMode::Off { None } else { session.motion_clusters()? };
-        Ok(Outcome {
-            name: sequence.name.clone(),
-            frames: session.num_frames(),
-            trajectories: tracks.len(),
-            clusters: clusters.count,
-            scores,
-            without_connectedness: motion.map(|m| Ok::<_, Failure>(scored(&m)?.1)).transpose()?,
-            dense: if args.dense { Some(score_pixels(&shot, &session)?) } else { None },
-            time: timing.total,
-        })
+    let (session, time) = run_clip(&sequence.list, Some(args.frames), params.clone())?;
+    let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
+        return Err(lost());
     };
-    run_it().map_err(|failure: Failure| failure.of(&sequence.name))
+    let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
+    // Scored as written, so that a score of the file gives the same figures.
+    let scored = |clusters: &Clusters| -> Result<(String, Scores)> {
+        let text = tracks::write(tracks, clusters)?;
+        let (tracks, clusters) = tracks::parse(&text)?;
+        let scores = score(&shot.definition, &shot.maps, &tracks, &clusters);
+        Ok((text, scores.map_err(|e| Failure::about(sequence.definition.display(), e))?))
+    };
+    let (text, scores) = scored(clusters)?;
+    if let Some(folder) = &args.tracks {
+        write(&folder.join(format!("{}.dat", sequence.name)), &text)?;
+    }
+    let motion = if params.connectedness.mode == ConnectednessMode::Off { None } else { session.motion_clusters()? };
+    Ok(Outcome {
+        name: sequence.name.clone(),
+        frames: session.num_frames(),
+        trajectories: tracks.len(),
+        clusters: clusters.count,
+        scores,
+        without_connectedness: motion.map(|m| Ok::<_, Failure>(scored(&m)?.1)).transpose()?,
+        dense: if args.dense { Some(score_pixels(&shot, &session)?) } else { None },
+        time,
+    })
 }
 
 /// Both ways to score the pixels of the labelled frames.

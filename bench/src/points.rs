@@ -1,6 +1,7 @@
 //! `bench points`: labelled trajectories against the true masks of clips of all kinds.
 
 use super::Shot;
+use super::batch::{lost, run_clip, write_json};
 use super::clips::{Clip, Suite, find_clips};
 use super::moseg::{Sequence, find_sequences};
 use crate::jobs::in_order;
@@ -8,16 +9,13 @@ use crate::measures::definition::{Definition, LabelledFrame};
 use crate::measures::masks::Truth;
 use crate::measures::moseg::{Scores, best_clusters, mean, score, trimmed_mean};
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print, write};
-use tracecut_cli::input::Input;
-use tracecut_cli::run::run;
+use tracecut_cli::failure::{Failure, Result, print};
 
 const HELP: &str = "\
 Folders of the Moseg benchmark are scored on its labelled frames; others on all frames that have a mask, each colour of which is a region.
@@ -96,9 +94,7 @@ pub(super) fn eval(args: &PointsArgs) -> Result<()> {
         in_order(&items, args.suite.jobs(), |item| run_seeds(item, &params, &seeds, args), |o| print(row(o)))?;
     print("")?;
     means(&outcomes).into_iter().try_for_each(print)?;
-    let Some(path) = &args.json else { return Ok(()) };
-    let text = serde_json::to_string_pretty(&outcomes).map_err(|e| Failure::about(path.display(), e))?;
-    write(path, text + "\n")
+    write_json(args.json.as_deref(), &outcomes)
 }
 
 impl Item {
@@ -170,7 +166,7 @@ fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
     let seed = params.clip.seed;
     let (session, time, Shot { definition, maps }) = run_item(item, params, args.frames)?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(Failure::new("the session ended without a result: please report this".to_owned()));
+        return Err(lost());
     };
     let broken = |e| Failure::about(&item.name, e);
     Ok(Run {
@@ -185,8 +181,8 @@ fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
 
 /// A clip's first frames through the pipeline; how long that took, and their truth.
 pub(super) fn run_item(item: &Item, params: Params, frames: u32) -> Result<(Session, Seconds, Shot)> {
-    let (session, timing) = run(&Input::open(item.images(), Some(frames))?, params, 1, &ProgressBar::hidden())?;
-    Ok((session, timing.total, item.shot(frames)?))
+    let (session, time) = run_clip(item.images(), Some(frames), params)?;
+    Ok((session, time, item.shot(frames)?))
 }
 
 /// The truth of a clip with masks: region 0 is the background; all mistakes count alike.

@@ -2,20 +2,21 @@
 
 mod change;
 
+use super::batch::write_json;
 use super::clips::{Clip, Suite};
 use super::masks::require_dense;
 use crate::jobs::in_order;
 use crate::measures::masks::{MaskScores, score_frame};
 use change::{ALL, Change};
 use clap::Args;
-use indicatif::ProgressBar;
 use serde::Serialize;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use tracecut::Params;
-use tracecut_cli::failure::{Failure, Result, print, write};
+use tracecut_cli::failure::{Failure, Result, print};
 use tracecut_cli::input::decode;
+use tracecut_cli::log::Log;
 use tracecut_cli::run::run_frames;
 
 const HELP: &str = "\
@@ -84,10 +85,8 @@ pub(super) fn eval(args: &StabilityArgs) -> Result<()> {
         "mean J {:.3}, mean sd {:.3}, mean spread {:.3}, largest spread {:.3}",
         mean.j, mean.sd, mean.spread, mean.largest_spread
     ))?;
-    let Some(path) = &args.json else { return Ok(()) };
     let report = Report { frames: args.frames, clips: &outcomes, mean: &mean, params: &params };
-    let text = serde_json::to_string_pretty(&report).map_err(|e| Failure::about(path.display(), e))?;
-    write(path, text + "\n")
+    write_json(args.json.as_deref(), &report)
 }
 
 /// Runs every clip under every change; prints a clip's row when its last run is done.
@@ -127,7 +126,7 @@ fn j_under(clip: &Clip, change: Change, mut params: Params, frames: u32) -> Resu
         let (name, frame) = decode(path)?;
         Ok((name, change.of_frame(frame)?))
     });
-    let (session, _) = run_frames(changed, Some(images.len()), params, 1, &ProgressBar::hidden())?;
+    let (session, _) = run_frames(changed, Some(images.len()), params, 1, &Log::quiet())?;
     let mut scores = Vec::new();
     for (t, image) in images.iter().enumerate() {
         if let Some(truth) = clip.truth(image)? {

@@ -2,7 +2,8 @@
 
 use crate::failure::{Failure, Result, print};
 use crate::input::Input;
-use crate::run::{progress_bar, run};
+use crate::log::Log;
+use crate::run::run;
 use crate::settings::Settings;
 use clap::Args;
 use std::path::PathBuf;
@@ -35,7 +36,7 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
     let params = args.settings.params()?;
     let input = Input::open(&args.input, args.frames)?.within(&params);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let (session, _) = run(&input, params, threads, &progress_bar())?;
+    let (session, _) = run(&input, params, threads, &Log::plain())?;
     for &[t, x, y] in &args.at {
         print(words(&session, [t, x, y], &session.explain(t, x, y).map_err(|e| Failure::usage(e.to_string()))?))?;
     }

@@ -17,7 +17,8 @@ mod formats;
 pub mod images;
 #[doc(hidden)]
 pub mod input;
-mod log;
+#[doc(hidden)]
+pub mod log;
 #[doc(hidden)]
 pub mod masks;
 mod output;

@@ -1,10 +1,10 @@
 //! What a run says while it is at it: a bar, lines of JSON, or nothing.
 
 use crate::failure::{Failure, Result, print, tell};
-use crate::run::{progress_bar, set_stage};
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressDrawTarget};
+use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
+use std::cell::Cell;
 use tracecut::{Progress, Stage};
 
 #[derive(Args, Debug)]
@@ -28,9 +28,9 @@ enum Form {
 
 /// Where words go.
 #[derive(Debug)]
-pub(crate) struct Log {
+pub struct Log {
     bar: ProgressBar,
-    shown: std::cell::Cell<Option<Stage>>,
+    shown: Cell<Option<Stage>>,
     prints_reports: bool,
     quiet: bool,
     events: bool,
@@ -38,16 +38,29 @@ pub(crate) struct Log {
 
 impl LogArgs {
     pub(crate) fn open(&self) -> Log {
-        let bar = progress_bar();
         let events = self.log == Form::Json;
-        if self.quiet || events {
-            bar.set_draw_target(ProgressDrawTarget::hidden());
-        }
-        Log { bar, shown: Default::default(), prints_reports: self.json, quiet: self.quiet, events }
+        let bar = if self.quiet || events { ProgressBar::hidden() } else { visible_bar() };
+        Log { bar, shown: Cell::default(), prints_reports: self.json, quiet: self.quiet, events }
     }
 }
 
+/// A bar on standard error if that is a terminal, otherwise none.
+fn visible_bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:15} {wide_bar} {pos}/{len} {elapsed}");
+    ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
 impl Log {
+    /// A bar where there is a terminal, and words.
+    pub(crate) fn plain() -> Self {
+        Self { bar: visible_bar(), quiet: false, ..Self::quiet() }
+    }
+
+    /// Nothing at all.
+    pub fn quiet() -> Self {
+        Self { bar: ProgressBar::hidden(), shown: Cell::default(), prints_reports: false, quiet: true, events: false }
+    }
+
     /// One line on standard error, where events are asked for.
     pub(crate) fn event(&self, name: &str, mut what: Value) {
         if self.events {
@@ -77,19 +90,32 @@ impl Log {
             return;
         }
         if self.shown.replace(Some(progress.stage)) != Some(progress.stage) {
-            set_stage(&self.bar, progress.stage.name(), progress.total as usize);
+            self.begin(progress.stage.name(), progress.total as usize);
         }
         self.bar.set_position(u64::from(progress.done));
     }
 
-    pub(crate) fn bar(&self) -> &ProgressBar {
-        &self.bar
+    /// A stage begins.
+    pub(crate) fn begin(&self, name: &'static str, steps: usize) {
+        self.bar.set_position(0);
+        self.bar.set_length(steps as u64);
+        self.bar.set_message(name);
+    }
+
+    /// The stage at hand goes on by one.
+    pub(crate) fn advance(&self) {
+        self.bar.inc(1);
+    }
+
+    /// The last stage is over.
+    pub(crate) fn end(&self) {
+        self.bar.finish_and_clear();
+        self.shown.set(None);
     }
 
     /// An input is done: its report, or a sentence about it.
     pub(crate) fn done(&self, report: &str, summary: &str) -> Result<()> {
-        self.bar.finish_and_clear();
-        self.shown.set(None);
+        self.end();
         if self.prints_reports {
             print(report)
         } else if self.quiet {

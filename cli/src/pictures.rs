@@ -68,31 +68,20 @@ pub(crate) fn encode_png(
 ) -> std::result::Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(to, width, height);
     encoder.set_depth(BitDepth::Eight);
-    let bytes = match pixels {
-        Pixels::Rgb(bytes) => {
-            encoder.set_color(ColorType::Rgb);
-            encoder.set_compression(Compression::Fast);
-            bytes
-        }
-        Pixels::Rgba(bytes) => {
-            encoder.set_color(ColorType::Rgba);
-            encoder.set_compression(Compression::Fast);
-            bytes
-        }
-        Pixels::Grey(bytes) => {
-            encoder.set_color(ColorType::Grayscale);
-            encoder.set_compression(Compression::Fast);
-            bytes
-        }
-        Pixels::Labels(bytes) => {
-            encoder.set_color(ColorType::Indexed);
-            encoder.set_palette((0..=255).flat_map(voc_colour).collect::<Vec<u8>>());
-            encoder.set_compression(Compression::Balanced);
-            // Differences of labels mean nothing: runs of equal ones pack better as they are.
-            encoder.set_filter(Filter::NoFilter);
-            bytes
-        }
+    let (colour, bytes) = match pixels {
+        Pixels::Rgb(bytes) => (ColorType::Rgb, bytes),
+        Pixels::Rgba(bytes) => (ColorType::Rgba, bytes),
+        Pixels::Grey(bytes) => (ColorType::Grayscale, bytes),
+        Pixels::Labels(bytes) => (ColorType::Indexed, bytes),
     };
+    encoder.set_color(colour);
+    encoder.set_compression(Compression::Fast);
+    if colour == ColorType::Indexed {
+        encoder.set_palette((0..=255).flat_map(voc_colour).collect::<Vec<u8>>());
+        encoder.set_compression(Compression::Balanced);
+        // Differences of labels mean nothing: runs of equal ones pack better as they are.
+        encoder.set_filter(Filter::NoFilter);
+    }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;
     writer.finish()

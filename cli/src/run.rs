@@ -1,9 +1,9 @@
-//! Runs a session over an input, with a clock and a progress bar.
+//! Runs a session over an input, with a clock and a log.
 
 use crate::clock::{Clock, Seconds};
 use crate::failure::{Failure, Result};
 use crate::input::{Input, NamedFrame};
-use indicatif::{ProgressBar, ProgressStyle};
+use crate::log::Log;
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage};
 
@@ -39,8 +39,8 @@ impl Timing {
 }
 
 /// Reads all frames of `input` and steps a session to its end on `threads` threads.
-pub fn run(input: &Input, params: Params, threads: usize, bar: &ProgressBar) -> Result<(Session, Timing)> {
-    run_frames(input.frames()?, input.num_frames(), params, threads, bar)
+pub fn run(input: &Input, params: Params, threads: usize, log: &Log) -> Result<(Session, Timing)> {
+    run_frames(input.frames()?, input.num_frames(), params, threads, log)
 }
 
 /// Steps a session to its end over `frames`, whose number is `count` where known.
@@ -49,51 +49,28 @@ pub fn run_frames(
     count: Option<usize>,
     params: Params,
     threads: usize,
-    bar: &ProgressBar,
+    log: &Log,
 ) -> Result<(Session, Timing)> {
     let mut timing = Timing::default();
     let clock = Clock::start();
     let mut session = Session::new(params)?;
-    set_stage(bar, "reading", count.unwrap_or(0));
+    log.begin("reading", count.unwrap_or(0));
     for frame in frames {
         let (name, frame) = frame?;
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
-        bar.inc(1);
+        log.advance();
     }
     timing.count_reading(clock.seconds());
-    let mut shown = None;
     let mut clock = Clock::start();
     session.run_on(threads, |progress| {
         let seconds = clock.seconds();
         clock = Clock::start();
         timing.count(progress.stage, seconds);
-        // Flow and trajectories take turns: the bar follows the flow, which takes far longer.
-        if progress.stage == Stage::Trajectories {
-            return;
-        }
-        if shown != Some(progress.stage) {
-            set_stage(bar, progress.stage.name(), progress.total as usize);
-            shown = Some(progress.stage);
-        }
-        bar.set_position(u64::from(progress.done));
+        log.step(progress);
     })?;
-    bar.finish_and_clear();
+    log.end();
     Ok((session, timing))
 }
 
 /// Frames that neighbouring windows have in common, where they have more.
 pub const SHARED: usize = 10;
-
-/// A bar on standard error if that is a terminal, otherwise none.
-pub(crate) fn progress_bar() -> ProgressBar {
-    let bar = ProgressBar::new(0);
-    let style = ProgressStyle::with_template("{msg:15} {wide_bar} {pos}/{len} {elapsed}");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
-}
-
-pub(crate) fn set_stage(bar: &ProgressBar, name: &'static str, steps: usize) {
-    bar.set_position(0);
-    bar.set_length(steps as u64);
-    bar.set_message(name);
-}

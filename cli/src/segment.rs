@@ -231,7 +231,7 @@ impl Job<'_> {
             self.write_window(found)?;
             Part::of(found, masks, timing)?.write(self.place)
         })?;
-        log.bar().finish_and_clear();
+        log.end();
         let parts = Part::read_all(self.place, count)?;
         whole(|| self.finish(input, &parts))
     }

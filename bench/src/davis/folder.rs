@@ -1,11 +1,14 @@
 //! Where the sequences and their true masks lie.
 
+use crate::batch::sequences;
 use crate::measures::davis::scored_frames;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut_cli::failure::{Failure, Result};
 use tracecut_cli::images;
 use tracecut_cli::input::decode;
+
+const EXPECTED: &str = "NAME/JPEGImages and NAME/Annotations, or JPEGImages/480p/NAME and Annotations/480p/NAME";
 
 /// A sequence's folders.
 #[derive(Debug)]
@@ -18,40 +21,15 @@ pub(crate) struct Sequence {
 /// The sequences of `folder` by name, or those that `only` names.
 pub(crate) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Sequence>> {
     let all = folder.join("JPEGImages").join("480p");
-    let mut sequences = Vec::new();
-    for name in sub_folders(if all.is_dir() { &all } else { folder })? {
-        let (images, annotations) = if all.is_dir() {
-            (all.join(&name), folder.join("Annotations").join("480p").join(&name))
+    let is_davis = all.is_dir();
+    sequences(if is_davis { &all } else { folder }, only, EXPECTED, |path, name| {
+        let (images, annotations) = if is_davis {
+            (path.to_owned(), folder.join("Annotations").join("480p").join(name))
         } else {
-            let own = folder.join(&name);
-            (own.join("JPEGImages"), own.join("Annotations"))
+            (path.join("JPEGImages"), path.join("Annotations"))
         };
-        if images.is_dir() && (only.is_empty() || only.contains(&name)) {
-            sequences.push(Sequence { name, images, annotations });
-        }
-    }
-    if let Some(missing) = only.iter().find(|name| sequences.iter().all(|s| s.name != **name)) {
-        return Err(Failure::about(folder.display(), format_args!("holds no sequence named {missing}")));
-    }
-    if sequences.is_empty() {
-        let reason = "holds no sequence (expected NAME/JPEGImages and NAME/Annotations, or JPEGImages/480p/NAME and \
-                      Annotations/480p/NAME)";
-        return Err(Failure::about(folder.display(), reason));
-    }
-    Ok(sequences)
-}
-
-fn sub_folders(folder: &Path) -> Result<Vec<String>> {
-    let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(cannot)? {
-        let path = entry.map_err(cannot)?.path();
-        if path.is_dir() {
-            names.push(path.file_name().unwrap_or_default().to_string_lossy().into_owned());
-        }
-    }
-    names.sort();
-    Ok(names)
+        Ok(images.is_dir().then(|| Sequence { name: name.to_owned(), images, annotations }))
+    })
 }
 
 impl Sequence {

@@ -5,9 +5,7 @@ use crate::measures::masks::MaskScores;
 use crate::measures::reliability::{Bin, Reliability};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::Path;
 use tracecut::Params;
-use tracecut_cli::failure::{Failure, Result, write};
 
 /// Bins of the reliability with less of all pixels say little.
 const FAIR_SHARE: f64 = 0.01;
@@ -76,11 +74,6 @@ impl<'a> Report<'a> {
         ));
         lines.extend(reliability_lines(&Reliability::of_clips(runs().map(|r| &r.reliability))));
         lines
-    }
-
-    pub(super) fn write(&self, path: &Path) -> Result<()> {
-        let text = serde_json::to_string_pretty(self).map_err(|e| Failure::about(path.display(), e))?;
-        write(path, text + "\n")
     }
 }
 
