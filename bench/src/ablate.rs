@@ -5,7 +5,6 @@ mod choices;
 mod ledger;
 
 use super::Shot;
-use super::batch::lost;
 use super::clips::Suite;
 use super::masks::require_dense;
 use super::points::{Item, items};
@@ -166,7 +165,7 @@ impl Known {
     fn score(&self, mut session: Session) -> Result<Score> {
         let Shot { definition, maps } = &self.shot;
         let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-            return Err(lost());
+            return Err(Failure::lost());
         };
         let points = score(definition, maps, tracks, clusters)?;
         let best_points = best_clusters(definition, maps, tracks, clusters)?;

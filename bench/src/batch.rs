@@ -49,11 +49,6 @@ pub(super) fn run_clip(images: &Path, frames: Option<u32>, params: Params) -> Re
     Ok((session, timing.total))
 }
 
-/// What is wrong where a session that is done lacks a result.
-pub(super) fn lost() -> Failure {
-    Failure::new("the session ended without a result: please report this")
-}
-
 /// Writes all figures as JSON, where a file is named for them.
 pub(super) fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result<()> {
     let Some(path) = path else { return Ok(()) };

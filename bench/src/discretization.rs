@@ -1,7 +1,7 @@
 //! `bench discretization`: Figure 10, five discretizations of one embedding over a sweep of thresholds.
 
 use super::Shot;
-use super::batch::{Batch, lost, run_clip, write_json};
+use super::batch::{Batch, run_clip, write_json};
 use super::moseg::{Sequence, find_sequences};
 use crate::measures::discretization::{Comparison, Errors, FRAGMENT_SHARE, compare, errors, mean};
 use crate::svg::Chart;
@@ -14,7 +14,7 @@ use tracecut::discretize::{CountRule, DiscretizeParams, cluster_count};
 use tracecut::embedding::Embedding;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Result, print, write};
+use tracecut_cli::failure::{Failure, Result, print, write};
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -157,9 +157,9 @@ pub(super) fn eval(args: &DiscretizationArgs) -> Result<()> {
 fn run_sequence(sequence: &Sequence, params: &Params, args: &DiscretizationArgs) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(args.frames), params.clone())?;
     let shot = Shot::read(&sequence.definition, session.num_frames())?;
-    let embedding = session.embedding().ok_or_else(lost)?;
+    let embedding = session.embedding().ok_or_else(Failure::lost)?;
     let share = args.fragment_share / 100.0;
-    let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(lost);
+    let sweep = |method| sweep(&session, &shot, method, share).ok_or_else(Failure::lost);
     Ok(Outcome {
         name: sequence.name.clone(),
         trajectories: embedding.num_rows,

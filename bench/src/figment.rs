@@ -1,6 +1,6 @@
 //! `bench figment`: sequences of entangled people with masks of every few frames, run and scored.
 
-use super::batch::{Batch, lost, run_clip, sequences, write_json};
+use super::batch::{Batch, run_clip, sequences, write_json};
 use crate::measures::figment::{Scores, mean, score};
 use clap::Args;
 use png::{BitDepth, ColorType, Decoder};
@@ -120,7 +120,7 @@ fn numbered(path: PathBuf) -> Result<(usize, PathBuf)> {
 fn run_sequence(sequence: &Sequence, params: &Params, frames: Option<u32>) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.frames, frames, params.clone())?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(lost());
+        return Err(Failure::lost());
     };
     let masks = read_masks(sequence, &session, frames.is_some())?;
     let labelled: Vec<_> = masks.iter().map(|(frame, mask)| (*frame, mask)).collect();

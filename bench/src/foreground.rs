@@ -1,7 +1,7 @@
 //! `bench foreground`: which trajectories are foreground, against the labelled frames of the Moseg benchmark.
 
 use super::Shot;
-use super::batch::{Batch, lost, run_clip, write_json};
+use super::batch::{Batch, run_clip, write_json};
 use super::moseg::{Sequence, find_sequences};
 use crate::measures::foreground::{ForegroundScores, mean, score};
 use clap::Args;
@@ -69,7 +69,7 @@ pub(super) fn eval(args: &ForegroundArgs) -> Result<()> {
 fn run_sequence(sequence: &Sequence, params: &Params, frames: u32) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(frames), params.clone())?;
     let (Some(tracks), Some(saliency)) = (session.trajectories(), session.saliency()) else {
-        return Err(lost());
+        return Err(Failure::lost());
     };
     let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
     let scored = |foreground: &[bool]| {

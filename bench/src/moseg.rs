@@ -1,6 +1,6 @@
 //! `bench moseg`: every sequence of the benchmark through the pipeline and the evaluator.
 
-use super::batch::{Batch, lost, run_clip, sequences, write_json};
+use super::batch::{Batch, run_clip, sequences, write_json};
 use super::{Shot, num_clusters};
 use crate::measures::moseg::{Scores, mean, score, score_dense, trimmed_mean};
 use clap::Args;
@@ -138,7 +138,7 @@ pub(super) fn find_sequences(folder: &Path, only: &[String]) -> Result<Vec<Seque
 fn run_sequence(sequence: &Sequence, params: &Params, args: &MosegArgs) -> Result<Outcome> {
     let (session, time) = run_clip(&sequence.list, Some(args.frames), params.clone())?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(lost());
+        return Err(Failure::lost());
     };
     let shot = Shot::read(&sequence.definition, tracks.num_frames)?;
     // Scored as written, so that a score of the file gives the same figures.

@@ -1,7 +1,7 @@
 //! `bench points`: labelled trajectories against the true masks of clips of all kinds.
 
 use super::Shot;
-use super::batch::{lost, run_clip, write_json};
+use super::batch::{run_clip, write_json};
 use super::clips::{Clip, Suite, find_clips};
 use super::moseg::{Sequence, find_sequences};
 use crate::jobs::in_order;
@@ -166,7 +166,7 @@ fn run_one(item: &Item, params: Params, args: &PointsArgs) -> Result<Run> {
     let seed = params.clip.seed;
     let (session, time, Shot { definition, maps }) = run_item(item, params, args.frames)?;
     let (Some(tracks), Some(clusters)) = (session.trajectories(), session.clusters()) else {
-        return Err(lost());
+        return Err(Failure::lost());
     };
     let broken = |e| Failure::about(&item.name, e);
     Ok(Run {

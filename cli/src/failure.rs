@@ -33,6 +33,11 @@ impl Failure {
         Self { kind: Kind::Other, reason: reason.into() }
     }
 
+    /// A session that is done and lacks a result.
+    pub fn lost() -> Self {
+        Self::new("the session ended without a result: please report this")
+    }
+
     /// Options that cannot be followed.
     pub fn usage(reason: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, reason: reason.into() }

@@ -49,11 +49,10 @@ impl<'a> Found<'a> {
     }
 
     pub(crate) fn results(&self) -> Result<Results<'a>> {
-        let missing = || Failure::new("the session ended without a result: please report this");
         Ok(Results {
-            tracks: self.session.trajectories().ok_or_else(missing)?,
-            clusters: self.session.clusters().ok_or_else(missing)?,
-            embedding: self.session.embedding().ok_or_else(missing)?,
+            tracks: self.session.trajectories().ok_or_else(Failure::lost)?,
+            clusters: self.session.clusters().ok_or_else(Failure::lost)?,
+            embedding: self.session.embedding().ok_or_else(Failure::lost)?,
         })
     }
 }

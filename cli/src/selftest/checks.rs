@@ -142,16 +142,12 @@ fn images(frames: &[Frame]) -> Vec<Check> {
     ]
 }
 
-fn gone() -> Failure {
-    Failure::new("the session ended without a result: please report this")
-}
-
 /// What comes before the masks.
 fn motion(session: &Session) -> Result<Vec<Check>> {
-    let tracks = session.trajectories().ok_or_else(gone)?;
-    let near = &session.discontinuities().ok_or_else(gone)?.neighborhoods;
-    let clusters = session.clusters().ok_or_else(gone)?;
-    let saliency = session.saliency().ok_or_else(gone)?;
+    let tracks = session.trajectories().ok_or_else(Failure::lost)?;
+    let near = &session.discontinuities().ok_or_else(Failure::lost)?.neighborhoods;
+    let clusters = session.clusters().ok_or_else(Failure::lost)?;
+    let saliency = session.saliency().ok_or_else(Failure::lost)?;
     let paths = Bytes::default().words(tracks.start_frame.iter().copied()).words(tracks.offset.iter().copied());
     let pairs = Bytes::default().words(near.pairs.iter().map(|p| p.0)).words(near.pairs.iter().map(|p| p.1));
     let pairs = pairs.words(near.frame_offset.iter().copied()).words(near.frame_edges.iter().copied());
@@ -175,7 +171,7 @@ fn motion(session: &Session) -> Result<Vec<Check>> {
 /// The masks, and the files that are made of them.
 fn masks(session: &Session) -> Result<Vec<Check>> {
     let (width, height, count) = CLIP;
-    let tracks = session.trajectories().ok_or_else(gone)?;
+    let tracks = session.trajectories().ok_or_else(Failure::lost)?;
     let mut plates = Bytes::default();
     for t in FRAMES {
         plates = plates.bytes(session.background(t)?.data().as_flattened());
@@ -192,7 +188,7 @@ fn masks(session: &Session) -> Result<Vec<Check>> {
     }
     Ok(vec![
         Bytes::default()
-            .bytes(&session.objects().ok_or_else(gone)?.of_cluster)
+            .bytes(&session.objects().ok_or_else(Failure::lost)?.of_cluster)
             .check("objects", "the object of each cluster"),
         Bytes::default().bytes(&all).check("masks", "masks of all frames"),
         plates.check("background", "frames without the objects"),
