@@ -1,6 +1,6 @@
 // `npm run soak`: memory over a thousand sessions in one process, a hundred at once, hours of windows, a page left running:
 // each in a process of its own, measured after collecting garbage. `npm run soak -- sessions=200 page=50` runs only
-// these, so often; results go into `docs/reliability.md` and `docs/soak.svg` with `--write`.
+// these, so often; results go into `docs/reliability.md` with `--write`.
 
 import { spawn } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
@@ -9,7 +9,7 @@ import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { build } from '../scripts/build.mjs';
 import { fail, root } from '../scripts/tools.mjs';
-import { curves, tables } from './soak/report.mjs';
+import { table } from './soak/report.mjs';
 
 /** How often each is done. */
 const USUALLY = { sessions: 1000, crowd: 20, windows: 12000, page: 2000 };
@@ -48,7 +48,7 @@ if (import.meta.url === pathToFileURL(process.argv[1]).href) {
   for (const part of chosen) results.push(await soaked(part, Number(asked[part] ?? USUALLY[part])));
   mkdirSync(join(root, 'out'), { recursive: true });
   writeFileSync(join(root, 'out', 'soak.json'), JSON.stringify(results, null, 2));
-  const text = tables(results, { node: process.version, cores: availableParallelism() });
+  const text = table(results, { node: process.version, cores: availableParallelism() });
   console.log(text);
   if (args.includes('--write')) {
     const file = join(root, 'docs', 'reliability.md');
@@ -57,7 +57,6 @@ if (import.meta.url === pathToFileURL(process.argv[1]).href) {
       file,
       readFileSync(file, 'utf8').replace(place, (_, from, to) => `${from}\n${text}\n${to}`),
     );
-    writeFileSync(join(root, 'docs', 'soak.svg'), curves(results));
   }
   // What a process holds goes up and down by megabytes: only over many does that tell anything.
   const steep = results.filter(
