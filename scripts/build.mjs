@@ -13,12 +13,12 @@ import { writeLicences } from './licences.mjs';
 import { writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
 import {
-  bindgenSource,
   during,
-  ensureBindgen,
   ensureNodeModules,
+  ensureOwnTool,
   ensureRust,
   fail,
+  ownToolSource,
   root,
   run,
   runBeside,
@@ -59,7 +59,7 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   const scripts = ['build', 'parameters', 'declarations', 'reference'].map((name) =>
     join(root, 'scripts', `${name}.mjs`),
   );
-  const making = [...scripts, bindgenSource];
+  const making = [...scripts, ownToolSource('bindgen')];
   const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');
   const kind = fast ? 'fast' : 'release';
@@ -67,7 +67,7 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   const decoder = wasmFile('tracecut_decoder', profile);
   const engine = fast ? decoder : wasmFile('tracecut', profile);
   fetchCrates();
-  const bindgen = during('making the tool for the glue', 40, ensureBindgen);
+  const bindgen = during('making the tool for the glue', 40, () => ensureOwnTool('bindgen'));
   await compileDecoder(kind);
   const decoderMade = bindgen.then(() =>
     step(stamps, 'decoder', [decoder, lock, ...making], async () => {
