@@ -1,6 +1,6 @@
 // `npm run soak`: memory over a thousand sessions in one process, a hundred at once, hours of windows, a page left running:
-// each in a process of its own, measured after collecting garbage. `npm run soak -- sessions=200 page=50` runs only
-// these, so often; results go into `docs/reliability.md` with `--write`.
+// each in a process of its own, measured after collecting garbage. `npm run soak -- sessions=200 page=50` runs these
+// two, 200 and 50 times; results go into `docs/reliability.md` with `--write`.
 
 import { spawn } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
@@ -11,7 +11,7 @@ import { build } from '../scripts/build.mjs';
 import { fail, root } from '../scripts/tools.mjs';
 import { table } from './soak/report.mjs';
 
-/** How often each is done. */
+/** How many times each is done. */
 const USUALLY = { sessions: 1000, crowd: 20, windows: 12000, page: 2000 };
 /** Bytes that a session or a window may leave behind. */
 const MOST_SLOPE = 1024;

@@ -43,7 +43,7 @@ function compare(before) {
   const gone = before.filter((line) => line && !lines.includes(line)).map((line) => `- ${line}`);
   const come = lines.filter((line) => !before.includes(line)).map((line) => `+ ${line}`);
   if (gone.length + come.length === 0) return;
-  fail(`The public interface is not that of docs/api.txt:\n${[...gone, ...come].join('\n')}
+  fail(`The public interface differs from docs/api.txt:\n${[...gone, ...come].join('\n')}
 If this is meant: npm run api, and a line in CHANGELOG.md.`);
 }
 

@@ -6,7 +6,7 @@ import { setTimeout as pause } from 'node:timers/promises';
 const POINTS = 20;
 
 /**
- * Does `work` so often and measures memory in between, after collecting garbage.
+ * Does `work` `count` times and measures memory in between, after collecting garbage.
  * @param {string} part
  * @param {string} unit what is done once
  * @param {number} count

@@ -22,7 +22,7 @@ const megabytes = (/** @type {number} */ bytes) => (bytes / MB).toFixed(1);
 export function table(results, { node, cores }) {
   const lines = [
     `Node ${node} on ${cores} cores. Heap is \`heapUsed\` + \`external\` after collecting garbage (of the page: scripts and objects of the browser that are`,
-    'alive), RSS what the process holds (of the page: without what it shares); the slope is that of the second half: the median between any two',
+    'alive), RSS what the process holds (of the page: without what it shares); the slope is measured over the second half: the median between any two',
     'of its points, for each session, window or clip.',
     '',
     '| what | done | heap at first, half, end (MB) | RSS at first, half, end (MB) | slope of heap, RSS (bytes) |',
