@@ -125,55 +125,39 @@ function entries() {
  *   and all names
  */
 export function reference(dist, parameters) {
-  const [api, functions] = [new Map(), []];
-  for (const [entry, module] of entries()) {
-    // Types of other entries are found where their functions mention them.
-    const isOwn = ([name, { kind }]) => !api.has(name) && (entry === 'tracecut' || kind !== 'type');
+  const [api, sections] = [new Map(), []];
+  for (const [title, module] of entries()) {
+    // Types of later entries are found where their functions mention them.
+    const isOwn = ([name, { kind }]) => !api.has(name) && (title === 'tracecut' || kind !== 'type');
     const own = [...exportsOf(dist, module)].filter(isOwn);
     for (const [name, item] of own) api.set(name, item);
-    const items = own.map(([, item]) => item).filter(({ kind }) => kind === 'function');
-    functions.push({
-      title: entry === 'tracecut' ? 'Functions' : `Functions of ${entry}`,
-      items,
-      entry: functionEntry,
-    });
+    const items = own.map(([, item]) => item);
+    sections.push({ title, items: Object.keys(WRITERS).flatMap((kind) => items.filter((item) => item.kind === kind)) });
   }
   const types = [...typesOf(dist, api).values()].sort((a, b) => (a.name < b.name ? -1 : 1));
-  const all = [...api.values()];
-  const sections = [
-    ...functions,
-    { title: 'Classes', items: all.filter(({ kind }) => kind === 'class'), entry: classEntry },
-    { title: 'Constants', items: all.filter(({ kind }) => kind === 'const'), entry: typeEntry },
-    { title: 'Types', items: types, entry: typeEntry },
-  ].filter(({ items }) => items.length > 0);
-  const links = linksTo(sections.flatMap(({ title, items }) => [title, ...items.map(({ name }) => name)]));
-  const contents = sections.map(
-    ({ title, items }) =>
-      `- ${[title, ...items.map(({ name }) => name)]
-        .map((name) => links.get(name))
-        .join(', ')
-        .replace(',', ':')}\n`,
+  sections.push({ title: 'Types', items: types });
+  const full = sections.filter(({ items }) => items.length > 0);
+  const links = linksTo(full.flatMap(({ title, items }) => [title, ...items.map(({ name }) => name)]));
+  const written = (item) => (WRITERS[item.kind] ?? typeEntry)(item, links);
+  const contents = full.map(
+    ({ title, items }) => `- ${links.get(title)}: ${items.map(({ name }) => links.get(name)).join(', ')}\n`,
   );
-  const parts = sections.map(
-    ({ title, items, entry }) => `## ${title}\n\n${items.map((item) => entry(item, links)).join('\n')}`,
-  );
-  const text = [
-    INTRODUCTION,
-    `${contents.join('')}- [Options of a session](#options-of-a-session)\n`,
-    ...parts,
-    parameterTables(parameters),
-  ];
+  const parts = full.map(({ title, items }) => `## ${title}\n\n${items.map(written).join('\n')}`);
+  const text = [INTRODUCTION, contents.join(''), ...parts, ...parameterTables(parameters)].join('\n');
   return {
-    text: text.join('\n').replace(/\n{3,}/g, '\n\n'),
-    undocumented: undocumented([...all, ...types], parameters),
+    text: text.replace(/\n{3,}/g, '\n\n'),
+    undocumented: undocumented([...api.values(), ...types], parameters),
     names: [...api.keys()],
   };
 }
 
 const INTRODUCTION = `# API reference
 
-Everything here is imported from \`'tracecut'\`, in browsers and in Node alike; the functions of other entries stand under the entry's name.
+Each heading is what its names are imported from, in browsers and in Node alike; \`tracecut/node\` has all of \`tracecut\` too.
 `;
+
+/** What writes an entry, in this order below each heading; types have a heading of their own. */
+const WRITERS = { function: functionEntry, class: classEntry, const: typeEntry };
 
 /** The types that exports mention, and those that these mention, unless they are internal to a constructor. */
 function typesOf(dist, api) {
@@ -306,13 +290,24 @@ const LEGAL = {
   number: ({ min, max }) => `${min} to ${max}`,
 };
 
+/** What most users change, and what only research does. */
 function parameterTables(parameters) {
-  const groups = new Set(parameters.map(({ name }) => name.split('.')[0]));
+  const [usual, expert] = [false, true].map((is) => parameters.filter((parameter) => Boolean(parameter.expert) === is));
+  const about =
+    'The parameter tree, such as `{ cut: { spatialWeight: 3 } }`; `parameters()` lists them at run time.\n\n';
+  const parts = [`## Options of a session\n\n${about}${tables(usual)}`];
+  if (expert.length > 0)
+    parts.push(`## Options for experts\n\nOnly research changes these, in the same way.\n\n${tables(expert)}`);
+  return parts;
+}
+
+function tables(parameters) {
   const row = ({ name, doc, default: initial, ...rest }) =>
     `| \`${name}\` | ${initial} | ${LEGAL[rest.kind](rest)} | ${cell(oneLine(doc))} |\n`;
-  const tables = [...groups].map((group) => {
+  const groups = new Set(parameters.map(({ name }) => name.split('.')[0]));
+  const parts = [...groups].map((group) => {
     const rows = parameters.filter(({ name }) => name.startsWith(`${group}.`)).map(row);
     return `### ${group}.*\n\n| parameter | default | legal | |\n|---|---|---|---|\n${rows.join('')}`;
   });
-  return `## Options of a session\n\nThe parameter tree, such as \`{ cut: { spatialWeight: 3 } }\`; \`parameters()\` lists them at run time.\n\n${tables.join('\n')}`;
+  return parts.join('\n');
 }
