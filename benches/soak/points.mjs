@@ -12,7 +12,7 @@ const POINTS = 20;
  * @param {number} count
  * @param {(k: number) => Promise<void>} work
  * @param {() => Promise<{heap: number, rss: number}>} [measure]
- * @returns {Promise<import('./report.mjs').Soaked>}
+ * @returns {Promise<import('../soak.mjs').Soaked>}
  */
 export async function soak(part, unit, count, work, measure = own) {
   const points = [];
@@ -41,7 +41,7 @@ async function own() {
 }
 
 /** Bytes that one more costs: the median slope between any two points, which a single one of them does not move. */
-export function slopeOf(points, key) {
+function slopeOf(points, key) {
   const slopes = points.flatMap((one, k) =>
     points.slice(k + 1).map((other) => (other[key] - one[key]) / (other.done - one.done)),
   );
