@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { emptyPage } from '../browser/empty.mjs';
 import { TASKS, codeOf, readmeCode } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { installed, served } from './installed.mjs';
@@ -45,11 +46,7 @@ async function open(t, script) {
 /** A short video file of the sample scene; how many objects are found in it depends on the browser's encoder. */
 async function madeClip() {
   if (clip) return clip;
-  const page = await site.browser.newPage();
-  await page.route(`${site.url}empty`, (route) =>
-    route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }),
-  );
-  await page.goto(`${site.url}empty`);
+  const page = await emptyPage({ after: (clean) => cleaners.push(clean) }, site);
   const bytes = await page.evaluate(async () => {
     const { encodeVideo, synthClip } = await import('/dist/index.js');
     const scene = await synthClip({ width: 256, height: 144, frames: 8, seed: 1 });
@@ -58,7 +55,6 @@ async function madeClip() {
     const file = await encodeVideo(masks, frames, { opacity: 0, outline: false, frameRate: 10, quality: 'very-high' });
     return [...new Uint8Array(await file.arrayBuffer())];
   });
-  await page.close();
   clip = { name: 'clip.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes) };
   return clip;
 }
