@@ -109,7 +109,7 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   if (!fast) checkSize(overBudget === 'warn' ? console.warn : fail);
 }
 
-/** Runs `make` unless the contents of `inputs` are those of the last time. */
+/** Runs `make` unless the contents of `inputs` are the same as last time. */
 async function step(stamps, name, inputs, make) {
   const hash = createHash('sha256');
   for (const input of inputs) hash.update(readFileSync(input));

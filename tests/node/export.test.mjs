@@ -212,7 +212,7 @@ describe('masks as COCO run lengths', () => {
     [['0110', '0110', '0110'], '363', 6, [1, 0, 2, 3]],
   ];
 
-  test('are those of pycocotools, and give the mask back', () => {
+  test('equal pycocotools, and give the mask back', () => {
     for (const [rows, counts, area, bbox] of KNOWN) {
       const masks = drawn(rows);
       const [annotation] = cocoRle(masks).annotations;
@@ -224,7 +224,7 @@ describe('masks as COCO run lengths', () => {
     assert.deepEqual([...fromCocoRle({ size: [2, 3], counts: [1, 2, 3] })], [0, 1, 0, 1, 0, 0], 'plain lengths');
   });
 
-  test('are those of pycocotools where runs are long', () => {
+  test('equal pycocotools where runs are long', () => {
     const [width, height] = [400, 300];
     const labels = Uint8Array.from({ length: width * height }, (_, p) => {
       const [x, y] = [p % width, Math.floor(p / width)];
@@ -280,7 +280,7 @@ describe('masks as COCO run lengths', () => {
     assert.equal(coco.info.version, version);
   });
 
-  test('of windows that overlap are those of the clip, put together', () => {
+  test('of overlapping windows give the clip, put together', () => {
     const times = [0, 0.1, 0.2, 0.3, 0.4];
     const labels = (t) => Uint8Array.of(1, t, 0);
     const clip = { width: 3, height: 1, numFrames: 5, times, labels };
@@ -296,7 +296,7 @@ describe('masks as COCO run lengths', () => {
     assert.throws(() => cocoRle({ ...clip, firstFrame: -1 }), refuses('data', /firstFrame = -1/));
   });
 
-  test('are none where there is no object, and 255 where there are so many', () => {
+  test('are none where there is no object, and 255 for 255 objects', () => {
     const none = cocoRle(drawn(['00']));
     assert.deepEqual([none.annotations, none.tracks, none.images.length], [[], [], 1]);
     assert.ok(!('timestamp' in none.images[0]));

@@ -94,7 +94,7 @@ describe('a collected clip', () => {
     }
   });
 
-  test('joins trajectories over windows: some are longer than any window, and all points are those of the windows', () => {
+  test('joins trajectories over windows: some are longer than any window, and no point is lost or added', () => {
     const { count, startFrame, offset, x, y, label } = result.trajectories;
     assert.deepEqual(
       [startFrame.length, offset.length, label.length, offset[count]],

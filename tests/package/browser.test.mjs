@@ -116,7 +116,7 @@ test('the worker and the calling thread give the same result, under a strict con
   assert.equal(inWorker, inPage);
 });
 
-test('masks, saliency, superpixels and boundaries are those of Node, of a run and of single images', async (t) => {
+test('masks, saliency, superpixels and boundaries equal those in Node, in a run and for single images', async (t) => {
   const page = await open(t);
   const clip = await inNode.synthClip(SCENE);
   const frames = async () => Array.from({ length: SCENE.frames }, (_, k) => clip.frame(k));
