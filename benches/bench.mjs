@@ -4,7 +4,6 @@
 //   --clip DIR       the PNG and JPEG files of a folder, in the order of their names, in place of made clips
 //   --frames N       the first of them
 //   --threads N      also runs the package on 1 and on N threads: seconds on the wall and of all processors, least of three
-//   --growth         also prints how the seconds of each stage grow with frames, pixels and trajectories, as exponents
 //   --json FILE      also writes the figures
 //   --compare FILE   also prints the ratio of each stage to what --json wrote there; both want a machine as idle
 
@@ -13,7 +12,6 @@ import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
-import { bound, printGrowth } from './support/growth.mjs';
 
 const SPARSE = [
   'flow',
@@ -40,7 +38,6 @@ const { values: options } = parseArgs({
     clip: { type: 'string' },
     frames: { type: 'string', default: 'Infinity' },
     threads: { type: 'string' },
-    growth: { type: 'boolean', default: false },
     json: { type: 'string' },
     compare: { type: 'string' },
   },
@@ -79,46 +76,15 @@ for (const name of ['tracecut_bg.wasm', 'decoder_bg.wasm']) {
   const bytes = readFileSync(new URL(`../dist/${name}`, import.meta.url));
   console.log(`${name}: ${bytes.length} bytes, ${gzipSync(bytes, { level: 9 }).length} gzipped`);
 }
-if (options.growth) growth();
-for (const { width, height, frames, seconds } of rows) {
-  const { serial, wall } = bound(seconds);
-  const least = wall.map(([threads, part]) => `${part.toFixed(2)} on ${threads}`).join(', ');
-  console.log(
-    `${width}x${height}x${frames}: ${(100 * serial).toFixed(0)} % by one thread alone; at best ${least} threads`,
-  );
-}
 if (options.threads) await share(Number(options.threads));
 if (options.json) writeFileSync(options.json, `${JSON.stringify(rows, null, 2)}\n`);
 
-/** Runs that differ in one thing. More trajectories of the same frames come by a finer grid. */
-function growth() {
-  const [width, height] = SIZES[0];
-  const along = (axis, sizes, run) =>
-    printGrowth(
-      axis,
-      STAGES,
-      sizes.map((size) => ({ size, row: run(size) })),
-    );
-  along('frames', [12, 24, 48], (frames) => measure(render(width, height, frames), width, height));
-  along('pixels of a side', [240, 320, 480, 640], (side) => {
-    const down = (side * 9) / 16;
-    return measure(render(side, down, 12), side, down);
-  });
-  const clip = render(width, height, 12);
-  const runs = [8, 6, 4].map((gridStep) => measure(clip, width, height, { trajectory: { gridStep } }));
-  printGrowth(
-    'trajectories',
-    STAGES,
-    runs.map((row) => ({ size: row.trajectories, row })),
-  );
-}
-
 /** Runs one clip in an instance of its own, so that its memory is its own. */
-function measure(clip, width, height, params = {}) {
+function measure(clip, width, height) {
   const frames = clip.length;
   glue.__wbg_reset_state();
   const { memory } = glue.initSync();
-  const session = new glue.Session(params);
+  const session = new glue.Session({});
   for (const { data } of clip) session.pushRgba(data, width, height);
   const seconds = Object.fromEntries(STAGES.map((stage) => [stage, 0]));
   let before = process.cpuUsage();

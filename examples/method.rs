@@ -2,7 +2,7 @@
 //! FRAMES`.
 //!
 //! `FRAMES` is a folder of PNG or JPEG files and nothing else, taken in name order. For each frame a line is printed:
-//! its mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels are those of
+//! its mask as runs of a label and a number of pixels, row by row; 0 is the background. The labels equal those of
 //! [`tracecut::Session`], which does the same step by step, reduces large frames, and takes long clips window by window;
 //! clips it also judges by their background, and cuts them again by what objects look like, which is left out here
 //! (`background.judge`, `cut.appearanceRounds`).

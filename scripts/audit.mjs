@@ -39,21 +39,17 @@ export function crateAnswer(status, said) {
   return { state: 'found', words: said.trim() };
 }
 
-/** What the package carries within are packages of the development: these count, whatever npm leaves out as such. */
+/** The package needs none; what it carries within are packages of the development, and these count. */
 const carried = Object.keys(VENDORED);
 
 /** @returns {Answer[]} */
 function packagesAnswers() {
-  const { stdout } = ask('npm', ['audit', '--json', '--omit=dev', ...NO_RETRIES]);
-  const all = ask('npm', ['audit', '--json', ...NO_RETRIES]);
+  const { stdout } = ask('npm', ['audit', '--json', ...NO_RETRIES]);
+  const within = packageAnswer(stdout, (name) => carried.includes(name));
   return [
-    { question: 'npm packages that are needed', ...packageAnswer(stdout, () => true) },
-    {
-      question: `npm packages within ours (${carried})`,
-      ...packageAnswer(all.stdout, (name) => carried.includes(name)),
-    },
+    { question: `npm packages within ours (${carried})`, ...within },
     // Tools of the development see our own files alone: told, and no fault.
-    { question: 'npm packages of the development', ...told(packageAnswer(all.stdout, () => true)) },
+    { question: 'npm packages of the development', ...told(packageAnswer(stdout, () => true)) },
   ];
 }
 

@@ -9,17 +9,16 @@ import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { BUNDLE_SOURCES, buildBundles } from './bundles.mjs';
-import { describeTypes, importPlatform } from './declarations.mjs';
 import { writeLicences } from './licences.mjs';
 import { writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
 import {
-  bindgenSource,
   during,
-  ensureBindgen,
   ensureNodeModules,
+  ensureOwnTool,
   ensureRust,
   fail,
+  ownToolSource,
   root,
   run,
   runBeside,
@@ -49,7 +48,7 @@ const KINDS = {
 
 /**
  * Builds everything that is out of date. A wasm file over its budget ends the script, unless `overBudget` is 'warn'. With
- * `onlyPage` only what the demo page loads: no declarations, no builds in one file, no licences.
+ * `onlyPage` only what the demo page loads: no declarations and reference, no builds in one file, no licences.
  */
 export async function build({ force = false, overBudget = 'fail', fast = false, onlyPage = false } = {}) {
   ensureNodeModules();
@@ -57,8 +56,10 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
-  const scripts = ['build', 'parameters', 'declarations'].map((name) => join(root, 'scripts', `${name}.mjs`));
-  const making = [...scripts, bindgenSource];
+  const scripts = ['build', 'parameters', 'declarations', 'reference'].map((name) =>
+    join(root, 'scripts', `${name}.mjs`),
+  );
+  const making = [...scripts, ownToolSource('bindgen')];
   const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');
   const kind = fast ? 'fast' : 'release';
@@ -66,7 +67,7 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   const decoder = wasmFile('tracecut_decoder', profile);
   const engine = fast ? decoder : wasmFile('tracecut', profile);
   fetchCrates();
-  const bindgen = during('making the tool for the glue', 40, ensureBindgen);
+  const bindgen = during('making the tool for the glue', 40, () => ensureOwnTool('bindgen'));
   await compileDecoder(kind);
   const decoderMade = bindgen.then(() =>
     step(stamps, 'decoder', [decoder, lock, ...making], async () => {
@@ -108,7 +109,7 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   if (!fast) checkSize(overBudget === 'warn' ? console.warn : fail);
 }
 
-/** Runs `make` unless the contents of `inputs` are those of the last time. */
+/** Runs `make` unless the contents of `inputs` are the same as last time. */
 async function step(stamps, name, inputs, make) {
   const hash = createHash('sha256');
   for (const input of inputs) hash.update(readFileSync(input));
@@ -303,13 +304,18 @@ function copyModules(ending) {
   }
 }
 
-function buildTypes() {
+async function buildTypes() {
+  // These need npm packages, which a fresh clone has not had when this file is read.
+  const { describeTypes, importPlatform } = await import('./declarations.mjs');
+  const { reference } = await import('./reference.mjs');
   copyModules('.d.ts');
   run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
     hint: 'The types of www/lib do not agree.',
   });
   describeTypes(lib, dist);
   importPlatform(dist);
+  const { PARAMETERS } = await import(`${pathToFileURL(join(dist, 'parameters.js')).href}?${Date.now()}`);
+  writeFileSync(join(dist, 'reference.md'), reference(dist, PARAMETERS).text);
 }
 
 function checkSize(complain) {

@@ -3,6 +3,7 @@
 
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { dirname, join, posix, relative } from 'node:path';
+import { parse } from 'comment-parser';
 
 /** Rewrites the declarations in `dist` of the modules in `lib`. */
 export function describeTypes(lib, dist) {
@@ -47,28 +48,12 @@ function mentions(declarations, name) {
 /** What the comments of a module's types say before their tags, by the types' names. */
 export function descriptions(source) {
   const found = new Map();
-  for (const [comment] of source.matchAll(/^\/\*\*[^]*?\*\//gm)) {
-    const text = comment
-      .slice(3, -2)
-      .split('\n')
-      .map((line) => line.replace(/^\s*\*? ?/, '').trimEnd())
-      .join('\n');
-    const [before, after] = text.split('@typedef');
-    const words = before.split(/^@/m)[0].trim();
-    if (after && words) found.set(/^\w+/.exec(withoutType(after.trim()))?.[0], words);
+  // A tag begins a line: those of comments in one line too.
+  for (const { description, tags } of parse(source.replaceAll(' @typedef', '\n * @typedef'), { spacing: 'preserve' })) {
+    const words = description.replace(/^ (?=\S)/gm, '').trim();
+    for (const { tag, name } of tags) if (tag === 'typedef' && words) found.set(name, words);
   }
   return found;
-}
-
-/** What follows a tag's `{type}`. */
-export function withoutType(text) {
-  if (!text.startsWith('{')) return text;
-  let depth = 0;
-  for (let at = 0; at < text.length; at += 1) {
-    depth += text[at] === '{' ? 1 : text[at] === '}' ? -1 : 0;
-    if (depth === 0) return text.slice(at + 1).trim();
-  }
-  return '';
 }
 
 function described(declarations, words) {

@@ -1,17 +1,31 @@
-// `node scripts/gallery.mjs [names]`: renews the page's gallery, www/demo/gallery/, or these clips of it. Paints the
-// scenes, encodes them, runs the package over the files with its usual settings, and saves what it found as projects.
-// Pictures to look at go to out/gallery/.
+// `node scripts/gallery.mjs [ID|ID=FILE ...]`: renews the page's gallery, www/demo/gallery/, or these clips of it. Runs the
+// package with its usual settings over the video that a clip's project holds, or over a WebM file that is to take its
+// place, and saves what it finds. Pictures to look at go to out/gallery/.
 
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
+import { unzipSync } from 'fflate';
 import { launchBrowser } from './browser.mjs';
 import { build } from './build.mjs';
-import { SCENES } from './gallery/scenes.mjs';
 import { serve } from './serve.mjs';
 import { root } from './tools.mjs';
 
 const FOLDER = join(root, 'www', 'demo', 'gallery');
 const LOOKS = join(root, 'out', 'gallery');
+const INDEX = join(FOLDER, 'index.json');
+
+/** The frame that a clip's poster shows, where it is not the middle one. */
+const POSTERS = { coast: 30, street: 34, parting: 44, forward: 30, ball: 20, hedge: 18 };
+
+const { clips } = JSON.parse(readFileSync(INDEX, 'utf8'));
+const words = process.argv.slice(2);
+const chosen = words.length > 0 ? words.map((word) => word.split('=')) : clips.map(({ id }) => [id]);
+
+/** The video of a clip, as Base64. */
+function filmOf([id, file]) {
+  const bytes = file ? readFileSync(file) : unzipSync(readFileSync(join(FOLDER, `${id}.tracecut`)))[`files/${id}.webm`];
+  return Buffer.from(bytes).toString('base64');
+}
 
 /** A blank page of the server's, with what makes clips beside it. */
 async function pageAt(url, browser) {
@@ -27,38 +41,27 @@ async function pageAt(url, browser) {
 }
 
 /** Runs in the page: one clip, its files as Base64. */
-async function made(id) {
+async function made(clip) {
   const { makeClip } = await import('/gallery-maker/make.mjs');
-  return makeClip(id);
+  return makeClip(clip);
 }
 
-const only = process.argv.slice(2);
 await build();
-for (const folder of [FOLDER, LOOKS]) mkdirSync(folder, { recursive: true });
+mkdirSync(LOOKS, { recursive: true });
 const [server, browser] = [await serve(), await launchBrowser()];
-const index = join(FOLDER, 'index.json');
 try {
   const page = await pageAt(server.url, browser);
-  const before = only.length > 0 ? JSON.parse(readFileSync(index, 'utf8')).clips : [];
-  const clips = [];
-  for (const { id, objects } of SCENES) {
-    const old = before.find((clip) => clip.id === id);
-    if (only.length > 0 && !only.includes(id)) {
-      if (old) clips.push(old);
-      continue;
-    }
-    const { facts, files, look } = await page.evaluate(made, id);
+  for (const [id, file] of chosen) {
+    const { facts, files, look } = await page.evaluate(made, { id, film: filmOf([id, file]), poster: POSTERS[id] });
     for (const [name, base64] of Object.entries(files))
       writeFileSync(join(FOLDER, name), Buffer.from(base64, 'base64'));
     writeFileSync(join(LOOKS, `${id}.png`), Buffer.from(look, 'base64'));
-    console.log(
-      `${id}: ${facts.objects} objects (${objects} wanted), ${(facts.bytes / 1000).toFixed(0)} KB`,
-      facts.sizes,
-    );
-    delete facts.sizes;
-    clips.push(facts);
+    const { sizes, ...kept } = facts;
+    console.log(`${id}: ${facts.objects} objects, ${(facts.bytes / 1000).toFixed(0)} KB`, sizes);
+    const at = clips.findIndex((clip) => clip.id === id);
+    clips.splice(at < 0 ? clips.length : at, 1, kept);
   }
-  writeFileSync(index, `${JSON.stringify({ clips }, null, 2)}\n`);
+  writeFileSync(INDEX, `${JSON.stringify({ clips }, null, 2)}\n`);
 } finally {
   await browser.close();
   await server.close();

@@ -3,7 +3,7 @@
 // runs `--publish` at the tag, where the registry can be told by whom and from what the package was built (provenance).
 // Without an option this only says how.
 
-import { mkdirSync, readFileSync, statSync } from 'node:fs';
+import { mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
@@ -27,9 +27,6 @@ const DATES = {
   'CHANGELOG.md': /^## \[\d[^\]]*\] - (\d{4}-\d\d-\d\d)$/m,
   'CITATION.cff': /^date-released: (\S+)$/m,
 };
-/** The files that name the version. */
-export const FILES = Object.keys(VERSIONS);
-
 /** Where the packages are made. */
 const packages = join(root, 'target', 'package');
 
@@ -60,28 +57,12 @@ export function notesOf(changelog, version) {
   return section.replace(/^.*\n/, '').trim();
 }
 
-/** The name of a version's tag. */
-export const tagOf = (version) => `v${version}`;
+const tagOf = (version) => `v${version}`;
 
-/** What a person types to publish a version that the dry run found in order; the tag makes the workflow publish it. */
-export function byHand(version) {
+/** What a person types to publish a version: the tag makes the workflow publish it. */
+function byHand(version) {
   const tag = tagOf(version);
   return ['npm run release -- --dry-run', `git tag --annotate ${tag} --message ${tag}`, `git push origin ${tag}`];
-}
-
-/** The commands that publish, of the very files that were checked. */
-export function publishing(version) {
-  return [
-    ['npm', 'publish', `target/package/tracecut-${version}.tgz`, '--provenance', '--access', 'public'],
-    ['cargo', 'publish', '--locked', '--package', 'tracecut'],
-    ['cargo', 'publish', '--locked', '--package', 'tracecut-cli'],
-  ];
-}
-
-/** The first of them as npm tries it without publishing; here nobody signs. */
-export function rehearsal(version) {
-  const words = publishing(version)[0].filter((word) => word !== '--provenance');
-  return [...words, '--no-provenance', '--dry-run', '--ignore-scripts'];
 }
 
 /**
@@ -105,14 +86,6 @@ export function obstacles(version, env, manifest) {
   return found;
 }
 
-/** A list of files with their bytes, largest first, and their sum. */
-export function listing(files) {
-  const line = (bytes, words) => `${bytes.toLocaleString('en').padStart(12)}  ${words}`;
-  const sum = files.reduce((total, { size }) => total + size, 0);
-  const largest = [...files].sort((a, b) => b.size - a.size || (a.path < b.path ? -1 : 1));
-  return [...largest.map(({ path, size }) => line(size, path)), line(sum, `in ${files.length} files`)].join('\n');
-}
-
 function checkVersion() {
   const { version, faults } = versionOf((file) => readFileSync(join(root, file), 'utf8'));
   if (faults.length > 0) fail(faults.join('\n'));
@@ -132,16 +105,13 @@ function checkTag(version) {
 }
 
 /** Packs the crates, builds them from what was packed, and has cargo say that it would publish the library. */
-function packCrate(version) {
+function packCrates() {
   run('cargo', ['package', '--locked', '--package', 'tracecut', '--package', 'tracecut-cli']);
   run('cargo', ['publish', '--locked', '--package', 'tracecut', '--dry-run', '--no-verify']);
-  const list = output('cargo', ['package', '--locked', '--package', 'tracecut', '--list']);
-  // Cargo leaves what it built from: the files as they are in the crate.
-  const folder = join(packages, `tracecut-${version}`);
-  return list.split('\n').map((path) => ({ path, size: statSync(join(folder, path)).size }));
+  run('cargo', ['package', '--locked', '--package', 'tracecut', '--list']);
 }
 
-/** Builds and packs the npm package, and has both linters look at the very file. */
+/** Builds and packs the npm package, and has both linters look at the very file. @returns {Promise<string>} the file */
 async function packNpm(version) {
   await build();
   await checkSizes();
@@ -153,7 +123,7 @@ async function packNpm(version) {
   const tool = (script, ...args) => run(process.execPath, [join('node_modules', script), ...args]);
   tool('publint/src/cli.js', 'run', tarball, '--strict');
   tool('@arethetypeswrong/cli/dist/index.js', tarball);
-  return { tarball, files };
+  return tarball;
 }
 
 /** Which of the files that a package must not go without are not among these. */
@@ -162,37 +132,34 @@ export function absent(paths) {
   return needed.filter((path) => !paths.includes(path));
 }
 
-/** Makes both packages and looks at them as they are. */
+/** Makes both packages and checks them. */
 async function check() {
   ensureNodeModules();
   const version = checkVersion();
   checkTree();
-  const { tarball, files } = await packNpm(version);
-  const crate = packCrate(version);
-  console.log(`\nThe crate, ${statSync(join(packages, `tracecut-${version}.crate`)).size} bytes packed:`);
-  console.log(listing(crate));
-  console.log(`\nThe npm package, ${statSync(tarball).size} bytes packed:`);
-  console.log(listing(files));
+  const tarball = await packNpm(version);
+  packCrates();
   return { version, tarball };
 }
 
 async function dryRun() {
   checkTag(checkVersion());
   const { version, tarball } = await check();
-  // npm says what it would do, and looks at manifest and files as it does when it publishes.
-  const [command, ...args] = rehearsal(version);
-  run(command, args);
-  console.log(`\n${tarball} and the crate are in order; the tag is ${tagOf(version)}. Nothing was published. By hand:`);
+  // npm lists what is in the file and looks at the manifest as it does when it publishes; here nobody signs.
+  run('npm', ['publish', tarball, '--no-provenance', '--access', 'public', '--dry-run', '--ignore-scripts']);
+  console.log(`\n${tarball} and the crates are in order; nothing was published. To publish them:`);
   console.log(byHand(version).slice(1).join('\n'));
 }
 
-/** Only in the workflow. */
+/** Publishes the files that were checked; only in the workflow. */
 async function publish() {
   const manifest = JSON.parse(readFileSync(join(root, 'package.json'), 'utf8'));
   const faults = obstacles(checkVersion(), process.env, manifest);
   if (faults.length > 0) fail(faults.join('\n'));
-  const { version } = await check();
-  for (const [command, ...args] of publishing(version)) run(command, args);
+  const { tarball } = await check();
+  run('npm', ['publish', tarball, '--provenance', '--access', 'public']);
+  run('cargo', ['publish', '--locked', '--package', 'tracecut']);
+  run('cargo', ['publish', '--locked', '--package', 'tracecut-cli']);
 }
 
 function options() {

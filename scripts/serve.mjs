@@ -1,12 +1,12 @@
 // A static file server for development and tests: `www/` at `/`, the built package at `/dist/`, the documentation at
 // `/docs/`. Nothing else is reachable, and from no other machine.
 
-import { createReadStream } from 'node:fs';
+import { createReadStream, existsSync } from 'node:fs';
 import { realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join, resolve, sep } from 'node:path';
 import { precacheList, serviceWorker } from './precache.mjs';
-import { root } from './tools.mjs';
+import { output, root } from './tools.mjs';
 
 const mounts = [
   { prefix: '/dist/', folder: join(root, 'dist') },
@@ -52,9 +52,13 @@ export function serve({ port = 0, places = mounts, instead = {} } = {}) {
   });
 }
 
-/** The documentation, made when it is first asked for. */
+/** The documentation, made when it is first asked for. `npm start` does not build the reference, which is a part of it. */
 let documents;
-const makeDocuments = async () => (await import('./documents.mjs')).writeDocuments(join(root, 'out'));
+async function makeDocuments() {
+  if (!existsSync(join(root, 'dist', 'reference.md'))) output(process.execPath, ['scripts/build.mjs']);
+  const { writeDocuments } = await import('./documents.mjs');
+  return writeDocuments(join(root, 'out'));
+}
 
 /** A name that leads here may be anybody's; a page at such a name is not to read what is served. */
 const OWN_HOSTS = /^(127\.0\.0\.1|localhost|\[::1\])(:\d+)?$/i;

@@ -114,24 +114,11 @@ export function packed(...args) {
 const zip = (bytes) => gzipSync(bytes, { level: 9 }).length;
 const sum = (numbers) => numbers.reduce((total, one) => total + one, 0);
 
-/** Rows as a table. @param {Size[]} rows */
-export function table(rows) {
-  const bytes = (count) => (count === undefined ? '' : count.toLocaleString('en'));
-  const lines = rows.map(({ name, unpacked, minified, zipped, most, fits }) => [
-    name,
-    ...[unpacked, minified, zipped, most].map(bytes),
-    fits ? '' : 'too large',
-  ]);
-  const cells = [['bytes of', 'unpacked', 'minified', 'zipped', 'at most', ''], ...lines];
-  const widths = cells[0].map((_, column) => Math.max(...cells.map((line) => line[column].length)));
-  const pad = (cell, column) => (column === 0 ? cell.padEnd(widths[column]) : cell.padStart(widths[column]));
-  return cells.map((line) => line.map(pad).join('  ').trimEnd()).join('\n');
-}
-
 /** Prints the table and ends the script where something is too large. */
 export async function checkSizes() {
   const rows = await sizes();
-  console.log(`${table(rows)}\nOf the last rows the unpacked bytes are limited, of all others the zipped ones.`);
+  console.table(rows);
+  console.log('Bytes; of the last rows the unpacked ones are limited, of all others the zipped ones.');
   const large = rows.filter(({ fits }) => !fits).map(({ name }) => name);
   if (large.length > 0) fail(`Too large: ${large.join(', ')}.`);
 }

@@ -172,34 +172,39 @@ export function ensureRustTool(name) {
   run('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });
 }
 
-/** The tool that {@link ensureBindgen} compiles. */
-export const bindgenSource = join(root, 'scripts', 'bindgen', 'main.rs');
-
 /**
- * Makes sure of `bindgen`, which makes JavaScript glue for a wasm file, of the very wasm-bindgen release that the wasm
- * file is compiled with.
+ * Tools of a few lines around a library, in `scripts/NAME/main.rs`: the library, and its version, which is the tool's too.
+ * wasm-bindgen has to be the very release that the wasm file is compiled with.
  */
-export async function ensureBindgen() {
-  const { version } = rustTools['wasm-bindgen'];
-  const folder = join(root, '.tools', 'bindgen');
-  const [source, copy] = [bindgenSource, join(folder, 'src', 'main.rs')];
+const ownTools = {
+  bindgen: ['wasm-bindgen-cli-support', bindgenVersion()],
+  api: ['public-api', '0.52.2'],
+};
+
+/** Where such a tool is, once it is there. */
+export const ownTool = (name) => join(toolsBin, name + exe);
+
+/** What it is compiled from. */
+export const ownToolSource = (name) => join(root, 'scripts', name, 'main.rs');
+
+/** Makes sure of such a tool. */
+export async function ensureOwnTool(name) {
+  const [library, version] = ownTools[name];
+  const folder = join(root, '.tools', name);
+  const [source, copy] = [ownToolSource(name), join(folder, 'src', 'main.rs')];
   const isSame = existsSync(copy) && readFileSync(copy).equals(readFileSync(source));
-  if (isSame && output('bindgen' + exe, ['--version']) === `bindgen ${version}`) return;
+  if (isSame && output(ownTool(name), ['--version']) === `${name} ${version}`) return;
   mkdirSync(join(folder, 'src'), { recursive: true });
   copyFileSync(source, copy);
-  writeFileSync(
-    join(folder, 'Cargo.toml'),
-    [
-      '[package]',
-      'name = "bindgen"',
-      `version = "${version}"`,
-      'edition = "2024"',
-      '[workspace]',
-      '[dependencies]',
-      `wasm-bindgen-cli-support = "=${version}"`,
-      '',
-    ].join('\n'),
-  );
+  const manifest = `[package]
+name = "${name}"
+version = "${version}"
+edition = "2024"
+[workspace]
+[dependencies]
+${library} = "=${version}"
+`;
+  writeFileSync(join(folder, 'Cargo.toml'), manifest);
   const args = ['install', '--quiet', '--path', folder, '--root', join(root, '.tools'), '--force'];
   await runBeside('cargo', args, { env: { CARGO_TARGET_DIR: join(root, '.tools', 'target'), ...quickly } });
 }

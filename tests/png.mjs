@@ -33,28 +33,29 @@ export function pngBytes({ data, width, height }, { channels = 3, claim = [width
   ]);
 }
 
-/**
- * A PNG file of one byte a pixel, its rows as they are or as differences from those above, read strictly: checksums,
- * lengths and the order of its parts.
- *
- * @param {Uint8Array} bytes
- */
-export function readPng(bytes) {
+/** The parts of a PNG file in their order, read strictly: checksums, lengths, and the end. */
+export function pngParts(bytes) {
   const file = Buffer.from(bytes);
   if (file.toString('latin1', 0, 8) !== '\x89PNG\r\n\x1a\n') throw new Error('no PNG file');
-  const parts = {};
+  const parts = [];
   for (let at = 8; at < file.length;) {
     const length = file.readUInt32BE(at);
-    const type = file.toString('latin1', at + 4, at + 8);
     const body = file.subarray(at + 4, at + 8 + length);
+    const type = body.toString('latin1', 0, 4);
     if (file.readUInt32BE(at + 8 + length) !== crc32(body)) throw new Error(`checksum of ${type}`);
-    if (parts[type] || parts.IEND) throw new Error(`${type} is one too many`);
-    parts[type] = body.subarray(4);
+    parts.push({ type, data: Uint8Array.from(body.subarray(4)) });
     at += length + 12;
   }
-  const { IHDR, PLTE = null, tRNS = null, IDAT, IEND } = parts;
-  if (!IEND || IEND.length > 0) throw new Error('no end');
-  const [width, height] = [IHDR.readUInt32BE(0), IHDR.readUInt32BE(4)];
+  if (parts.findIndex(({ type }) => type === 'IEND') !== parts.length - 1) throw new Error('no end');
+  return parts;
+}
+
+/** A PNG file of one byte a pixel, its rows as they are or as differences from those above. */
+export function readPng(bytes) {
+  const parts = pngParts(bytes);
+  const order = parts.map(({ type }) => type).join(' ');
+  const { IHDR, PLTE = null, tRNS = null, IDAT } = Object.fromEntries(parts.map(({ type, data }) => [type, data]));
+  const [width, height] = [Buffer.from(IHDR).readUInt32BE(0), Buffer.from(IHDR).readUInt32BE(4)];
   const rows = inflateSync(IDAT);
   if (rows.length !== height * (width + 1)) throw new Error(`${rows.length} bytes of rows`);
   const pixels = new Uint8Array(width * height);
@@ -66,16 +67,7 @@ export function readPng(bytes) {
       pixels[y * width + x] = rows[y * (width + 1) + 1 + x] + above;
     }
   }
-  return {
-    width,
-    height,
-    depth: IHDR[8],
-    colorType: IHDR[9],
-    order: Object.keys(parts).join(' '),
-    palette: PLTE,
-    alpha: tRNS,
-    pixels,
-  };
+  return { width, height, depth: IHDR[8], colorType: IHDR[9], order, palette: PLTE, alpha: tRNS, pixels };
 }
 
 function chunk(type, data) {

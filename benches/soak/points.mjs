@@ -6,13 +6,13 @@ import { setTimeout as pause } from 'node:timers/promises';
 const POINTS = 20;
 
 /**
- * Does `work` so often and measures memory in between, after collecting garbage.
+ * Does `work` `count` times and measures memory in between, after collecting garbage.
  * @param {string} part
  * @param {string} unit what is done once
  * @param {number} count
  * @param {(k: number) => Promise<void>} work
  * @param {() => Promise<{heap: number, rss: number}>} [measure]
- * @returns {Promise<import('./report.mjs').Soaked>}
+ * @returns {Promise<import('../soak.mjs').Soaked>}
  */
 export async function soak(part, unit, count, work, measure = own) {
   const points = [];
@@ -41,7 +41,7 @@ async function own() {
 }
 
 /** Bytes that one more costs: the median slope between any two points, which a single one of them does not move. */
-export function slopeOf(points, key) {
+function slopeOf(points, key) {
   const slopes = points.flatMap((one, k) =>
     points.slice(k + 1).map((other) => (other[key] - one[key]) / (other.done - one.done)),
   );

@@ -16,7 +16,8 @@ import { root } from '../tools.mjs';
 
 const REPOSITORY = 'https://github.com/tracecut/tracecut/';
 /** How a page of ours names a file of the repository from outside. */
-const OUTSIDE = /^https:\/\/(?:raw\.githubusercontent|github)\.com\/tracecut\/tracecut\/(?:(?:blob|tree)\/)?HEAD\//;
+export const OUTSIDE =
+  /^https:\/\/(?:raw\.githubusercontent|github)\.com\/tracecut\/tracecut\/(?:(?:blob|tree)\/)?HEAD\//;
 
 const escaped = (text) =>
   text.replace(/[&<>"]/g, (sign) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' })[sign]);

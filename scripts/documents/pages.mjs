@@ -18,13 +18,16 @@ import { root } from '../tools.mjs';
 export const GROUPS = ['Use', 'Recipes', 'Look up', 'Background'];
 
 /** Files that have a part of their own; other Markdown files of `docs/` stand in the background. */
-const PLACES = { 'docs/guide.md': 'Use', 'docs/tasks.md': 'Use', 'docs/cli.md': 'Use', 'docs/reference.md': 'Look up' };
+const PLACES = { 'docs/guide.md': 'Use', 'docs/tasks.md': 'Use', 'docs/cli.md': 'Use' };
 
 /** @returns {Page[]} in the order of the navigation */
 export function allPages() {
   const start = { ...fileAt('README.md', 'index.html', 'Use'), title: 'Start' };
   const pages = [start, ...ofFolder('docs'), fileAt('examples/README.md', 'examples.html', 'Use'), gallery()];
-  pages.push(fileAt('CHANGELOG.md', 'changes.html', 'Look up'));
+  pages.push(
+    fileAt('dist/reference.md', 'reference.html', 'Look up'),
+    fileAt('CHANGELOG.md', 'changes.html', 'Look up'),
+  );
   return pages.sort((a, b) => GROUPS.indexOf(a.group) - GROUPS.indexOf(b.group));
 }
 

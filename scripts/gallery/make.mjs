@@ -1,40 +1,35 @@
-// Makes a clip of the gallery, in a browser: the video, the project that holds it, and its poster.
-
-import { FRAME_RATE, SCENES, SIZE } from './scenes.mjs';
+// Makes a clip of the gallery from its video, in a browser: the project that holds both, and its poster.
 
 /** Width of a poster, in pixels. */
 const POSTER = 240;
 
-/** Of a video, in bits a second. */
-const BITRATE = 700_000;
-
 /** One in `EACH` trajectories is kept. */
 const EACH = 3;
 
-/** @param {string} id of a scene */
-export async function makeClip(id) {
+/** @param {{id: string, film: string, poster?: number}} clip its name, its video as Base64, the frame that is shown of it */
+export async function makeClip({ id, film, poster: shownFirst }) {
   const { saveProject, segmentVideo } = await import('/dist/index.js');
-  const scene = SCENES.find((one) => one.id === id);
-  const paint = scene.open();
-  const frames = Array.from({ length: scene.frames }, (_, t) => paint(t).pixels());
-  const video = await encoded(frames);
+  const bytes = Uint8Array.from(atob(film), (letter) => letter.charCodeAt(0));
+  const video = new Blob([bytes], { type: 'video/webm' });
+  const frames = await framesOf(video);
   const masks = await segmentVideo(video).collect();
   const name = `${id}.webm`;
   const about = {
     name,
-    take: { start: 0, frames: masks.numFrames, step: 1, side: SIZE.width },
+    take: { start: 0, frames: masks.numFrames, step: 1, side: masks.width },
     changed: [],
     types: { [name]: 'video/webm' },
   };
-  const bytes = new Uint8Array(await video.arrayBuffer());
   const project = await saveProject(withFewer(masks), { about, files: { [name]: bytes } });
-  const poster = await picture([[frames[scene.poster], masks, scene.poster]], POSTER, 0.6);
+  const first = shownFirst ?? frames.length >> 1;
+  const poster = await picture([[frames[first], masks, first]], POSTER, 0.6);
   const shown = [0.02, 0.2, 0.4, 0.6, 0.8, 0.98].map((share) => Math.floor(share * masks.numFrames));
   const facts = {
     id,
-    ...SIZE,
+    width: masks.width,
+    height: masks.height,
     frames: masks.numFrames,
-    seconds: masks.numFrames / FRAME_RATE,
+    seconds: Number(masks.end.toFixed(3)),
     objects: masks.objects.length,
     bytes: project.length,
     sizes: {
@@ -48,7 +43,7 @@ export async function makeClip(id) {
   };
   const look = await picture(
     shown.map((t) => [frames[t], masks, t]),
-    1.5 * SIZE.width,
+    1.5 * masks.width,
     0.8,
     'image/png',
     2,
@@ -56,23 +51,11 @@ export async function makeClip(id) {
   return { facts, look: base64(look), files: { [`${id}.tracecut`]: base64(project), [`${id}.webp`]: base64(poster) } };
 }
 
-/** The frames as a video file, smaller than `encodeVideo` makes them. */
-async function encoded(frames) {
-  const { BufferTarget, CanvasSource, Output, Quality, WebMOutputFormat } = await import('/dist/vendor/media.js');
-  const canvas = new OffscreenCanvas(SIZE.width, SIZE.height);
-  const context = canvas.getContext('2d');
-  const target = new BufferTarget();
-  const output = new Output({ format: new WebMOutputFormat(), target });
-  const quality = new Quality({ bitrate: BITRATE });
-  const source = new CanvasSource(canvas, { codec: 'vp9', quality, latencyMode: 'quality', keyFrameInterval: 10 });
-  output.addVideoTrack(source);
-  await output.start();
-  for (const [t, { data }] of frames.entries()) {
-    context.putImageData(new ImageData(data, SIZE.width, SIZE.height), 0, 0);
-    await source.add(t / FRAME_RATE, 1 / FRAME_RATE);
-  }
-  await output.finalize();
-  return new Blob([target.buffer], { type: 'video/webm' });
+async function framesOf(video) {
+  const { videoFrames } = await import('/dist/index.js');
+  const frames = [];
+  for await (const { frame } of videoFrames(video)) frames.push(frame);
+  return frames;
 }
 
 /** The same masks with every third trajectory, in steps of an eighth of a pixel: they would be most of the file. */
@@ -102,14 +85,15 @@ function withFewer(masks) {
 /** Frames with their masks, below each other or in columns. */
 async function picture(list, width, quality, type = 'image/webp', columns = 1) {
   const { drawLabels } = await import('/dist/index.js');
-  const [wide, high] = [width / columns, Math.round((width / columns / SIZE.width) * SIZE.height)];
+  const size = list[0][0];
+  const [wide, high] = [width / columns, Math.round((width / columns / size.width) * size.height)];
   const sheet = new OffscreenCanvas(width, high * Math.ceil(list.length / columns));
   const onto = sheet.getContext('2d');
   onto.imageSmoothingQuality = 'high';
   for (const [k, [frame, masks, t]] of list.entries()) {
-    const canvas = new OffscreenCanvas(SIZE.width, SIZE.height);
+    const canvas = new OffscreenCanvas(size.width, size.height);
     const context = canvas.getContext('2d');
-    context.putImageData(new ImageData(frame.data, SIZE.width, SIZE.height), 0, 0);
+    context.putImageData(new ImageData(frame.data, size.width, size.height), 0, 0);
     drawLabels(context, masks, t);
     onto.drawImage(canvas, (k % columns) * wide, Math.floor(k / columns) * high, wide, high);
   }

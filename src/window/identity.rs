@@ -1,9 +1,8 @@
 //! Which objects of one window of a long clip are which of the next.
 //!
 //! Windows overlap, and the trajectories of their common frames are the same ones. So an object keeps the label that
-//! most points of its trajectories bore in the window before (ALGORITHMS 14.4, point 9). A trajectory that has become
-//! part of the background remembers the label that it bore: what stops and moves on keeps its name as long as
-//! trajectories on it live.
+//! most points of its trajectories bore in the window before. A trajectory that has become part of the background
+//! remembers the label that it bore: what stops and moves on keeps its name as long as trajectories on it live.
 //!
 //! What left the frame and comes back within the shot shares no trajectory with its past. It takes the label of what
 //! looked like it, if nothing bears that label now (`portrait`).

@@ -1,11 +1,16 @@
 // An empty page of the server, for tests of the package alone.
 
+import { fileURLToPath } from 'node:url';
+
+const STRICT = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'";
+
 /**
  * @param {import('node:test').TestContext} t closes the page when it ends
  * @param {{url: string, browser: import('playwright-core').Browser}} site
- * @param {string} [policy] content security policy: the strictest that the package can do with, if not given
+ * @param {{policy?: string, modules?: string[]}} [options] a content security policy, if not the strictest that the package can do
+ *   with; files of `tests/` that the page may import
  */
-export async function emptyPage(t, site, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'") {
+export async function emptyPage(t, site, { policy = STRICT, modules = [] } = {}) {
   const context = await site.browser.newContext();
   t.after(() => context.close());
   const page = await context.newPage();
@@ -13,6 +18,10 @@ export async function emptyPage(t, site, policy = "script-src 'self' 'wasm-unsaf
   await page.route(`${site.url}empty`, (route) =>
     route.fulfill({ contentType: 'text/html', headers: { 'Content-Security-Policy': policy }, body }),
   );
+  for (const name of modules) {
+    const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
+    await page.route(site.url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
+  }
   await page.goto(`${site.url}empty`);
   return page;
 }

@@ -16,7 +16,7 @@ import {
 } from './support.mjs';
 import { useLibrary } from './video-support.mjs';
 
-/** Runs in the page: a video of so many frames, each in one colour that says its number. */
+/** Runs in the page: a video of `count` frames, each in one colour that says its number. */
 async function makeVideo(count) {
   const media = await import('/dist/vendor/media.js');
   const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });

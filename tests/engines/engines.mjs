@@ -38,23 +38,21 @@ export const ENGINES = [
   { name: 'WebKit', missing: missingOfWebKit, start: () => startWebKit(webKitParts()) },
 ];
 
+const SIZE = { width: 1280, height: 800 };
+
 async function startChromium() {
   const browser = await launchBrowser();
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
-  const call = (what, ...args) => page.evaluate(`(${what})(...${JSON.stringify(args)})`);
-  return {
-    version: browser.version(),
-    page: { goto: (url) => page.goto(url), call, screenshot: (path) => page.screenshot({ path }) },
-    close: () => browser.close(),
-  };
+  return started(browser, await browser.newPage({ viewport: SIZE }));
 }
 
 async function startFirefox() {
   const { launch } = await import('puppeteer-core');
-  const viewport = { width: 1280, height: 800 };
-  const options = { browser: 'firefox', executablePath: firefox(), headless: true, defaultViewport: viewport };
+  const options = { browser: 'firefox', executablePath: firefox(), headless: true, defaultViewport: SIZE };
   const browser = await launch({ ...options, protocolTimeout: 300_000 });
-  const page = await browser.newPage();
+  return started(browser, await browser.newPage());
+}
+
+async function started(browser, page) {
   const call = (what, ...args) => page.evaluate(`(${what})(...${JSON.stringify(args)})`);
   return {
     version: (await browser.version()).replace(/^\D+/, ''),

@@ -40,7 +40,7 @@ test('a background has the pixels of the frame where no object is near, and othe
   await rejects(result.background(8), 'param', /t = 8/);
 });
 
-test('the smaller size at which frames are processed is that of the background too', async (t) => {
+test('the background has the smaller size at which frames are processed', async (t) => {
   const session = await ready(t, { clip: { maxSide: 128 } }, await framesOf(SCENE));
   const { width, height, scaleX, scaleY, data } = await (await session.run()).background(7);
   assert.deepEqual([width, height, scaleX, scaleY, data.length], [128, 72, 2, 2, 4 * 128 * 72]);

@@ -93,18 +93,11 @@ test('outside trajectories are clustered, and NaN in them is refused by place an
 test('wrong types of trajectories are named', async (t) => {
   const session = await open(t);
   const given = twoGroups();
+  const refused = (wrong, code, message) => rejects(session.setTrajectories({ ...given, ...wrong }), code, message);
   await rejects(session.setTrajectories(null), 'data', /trajectories = null/);
-  await rejects(
-    session.setTrajectories({ ...given, offset: 'many' }),
-    'data',
-    /offset = "many" \(expected a Uint32Array/,
-  );
-  await rejects(session.setTrajectories({ ...given, startFrame: [0.5] }), 'data', /startFrame\[0\] = 0.5/);
-  await rejects(
-    session.setTrajectories({ ...given, width: 0 }),
-    'frame-size',
-    /width = 0 \(expected a whole number, 1\.\.=16384\)/,
-  );
+  await refused({ offset: 'many' }, 'data', /offset = "many" \(expected a Uint32Array/);
+  await refused({ startFrame: [0.5] }, 'data', /startFrame\[0\] = 0.5/);
+  await refused({ width: 0 }, 'frame-size', /width = 0 \(expected a whole number, 1\.\.=16384\)/);
 });
 
 test('a trajectory that begins at the end of 32 bits is refused, not taken for one that has ended', async (t) => {
@@ -117,33 +110,22 @@ test('a trajectory that begins at the end of 32 bits is refused, not taken for o
 });
 
 test('misspelt options, wrong types and values out of range are named with what is legal', async () => {
-  await rejects(createSession({ clip: { maxSize: 320 } }), 'param', /clip\.maxSize = 320 .*clip\.maxSide/);
-  await rejects(createSession({ maxSide: 320 }), 'param', /maxSide = 320/);
-  await rejects(
-    createSession({ clip: { maxSide: '320' } }),
-    'param',
-    /clip\.maxSide = "320" \(expected a whole number, 16\.\.=4096\)/,
-  );
-  await rejects(createSession({ clip: { maxSide: 320.5 } }), 'param', /320\.5/);
-  await rejects(
-    createSession({ clip: { maxSide: 8 } }),
-    'param',
-    /clip\.maxSide = 8 \(expected a whole number, 16\.\.=4096\)/,
-  );
-  await rejects(createSession({ clip: { maxSide: NaN } }), 'param', /NaN/);
-  await rejects(createSession({ clip: { maxSide: null } }), 'param', /clip\.maxSide = null/);
-  await rejects(createSession({ clip: { maxSide: [320] } }), 'param', /clip\.maxSide = a list of 1/);
-  await rejects(createSession({ clip: { maxSide: () => 320 } }), 'param', /clip\.maxSide = a function/);
-  await rejects(createSession('fast'), 'param', /options = "fast"/);
-  await rejects(createSession(null), 'param', /options = null/);
-  await rejects(
-    createSession({ worker: 1 }),
-    'param',
-    /worker = 1 \(expected true, false, an address or a function that starts one\)/,
-  );
+  const refused = (options, message) => rejects(createSession(options), 'param', message);
+  await refused({ clip: { maxSize: 320 } }, /clip\.maxSize = 320 .*clip\.maxSide/);
+  await refused({ maxSide: 320 }, /maxSide = 320/);
+  await refused({ clip: { maxSide: '320' } }, /clip\.maxSide = "320" \(expected a whole number, 16\.\.=4096\)/);
+  await refused({ clip: { maxSide: 320.5 } }, /320\.5/);
+  await refused({ clip: { maxSide: 8 } }, /clip\.maxSide = 8 \(expected a whole number, 16\.\.=4096\)/);
+  await refused({ clip: { maxSide: NaN } }, /NaN/);
+  await refused({ clip: { maxSide: null } }, /clip\.maxSide = null/);
+  await refused({ clip: { maxSide: [320] } }, /clip\.maxSide = a list of 1/);
+  await refused({ clip: { maxSide: () => 320 } }, /clip\.maxSide = a function/);
+  await refused('fast', /options = "fast"/);
+  await refused(null, /options = null/);
+  await refused({ worker: 1 }, /worker = 1 \(expected true, false, an address or a function that starts one\)/);
   const circular = { clip: {} };
   circular.clip.clip = circular.clip;
-  await rejects(createSession(circular), 'param', /clip\.clip/);
+  await refused(circular, /clip\.clip/);
   const session = await createSession({ clip: { maxSide: undefined }, flow: undefined });
   session.close();
 });
@@ -153,20 +135,13 @@ test('frames of wrong types and lengths are named', async (t) => {
   for (const wrong of [undefined, null, 5, 'frame.png', {}, [], new Uint8ClampedArray(4), new Float32Array(4)]) {
     await rejects(session.push(wrong), 'data', /frame = .*\(expected ImageData/);
   }
-  await rejects(
-    session.push({ data: new Uint8Array(15), width: 2, height: 2 }),
-    'frame-bytes',
-    /15 bytes \(expected 16\)/,
-  );
-  await rejects(session.push({ data: [0, 0, 0, 0], width: 1, height: 1 }), 'frame-bytes', /a list of 4/);
-  await rejects(session.push({ data: new Float32Array(4), width: 1, height: 1 }), 'frame-bytes', /Float32Array/);
-  for (const width of [0, -1, 1.5, NaN, '2', 16385, 2 ** 32 + 1]) {
-    await rejects(
-      session.push({ data: new Uint8Array(4), width, height: 1 }),
-      'frame-size',
-      /frame\.width = .*1\.\.=16384/,
-    );
-  }
+  const refused = (data, message) => rejects(session.push({ data, width: 2, height: 2 }), 'frame-bytes', message);
+  await refused(new Uint8Array(15), /15 bytes \(expected 16\)/);
+  await refused([0, 0, 0, 0], /a list of 4/);
+  await refused(new Float32Array(16), /Float32Array/);
+  const size = /frame\.width = .*1\.\.=16384/;
+  for (const width of [0, -1, 1.5, NaN, '2', 16385, 2 ** 32 + 1])
+    await rejects(session.push({ data: new Uint8Array(4), width, height: 1 }), 'frame-size', size);
   assert.equal(session.numFrames, 0);
 });
 

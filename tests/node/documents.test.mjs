@@ -8,7 +8,7 @@ import { dirname, join, resolve } from 'node:path';
 import { after, before, test } from 'node:test';
 import { runInNewContext } from 'node:vm';
 import { excerpt, find, wordsOf } from '../../scripts/documents/find.mjs';
-import { lex, linkFrom, plain, render } from '../../scripts/documents/markdown.mjs';
+import { lex, linkFrom, render } from '../../scripts/documents/markdown.mjs';
 import { writeSite } from '../../scripts/site.mjs';
 import { root } from '../../scripts/tools.mjs';
 
@@ -47,7 +47,7 @@ test('each Markdown file of docs/ has a page, and so have README, examples, chan
   for (const name of ['index', 'guide', 'method', 'reference', 'results', 'limits', 'examples', 'changes', 'gallery'])
     assert.ok(names.includes(`${name}.html`), name);
   const sources = readdirSync(join(root, 'docs'), { recursive: true }).filter((name) => name.endsWith('.md'));
-  assert.equal(names.length, sources.length + 4);
+  assert.equal(names.length, sources.length + 5);
 });
 
 test('every link, picture, style and script of the site leads to a file and a place that are there', () => {
@@ -128,13 +128,6 @@ test('links lead to pages here, and to the repository where a file has none', ()
   assert.equal(linkFrom('../ARCHITECTURE.md#data-flow', a, all), `${outside}ARCHITECTURE.md#data-flow`);
   assert.equal(linkFrom('https://example.org/a.md', a, all), 'https://example.org/a.md');
   assert.throws(() => linkFrom('nothing.md', a, all), /docs\/a\.md: the link nothing\.md leads nowhere/);
-});
-
-test('titles and what is searched are words without marks', () => {
-  const tokens = lex(
-    '# A `name`, *that*\n\nOne [link](x), and\ntwo.\n\n- a\n  - b\n\n| c | d |\n|---|---|\n| e | f |\n',
-  );
-  assert.equal(plain(tokens), 'A name, that One link, and two. a b c d e f');
 });
 
 test('code and HTML in the sources are text on the pages', () => {

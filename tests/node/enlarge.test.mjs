@@ -62,7 +62,7 @@ test('files, pixels and a worker give the same bytes, and those of every machine
 /** Of labels and opacity. */
 const FINGERPRINT = ['2d229a87', '506ee80f'];
 
-test('opacity is that of the objects asked for', async () => {
+test('only the objects asked for are opaque', async () => {
   const mask = maskOf(2, 3);
   const all = await enlargeMask(mask, disc());
   assert.deepEqual(await enlargeMask(mask, disc(), { objects: [3, 9] }), all);

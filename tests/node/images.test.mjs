@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { encodeImages, trailFrames } from 'tracecut';
 import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
+import { pngParts } from '../png.mjs';
 import { rejects } from './support.mjs';
 
 const [WIDTH, HEIGHT] = [9, 7];
@@ -27,28 +28,6 @@ const frames = () => [0, 1, 2].map((t) => frameOf(t));
 
 async function bytesOf(options, from = masks, of = frames()) {
   return new Uint8Array(await new Response(await encodeImages(from, of, options)).arrayBuffer());
-}
-
-/** The chunks of a PNG file, their checksums tested by a plain rendering of the definition. */
-function chunksOf(bytes) {
-  assert.deepEqual([...bytes.subarray(0, 8)], [137, 80, 78, 71, 13, 10, 26, 10]);
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const chunks = [];
-  for (let at = 8; at < bytes.length;) {
-    const length = view.getUint32(at);
-    let crc = 0xffffffff;
-    for (const byte of bytes.subarray(at + 4, at + 8 + length)) {
-      crc ^= byte;
-      for (let bit = 0; bit < 8; bit += 1) crc = crc & 1 ? (crc >>> 1) ^ 0xedb88320 : crc >>> 1;
-    }
-    assert.equal(view.getUint32(at + 8 + length), ~crc >>> 0);
-    chunks.push({
-      type: String.fromCharCode(...bytes.subarray(at + 4, at + 8)),
-      data: bytes.slice(at + 8, at + 8 + length),
-    });
-    at += 12 + length;
-  }
-  return chunks;
 }
 
 /** Pixels of deflated rows, by the definition of all five filters. */
@@ -83,7 +62,7 @@ test('an archive holds the objects of each frame on nothing, and the times', asy
   const files = unzipSync(bytes);
   assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', '00002.png', 'images.json']);
   for (const t of [0, 1, 2]) {
-    const chunks = chunksOf(files[`0000${t}.png`]);
+    const chunks = pngParts(files[`0000${t}.png`]);
     assert.deepEqual(
       chunks.map(({ type }) => type),
       ['IHDR', 'IDAT', 'IEND'],
@@ -97,7 +76,7 @@ test('an archive holds the objects of each frame on nothing, and the times', asy
 });
 
 test('an animation has the frames’ durations, that of the last too', async () => {
-  const chunks = chunksOf(await bytesOf({ format: 'apng' }));
+  const chunks = pngParts(await bytesOf({ format: 'apng' }));
   assert.deepEqual(
     chunks.map(({ type }) => type),
     ['IHDR', 'acTL', 'fcTL', 'IDAT', 'fcTL', 'fdAT', 'fcTL', 'fdAT', 'IEND'],
@@ -115,7 +94,7 @@ test('an animation has the frames’ durations, that of the last too', async () 
 
 test('opacity alone is grey, soft where edges are', async () => {
   const grey = async (edges) => {
-    const [head, data] = chunksOf(unzipSync(await bytesOf({ style: 'alpha', edges }))['00000.png']);
+    const [head, data] = pngParts(unzipSync(await bytesOf({ style: 'alpha', edges }))['00000.png']);
     assert.equal(head.data[9], 0);
     return pixelsOf(data.data, 1);
   };
@@ -134,12 +113,12 @@ test('objects that are not meant are left out; masks that are smaller are enlarg
   const other = { ...masks, labels: (t) => masks.labels(t).map((label, p) => (p === 0 ? 2 : label)) };
   const alphaOf = async (objects) => {
     const files = unzipSync(await bytesOf({ objects, style: 'alpha' }, other));
-    return pixelsOf(chunksOf(files['00001.png'])[1].data, 1);
+    return pixelsOf(pngParts(files['00001.png'])[1].data, 1);
   };
   assert.equal((await alphaOf([1]))[0], 0);
   assert.equal((await alphaOf([2]))[0], 255);
   const large = [0, 1, 2].map((t) => frameOf(t, 3 * WIDTH, 3 * HEIGHT));
-  const [head] = chunksOf(unzipSync(await bytesOf({}, masks, large))['00002.png']);
+  const [head] = pngParts(unzipSync(await bytesOf({}, masks, large))['00002.png']);
   assert.deepEqual([head.data[3], head.data[7]], [3 * WIDTH, 3 * HEIGHT]);
 });
 
@@ -194,7 +173,7 @@ describe('a trail', () => {
   /** Pixels of frame `t` that are not clear, by their column. */
   const seen = async (t, options, masks_ = clip) => {
     const files = unzipSync(await bytesOf(options, masks_, pictures));
-    const pixels = pixelsOf(chunksOf(files[`${String(t).padStart(5, '0')}.png`])[1].data, 4);
+    const pixels = pixelsOf(pngParts(files[`${String(t).padStart(5, '0')}.png`])[1].data, 4);
     const there = Array.from({ length: WIDTH * HEIGHT }, (_, p) => [p, ...pixels.subarray(4 * p, 4 * p + 4)]);
     return there.filter((pixel) => pixel[4] > 0).map(([p, ...pixel]) => [p - 3 * WIDTH, ...pixel]);
   };

@@ -14,7 +14,7 @@ const two = {
   clusters: { count: 2, label: [1, 0] },
 };
 
-test('coverage, speed and motions are those of the points', () => {
+test('coverage, speed and motions come from the points', () => {
   assert.deepEqual(searchReport(two), {
     numFrames: 3,
     trajectories: 2,

@@ -54,24 +54,12 @@ test('Y4M gives the pixels that the command line reads', async () => {
 
 test('frames have numbers and times, however the stream is cut into pieces', async () => {
   for (const piece of [1, 3, 1000]) {
-    const frames = await all(
-      framesOfY4m(
-        stream(
-          'W3 H1 F50:2 Cmono',
-          [
-            [16, 126, 235],
-            [0, 255, 17],
-          ],
-          piece,
-        ),
-      ),
-    );
+    const rows = ['16 126 235', '0 255 17'].map((row) => row.split(' ').map(Number));
+    const frames = await all(framesOfY4m(stream('W3 H1 F50:2 Cmono', rows, piece)));
+    const times = frames.map(({ index, time, duration }) => ({ index, time, duration }));
     assert.deepEqual(
-      frames.map(({ index, time, duration }) => [index, time, duration]),
-      [
-        [0, 0, 0.04],
-        [1, 0.04, 0.04],
-      ],
+      times,
+      [0, 1].map((index) => ({ index, time: 0.04 * index, duration: 0.04 })),
     );
     assert.deepEqual([...rgb(frames[0].frame)], [0, 0, 0, 128, 128, 128, 255, 255, 255]);
     assert.deepEqual([...rgb(frames[1].frame)], [0, 0, 0, 255, 255, 255, 1, 1, 1]);
@@ -92,15 +80,8 @@ test('streams that are not Y4M, too large or cut off are errors that say so, bef
   await said('W0 H2', [], 'frame-size', /width = 0/);
   await said('W2', [], 'frame-size', /height/);
   await said('W16384 H16384', [], 'too-large', /268435456 pixels in a frame .*the parameter maxPixels/);
-  await said(
-    'W2 H2 Cmono',
-    [
-      [1, 2, 3, 4],
-      [1, 2, 3],
-    ],
-    'truncated',
-    /frame 1 of the stream has 3 bytes \(expected 4\)/,
-  );
+  const cut = [Buffer.alloc(4), Buffer.alloc(3)];
+  await said('W2 H2 Cmono', cut, 'truncated', /frame 1 of the stream has 3 bytes \(expected 4\)/);
   const broken = Buffer.from('YUV4MPEG2 W1 H1 Cmono\nFRAME\nxNEXT\n');
   await rejects(all(framesOfY4m([broken])), 'decode', /frame 1 .* FRAME/);
 });
@@ -151,11 +132,8 @@ test('what is not read of a stream is given up', async () => {
 test('a session and segmentVideo take them', async () => {
   const frames = await framesOf();
   const { width, height } = frames[0];
-  const raw = () =>
-    framesOfRaw(
-      frames.map(({ data }) => new Uint8Array(data)),
-      { width, height, format: 'rgba' },
-    );
+  const bytes = frames.map(({ data }) => new Uint8Array(data));
+  const raw = () => framesOfRaw(bytes, { width, height, format: 'rgba' });
   const expected = await segmentVideo(frames).collect();
   const found = await segmentVideo(raw()).collect();
   assert.equal(fnv1a(found.labels(3)), fnv1a(expected.labels(3)));
@@ -167,11 +145,8 @@ test('a session and segmentVideo take them', async () => {
 
 test('without ffmpeg a video file is an error that says what to do', async () => {
   const missing = { ffmpeg: join(tmpdir(), 'no-ffmpeg-here') };
-  await rejects(
-    all(framesOfVideo('clip.mp4', missing)),
-    'unsupported',
-    /could not be started: it was not found \(expected ffmpeg/,
-  );
+  const message = /could not be started: it was not found \(expected ffmpeg/;
+  await rejects(all(framesOfVideo('clip.mp4', missing)), 'unsupported', message);
   await rejects(all(framesOfVideo(5)), 'data', /path = 5/);
   await rejects(all(framesOfVideo('a', { program: 'x' })), 'param', /program/);
 });

@@ -8,6 +8,9 @@ import { framesOf, plain, png, rejects } from './support.mjs';
 /** A list of frames whose red says their number. */
 const numbered = (count) => Array.from({ length: count }, (_, k) => plain(64, 32, k));
 
+/** One property of each of a list. */
+const each = (list, name) => list.map((one) => one[name]);
+
 async function stripOf(source, options) {
   const seen = [];
   for await (const { frame, index, time, duration } of videoStrip(source, options))
@@ -17,10 +20,7 @@ async function stripOf(source, options) {
 
 test('frames are the middles of equal parts, in order, with their times', async () => {
   const strip = await stripOf(numbered(40), { count: 4, frameRate: 10 });
-  assert.deepEqual(
-    strip.map(({ number }) => number),
-    [5, 15, 25, 35],
-  );
+  assert.deepEqual(each(strip, 'number'), [5, 15, 25, 35]);
   assert.deepEqual(strip[1], { number: 15, index: 1, time: 1.5, duration: 0.1, size: '64x32' });
 });
 
@@ -34,10 +34,7 @@ test('a part of the clip, at a smaller size; a short clip gives each frame once'
     ],
   );
   const few = await stripOf(numbered(3), {});
-  assert.deepEqual(
-    few.map(({ number }) => number),
-    [0, 1, 2],
-  );
+  assert.deepEqual(each(few, 'number'), [0, 1, 2]);
 });
 
 test('leaving early and aborting end it', async () => {

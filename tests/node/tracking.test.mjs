@@ -8,7 +8,7 @@ import { SMALL, framesOf, open, ready, rejects, segment, standIn } from './suppo
 
 const SIZE = { width: SMALL.width, height: SMALL.height };
 
-test('trajectories are those of a session, and no stage comes after them', async () => {
+test("trajectories equal a session's, and no stage comes after them", async () => {
   const frames = await framesOf();
   const stages = new Map();
   const onProgress = ({ stage, done, total }) => stages.set(stage, done / total);

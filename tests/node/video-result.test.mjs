@@ -20,13 +20,8 @@ function* noise(seed) {
 
 test('label maps come back from runs as they were, whatever they hold', () => {
   const random = noise(7);
-  const maps = [
-    new Uint8Array(0),
-    new Uint8Array(1),
-    Uint8Array.of(255),
-    identity,
-    new Uint8Array(2 ** 24 + 9).fill(3),
-  ];
+  const maps = [new Uint8Array(0), new Uint8Array(1), Uint8Array.of(255), identity];
+  maps.push(new Uint8Array(2 ** 24 + 9).fill(3));
   for (let k = 0; k < 30; k += 1)
     maps.push(Uint8Array.from({ length: 500 }, () => (random.next().value % (k + 1)) * 8));
   for (const map of maps) {
@@ -41,13 +36,7 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
   const random = noise(3);
   const frame = { width: 7, height: 5, data: Uint8Array.from({ length: 4 * 35 }, () => random.next().value % 256) };
   assert.deepEqual(reduced(frame, 7, 5), frame.data);
-  for (const [width, height] of [
-    [1, 1],
-    [3, 2],
-    [7, 1],
-    [4, 5],
-    [6, 4],
-  ]) {
+  for (const [width, height] of ['1x1', '3x2', '7x1', '4x5', '6x4'].map((size) => size.split('x').map(Number))) {
     const small = reduced(frame, width, height);
     // The same by brute force, over 420 × 420 points of the picture.
     for (let y = 0; y < height; y += 1) {
@@ -60,10 +49,8 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
           }
         }
         const found = small[4 * (y * width + x)];
-        assert.ok(
-          Math.abs(found - sum / count) <= 0.51,
-          `${width}x${height} at ${x},${y}: ${found}, not ${sum / count}`,
-        );
+        const where = `${width}x${height} at ${x},${y}`;
+        assert.ok(Math.abs(found - sum / count) <= 0.51, `${where}: ${found}, not ${sum / count}`);
       }
     }
   }
@@ -107,7 +94,7 @@ describe('a collected clip', () => {
     }
   });
 
-  test('joins trajectories over windows: some are longer than any window, and all points are those of the windows', () => {
+  test('joins trajectories over windows: some are longer than any window, and no point is lost or added', () => {
     const { count, startFrame, offset, x, y, label } = result.trajectories;
     assert.deepEqual(
       [startFrame.length, offset.length, label.length, offset[count]],

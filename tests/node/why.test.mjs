@@ -54,7 +54,7 @@ test('what is told of a pixel agrees with the masks, and its sums with their ter
   await rejects(result.explain(0, 0, -1), 'param', /-1 .*0\.\.=111/);
 });
 
-test('of a clip that is reduced, places are those of the input, maps those of the work', async (t) => {
+test('of a reduced clip, places are in input pixels, maps at the working size', async (t) => {
   const session = await ready(t, { clip: { maxSide: 120 } }, await framesOf(SCENE));
   const result = await session.run();
   for (const [frame, x, y] of PLACES) {

@@ -3,32 +3,18 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { fileURLToPath } from 'node:url';
 import * as inNode from '../../dist/node.js';
+import { emptyPage } from '../browser/empty.mjs';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
-const FINGERPRINT = fileURLToPath(new URL('../fingerprint.mjs', import.meta.url));
 const SCENE = { width: 128, height: 72, frames: 5, seed: 5 };
 
 const site = useServerAndBrowser();
 
 /** An empty page of the server, with the package and a few helpers in `globalThis.kit`. */
-async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'") {
-  const context = await site.browser.newContext();
-  t.after(() => context.close());
-  const page = await context.newPage();
-  await page.route(`${site.url}empty`, (route) =>
-    route.fulfill({
-      contentType: 'text/html',
-      headers: { 'Content-Security-Policy': policy },
-      body: '<!doctype html><title>empty</title>',
-    }),
-  );
-  await page.route(`${site.url}fingerprint.mjs`, (route) =>
-    route.fulfill({ path: FINGERPRINT, contentType: 'text/javascript' }),
-  );
-  await page.goto(`${site.url}empty`);
+async function open(t, policy) {
+  const page = await emptyPage(t, site, { policy, modules: ['fingerprint.mjs'] });
   await page.evaluate(async (scene) => {
     const tracecut = await import('/dist/index.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
@@ -130,7 +116,7 @@ test('the worker and the calling thread give the same result, under a strict con
   assert.equal(inWorker, inPage);
 });
 
-test('masks, saliency, superpixels and boundaries are those of Node, of a run and of single images', async (t) => {
+test('masks, saliency, superpixels and boundaries equal those in Node, in a run and for single images', async (t) => {
   const page = await open(t);
   const clip = await inNode.synthClip(SCENE);
   const frames = async () => Array.from({ length: SCENE.frames }, (_, k) => clip.frame(k));

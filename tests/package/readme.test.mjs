@@ -1,13 +1,10 @@
-// The README's and the guide's blocks of code for browsers, run as they stand on a page that has installed the package,
-// and the moving picture.
+// The README's and the guide's blocks of code for browsers, run as they stand on a page that has installed the package.
 
 import assert from 'node:assert/strict';
-import { readFileSync, writeFileSync } from 'node:fs';
+import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { drawnFrames } from '../../scripts/picture.mjs';
-import { root } from '../../scripts/tools.mjs';
-import { animatedWebp } from '../../scripts/webp.mjs';
+import { emptyPage } from '../browser/empty.mjs';
 import { TASKS, codeOf, readmeCode } from '../readme.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { installed, served } from './installed.mjs';
@@ -49,11 +46,7 @@ async function open(t, script) {
 /** A short video file of the sample scene; how many objects are found in it depends on the browser's encoder. */
 async function madeClip() {
   if (clip) return clip;
-  const page = await site.browser.newPage();
-  await page.route(`${site.url}empty`, (route) =>
-    route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }),
-  );
-  await page.goto(`${site.url}empty`);
+  const page = await emptyPage({ after: (clean) => cleaners.push(clean) }, site);
   const bytes = await page.evaluate(async () => {
     const { encodeVideo, synthClip } = await import('/dist/index.js');
     const scene = await synthClip({ width: 256, height: 144, frames: 8, seed: 1 });
@@ -62,7 +55,6 @@ async function madeClip() {
     const file = await encodeVideo(masks, frames, { opacity: 0, outline: false, frameRate: 10, quality: 'very-high' });
     return [...new Uint8Array(await file.arrayBuffer())];
   });
-  await page.close();
   clip = { name: 'clip.webm', mimeType: 'video/webm', buffer: Buffer.from(bytes) };
   return clip;
 }
@@ -122,37 +114,6 @@ test("the guide's list of what comes out", async (t) => {
   assert.equal(outcome[0], 8);
   assert.ok(outcome[1] >= 1);
 });
-
-test('the moving picture is small enough to load and moves', async () => {
-  const file = readFileSync(join(root, 'docs', 'tracecut.webp'));
-  assert.ok(file.length < 1.5e6, `${file.length} bytes`);
-  const { frames, width, height, duration } = await decoded(file);
-  assert.ok(
-    frames >= 20 && width > 1000 && height > 200 && duration === 80_000,
-    JSON.stringify({ frames, width, height, duration }),
-  );
-});
-
-test('the script that draws the picture draws one', async () => {
-  const drawn = await drawnFrames({ width: 160, height: 90, frames: 3, seed: 1, quality: 0.5, gap: 4 });
-  assert.deepEqual(await decoded(animatedWebp(drawn, 120)), { frames: 3, width: 488, height: 90, duration: 120_000 });
-});
-
-/** What the browser sees in a moving picture. */
-async function decoded(file) {
-  const page = await site.browser.newPage();
-  await page.goto(`${site.url}favicon.svg`);
-  const facts = await page.evaluate(async (base64) => {
-    const data = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-    const decoder = new ImageDecoder({ data, type: 'image/webp' });
-    await decoder.tracks.ready;
-    const { frameCount } = decoder.tracks.selectedTrack;
-    const { image } = await decoder.decode({ frameIndex: frameCount - 1 });
-    return { frames: frameCount, width: image.displayWidth, height: image.displayHeight, duration: image.duration };
-  }, file.toString('base64'));
-  await page.close();
-  return facts;
-}
 
 test('the effects of docs/tasks.md are three videos that differ', async (t) => {
   const [heading] = TASKS.browser;

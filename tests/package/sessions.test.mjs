@@ -2,32 +2,17 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { fileURLToPath } from 'node:url';
+import { emptyPage } from '../browser/empty.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
-const KIT = { 'fingerprint.mjs': file('../fingerprint.mjs'), 'trap.mjs': file('../trap.mjs') };
-
 const site = useServerAndBrowser();
-
-function file(name) {
-  return fileURLToPath(new URL(name, import.meta.url));
-}
 
 /**
  * An empty page of the server with the package, two clips' worth of helpers and a module that traps, in
  * `globalThis.kit`.
  */
 async function open(t) {
-  const context = await site.browser.newContext();
-  t.after(() => context.close());
-  const page = await context.newPage();
-  await page.route(`${site.url}empty`, (route) =>
-    route.fulfill({ contentType: 'text/html', body: '<!doctype html><title>empty</title>' }),
-  );
-  for (const [name, path] of Object.entries(KIT)) {
-    await page.route(site.url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
-  }
-  await page.goto(`${site.url}empty`);
+  const page = await emptyPage(t, site, { modules: ['fingerprint.mjs', 'trap.mjs'] });
   await page.evaluate(async () => {
     const tracecut = await import('/dist/index.js');
     const { fingerprint } = await import('/fingerprint.mjs');

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { fileURLToPath } from 'node:url';
+import { emptyPage } from '../browser/empty.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
 const STORIES = 3;
@@ -11,16 +11,7 @@ const site = useServerAndBrowser();
 
 for (const options of [{ threads: 1 }, { threads: 2 }, { worker: false }])
   test(`${STORIES} stories in a page with ${JSON.stringify(options)}`, { timeout: 300_000 }, async (t) => {
-    const context = await site.browser.newContext();
-    t.after(() => context.close());
-    const page = await context.newPage();
-    const body = '<!doctype html><title>empty</title>';
-    await page.route(`${site.url}empty`, (route) => route.fulfill({ contentType: 'text/html', body }));
-    for (const name of ['story.mjs', 'fingerprint.mjs']) {
-      const path = fileURLToPath(new URL(`../${name}`, import.meta.url));
-      await page.route(site.url + name, (route) => route.fulfill({ path, contentType: 'text/javascript' }));
-    }
-    await page.goto(`${site.url}empty`);
+    const page = await emptyPage(t, site, { modules: ['story.mjs', 'fingerprint.mjs'] });
     const { counts, unheard } = await page.evaluate(tell, [options, STORIES, STEPS]);
     assert.deepEqual(unheard, []);
     // Those that no time decides on; each story ends with a plain run besides.

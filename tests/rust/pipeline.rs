@@ -125,7 +125,7 @@ fn planes() -> &'static (Clip, Session) {
     })
 }
 
-/// A session with the trajectories of [`planes`], set from outside, and at most so many eigenvectors.
+/// A session with the trajectories of [`planes`], set from outside, and at most `max_dimensions` eigenvectors.
 fn planes_again(max_dimensions: u32) -> Session {
     let mut params = with_step(6.0);
     params.embedding.max_dimensions = max_dimensions;

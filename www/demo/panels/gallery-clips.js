@@ -8,7 +8,7 @@ import { say } from '../language.js';
 /** @typedef {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} Page */
 /** @typedef {{id: string, width: number, height: number, frames: number, seconds: number, objects: number}} Facts */
 
-/** What each clip shows, by its name in scripts/gallery/scenes.mjs. */
+/** What each clip shows, by its name. */
 export const CLIPS = [
   {
     id: 'coast',
