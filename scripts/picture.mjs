@@ -36,7 +36,8 @@ export async function drawnFrames(settings) {
 
 /** Runs in the page. */
 async function draw({ width, height, frames, seed, quality, gap }) {
-  const { createSession, drawLabels, drawSuperpixels, drawTrajectories, synthClip } = await import('/dist/index.js');
+  const { createSession, drawLabels, synthClip } = await import('/dist/index.js');
+  const { drawSuperpixels, drawTrajectories } = await import('/dist/draw.js');
   const clip = await synthClip({ width, height, frames, seed });
   const session = await createSession();
   for (let t = 0; t < frames; t += 1) await session.push(clip.frame(t));

@@ -14,9 +14,11 @@ import { root } from './tools.mjs';
 
 /** Code that is found by its place: bundles of these names, each with what only it needs. */
 const BUNDLES = [
-  { folder: 'dist', entries: ['index.js', 'worker.js'] },
+  {
+    folder: 'dist',
+    entries: ['index.js', 'draw.js', 'edit.js', 'export.js', 'stages.js', 'selftest.js', 'worker.js'],
+  },
   { folder: 'dist/aside', entries: ['worker.js'] },
-  { folder: 'dist/selftest', entries: ['run.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
 

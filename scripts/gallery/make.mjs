@@ -13,7 +13,8 @@ const EACH = 3;
 
 /** @param {string} id of a scene */
 export async function makeClip(id) {
-  const { saveProject, segmentVideo } = await import('/dist/index.js');
+  const { segmentVideo } = await import('/dist/index.js');
+  const { saveProject } = await import('/dist/edit.js');
   const scene = SCENES.find((one) => one.id === id);
   const paint = scene.open();
   const frames = Array.from({ length: scene.frames }, (_, t) => paint(t).pixels());

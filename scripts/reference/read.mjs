@@ -58,10 +58,7 @@ export function parse(text, module) {
     const all = /^export \* from '([^']+)';/.exec(body);
     if (all) return [{ kind: 'all', from: resolved(module, all[1]) }];
     const names = /^export (?:type )?\{([^}]*)\} from '([^']+)';/.exec(body);
-    if (names)
-      return [
-        { kind: 'names', names: names[1].split(',').map((name) => name.trim()), from: resolved(module, names[2]) },
-      ];
+    if (names) return [{ kind: 'names', names: names[1].match(/\w+/g), from: resolved(module, names[2]) }];
     const declared = /^export (?:declare )?(?:abstract )?(function|class|const|type|interface) (\w+)/.exec(body);
     if (!declared) return [];
     const [, word, name] = declared;

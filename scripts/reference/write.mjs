@@ -4,20 +4,24 @@ import { exportsOf, lookUp, read, resolved } from './read.mjs';
 
 const INTRODUCTION = `# API reference
 
-Written from the package's declarations by \`node scripts/reference.mjs\`; the text of each entry stands in the source. Everything here is
-imported from \`'tracecut'\`, in browsers and in Node alike; what Node alone has, from \`'tracecut/node'\`;
-\`selftest\` from \`'tracecut/selftest'\`.
+Written from the package's declarations by \`node scripts/reference.mjs\`; the text of each entry stands in the source. Each heading is
+what its functions are imported from, in browsers and in Node alike; \`tracecut/node\` has all of \`tracecut\` too, and
+\`tracecut/inline\` all but what Node alone has.
 `;
 
-/** Where functions are listed, by the folder of their module. */
-const SECTIONS = [
-  ['Functions', (module) => !module.includes('/') && !module.startsWith('node-')],
-  ['Video', (module) => module.startsWith('video/')],
-  ['Editing', (module) => module.startsWith('edit/')],
-  ['Files', (module) => module.startsWith('export/')],
-  ['Drawing', (module) => module.startsWith('draw/')],
-  ['Node alone', (module) => module.startsWith('node-')],
+/** What the package is imported by, and the module that has it. */
+const ENTRIES = [
+  ['tracecut', 'index.js'],
+  ['tracecut/draw', 'draw.js'],
+  ['tracecut/edit', 'edit.js'],
+  ['tracecut/export', 'export.js'],
+  ['tracecut/stages', 'stages.js'],
+  ['tracecut/node', 'node/frames.js'],
+  ['tracecut/selftest', 'selftest.js'],
 ];
+
+/** In this order in each entry; types have a section of their own. */
+const KINDS = { function: functionEntry, class: classEntry, const: typeEntry };
 
 /**
  * @param {string} dist
@@ -27,31 +31,21 @@ const SECTIONS = [
  *   and all names
  */
 export function reference(dist, parameters) {
-  const api = new Map([
-    ...exportsOf(dist, 'index.js'),
-    ...exportsOf(dist, 'selftest.js'),
-    ...exportsOf(dist, 'node-frames.js'),
-  ]);
+  const entries = ENTRIES.map(([title, module]) => ({ title, items: exportsOf(dist, module) }));
+  const api = new Map(entries.flatMap(({ items }) => [...items]));
   const types = typesOf(dist, api);
   const all = [...api.values()];
-  const functions = all.filter(({ kind }) => kind === 'function');
-  const classes = all.filter(({ kind }) => kind === 'class');
-  const constants = all.filter(({ kind }) => kind === 'const');
   const sorted = [...types.values()].sort((a, b) => (a.name < b.name ? -1 : 1));
   const sections = [
-    ...SECTIONS.map(([title, holds]) => ({
+    ...entries.map(({ title, items }) => ({
       title,
-      items: functions.filter(({ module }) => holds(module)),
-      entry: functionEntry,
+      items: Object.keys(KINDS).flatMap((kind) => [...items.values()].filter((item) => item.kind === kind)),
     })),
-    { title: 'Classes', items: classes, entry: classEntry },
-    { title: 'Constants', items: constants, entry: typeEntry },
-    { title: 'Types', items: sorted, entry: typeEntry },
-  ].filter(({ items }) => items.length > 0);
+    { title: 'Types', items: sorted },
+  ];
   const links = linksTo(sections.flatMap(({ title, items }) => [title, ...items.map(({ name }) => name)]));
-  const parts = sections.map(
-    ({ title, items, entry }) => `## ${title}\n\n${items.map((item) => entry(item, links)).join('\n')}`,
-  );
+  const written = (item) => (KINDS[item.kind] ?? typeEntry)(item, links);
+  const parts = sections.map(({ title, items }) => `## ${title}\n\n${items.map(written).join('\n')}`);
   const contents = sections
     .map(({ title, items }) => `- ${links.get(title)}: ${items.map(({ name }) => links.get(name)).join(', ')}\n`)
     .join('');
@@ -130,7 +124,7 @@ function linksTo(headings) {
   const times = new Map([['api-reference', 1]]);
   return new Map(
     headings.map((heading) => {
-      const anchor = heading.toLowerCase().replaceAll(' ', '-');
+      const anchor = heading.toLowerCase().replaceAll(' ', '-').replaceAll('/', '');
       const before = times.get(anchor) ?? 0;
       times.set(anchor, before + 1);
       return [heading, `[${heading}](#${anchor}${before > 0 ? `-${before}` : ''})`];

@@ -3,7 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { boundaries, createImageEngine, flow, imageDiscontinuities, superpixels, synthClip } from 'tracecut';
+import { synthClip } from 'tracecut';
+import { superpixels, boundaries, createImageEngine, flow, imageDiscontinuities } from 'tracecut/stages';
 import { createRemoteEngine } from '../../dist/remote.js';
 import { plain, png, ready, rejects, standIn } from './support.mjs';
 

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import * as tracecut from 'tracecut';
+import * as tracecut from '../whole.mjs';
 import { descriptions } from '../../scripts/declarations.mjs';
 import { docOf, parse } from '../../scripts/reference/read.mjs';
 import { reference } from '../../scripts/reference/write.mjs';

@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import * as inNode from '../../dist/node.js';
+import * as inNode from '../whole.mjs';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
@@ -30,7 +30,7 @@ async function open(t, policy = "script-src 'self' 'wasm-unsafe-eval'; worker-sr
   );
   await page.goto(`${site.url}empty`);
   await page.evaluate(async (scene) => {
-    const tracecut = await import('/dist/index.js');
+    const tracecut = await import('/demo/library.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
     const frames = async () => {
       const clip = await tracecut.synthClip(scene);

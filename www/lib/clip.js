@@ -3,6 +3,7 @@
 import { end, guarded, instance } from './instance.js';
 import { illegal } from './errors.js';
 import { isPlainObject, wholeNumber } from './options.js';
+import { platform } from './platform.js';
 
 /**
  * @typedef {object} ClipOptions
@@ -14,10 +15,11 @@ import { isPlainObject, wholeNumber } from './options.js';
  */
 
 /**
- * @param {ClipOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
+ * Makes a clip of moving objects with known masks and known flow, on the calling thread.
+ * @param {ClipOptions} [options]
+ * @returns {Promise<Clip>}
  */
-export async function makeClip(options, platform) {
+export async function synthClip(options) {
   const given = options ?? {};
   if (!isPlainObject(given))
     throw illegal('param', 'options', options, 'an object such as {width: 320, height: 180, frames: 30}');

@@ -5,7 +5,8 @@ import { TraceCutError, illegal, typeTag } from './errors.js';
 import { checkedOptions, chosenLabels } from './export/mask-source.js';
 import { toRawFrame } from './frames.js';
 import { wholeNumber } from './options.js';
-import { checkWorker, workerStarter } from './places.js';
+import { checkWorker } from './places.js';
+import { platform, workerStarter } from './platform.js';
 import { RemoteEngine } from './remote.js';
 
 /**
@@ -33,16 +34,21 @@ const MAX_SIDE = 16384;
 const IDLE_MS = 5000;
 
 /**
- * @param {FrameMask} mask
- * @param {import('./frames.js').FrameSource} picture
- * @param {EnlargeOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
- * @returns {Promise<EnlargedMask>}
+ * A mask at the size of its picture, which is larger than the mask or as large: borders come to where the picture parts
+ * its colours, and are as soft as they are there. In browsers it runs in a worker; in Node on the calling thread.
+ *
+ * ```js
+ * const { width, height, labels, alpha } = await enlargeMask({ labels, width: 480, height: 270 }, bitmap);
+ * ```
+ * @param {FrameMask} mask at the size that frames were processed at
+ * @param {import('./frames.js').FrameSource} picture the frame as it was before it was reduced
+ * @param {EnlargeOptions} [options]
+ * @returns {Promise<import('./enlarge-here.js').EnlargedMask>}
  */
-export async function enlarged(mask, picture, options, platform) {
+export async function enlargeMask(mask, picture, options) {
   const { objects, decoder, worker } = checkedOptions(options ?? {}, ['objects', 'decoder', 'worker']);
   if (worker !== undefined) checkWorker(worker);
-  const startWorker = workerStarter(worker, platform);
+  const startWorker = workerStarter(worker);
   const chosen = new Uint8Array(chosenLabels(objects));
   const { labels, width } = copied(mask);
   const load = () => platform.loadDecoder(decoder);

@@ -4,7 +4,7 @@
 import { illegal } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { isPlainObject, splitOptions, wholeNumber } from './options.js';
-import { once, openEngine } from './platform.js';
+import { decoderLoader, openEngine } from './open.js';
 
 /**
  * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its
@@ -169,76 +169,81 @@ export class ImageEngine {
 }
 
 /**
- * @param {ImageEngineOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
- * @param {string[]} [groups] of parameters that are legal
+ * Opens an engine for boundaries, superpixels, discontinuities and flow of many single images: all that starting costs is
+ * paid once.
+ * @param {ImageEngineOptions} [options]
  * @returns {Promise<ImageEngine>}
  */
-export async function openImageEngine(options, platform, groups = ['flow', 'contour', 'superpixel', 'still']) {
-  const split = splitOptions(checked(options, [...groups, ...ALWAYS]));
-  const engine = await openEngine({ ...split, threads: 1 }, platform);
-  return new ImageEngine(
-    engine,
-    once(() => platform.loadDecoder(split.decoder)),
-  );
+export function createImageEngine(options) {
+  return opened(options, ['flow', 'contour', 'superpixel', 'still']);
 }
 
 /**
+ * @param {ImageEngineOptions | undefined} options
+ * @param {string[]} groups of parameters that are legal
+ */
+async function opened(options, groups) {
+  const split = splitOptions(checked(options, [...groups, ...ALWAYS]));
+  const engine = await openEngine({ ...split, threads: 1 });
+  return new ImageEngine(engine, decoderLoader(split.decoder));
+}
+
+/**
+ * The boundary probability of a single image, at its own size.
  * @param {import('./frames.js').FrameSource} image
- * @param {ImageOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
+ * @param {ImageOptions} [options]
  * @returns {Promise<BoundaryMap>}
  */
-export function boundariesOf(image, options, platform) {
-  return askOnce(options, platform, ['contour', 'superpixel'], (engine) => engine.boundaries(image));
+export function boundaries(image, options) {
+  return askOnce(options, ['contour', 'superpixel'], (engine) => engine.boundaries(image));
 }
 
 /**
+ * The Gabriel superpixels of a single image, at its own size.
  * @param {import('./frames.js').FrameSource} image
- * @param {SuperpixelOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
+ * @param {SuperpixelOptions} [options]
  * @returns {Promise<Superpixels>}
  */
-export async function superpixelsOf(image, options, platform) {
+export async function superpixels(image, options) {
   const { count, ...others } = isPlainObject(options)
     ? /** @type {SuperpixelOptions} */ (options)
     : { count: undefined };
   const rest = isPlainObject(options) ? others : options;
-  return askOnce(rest, platform, ['contour', 'superpixel'], (engine) => engine.superpixels(image, { count }));
+  return askOnce(rest, ['contour', 'superpixel'], (engine) => engine.superpixels(image, { count }));
 }
 
 /**
+ * Boundaries of a single image by the discontinuities of its pixel embedding, at its own size or reduced to
+ * `still.maxSide`.
  * @param {import('./frames.js').FrameSource} image
- * @param {DiscontinuityOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
+ * @param {DiscontinuityOptions} [options]
  * @returns {Promise<ImageDiscontinuities>}
  */
-export function discontinuitiesOf(image, options, platform) {
-  return askOnce(options, platform, ['still'], (engine) => engine.imageDiscontinuities(image));
+export function imageDiscontinuities(image, options) {
+  return askOnce(options, ['still'], (engine) => engine.imageDiscontinuities(image));
 }
 
 /**
+ * The optical flow from one image to another of the same size, at that size: where each pixel goes.
  * @param {import('./frames.js').FrameSource} from
  * @param {import('./frames.js').FrameSource} to
- * @param {FlowOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
+ * @param {FlowOptions} [options]
  * @returns {Promise<import('./engine.js').FlowField>}
  */
-export function flowOf(from, to, options, platform) {
-  return askOnce(options, platform, ['flow'], (engine) => engine.flow(from, to));
+export function flow(from, to, options) {
+  return askOnce(options, ['flow'], (engine) => engine.flow(from, to));
 }
 
 /**
  * Asks an engine one thing.
  * @template T
  * @param {ImageEngineOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
  * @param {string[]} groups
  * @param {(engine: ImageEngine) => Promise<T>} question
  * @returns {Promise<T>}
  */
-async function askOnce(options, platform, groups, question) {
-  const engine = await openImageEngine(options, platform, groups);
+async function askOnce(options, groups, question) {
+  const engine = await opened(options, groups);
   try {
     return await question(engine);
   } finally {

@@ -109,53 +109,6 @@ export function blobOf(script) {
 }
 
 /**
- * How workers start, as a call's option says, or `configure`, or the package; nothing where the work stays in this
- * thread.
- * @param {boolean | WorkerSource | undefined} worker
- * @param {{startWorker: (() => Worker) | undefined, inProcess?: boolean}} platform
- * @returns {(() => Worker) | undefined}
- */
-export function workerStarter(worker, platform) {
-  const asked = worker ?? (platform.inProcess ? false : places.worker);
-  if (asked === false) return undefined;
-  if (!platform.startWorker) {
-    if (worker === undefined) return undefined;
-    const expected = 'false or nothing: this thread can start no module workers, so the work runs in it';
-    throw illegal('unsupported', 'worker', worker, expected);
-  }
-  if (platform.inProcess && isAddress(asked))
-    throw illegal('unsupported', 'worker', worker, 'true, false or nothing: threads of Node need no address');
-  const source = asked === true && !platform.inProcess ? places.worker : asked;
-  return typeof source === 'boolean' || source === undefined ? platform.startWorker : from(source);
-}
-
-/** @param {unknown} source */
-const isAddress = (source) => typeof source === 'string' || source instanceof URL;
-
-/**
- * How the worker for what is done aside starts, where the package's own way is `usual`.
- * @param {() => Worker} usual
- */
-export function asideStarter(usual) {
-  const { worker = true } = places;
-  if (worker === false) return undefined;
-  return worker === true ? usual : from(worker);
-}
-
-/**
- * @param {WorkerSource} source
- * @returns {() => Worker}
- */
-function from(source) {
-  if (typeof source !== 'function') return () => workerAt(source);
-  return () => {
-    const made = source();
-    if (typeof made?.postMessage !== 'function') throw illegal('param', 'worker()', made, 'a Worker');
-    return made;
-  };
-}
-
-/**
  * A part of the package that is loaded when it is first needed.
  * @template T
  * @param {Promise<T>} loading

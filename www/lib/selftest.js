@@ -1,6 +1,5 @@
 // Whether this engine computes what every other does: a fixed program, its results hashed.
 
-import * as library from './index.js';
 import { selftestOf } from './selftest/run.js';
 
 /** @typedef {import('./selftest/run.js').Selftest} Selftest */
@@ -19,5 +18,5 @@ import { selftestOf } from './selftest/run.js';
  * @returns {Promise<import('./selftest/run.js').Selftest>}
  */
 export function selftest(options) {
-  return selftestOf(library, options);
+  return selftestOf(options);
 }

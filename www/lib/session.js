@@ -5,22 +5,19 @@ import { TraceCutError, illegal, inFrame } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
 import { splitOptions, wholeNumber } from './options.js';
-import { once, openEngine } from './platform.js';
+import { decoderLoader, openEngine } from './open.js';
 import { REQUESTS } from './requests.js';
 import { Result } from './result.js';
 import { toRawTrajectories } from './trajectories.js';
 
 /**
- * @param {import('./options.js').SessionOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
+ * Opens a session.
+ * @param {import('./options.js').SessionOptions} [options]
+ * @returns {Promise<Session>}
  */
-export async function openSession(options, platform) {
+export async function createSession(options) {
   const split = splitOptions(options);
-  return new Session(
-    await openEngine(split, platform),
-    once(() => platform.loadDecoder(split.decoder)),
-    split.maxPixels,
-  );
+  return new Session(await openEngine(split), decoderLoader(split.decoder), split.maxPixels);
 }
 
 /** @type {import('./engine.js').Info} */

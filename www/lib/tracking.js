@@ -2,8 +2,7 @@
 
 import { TraceCutError, illegal } from './errors.js';
 import { isPlainObject, splitOptions } from './options.js';
-import { openEngine } from './platform.js';
-import { decoderLoader } from './video/frames.js';
+import { decoderLoader, openEngine } from './open.js';
 import { asOptions, splitTake } from './video/options.js';
 import { atSize } from './video/pixels.js';
 import { nothingTaken, taken, unlessAborted } from './video/reader.js';
@@ -31,21 +30,26 @@ import { openReader } from './video/source.js';
  */
 
 /**
+ * Follows points through a clip, and no more: flow and tracking of a session, in the time that these take. Memory grows
+ * with the clip, as all of it is one window.
+ *
+ * ```js
+ * const { count, startFrame, offset, x, y } = await trajectories(frames, { trajectory: { gridStep: 6 } });
+ * ```
  * @param {import('./video/source.js').VideoSource} source
- * @param {TrajectoryOptions | undefined} options
- * @param {import('./platform.js').Platform} platform
+ * @param {TrajectoryOptions} [options]
  * @returns {Promise<TrackedClip>}
  */
-export async function trackedOf(source, options, platform) {
+export async function trajectories(source, options) {
   const { take, onProgress, engine: split } = checked(options);
   take.signal?.throwIfAborted();
-  const reader = await openReader(source, take, decoderLoader(split.decoder, platform));
-  const engine = await openEngine(split, platform).catch((error) => {
+  const reader = await openReader(source, take, decoderLoader(split.decoder));
+  const engine = await openEngine(split).catch((error) => {
     reader.close();
     throw error;
   });
   try {
-    const { info, times } = await pushed(engine, reader, take, platform);
+    const { info, times } = await pushed(engine, reader, take);
     const signal = take.signal ?? new AbortController().signal;
     const list = await unlessAborted(engine.track(onProgress, signal), take.signal);
     if (!list) throw new TraceCutError('closed', 'the tracking was ended');
@@ -73,17 +77,16 @@ function checked(options) {
  * @param {import('./engine.js').Engine} engine
  * @param {import('./video/reader.js').Reader} reader
  * @param {import('./video/options.js').Take} take
- * @param {import('./platform.js').Platform} platform
  */
-async function pushed(engine, reader, take, platform) {
-  const frames = taken(reader, take, platform);
+async function pushed(engine, reader, take) {
+  const frames = taken(reader, take);
   const times = [];
   let info;
   try {
     for (;;) {
       const { value, done } = await unlessAborted(frames.next(), take.signal);
       if (done) break;
-      info = await engine.request('push', await atSize(value.raw, take.size, platform));
+      info = await engine.request('push', await atSize(value.raw, take.size));
       times.push(value.time);
     }
   } finally {

@@ -15,11 +15,16 @@ const MAX_FRAMES = 100000;
 const MAX_COUNT = 2 ** 31;
 
 /**
+ * Reads a track file. How large the frames are is not in it.
+ *
+ * ```js
+ * await session.setTrajectories(await fromTracksDat(text, { width: 640, height: 480 }));
+ * ```
  * @param {string} text
  * @param {{readonly width: number, readonly height: number}} size of the frames in pixels
- * @returns {TrackFile}
+ * @returns {Promise<TrackFile>}
  */
-export function readTracks(text, size) {
+export async function fromTracksDat(text, size) {
   if (typeof text !== 'string') throw illegal('data', 'text', text, 'the text of a track file');
   if (typeof size !== 'object' || size === null) throw illegal('param', 'size', size, 'an object {width, height}');
   const width = wholeNumber('frame-size', 'width', size.width, 1, MAX_SIDE);

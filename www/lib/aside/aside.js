@@ -3,9 +3,9 @@
 import { TraceCutError } from '../errors.js';
 import { joined, pngHead, pngTail } from './png.js';
 import { part } from '../places.js';
+import { platform } from '../platform.js';
 
 /** @typedef {import('./here.js').AsideTask} AsideTask */
-/** @typedef {{startAside?: () => Worker}} Starter */
 
 /** How long a worker stays that has nothing to do, in milliseconds: frames come one after the other. */
 const IDLE_MS = 5000;
@@ -27,11 +27,11 @@ let ending;
 
 /**
  * @param {AsideTask} task
- * @param {Starter} platform
  * @param {Transferable[]} [transfer] what nobody else holds
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  */
-export async function aside(task, { startAside }, transfer = []) {
+export async function aside(task, transfer = []) {
+  const { startAside } = platform;
   if (!startAside || without) return here(task);
   clearTimeout(ending);
   shared ??= opened(startAside());
@@ -95,11 +95,10 @@ function end() {
  * A PNG file of one channel.
  * @param {{pixels: Uint8Array<ArrayBuffer>, width: number, height: number, palette?: Uint8Array, alpha?: Uint8Array}} image
  *   `pixels` that nobody else holds
- * @param {Starter} platform
  */
-export async function pngOf({ pixels, width, height, palette, alpha }, platform) {
+export async function pngOf({ pixels, width, height, palette, alpha }) {
   /** @type {AsideTask} */
   const task = { kind: 'pixels', level: 6, pixels: { data: pixels, width, height, channels: 1 } };
-  const data = await aside(task, platform, [pixels.buffer]);
+  const data = await aside(task, [pixels.buffer]);
   return joined([pngHead({ width, height, palette, alpha }), data, pngTail()]);
 }

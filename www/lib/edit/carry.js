@@ -2,6 +2,7 @@
 // picture there looks like where it came from.
 
 import { TraceCutError, illegal } from '../errors.js';
+import { createImageEngine } from '../image.js';
 import { checkNumber } from '../export/mask-source.js';
 import { isPlainObject, wholeNumber } from '../options.js';
 import { areaOf, pixelsOf } from './regions.js';
@@ -70,15 +71,20 @@ export async function carry(editor, edit, options, flow) {
 }
 
 /**
- * The same with an engine for the flow: the options', or one that is opened and closed again.
+ * Carries a painted edit to the frames before and after it, as parts of the same edit: its region goes with the optical
+ * flow from frame to frame, within the shot, as long as the picture there looks like what it came from.
+ *
+ * ```js
+ * const { first, last } = await carryEdit(editor, edit, { picture: (t) => frames[t] });
+ * ```
  * @param {import('./editor.js').MaskEditor} editor
- * @param {import('./editor.js').Edit} edit
+ * @param {import('./editor.js').Edit} edit as `paint` gave it, in force
  * @param {CarryOptions} options
- * @param {() => Promise<import('../image.js').ImageEngine>} open
+ * @returns {Promise<Carried>}
  */
-export async function carryWith(editor, edit, options, open) {
+export async function carryEdit(editor, edit, options) {
   checked(editor, edit, options);
-  const engine = options.engine ?? (await open());
+  const engine = options.engine ?? (await createImageEngine());
   try {
     return await carry(editor, edit, options, (from, to) => engine.flow(from, to));
   } finally {

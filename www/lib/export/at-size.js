@@ -1,5 +1,6 @@
 // Masks at the size of the pictures that they are laid over.
 
+import { enlargeMask } from '../enlarge.js';
 import { TraceCutError } from '../errors.js';
 import { decodeRuns, encodeRuns } from '../video/masks.js';
 import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
@@ -25,22 +26,17 @@ import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf 
  */
 
 /**
- * Enlarges a mask by its picture.
- * @typedef {(mask: Mask, picture: import('../frames.js').FrameSource, options: {objects: (label: number) => boolean}) =>
- *   Promise<{labels: Uint8Array<ArrayBuffer>, alpha: Uint8Array<ArrayBuffer>}>} Enlarge
+ * Masks at the size of their frames, for exports at the size of the source: frames are read one by one, borders come to
+ * where they have them (`enlargeMask`), masks are kept as runs of equal labels. All frames have one size.
+ * @param {import('./mask-source.js').MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames one for each frame of the masks, in order
+ * @param {MasksAtSizeOptions} [options]
+ * @returns {Promise<import('./mask-source.js').MaskSource>} with the times and shots of `masks`
  */
-
-/**
- * Frames are read one by one, masks kept as runs of equal labels.
- * @param {MaskSource} masks
- * @param {import('./video.js').EncodeFrames} frames
- * @param {MasksAtSizeOptions | undefined} options
- * @param {Enlarge} enlarge
- * @returns {Promise<MaskSource>}
- */
-export async function allAtSize(masks, frames, options, enlarge) {
+export async function masksAtSize(masks, frames, options) {
   checkMasks(masks);
-  const { onProgress, signal, edges } = checkedOptions(options ?? {}, ['onProgress', 'signal', 'edges', 'decoder']);
+  const legal = ['onProgress', 'signal', 'edges', 'decoder'];
+  const { onProgress, signal, edges, decoder } = checkedOptions(options ?? {}, legal);
   const how = checkedEdges(edges);
   const { numFrames, shots, end } = masks;
   const times = timesOf(masks);
@@ -55,7 +51,7 @@ export async function allAtSize(masks, frames, options, enlarge) {
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
     const { width, height } = masks;
-    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how, enlarge);
+    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how, decoder);
     runs.push(encodeRuns(labels));
     onProgress?.({ done: t + 1, total: numFrames });
     if (t + 1 === numFrames) break;
@@ -83,10 +79,10 @@ const SHAPE_TOLERANCE = 2;
  * @param {import('../frames.js').FrameSource & {width: number, height: number}} picture
  * @param {Uint8Array} chosen 1 for each label that is meant
  * @param {Required<import('./adjust.js').MaskEdges>} edges
- * @param {Enlarge} enlarge
+ * @param {import('../options.js').WasmSource} [decoder] of what enlarges
  * @returns {Promise<MaskAtSize>}
  */
-export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }, enlarge) {
+export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }, decoder) {
   const { width, height } = picture;
   const clean = withoutSpecks(mask, chosen, smallest);
   const [across, down] = [width / mask.width, height / mask.height];
@@ -95,7 +91,8 @@ export async function maskAtSize(mask, picture, chosen, { smallest, grow, feathe
   const isOther =
     Math.min(Math.abs(mask.height - height / across), Math.abs(mask.width - width / down)) > SHAPE_TOLERANCE;
   const hasPicture = across > 1 && down > 1 && !isOther;
-  const found = hasPicture ? await enlarge(clean, picture, { objects: (label) => chosen[label] === 1 }) : null;
+  const objects = (/** @type {number} */ label) => chosen[label] === 1;
+  const found = hasPicture ? await enlargeMask(clean, picture, { objects, decoder }) : null;
   const isLike = across === 1 && down === 1;
   const labels = found?.labels ?? (isLike ? clean.labels : nearest(clean, width, height));
   // As soft as the picture, unless something else is wanted.

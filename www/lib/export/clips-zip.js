@@ -24,12 +24,13 @@ import { Encoder } from '../text.js';
  */
 
 /**
+ * The masks of several clips in one ZIP archive: a folder for each, with what `masksZip` puts into one, and
+ * `report.json`, which says what became of each. The same masks give the same bytes.
  * @param {ZippedClip[]} clips
- * @param {ClipsZipOptions | undefined} options
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ * @param {ClipsZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
-export async function zipOfClips(clips, options = {}, platform) {
+export async function clipsZip(clips, options = {}) {
   if (!Array.isArray(clips)) throw illegal('data', 'clips', clips, 'a list of {name, masks}');
   const legal = ['perObject', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const { onProgress, ...each } = checkedOptions(options, legal);
@@ -48,7 +49,7 @@ export async function zipOfClips(clips, options = {}, platform) {
     const folder = folderOf(name, folders);
     const done = before;
     const counted = (/** @type {{done: number}} */ progress) => onProgress?.({ done: done + progress.done, total });
-    const made = await filesOfMasks(masks, { ...each, onProgress: counted }, platform);
+    const made = await filesOfMasks(masks, { ...each, onProgress: counted });
     for (const [path, bytes] of Object.entries(made)) files[`${folder}/${path}`] = bytes;
     before += masks.numFrames;
     const { width, height, numFrames } = masks;
@@ -58,7 +59,7 @@ export async function zipOfClips(clips, options = {}, platform) {
   files['report.json'] = new Encoder().encode(`${json}\n`);
   // PNG files are compressed already.
   const bytes = Object.values(files).map(({ buffer }) => buffer);
-  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, bytes);
 }
 
 /** @param {unknown} error */

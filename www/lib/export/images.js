@@ -50,17 +50,32 @@ const PIECE = 2 ** 22;
 const LEVEL = 3;
 
 /**
- * @param {MaskSource} masks
- * @param {import('./video.js').EncodeFrames} frames
- * @param {EncodeImagesOptions | undefined} options
- * @param {import('./at-size.js').Enlarge} enlarge
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {ReadableStream<Uint8Array<ArrayBuffer>>}
+ * Objects cut out of their frames as PNG files with alpha, in an archive or as one animated PNG, or their opacity as grey
+ * ones: written while the stream is read and no sooner, a frame or two in memory. The pictures have the frames' size;
+ * masks that are smaller are enlarged by the frames (`enlargeMask`).
+ *
+ * ```js
+ * const stream = await encodeImages(result, frames, { format: 'zip' });
+ * const file = await new Response(stream).blob();
+ * ```
+ * @param {import('./mask-source.js').MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames one for each frame of the masks, in order
+ * @param {EncodeImagesOptions} [options]
+ * @returns {Promise<ReadableStream<Uint8Array<ArrayBuffer>>>} the bytes of the file
  */
-export function imagesOf(masks, frames, options, enlarge, platform) {
+export async function encodeImages(masks, frames, options) {
   checkMasks(masks);
   const checked = checkedOptions(options ?? {}, LEGAL);
-  const { style = 'cutout', format = 'zip', frameRate = FRAME_RATE, objects, edges, signal, onProgress } = checked;
+  const {
+    style = 'cutout',
+    format = 'zip',
+    frameRate = FRAME_RATE,
+    objects,
+    edges,
+    decoder,
+    signal,
+    onProgress,
+  } = checked;
   oneOf('style', style, ['cutout', 'alpha']);
   oneOf('format', format, ['zip', 'apng']);
   if (!isIterable(frames))
@@ -68,7 +83,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
   const times = timesOf(masks, checked.frameRate) ?? /** @type {Float64Array} */ (timesOf(masks, frameRate));
   const trail = checkedTrail(checked.trail);
   const trails = trail && style === 'cutout' ? new Trails(trail, masks.shots) : null;
-  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), trails, enlarge, platform };
+  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), trails, decoder };
   const clip = { masks, times, end: endOf(masks, times, frameRate) };
   const pictures = paint(masks, frames, plan, signal, onProgress);
   return streamOf(format === 'zip' ? archive(pictures, clip) : animation(pictures, clip), signal);
@@ -80,8 +95,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
  * @property {Uint8Array} chosen
  * @property {Required<import('./adjust.js').MaskEdges>} edges
  * @property {Trails | null} trails
- * @property {import('./at-size.js').Enlarge} enlarge
- * @property {import('../aside/aside.js').Starter} platform
+ * @property {import('../options.js').WasmSource | undefined} decoder
  */
 
 /** @typedef {{masks: MaskSource, times: Float64Array, end: number}} ImageClip */
@@ -99,7 +113,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
  * @param {EncodeImagesOptions['onProgress']} onProgress
  * @returns {AsyncGenerator<Painted, void, undefined>}
  */
-async function* paint(masks, frames, { style, chosen, edges, trails, enlarge, platform }, signal, onProgress) {
+async function* paint(masks, frames, { style, chosen, edges, trails, decoder }, signal, onProgress) {
   const { width, height, numFrames } = masks;
   const size = { width: 0, height: 0 };
   let t = 0;
@@ -108,14 +122,12 @@ async function* paint(masks, frames, { style, chosen, edges, trails, enlarge, pl
     const picture = await pixelsOf(item, t);
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
-    const mask = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, enlarge);
+    const mask = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, decoder);
     const { data, alpha } = trails?.next(t, picture, mask.alpha) ?? { data: picture.data, alpha: mask.alpha };
     const rgba = style === 'cutout';
     const chunk = (/** @type {number | undefined} */ sequence) => {
       const pixels = { ...size, sequence, ...(rgba ? { data, opacity: alpha } : { data: alpha }) };
-      return aside({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, platform, [
-        alpha.buffer,
-      ]);
+      return aside({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, [alpha.buffer]);
     };
     yield { ...size, rgba, t, chunk };
     t += 1;

@@ -61,13 +61,13 @@ const BLACK = '#000000';
 const BATCH = 4;
 
 /**
- * @param {MaskSource} masks
+ * The mask of frame `t` as a PNG file: in palette colours, or of one object in black and white.
+ * @param {import('./mask-source.js').MaskSource} masks
  * @param {number} t
- * @param {MaskPngOptions | undefined} options
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ * @param {MaskPngOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the file
  */
-export async function pngOfMask(masks, t, options = {}, platform) {
+export async function maskPng(masks, t, options = {}) {
   checkMasks(masks);
   const { object, palette, transparent = false } = checkedOptions(options, ['object', 'palette', 'transparent']);
   checkFlag('transparent', transparent);
@@ -76,9 +76,9 @@ export async function pngOfMask(masks, t, options = {}, platform) {
   const { width, height } = masks;
   if (object !== undefined) {
     await checkThere(masks, labels, object);
-    return pngOf({ pixels: only(labels, object), width, height, ...clearGrey(transparent) }, platform);
+    return pngOf({ pixels: only(labels, object), width, height, ...clearGrey(transparent) });
   }
-  return pngOf({ pixels: Uint8Array.from(labels), width, height, ...table(palette, transparent) }, platform);
+  return pngOf({ pixels: Uint8Array.from(labels), width, height, ...table(palette, transparent) });
 }
 
 /**
@@ -132,26 +132,26 @@ function fileColors(palette) {
 }
 
 /**
- * @param {MaskSource} masks
- * @param {MasksZipOptions | undefined} options
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ * All masks in one ZIP archive: PNG files, and `masks.json`, which says the frames' times and files, the labels and
+ * their colours. The same masks give the same bytes.
+ * @param {import('./mask-source.js').MaskSource} masks
+ * @param {MasksZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
-export async function zipOfMasks(masks, options = {}, platform) {
-  const files = await filesOfMasks(masks, options, platform);
+export async function masksZip(masks, options = {}) {
+  const files = await filesOfMasks(masks, options);
   // PNG files are compressed already.
   const bytes = Object.values(files).map(({ buffer }) => buffer);
-  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, bytes);
 }
 
 /**
  * What the archive holds, by name.
  * @param {MaskSource} masks
  * @param {MasksZipOptions} options
- * @param {import('../aside/aside.js').Starter} platform
  * @returns {Promise<Record<string, Uint8Array<ArrayBuffer>>>}
  */
-export async function filesOfMasks(masks, options, platform) {
+export async function filesOfMasks(masks, options) {
   checkMasks(masks);
   const legal = ['perObject', 'objects', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const {
@@ -179,11 +179,11 @@ export async function filesOfMasks(masks, options, platform) {
     const labels = labelsOf(masks, t);
     if (perObject)
       for (const label of present)
-        files[objectFile(label, first + t)] = await pngOf({ pixels: only(labels, label), ...size }, platform);
+        files[objectFile(label, first + t)] = await pngOf({ pixels: only(labels, label), ...size });
     else {
       const pixels = new Uint8Array(labels.length);
       for (let p = 0; p < pixels.length; p += 1) if (chosen[Number(labels[p])]) pixels[p] = Number(labels[p]);
-      files[pngName(first + t)] = await pngOf({ pixels, width, height, ...colors }, platform);
+      files[pngName(first + t)] = await pngOf({ pixels, width, height, ...colors });
     }
     onProgress?.({ done: t + 1, total: numFrames });
     if (t % BATCH === BATCH - 1) await breath();

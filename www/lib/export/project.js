@@ -43,12 +43,12 @@ const MAX_FRAMES = 10_000_000;
 const BATCH = 8;
 
 /**
- * @param {MaskSource} masks without edits
- * @param {ProjectOptions | undefined} options
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ * Masks, and what was changed in them, as a file. The same masks and edits give the same bytes.
+ * @param {import('./mask-source.js').MaskSource} masks without edits
+ * @param {ProjectOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} for `openProject`
  */
-export async function projectOf(masks, options = {}, platform) {
+export async function saveProject(masks, options = {}) {
   checkMasks(masks);
   const {
     editor,
@@ -86,14 +86,15 @@ export async function projectOf(masks, options = {}, platform) {
   };
   for (const [name, bytes] of Object.entries(files)) entries[FOLDER + inside(name)] = bytes;
   const stored = Object.keys(files).map((name) => FOLDER + name);
-  return aside({ kind: 'zip', files: entries, stored }, platform);
+  return aside({ kind: 'zip', files: entries, stored });
 }
 
 /**
+ * Opens what `saveProject` made.
  * @param {Uint8Array | ArrayBuffer | Blob} file
  * @returns {Promise<Project>}
  */
-export async function projectFrom(file) {
+export async function openProject(file) {
   const bytes = await bytesOf(file);
   const { unzipSync } = await part(import('../vendor/zip.js'));
   /** @type {Record<string, Uint8Array>} */

@@ -50,11 +50,17 @@ const COLUMNS = /** @type {const} */ ([
 const PLACES = ['x', 'y', 'dx', 'dy'];
 
 /**
+ * Where each object is in each frame, how large and how it moves: a row for each frame and object in it, by frame, then
+ * by label. `JSON.stringify` and `objectTableCsv` write them.
+ *
+ * ```js
+ * for (const { frame, object, x, y } of await objectTable(result)) console.log(frame, object, x, y);
+ * ```
  * @param {import('./mask-source.js').MaskSource & {trajectories?: TrajectoryPoints}} masks
  * @param {ObjectTableOptions} [options]
- * @returns {ObjectRow[]}
+ * @returns {Promise<ObjectRow[]>}
  */
-export function tableOf(masks, options = {}) {
+export async function objectTable(masks, options = {}) {
   checkMasks(masks);
   const { trajectories, objects, frameRate } = checkedOptions(options, ['trajectories', 'objects', 'frameRate']);
   const tracks = checkedTracks(trajectories ?? masks.trajectories);
@@ -74,10 +80,12 @@ export function tableOf(masks, options = {}) {
 }
 
 /**
+ * Rows of `objectTable` as a table of comma-separated values, with a heading; the command line writes the same as
+ * `objects.csv`. Places have three decimals, what is null is left empty.
  * @param {readonly ObjectRow[]} rows
- * @returns {string}
+ * @returns {Promise<string>}
  */
-export function csvOf(rows) {
+export async function objectTableCsv(rows) {
   if (!Array.isArray(rows)) throw illegal('data', 'rows', rows, 'the rows of objectTable');
   const lines = rows.map((row) => COLUMNS.map((column) => cell(column, row[column])).join(','));
   return `${[COLUMNS.join(','), ...lines].join('\n')}\n`;

@@ -115,7 +115,7 @@ export class Painter {
       ? { ...size, data: new Uint8Array(0) }
       : await createImageBitmap(context.canvas, 0, 0, size.width, size.height);
     try {
-      return await maskAtSize(mask, picture, plan.chosen, plan.edges, plan.enlarge);
+      return await maskAtSize(mask, picture, plan.chosen, plan.edges, plan.decoder);
     } finally {
       if ('close' in picture) picture.close();
     }

@@ -76,15 +76,17 @@ const GREEN = '#00b140';
 const FRAME_RATE = 25;
 
 /**
- * @param {MaskSource} masks
- * @param {EncodeFrames | null} frames
- * @param {EncodeVideoOptions | undefined} options
- * @param {import('./at-size.js').Enlarge} enlarge
- * @returns {Promise<Blob>}
+ * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
+ * size, and masks that are smaller are enlarged by the frames (`enlargeMask`); MP4 wants even numbers, so an odd side
+ * gets one more row or column, a copy of the last. Frames are neither kept nor closed.
+ * @param {import('./mask-source.js').MaskSource} masks
+ * @param {EncodeFrames | null} frames null for the style `masks`, which needs none
+ * @param {EncodeVideoOptions} [options]
+ * @returns {Promise<Blob>} the file
  */
-export async function encode(masks, frames, options = {}, enlarge) {
+export async function encodeVideo(masks, frames, options = {}) {
   checkMasks(masks);
-  const plan = { ...planned(masks, frames, checkedOptions(options, LEGAL)), enlarge };
+  const plan = planned(masks, frames, checkedOptions(options, LEGAL));
   if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
     throw new TraceCutError(
       'unsupported',
@@ -126,7 +128,7 @@ async function* blanks(count) {
   }
 }
 
-/** @typedef {ReturnType<typeof planned> & {enlarge: import('./at-size.js').Enlarge}} Plan */
+/** @typedef {ReturnType<typeof planned>} Plan */
 
 /**
  * @param {MaskSource} masks
@@ -174,6 +176,7 @@ function planned(masks, frames, options) {
     outlineWidth,
     maskOpacity,
     edges: checkedEdges(options.edges),
+    decoder: options.decoder,
     sound: checkedSound(options.sound),
     frameRate: rateOf(times, frameRate),
     timing: timing(times, endOf(masks, times, frameRate)),

@@ -1,7 +1,8 @@
 // The program of `checks.js` run, its results hashed and compared with what they are everywhere else.
 
-import { illegal } from '../errors.js';
+import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject } from '../options.js';
+import { VERSION } from '../parameters.js';
 import { checks } from './checks.js';
 import { EXPECTED } from './expected.js';
 
@@ -37,20 +38,19 @@ export const NUM_CHECKS = Object.keys(EXPECTED.hashes).length;
 const LEGAL = ['onCheck', 'signal', 'wasm', 'decoder', 'worker', 'threads'];
 
 /**
- * Runs the self test with a package that is loaded already.
- * @param {import('./checks.js').Library} library
+ * Runs the self test.
  * @param {SelftestOptions} [options]
  * @param {Digest} [digest]
  * @returns {Promise<Selftest>}
  */
-export async function selftestOf(library, options = {}, digest = digestHere(library)) {
+export async function selftestOf(options = {}, digest = digestHere()) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object of ${LEGAL.join(', ')}`);
   const unknown = Object.entries(options).find(([name]) => !LEGAL.includes(name));
   if (unknown) throw illegal('param', unknown[0], unknown[1], LEGAL.join(', '));
   const { onCheck, signal, ...settings } = options;
   /** @type {SelftestCheck[]} */
   const done = [];
-  for await (const [name, what, parts] of checks(library, settings, signal)) {
+  for await (const [name, what, parts] of checks(settings, signal)) {
     signal?.throwIfAborted();
     const hash = hexOf(await digest(joined(parts)));
     const expected = EXPECTED.hashes[name] ?? 'nothing';
@@ -58,16 +58,12 @@ export async function selftestOf(library, options = {}, digest = digestHere(libr
     done.push(check);
     onCheck?.(check);
   }
-  const { version } = library;
-  const same = done.every((check) => check.same) && done.length === NUM_CHECKS && version === EXPECTED.version;
-  return { version, same, checks: done };
+  const same = done.every((check) => check.same) && done.length === NUM_CHECKS && VERSION === EXPECTED.version;
+  return { version: VERSION, same, checks: done };
 }
 
-/**
- * @param {import('./checks.js').Library} library
- * @returns {Digest}
- */
-function digestHere({ TraceCutError }) {
+/** @returns {Digest} */
+function digestHere() {
   const subtle = globalThis.crypto?.subtle;
   if (!subtle)
     throw new TraceCutError('unsupported', 'hashes need crypto.subtle: pages have it by https and on localhost');

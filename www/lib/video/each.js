@@ -2,6 +2,7 @@
 
 import { illegal } from '../errors.js';
 import { asOptions } from './options.js';
+import { segmentVideo } from './segment.js';
 
 /**
  * A clip of a queue.
@@ -33,13 +34,18 @@ import { asOptions } from './options.js';
  */
 
 /**
+ * Segments several clips, one after the other, and gives what became of each: a clip that fails, or that its own signal
+ * takes out, stops no other. The clips may be a generator: a queue that grows on the way.
+ *
+ * ```js
+ * for await (const { name, result, error } of segmentEach(files.map((file) => ({ name: file.name, source: file }))))
+ *   console.log(name, error ?? result.objects.length);
+ * ```
  * @param {AsyncIterable<QueuedClip> | Iterable<QueuedClip>} clips
- * @param {EachOptions | undefined} options
- * @param {(source: import('./source.js').VideoSource, options: import('./segment.js').VideoOptions) =>
- *   import('./segment.js').VideoSegmentation} segment
+ * @param {EachOptions} [options]
  * @returns {AsyncGenerator<SegmentedClip, void, undefined>}
  */
-export async function* eachOf(clips, options, segment) {
+export async function* segmentEach(clips, options) {
   const { signal, onProgress, ...rest } = /** @type {EachOptions} */ (asOptions(options));
   if (onProgress !== undefined && typeof onProgress !== 'function')
     throw illegal('param', 'onProgress', onProgress, 'a function');
@@ -55,7 +61,7 @@ export async function* eachOf(clips, options, segment) {
     const release = [signal, clip.signal].map((one) => follow(one, stop));
     const at = index;
     // Options that are wrong are the caller's error, not the clip's.
-    const video = segment(clip.source, {
+    const video = segmentVideo(clip.source, {
       ...rest,
       signal: stop.signal,
       onDamage: (told) => (damage = told),

@@ -64,20 +64,28 @@ function compared(a, b) {
 const order = (a, b) => (a < b ? -1 : Number(a > b));
 
 /**
- * Frames of files that a page was given.
- * @param {unknown} files
- * @returns {AsyncGenerator<FrameFile, void, undefined>}
+ * The frames that lie as PNG or JPEG files in a folder, in the order of the numbers in their names (frame2 before
+ * frame10), one read at a time. Hidden files and what is no picture are left out. In Node a folder is its path; a page
+ * gives the files that a user chose.
+ *
+ * ```js
+ * for await (const window of segmentVideo(readFrames('frames'), { frameRate: 30 })) console.log(window.objects);
+ * ```
+ * @param {string | URL | Iterable<File>} folder its path or `file:` address, or its files
+ * @returns {AsyncGenerator<FrameFile, void, undefined>} for `segmentVideo`; errors of one
+ *   that cannot be decoded say its name
+ * @throws {TraceCutError} `no-frames` where the folder has no such file, `data` where a frame is in another format
  */
-export async function* framesOfFiles(files) {
-  if (typeof files === 'string' || typeTag(files) === 'URL') {
+export async function* readFrames(folder) {
+  if (typeof folder === 'string' || typeTag(folder) === 'URL') {
     const hint = 'pass the files themselves, as `<input type="file" webkitdirectory>` gives them';
     throw new TraceCutError('unsupported', `a page cannot read folders by name; ${hint}`);
   }
-  if (typeof files !== 'object' || files === null || !(Symbol.iterator in files))
-    throw illegal('data', 'folder', files, 'the name of a folder (in Node), or a list of files');
+  if (typeof folder !== 'object' || folder === null || !(Symbol.iterator in folder))
+    throw illegal('data', 'folder', folder, 'the name of a folder (in Node), or a list of files');
   /** @type {Map<string, File>} */
   const byName = new Map();
-  for (const file of /** @type {Iterable<File>} */ (files)) {
+  for (const file of folder) {
     if (typeTag(file) !== 'File') throw illegal('data', 'a file of the folder', file, 'a File');
     if (byName.has(file.name)) throw illegal('data', 'a file of the folder', file.name, 'files of different names');
     byName.set(file.name, file);

@@ -60,7 +60,7 @@ export async function openImage(file, type, damaged = false) {
         yield {
           time: begin / 1e6,
           duration: length / 1e6,
-          read: (size, platform) => readAndClose(image, size, platform),
+          read: (size) => readAndClose(image, size),
           close: () => image.close(),
         };
         begin += length;

@@ -17,10 +17,11 @@ import { pixelsFrom } from './pixels.js';
  */
 
 /**
- * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close` gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: (size?: number, platform?:
- *   import('../aside/aside.js').Starter) => Promise<import('../frames.js').RawFrame>, close: () => void, isGuess?: boolean,
- *   clip?: string}} TimedFrame `isGuess` where nothing says how long it is shown; `clip` where it is of one of several
+ * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close`
+ * gives up whatever holds it, read or not.
+ * @typedef {{time: number, duration: number, read: (size?: number) => Promise<import('../frames.js').RawFrame>, close: ()
+ *   => void, isGuess?: boolean, clip?: string}} TimedFrame `isGuess` where nothing says how long it is shown; `clip`
+ *   where it is of one of several
  */
 
 /**
@@ -56,13 +57,12 @@ const FEWEST = 2;
  * do with damage, they end before it.
  * @param {Reader} reader
  * @param {import('./options.js').Take} take
- * @param {import('../aside/aside.js').Starter} [platform] where there are workers
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
-export async function* taken(reader, take, platform) {
+export async function* taken(reader, take) {
   let index = 0;
   try {
-    for await (const frame of wanted(reader, take, platform)) {
+    for await (const frame of wanted(reader, take)) {
       yield frame;
       index += 1;
     }
@@ -84,10 +84,9 @@ export function isDamage(error) {
 /**
  * @param {Reader} reader
  * @param {import('./options.js').Take} take
- * @param {import('../aside/aside.js').Starter} [platform]
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
-async function* wanted(reader, take, platform) {
+async function* wanted(reader, take) {
   let passed = 0;
   let index = 0;
   /** @type {string | undefined} */
@@ -103,7 +102,7 @@ async function* wanted(reader, take, platform) {
       if (clip !== present) [present, passed] = [clip, 0];
       passed += 1;
       if ((passed - 1) % take.step !== 0) continue;
-      const read = await frame.read(take.size, platform);
+      const read = await frame.read(take.size);
       frame.close();
       // Whether a file is damaged shows when it is decoded.
       const raw = take.onDamage && read.kind === 'file' ? await decoded(read) : read;

@@ -2,9 +2,8 @@
 
 import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, splitOptions } from '../options.js';
-import { openEngine } from '../platform.js';
+import { decoderLoader, openEngine } from '../open.js';
 import { Driver } from './driver.js';
-import { decoderLoader } from './frames.js';
 import { asOptions, splitTake, splitWindow } from './options.js';
 import { Pause } from './pause.js';
 import { atSize } from './pixels.js';
@@ -65,12 +64,22 @@ function checked(options) {
 }
 
 /**
+ * Segments a video: a file, an address, a video element, a stream, or frames one by one (Node takes the last only).
+ * Long clips are run window by window, in bounded memory; labels keep their meaning from window to window, and a cut
+ * begins a new shot with new ones.
+ *
+ * ```js
+ * const video = segmentVideo(file, { size: 480, end: 10 });
+ * for await (const window of video) {
+ *   for (const { time, labels } of window.frames()) console.log(time, labels);
+ * }
+ * ```
  * @param {import('./source.js').VideoSource} source
- * @param {VideoOptions | undefined} options
- * @param {import('../platform.js').Platform} platform
+ * @param {VideoOptions} [options]
+ * @returns {VideoSegmentation}
  */
-export function segment(source, options, platform) {
-  return new VideoSegmentation(source, checked(options), platform);
+export function segmentVideo(source, options) {
+  return new VideoSegmentation(source, checked(options));
 }
 
 /**
@@ -82,7 +91,6 @@ export function segment(source, options, platform) {
 export class VideoSegmentation {
   #source;
   #checked;
-  #platform;
   #begun = false;
   #closed = false;
   #stop = new AbortController();
@@ -102,12 +110,10 @@ export class VideoSegmentation {
   /**
    * @param {import('./source.js').VideoSource} source
    * @param {Checked} checkedOptions
-   * @param {import('../platform.js').Platform} platform
    */
-  constructor(source, checkedOptions, platform) {
+  constructor(source, checkedOptions) {
     this.#source = source;
     this.#checked = checkedOptions;
-    this.#platform = platform;
   }
 
   /**
@@ -214,21 +220,21 @@ export class VideoSegmentation {
 
   async #open() {
     const { take, window, overlap, engine } = this.#checked;
-    const loadDecoder = decoderLoader(engine.decoder, this.#platform);
+    const loadDecoder = decoderLoader(engine.decoder);
     const reader = await openReader(this.#source, take, loadDecoder, engine.maxPixels);
     this.#reader = reader;
     this.#total = await expected(reader, take).catch(() => null);
     this.#throwIfStopped();
-    this.#engine = await openEngine(engine, this.#platform);
+    this.#engine = await openEngine(engine);
     this.#throwIfStopped();
-    const frames = taken(reader, take, this.#platform);
+    const frames = taken(reader, take);
     this.#frames = frames;
     const nextFrame = async () => {
       const { value, done } = await frames.next();
       if (done) return null;
       this.#read += 1;
       const { time, end, clip } = value;
-      return { raw: await atSize(value.raw, take.size, this.#platform), time, end, clip };
+      return { raw: await atSize(value.raw, take.size), time, end, clip };
     };
     return new Driver({
       engine: this.#engine,

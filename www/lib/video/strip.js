@@ -1,8 +1,8 @@
 // A few frames spread over a video, for a filmstrip.
 
 import { TraceCutError, illegal } from '../errors.js';
+import { decoderLoader } from '../open.js';
 import { wholeNumber } from '../options.js';
-import { decoderLoader } from './frames.js';
 import { asOptions, splitTake } from './options.js';
 import { atSize, toPixelFrame } from './pixels.js';
 import { SLACK, isDamage, nothingTaken, unlessAborted } from './reader.js';
@@ -20,12 +20,18 @@ import { openReader } from './source.js';
  */
 
 /**
+ * A few frames of a video, evenly spread over it or over the part from `start` to `end`, in order: what a filmstrip
+ * shows. A clip of fewer frames gives each once. A stream, and frames that a generator gives, have no strip: their
+ * length is not known.
+ *
+ * ```js
+ * for await (const { frame, time } of videoStrip(file, { count: 12, size: 96 })) console.log(time, frame);
+ * ```
  * @param {import('./source.js').VideoSource} source
- * @param {StripOptions | undefined} options
- * @param {import('../platform.js').Platform} platform
+ * @param {StripOptions} [options]
  * @returns {AsyncGenerator<import('./frames.js').DecodedFrame, void, undefined>}
  */
-export async function* stripOf(source, options, platform) {
+export async function* videoStrip(source, options) {
   const { decoder, count = 12, ...given } = asOptions(options);
   wholeNumber('param', 'count', count, 1, 1000);
   const { take, others } = splitTake(given);
@@ -42,7 +48,7 @@ export async function* stripOf(source, options, platform) {
     );
   take.signal?.throwIfAborted();
   const wasm = /** @type {import('../options.js').WasmSource | undefined} */ (decoder);
-  const reader = await openReader(source, take, decoderLoader(wasm, platform));
+  const reader = await openReader(source, take, decoderLoader(wasm));
   try {
     const times = await unlessAborted(reader.times(), take.signal);
     if (!times)
@@ -56,10 +62,10 @@ export async function* stripOf(source, options, platform) {
       for (;;) {
         const { value, done } = await unlessAborted(frames.next(), take.signal);
         if (done) return;
-        const raw = await value.read(take.size, platform);
+        const raw = await value.read(take.size);
         value.close();
         const { time, duration } = value;
-        yield { frame: await toPixelFrame(await atSize(raw, take.size, platform)), index, time, duration };
+        yield { frame: await toPixelFrame(await atSize(raw, take.size)), index, time, duration };
         index += 1;
       }
     } catch (error) {

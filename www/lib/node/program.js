@@ -1,8 +1,8 @@
 #!/usr/bin/env node
 // `npx tracecut`: what the npm package has as a program. Clips are segmented by the one of the crate `tracecut-cli`.
 
-import { version } from './node.js';
-import { selftest } from './node-selftest.js';
+import { version } from '../node.js';
+import { selftest } from './selftest.js';
 
 const USAGE = `tracecut ${version}, the program of the npm package
 
@@ -16,7 +16,7 @@ const REPORT = 'please report this machine and this list at https://github.com/t
 /** Prints each hash and whether it is the expected one. */
 async function test() {
   console.log(`tracecut ${version} in Node ${process.versions.node} on ${process.platform} ${process.arch}`);
-  const onCheck = (/** @type {import('./selftest.js').SelftestCheck} */ { name, what, hash, expected, same }) =>
+  const onCheck = (/** @type {import('../selftest.js').SelftestCheck} */ { name, what, hash, expected, same }) =>
     console.log(`${name.padEnd(16)} ${hash}  ${same ? 'same' : `DIFFERENT from ${expected}`}  (${what})`);
   const { same, checks } = await selftest({ onCheck });
   if (same) return console.log(`All ${checks.length} hashes are those of every other machine and engine.`);

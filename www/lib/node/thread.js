@@ -15,7 +15,7 @@ export function startThread() {
 
 class Thread {
   // Options of the process may be for its script alone, as `--input-type` is.
-  #worker = new Worker(new URL('./node-worker.js', import.meta.url), { execArgv: [] });
+  #worker = new Worker(new URL('./worker.js', import.meta.url), { execArgv: [] });
   #unanswered = 0;
   #ended = false;
 

@@ -2,10 +2,10 @@
 
 import { spawn } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
-import { TraceCutError, illegal, tooLarge } from './errors.js';
-import { checkedOptions } from './export/mask-source.js';
-import { MAX_PIXELS, wholeNumber } from './options.js';
-import { RAW_FORMATS, framePixels, y4mHeader } from './node-pixels.js';
+import { TraceCutError, illegal, tooLarge } from '../errors.js';
+import { checkedOptions } from '../export/mask-source.js';
+import { MAX_PIXELS, wholeNumber } from '../options.js';
+import { RAW_FORMATS, framePixels, y4mHeader } from './pixels.js';
 
 /**
  * Bytes as they come: a stream of Node such as `process.stdin` or `createReadStream(path)`, a `ReadableStream`, or any
@@ -13,7 +13,7 @@ import { RAW_FORMATS, framePixels, y4mHeader } from './node-pixels.js';
  * @typedef {AsyncIterable<Uint8Array> | Iterable<Uint8Array>} ByteSource
  */
 
-/** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
+/** @typedef {import('../video/frames.js').DecodedFrame} DecodedFrame */
 
 /**
  * What lies in a raw stream: frames one after the other.
@@ -309,7 +309,7 @@ function rawFormat(options) {
 }
 
 /**
- * @param {import('./frames.js').PixelFrame} frame
+ * @param {import('../frames.js').PixelFrame} frame
  * @param {number} index
  * @param {number} frameRate
  * @returns {DecodedFrame}

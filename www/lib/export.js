@@ -1,0 +1,31 @@
+// Masks as files besides those of the root entry, as data, and what is known of a video before it is made.
+
+import { part } from './places.js';
+
+export { cocoRle } from './export/coco.js';
+export { labelMaps, labelsNpy } from './export/label-maps.js';
+export { estimateVideoSize } from './export/quality.js';
+export { fromCocoRle } from './export/rle.js';
+export { soundInfo } from './export/sound.js';
+export { objectTable, objectTableCsv } from './export/table.js';
+
+// These are loaded when they are first called.
+/** @type {typeof import('./export/clips-zip.js').clipsZip} */
+export const clipsZip = async (...args) => (await part(import('./export/clips-zip.js'))).clipsZip(...args);
+/** @type {typeof import('./export/images.js').encodeImages} */
+export const encodeImages = async (...args) => (await part(import('./export/images.js'))).encodeImages(...args);
+
+/** @typedef {import('./export/clips-zip.js').ClipsZipOptions} ClipsZipOptions */
+/** @typedef {import('./export/clips-zip.js').ZippedClip} ZippedClip */
+/** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
+/** @typedef {import('./export/coco.js').CocoImage} CocoImage */
+/** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */
+/** @typedef {import('./export/coco.js').CocoOptions} CocoOptions */
+/** @typedef {import('./export/label-maps.js').LabelMaps} LabelMaps */
+/** @typedef {import('./export/rle.js').CocoRle} CocoRle */
+/** @typedef {import('./export/table.js').ObjectRow} ObjectRow */
+/** @typedef {import('./export/table.js').ObjectTableOptions} ObjectTableOptions */
+/** @typedef {import('./export/table.js').TrajectoryPoints} TrajectoryPoints */
+/** @typedef {import('./export/images.js').EncodeImagesOptions} EncodeImagesOptions */
+/** @typedef {import('./export/quality.js').VideoEstimate} VideoEstimate */
+/** @typedef {import('./export/sound.js').SoundInfo} SoundInfo */
