@@ -1,8 +1,7 @@
 // Made clips with known masks: `synthClip`.
 
+import { illegal, isPlainObject, wholeNumber } from './errors.js';
 import { end, guarded, instance } from './instance.js';
-import { illegal } from './errors.js';
-import { isPlainObject, wholeNumber } from './options.js';
 import { platform } from './platform.js';
 
 /**

@@ -1,7 +1,6 @@
 // Corrections by the user: checked here, applied by the engine.
 
-import { illegal } from './errors.js';
-import { wholeNumber } from './options.js';
+import { illegal, wholeNumber } from './errors.js';
 
 /**
  * A place in the clip.

@@ -1,11 +1,10 @@
 // Masks at the size of the source: what the caller gives, and the worker that it goes to where there are workers.
 
 import { enlargeHere } from './enlarge-here.js';
-import { TraceCutError, illegal, typeTag } from './errors.js';
-import { checkedOptions, chosenLabels } from './export/mask-source.js';
+import { TraceCutError, checkedOptions, illegal, typeTag, wholeNumber } from './errors.js';
+import { chosenLabels } from './export/mask-source.js';
 import { toRawFrame } from './frames.js';
-import { wholeNumber } from './options.js';
-import { checkWorker } from './places.js';
+import { checkWorker } from './options.js';
 import { platform, workerStarter } from './platform.js';
 import { RemoteEngine } from './remote.js';
 

@@ -1,4 +1,4 @@
-// The one error of the package, and what its messages are put together from.
+// The one error of the package, what its messages are put together from, and checks of values that throw it.
 
 /**
  * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`,
@@ -89,4 +89,80 @@ export function inFrame(error, { index, name }) {
   if (!(error instanceof TraceCutError) || (index ?? name) === undefined) return error;
   const words = index === undefined ? name : `frame ${index}${name ? ` (${name})` : ''}`;
   return new TraceCutError(error.code, `${words}: ${error.message}`, { cause: error });
+}
+
+/**
+ * @param {unknown} value
+ * @returns {value is Record<string, unknown>}
+ */
+export function isPlainObject(value) {
+  return typeof value === 'object' && value !== null && typeTag(value) === 'Object';
+}
+
+/**
+ * Refuses what is not a whole number in `min..=max`.
+ * @param {ErrorCode} code
+ * @param {string} name
+ * @param {unknown} value
+ * @param {number} min
+ * @param {number} max
+ * @returns {number}
+ */
+export function wholeNumber(code, name, value, min, max) {
+  if (typeof value !== 'number' || !Number.isInteger(value) || value < min || value > max) {
+    throw illegal(code, name, value, `a whole number, ${min}..=${max}`);
+  }
+  return value;
+}
+
+/**
+ * Refuses options that are no object, and names that are not known.
+ * @template {object} T
+ * @param {T} options
+ * @param {string[]} legal
+ * @returns {T}
+ */
+export function checkedOptions(options, legal) {
+  if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
+  const stray = Object.keys(options).find((key) => !legal.includes(key));
+  if (stray !== undefined)
+    throw illegal('param', stray, options[stray], `no such option; there are ${legal.join(', ')}`);
+  return /** @type {T} */ (options);
+}
+
+/**
+ * Refuses what is not true or false.
+ * @param {string} name
+ * @param {unknown} value
+ */
+export function checkFlag(name, value) {
+  if (typeof value !== 'boolean')
+    throw new TraceCutError('param', `${name} = ${describe(value)} (expected true or false)`);
+}
+
+/**
+ * Refuses numbers outside of a range.
+ * @param {string} name
+ * @param {unknown} value
+ * @param {number} min
+ * @param {number} max
+ */
+export function checkNumber(name, value, min, max) {
+  if (typeof value !== 'number' || !(value >= min && value <= max))
+    throw illegal('param', name, value, `a number, ${min}..=${max}`);
+}
+
+/**
+ * @param {string} name
+ * @param {unknown} value
+ * @param {readonly string[]} legal
+ */
+export function oneOf(name, value, legal) {
+  if (!legal.includes(/** @type {string} */ (value)))
+    throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
+}
+
+/** @param {unknown} frames */
+export function isIterable(frames) {
+  return typeof frames === 'object' && frames !== null && (Symbol.iterator in frames || Symbol.asyncIterator in frames);
 }

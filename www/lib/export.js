@@ -7,9 +7,12 @@ export { labelMaps, labelsNpy } from './export/label-maps.js';
 export { estimateVideoSize } from './export/quality.js';
 export { fromCocoRle } from './export/rle.js';
 export { soundInfo } from './export/sound.js';
-export { objectTable, objectTableCsv } from './export/table.js';
 
 // These are loaded when they are first called.
+/** @type {typeof import('./export/table.js').objectTable} */
+export const objectTable = async (...args) => (await part(import('./export/table.js'))).objectTable(...args);
+/** @type {typeof import('./export/table.js').objectTableCsv} */
+export const objectTableCsv = async (...args) => (await part(import('./export/table.js'))).objectTableCsv(...args);
 /** @type {typeof import('./export/clips-zip.js').clipsZip} */
 export const clipsZip = async (...args) => (await part(import('./export/clips-zip.js'))).clipsZip(...args);
 /** @type {typeof import('./export/images.js').encodeImages} */

@@ -1,7 +1,7 @@
 // What can be pushed as a frame, to bytes.
 
-import { TraceCutError, illegal, tooLarge, typeTag } from './errors.js';
-import { MAX_PIXELS, wholeNumber } from './options.js';
+import { TraceCutError, illegal, tooLarge, typeTag, wholeNumber } from './errors.js';
+import { MAX_PIXELS } from './options.js';
 
 /**
  * RGBA bytes, four a pixel, row by row; `ImageData` is one.

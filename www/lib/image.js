@@ -1,10 +1,10 @@
 // Boundary maps, superpixels and embedding discontinuities: their types, and the functions that make them of a single
 // image.
 
-import { illegal } from './errors.js';
+import { illegal, isPlainObject, wholeNumber } from './errors.js';
 import { toRawFrame } from './frames.js';
-import { isPlainObject, splitOptions, wholeNumber } from './options.js';
 import { decoderLoader, openEngine } from './open.js';
+import { splitOptions } from './options.js';
 
 /**
  * The grid that a map's pixels lie on. `width` × `height` is the size that the image was processed at; one of its

@@ -17,19 +17,28 @@ export { VideoSegmentation, segmentVideo } from './video/segment.js';
 export { Session, createSession } from './session.js';
 export { drawLabels } from './draw/labels.js';
 
-// Files are made by what is loaded when it is first called.
+// These are loaded when they are first called.
 /** @type {typeof import('./export/masks.js').masksZip} */
 export const masksZip = async (...args) => (await part(import('./export/masks.js'))).masksZip(...args);
 /** @type {typeof import('./export/video.js').encodeVideo} */
 export const encodeVideo = async (...args) => (await part(import('./export/video.js'))).encodeVideo(...args);
 /** @type {typeof import('./export/masks.js').maskPng} */
 export const maskPng = async (...args) => (await part(import('./export/masks.js'))).maskPng(...args);
+/** @type {typeof import('./video/each.js').segmentEach} */
+export const segmentEach = async function* (...args) {
+  yield* (await part(import('./video/each.js'))).segmentEach(...args);
+};
+/** @type {typeof import('./video/folder.js').readFrames} */
+export const readFrames = async function* (...args) {
+  yield* (await part(import('./video/folder.js'))).readFrames(...args);
+};
+/** @type {typeof import('./video/strip.js').videoStrip} */
+export const videoStrip = async function* (...args) {
+  yield* (await part(import('./video/strip.js'))).videoStrip(...args);
+};
 
 export { previewMasks } from './video/preview.js';
-export { segmentEach } from './video/each.js';
 export { videoFrames, videoInfo } from './video/frames.js';
-export { videoStrip } from './video/strip.js';
-export { readFrames } from './video/folder.js';
 export { Clip, synthClip } from './clip.js';
 export { searchReport } from './report.js';
 export { Result } from './result.js';

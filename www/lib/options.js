@@ -1,7 +1,6 @@
 // The options of a session, checked.
 
-import { illegal, typeTag } from './errors.js';
-import { checkWorker } from './places.js';
+import { illegal, isPlainObject, typeTag, wholeNumber } from './errors.js';
 
 /** @typedef {import('./parameters.js').ParameterOptions} ParameterOptions */
 
@@ -84,25 +83,10 @@ function copyTree(tree, prefix, depth) {
 }
 
 /**
- * @param {unknown} value
- * @returns {value is Record<string, unknown>}
+ * Refuses what says nothing about workers.
+ * @param {unknown} worker
  */
-export function isPlainObject(value) {
-  return typeof value === 'object' && value !== null && typeTag(value) === 'Object';
-}
-
-/**
- * Refuses what is not a whole number in `min..=max`.
- * @param {import('./errors.js').ErrorCode} code
- * @param {string} name
- * @param {unknown} value
- * @param {number} min
- * @param {number} max
- * @returns {number}
- */
-export function wholeNumber(code, name, value, min, max) {
-  if (typeof value !== 'number' || !Number.isInteger(value) || value < min || value > max) {
-    throw illegal(code, name, value, `a whole number, ${min}..=${max}`);
-  }
-  return value;
+export function checkWorker(worker) {
+  if (['boolean', 'function', 'string'].includes(typeof worker) || worker instanceof URL) return;
+  throw illegal('param', 'worker', worker, 'true, false, an address or a function that starts one');
 }

@@ -1,7 +1,7 @@
 // Where the package's own files are when they are not beside its modules, and what is said where they are not found.
 
-import { TraceCutError, illegal } from './errors.js';
-import { checkedOptions } from './export/mask-source.js';
+import { TraceCutError, checkedOptions, illegal } from './errors.js';
+import { checkWorker } from './options.js';
 
 /**
  * Where workers come from: the address of `worker.bundle.js`, or a function that starts one.
@@ -38,15 +38,6 @@ export function configure(where) {
   const given = checkedOptions(where, ['wasm', 'decoder', 'worker']);
   if (given.worker !== undefined) checkWorker(given.worker);
   Object.assign(places, given);
-}
-
-/**
- * Refuses what says nothing about workers.
- * @param {unknown} worker
- */
-export function checkWorker(worker) {
-  if (['boolean', 'function', 'string'].includes(typeof worker) || worker instanceof URL) return;
-  throw illegal('param', 'worker', worker, 'true, false, an address or a function that starts one');
 }
 
 /** What is said of each file, by the option that says where it is. */

@@ -1,13 +1,12 @@
 // What a run has found: `Result`.
 
-import { TraceCutError } from './errors.js';
+import { TraceCutError, wholeNumber } from './errors.js';
 import { onGrid } from './image.js';
-import { wholeNumber } from './options.js';
-import { REQUESTS } from './requests.js';
 import { objectList } from './objects.js';
+import { REQUESTS } from './requests.js';
 import { opened, saved } from './saved.js';
-import { IDENTITY, decodeRuns, encodeRuns } from './video/masks.js';
 import { tracksDat } from './tracks-dat.js';
+import { IDENTITY, decodeRuns, encodeRuns } from './video/masks.js';
 
 /**
  * Point trajectories. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, in input pixels,

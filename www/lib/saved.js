@@ -1,8 +1,7 @@
 // Results as plain objects for JSON: typed arrays as text. Words are written as differences from the one before, byte by
 // byte, and packed by a range coder whose odds adapt to what came before: the same bytes on every machine.
 
-import { TraceCutError, illegal } from './errors.js';
-import { isPlainObject, wholeNumber } from './options.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from './errors.js';
 import { VERSION } from './parameters.js';
 
 /** Odds that a bit is 0, of 2048, and how fast they adapt. */

@@ -1,11 +1,11 @@
 // One clip at a time: `Session` checks what it is given, runs, aborts and corrects; an engine does the work.
 
 import { mergeOf, splitOf, strokesOf } from './correction.js';
-import { TraceCutError, illegal, inFrame } from './errors.js';
+import { TraceCutError, illegal, inFrame, wholeNumber } from './errors.js';
 import { toRawFrame } from './frames.js';
 import { onGrid } from './image.js';
-import { splitOptions, wholeNumber } from './options.js';
 import { decoderLoader, openEngine } from './open.js';
+import { splitOptions } from './options.js';
 import { REQUESTS } from './requests.js';
 import { Result } from './result.js';
 import { toRawTrajectories } from './trajectories.js';

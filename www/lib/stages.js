@@ -1,5 +1,7 @@
 // Stages of the method without a session: flow, trajectories, boundaries and superpixels of images, and track files.
 
+import { part } from './places.js';
+
 export {
   EdgeKind,
   ImageEngine,
@@ -10,9 +12,13 @@ export {
   superpixels,
 } from './image.js';
 export { sceneMotion } from './scene.js';
-export { trajectories } from './tracking.js';
 export { tracksDat } from './tracks-dat.js';
-export { fromTracksDat } from './tracks-file.js';
+
+// These are loaded when they are first called.
+/** @type {typeof import('./tracking.js').trajectories} */
+export const trajectories = async (...args) => (await part(import('./tracking.js'))).trajectories(...args);
+/** @type {typeof import('./tracks-file.js').fromTracksDat} */
+export const fromTracksDat = async (...args) => (await part(import('./tracks-file.js'))).fromTracksDat(...args);
 
 /** @typedef {import('./image.js').ImageOptions} ImageOptions */
 /** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */

@@ -1,8 +1,8 @@
 // Trajectories of a clip's points and nothing else: flow and tracking, without the stages that look at them.
 
-import { TraceCutError, illegal } from './errors.js';
-import { isPlainObject, splitOptions } from './options.js';
+import { TraceCutError, illegal, isPlainObject } from './errors.js';
 import { decoderLoader, openEngine } from './open.js';
+import { splitOptions } from './options.js';
 import { asOptions, splitTake } from './video/options.js';
 import { atSize } from './video/pixels.js';
 import { nothingTaken, taken, unlessAborted } from './video/reader.js';

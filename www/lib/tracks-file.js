@@ -1,7 +1,6 @@
 // `tracks.dat`, the track file of the Moseg benchmark, read.
 
-import { TraceCutError, illegal } from './errors.js';
-import { wholeNumber } from './options.js';
+import { TraceCutError, illegal, wholeNumber } from './errors.js';
 
 /**
  * The trajectories of a track file, as `setTrajectories` takes them, each with its label.

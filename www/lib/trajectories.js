@@ -1,7 +1,6 @@
 // Trajectories from outside, checked.
 
-import { describe, illegal } from './errors.js';
-import { isPlainObject, wholeNumber } from './options.js';
+import { describe, illegal, isPlainObject, wholeNumber } from './errors.js';
 
 /**
  * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, one for

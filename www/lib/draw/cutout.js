@@ -1,7 +1,6 @@
 // Objects cut out of their frame, on another ground.
 
-import { illegal } from '../errors.js';
-import { checkedOptions } from '../export/mask-source.js';
+import { checkedOptions, illegal } from '../errors.js';
 import { asideFrom, scratch } from './canvas.js';
 
 /**

@@ -1,6 +1,6 @@
 // Embedding discontinuities on a canvas: the Delaunay edges of a frame, those where motions part in red.
 
-import { checkNumber, checkedOptions } from '../export/mask-source.js';
+import { checkNumber, checkedOptions } from '../errors.js';
 import { onPixelCentres } from './canvas.js';
 import { strokePieces } from './outlines.js';
 import { CUT_RED } from './palette.js';

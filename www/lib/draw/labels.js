@@ -1,14 +1,7 @@
 // Masks on a canvas: every pixel of an object in its colour, with an outline.
 
-import {
-  MAX_LABEL,
-  checkFlag,
-  checkMasks,
-  checkNumber,
-  checkedOptions,
-  chosenLabels,
-  labelsOf,
-} from '../export/mask-source.js';
+import { checkFlag, checkNumber, checkedOptions } from '../errors.js';
+import { MAX_LABEL, checkMasks, chosenLabels, labelsOf } from '../export/mask-source.js';
 import { asideFrom, onPixelCentres, pack, painted } from './canvas.js';
 import { outlines, strokePieces } from './outlines.js';
 import { colorsOf, rgbOf } from './palette.js';

@@ -1,8 +1,7 @@
 // Numbers of each pixel as pictures: boundaries dark on white, saliency as heat, motion in the colours of a wheel; and
 // each pixel like the nearest trajectory.
 
-import { illegal } from '../errors.js';
-import { checkNumber, checkedOptions } from '../export/mask-source.js';
+import { checkNumber, checkedOptions, illegal } from '../errors.js';
 import { asideFrom, pack, painted } from './canvas.js';
 import { flowColor, heatColor, rgbOf } from './palette.js';
 import { FramePoints } from './trajectories.js';

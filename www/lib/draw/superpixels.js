@@ -1,9 +1,8 @@
 // Superpixels on a canvas: their colours, the lines between them, and the edges that they are made of (as in Figure 8
 // of the paper).
 
-import { illegal } from '../errors.js';
+import { checkFlag, checkNumber, checkedOptions, illegal } from '../errors.js';
 import { EdgeKind } from '../image.js';
-import { checkFlag, checkNumber, checkedOptions } from '../export/mask-source.js';
 import { asideFrom, onPixelCentres, pack, painted, scratch } from './canvas.js';
 import { strokePieces } from './outlines.js';
 import { flowColor } from './palette.js';

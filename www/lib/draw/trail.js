@@ -1,8 +1,6 @@
 // The trail of a moving object: copies of it where it was a few frames before, the oldest the faintest.
 
-import { illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
-import { checkNumber, checkedOptions } from '../export/mask-source.js';
+import { checkNumber, checkedOptions, illegal, wholeNumber } from '../errors.js';
 
 /**
  * A trail behind the objects: copies of them where they were some frames before. None comes from before a cut.

@@ -1,10 +1,8 @@
 // An edit of one frame carried to others: its region goes with the optical flow, from frame to frame, as long as the
 // picture there looks like where it came from.
 
-import { TraceCutError, illegal } from '../errors.js';
+import { TraceCutError, checkNumber, illegal, isPlainObject, wholeNumber } from '../errors.js';
 import { createImageEngine } from '../image.js';
-import { checkNumber } from '../export/mask-source.js';
-import { isPlainObject, wholeNumber } from '../options.js';
 import { areaOf, pixelsOf } from './regions.js';
 
 /** @typedef {import('./regions.js').Region} Region */

@@ -1,8 +1,7 @@
 // Which pixels of an object are meant when it is taken apart by hand: a piece of it, or what lies nearest to each stroke.
 
-import { illegal } from '../errors.js';
+import { illegal, wholeNumber } from '../errors.js';
 import { fillPiece } from '../export/adjust.js';
-import { wholeNumber } from '../options.js';
 import { checkedStroke, pixelsOf, regionOf, strokeRegion } from './regions.js';
 
 /** @typedef {import('./regions.js').Region} Region */

@@ -1,8 +1,7 @@
 // Masks changed by hand: painted, erased, given other labels; undone and done again. The masks below stay as they are.
 
-import { TraceCutError, illegal } from '../errors.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../errors.js';
 import { MAX_LABEL, checkMasks, labelsOf } from '../export/mask-source.js';
-import { isPlainObject, wholeNumber } from '../options.js';
 import { checkedRegion, strokeRegion } from './regions.js';
 
 /** @typedef {import('../export/mask-source.js').MaskSource} MaskSource */

@@ -1,7 +1,6 @@
 // Regions of a frame: which pixels an edit means, as runs.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../errors.js';
 
 /**
  * Pixels of a frame, row by row: pairs of the first pixel of a run and its length, ascending, apart from each other.

@@ -1,10 +1,9 @@
 // Masks that flicker less: each pixel has the label that most of the frames around give to where it was and will be.
 // Along the flow, since what moves fast is somewhere else in the next frame: a vote at the same place would wipe it out.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { createImageEngine } from '../image.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../errors.js';
 import { MAX_LABEL, checkMasks, labelsOf, timesOf } from '../export/mask-source.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { createImageEngine } from '../image.js';
 import { decodeRuns, encodeRuns } from '../video/masks.js';
 
 /** @typedef {import('../export/mask-source.js').MaskSource} MaskSource */

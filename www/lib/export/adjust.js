@@ -6,9 +6,8 @@
  * averages one after the other, in whole numbers: the same bytes everywhere.
  */
 
-import { TraceCutError, illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
-import { checkNumber, checkedOptions, chosenLabels } from './mask-source.js';
+import { TraceCutError, checkNumber, checkedOptions, illegal, wholeNumber } from '../errors.js';
+import { chosenLabels } from './mask-source.js';
 
 /**
  * What is done to the edges of masks.

@@ -1,12 +1,12 @@
 // Masks at the size of the pictures that they are laid over.
 
 import { enlargeMask } from '../enlarge.js';
-import { TraceCutError } from '../errors.js';
+import { TraceCutError, checkedOptions } from '../errors.js';
 import { decodeRuns, encodeRuns } from '../video/masks.js';
 import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
-import { pixelsOf } from './drawable.js';
 import { breath } from './breath.js';
-import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import { pixelsOf } from './drawable.js';
+import { MAX_LABEL, checkMasks, chosenLabels, labelsOf, timesOf } from './mask-source.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 /** @typedef {import('./adjust.js').Mask} Mask */

@@ -1,11 +1,10 @@
 // The masks of several clips in one archive.
 
 import { aside } from '../aside/aside.js';
-import { describe, illegal } from '../errors.js';
+import { checkedOptions, describe, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
-import { checkedOptions } from './mask-source.js';
-import { filesOfMasks } from './masks.js';
 import { Encoder } from '../text.js';
+import { filesOfMasks } from './masks.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 

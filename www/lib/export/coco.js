@@ -1,8 +1,8 @@
 // Masks as a COCO JSON for videos.
 
-import { illegal } from '../errors.js';
+import { checkedOptions, illegal } from '../errors.js';
 import { VERSION } from '../parameters.js';
-import { MAX_LABEL, checkMasks, checkedOptions, chosenLabels, firstOf, labelsOf, timesOf } from './mask-source.js';
+import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from './mask-source.js';
 import { runsOf, toCounts } from './rle.js';
 
 /**

@@ -1,22 +1,22 @@
 // Objects cut out of their frames, or their opacity, as PNG files in an archive or as one animated PNG: written while
 // they are read, so that no more than a frame or two is in memory.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { checkedTrail } from '../draw/trail.js';
-import { VERSION } from '../parameters.js';
+import { aside } from '../aside/aside.js';
 import { zipDate } from '../aside/here.js';
 import { frameHead, joined, pngHead, pngTail } from '../aside/png.js';
-import { aside } from '../aside/aside.js';
+import { checkedTrail } from '../draw/trail.js';
+import { TraceCutError, checkedOptions, illegal, isIterable, oneOf } from '../errors.js';
+import { VERSION } from '../parameters.js';
+import { Encoder } from '../text.js';
 import { Zip, ZipPassThrough } from '../vendor/zip.js';
 import { checkedEdges } from './adjust.js';
 import { checkSize, maskAtSize, tooFew } from './at-size.js';
+import { breath } from './breath.js';
 import { pngName } from './coco.js';
 import { pixelsOf } from './drawable.js';
-import { checkMasks, checkedOptions, chosenLabels, endOf, labelsOf, timesOf } from './mask-source.js';
-import { breath } from './breath.js';
+import { checkMasks, chosenLabels, endOf, labelsOf, timesOf } from './mask-source.js';
 import { Trails } from './trails.js';
-import { isIterable, oneOf, timing } from './video.js';
-import { Encoder } from '../text.js';
+import { timing } from './video.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 

@@ -1,6 +1,7 @@
 // Masks as plain arrays.
 
-import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
+import { checkedOptions } from '../errors.js';
+import { checkMasks, labelsOf, timesOf } from './mask-source.js';
 
 /**
  * All masks in one array: the label of pixel (x, y) of frame `t` is `data[(t * height + y) * width + x]`. `times` are

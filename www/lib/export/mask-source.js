@@ -1,7 +1,6 @@
 // What every export and drawing helper takes, and the checks that they share.
 
-import { TraceCutError, describe, illegal } from '../errors.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { TraceCutError, describe, illegal, isPlainObject, wholeNumber } from '../errors.js';
 
 /**
  * Masks of a clip: a `Result`, a window or the whole of a segmented video, or an object of the caller's. `labels(t)`
@@ -126,41 +125,4 @@ export function chosenLabels(objects) {
   }
   for (const label of objects) chosen[wholeNumber('param', 'objects', label, 0, MAX_LABEL)] = 1;
   return chosen;
-}
-
-/**
- * Refuses options that are no object, and names that are not known.
- * @template {object} T
- * @param {T} options
- * @param {string[]} legal
- * @returns {T}
- */
-export function checkedOptions(options, legal) {
-  if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
-  const stray = Object.keys(options).find((key) => !legal.includes(key));
-  if (stray !== undefined)
-    throw illegal('param', stray, options[stray], `no such option; there are ${legal.join(', ')}`);
-  return /** @type {T} */ (options);
-}
-
-/**
- * Refuses what is not true or false.
- * @param {string} name
- * @param {unknown} value
- */
-export function checkFlag(name, value) {
-  if (typeof value !== 'boolean')
-    throw new TraceCutError('param', `${name} = ${describe(value)} (expected true or false)`);
-}
-
-/**
- * Refuses numbers outside of a range.
- * @param {string} name
- * @param {unknown} value
- * @param {number} min
- * @param {number} max
- */
-export function checkNumber(name, value, min, max) {
-  if (typeof value !== 'number' || !(value >= min && value <= max))
-    throw illegal('param', name, value, `a number, ${min}..=${max}`);
 }

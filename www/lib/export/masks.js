@@ -1,23 +1,13 @@
 // Masks as PNG files, and a ZIP of them.
 
+import { aside, pngOf } from '../aside/aside.js';
 import { colorsOf, rgbOf } from '../draw/palette.js';
-import { illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
+import { checkFlag, checkedOptions, illegal, wholeNumber } from '../errors.js';
 import { VERSION } from '../parameters.js';
-import { pngOf, aside } from '../aside/aside.js';
+import { Encoder } from '../text.js';
 import { breath } from './breath.js';
 import { pngName } from './coco.js';
-import {
-  MAX_LABEL,
-  checkFlag,
-  checkMasks,
-  checkedOptions,
-  chosenLabels,
-  firstOf,
-  labelsOf,
-  timesOf,
-} from './mask-source.js';
-import { Encoder } from '../text.js';
+import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from './mask-source.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 

@@ -1,16 +1,15 @@
 // A project file: the masks of a clip and what was changed by hand, to be opened again. A ZIP archive: `project.json`,
 // masks as runs, trajectories, and files of the caller's, such as the video itself.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject, wholeNumber } from '../options.js';
-import { VERSION } from '../parameters.js';
-import { encodeRuns } from '../video/masks.js';
-import { VideoResult } from '../video/result.js';
-import { checkMasks, checkedOptions, labelsOf, timesOf } from './mask-source.js';
 import { aside } from '../aside/aside.js';
-import { breath } from './breath.js';
+import { TraceCutError, checkedOptions, illegal, isPlainObject, wholeNumber } from '../errors.js';
+import { VERSION } from '../parameters.js';
 import { part } from '../places.js';
 import { Decoder, Encoder } from '../text.js';
+import { encodeRuns } from '../video/masks.js';
+import { VideoResult } from '../video/result.js';
+import { breath } from './breath.js';
+import { checkMasks, labelsOf, timesOf } from './mask-source.js';
 
 /** @typedef {import('./mask-source.js').MaskSource} MaskSource */
 /** @typedef {import('../edit/editor.js').SavedEdits} SavedEdits */

@@ -4,8 +4,7 @@
  * third on as its difference from the last but one, so that pycocotools reads it.
  */
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../errors.js';
 
 /**
  * A mask as COCO has it: `size` is height and width, `counts` its runs as a string, or as plain lengths.

@@ -1,7 +1,6 @@
 // The sound of a clip, for videos that are made of it.
 
-import { illegal, typeTag } from '../errors.js';
-import { isPlainObject } from '../options.js';
+import { illegal, isPlainObject, typeTag } from '../errors.js';
 
 /**
  * Where sound is taken from.

@@ -1,7 +1,7 @@
 // Objects frame by frame in numbers: where they are, how large, how they move.
 
-import { illegal } from '../errors.js';
-import { checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import { checkedOptions, illegal } from '../errors.js';
+import { checkMasks, chosenLabels, labelsOf, timesOf } from './mask-source.js';
 
 /**
  * An object in a frame, in pixels of the masks: its box, its `area` in pixels, the mean place `x`, `y` of its pixels

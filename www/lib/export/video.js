@@ -1,12 +1,12 @@
 // Masks and frames as a video file, encoded by the browser.
 
-import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, endOf, timesOf } from './mask-source.js';
 import { GROUNDS, isGround } from '../draw/cutout.js';
 import { checkedTrail } from '../draw/trail.js';
-import { TraceCutError, illegal } from '../errors.js';
+import { TraceCutError, checkFlag, checkNumber, checkedOptions, illegal, isIterable, oneOf } from '../errors.js';
 import { checkedEdges } from './adjust.js';
 import { tooFew } from './at-size.js';
 import { breath } from './breath.js';
+import { checkMasks, chosenLabels, endOf, timesOf } from './mask-source.js';
 import { QUALITIES } from './quality.js';
 import { checkedSound } from './sound.js';
 
@@ -181,21 +181,6 @@ function planned(masks, frames, options) {
     frameRate: rateOf(times, frameRate),
     timing: timing(times, endOf(masks, times, frameRate)),
   };
-}
-
-/**
- * @param {string} name
- * @param {unknown} value
- * @param {readonly string[]} legal
- */
-export function oneOf(name, value, legal) {
-  if (!legal.includes(/** @type {string} */ (value)))
-    throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
-}
-
-/** @param {unknown} frames */
-export function isIterable(frames) {
-  return typeof frames === 'object' && frames !== null && (Symbol.iterator in frames || Symbol.asyncIterator in frames);
 }
 
 /**

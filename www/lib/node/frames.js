@@ -2,9 +2,8 @@
 
 import { spawn } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
-import { TraceCutError, illegal, tooLarge } from '../errors.js';
-import { checkedOptions } from '../export/mask-source.js';
-import { MAX_PIXELS, wholeNumber } from '../options.js';
+import { TraceCutError, checkedOptions, illegal, tooLarge, wholeNumber } from '../errors.js';
+import { MAX_PIXELS } from '../options.js';
 import { RAW_FORMATS, framePixels, y4mHeader } from './pixels.js';
 
 /**

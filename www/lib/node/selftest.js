@@ -2,10 +2,13 @@
 
 import { createHash } from 'node:crypto';
 import './platform.js';
+import * as files from '../export.js';
+import * as library from '../index.js';
 import { selftestOf } from '../selftest/run.js';
+import * as stages from '../stages.js';
 
 /** @type {import('../selftest/run.js').Digest} */
 const digest = async (bytes) => createHash('sha256').update(bytes).digest();
 
 /** @type {typeof import('../selftest.js').selftest} */
-export const selftest = async (options) => selftestOf(options, digest);
+export const selftest = async (options) => selftestOf({ ...library, ...files, ...stages }, options, digest);

@@ -1,16 +1,10 @@
 // The program whose results are hashed. `cli/src/selftest/checks.rs` is the same program: same clips, same bytes, same
-// order.
+// order. It knows the package by what it exports, so that a page that has loaded it loads nothing twice.
 
-import { synthClip } from '../clip.js';
-import { cocoRle } from '../export/coco.js';
-import { labelsNpy } from '../export/label-maps.js';
-import { maskPng } from '../export/masks.js';
-import { objectTable, objectTableCsv } from '../export/table.js';
-import { createImageEngine } from '../image.js';
-import { createSession } from '../session.js';
-import { videoFrames } from '../video/frames.js';
-import { segmentVideo } from '../video/segment.js';
-
+/**
+ * The entries of the package that are needed.
+ * @typedef {typeof import('../index.js') & typeof import('../export.js') & typeof import('../stages.js')} Library
+ */
 /** @typedef {Pick<import('../options.js').SessionSettings, 'wasm' | 'decoder' | 'worker' | 'threads'>} Settings */
 /** What is hashed: bytes, one after the other. @typedef {Iterable<ArrayBufferView>} Parts */
 /** @typedef {[name: string, what: string, parts: Parts]} Check */
@@ -24,32 +18,34 @@ const FRAMES = [0, 6, 11];
 
 /**
  * All results, one after the other.
+ * @param {Library} library
  * @param {Settings} settings
  * @param {AbortSignal} [signal]
  * @returns {AsyncGenerator<Check, void, undefined>}
  */
-export async function* checks(settings, signal) {
-  const frames = await framesOf(CLIP, settings);
-  yield* imageChecks(frames, settings);
+export async function* checks(library, settings, signal) {
+  const frames = await framesOf(library, CLIP, settings);
+  yield* imageChecks(library, frames, settings);
   signal?.throwIfAborted();
-  const session = await createSession(settings);
+  const session = await library.createSession(settings);
   try {
     for (const frame of frames) await session.push(frame);
     const result = await session.run({ signal });
     yield* motionChecks(result);
-    yield* maskChecks(result, settings);
+    yield* maskChecks(library, result, settings);
   } finally {
     session.close();
   }
-  yield ['windows', 'masks of two shots, window by window', await windowParts(settings, signal)];
+  yield ['windows', 'masks of two shots, window by window', await windowParts(library, settings, signal)];
 }
 
 /**
+ * @param {Library} library
  * @param {Required<Omit<import('../clip.js').ClipOptions, 'wasm'>>} options
  * @param {Settings} settings
  */
-async function framesOf(options, { wasm }) {
-  const clip = await synthClip({ ...options, ...(wasm ? { wasm } : {}) });
+async function framesOf(library, options, { wasm }) {
+  const clip = await library.synthClip({ ...options, ...(wasm ? { wasm } : {}) });
   const frames = Array.from({ length: options.frames }, (_, t) => clip.frame(t));
   clip.close();
   return frames;
@@ -57,14 +53,15 @@ async function framesOf(options, { wasm }) {
 
 /**
  * What single images come to.
+ * @param {Library} library
  * @param {{data: Uint8ClampedArray<ArrayBuffer>, width: number, height: number}[]} frames
  * @param {Settings} settings
  * @returns {AsyncGenerator<Check>}
  */
-async function* imageChecks(frames, { threads, ...settings }) {
+async function* imageChecks(library, frames, { threads, ...settings }) {
   const [first, second] = /** @type {[typeof frames[0], typeof frames[0]]} */ (frames);
   yield ['frames', 'the pixels of a made clip', frames.map(({ data }) => rgb(data))];
-  const engine = await createImageEngine(settings);
+  const engine = await library.createImageEngine(settings);
   try {
     const { u, v } = await engine.flow(first, second);
     yield ['flow', 'optical flow of its first two frames', [u, v]];
@@ -101,33 +98,36 @@ async function* motionChecks(result) {
 
 /**
  * The masks, and the files that are made of them.
+ * @param {Library} library
  * @param {import('../result.js').Result} result
  * @param {Settings} settings
  * @returns {AsyncGenerator<Check>}
  */
-async function* maskChecks(result, settings) {
+async function* maskChecks(library, result, settings) {
   yield ['objects', 'the object of each cluster', [there(result.clusters.object)]];
   yield ['masks', 'masks of all frames', [there(result.masks)]];
   const plates = [];
   for (const t of FRAMES) plates.push((await result.background(t)).data);
   yield ['background', 'frames without the objects', plates];
-  const table = await objectTableCsv(await objectTable(result));
+  const table = await library.objectTableCsv(await library.objectTable(result));
   yield ['table', 'the table of objects', [bytesOf(table)]];
-  const { annotations } = cocoRle(result);
+  const { annotations } = library.cocoRle(result);
   yield ['coco', 'masks as run lengths of COCO', [bytesOf(annotations.map(cocoLine).join(''))]];
-  yield ['npy', 'masks as a file for NumPy', [labelsNpy(result)]];
+  yield ['npy', 'masks as a file for NumPy', [library.labelsNpy(result)]];
   const pictures = [];
-  for (const t of FRAMES) pictures.push(await readBack(await maskPng(result, t, { object: 1 }), settings));
+  for (const t of FRAMES)
+    pictures.push(await readBack(library, await library.maskPng(result, t, { object: 1 }), settings));
   yield ['png', "an object's masks as PNG files, read back", pictures];
 }
 
 /**
  * The pixels of a PNG file.
+ * @param {Library} library
  * @param {Uint8Array<ArrayBuffer>} file
  * @param {Settings} settings
  */
-async function readBack(file, { decoder }) {
-  for await (const { frame } of videoFrames([file], decoder ? { decoder } : {})) return rgb(frame.data);
+async function readBack(library, file, { decoder }) {
+  for await (const { frame } of library.videoFrames([file], decoder ? { decoder } : {})) return rgb(frame.data);
   throw new Error('a PNG file of the package has no frame');
 }
 
@@ -141,15 +141,16 @@ function cocoLine({ image_id, track_id, area, bbox, segmentation: { size, counts
 
 /**
  * Which windows there are, and their masks.
+ * @param {Library} library
  * @param {Settings} settings
  * @param {AbortSignal | undefined} signal
  */
-async function windowParts(settings, signal) {
-  const shots = await Promise.all(SHOTS.map((shot) => framesOf(shot, settings)));
+async function windowParts(library, settings, signal) {
+  const shots = await Promise.all(SHOTS.map((shot) => framesOf(library, shot, settings)));
   /** @type {ArrayBufferView[]} */
   const parts = [];
   // Not as a list: where the number of frames is known, the last windows lie otherwise.
-  for await (const window of segmentVideo(shots.flat().values(), { ...settings, ...WINDOWS, signal })) {
+  for await (const window of library.segmentVideo(shots.flat().values(), { ...settings, ...WINDOWS, signal })) {
     const { index, shot, firstFrame, settled } = window;
     parts.push(Uint32Array.of(index, shot, firstFrame, settled.from, settled.to));
     for (const { labels } of window.frames()) parts.push(labels);

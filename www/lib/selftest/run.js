@@ -1,8 +1,6 @@
 // The program of `checks.js` run, its results hashed and compared with what they are everywhere else.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject } from '../options.js';
-import { VERSION } from '../parameters.js';
+import { illegal, isPlainObject } from '../errors.js';
 import { checks } from './checks.js';
 import { EXPECTED } from './expected.js';
 
@@ -38,19 +36,20 @@ export const NUM_CHECKS = Object.keys(EXPECTED.hashes).length;
 const LEGAL = ['onCheck', 'signal', 'wasm', 'decoder', 'worker', 'threads'];
 
 /**
- * Runs the self test.
+ * Runs the self test with a package that is loaded already.
+ * @param {import('./checks.js').Library} library
  * @param {SelftestOptions} [options]
  * @param {Digest} [digest]
  * @returns {Promise<Selftest>}
  */
-export async function selftestOf(options = {}, digest = digestHere()) {
+export async function selftestOf(library, options = {}, digest = digestHere(library)) {
   if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object of ${LEGAL.join(', ')}`);
   const unknown = Object.entries(options).find(([name]) => !LEGAL.includes(name));
   if (unknown) throw illegal('param', unknown[0], unknown[1], LEGAL.join(', '));
   const { onCheck, signal, ...settings } = options;
   /** @type {SelftestCheck[]} */
   const done = [];
-  for await (const [name, what, parts] of checks(settings, signal)) {
+  for await (const [name, what, parts] of checks(library, settings, signal)) {
     signal?.throwIfAborted();
     const hash = hexOf(await digest(joined(parts)));
     const expected = EXPECTED.hashes[name] ?? 'nothing';
@@ -58,12 +57,16 @@ export async function selftestOf(options = {}, digest = digestHere()) {
     done.push(check);
     onCheck?.(check);
   }
-  const same = done.every((check) => check.same) && done.length === NUM_CHECKS && VERSION === EXPECTED.version;
-  return { version: VERSION, same, checks: done };
+  const { version } = library;
+  const same = done.every((check) => check.same) && done.length === NUM_CHECKS && version === EXPECTED.version;
+  return { version, same, checks: done };
 }
 
-/** @returns {Digest} */
-function digestHere() {
+/**
+ * @param {import('./checks.js').Library} library
+ * @returns {Digest}
+ */
+function digestHere({ TraceCutError }) {
   const subtle = globalThis.crypto?.subtle;
   if (!subtle)
     throw new TraceCutError('unsupported', 'hashes need crypto.subtle: pages have it by https and on localhost');

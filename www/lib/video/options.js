@@ -1,7 +1,6 @@
 // Options of video functions: what is taken of a source, and how it is cut into windows.
 
-import { illegal } from '../errors.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { illegal, isPlainObject, wholeNumber } from '../errors.js';
 
 /**
  * What is taken of a source: the frames whose time lies in `[start, end)`, every `step`-th of them, at most

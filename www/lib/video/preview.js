@@ -1,7 +1,6 @@
 // A first look at a clip, long before its masks are there.
 
-import { illegal } from '../errors.js';
-import { isPlainObject } from '../options.js';
+import { illegal, isPlainObject } from '../errors.js';
 import { asOptions } from './options.js';
 import { segmentVideo } from './segment.js';
 

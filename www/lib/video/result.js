@@ -1,7 +1,6 @@
 // The masks, shots and objects of a whole clip: `VideoResult`.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../errors.js';
 import { breath } from '../export/breath.js';
 import { objectList } from '../objects.js';
 import { opened, saved } from '../saved.js';

@@ -1,8 +1,8 @@
 // Video in, windows of masks out.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject, splitOptions } from '../options.js';
+import { TraceCutError, illegal, isPlainObject } from '../errors.js';
 import { decoderLoader, openEngine } from '../open.js';
+import { splitOptions } from '../options.js';
 import { Driver } from './driver.js';
 import { asOptions, splitTake, splitWindow } from './options.js';
 import { Pause } from './pause.js';

@@ -1,8 +1,7 @@
 // A few frames spread over a video, for a filmstrip.
 
-import { TraceCutError, illegal } from '../errors.js';
+import { TraceCutError, illegal, wholeNumber } from '../errors.js';
 import { decoderLoader } from '../open.js';
-import { wholeNumber } from '../options.js';
 import { asOptions, splitTake } from './options.js';
 import { atSize, toPixelFrame } from './pixels.js';
 import { SLACK, isDamage, nothingTaken, unlessAborted } from './reader.js';
