@@ -15,7 +15,7 @@ import { root } from './tools.mjs';
 /** Code that is found by its place: bundles of these names, each with what only it needs. */
 const BUNDLES = [
   { folder: 'dist', entries: ['index.js', 'worker.js'] },
-  { folder: 'dist/aside', entries: ['worker.js'] },
+  { folder: 'dist', entries: ['aside-worker.js'] },
   { folder: 'dist/selftest', entries: ['run.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];

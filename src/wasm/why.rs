@@ -1,4 +1,4 @@
-//! Explanations as JavaScript has them, under the names of `lib/result.js`, which says what each is.
+//! Explanations as JavaScript has them, under the names of `lib/session/result.js`, which says what each is.
 
 use crate::cut::{Link, OwnCost, STEPS_PER_UNIT, STRANGER};
 use crate::pipeline::{self, Explanation, Source};

@@ -5,7 +5,7 @@ import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { synthClip } from 'tracecut';
 import { superpixels, boundaries, createImageEngine, flow, imageDiscontinuities } from 'tracecut/stages';
-import { createRemoteEngine } from '../../dist/remote.js';
+import { createRemoteEngine } from '../../dist/worker/remote.js';
 import { plain, png, ready, rejects, standIn } from './support.mjs';
 
 const MAPS = ['pb', 'discontinuity', 'spectral', 'combined'];

@@ -7,7 +7,7 @@ import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { configure, createSession, maskPng, synthClip } from 'tracecut';
 import { enlargeMask } from 'tracecut/edit';
-import { aside } from '../../dist/aside/aside.js';
+import { aside } from '../../dist/worker/aside.js';
 import { platform, setPlatform, workerStarter } from '../../dist/platform.js';
 import { rejects } from './support.mjs';
 

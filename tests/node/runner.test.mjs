@@ -16,9 +16,9 @@ test('counts of Cargo, Node and pytest are read, each once', () => {
 });
 
 test('what git says has changed is read, its first row too', () => {
-  deepEqual(changedFiles('M src/order.rs\n M www/lib/clip.js\n?? tests/new.mjs'), [
+  deepEqual(changedFiles('M src/order.rs\n M www/lib/stages/clip.js\n?? tests/new.mjs'), [
     'src/order.rs',
-    'www/lib/clip.js',
+    'www/lib/stages/clip.js',
     'tests/new.mjs',
   ]);
   deepEqual(changedFiles(''), []);

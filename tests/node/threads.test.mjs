@@ -6,11 +6,11 @@ import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { Worker } from 'node:worker_threads';
 import { createSession } from 'tracecut';
-import { usualThreads } from '../../dist/crew.js';
-import { openEngine } from '../../dist/open.js';
+import { usualThreads } from '../../dist/worker/helpers.js';
+import { openEngine } from '../../dist/worker/remote.js';
 import { platform, setPlatform } from '../../dist/platform.js';
-import { createRemoteEngine } from '../../dist/remote.js';
-import { Session } from '../../dist/session.js';
+import { createRemoteEngine } from '../../dist/worker/remote.js';
+import { Session } from '../../dist/session/session.js';
 import { fingerprint, framesOf, ready, rejects, segment, standIn } from './support.mjs';
 
 const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));

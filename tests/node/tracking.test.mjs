@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { synthClip } from 'tracecut';
 import { fromTracksDat, tracksDat, trajectories } from 'tracecut/stages';
-import { createRemoteEngine } from '../../dist/remote.js';
+import { createRemoteEngine } from '../../dist/worker/remote.js';
 import { SMALL, framesOf, open, ready, rejects, segment, standIn } from './support.mjs';
 
 const SIZE = { width: SMALL.width, height: SMALL.height };

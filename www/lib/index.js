@@ -14,7 +14,7 @@ import { PARAMETERS, VERSION } from './parameters.js';
 import { part } from './places.js';
 
 export { VideoSegmentation, segmentVideo } from './video/segment.js';
-export { Session, createSession } from './session.js';
+export { Session, createSession } from './session/session.js';
 export { drawLabels } from './draw/labels.js';
 
 // These are loaded when they are first called.
@@ -28,23 +28,23 @@ export const maskPng = async (...args) => (await part(import('./export/masks.js'
 export const segmentEach = async function* (...args) {
   yield* (await part(import('./video/each.js'))).segmentEach(...args);
 };
-/** @type {typeof import('./video/folder.js').readFrames} */
+/** @type {typeof import('./video/listed.js').readFrames} */
 export const readFrames = async function* (...args) {
-  yield* (await part(import('./video/folder.js'))).readFrames(...args);
+  yield* (await part(import('./video/listed.js'))).readFrames(...args);
 };
 /** @type {typeof import('./video/strip.js').videoStrip} */
 export const videoStrip = async function* (...args) {
   yield* (await part(import('./video/strip.js'))).videoStrip(...args);
 };
 
-export { previewMasks } from './video/preview.js';
+export { previewMasks } from './video/segment.js';
 export { videoFrames, videoInfo } from './video/frames.js';
-export { Clip, synthClip } from './clip.js';
-export { searchReport } from './report.js';
-export { Result } from './result.js';
+export { Clip, synthClip } from './stages/clip.js';
+export { searchReport } from './session/report.js';
+export { Result } from './session/result.js';
 export { VideoResult } from './video/result.js';
 export { WindowResult } from './video/window.js';
-export { TraceCutError } from './errors.js';
+export { TraceCutError } from './check/errors.js';
 export { configure } from './places.js';
 
 /** The package's version. */
@@ -58,45 +58,45 @@ export function parameters() {
   return PARAMETERS.map((parameter) => ({ ...parameter }));
 }
 
-/** @typedef {import('./errors.js').ErrorCode} ErrorCode */
-/** @typedef {import('./options.js').SessionOptions} SessionOptions */
+/** @typedef {import('./check/errors.js').ErrorCode} ErrorCode */
+/** @typedef {import('./check/options.js').SessionOptions} SessionOptions */
 /** @typedef {import('./parameters.js').Parameter} Parameter */
-/** @typedef {import('./frames.js').FrameSource} FrameSource */
-/** @typedef {import('./clip.js').ClipOptions} ClipOptions */
-/** @typedef {import('./trajectories.js').TrajectoryInput} TrajectoryInput */
-/** @typedef {import('./correction.js').Place} Place */
-/** @typedef {import('./engine.js').Progress} Progress */
-/** @typedef {import('./engine.js').Stage} Stage */
-/** @typedef {import('./engine.js').FlowField} FlowField */
-/** @typedef {import('./image.js').BoundaryMap} BoundaryMap */
-/** @typedef {import('./image.js').Superpixels} Superpixels */
-/** @typedef {import('./result.js').Background} Background */
-/** @typedef {import('./result.js').ComponentTable} ComponentTable */
-/** @typedef {import('./result.js').ClusterObjects} ClusterObjects */
-/** @typedef {import('./result.js').ConfidenceMap} ConfidenceMap */
-/** @typedef {import('./result.js').Explanation} Explanation */
-/** @typedef {import('./result.js').LabelCost} LabelCost */
-/** @typedef {import('./result.js').SuperpixelLink} SuperpixelLink */
-/** @typedef {import('./result.js').Voter} Voter */
-/** @typedef {import('./objects.js').ObjectList} ObjectList */
-/** @typedef {import('./result.js').SaliencyMap} SaliencyMap */
-/** @typedef {import('./result.js').SaliencyTable} SaliencyTable */
-/** @typedef {import('./report.js').Searched} Searched */
-/** @typedef {import('./report.js').SearchReport} SearchReport */
-/** @typedef {import('./session.js').RunOptions} RunOptions */
+/** @typedef {import('./worker/frames.js').FrameSource} FrameSource */
+/** @typedef {import('./stages/clip.js').ClipOptions} ClipOptions */
+/** @typedef {import('./session/inputs.js').TrajectoryInput} TrajectoryInput */
+/** @typedef {import('./session/inputs.js').Place} Place */
+/** @typedef {import('./session/engine.js').Progress} Progress */
+/** @typedef {import('./session/engine.js').Stage} Stage */
+/** @typedef {import('./session/engine.js').FlowField} FlowField */
+/** @typedef {import('./stages/image.js').BoundaryMap} BoundaryMap */
+/** @typedef {import('./stages/image.js').Superpixels} Superpixels */
+/** @typedef {import('./session/result.js').Background} Background */
+/** @typedef {import('./session/result.js').ComponentTable} ComponentTable */
+/** @typedef {import('./session/result.js').ClusterObjects} ClusterObjects */
+/** @typedef {import('./session/result.js').ConfidenceMap} ConfidenceMap */
+/** @typedef {import('./session/result.js').Explanation} Explanation */
+/** @typedef {import('./session/result.js').LabelCost} LabelCost */
+/** @typedef {import('./session/result.js').SuperpixelLink} SuperpixelLink */
+/** @typedef {import('./session/result.js').Voter} Voter */
+/** @typedef {import('./session/objects.js').ObjectList} ObjectList */
+/** @typedef {import('./session/result.js').SaliencyMap} SaliencyMap */
+/** @typedef {import('./session/result.js').SaliencyTable} SaliencyTable */
+/** @typedef {import('./session/report.js').Searched} Searched */
+/** @typedef {import('./session/report.js').SearchReport} SearchReport */
+/** @typedef {import('./session/session.js').RunOptions} RunOptions */
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
 /** @typedef {import('./video/listed.js').ListedFrame} ListedFrame */
-/** @typedef {import('./video/options.js').Damage} Damage */
-/** @typedef {import('./video/options.js').TakeOptions} TakeOptions */
+/** @typedef {import('./video/reader.js').Damage} Damage */
+/** @typedef {import('./video/reader.js').TakeOptions} TakeOptions */
 /** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
 /** @typedef {import('./video/result.js').Shot} Shot */
-/** @typedef {import('./objects.js').VideoObject} VideoObject */
+/** @typedef {import('./session/objects.js').VideoObject} VideoObject */
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
 /** @typedef {import('./video/source.js').VideoSource} VideoSource */
 /** @typedef {import('./video/strip.js').StripOptions} StripOptions */
-/** @typedef {import('./video/tracks.js').ClipTrajectories} ClipTrajectories */
+/** @typedef {import('./video/result.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */
 /** @typedef {import('./draw/labels.js').DrawLabelsOptions} DrawLabelsOptions */
@@ -104,8 +104,8 @@ export function parameters() {
 /** @typedef {import('./video/each.js').EachOptions} EachOptions */
 /** @typedef {import('./video/each.js').QueuedClip} QueuedClip */
 /** @typedef {import('./video/each.js').SegmentedClip} SegmentedClip */
-/** @typedef {import('./export/mask-source.js').MaskSource} MaskSource */
-/** @typedef {import('./export/mask-source.js').ObjectChoice} ObjectChoice */
+/** @typedef {import('./check/masks.js').MaskSource} MaskSource */
+/** @typedef {import('./check/masks.js').ObjectChoice} ObjectChoice */
 /** @typedef {import('./export/masks.js').ExportProgress} ExportProgress */
 /** @typedef {import('./export/masks.js').MaskPngOptions} MaskPngOptions */
 /** @typedef {import('./export/masks.js').MasksZipOptions} MasksZipOptions */
@@ -114,4 +114,4 @@ export function parameters() {
 /** @typedef {import('./export/video.js').EncodeVideoOptions} EncodeVideoOptions */
 /** @typedef {import('./export/quality.js').VideoQuality} VideoQuality */
 /** @typedef {import('./export/sound.js').SoundOptions} SoundOptions */
-/** @typedef {import('./correction.js').Stroke} Stroke */
+/** @typedef {import('./session/inputs.js').Stroke} Stroke */

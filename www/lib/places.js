@@ -1,7 +1,7 @@
 // Where the package's own files are when they are not beside its modules, and what is said where they are not found.
 
-import { TraceCutError, checkedOptions, illegal } from './errors.js';
-import { checkWorker } from './options.js';
+import { TraceCutError, checkedOptions } from './check/errors.js';
+import { checkWorker } from './check/options.js';
 
 /**
  * Where workers come from: the address of `worker.bundle.js`, or a function that starts one.
@@ -11,8 +11,8 @@ import { checkWorker } from './options.js';
 /**
  * Where the package's files are, for calls that do not say so themselves.
  * @typedef {object} Places
- * @property {import('./options.js').WasmSource} [wasm] `tracecut_bg.wasm`, which every session needs
- * @property {import('./options.js').WasmSource} [decoder] `decoder_bg.wasm`, which reads PNG and JPEG files and enlarges
+ * @property {import('./check/options.js').WasmSource} [wasm] `tracecut_bg.wasm`, which every session needs
+ * @property {import('./check/options.js').WasmSource} [decoder] `decoder_bg.wasm`, which reads PNG and JPEG files and enlarges
  *   masks
  * @property {WorkerSource | boolean} [worker] `worker.bundle.js`, in browsers (Node has threads of its own); false for
  *   none

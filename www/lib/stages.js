@@ -10,26 +10,26 @@ export {
   flow,
   imageDiscontinuities,
   superpixels,
-} from './image.js';
-export { sceneMotion } from './scene.js';
-export { tracksDat } from './tracks-dat.js';
+} from './stages/image.js';
+export { sceneMotion } from './session/report.js';
+export { tracksDat } from './session/report.js';
 
 // These are loaded when they are first called.
-/** @type {typeof import('./tracking.js').trajectories} */
-export const trajectories = async (...args) => (await part(import('./tracking.js'))).trajectories(...args);
-/** @type {typeof import('./tracks-file.js').fromTracksDat} */
-export const fromTracksDat = async (...args) => (await part(import('./tracks-file.js'))).fromTracksDat(...args);
+/** @type {typeof import('./stages/tracking.js').trajectories} */
+export const trajectories = async (...args) => (await part(import('./stages/tracking.js'))).trajectories(...args);
+/** @type {typeof import('./stages/tracks-file.js').fromTracksDat} */
+export const fromTracksDat = async (...args) => (await part(import('./stages/tracks-file.js'))).fromTracksDat(...args);
 
-/** @typedef {import('./image.js').ImageOptions} ImageOptions */
-/** @typedef {import('./image.js').SuperpixelOptions} SuperpixelOptions */
-/** @typedef {import('./image.js').DiscontinuityOptions} DiscontinuityOptions */
-/** @typedef {import('./image.js').FlowOptions} FlowOptions */
-/** @typedef {import('./image.js').ImageEngineOptions} ImageEngineOptions */
-/** @typedef {import('./image.js').ImageDiscontinuities} ImageDiscontinuities */
-/** @typedef {import('./scene.js').LabelledTrajectories} LabelledTrajectories */
-/** @typedef {import('./scene.js').SceneMotion} SceneMotion */
-/** @typedef {import('./tracking.js').TrackedClip} TrackedClip */
-/** @typedef {import('./tracking.js').TrajectoryOptions} TrajectoryOptions */
-/** @typedef {import('./tracking.js').TrackingProgress} TrackingProgress */
-/** @typedef {import('./tracks-file.js').TrackFile} TrackFile */
-/** @typedef {import('./tracks-dat.js').TracksToWrite} TracksToWrite */
+/** @typedef {import('./stages/image.js').ImageOptions} ImageOptions */
+/** @typedef {import('./stages/image.js').SuperpixelOptions} SuperpixelOptions */
+/** @typedef {import('./stages/image.js').DiscontinuityOptions} DiscontinuityOptions */
+/** @typedef {import('./stages/image.js').FlowOptions} FlowOptions */
+/** @typedef {import('./stages/image.js').ImageEngineOptions} ImageEngineOptions */
+/** @typedef {import('./stages/image.js').ImageDiscontinuities} ImageDiscontinuities */
+/** @typedef {import('./session/report.js').LabelledTrajectories} LabelledTrajectories */
+/** @typedef {import('./session/report.js').SceneMotion} SceneMotion */
+/** @typedef {import('./stages/tracking.js').TrackedClip} TrackedClip */
+/** @typedef {import('./stages/tracking.js').TrajectoryOptions} TrajectoryOptions */
+/** @typedef {import('./stages/tracking.js').TrackingProgress} TrackingProgress */
+/** @typedef {import('./stages/tracks-file.js').TrackFile} TrackFile */
+/** @typedef {import('./session/report.js').TracksToWrite} TracksToWrite */

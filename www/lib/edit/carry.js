@@ -1,8 +1,8 @@
 // An edit of one frame carried to others: its region goes with the optical flow, from frame to frame, as long as the
 // picture there looks like where it came from.
 
-import { TraceCutError, checkNumber, illegal, isPlainObject, wholeNumber } from '../errors.js';
-import { createImageEngine } from '../image.js';
+import { TraceCutError, checkNumber, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { createImageEngine } from '../stages/image.js';
 import { areaOf, pixelsOf } from './regions.js';
 
 /** @typedef {import('./regions.js').Region} Region */
@@ -22,14 +22,14 @@ import { areaOf, pixelsOf } from './regions.js';
  * @property {number} [leastEvidence] where it ends, 0 to 1: the share of the region that looks like what it came from;
  *   .6 if
  *   not given
- * @property {import('../image.js').ImageEngine} [engine] saves opening one for each edit
+ * @property {import('../stages/image.js').ImageEngine} [engine] saves opening one for each edit
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  * @property {(reached: {t: number, evidence: number}) => void} [onFrame] hears of each frame that was reached
  */
 
 /** How far an edit was carried: the first and the last frame that have it. @typedef {{first: number, last: number}} Carried */
 
-/** @typedef {(from: Picture, to: Picture) => Promise<import('../engine.js').FlowField>} FlowBetween */
+/** @typedef {(from: Picture, to: Picture) => Promise<import('../session/engine.js').FlowField>} FlowBetween */
 
 /** Colours that differ by less are the same, as the mean over red, green and blue. */
 const SAME_COLOUR = 24;
@@ -124,7 +124,7 @@ function checkedPicture(picture, t) {
  * Where a region is in the next frame. Each pixel there looks back along the flow: it belongs to the region if most of
  * what it came from does.
  * @param {Region} region
- * @param {import('../engine.js').FlowField} back from each pixel of the next picture to this one, in its pixels
+ * @param {import('../session/engine.js').FlowField} back from each pixel of the next picture to this one, in its pixels
  * @param {[Picture, Picture]} pictures this and the next, of one size
  * @param {{width: number, height: number}} masks
  * @returns {{region: Region, evidence: number}}

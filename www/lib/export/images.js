@@ -1,24 +1,23 @@
 // Objects cut out of their frames, or their opacity, as PNG files in an archive or as one animated PNG: written while
 // they are read, so that no more than a frame or two is in memory.
 
-import { aside } from '../aside/aside.js';
-import { zipDate } from '../aside/here.js';
-import { frameHead, joined, pngHead, pngTail } from '../aside/png.js';
-import { checkedTrail } from '../draw/trail.js';
-import { TraceCutError, checkedOptions, illegal, isIterable, oneOf } from '../errors.js';
+import { TraceCutError, checkedOptions, illegal, isIterable, oneOf } from '../check/errors.js';
+import { checkMasks, chosenLabels, endOf, labelsOf, timesOf } from '../check/masks.js';
+import { checkedTrail } from '../draw/cutout.js';
+import { checkedEdges } from '../edit/adjust.js';
+import { checkSize, maskAtSize, pixelsOf, tooFew } from '../edit/at-size.js';
 import { VERSION } from '../parameters.js';
 import { Encoder } from '../text.js';
 import { Zip, ZipPassThrough } from '../vendor/zip.js';
-import { checkedEdges } from './adjust.js';
-import { checkSize, maskAtSize, tooFew } from './at-size.js';
-import { breath } from './breath.js';
-import { pngName } from './coco.js';
-import { pixelsOf } from './drawable.js';
-import { checkMasks, chosenLabels, endOf, labelsOf, timesOf } from './mask-source.js';
-import { Trails } from './trails.js';
+import { zipDate } from '../worker/aside-here.js';
+import { aside } from '../worker/aside.js';
+import { breath } from '../worker/pause.js';
+import { frameHead, joined, pngHead, pngTail } from '../worker/pixels.js';
+import { pngName } from './data.js';
 import { timing } from './video.js';
+import { Trails } from './trails.js';
 
-/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('../check/masks.js').MaskSource} MaskSource */
 
 /**
  * @typedef {object} EncodeImagesOptions
@@ -26,12 +25,12 @@ import { timing } from './video.js';
  *   are, white on black
  * @property {'zip' | 'apng'} [format] `zip`, an archive of PNG files and `images.json` with their times, if not given;
  *   `apng`, one animated PNG, which repeats
- * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
- * @property {import('./adjust.js').MaskEdges} [edges] of the masks: specks left out, objects grown or shrunk, soft edges
- * @property {import('../draw/trail.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
+ * @property {import('../check/masks.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('../edit/adjust.js').MaskEdges} [edges] of the masks: specks left out, objects grown or shrunk, soft edges
+ * @property {import('../draw/cutout.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
  *   so many frames as it is long are kept in memory
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
- * @property {import('../options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
+ * @property {import('../check/options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: reading rejects with its reason
  */
@@ -58,7 +57,7 @@ const LEVEL = 3;
  * const stream = await encodeImages(result, frames, { format: 'zip' });
  * const file = await new Response(stream).blob();
  * ```
- * @param {import('./mask-source.js').MaskSource} masks
+ * @param {import('../check/masks.js').MaskSource} masks
  * @param {import('./video.js').EncodeFrames} frames one for each frame of the masks, in order
  * @param {EncodeImagesOptions} [options]
  * @returns {Promise<ReadableStream<Uint8Array<ArrayBuffer>>>} the bytes of the file
@@ -93,9 +92,9 @@ export async function encodeImages(masks, frames, options) {
  * @typedef {object} Plan
  * @property {'cutout' | 'alpha'} style
  * @property {Uint8Array} chosen
- * @property {Required<import('./adjust.js').MaskEdges>} edges
+ * @property {Required<import('../edit/adjust.js').MaskEdges>} edges
  * @property {Trails | null} trails
- * @property {import('../options.js').WasmSource | undefined} decoder
+ * @property {import('../check/options.js').WasmSource | undefined} decoder
  */
 
 /** @typedef {{masks: MaskSource, times: Float64Array, end: number}} ImageClip */

@@ -1,15 +1,15 @@
-// Masks as PNG files, and a ZIP of them.
+// Masks as PNG files, in archives of one clip or of several.
 
-import { aside, pngOf } from '../aside/aside.js';
+import { checkFlag, checkedOptions, describe, illegal, wholeNumber } from '../check/errors.js';
+import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from '../check/masks.js';
 import { colorsOf, rgbOf } from '../draw/palette.js';
-import { checkFlag, checkedOptions, illegal, wholeNumber } from '../errors.js';
 import { VERSION } from '../parameters.js';
 import { Encoder } from '../text.js';
-import { breath } from './breath.js';
-import { pngName } from './coco.js';
-import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from './mask-source.js';
+import { aside, pngOf } from '../worker/aside.js';
+import { breath } from '../worker/pause.js';
+import { pngName } from './data.js';
 
-/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('../check/masks.js').MaskSource} MaskSource */
 
 /**
  * How a mask is written. Without `object` the file's pixel values are the labels, shown in the colours of a palette.
@@ -31,7 +31,7 @@ import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from 
  * @property {boolean} [perObject] true for a folder for each object, `object-1/00000.png` and so on, of files that are
  *   255
  *   where it is and else 0; else a file for each frame whose pixel values are the labels
- * @property {import('./mask-source.js').ObjectChoice} [objects] others are left out (they become 0); all but the
+ * @property {import('../check/masks.js').ObjectChoice} [objects] others are left out (they become 0); all but the
  *   background
  *   if not given
  * @property {import('../draw/palette.js').LabelColors} [palette] the colours that labels are shown in, as of single
@@ -52,7 +52,7 @@ const BATCH = 4;
 
 /**
  * The mask of frame `t` as a PNG file: in palette colours, or of one object in black and white.
- * @param {import('./mask-source.js').MaskSource} masks
+ * @param {import('../check/masks.js').MaskSource} masks
  * @param {number} t
  * @param {MaskPngOptions} [options]
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the file
@@ -124,7 +124,7 @@ function fileColors(palette) {
 /**
  * All masks in one ZIP archive: PNG files, and `masks.json`, which says the frames' times and files, the labels and
  * their colours. The same masks give the same bytes.
- * @param {import('./mask-source.js').MaskSource} masks
+ * @param {import('../check/masks.js').MaskSource} masks
  * @param {MasksZipOptions} [options]
  * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
@@ -141,7 +141,7 @@ export async function masksZip(masks, options = {}) {
  * @param {MasksZipOptions} options
  * @returns {Promise<Record<string, Uint8Array<ArrayBuffer>>>}
  */
-export async function filesOfMasks(masks, options) {
+async function filesOfMasks(masks, options) {
   checkMasks(masks);
   const legal = ['perObject', 'objects', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const {
@@ -235,4 +235,80 @@ async function presentLabels(masks, chosen) {
     if (t % BATCH === BATCH - 1) await breath();
   }
   return [...seen.keys()].filter((label) => label > 0 && seen[label] && chosen[label]);
+}
+
+/**
+ * A clip of the archive: its masks, or the error for which there are none.
+ * @typedef {object} ZippedClip
+ * @property {string} name what its folder is called after
+ * @property {MaskSource | null} masks null where there are none
+ * @property {unknown} [error] why there are none
+ * @property {Record<string, unknown>} [about] the caller's own, for the report
+ */
+
+/**
+ * As of `masksZip`; `onProgress` counts the frames of all clips.
+ * @typedef {Omit<MasksZipOptions, 'objects'>} ClipsZipOptions
+ */
+
+/**
+ * The masks of several clips in one ZIP archive: a folder for each, with what `masksZip` puts into one, and
+ * `report.json`, which says what became of each. The same masks give the same bytes.
+ * @param {ZippedClip[]} clips
+ * @param {ClipsZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
+ */
+export async function clipsZip(clips, options = {}) {
+  if (!Array.isArray(clips)) throw illegal('data', 'clips', clips, 'a list of {name, masks}');
+  const legal = ['perObject', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
+  const { onProgress, ...each } = checkedOptions(options, legal);
+  const total = clips.reduce((sum, { masks }) => sum + (masks?.numFrames ?? 0), 0);
+  /** @type {Record<string, Uint8Array<ArrayBuffer>>} */
+  const files = {};
+  const folders = new Set();
+  const report = [];
+  let before = 0;
+  for (const [k, { name, masks, error, about }] of clips.entries()) {
+    if (typeof name !== 'string') throw illegal('data', `clips[${k}].name`, name, 'a text');
+    if (!masks) {
+      report.push({ name, error: wordsOf(error), ...about });
+      continue;
+    }
+    const folder = folderOf(name, folders);
+    const done = before;
+    const counted = (/** @type {{done: number}} */ progress) => onProgress?.({ done: done + progress.done, total });
+    const made = await filesOfMasks(masks, { ...each, onProgress: counted });
+    for (const [path, bytes] of Object.entries(made)) files[`${folder}/${path}`] = bytes;
+    before += masks.numFrames;
+    const { width, height, numFrames } = masks;
+    report.push({ name, folder, width, height, numFrames, ...about });
+  }
+  const json = JSON.stringify({ generator: 'tracecut', version: VERSION, clips: report }, null, 2);
+  files['report.json'] = new Encoder().encode(`${json}\n`);
+  // PNG files are compressed already.
+  const bytes = Object.values(files).map(({ buffer }) => buffer);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, bytes);
+}
+
+/** @param {unknown} error */
+function wordsOf(error) {
+  if (error instanceof Error) return 'code' in error ? `${String(error.code)}: ${error.message}` : error.message;
+  return error === undefined || error === null ? 'no masks' : describe(error);
+}
+
+/**
+ * A folder for a clip: what every file system takes, and no other clip has.
+ * @param {string} name
+ * @param {Set<unknown>} taken
+ */
+function folderOf(name, taken) {
+  const stem = name
+    .replace(/\.[a-z0-9]{2,5}$/i, '')
+    .replace(/[^\p{L}\p{N}_-]+/gu, '-')
+    .replace(/^-+|-+$/g, '')
+    .slice(0, 80);
+  let folder = stem || 'clip';
+  for (let k = 2; taken.has(folder.toLowerCase()); k += 1) folder = `${stem || 'clip'}-${k}`;
+  taken.add(folder.toLowerCase());
+  return folder;
 }

@@ -1,6 +1,6 @@
 // How finely videos are encoded, and about how large they become.
 
-import { checkNumber, checkedOptions, illegal, wholeNumber } from '../errors.js';
+import { checkNumber, checkedOptions, illegal, wholeNumber } from '../check/errors.js';
 
 /** @typedef {'vp9' | 'vp8' | 'av1' | 'avc'} Codec */
 /**

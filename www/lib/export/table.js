@@ -1,7 +1,7 @@
 // Objects frame by frame in numbers: where they are, how large, how they move.
 
-import { checkedOptions, illegal } from '../errors.js';
-import { checkMasks, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import { checkedOptions, illegal } from '../check/errors.js';
+import { checkMasks, chosenLabels, labelsOf, timesOf } from '../check/masks.js';
 
 /**
  * An object in a frame, in pixels of the masks: its box, its `area` in pixels, the mean place `x`, `y` of its pixels
@@ -23,7 +23,7 @@ import { checkMasks, chosenLabels, labelsOf, timesOf } from './mask-source.js';
  * Options of `objectTable`.
  * @typedef {object} ObjectTableOptions
  * @property {TrajectoryPoints} [trajectories] in pixels of the masks; theirs if not given
- * @property {import('./mask-source.js').ObjectChoice} [objects] which labels are meant; all if not given
+ * @property {import('../check/masks.js').ObjectChoice} [objects] which labels are meant; all if not given
  * @property {number} [frameRate] in frames per second, where the masks have no times
  */
 
@@ -56,7 +56,7 @@ const PLACES = ['x', 'y', 'dx', 'dy'];
  * ```js
  * for (const { frame, object, x, y } of await objectTable(result)) console.log(frame, object, x, y);
  * ```
- * @param {import('./mask-source.js').MaskSource & {trajectories?: TrajectoryPoints}} masks
+ * @param {import('../check/masks.js').MaskSource & {trajectories?: TrajectoryPoints}} masks
  * @param {ObjectTableOptions} [options]
  * @returns {Promise<ObjectRow[]>}
  */

@@ -2,8 +2,8 @@
 
 import { spawn } from 'node:child_process';
 import { fileURLToPath } from 'node:url';
-import { TraceCutError, checkedOptions, illegal, tooLarge, wholeNumber } from '../errors.js';
-import { MAX_PIXELS } from '../options.js';
+import { TraceCutError, checkedOptions, illegal, tooLarge, wholeNumber } from '../check/errors.js';
+import { MAX_PIXELS } from '../check/options.js';
 import { RAW_FORMATS, framePixels, y4mHeader } from './pixels.js';
 
 /**
@@ -308,7 +308,7 @@ function rawFormat(options) {
 }
 
 /**
- * @param {import('../frames.js').PixelFrame} frame
+ * @param {import('../worker/frames.js').PixelFrame} frame
  * @param {number} index
  * @param {number} frameRate
  * @returns {DecodedFrame}

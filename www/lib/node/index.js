@@ -3,9 +3,9 @@
 import { readFile, readdir } from 'node:fs/promises';
 import { basename, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { TraceCutError } from '../check/errors.js';
+import { frameNames, readFrames as framesOfFiles } from '../video/listed.js';
 import './platform.js';
-import { TraceCutError } from '../errors.js';
-import { frameNames, readFrames as framesOfFiles } from '../video/folder.js';
 
 export * from '../index.js';
 

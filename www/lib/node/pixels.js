@@ -1,6 +1,6 @@
 // Formats of uncompressed video, and their pixels as RGBA.
 
-import { TraceCutError } from '../errors.js';
+import { TraceCutError } from '../check/errors.js';
 
 /**
  * How the bytes of a frame lie: `bytes` a frame, and either planes with chroma, or pixels of `order`, the places of red,
@@ -79,7 +79,7 @@ export function y4mHeader(line) {
 /**
  * @param {Layout} layout
  * @param {Uint8Array} bytes of a frame
- * @returns {import('../frames.js').PixelFrame}
+ * @returns {import('../worker/frames.js').PixelFrame}
  */
 export function framePixels(layout, bytes) {
   const { width, height } = layout;

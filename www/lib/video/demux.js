@@ -1,9 +1,9 @@
 // Video files whose container is read here and whose frames WebCodecs decodes: each frame exactly once, with its own
 // time.
 
-import { TraceCutError } from '../errors.js';
-import { readAndClose } from './pixels.js';
+import { TraceCutError } from '../check/errors.js';
 import { part } from '../places.js';
+import { readAndClose } from './pixels.js';
 
 /** @typedef {import('./reader.js').VideoInfo} VideoInfo */
 
@@ -205,7 +205,7 @@ const unseen = (timestamp, duration) => timestamp < 0 && timestamp + duration <=
 /**
  * @param {import('mediabunny').VideoSample} sample
  * @param {number} [size]
- * @returns {Promise<import('../frames.js').RawFrame>}
+ * @returns {Promise<import('../worker/frames.js').RawFrame>}
  */
 async function pixelsOf(sample, size) {
   if (sample.rotation === 0 && !sample.flip) return readAndClose(sample.toVideoFrame(), size);

@@ -1,7 +1,7 @@
 // Several clips, one after the other; one that fails stops nothing.
 
-import { illegal } from '../errors.js';
-import { asOptions } from './options.js';
+import { illegal } from '../check/errors.js';
+import { asOptions } from './reader.js';
 import { segmentVideo } from './segment.js';
 
 /**
@@ -17,7 +17,7 @@ import { segmentVideo } from './segment.js';
  * is what the source ended with, if the result is of the frames before that.
  * @typedef {{readonly index: number, readonly name: string, readonly result: import('./result.js').VideoResult | null,
  *   readonly error: unknown, readonly damage:
- *   import('./options.js').Damage | null}} SegmentedClip
+ *   import('./reader.js').Damage | null}} SegmentedClip
  */
 
 /**
@@ -55,7 +55,7 @@ export async function* segmentEach(clips, options) {
     if (typeof clip !== 'object' || clip === null || typeof clip.name !== 'string')
       throw illegal('data', `clips[${index}]`, clip, 'an object {name, source}');
     const { name } = clip;
-    /** @type {import('./options.js').Damage | null} */
+    /** @type {import('./reader.js').Damage | null} */
     let damage = null;
     const stop = new AbortController();
     const release = [signal, clip.signal].map((one) => follow(one, stop));

@@ -1,16 +1,15 @@
 // Decoding alone: the frames of a source with their times, and facts about it.
 
-import { illegal } from '../errors.js';
-import { decoderLoader } from '../open.js';
-import { asOptions, splitTake } from './options.js';
+import { illegal } from '../check/errors.js';
+import { decoderLoader } from '../worker/remote.js';
 import { atSize, toPixelFrame } from './pixels.js';
-import { nothingTaken, taken, unlessAborted } from './reader.js';
+import { asOptions, nothingTaken, splitTake, taken, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
  * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and
  * how long it is shown, in seconds; `clip` where the source has several.
- * @typedef {{readonly frame: import('../frames.js').PixelFrame, readonly index: number, readonly time: number,
+ * @typedef {{readonly frame: import('../worker/frames.js').PixelFrame, readonly index: number, readonly time: number,
  *   readonly duration: number, readonly clip?: string}} DecodedFrame
  */
 
@@ -18,7 +17,7 @@ import { openReader } from './source.js';
  * The frames of a video, in order, each with its time in seconds; none is lost or doubled. Nothing is read before the
  * first is asked for, and leaving the loop closes the source.
  * @param {import('./source.js').VideoSource} source
- * @param {import('./options.js').TakeOptions} [options]
+ * @param {import('./reader.js').TakeOptions} [options]
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
  */
 export function videoFrames(source, options) {
@@ -32,12 +31,16 @@ export function videoFrames(source, options) {
       others[stray],
       'start, end, step, maxFrames, size, frameRate, decoding, decoder, signal or onDamage',
     );
-  return decoded(source, take, decoderLoader(/** @type {import('../options.js').WasmSource | undefined} */ (decoder)));
+  return decoded(
+    source,
+    take,
+    decoderLoader(/** @type {import('../check/options.js').WasmSource | undefined} */ (decoder)),
+  );
 }
 
 /**
  * @param {unknown} source
- * @param {import('./options.js').Take} take
+ * @param {import('./reader.js').Take} take
  * @param {() => Promise<WebAssembly.Module>} loadDecoder
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
  */
@@ -65,7 +68,7 @@ async function* decoded(source, take, loadDecoder) {
  * Size, duration, frame rate and codec of a video, read from its container where there is one. `onDamage` is told of
  * damage that shows without decoding; facts are then of the frames before it.
  * @param {import('./source.js').VideoSource} source
- * @param {Pick<import('./options.js').TakeOptions, 'decoding' | 'onDamage'>} [options]
+ * @param {Pick<import('./reader.js').TakeOptions, 'decoding' | 'onDamage'>} [options]
  * @returns {Promise<import('./reader.js').VideoInfo>}
  */
 export async function videoInfo(source, options) {

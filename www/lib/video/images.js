@@ -1,6 +1,6 @@
 // Animated GIF, PNG and WebP, and still images of one frame, by the browser's image decoder.
 
-import { TraceCutError } from '../errors.js';
+import { TraceCutError } from '../check/errors.js';
 import { readAndClose } from './pixels.js';
 
 /**

@@ -1,14 +1,14 @@
 // From whatever holds a frame to its pixels, and to fewer of them.
 
-import { aside } from '../aside/aside.js';
-import { reduced } from '../aside/reduce.js';
-import { toPixels } from '../decode.js';
-import { inFrame } from '../errors.js';
-import { toRawFrame } from '../frames.js';
+import { inFrame } from '../check/errors.js';
 import { platform } from '../platform.js';
+import { aside } from '../worker/aside.js';
+import { toPixels } from '../worker/decode.js';
+import { toRawFrame } from '../worker/frames.js';
+import { reduced } from '../worker/pixels.js';
 
-/** @typedef {import('../frames.js').RawFrame} RawFrame */
-/** @typedef {import('../frames.js').PixelFrame} PixelFrame */
+/** @typedef {import('../worker/frames.js').RawFrame} RawFrame */
+/** @typedef {import('../worker/frames.js').PixelFrame} PixelFrame */
 
 /**
  * The size of a frame with its long side at most `size`: never enlarged, its aspect kept to the nearest pixel.

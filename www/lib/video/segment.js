@@ -1,20 +1,19 @@
 // Video in, windows of masks out.
 
-import { TraceCutError, illegal, isPlainObject } from '../errors.js';
-import { decoderLoader, openEngine } from '../open.js';
-import { splitOptions } from '../options.js';
-import { Driver } from './driver.js';
-import { asOptions, splitTake, splitWindow } from './options.js';
-import { Pause } from './pause.js';
+import { TraceCutError, illegal, isPlainObject } from '../check/errors.js';
+import { splitOptions } from '../check/options.js';
+import { Pause } from '../worker/pause.js';
+import { decoderLoader, openEngine } from '../worker/remote.js';
 import { atSize } from './pixels.js';
-import { expected, nothingTaken, taken } from './reader.js';
+import { asOptions, expected, nothingTaken, splitTake, splitWindow, taken } from './reader.js';
 import { Collector } from './result.js';
 import { openReader } from './source.js';
+import { Driver } from './window.js';
 
 /**
  * Where the work is: `done` of `total` steps of a stage of window `window`; `'decode'` counts the frames read for it.
  * `frames` are the frames read so far and their number in all, null where nothing says.
- * @typedef {{stage: import('../engine.js').Stage | 'decode', done: number, total: number, window: number,
+ * @typedef {{stage: import('../session/engine.js').Stage | 'decode', done: number, total: number, window: number,
  *   frames: {done: number, total: number | null}}} VideoProgress
  */
 
@@ -30,16 +29,16 @@ import { openReader } from './source.js';
 
 /**
  * Options of `segmentVideo`: what to take of the source, how to cut it into windows, and the options of a session.
- * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & WindowOptions} VideoOptions
+ * @typedef {import('./reader.js').TakeOptions & import('../check/options.js').SessionOptions & WindowOptions} VideoOptions
  */
 
 /**
  * @typedef {object} Checked
- * @property {import('./options.js').Take} take
+ * @property {import('./reader.js').Take} take
  * @property {number} window
  * @property {number} overlap
  * @property {((progress: VideoProgress) => void) | undefined} onProgress
- * @property {import('../options.js').SplitOptions} engine
+ * @property {import('../check/options.js').SplitOptions} engine
  */
 
 /**
@@ -97,7 +96,7 @@ export class VideoSegmentation {
   #pause = new Pause();
   /** @type {Collector | undefined} */
   #collector;
-  /** @type {import('../engine.js').Engine | undefined} */
+  /** @type {import('../session/engine.js').Engine | undefined} */
   #engine;
   /** @type {import('./reader.js').Reader | undefined} */
   #reader;
@@ -314,4 +313,33 @@ export class VideoSegmentation {
     this.#reader?.close();
     this.#engine?.close();
   }
+}
+
+/**
+ * Frames that are far apart show motion that few of them suffice to see; much farther, and fast things are lost. Figures
+ * for other choices are in docs/speed.md.
+ */
+const USUAL = { step: 2, maxFrames: 8, threads: 1 };
+const USUAL_SIDE = 320;
+
+/**
+ * Coarse masks of a clip's first frames, long before its own are there: those of frames 0, 2, 4, … 14, made from pictures
+ * of at most 320 pixels, on one thread. Where something moves is mostly right; small and slow things may be missing, and
+ * labels are not those that the whole clip will have. Takes what `segmentVideo` takes, with `step: 2`, `maxFrames: 8`,
+ * `threads: 1` and `clip.maxSide: 320` where the options say nothing else, and rejects as that does.
+ *
+ * ```js
+ * const coarse = await previewMasks(file, { size: 480 });
+ * drawLabels(context, coarse, 0);
+ * ```
+ * @param {import('./source.js').VideoSource} source
+ * @param {VideoOptions} [options]
+ * @returns {Promise<import('./result.js').VideoResult>} of the frames taken, at the size of the source or `size`
+ */
+export async function previewMasks(source, options) {
+  const { clip = {}, ...given } = /** @type {VideoOptions} */ (asOptions(options));
+  if (!isPlainObject(clip)) throw illegal('param', 'clip', clip, 'an object such as {maxSide: 240}');
+  const taken = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== undefined));
+  const maxSide = clip.maxSide ?? USUAL_SIDE;
+  return segmentVideo(source, { ...USUAL, ...taken, clip: { ...clip, maxSide } }).collect();
 }

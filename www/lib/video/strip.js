@@ -1,10 +1,9 @@
 // A few frames spread over a video, for a filmstrip.
 
-import { TraceCutError, illegal, wholeNumber } from '../errors.js';
-import { decoderLoader } from '../open.js';
-import { asOptions, splitTake } from './options.js';
+import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
+import { decoderLoader } from '../worker/remote.js';
 import { atSize, toPixelFrame } from './pixels.js';
-import { SLACK, isDamage, nothingTaken, unlessAborted } from './reader.js';
+import { SLACK, asOptions, isDamage, nothingTaken, splitTake, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
@@ -15,7 +14,7 @@ import { openReader } from './source.js';
 
 /**
  * What a strip shows; the other options are as for `videoFrames`.
- * @typedef {Omit<import('./options.js').TakeOptions, 'step' | 'maxFrames'> & StripCount} StripOptions
+ * @typedef {Omit<import('./reader.js').TakeOptions, 'step' | 'maxFrames'> & StripCount} StripOptions
  */
 
 /**
@@ -46,7 +45,7 @@ export async function* videoStrip(source, options) {
       'count, start, end, size, frameRate, decoding, decoder, signal or onDamage',
     );
   take.signal?.throwIfAborted();
-  const wasm = /** @type {import('../options.js').WasmSource | undefined} */ (decoder);
+  const wasm = /** @type {import('../check/options.js').WasmSource | undefined} */ (decoder);
   const reader = await openReader(source, take, decoderLoader(wasm));
   try {
     const times = await unlessAborted(reader.times(), take.signal);
