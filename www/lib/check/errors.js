@@ -31,6 +31,15 @@ export class TraceCutError extends Error {
 }
 
 /**
+ * Throws an error that Rust returned, which has a code, as one of the package.
+ * @param {unknown} error
+ */
+export function throwIfRust(error) {
+  if (error instanceof Error && 'code' in error && typeof error.code === 'string')
+    throw new TraceCutError(/** @type {ErrorCode} */ (error.code), error.message);
+}
+
+/**
  * The error of a value that is not legal.
  * @param {ErrorCode} code
  * @param {string} name

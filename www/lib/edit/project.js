@@ -5,7 +5,7 @@ import { TraceCutError, checkedOptions, illegal, isPlainObject, wholeNumber } fr
 import { checkMasks, labelsOf, timesOf } from '../check/masks.js';
 import { VERSION } from '../parameters.js';
 import { part } from '../places.js';
-import { encodeRuns } from '../session/objects.js';
+import { encodeRuns, joinedWords } from '../session/objects.js';
 import { Decoder, Encoder } from '../text.js';
 import { VideoResult } from '../video/result.js';
 import { aside } from '../worker/aside.js';
@@ -80,8 +80,8 @@ export async function saveProject(masks, options = {}) {
   /** @type {Record<string, Uint8Array>} */
   const entries = {
     'project.json': new Encoder().encode(text),
-    'masks.bin': joined(runs),
-    'trajectories.bin': joined(trajectoryWords(masks)),
+    'masks.bin': bytesOfWords(runs),
+    'trajectories.bin': bytesOfWords(trajectoryWords(masks)),
   };
   for (const [name, bytes] of Object.entries(files)) entries[FOLDER + inside(name)] = bytes;
   const stored = Object.keys(files).map((name) => FOLDER + name);
@@ -220,15 +220,7 @@ function trajectoriesOf(words) {
 }
 
 /** @param {readonly Uint32Array[]} parts */
-function joined(parts) {
-  const words = new Uint32Array(parts.reduce((sum, { length }) => sum + length, 0));
-  let at = 0;
-  for (const part of parts) {
-    words.set(part, at);
-    at += part.length;
-  }
-  return new Uint8Array(words.buffer);
-}
+const bytesOfWords = (parts) => new Uint8Array(joinedWords(parts).buffer);
 
 /**
  * @param {Uint8Array} bytes

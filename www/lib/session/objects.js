@@ -24,6 +24,17 @@ export function encodeRuns(labels) {
   return Uint32Array.from(runs);
 }
 
+/** @param {readonly Uint32Array[]} parts */
+export function joinedWords(parts) {
+  const words = new Uint32Array(parts.reduce((sum, { length }) => sum + length, 0));
+  let at = 0;
+  for (const part of parts) {
+    words.set(part, at);
+    at += part.length;
+  }
+  return words;
+}
+
 /**
  * @param {Uint32Array} runs
  * @param {number} size number of pixels

@@ -1,7 +1,7 @@
 // The masks, shots and objects of a whole clip: `VideoResult`.
 
 import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
-import { IDENTITY, areasOf, decodeRuns, encodeRuns, objectList } from '../session/objects.js';
+import { IDENTITY, areasOf, decodeRuns, encodeRuns, objectList, joinedWords } from '../session/objects.js';
 import { tracksDat } from '../session/report.js';
 import { opened, saved } from '../session/saved.js';
 import { breath } from '../worker/pause.js';
@@ -102,7 +102,7 @@ export class VideoResult {
    */
   toJSON() {
     const { objects: _, runs, ...rest } = this;
-    return saved({ ...rest, lengths: Uint32Array.from(runs, ({ length }) => length), runs: joined(runs) });
+    return saved({ ...rest, lengths: Uint32Array.from(runs, ({ length }) => length), runs: joinedWords(runs) });
   }
 
   /**
@@ -160,17 +160,6 @@ function objectsOf(runs) {
     });
   });
   return objectList([...areas].map(([label, own]) => ({ label, areas: own })));
-}
-
-/** @param {readonly Uint32Array[]} runs */
-function joined(runs) {
-  const words = new Uint32Array(runs.reduce((sum, { length }) => sum + length, 0));
-  let at = 0;
-  for (const own of runs) {
-    words.set(own, at);
-    at += own.length;
-  }
-  return words;
 }
 
 /**

@@ -1,6 +1,6 @@
 // What the second wasm module does, in this thread: PNG and JPEG files to pixels, and masks to the size of their pictures.
 
-import { TraceCutError } from '../check/errors.js';
+import { TraceCutError, throwIfRust } from '../check/errors.js';
 import startDecoder, * as glue from '../decoder.js';
 import { fromImage } from './frames.js';
 
@@ -40,9 +40,7 @@ async function callDecoder(module, call, broken) {
   try {
     return call(glue);
   } catch (error) {
-    if (error instanceof Error && 'code' in error && typeof error.code === 'string') {
-      throw new TraceCutError(/** @type {import('../check/errors.js').ErrorCode} */ (error.code), error.message);
-    }
+    throwIfRust(error);
     // The next call gets a fresh instance.
     glue.__wbg_reset_state();
     throw new TraceCutError(...broken(String(error)), { cause: error });

@@ -1,7 +1,7 @@
 // Instances of the wasm module, each with a memory of its own: what fails in one leaves the others alone, and a memory,
 // which cannot shrink, goes when its session does.
 
-import { TraceCutError } from '../check/errors.js';
+import { TraceCutError, throwIfRust } from '../check/errors.js';
 import { makeGlue } from '../glue.js';
 
 /** @typedef {typeof import('../tracecut.js')} Glue */
@@ -36,9 +36,7 @@ export function guarded(owner, call) {
   try {
     return call(glue);
   } catch (error) {
-    if (error instanceof Error && 'code' in error && typeof error.code === 'string') {
-      throw new TraceCutError(/** @type {import('../check/errors.js').ErrorCode} */ (error.code), error.message);
-    }
+    throwIfRust(error);
     // Once it is text, the stack keeps the instance no longer: V8 holds on to it until somebody looks.
     if (error instanceof Error) void error.stack;
     const words = panicWords(glue);
