@@ -1,5 +1,5 @@
-//! Image files to pixels, and masks to the size of their pictures, for JavaScript; see `www/lib/decode.js` and
-//! `www/lib/enlarge.js`.
+//! Image files to pixels, and masks to the size of their pictures, for JavaScript; see `www/lib/worker/decode.js` and
+//! `www/lib/edit/enlarge.js`.
 
 #![cfg(target_arch = "wasm32")]
 

@@ -12,7 +12,16 @@ const entries = join(root, 'scripts', 'bundle');
 /** What they are made from besides the built modules. */
 export const BUNDLE_SOURCES = ['worker.js', 'inline.js'].map((name) => join(entries, name));
 
-/** Writes `worker.bundle.js`, `inline.js` and `node.cjs` into `dist`. */
+/** The entries of the package that have one for `require`: where they lie in `dist`, for Node and for types. */
+const ENTRIES = {
+  index: ['node/index.js', 'index.js'],
+  draw: ['draw.js', 'draw.js'],
+  edit: ['node/edit.js', 'edit.js'],
+  export: ['node/export.js', 'export.js'],
+  stages: ['node/stages.js', 'stages.js'],
+};
+
+/** Writes `worker.bundle.js`, `inline.js` and the entries for `require` into `dist`. */
 export async function buildBundles() {
   const { build } = await import('esbuild');
   const common = { bundle: true, minify: true, target: 'es2022', legalComments: 'eof', logLevel: 'warning' };
@@ -31,26 +40,39 @@ export async function buildBundles() {
     define: { 'import.meta.url': '"inline:"' },
     plugins: [packed],
   });
-  writeFileSync(join(dist, 'inline.d.ts'), "export * from './index.js';\n");
+  const passedOn = Object.values(ENTRIES).map(([, types]) => `export * from './${types}';\n`);
+  writeFileSync(join(dist, 'inline.d.ts'), passedOn.join(''));
   await buildCommonJs(build, common);
-  writeFileSync(join(dist, 'node.d.cts'), "export * from './index.js';\n");
 }
 
 /**
- * Node's entry as CommonJS: the other files lie beside it, as they do beside the module. Video files are none of Node's,
- * so what reads them stays outside.
+ * Node's entries as CommonJS: one file with the code of all, and one for each entry with its names, so that all share one
+ * state. The other files lie beside them, as they do beside the modules. Video files are none of Node's, so what reads
+ * them stays outside.
  */
-function buildCommonJs(build, common) {
-  return build({
-    ...common,
-    entryPoints: [join(dist, 'node.js')],
-    outfile: join(dist, 'node.cjs'),
-    platform: 'node',
+async function buildCommonJs(build, common) {
+  const modules = Object.values(ENTRIES).map(([module]) => module);
+  const node = { ...common, platform: 'node', plugins: [outside] };
+  await build({
+    ...node,
+    stdin: { contents: modules.map((name) => `export * from './${name}';`).join('\n'), resolveDir: dist },
+    outfile: join(dist, 'node', 'all.cjs'),
     format: 'cjs',
     define: { 'import.meta.url': 'moduleUrl' },
     banner: { js: "const moduleUrl = require('node:url').pathToFileURL(__filename).href;" },
-    plugins: [outside],
   });
+  const entryPoints = modules.map((name) => join(dist, name));
+  const { metafile } = await build({ ...node, entryPoints, outdir: dist, format: 'esm', write: false, metafile: true });
+  const outputs = Object.values(metafile.outputs);
+  for (const [name, [module, types]] of Object.entries(ENTRIES)) {
+    const { exports } = outputs.find(({ entryPoint }) => entryPoint?.endsWith(`dist/${module}`));
+    const file = join(dist, 'node', name);
+    writeFileSync(
+      `${file}.cjs`,
+      `const { ${exports.join(', ')} } = require('./all.cjs');\nmodule.exports = { ${exports.join(', ')} };\n`,
+    );
+    writeFileSync(`${file}.d.cts`, `export * from '../${types}';\n`);
+  }
 }
 
 /** The files that go inside, as text. */
@@ -72,6 +94,6 @@ const packed = {
 const outside = {
   name: 'outside',
   setup(build) {
-    build.onResolve({ filter: /vendor\/media\.js$/ }, () => ({ path: './vendor/media.js', external: true }));
+    build.onResolve({ filter: /vendor\/media\.js$/ }, () => ({ path: '../vendor/media.js', external: true }));
   },
 };

@@ -62,6 +62,11 @@ function described(declarations, words) {
   const used = (name) => bare.match(new RegExp(`\\b${name}\\b`, 'g')).length > 2;
   return (
     bare
+      // A part that is loaded later is declared where it is written, with its description.
+      .replace(
+        /^(?:\/\*\* @type \{.*\} \*\/\n)?export declare const (\w+): typeof import\(['"]([^'"]+)['"]\)\.\1;$/gm,
+        "export { $1 } from '$2';",
+      )
       .replace(/^export type (\w+) = import\('([^']+)'\)\.\1;$/gm, (line, name, from) =>
         used(name) ? line : `export type { ${name} } from '${from}';`,
       )

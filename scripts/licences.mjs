@@ -31,7 +31,7 @@ export const BILL = 'sbom.cdx.json';
 /** The libraries whose JavaScript the package carries within, and the files of `dist/` that hold it. */
 export const VENDORED = {
   mediabunny: ['vendor/media.js', 'inline.js'],
-  fflate: ['vendor/zip.js', 'inline.js', 'node.cjs', 'worker.bundle.js'],
+  fflate: ['vendor/zip.js', 'inline.js', 'node/all.cjs', 'worker.bundle.js'],
 };
 
 /** Files with what Cargo builds each from, and those that hold them all. */

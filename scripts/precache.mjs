@@ -22,7 +22,7 @@ const folders = [
   {
     folder: join(root, 'dist'),
     at: './dist/',
-    wanted: (name) => /\.(js|wasm)$/.test(name) && !/^node-/.test(name) && !NOT_THE_PAGES.includes(name),
+    wanted: (name) => /\.(js|wasm)$/.test(name) && !/^node\//.test(name) && !NOT_THE_PAGES.includes(name),
   },
 ];
 

@@ -15,7 +15,7 @@ import { root } from './tools.mjs';
 /** Code that is found by its place: bundles of these names, each with what only it needs. */
 const BUNDLES = [
   { folder: 'dist', entries: ['index.js', 'worker.js'] },
-  { folder: 'dist/aside', entries: ['worker.js'] },
+  { folder: 'dist', entries: ['aside-worker.js'] },
   { folder: 'dist/selftest', entries: ['run.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
@@ -25,6 +25,9 @@ const BUNDLES = [
  * Their maps lie beside them all the same.
  */
 const LEAST_MAPPED = 4096;
+
+/** Entries of the package that the page loads as one file, `index.js`: apart they weigh more. */
+const TOGETHER = ['index.js', 'draw.js', 'edit.js', 'export.js', 'stages.js'].map((name) => join('dist', name));
 
 /** Folders as they are built, and as they are served. */
 const PLACES = { dist: join(root, 'dist'), demo: join(root, 'www', 'demo') };
@@ -99,7 +102,7 @@ async function writeBundle({ folder, entries }, target) {
   // Source maps name sources by their way from here: wherever the site goes, they are the same.
   const made = join(root, 'out', 'site');
   const { outputFiles } = await bundle({
-    entryPoints: entries.map((name) => join(from, name)),
+    entryPoints: entries.map((name) => ({ in: sourceOf(from, name), out: basename(name, '.js') })),
     outdir: join(made, folder),
     write: false,
     bundle: true,
@@ -118,6 +121,11 @@ async function writeBundle({ folder, entries }, target) {
   }
 }
 
+/** The page's list of the package's entries is the one file that they are together. */
+function sourceOf(from, name) {
+  return from === PLACES.dist && name === 'index.js' ? join(PLACES.demo, 'library.js') : join(from, name);
+}
+
 /**
  * What other projects made, and the package beside the page, stay files of their own.
  * @param {string} folder of the bundle in the site; all its files lie in it
@@ -133,8 +141,8 @@ function apart(folder) {
         : join('dist', relative(PLACES.dist, resolve(resolveDir, path)));
       const isApart =
         folder === 'demo' ? served.startsWith(join('..', 'dist')) : file.startsWith(join('dist', 'vendor'));
-      if (!isApart) return undefined;
-      const to = relative(folder, file).replaceAll(sep, '/');
+      if (!isApart) return served.startsWith(join('..', 'dist')) ? { path: join(root, file) } : undefined;
+      const to = relative(folder, TOGETHER.includes(file) ? TOGETHER[0] : file).replaceAll(sep, '/');
       return { path: to.startsWith('.') ? to : `./${to}`, external: true };
     });
   return { name: 'apart', setup };

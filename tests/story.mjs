@@ -30,7 +30,7 @@ function dice(seed) {
 
 /**
  * What all stories need: the frames, and what plain runs of some of them give.
- * @param {typeof import('../dist/index.js')} api
+ * @param {typeof import('./whole.mjs')} api
  * @param {import('../dist/index.js').SessionOptions} [options] where the engine runs
  */
 export async function prepare(api, options = {}) {

@@ -17,3 +17,7 @@ function worker() {
 Object.assign(places, { wasm: () => unpacked(ENGINE), decoder: () => unpacked(DECODER), worker });
 
 export * from '../../dist/index.js';
+export * from '../../dist/draw.js';
+export * from '../../dist/edit.js';
+export * from '../../dist/export.js';
+export * from '../../dist/stages.js';

@@ -1,8 +1,7 @@
 // The worker in one file: sessions, masks enlarged, and what is done aside.
 
-import { doHere } from '../../dist/aside/here.js';
-import { serveAside } from '../../dist/aside/serve.js';
-import { serve } from '../../dist/serve.js';
+import { doHere, serveAside } from '../../dist/worker/aside-here.js';
+import { serve } from '../../dist/worker/serve.js';
 
 // What has a task is not the session's.
 serve({

@@ -8,7 +8,8 @@ const EACH = 3;
 
 /** @param {{id: string, film: string, poster?: number}} clip its name, its video as Base64, the frame that is shown of it */
 export async function makeClip({ id, film, poster: shownFirst }) {
-  const { saveProject, segmentVideo } = await import('/dist/index.js');
+  const { segmentVideo } = await import('/dist/index.js');
+  const { saveProject } = await import('/dist/edit.js');
   const bytes = Uint8Array.from(atob(film), (letter) => letter.charCodeAt(0));
   const video = new Blob([bytes], { type: 'video/webm' });
   const frames = await framesOf(video);

@@ -118,7 +118,7 @@ describe('the cut-out view', () => {
     const smooth = await shown();
     assert.notDeepEqual(smooth, before);
     const wanted = await page.evaluate(async () => {
-      const library = await import('/dist/index.js');
+      const library = await import('/demo/library.js');
       const { points } = globalThis.tracecutDemo.app;
       const { corrections } = globalThis.tracecutDemo.app.job;
       const { width, height, numFrames } = points.result;

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import * as inNode from '../../dist/node.js';
+import { enlargeMask } from '../../dist/node/edit.js';
 import { fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 import { emptyPage } from './empty.mjs';
@@ -32,7 +32,7 @@ async function open(t) {
   await page.evaluate(`globalThis.made = ${made}; globalThis.fnv1a = ${fnv1a}`);
   await page.evaluate(
     async (size) => {
-      const { enlargeMask } = await import('/dist/index.js');
+      const { enlargeMask } = await import('/dist/edit.js');
       const { picture, mask } = globalThis.made(size);
       const pixels = new ImageData(picture.data, picture.width);
       const print = ({ labels, alpha }) => [labels, alpha].map((bytes) => globalThis.fnv1a(bytes));
@@ -46,7 +46,7 @@ async function open(t) {
 test('every kind of picture gives the bytes of Node, and stays as it was', async (t) => {
   const page = await open(t);
   const { mask, picture } = made([WIDTH, HEIGHT, BY]);
-  const expected = await inNode.enlargeMask(mask, picture);
+  const expected = await enlargeMask(mask, picture);
   const found = await page.evaluate(async () => {
     const { enlargeMask, mask, pixels, print } = globalThis;
     const canvas = new OffscreenCanvas(pixels.width, pixels.height);

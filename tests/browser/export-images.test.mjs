@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
-import { adjustMask } from '../../dist/node.js';
+import { adjustMask } from '../../dist/node/edit.js';
 import { bytesOf, openSample, screenshot, SMALL, useSite } from './support.mjs';
 
 const { width: WIDTH, height: HEIGHT, frames: FRAMES } = SMALL;

@@ -10,7 +10,8 @@ const site = useServerAndBrowser();
 /** Runs in the page: three seconds of a rising tone, as Opus in WebM, and how tracks are read. */
 async function prepare() {
   const media = await import('/dist/vendor/media.js');
-  const { encodeVideo, soundInfo } = await import('/dist/index.js');
+  const { encodeVideo } = await import('/dist/index.js');
+  const { soundInfo } = await import('/dist/export.js');
   const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
   const track = new media.EncodedAudioPacketSource('opus');
   output.addAudioTrack(track);

@@ -3,7 +3,9 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
-import { adjustMask, fromCocoRle, version } from '../../dist/node.js';
+import { version } from '../../dist/node.js';
+import { adjustMask } from '../../dist/node/edit.js';
+import { fromCocoRle } from '../../dist/node/export.js';
 import {
   accessibilityFaults,
   bytesOf,

@@ -32,7 +32,7 @@ export async function openLibrary({ url, browser }) {
   await page.goto(`${url}dist/index.js`);
   await page.evaluate(async () => {
     document.body.innerHTML = '<input type="file" id="file">';
-    globalThis.tracecut = await import('/dist/index.js');
+    globalThis.tracecut = await import('/demo/library.js');
   });
   await page.evaluate(helpers);
   return { page, faults };

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { adjustMask, masksAtSize } from 'tracecut';
+import { adjustMask, masksAtSize } from 'tracecut/edit';
 import { plain } from './support.mjs';
 
 const [WIDTH, HEIGHT] = [37, 23];

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
-import { basename, join } from 'node:path';
+import { basename, join, posix } from 'node:path';
 import { test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
 
@@ -49,6 +49,30 @@ function importsOf(file) {
   return rooms.map((name) => AT_TOP[name] ?? name).filter((name) => name !== roomOf(file));
 }
 
+/** Dialogs that open each other load each other when they do. */
+const KNOWN_CIRCLES = [['www/demo/panels/about-dialog.js', 'www/demo/panels/help.js']];
+
+/** The files of a folder that a file of JavaScript imports, at once or later. */
+function localImports(file) {
+  const code = read(file).replace(/\/\*[^]*?\*\/|^\s*\/\/.*$/gm, '');
+  const names = [...code.matchAll(/(?:\bfrom|\bimport)\s*\(?\s*'(\.[^'\n]+)'/g)].map(([, name]) => name);
+  return names.map((name) => posix.join(posix.dirname(file), name));
+}
+
+/** Groups of files of which each leads to each other by imports. @param {Map<string, string[]>} imports */
+function circlesIn(imports) {
+  const reached = new Map([...imports.keys()].map((file) => [file, reachedFrom(file, imports)]));
+  const circles = [...imports.keys()].map((file) =>
+    [...reached.get(file)].filter((other) => reached.get(other)?.has(file)).sort(),
+  );
+  return circles.filter((circle, k) => circle.length > 0 && circle[0] === [...imports.keys()][k]);
+}
+
+function reachedFrom(file, imports, found = new Set()) {
+  for (const next of imports.get(file) ?? []) if (!found.has(next)) reachedFrom(next, imports, found.add(next));
+  return found;
+}
+
 test('every room of the library has one row, and nothing else has', () => {
   const rooms = new Set(readdirSync(join(root, 'src')).map((name) => basename(name, '.rs')));
   rooms.delete('lib');
@@ -83,4 +107,18 @@ test('the package imports nothing of the page, and the page takes the package as
     ofPage.filter(({ name }) => name.includes('lib/') || !name.startsWith('.')),
     [],
   );
+});
+
+test('no files of the package or the page import each other in a circle', () => {
+  for (const [folder, known] of Object.entries({ 'www/lib': [], 'www/demo': KNOWN_CIRCLES })) {
+    const imports = new Map(codeIn(folder).map((file) => [file, localImports(file)]));
+    assert.deepEqual(circlesIn(imports), known, folder);
+  }
+  const circle = new Map([
+    ['a', ['b', 'd']],
+    ['b', ['c']],
+    ['c', ['a', 'd']],
+    ['d', []],
+  ]);
+  assert.deepEqual(circlesIn(circle), [['a', 'b', 'c']]);
 });

@@ -2,7 +2,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { estimateVideoSize, maskPng, masksAtSize, masksZip, soundInfo } from 'tracecut';
+import { maskPng, masksZip } from 'tracecut';
+import { masksAtSize } from 'tracecut/edit';
+import { estimateVideoSize, soundInfo } from 'tracecut/export';
 import { plain, rejects } from './support.mjs';
 
 /** Three frames of 4 x 2 pixels with an object that moves to the right. */

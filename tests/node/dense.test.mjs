@@ -2,7 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { boundaries, EdgeKind, superpixels, synthClip } from 'tracecut';
+import { synthClip } from 'tracecut';
+import { superpixels, boundaries, EdgeKind } from 'tracecut/stages';
 import { JPEG } from './pictures.mjs';
 import { SMALL, framesOf, open, plain, png, ready, rejects, segment } from './support.mjs';
 

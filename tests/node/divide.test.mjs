@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { divideRegions, pieceRegion } from 'tracecut';
+import { divideRegions, pieceRegion } from 'tracecut/edit';
 
 const [WIDTH, HEIGHT] = [20, 10];
 const maskOf = (label) => ({

@@ -2,7 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { clipsZip, masksZip, segmentEach, segmentVideo } from 'tracecut';
+import { masksZip, segmentEach, segmentVideo } from 'tracecut';
+import { clipsZip } from 'tracecut/export';
 import { unzipSync } from '../../dist/vendor/zip.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 

@@ -2,16 +2,10 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import {
-  carryEdit,
-  createImageEngine,
-  editMasks,
-  labelMaps,
-  maskPng,
-  regionOf,
-  strokeRegion,
-  synthClip,
-} from 'tracecut';
+import { maskPng, synthClip } from 'tracecut';
+import { carryEdit, editMasks, regionOf, strokeRegion } from 'tracecut/edit';
+import { labelMaps } from 'tracecut/export';
+import { createImageEngine } from 'tracecut/stages';
 import { plain, rejects } from './support.mjs';
 
 /** Masks of `numFrames` frames that are all background. */

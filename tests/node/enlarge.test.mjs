@@ -3,8 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { enlargeMask } from 'tracecut';
-import { RemoteEngine } from '../../dist/remote.js';
+import { enlargeMask } from 'tracecut/edit';
+import { RemoteEngine } from '../../dist/worker/remote.js';
 import { fnv1a, plain, png, rejects, standIn } from './support.mjs';
 
 const [WIDTH, HEIGHT] = [160, 96];

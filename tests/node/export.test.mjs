@@ -3,18 +3,9 @@
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { describe, test } from 'node:test';
-import {
-  cocoRle,
-  fromCocoRle,
-  labelMaps,
-  labelsNpy,
-  maskPng,
-  masksZip,
-  objectColor,
-  objectShape,
-  TraceCutError,
-  version,
-} from 'tracecut';
+import { maskPng, masksZip, TraceCutError, version } from 'tracecut';
+import { objectColor, objectShape } from 'tracecut/draw';
+import { cocoRle, fromCocoRle, labelMaps, labelsNpy } from 'tracecut/export';
 import { unzipSync } from '../../dist/vendor/zip.js';
 import { readPng } from '../png.mjs';
 import { framesOf, open, segment } from './support.mjs';

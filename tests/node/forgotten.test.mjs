@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Session } from '../../dist/session.js';
+import { Session } from '../../dist/session/session.js';
 import { untilCollected } from './support.mjs';
 
 test('what is forgotten is closed: a session without anyone who could ask it', async () => {

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync, readdirSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { openProject } from 'tracecut';
+import { openProject } from 'tracecut/edit';
 import { precacheList } from '../../scripts/precache.mjs';
 import { root } from '../../scripts/tools.mjs';
 

@@ -3,8 +3,9 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { boundaries, createImageEngine, flow, imageDiscontinuities, superpixels, synthClip } from 'tracecut';
-import { createRemoteEngine } from '../../dist/remote.js';
+import { synthClip } from 'tracecut';
+import { superpixels, boundaries, createImageEngine, flow, imageDiscontinuities } from 'tracecut/stages';
+import { createRemoteEngine } from '../../dist/worker/remote.js';
 import { plain, png, ready, rejects, standIn } from './support.mjs';
 
 const MAPS = ['pb', 'discontinuity', 'spectral', 'combined'];

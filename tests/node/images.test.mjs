@@ -2,7 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { encodeImages, trailFrames } from 'tracecut';
+import { trailFrames } from 'tracecut/draw';
+import { encodeImages } from 'tracecut/export';
 import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
 import { pngParts } from '../png.mjs';
 import { rejects } from './support.mjs';

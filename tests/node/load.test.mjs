@@ -3,7 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { boundaries, createSession } from 'tracecut';
+import { createSession } from 'tracecut';
+import { boundaries } from 'tracecut/stages';
 import { serve } from '../../scripts/serve.mjs';
 import { plain, png, rejects } from './support.mjs';
 

@@ -4,7 +4,9 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { monitorEventLoopDelay } from 'node:perf_hooks';
 import { test } from 'node:test';
-import { enlargeMask, segmentVideo, superpixels, trajectories } from 'tracecut';
+import { segmentVideo } from 'tracecut';
+import { superpixels, trajectories } from 'tracecut/stages';
+import { enlargeMask } from 'tracecut/edit';
 import { root } from '../../scripts/tools.mjs';
 import { SMALL, fingerprint, framesOf, open, rejects, segment, trappingWasm, watchMemories } from './support.mjs';
 

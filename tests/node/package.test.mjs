@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
+import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { build as bundle } from 'esbuild';
@@ -10,11 +11,9 @@ import * as tracecut from 'tracecut';
 import { packed, sizes } from '../../scripts/size.mjs';
 import { root } from '../../scripts/tools.mjs';
 
+const require = createRequire(import.meta.url);
 const read = (name) => readFileSync(join(root, name), 'utf8');
 const manifest = JSON.parse(read('package.json'));
-
-/** What reads streams and starts programs. */
-const ONLY_IN_NODE = ['framesOfRaw', 'framesOfVideo', 'framesOfY4m'];
 
 test('the versions of crate, package and built module are one', () => {
   assert.equal(/^version = "(.+)"$/m.exec(read('Cargo.toml'))[1], manifest.version);
@@ -38,11 +37,32 @@ test('misuse fails to compile, and use compiles, whatever types a project knows'
   }
 });
 
-test('the Node entry exports what the browser entry does and its readers, and none is a thenable', async () => {
-  const browser = await import('../../dist/index.js');
-  const both = Object.keys(tracecut).filter((name) => !ONLY_IN_NODE.includes(name));
-  assert.deepEqual(Object.keys(browser).sort(), both.sort());
-  assert.ok(!Object.keys(tracecut).includes('then'));
+test('each entry exports the same in browsers and Node, by import and by require, and none a thenable', async () => {
+  const all = require('../../dist/node/all.cjs');
+  for (const name of ['', 'draw', 'edit', 'export', 'stages']) {
+    const [inNode, browser] = await Promise.all([
+      import(`tracecut${name && `/${name}`}`),
+      import(`../../dist/${name || 'index'}.js`),
+    ]);
+    const required = require(`../../dist/node/${name || 'index'}.cjs`);
+    assert.deepEqual(Object.keys(inNode), Object.keys(browser));
+    assert.deepEqual(Object.keys(required).sort(), Object.keys(browser));
+    for (const [key, value] of Object.entries(required)) assert.equal(value, all[key]);
+    assert.ok(!('then' in inNode));
+  }
+});
+
+test('the first entry has at most 25 names, the five that matter first, and no name is in two entries', async () => {
+  const names = Object.keys(tracecut);
+  assert.ok(names.length <= 25, `${names.length}: ${names}`);
+  const others = await Promise.all(['draw', 'edit', 'export', 'stages'].map((name) => import(`tracecut/${name}`)));
+  const all = [...names, ...others.flatMap(Object.keys)];
+  assert.equal(new Set(all).size, all.length);
+  const written = [...read('dist/index.d.ts').matchAll(/^export \{ ([\w, ]+) \}/gm)].flatMap(([, list]) =>
+    list.split(', '),
+  );
+  const five = ['segmentVideo', 'createSession', 'drawLabels', 'masksZip', 'encodeVideo'];
+  assert.deepEqual(written.filter((name) => /^[a-z]/.test(name)).slice(0, 5), five);
 });
 
 test('the tarball holds the built package and nothing else', () => {
@@ -69,8 +89,8 @@ test('the tarball holds the built package and nothing else', () => {
     'inline.js',
     'inline.d.ts',
     'worker.bundle.js',
-    'node.cjs',
-    'node.d.cts',
+    'node/all.cjs',
+    ...['index', 'draw', 'edit', 'export', 'stages'].flatMap((name) => [`node/${name}.cjs`, `node/${name}.d.cts`]),
   ].map((name) => `dist/${name}`);
   const words = ['CHANGELOG.md', 'LICENSE-APACHE', 'LICENSE-MIT', 'README.md', 'package.json'];
   const { files } = packed();
@@ -102,7 +122,7 @@ test('no module of the package imports anything by a bare name, so that a page n
   );
   assert.deepEqual(
     new Set(bare.map((line) => line.split(':')[0])),
-    new Set(['node-frames.js', 'node-selftest.js', 'node-thread.js', 'node-worker.js', 'node.js']),
+    new Set(['frames', 'index', 'platform', 'selftest', 'worker'].map((name) => `node/${name}.js`)),
   );
 });
 
@@ -150,6 +170,10 @@ test('attw has nothing to say', () => {
   const { analysis } = JSON.parse(stdout);
   assert.deepEqual(Object.keys(analysis.entrypoints), [
     '.',
+    './draw',
+    './edit',
+    './export',
+    './stages',
     './inline',
     './node',
     './worker',

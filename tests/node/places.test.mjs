@@ -5,9 +5,10 @@ import { execFileSync } from 'node:child_process';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
-import { configure, createSession, enlargeMask, maskPng, synthClip } from 'tracecut';
-import { aside } from '../../dist/aside/aside.js';
-import { workerStarter } from '../../dist/places.js';
+import { configure, createSession, maskPng, synthClip } from 'tracecut';
+import { enlargeMask } from 'tracecut/edit';
+import { aside } from '../../dist/worker/aside.js';
+import { platform, setPlatform, workerStarter } from '../../dist/platform.js';
 import { rejects } from './support.mjs';
 
 const file = (name) => fileURLToPath(new URL(`../../dist/${name}`, import.meta.url));
@@ -15,7 +16,11 @@ const SMALL = { width: 64, height: 48, frames: 2 };
 
 /** Puts the places back when the test ends. */
 function restored(t) {
-  t.after(() => configure({ wasm: undefined, decoder: undefined, worker: undefined }));
+  const usual = platform;
+  t.after(() => {
+    configure({ wasm: undefined, decoder: undefined, worker: undefined });
+    setPlatform(usual);
+  });
 }
 
 test('configure says for all calls where the wasm files are, until it says otherwise', async (t) => {
@@ -65,7 +70,8 @@ test('a worker is an address, a function, true or false; threads of Node have no
 test('where there are workers, what a call says comes before what configure says, and that before the package', (t) => {
   restored(t);
   const [one, two, own] = [1, 2, 3].map((name) => () => ({ name, postMessage() {} }));
-  const started = (worker) => workerStarter(worker, { startWorker: own })?.().name;
+  setPlatform({ ...platform, startWorker: own, inProcess: false });
+  const started = (worker) => workerStarter(worker)?.().name;
   assert.deepEqual([started(), started(true), started(false), started(one)], [3, 3, undefined, 1]);
   configure({ worker: two });
   assert.deepEqual([started(), started(true), started(false), started(one)], [2, 2, undefined, 1]);
@@ -77,7 +83,8 @@ test('where there are workers, what a call says comes before what configure says
   );
 });
 
-test('what a worker of sessions alone refuses to do aside is done in this thread', async () => {
+test('what a worker of sessions alone refuses to do aside is done in this thread', async (t) => {
+  restored(t);
   const listeners = {};
   const worker = {
     addEventListener: (type, listener) => (listeners[type] = listener),
@@ -85,7 +92,8 @@ test('what a worker of sessions alone refuses to do aside is done in this thread
     terminate() {},
   };
   const task = { kind: 'zip', files: { a: new Uint8Array([1]) }, stored: [] };
-  const bytes = await aside(task, { startAside: () => worker });
+  setPlatform({ ...platform, startAside: () => worker });
+  const bytes = await aside(task);
   assert.deepEqual([...bytes.subarray(0, 2)], [80, 75]);
 });
 

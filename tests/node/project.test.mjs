@@ -2,7 +2,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { clipsZip, cocoRle, editMasks, openProject, saveProject, segmentVideo } from 'tracecut';
+import { segmentVideo } from 'tracecut';
+import { editMasks, openProject, saveProject } from 'tracecut/edit';
+import { clipsZip, cocoRle } from 'tracecut/export';
 import { lookOf, lookPatch } from '../../www/demo/saved/look.js';
 import { framesOf, ready, rejects } from './support.mjs';
 

@@ -3,8 +3,8 @@
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import * as tracecut from 'tracecut';
 import { reference } from '../../scripts/reference.mjs';
+import * as tracecut from '../whole.mjs';
 import { root } from '../../scripts/tools.mjs';
 
 const { text, undocumented, names } = reference(join(root, 'dist'), tracecut.parameters());

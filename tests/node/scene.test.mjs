@@ -2,7 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { sceneMotion, segmentVideo, synthClip } from 'tracecut';
+import { segmentVideo, synthClip } from 'tracecut';
+import { sceneMotion } from 'tracecut/stages';
 
 /** Trajectories from lists of places, each with its first frame and label. */
 function trajectoriesOf(lists) {

@@ -15,7 +15,7 @@ const file = join(root, 'cli', 'src', 'selftest', 'expected.json');
 const expected = JSON.parse(readFileSync(file, 'utf8'));
 
 const program = (args, options = []) =>
-  spawnSync(process.execPath, [...options, join(root, 'dist', 'node-program.js'), ...args], { encoding: 'utf8' });
+  spawnSync(process.execPath, [...options, join(root, 'dist', 'node', 'program.js'), ...args], { encoding: 'utf8' });
 
 test('every hash is the expected one, in this thread and by helpers', async () => {
   const told = [];

@@ -2,7 +2,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { createImageEngine, smoothMasks, synthClip } from 'tracecut';
+import { synthClip } from 'tracecut';
+import { smoothMasks } from 'tracecut/edit';
+import { createImageEngine } from 'tracecut/stages';
 import { rejects } from './support.mjs';
 
 const [WIDTH, HEIGHT, FRAMES] = [96, 64, 7];

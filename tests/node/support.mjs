@@ -6,7 +6,7 @@ import { setFlagsFromString } from 'node:v8';
 import { runInNewContext } from 'node:vm';
 import { MessageChannel } from 'node:worker_threads';
 import { createSession, synthClip, TraceCutError } from 'tracecut';
-import { serve } from '../../dist/serve.js';
+import { serve } from '../../dist/worker/serve.js';
 import { pngBytes } from '../png.mjs';
 import { withTrap } from '../trap.mjs';
 

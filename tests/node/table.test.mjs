@@ -3,7 +3,9 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { objectTable, objectTableCsv, segmentVideo, synthClip, trajectories } from 'tracecut';
+import { segmentVideo, synthClip } from 'tracecut';
+import { objectTable, objectTableCsv } from 'tracecut/export';
+import { trajectories } from 'tracecut/stages';
 import { framesOf } from './support.mjs';
 
 const [width, height] = [12, 8];

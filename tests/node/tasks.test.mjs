@@ -5,7 +5,7 @@ import { execFileSync, spawn, spawnSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { fromTracksDat } from 'tracecut';
+import { fromTracksDat } from 'tracecut/stages';
 import { installed } from '../package/installed.mjs';
 import { freePort } from '../port.mjs';
 import { TASKS, codeOf } from '../readme.mjs';

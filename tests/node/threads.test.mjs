@@ -6,10 +6,11 @@ import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { Worker } from 'node:worker_threads';
 import { createSession } from 'tracecut';
-import { usualThreads } from '../../dist/crew.js';
-import { openEngine } from '../../dist/platform.js';
-import { createRemoteEngine } from '../../dist/remote.js';
-import { Session } from '../../dist/session.js';
+import { usualThreads } from '../../dist/worker/helpers.js';
+import { openEngine } from '../../dist/worker/remote.js';
+import { platform, setPlatform } from '../../dist/platform.js';
+import { createRemoteEngine } from '../../dist/worker/remote.js';
+import { Session } from '../../dist/session/session.js';
 import { fingerprint, framesOf, ready, rejects, segment, standIn } from './support.mjs';
 
 const module = await WebAssembly.compile(await readFile(new URL('../../dist/tracecut_bg.wasm', import.meta.url)));
@@ -18,8 +19,10 @@ const expected = fingerprint(await segment(frames, { threads: 1 }));
 
 /** A session in this thread whose helpers `start` makes. */
 async function withHelpers(t, threads, startHelper) {
-  const platform = { loadModule: async () => module, startWorker: undefined, startHelper, cores: () => 1 };
-  const session = new Session(await openEngine({ threads, parameters: {} }, platform), async () => module);
+  const usual = platform;
+  t.after(() => setPlatform(usual));
+  setPlatform({ loadModule: async () => module, startWorker: undefined, startHelper, cores: () => 1 });
+  const session = new Session(await openEngine({ threads, parameters: {} }), async () => module);
   t.after(() => session.close());
   for (const frame of frames) await session.push(frame);
   return session;
@@ -27,7 +30,7 @@ async function withHelpers(t, threads, startHelper) {
 
 /** A thread of Node that helps. */
 function thread(data) {
-  const worker = new Worker(new URL('../../dist/node-worker.js', import.meta.url), {
+  const worker = new Worker(new URL('../../dist/node/worker.js', import.meta.url), {
     workerData: data,
     transferList: [data.port],
   });

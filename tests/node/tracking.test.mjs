@@ -2,8 +2,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { fromTracksDat, synthClip, tracksDat, trajectories } from 'tracecut';
-import { createRemoteEngine } from '../../dist/remote.js';
+import { synthClip } from 'tracecut';
+import { fromTracksDat, tracksDat, trajectories } from 'tracecut/stages';
+import { createRemoteEngine } from '../../dist/worker/remote.js';
 import { SMALL, framesOf, open, ready, rejects, segment, standIn } from './support.mjs';
 
 const SIZE = { width: SMALL.width, height: SMALL.height };

@@ -1,34 +1,15 @@
 // Never run: it has to compile against the package's declarations, which is what the test `types.test` checks.
 
 import {
-  boundaries,
-  clipsZip,
-  cocoRle,
   createSession,
-  drawBoundaries,
-  drawCells,
-  drawDiscontinuities,
-  drawFlow,
   drawLabels,
-  drawSaliency,
-  drawSuperpixels,
-  drawTrajectories,
-  EdgeKind,
   encodeVideo,
-  fitFrame,
-  fromCocoRle,
-  imageDiscontinuities,
-  labelMaps,
-  labelsNpy,
   maskPng,
   masksZip,
-  objectColor,
-  objectShape,
   parameters,
   searchReport,
   segmentEach,
   segmentVideo,
-  superpixels,
   synthClip,
   TraceCutError,
   version,
@@ -36,17 +17,28 @@ import {
   videoInfo,
   videoStrip,
 } from 'tracecut';
+import { superpixels } from 'tracecut/stages';
+import {
+  drawBoundaries,
+  drawCells,
+  drawDiscontinuities,
+  drawFlow,
+  drawSaliency,
+  drawSuperpixels,
+  drawTrajectories,
+  fitFrame,
+  objectColor,
+  objectShape,
+} from 'tracecut/draw';
+import { clipsZip, cocoRle, fromCocoRle, labelMaps, labelsNpy } from 'tracecut/export';
+import { boundaries, EdgeKind, imageDiscontinuities } from 'tracecut/stages';
 import type {
   Background,
   BoundaryMap,
-  CocoMasks,
   ComponentTable,
   Damage,
-  DiscontinuityOptions,
   ErrorCode,
   FlowField,
-  ImageDiscontinuities,
-  ImageOptions,
   MaskSource,
   ObjectList,
   Progress,
@@ -65,6 +57,8 @@ import type {
   VideoSegmentation,
   WindowResult,
 } from 'tracecut';
+import type { CocoMasks } from 'tracecut/export';
+import type { DiscontinuityOptions, ImageDiscontinuities, ImageOptions } from 'tracecut/stages';
 
 const options: SessionOptions = {
   clip: { maxSide: 320, seed: 1 },

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Driver } from '../../dist/video/driver.js';
+import { Driver } from '../../dist/video/window.js';
 
 /** An engine that keeps the numbers of its frames, and holds back those that begin a shot. */
 class CountingEngine {

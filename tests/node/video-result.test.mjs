@@ -3,8 +3,8 @@
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
 import { segmentVideo, videoFrames, videoInfo } from 'tracecut';
-import { areasOf, decodeRuns, encodeRuns } from '../../dist/video/masks.js';
-import { reduced } from '../../dist/aside/reduce.js';
+import { areasOf, decodeRuns, encodeRuns } from '../../dist/session/objects.js';
+import { reduced } from '../../dist/worker/pixels.js';
 import { fitted } from '../../dist/video/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 

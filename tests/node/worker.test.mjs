@@ -3,8 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
-import { createRemoteEngine } from '../../dist/remote.js';
-import { Session } from '../../dist/session.js';
+import { createRemoteEngine } from '../../dist/worker/remote.js';
+import { Session } from '../../dist/session/session.js';
 import { SMALL, STAGES, fingerprint, framesOf, ready, rejects, segment, standIn, trappingWasm } from './support.mjs';
 
 const compiled = async (name) =>

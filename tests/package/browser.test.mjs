@@ -3,8 +3,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import * as inNode from '../../dist/node.js';
 import { emptyPage } from '../browser/empty.mjs';
+import * as inNode from '../whole.mjs';
 import { fingerprint, fnv1a } from '../fingerprint.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
@@ -16,7 +16,7 @@ const site = useServerAndBrowser();
 async function open(t, policy) {
   const page = await emptyPage(t, site, { policy, modules: ['fingerprint.mjs'] });
   await page.evaluate(async (scene) => {
-    const tracecut = await import('/dist/index.js');
+    const tracecut = await import('/demo/library.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
     const frames = async () => {
       const clip = await tracecut.synthClip(scene);

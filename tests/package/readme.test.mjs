@@ -22,7 +22,9 @@ after(() => cleaners.forEach((clean) => clean()));
 
 const PAGE = `<!doctype html>
 <link rel="icon" href="data:,">
-<script type="importmap">{ "imports": { "tracecut": "./node_modules/tracecut/dist/index.js" } }</script>
+<script type="importmap">{ "imports": {
+  "tracecut": "./node_modules/tracecut/dist/index.js", "tracecut/export": "./node_modules/tracecut/dist/export.js"
+}  }</script>
 <script type="module" src="./main.js"></script>
 <input type="file"><canvas></canvas>`;
 
@@ -65,7 +67,8 @@ async function runWithFile(t, heading, check) {
     t,
     `
     import * as tracecut from 'tracecut';
-    Object.assign(globalThis, tracecut);
+    import * as files from 'tracecut/export';
+    Object.assign(globalThis, tracecut, files);
     const file = await new Promise((chosen) => { document.querySelector('input').onchange = ({ target }) => chosen(target.files[0]); });
     ${code.get(heading)}
     globalThis.outcome = ${check};`,

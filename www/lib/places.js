@@ -1,7 +1,7 @@
 // Where the package's own files are when they are not beside its modules, and what is said where they are not found.
 
-import { TraceCutError, illegal } from './errors.js';
-import { checkedOptions } from './export/mask-source.js';
+import { TraceCutError, checkedOptions } from './check/errors.js';
+import { checkWorker } from './check/options.js';
 
 /**
  * Where workers come from: the address of `worker.bundle.js`, or a function that starts one.
@@ -11,8 +11,8 @@ import { checkedOptions } from './export/mask-source.js';
 /**
  * Where the package's files are, for calls that do not say so themselves.
  * @typedef {object} Places
- * @property {import('./options.js').WasmSource} [wasm] `tracecut_bg.wasm`, which every session needs
- * @property {import('./options.js').WasmSource} [decoder] `decoder_bg.wasm`, which reads PNG and JPEG files and enlarges
+ * @property {import('./check/options.js').WasmSource} [wasm] `tracecut_bg.wasm`, which every session needs
+ * @property {import('./check/options.js').WasmSource} [decoder] `decoder_bg.wasm`, which reads PNG and JPEG files and enlarges
  *   masks
  * @property {WorkerSource | boolean} [worker] `worker.bundle.js`, in browsers (Node has threads of its own); false for
  *   none
@@ -38,15 +38,6 @@ export function configure(where) {
   const given = checkedOptions(where, ['wasm', 'decoder', 'worker']);
   if (given.worker !== undefined) checkWorker(given.worker);
   Object.assign(places, given);
-}
-
-/**
- * Refuses what says nothing about workers.
- * @param {unknown} worker
- */
-export function checkWorker(worker) {
-  if (['boolean', 'function', 'string'].includes(typeof worker) || worker instanceof URL) return;
-  throw illegal('param', 'worker', worker, 'true, false, an address or a function that starts one');
 }
 
 /** What is said of each file, by the option that says where it is. */
@@ -106,53 +97,6 @@ export function importing({ href }) {
 /** @param {string} script */
 export function blobOf(script) {
   return new Blob([script], { type: 'text/javascript' });
-}
-
-/**
- * How workers start, as a call's option says, or `configure`, or the package; nothing where the work stays in this
- * thread.
- * @param {boolean | WorkerSource | undefined} worker
- * @param {{startWorker: (() => Worker) | undefined, inProcess?: boolean}} platform
- * @returns {(() => Worker) | undefined}
- */
-export function workerStarter(worker, platform) {
-  const asked = worker ?? (platform.inProcess ? false : places.worker);
-  if (asked === false) return undefined;
-  if (!platform.startWorker) {
-    if (worker === undefined) return undefined;
-    const expected = 'false or nothing: this thread can start no module workers, so the work runs in it';
-    throw illegal('unsupported', 'worker', worker, expected);
-  }
-  if (platform.inProcess && isAddress(asked))
-    throw illegal('unsupported', 'worker', worker, 'true, false or nothing: threads of Node need no address');
-  const source = asked === true && !platform.inProcess ? places.worker : asked;
-  return typeof source === 'boolean' || source === undefined ? platform.startWorker : from(source);
-}
-
-/** @param {unknown} source */
-const isAddress = (source) => typeof source === 'string' || source instanceof URL;
-
-/**
- * How the worker for what is done aside starts, where the package's own way is `usual`.
- * @param {() => Worker} usual
- */
-export function asideStarter(usual) {
-  const { worker = true } = places;
-  if (worker === false) return undefined;
-  return worker === true ? usual : from(worker);
-}
-
-/**
- * @param {WorkerSource} source
- * @returns {() => Worker}
- */
-function from(source) {
-  if (typeof source !== 'function') return () => workerAt(source);
-  return () => {
-    const made = source();
-    if (typeof made?.postMessage !== 'function') throw illegal('param', 'worker()', made, 'a Worker');
-    return made;
-  };
 }
 
 /**

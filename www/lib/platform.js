@@ -1,21 +1,105 @@
-// What differs between browsers and Node, and engines opened there.
+// What differs between browsers and Node: where wasm files come from, and how workers start. These are the browser's ways;
+// the entries for Node put theirs in their place.
 
-import { Crew, usualThreads } from './crew.js';
-import { createLocalEngine } from './engine.js';
-import { places, workerStarter } from './places.js';
-import { createRemoteEngine } from './remote.js';
+import { TraceCutError, illegal, typeTag } from './check/errors.js';
+import { importing, known, places, wayOut, workerAt } from './places.js';
+
+/** @typedef {import('./check/options.js').WasmSource} WasmSource */
 
 /**
  * @typedef {object} Platform
- * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadModule
- * @property {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} loadDecoder
+ * @property {(source?: WasmSource) => Promise<WebAssembly.Module>} loadModule
+ * @property {(source?: WasmSource) => Promise<WebAssembly.Module>} loadDecoder
  * @property {(() => Worker) | undefined} startWorker
  * @property {boolean} [inProcess] whether work stays on the calling thread where nobody asks for a worker
  * @property {(() => Worker) | undefined} [startAside]
  * @property {(data: {module: WebAssembly.Module, parameters: Record<string, unknown>, port: MessagePort}) =>
- *   import('./crew.js').HelperWorker} [startHelper] where sessions run on the calling thread: a worker that helps one
+ *   import('./worker/helpers.js').HelperWorker} [startHelper] where sessions run on the calling thread: a worker that helps one
  * @property {() => number | undefined} cores as many threads as the machine runs at once, where known
  */
+
+// Bundlers look for these very expressions, and for the workers'.
+const packagedFile = () => new URL('./tracecut_bg.wasm', import.meta.url);
+const packagedDecoder = () => new URL('./decoder_bg.wasm', import.meta.url);
+
+/** @type {Platform} */
+export let platform = {
+  loadModule: loader('wasm', loadModule, async () => loadModule(known('wasm', packagedFile), wayOut('wasm'))),
+  loadDecoder: loader('decoder', loadModule, async () =>
+    loadModule(known('decoder', packagedDecoder), wayOut('decoder')),
+  ),
+  get startWorker() {
+    return typeof Worker === 'undefined' ? undefined : startWorker;
+  },
+  get startAside() {
+    return typeof Worker === 'undefined' ? undefined : asideStarter();
+  },
+  cores: () => globalThis.navigator?.hardwareConcurrency,
+};
+
+/** @param {Platform} other where the package runs, if that is no browser */
+export function setPlatform(other) {
+  platform = other;
+}
+
+function startWorker() {
+  try {
+    return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  } catch {
+    return importing(known('worker', () => new URL('worker.js', packagedFile())));
+  }
+}
+
+function startAside() {
+  try {
+    return new Worker(new URL('./aside-worker.js', import.meta.url), { type: 'module' });
+  } catch {
+    return importing(known('worker', () => new URL('aside/worker.js', packagedFile())));
+  }
+}
+
+/** How the worker for what is done aside starts. */
+function asideStarter() {
+  const { worker = true } = places;
+  if (worker === false) return undefined;
+  return worker === true ? startAside : from(worker);
+}
+
+/**
+ * How workers start, as a call's option says, or `configure`, or the package; nothing where the work stays in this
+ * thread.
+ * @param {boolean | import('./places.js').WorkerSource | undefined} worker
+ * @returns {(() => Worker) | undefined}
+ */
+export function workerStarter(worker) {
+  const asked = worker ?? (platform.inProcess ? false : places.worker);
+  if (asked === false) return undefined;
+  if (!platform.startWorker) {
+    if (worker === undefined) return undefined;
+    const expected = 'false or nothing: this thread can start no module workers, so the work runs in it';
+    throw illegal('unsupported', 'worker', worker, expected);
+  }
+  if (platform.inProcess && isAddress(asked))
+    throw illegal('unsupported', 'worker', worker, 'true, false or nothing: threads of Node need no address');
+  const source = asked === true && !platform.inProcess ? places.worker : asked;
+  return typeof source === 'boolean' || source === undefined ? platform.startWorker : from(source);
+}
+
+/** @param {unknown} source */
+const isAddress = (source) => typeof source === 'string' || source instanceof URL;
+
+/**
+ * @param {import('./places.js').WorkerSource} source
+ * @returns {() => Worker}
+ */
+function from(source) {
+  if (typeof source !== 'function') return () => workerAt(source);
+  return () => {
+    const made = source();
+    if (typeof made?.postMessage !== 'function') throw illegal('param', 'worker()', made, 'a Worker');
+    return made;
+  };
+}
 
 /**
  * Loads once, however often it is called; after a failure the next call tries again.
@@ -36,48 +120,137 @@ export function once(load) {
 /**
  * Loads what a call names, or what `configure` named, or what the package brings; the latter two once.
  * @param {'wasm' | 'decoder'} name
- * @param {(source: import('./options.js').WasmSource) => Promise<WebAssembly.Module>} load
+ * @param {(source: WasmSource) => Promise<WebAssembly.Module>} load
  * @param {() => Promise<WebAssembly.Module>} loadPackaged
- * @returns {(source?: import('./options.js').WasmSource) => Promise<WebAssembly.Module>}
+ * @returns {(source?: WasmSource) => Promise<WebAssembly.Module>}
  */
 export function loader(name, load, loadPackaged) {
   const packaged = once(loadPackaged);
   /** @type {unknown} */
-  let known;
+  let last;
   let configured = packaged;
   return (source) => {
     if (source !== undefined) return load(source);
     const place = places[name];
     if (place === undefined) return packaged();
-    if (place !== known) {
-      known = place;
+    if (place !== last) {
+      last = place;
       configured = once(async () => load(typeof place === 'function' ? place() : place));
     }
     return configured();
   };
 }
 
+/** The smallest module with a SIMD instruction in it. */
+const SIMD_PROBE = [
+  0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11,
+];
+
 /**
- * An engine in a worker where there are workers and the options do not say otherwise (in Node where they ask for one),
- * else in this thread.
- * @param {import('./options.js').SplitOptions} options
- * @param {Platform} platform
- * @returns {Promise<import('./engine.js').Engine>}
+ * Compiles the wasm module from wherever it is.
+ * @param {import('./check/options.js').WasmSource} source
+ * @param {string} [hint] what to do where it is not found
+ * @returns {Promise<WebAssembly.Module>}
  */
-export async function openEngine({ wasm, worker, threads, parameters }, platform) {
-  const start = workerStarter(worker, platform);
-  const module = await platform.loadModule(wasm);
-  const usual = worker === false ? 1 : usualThreads(platform.cores());
-  if (start) return createRemoteEngine(start, module, parameters, threads ?? usual);
-  const engine = await createLocalEngine(module, parameters);
-  const { startHelper } = platform;
-  if (startHelper) {
-    engine.crew = new Crew(
-      (threads ?? usual) - 1,
-      (port) => startHelper({ module, parameters, port }),
-      (number, port) => engine.pool.add(number, port),
-      (number) => engine.pool.lose(number),
+export async function loadModule(source, hint = '') {
+  if (typeof WebAssembly === 'undefined')
+    throw new TraceCutError('unsupported', 'this JavaScript engine has no WebAssembly');
+  if (source instanceof WebAssembly.Module || typeTag(source) === 'WebAssembly.Module')
+    return /** @type {WebAssembly.Module} */ (source);
+  if (typeof source === 'string' || source instanceof URL)
+    return fromResponse(await fetched(source, hint), String(source), hint);
+  if (typeTag(source) === 'Response') return fromResponse(/** @type {Response} */ (source), 'the response');
+  if (typeTag(source) === 'ArrayBuffer' || ArrayBuffer.isView(source))
+    return compile(/** @type {BufferSource} */ (source), 'the bytes given');
+  throw illegal('param', 'wasm', source, 'a URL, a Response, bytes or a WebAssembly.Module');
+}
+
+/**
+ * @param {string | URL} url
+ * @param {string} hint
+ */
+async function fetched(url, hint) {
+  try {
+    return await fetch(url);
+  } catch (cause) {
+    throw new TraceCutError('wasm-load', advised(`${url} could not be fetched: ${words(cause)}`, hint), { cause });
+  }
+}
+
+/**
+ * @param {Response} response
+ * @param {string} name
+ * @param {string} [hint]
+ */
+async function fromResponse(response, name, hint = '') {
+  if (!response.ok) {
+    const words = `${name} could not be fetched: the server answered ${response.status}`;
+    throw new TraceCutError('wasm-load', advised(words, hint));
+  }
+  /** @type {Response | undefined} */
+  let spare;
+  if (response.headers.get('Content-Type') === 'application/wasm' && !response.bodyUsed) {
+    spare = response.clone();
+    try {
+      return await WebAssembly.compileStreaming(response);
+    } catch {
+      // Compiled from its bytes, which says what is wrong.
+    }
+  }
+  return compile(await bodyOf(spare ?? response, name, hint), name, hint);
+}
+
+/**
+ * The bytes of an answer, unless the network goes while they come.
+ * @param {Response} response
+ * @param {string} name
+ * @param {string} hint
+ */
+async function bodyOf(response, name, hint) {
+  try {
+    return await response.arrayBuffer();
+  } catch (cause) {
+    const said = `${name} came only in part: ${words(cause)}. Try again`;
+    throw new TraceCutError('wasm-load', advised(said, hint), { cause });
+  }
+}
+
+/**
+ * @param {BufferSource} bytes
+ * @param {string} name
+ * @param {string} [hint]
+ */
+async function compile(bytes, name, hint = '') {
+  const view = ArrayBuffer.isView(bytes)
+    ? new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength)
+    : new Uint8Array(bytes);
+  if (view[0] === 0x3c) {
+    const check =
+      "check that the .wasm file is where the URL says (with Vite before 8, set optimizeDeps.exclude to ['tracecut'])";
+    throw new TraceCutError('wasm-load', advised(`${name} is a page of HTML, not WebAssembly: ${check}`, hint));
+  }
+  if (!WebAssembly.validate(new Uint8Array(SIMD_PROBE))) {
+    throw new TraceCutError(
+      'unsupported',
+      'this JavaScript engine has no WebAssembly SIMD (needs Chrome 91, Firefox 89, Safari 16.4 or Node 18)',
     );
   }
-  return engine;
+  try {
+    return await WebAssembly.compile(bytes);
+  } catch (cause) {
+    throw new TraceCutError('wasm-load', `${name} could not be compiled: ${words(cause)}`, { cause });
+  }
+}
+
+/**
+ * @param {string} words
+ * @param {string} hint
+ */
+function advised(words, hint) {
+  return hint ? `${words}. ${hint}` : words;
+}
+
+/** @param {unknown} error */
+function words(error) {
+  return error instanceof Error ? error.message : String(error);
 }

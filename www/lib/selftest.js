@@ -1,7 +1,9 @@
 // Whether this engine computes what every other does: a fixed program, its results hashed.
 
+import * as files from './export.js';
 import * as library from './index.js';
 import { selftestOf } from './selftest/run.js';
+import * as stages from './stages.js';
 
 /** @typedef {import('./selftest/run.js').Selftest} Selftest */
 /** @typedef {import('./selftest/run.js').SelftestCheck} SelftestCheck */
@@ -19,5 +21,5 @@ import { selftestOf } from './selftest/run.js';
  * @returns {Promise<import('./selftest/run.js').Selftest>}
  */
 export function selftest(options) {
-  return selftestOf(library, options);
+  return selftestOf({ ...library, ...files, ...stages }, options);
 }

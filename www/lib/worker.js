@@ -1,5 +1,5 @@
 // The module worker of a session; started by `createSession` in browsers.
 
-import { serve } from './serve.js';
+import { serve } from './worker/serve.js';
 
-serve(/** @type {import('./protocol.js').Port} */ (/** @type {unknown} */ (globalThis)));
+serve(/** @type {import('./worker/protocol.js').Port} */ (/** @type {unknown} */ (globalThis)));

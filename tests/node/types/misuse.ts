@@ -2,29 +2,22 @@
 // of its own.
 
 import {
-  boundaries,
-  cocoRle,
-  createImageEngine,
   createSession,
   drawLabels,
-  editMasks,
-  encodeImages,
   encodeVideo,
-  flow,
-  fromCocoRle,
-  imageDiscontinuities,
   maskPng,
   masksZip,
-  openProject,
-  saveProject,
   segmentEach,
   segmentVideo,
-  superpixels,
   synthClip,
   videoFrames,
   videoInfo,
   videoStrip,
 } from 'tracecut';
+import { superpixels } from 'tracecut/stages';
+import { editMasks, openProject, saveProject } from 'tracecut/edit';
+import { cocoRle, encodeImages, fromCocoRle } from 'tracecut/export';
+import { boundaries, createImageEngine, flow, imageDiscontinuities } from 'tracecut/stages';
 import type { ErrorCode, MaskSource, Result, Session, Stroke, VideoResult, WindowResult } from 'tracecut';
 
 declare const session: Session;

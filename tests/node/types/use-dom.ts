@@ -1,6 +1,8 @@
 // Never run: the browser's own types fit, and are given.
 
-import { createSession, drawCutout, drawLabels, encodeImages, encodeVideo, fitFrame, segmentVideo } from 'tracecut';
+import { createSession, drawLabels, encodeVideo, segmentVideo } from 'tracecut';
+import { drawCutout, fitFrame } from 'tracecut/draw';
+import { encodeImages } from 'tracecut/export';
 import type { MaskSource } from 'tracecut';
 
 declare const masks: MaskSource;

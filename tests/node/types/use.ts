@@ -2,26 +2,23 @@
 // Node's, and with none.
 
 import {
-  adjustMask,
-  cocoRle,
-  createImageEngine,
   createSession,
   drawLabels,
-  encodeImages,
   encodeVideo,
-  fitFrame,
   maskPng,
   masksZip,
-  openProject,
   readFrames,
   Result as ResultClass,
-  saveProject,
   segmentEach,
   segmentVideo,
   synthClip,
   TraceCutError,
   videoFrames,
 } from 'tracecut';
+import { fitFrame } from 'tracecut/draw';
+import { adjustMask, openProject, saveProject } from 'tracecut/edit';
+import { cocoRle, encodeImages } from 'tracecut/export';
+import { createImageEngine } from 'tracecut/stages';
 import type { FrameSource, MaskSource, Result, VideoResult, WindowResult } from 'tracecut';
 
 /** True of one type alone: `any` is equal to nothing else. */

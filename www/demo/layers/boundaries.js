@@ -1,6 +1,6 @@
 /** The boundary probability Pb, dark on white; maps are computed when they are first looked at. @module */
 
-import { drawBoundaries } from '../../dist/index.js';
+import { drawBoundaries } from '../../dist/draw.js';
 import { Fetched } from './fetched.js';
 import { opacity, toggle } from './layer.js';
 import { picture, valueAt } from './regions.js';

@@ -1,6 +1,6 @@
 /** The edges that superpixels are made of, as in Figure 8 of the paper: contours red, Gabriel edges green. @module */
 
-import { drawSuperpixels } from '../../dist/index.js';
+import { drawSuperpixels } from '../../dist/draw.js';
 import { key } from '../dom.js';
 import { Fetched } from './fetched.js';
 import { fromCorner, opacity, toggle } from './layer.js';
@@ -31,7 +31,7 @@ export function contourLayer() {
     draw(ctx, view) {
       const known = regions.get(view, view.frame);
       if (!known) return;
-      /** @type {import('../../dist/index.js').DrawSuperpixelsOptions} */
+      /** @type {import('../../dist/draw.js').DrawSuperpixelsOptions} */
       const options = {
         fill: 'none',
         borders: false,

@@ -1,6 +1,6 @@
 /** Embedding discontinuities on the Delaunay edges of the frame. @module */
 
-import { drawDiscontinuities } from '../../dist/index.js';
+import { drawDiscontinuities } from '../../dist/draw.js';
 import { key } from '../dom.js';
 import { fromCorner, opacity } from './layer.js';
 import { CUT_RED } from '../result/palette.js';

@@ -1,6 +1,6 @@
 /** The embedding as colour: three eigenvectors as red, green and blue, spread over the cells of the points. @module */
 
-import { drawCells } from '../../dist/index.js';
+import { drawCells } from '../../dist/draw.js';
 import { h } from '../dom.js';
 import { cellKey } from './trajectories.js';
 import { fromCorner, opacity } from './layer.js';

@@ -3,7 +3,7 @@
  * @module
  */
 
-import { drawTrajectories } from '../../dist/index.js';
+import { drawTrajectories } from '../../dist/draw.js';
 import { key } from '../dom.js';
 import { fromCorner, opacity } from './layer.js';
 import { markerSize, trailLength } from './markers.js';
@@ -49,7 +49,7 @@ export function foregroundLayer() {
         layer.changed?.();
       }
       const { radius, width } = markerSize(view);
-      const draw = (/** @type {import('../../dist/index.js').DrawTrajectoriesOptions} */ options) =>
+      const draw = (/** @type {import('../../dist/draw.js').DrawTrajectoriesOptions} */ options) =>
         drawTrajectories(ctx, points.result, view.frame, { objects: view.visible, width, ...options });
       fromCorner(ctx, () => {
         draw({ which: (i) => !foreground[i], color: FAINT, radius: FAINT_SIZE * radius, rim: false, tail: 0 });

@@ -22,9 +22,9 @@ import { say } from '../language.js';
  * @property {number} height
  * @property {number} unit clip pixels in one CSS pixel: line widths times this look the same at every zoom
  * @property {(object: number) => boolean} visible
- * @property {() => ReturnType<typeof import('../../dist/index.js').adjustMask> | null} mask of the frame, its edges as
+ * @property {() => ReturnType<typeof import('../../dist/edit.js').adjustMask> | null} mask of the frame, its edges as
  *   they are wanted; null where there is none
- * @property {() => {cutout: import('../../dist/index.js').Cutout | null, opacity: number}[]} trail behind cut-out objects
+ * @property {() => {cutout: import('../../dist/draw.js').Cutout | null, opacity: number}[]} trail behind cut-out objects
  * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */

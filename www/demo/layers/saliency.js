@@ -2,7 +2,7 @@
  * Saliency, section 3 of the paper: of each pixel as heat, of each trajectory as a point of the same colours. @module
  */
 
-import { drawSaliency, drawTrajectories } from '../../dist/index.js';
+import { drawSaliency, drawTrajectories } from '../../dist/draw.js';
 import { h } from '../dom.js';
 import { Fetched } from './fetched.js';
 import { fromCorner, opacity, toggle } from './layer.js';

@@ -1,6 +1,6 @@
 /** The Gabriel superpixels of the frame, in their mean colours or in colours at random. @module */
 
-import { drawSuperpixels } from '../../dist/index.js';
+import { drawSuperpixels } from '../../dist/draw.js';
 import { Fetched } from './fetched.js';
 import { opacity, toggle } from './layer.js';
 import { picture } from './regions.js';

@@ -1,6 +1,6 @@
 /** Trajectory points by object, each with the last part of its way. @module */
 
-import { drawCells, drawTrajectories } from '../../dist/index.js';
+import { drawCells, drawTrajectories } from '../../dist/draw.js';
 import { key } from '../dom.js';
 import { fromCorner, opacity } from './layer.js';
 import { markerSize, trailLength } from './markers.js';

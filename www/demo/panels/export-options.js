@@ -7,7 +7,7 @@ import { bytes, plural } from '../words.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../../dist/index.js').VideoQuality} VideoQuality */
-/** @typedef {import('../../dist/index.js').SoundInfo} SoundInfo */
+/** @typedef {import('../../dist/export.js').SoundInfo} SoundInfo */
 /** @typedef {Pick<import('../result/export.js').Subject, 'masks' | 'source' | 'fps'>} Known */
 
 const FORMATS = /** @type {const} */ ({ webm: 'WebM', mp4: 'MP4' });

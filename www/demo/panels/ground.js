@@ -1,6 +1,6 @@
 /** The view of the result as it is saved: the objects that are kept, on a ground of one's choice. @module */
 
-import { drawCutout } from '../../dist/index.js';
+import { drawCutout } from '../../dist/draw.js';
 import { byId } from '../dom.js';
 import { fromCorner } from '../layers/layer.js';
 import { errorPatch } from '../store.js';
@@ -62,7 +62,7 @@ function connectTrail(store) {
 
 /**
  * @param {import('../store.js').Ground} ground
- * @returns {import('../../dist/index.js').Ground} as the package takes it
+ * @returns {import('../../dist/draw.js').Ground} as the package takes it
  */
 export function groundOf({ name, colour, picture }) {
   if (name === 'green') return GREEN;

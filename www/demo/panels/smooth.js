@@ -31,7 +31,7 @@ class Smoothing {
     /** @type {{reach: number, points: unknown}} What is smoothed. */
     this.of = { reach: 0, points: null };
     this.abort = new AbortController();
-    /** @type {Promise<import('../../dist/index.js').ImageEngine> | null} */
+    /** @type {Promise<import('../../dist/stages.js').ImageEngine> | null} */
     this.engine = null;
   }
 

@@ -1,6 +1,6 @@
 /** A mask with its edges as they are wanted. @module */
 
-import { adjustMask } from '../../dist/index.js';
+import { adjustMask } from '../../dist/edit.js';
 import { edgesOf } from './edges.js';
 
 /** The mask on screen with its edges; made again only when something of it is another. */

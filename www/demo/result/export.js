@@ -13,8 +13,8 @@
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
  * @property {import('../../dist/index.js').VideoQuality} quality of videos
- * @property {import('../../dist/index.js').MaskEdges} edges of the masks on screen
- * @property {import('../../dist/index.js').Ground} ground of cut-out objects on screen
+ * @property {import('../../dist/edit.js').MaskEdges} edges of the masks on screen
+ * @property {import('../../dist/draw.js').Ground} ground of cut-out objects on screen
  * @property {import('../store.js').Trail} trail behind them
  * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source
@@ -25,7 +25,7 @@
  * @property {string} name of the clip
  * @property {number} fps where frames have no times
  * @property {() => string} tracks the trajectories as a track file
- * @property {import('../../dist/index.js').TrajectoryPoints} points of the trajectories, in pixels of the masks
+ * @property {import('../../dist/export.js').TrajectoryPoints} points of the trajectories, in pixels of the masks
  * @property {import('../store.js').State} state of the page
  */
 

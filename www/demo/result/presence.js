@@ -127,7 +127,7 @@ export class Presence {
 
   /**
    * @param {number} object
-   * @param {import('../../dist/index.js').SceneMotion | null} [scene] how the scene moves in the picture; not at all where
+   * @param {import('../../dist/stages.js').SceneMotion | null} [scene] how the scene moves in the picture; not at all where
    *   nobody knows
    * @returns {Facts}
    */

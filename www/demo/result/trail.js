@@ -1,10 +1,10 @@
 /** The trail on screen: objects of earlier frames, cut out once and kept as long as they look the same. @module */
 
-import { cutOut, trailFrames } from '../../dist/index.js';
+import { cutOut, trailFrames } from '../../dist/draw.js';
 import { EdgedMask } from './edged-mask.js';
 import { shotsOf } from './export.js';
 
-/** @typedef {import('../../dist/index.js').Cutout} Cutout */
+/** @typedef {import('../../dist/draw.js').Cutout} Cutout */
 /** @typedef {Readonly<import('../store.js').State>} State */
 
 /** Of how many frames objects are kept: as many as the longest trail has, and some more. */

@@ -6,9 +6,9 @@
 
 import { PageError } from '../words.js';
 
-/** @typedef {import('../../dist/index.js').Edit} Edit */
-/** @typedef {import('../../dist/index.js').MaskEditor} MaskEditor */
-/** @typedef {import('../../dist/index.js').ImageEngine} ImageEngine */
+/** @typedef {import('../../dist/edit.js').Edit} Edit */
+/** @typedef {import('../../dist/edit.js').MaskEditor} MaskEditor */
+/** @typedef {import('../../dist/stages.js').ImageEngine} ImageEngine */
 /** @typedef {import('../result/points.js').Result} Result */
 /** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
 
@@ -200,7 +200,7 @@ export class Corrections {
   /**
    * Edits of an earlier visit, which can be undone like those of this one.
    *
-   * @param {import('../../dist/index.js').SavedEdits} saved
+   * @param {import('../../dist/edit.js').SavedEdits} saved
    */
   adopt(saved) {
     const editor = this.opened;
@@ -363,7 +363,7 @@ export class LongCorrections extends Corrections {
    *
    * @param {number} t
    * @param {number} label that they have
-   * @param {import('../../dist/index.js').Region[]} regions
+   * @param {import('../../dist/edit.js').Region[]} regions
    */
   async divided(t, label, regions) {
     const editor = this.opened;

@@ -7,7 +7,7 @@ import { FrameStore } from './frame-store.js';
 import { Preview, isWorth } from './preview.js';
 import { StageClock } from './stage-clock.js';
 
-/** @typedef {typeof import('../../dist/index.js')} Library The tracecut package. */
+/** @typedef {typeof import('../library.js')} Library The tracecut package. */
 /** @typedef {import('../source.js').Source} Source */
 /** @typedef {import('../source.js').Take} Take */
 /** @typedef {import('../../dist/index.js').SessionOptions} Options Parameters that differ from their defaults. */
@@ -45,12 +45,12 @@ import { StageClock } from './stage-clock.js';
  * @property {() => number} redoable those that were undone
  */
 
-/** What is to be painted, where. @typedef {Parameters<import('../../dist/index.js').MaskEditor['paint']>[0]} ToPaint */
+/** What is to be painted, where. @typedef {Parameters<import('../../dist/edit.js').MaskEditor['paint']>[0]} ToPaint */
 
 /**
  * Something painted, and the frames that have it.
  *
- * @typedef {{edit: import('../../dist/index.js').Edit, frames: number[]}} Painted
+ * @typedef {{edit: import('../../dist/edit.js').Edit, frames: number[]}} Painted
  */
 
 /** Besides what is here a kind has `run`, `shown`, and the static `fits` and `stages`, which jobs.js asks for. */

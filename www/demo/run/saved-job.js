@@ -18,7 +18,7 @@ export class SavedJob extends LongJob {
 
   /**
    * @param {ConstructorParameters<typeof LongJob>} parts
-   * @param {import('../../dist/index.js').Project} project
+   * @param {import('../../dist/edit.js').Project} project
    */
   constructor(parts, project) {
     super(...parts);

@@ -107,7 +107,7 @@ export async function projectFile({ files, project, edits, about }, library) {
 /**
  * @param {File} file
  * @param {Library} library
- * @returns {Promise<{files: File[], about: About, project: import('../../dist/index.js').Project}>}
+ * @returns {Promise<{files: File[], about: About, project: import('../../dist/edit.js').Project}>}
  */
 export async function readProjectFile(file, library) {
   const project = await library.openProject(file);
@@ -122,7 +122,7 @@ export async function readProjectFile(file, library) {
 /**
  * @param {Saved} saved
  * @param {Library} library
- * @returns {Promise<{files: File[], about: About, project: import('../../dist/index.js').Project}>}
+ * @returns {Promise<{files: File[], about: About, project: import('../../dist/edit.js').Project}>}
  */
 export async function reopened({ files, about, project, edits }, library) {
   return { files, about, project: { ...(await library.openProject(project)), edits } };

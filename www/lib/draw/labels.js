@@ -1,16 +1,8 @@
 // Masks on a canvas: every pixel of an object in its colour, with an outline.
 
-import {
-  MAX_LABEL,
-  checkFlag,
-  checkMasks,
-  checkNumber,
-  checkedOptions,
-  chosenLabels,
-  labelsOf,
-} from '../export/mask-source.js';
-import { asideFrom, onPixelCentres, pack, painted } from './canvas.js';
-import { outlines, strokePieces } from './outlines.js';
+import { checkFlag, checkNumber, checkedOptions } from '../check/errors.js';
+import { MAX_LABEL, checkMasks, chosenLabels, labelsOf } from '../check/masks.js';
+import { asideFrom, onPixelCentres, outlines, pack, painted, strokePieces } from './canvas.js';
 import { colorsOf, rgbOf } from './palette.js';
 
 /**
@@ -20,7 +12,7 @@ import { colorsOf, rgbOf } from './palette.js';
  * @property {number} [outlineWidth] in pixels of the input; 1.5 if not given. A dark rim of nearly the same width goes
  *   beyond it
  * @property {import('./palette.js').LabelColors} [colors] `objectColor` if not given
- * @property {import('../export/mask-source.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('../check/masks.js').ObjectChoice} [objects] all but the background if not given
  */
 
 const LEGAL = ['opacity', 'outline', 'outlineWidth', 'colors', 'objects'];
@@ -34,7 +26,7 @@ const MAX_WIDTH = 1000;
  * Draws the masks of frame `t`. The context's unit is one pixel of the input, its origin the frame's upper left corner
  * (see `fitFrame`).
  * @param {import('./canvas.js').Context2D} context
- * @param {import('../export/mask-source.js').MaskSource} masks
+ * @param {import('../check/masks.js').MaskSource} masks
  * @param {number} t
  * @param {DrawLabelsOptions} [options]
  */
@@ -87,7 +79,7 @@ function fillLabels(context, { labels, width, height }, chosen, color, opacity) 
  * @param {Uint8Array} chosen
  * @param {(label: number) => string} color
  */
-export function labelPicture(context, { labels, width, height }, chosen, color) {
+function labelPicture(context, { labels, width, height }, chosen, color) {
   const seen = new Uint8Array(MAX_LABEL + 1);
   for (let p = 0; p < labels.length; p += 1) seen[Number(labels[p])] = 1;
   const fill = Uint32Array.from(seen, (there, label) => (there && chosen[label] ? pack(rgbOf(color(label))) : 0));

@@ -1,7 +1,6 @@
 // Colours and marker shapes of objects, colours of saliency and of motion.
 
-import { illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
+import { illegal, wholeNumber } from '../check/errors.js';
 
 /** A point's shape. @typedef {'disc' | 'square' | 'diamond'} Shape */
 

@@ -1,11 +1,9 @@
 // Superpixels on a canvas: their colours, the lines between them, and the edges that they are made of (as in Figure 8
 // of the paper).
 
-import { illegal } from '../errors.js';
-import { EdgeKind } from '../image.js';
-import { checkFlag, checkNumber, checkedOptions } from '../export/mask-source.js';
-import { asideFrom, onPixelCentres, pack, painted, scratch } from './canvas.js';
-import { strokePieces } from './outlines.js';
+import { checkFlag, checkNumber, checkedOptions, illegal } from '../check/errors.js';
+import { EdgeKind } from '../stages/image.js';
+import { asideFrom, onPixelCentres, pack, painted, scratch, strokePieces } from './canvas.js';
 import { flowColor } from './palette.js';
 
 /** @typedef {import('./canvas.js').Context2D} Context2D */

@@ -1,8 +1,7 @@
 // Point trajectories on a canvas: where they are in a frame, and the last part of the way that they came.
 
-import { illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
-import { checkFlag, checkNumber, checkedOptions, MAX_LABEL } from '../export/mask-source.js';
+import { checkFlag, checkNumber, checkedOptions, illegal, wholeNumber } from '../check/errors.js';
+import { MAX_LABEL } from '../check/masks.js';
 import { onPixelCentres } from './canvas.js';
 import { objectColor, objectShape } from './palette.js';
 

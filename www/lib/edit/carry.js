@@ -1,9 +1,8 @@
 // An edit of one frame carried to others: its region goes with the optical flow, from frame to frame, as long as the
 // picture there looks like where it came from.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { checkNumber } from '../export/mask-source.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { TraceCutError, checkNumber, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { createImageEngine } from '../stages/image.js';
 import { areaOf, pixelsOf } from './regions.js';
 
 /** @typedef {import('./regions.js').Region} Region */
@@ -23,14 +22,14 @@ import { areaOf, pixelsOf } from './regions.js';
  * @property {number} [leastEvidence] where it ends, 0 to 1: the share of the region that looks like what it came from;
  *   .6 if
  *   not given
- * @property {import('../image.js').ImageEngine} [engine] saves opening one for each edit
+ * @property {import('../stages/image.js').ImageEngine} [engine] saves opening one for each edit
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  * @property {(reached: {t: number, evidence: number}) => void} [onFrame] hears of each frame that was reached
  */
 
 /** How far an edit was carried: the first and the last frame that have it. @typedef {{first: number, last: number}} Carried */
 
-/** @typedef {(from: Picture, to: Picture) => Promise<import('../engine.js').FlowField>} FlowBetween */
+/** @typedef {(from: Picture, to: Picture) => Promise<import('../session/engine.js').FlowField>} FlowBetween */
 
 /** Colours that differ by less are the same, as the mean over red, green and blue. */
 const SAME_COLOUR = 24;
@@ -70,15 +69,20 @@ export async function carry(editor, edit, options, flow) {
 }
 
 /**
- * The same with an engine for the flow: the options', or one that is opened and closed again.
+ * Carries a painted edit to the frames before and after it, as parts of the same edit: its region goes with the optical
+ * flow from frame to frame, within the shot, as long as the picture there looks like what it came from.
+ *
+ * ```js
+ * const { first, last } = await carryEdit(editor, edit, { picture: (t) => frames[t] });
+ * ```
  * @param {import('./editor.js').MaskEditor} editor
- * @param {import('./editor.js').Edit} edit
+ * @param {import('./editor.js').Edit} edit as `paint` gave it, in force
  * @param {CarryOptions} options
- * @param {() => Promise<import('../image.js').ImageEngine>} open
+ * @returns {Promise<Carried>}
  */
-export async function carryWith(editor, edit, options, open) {
+export async function carryEdit(editor, edit, options) {
   checked(editor, edit, options);
-  const engine = options.engine ?? (await open());
+  const engine = options.engine ?? (await createImageEngine());
   try {
     return await carry(editor, edit, options, (from, to) => engine.flow(from, to));
   } finally {
@@ -120,7 +124,7 @@ function checkedPicture(picture, t) {
  * Where a region is in the next frame. Each pixel there looks back along the flow: it belongs to the region if most of
  * what it came from does.
  * @param {Region} region
- * @param {import('../engine.js').FlowField} back from each pixel of the next picture to this one, in its pixels
+ * @param {import('../session/engine.js').FlowField} back from each pixel of the next picture to this one, in its pixels
  * @param {[Picture, Picture]} pictures this and the next, of one size
  * @param {{width: number, height: number}} masks
  * @returns {{region: Region, evidence: number}}

@@ -1,11 +1,10 @@
 // Masks changed by hand: painted, erased, given other labels; undone and done again. The masks below stay as they are.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { MAX_LABEL, checkMasks, labelsOf } from '../export/mask-source.js';
-import { isPlainObject, wholeNumber } from '../options.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { MAX_LABEL, checkMasks, labelsOf } from '../check/masks.js';
 import { checkedRegion, strokeRegion } from './regions.js';
 
-/** @typedef {import('../export/mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('../check/masks.js').MaskSource} MaskSource */
 /** @typedef {import('./regions.js').Region} Region */
 
 /**

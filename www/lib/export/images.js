@@ -1,24 +1,23 @@
 // Objects cut out of their frames, or their opacity, as PNG files in an archive or as one animated PNG: written while
 // they are read, so that no more than a frame or two is in memory.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { checkedTrail } from '../draw/trail.js';
+import { TraceCutError, checkedOptions, illegal, isIterable, oneOf } from '../check/errors.js';
+import { checkMasks, chosenLabels, endOf, labelsOf, timesOf } from '../check/masks.js';
+import { checkedTrail } from '../draw/cutout.js';
+import { checkedEdges } from '../edit/adjust.js';
+import { checkSize, maskAtSize, pixelsOf, tooFew } from '../edit/at-size.js';
 import { VERSION } from '../parameters.js';
-import { zipDate } from '../aside/here.js';
-import { frameHead, joined, pngHead, pngTail } from '../aside/png.js';
-import { aside } from '../aside/aside.js';
-import { Zip, ZipPassThrough } from '../vendor/zip.js';
-import { checkedEdges } from './adjust.js';
-import { checkSize, maskAtSize, tooFew } from './at-size.js';
-import { pngName } from './coco.js';
-import { pixelsOf } from './drawable.js';
-import { checkMasks, checkedOptions, chosenLabels, endOf, labelsOf, timesOf } from './mask-source.js';
-import { breath } from './breath.js';
-import { Trails } from './trails.js';
-import { isIterable, oneOf, timing } from './video.js';
 import { Encoder } from '../text.js';
+import { Zip, ZipPassThrough } from '../vendor/zip.js';
+import { zipDate } from '../worker/aside-here.js';
+import { aside } from '../worker/aside.js';
+import { breath } from '../worker/pause.js';
+import { frameHead, joined, pngHead, pngTail } from '../worker/pixels.js';
+import { pngName } from './data.js';
+import { timing } from './video.js';
+import { Trails } from './trails.js';
 
-/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('../check/masks.js').MaskSource} MaskSource */
 
 /**
  * @typedef {object} EncodeImagesOptions
@@ -26,12 +25,12 @@ import { Encoder } from '../text.js';
  *   are, white on black
  * @property {'zip' | 'apng'} [format] `zip`, an archive of PNG files and `images.json` with their times, if not given;
  *   `apng`, one animated PNG, which repeats
- * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
- * @property {import('./adjust.js').MaskEdges} [edges] of the masks: specks left out, objects grown or shrunk, soft edges
- * @property {import('../draw/trail.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
+ * @property {import('../check/masks.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('../edit/adjust.js').MaskEdges} [edges] of the masks: specks left out, objects grown or shrunk, soft edges
+ * @property {import('../draw/cutout.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
  *   so many frames as it is long are kept in memory
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
- * @property {import('../options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
+ * @property {import('../check/options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: reading rejects with its reason
  */
@@ -50,17 +49,32 @@ const PIECE = 2 ** 22;
 const LEVEL = 3;
 
 /**
- * @param {MaskSource} masks
- * @param {import('./video.js').EncodeFrames} frames
- * @param {EncodeImagesOptions | undefined} options
- * @param {import('./at-size.js').Enlarge} enlarge
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {ReadableStream<Uint8Array<ArrayBuffer>>}
+ * Objects cut out of their frames as PNG files with alpha, in an archive or as one animated PNG, or their opacity as grey
+ * ones: written while the stream is read and no sooner, a frame or two in memory. The pictures have the frames' size;
+ * masks that are smaller are enlarged by the frames (`enlargeMask`).
+ *
+ * ```js
+ * const stream = await encodeImages(result, frames, { format: 'zip' });
+ * const file = await new Response(stream).blob();
+ * ```
+ * @param {import('../check/masks.js').MaskSource} masks
+ * @param {import('./video.js').EncodeFrames} frames one for each frame of the masks, in order
+ * @param {EncodeImagesOptions} [options]
+ * @returns {Promise<ReadableStream<Uint8Array<ArrayBuffer>>>} the bytes of the file
  */
-export function imagesOf(masks, frames, options, enlarge, platform) {
+export async function encodeImages(masks, frames, options) {
   checkMasks(masks);
   const checked = checkedOptions(options ?? {}, LEGAL);
-  const { style = 'cutout', format = 'zip', frameRate = FRAME_RATE, objects, edges, signal, onProgress } = checked;
+  const {
+    style = 'cutout',
+    format = 'zip',
+    frameRate = FRAME_RATE,
+    objects,
+    edges,
+    decoder,
+    signal,
+    onProgress,
+  } = checked;
   oneOf('style', style, ['cutout', 'alpha']);
   oneOf('format', format, ['zip', 'apng']);
   if (!isIterable(frames))
@@ -68,7 +82,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
   const times = timesOf(masks, checked.frameRate) ?? /** @type {Float64Array} */ (timesOf(masks, frameRate));
   const trail = checkedTrail(checked.trail);
   const trails = trail && style === 'cutout' ? new Trails(trail, masks.shots) : null;
-  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), trails, enlarge, platform };
+  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), trails, decoder };
   const clip = { masks, times, end: endOf(masks, times, frameRate) };
   const pictures = paint(masks, frames, plan, signal, onProgress);
   return streamOf(format === 'zip' ? archive(pictures, clip) : animation(pictures, clip), signal);
@@ -78,10 +92,9 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
  * @typedef {object} Plan
  * @property {'cutout' | 'alpha'} style
  * @property {Uint8Array} chosen
- * @property {Required<import('./adjust.js').MaskEdges>} edges
+ * @property {Required<import('../edit/adjust.js').MaskEdges>} edges
  * @property {Trails | null} trails
- * @property {import('./at-size.js').Enlarge} enlarge
- * @property {import('../aside/aside.js').Starter} platform
+ * @property {import('../check/options.js').WasmSource | undefined} decoder
  */
 
 /** @typedef {{masks: MaskSource, times: Float64Array, end: number}} ImageClip */
@@ -99,7 +112,7 @@ export function imagesOf(masks, frames, options, enlarge, platform) {
  * @param {EncodeImagesOptions['onProgress']} onProgress
  * @returns {AsyncGenerator<Painted, void, undefined>}
  */
-async function* paint(masks, frames, { style, chosen, edges, trails, enlarge, platform }, signal, onProgress) {
+async function* paint(masks, frames, { style, chosen, edges, trails, decoder }, signal, onProgress) {
   const { width, height, numFrames } = masks;
   const size = { width: 0, height: 0 };
   let t = 0;
@@ -108,14 +121,12 @@ async function* paint(masks, frames, { style, chosen, edges, trails, enlarge, pl
     const picture = await pixelsOf(item, t);
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
-    const mask = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, enlarge);
+    const mask = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, decoder);
     const { data, alpha } = trails?.next(t, picture, mask.alpha) ?? { data: picture.data, alpha: mask.alpha };
     const rgba = style === 'cutout';
     const chunk = (/** @type {number | undefined} */ sequence) => {
       const pixels = { ...size, sequence, ...(rgba ? { data, opacity: alpha } : { data: alpha }) };
-      return aside({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, platform, [
-        alpha.buffer,
-      ]);
+      return aside({ kind: 'pixels', level: LEVEL, pixels: { ...pixels, channels: rgba ? 4 : 1 } }, [alpha.buffer]);
     };
     yield { ...size, rgba, t, chunk };
     t += 1;

@@ -1,25 +1,15 @@
-// Masks as PNG files, and a ZIP of them.
+// Masks as PNG files, in archives of one clip or of several.
 
+import { checkFlag, checkedOptions, describe, illegal, wholeNumber } from '../check/errors.js';
+import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from '../check/masks.js';
 import { colorsOf, rgbOf } from '../draw/palette.js';
-import { illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
 import { VERSION } from '../parameters.js';
-import { pngOf, aside } from '../aside/aside.js';
-import { breath } from './breath.js';
-import { pngName } from './coco.js';
-import {
-  MAX_LABEL,
-  checkFlag,
-  checkMasks,
-  checkedOptions,
-  chosenLabels,
-  firstOf,
-  labelsOf,
-  timesOf,
-} from './mask-source.js';
 import { Encoder } from '../text.js';
+import { aside, pngOf } from '../worker/aside.js';
+import { breath } from '../worker/pause.js';
+import { pngName } from './data.js';
 
-/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('../check/masks.js').MaskSource} MaskSource */
 
 /**
  * How a mask is written. Without `object` the file's pixel values are the labels, shown in the colours of a palette.
@@ -41,7 +31,7 @@ import { Encoder } from '../text.js';
  * @property {boolean} [perObject] true for a folder for each object, `object-1/00000.png` and so on, of files that are
  *   255
  *   where it is and else 0; else a file for each frame whose pixel values are the labels
- * @property {import('./mask-source.js').ObjectChoice} [objects] others are left out (they become 0); all but the
+ * @property {import('../check/masks.js').ObjectChoice} [objects] others are left out (they become 0); all but the
  *   background
  *   if not given
  * @property {import('../draw/palette.js').LabelColors} [palette] the colours that labels are shown in, as of single
@@ -61,13 +51,13 @@ const BLACK = '#000000';
 const BATCH = 4;
 
 /**
- * @param {MaskSource} masks
+ * The mask of frame `t` as a PNG file: in palette colours, or of one object in black and white.
+ * @param {import('../check/masks.js').MaskSource} masks
  * @param {number} t
- * @param {MaskPngOptions | undefined} options
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ * @param {MaskPngOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the file
  */
-export async function pngOfMask(masks, t, options = {}, platform) {
+export async function maskPng(masks, t, options = {}) {
   checkMasks(masks);
   const { object, palette, transparent = false } = checkedOptions(options, ['object', 'palette', 'transparent']);
   checkFlag('transparent', transparent);
@@ -76,9 +66,9 @@ export async function pngOfMask(masks, t, options = {}, platform) {
   const { width, height } = masks;
   if (object !== undefined) {
     await checkThere(masks, labels, object);
-    return pngOf({ pixels: only(labels, object), width, height, ...clearGrey(transparent) }, platform);
+    return pngOf({ pixels: only(labels, object), width, height, ...clearGrey(transparent) });
   }
-  return pngOf({ pixels: Uint8Array.from(labels), width, height, ...table(palette, transparent) }, platform);
+  return pngOf({ pixels: Uint8Array.from(labels), width, height, ...table(palette, transparent) });
 }
 
 /**
@@ -132,26 +122,26 @@ function fileColors(palette) {
 }
 
 /**
- * @param {MaskSource} masks
- * @param {MasksZipOptions | undefined} options
- * @param {import('../aside/aside.js').Starter} platform
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
+ * All masks in one ZIP archive: PNG files, and `masks.json`, which says the frames' times and files, the labels and
+ * their colours. The same masks give the same bytes.
+ * @param {import('../check/masks.js').MaskSource} masks
+ * @param {MasksZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
  */
-export async function zipOfMasks(masks, options = {}, platform) {
-  const files = await filesOfMasks(masks, options, platform);
+export async function masksZip(masks, options = {}) {
+  const files = await filesOfMasks(masks, options);
   // PNG files are compressed already.
   const bytes = Object.values(files).map(({ buffer }) => buffer);
-  return aside({ kind: 'zip', files, stored: Object.keys(files) }, platform, bytes);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, bytes);
 }
 
 /**
  * What the archive holds, by name.
  * @param {MaskSource} masks
  * @param {MasksZipOptions} options
- * @param {import('../aside/aside.js').Starter} platform
  * @returns {Promise<Record<string, Uint8Array<ArrayBuffer>>>}
  */
-export async function filesOfMasks(masks, options, platform) {
+async function filesOfMasks(masks, options) {
   checkMasks(masks);
   const legal = ['perObject', 'objects', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
   const {
@@ -179,11 +169,11 @@ export async function filesOfMasks(masks, options, platform) {
     const labels = labelsOf(masks, t);
     if (perObject)
       for (const label of present)
-        files[objectFile(label, first + t)] = await pngOf({ pixels: only(labels, label), ...size }, platform);
+        files[objectFile(label, first + t)] = await pngOf({ pixels: only(labels, label), ...size });
     else {
       const pixels = new Uint8Array(labels.length);
       for (let p = 0; p < pixels.length; p += 1) if (chosen[Number(labels[p])]) pixels[p] = Number(labels[p]);
-      files[pngName(first + t)] = await pngOf({ pixels, width, height, ...colors }, platform);
+      files[pngName(first + t)] = await pngOf({ pixels, width, height, ...colors });
     }
     onProgress?.({ done: t + 1, total: numFrames });
     if (t % BATCH === BATCH - 1) await breath();
@@ -245,4 +235,80 @@ async function presentLabels(masks, chosen) {
     if (t % BATCH === BATCH - 1) await breath();
   }
   return [...seen.keys()].filter((label) => label > 0 && seen[label] && chosen[label]);
+}
+
+/**
+ * A clip of the archive: its masks, or the error for which there are none.
+ * @typedef {object} ZippedClip
+ * @property {string} name what its folder is called after
+ * @property {MaskSource | null} masks null where there are none
+ * @property {unknown} [error] why there are none
+ * @property {Record<string, unknown>} [about] the caller's own, for the report
+ */
+
+/**
+ * As of `masksZip`; `onProgress` counts the frames of all clips.
+ * @typedef {Omit<MasksZipOptions, 'objects'>} ClipsZipOptions
+ */
+
+/**
+ * The masks of several clips in one ZIP archive: a folder for each, with what `masksZip` puts into one, and
+ * `report.json`, which says what became of each. The same masks give the same bytes.
+ * @param {ZippedClip[]} clips
+ * @param {ClipsZipOptions} [options]
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the bytes of the archive
+ */
+export async function clipsZip(clips, options = {}) {
+  if (!Array.isArray(clips)) throw illegal('data', 'clips', clips, 'a list of {name, masks}');
+  const legal = ['perObject', 'palette', 'transparent', 'frameRate', 'onProgress', 'signal'];
+  const { onProgress, ...each } = checkedOptions(options, legal);
+  const total = clips.reduce((sum, { masks }) => sum + (masks?.numFrames ?? 0), 0);
+  /** @type {Record<string, Uint8Array<ArrayBuffer>>} */
+  const files = {};
+  const folders = new Set();
+  const report = [];
+  let before = 0;
+  for (const [k, { name, masks, error, about }] of clips.entries()) {
+    if (typeof name !== 'string') throw illegal('data', `clips[${k}].name`, name, 'a text');
+    if (!masks) {
+      report.push({ name, error: wordsOf(error), ...about });
+      continue;
+    }
+    const folder = folderOf(name, folders);
+    const done = before;
+    const counted = (/** @type {{done: number}} */ progress) => onProgress?.({ done: done + progress.done, total });
+    const made = await filesOfMasks(masks, { ...each, onProgress: counted });
+    for (const [path, bytes] of Object.entries(made)) files[`${folder}/${path}`] = bytes;
+    before += masks.numFrames;
+    const { width, height, numFrames } = masks;
+    report.push({ name, folder, width, height, numFrames, ...about });
+  }
+  const json = JSON.stringify({ generator: 'tracecut', version: VERSION, clips: report }, null, 2);
+  files['report.json'] = new Encoder().encode(`${json}\n`);
+  // PNG files are compressed already.
+  const bytes = Object.values(files).map(({ buffer }) => buffer);
+  return aside({ kind: 'zip', files, stored: Object.keys(files) }, bytes);
+}
+
+/** @param {unknown} error */
+function wordsOf(error) {
+  if (error instanceof Error) return 'code' in error ? `${String(error.code)}: ${error.message}` : error.message;
+  return error === undefined || error === null ? 'no masks' : describe(error);
+}
+
+/**
+ * A folder for a clip: what every file system takes, and no other clip has.
+ * @param {string} name
+ * @param {Set<unknown>} taken
+ */
+function folderOf(name, taken) {
+  const stem = name
+    .replace(/\.[a-z0-9]{2,5}$/i, '')
+    .replace(/[^\p{L}\p{N}_-]+/gu, '-')
+    .replace(/^-+|-+$/g, '')
+    .slice(0, 80);
+  let folder = stem || 'clip';
+  for (let k = 2; taken.has(folder.toLowerCase()); k += 1) folder = `${stem || 'clip'}-${k}`;
+  taken.add(folder.toLowerCase());
+  return folder;
 }

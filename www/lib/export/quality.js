@@ -1,8 +1,6 @@
 // How finely videos are encoded, and about how large they become.
 
-import { illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
-import { checkNumber, checkedOptions } from './mask-source.js';
+import { checkNumber, checkedOptions, illegal, wholeNumber } from '../check/errors.js';
 
 /** @typedef {'vp9' | 'vp8' | 'av1' | 'avc'} Codec */
 /**

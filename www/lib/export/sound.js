@@ -1,7 +1,6 @@
 // The sound of a clip, for videos that are made of it.
 
-import { illegal, typeTag } from '../errors.js';
-import { isPlainObject } from '../options.js';
+import { illegal, isPlainObject, typeTag } from '../check/errors.js';
 
 /**
  * Where sound is taken from.
@@ -24,7 +23,7 @@ import { isPlainObject } from '../options.js';
  * @returns {Promise<SoundInfo | null>}
  */
 export async function soundInfo(source) {
-  const [media, { formatOf, opened }] = await Promise.all([import('../vendor/media.js'), import('./sound-track.js')]);
+  const [media, { formatOf, opened }] = await Promise.all([import('../vendor/media.js'), import('./video-file.js')]);
   const input = opened(media, source);
   try {
     const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;

@@ -1,7 +1,7 @@
 // Objects frame by frame in numbers: where they are, how large, how they move.
 
-import { illegal } from '../errors.js';
-import { checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './mask-source.js';
+import { checkedOptions, illegal } from '../check/errors.js';
+import { checkMasks, chosenLabels, labelsOf, timesOf } from '../check/masks.js';
 
 /**
  * An object in a frame, in pixels of the masks: its box, its `area` in pixels, the mean place `x`, `y` of its pixels
@@ -23,7 +23,7 @@ import { checkMasks, checkedOptions, chosenLabels, labelsOf, timesOf } from './m
  * Options of `objectTable`.
  * @typedef {object} ObjectTableOptions
  * @property {TrajectoryPoints} [trajectories] in pixels of the masks; theirs if not given
- * @property {import('./mask-source.js').ObjectChoice} [objects] which labels are meant; all if not given
+ * @property {import('../check/masks.js').ObjectChoice} [objects] which labels are meant; all if not given
  * @property {number} [frameRate] in frames per second, where the masks have no times
  */
 
@@ -50,11 +50,17 @@ const COLUMNS = /** @type {const} */ ([
 const PLACES = ['x', 'y', 'dx', 'dy'];
 
 /**
- * @param {import('./mask-source.js').MaskSource & {trajectories?: TrajectoryPoints}} masks
+ * Where each object is in each frame, how large and how it moves: a row for each frame and object in it, by frame, then
+ * by label. `JSON.stringify` and `objectTableCsv` write them.
+ *
+ * ```js
+ * for (const { frame, object, x, y } of await objectTable(result)) console.log(frame, object, x, y);
+ * ```
+ * @param {import('../check/masks.js').MaskSource & {trajectories?: TrajectoryPoints}} masks
  * @param {ObjectTableOptions} [options]
- * @returns {ObjectRow[]}
+ * @returns {Promise<ObjectRow[]>}
  */
-export function tableOf(masks, options = {}) {
+export async function objectTable(masks, options = {}) {
   checkMasks(masks);
   const { trajectories, objects, frameRate } = checkedOptions(options, ['trajectories', 'objects', 'frameRate']);
   const tracks = checkedTracks(trajectories ?? masks.trajectories);
@@ -74,10 +80,12 @@ export function tableOf(masks, options = {}) {
 }
 
 /**
+ * Rows of `objectTable` as a table of comma-separated values, with a heading; the command line writes the same as
+ * `objects.csv`. Places have three decimals, what is null is left empty.
  * @param {readonly ObjectRow[]} rows
- * @returns {string}
+ * @returns {Promise<string>}
  */
-export function csvOf(rows) {
+export async function objectTableCsv(rows) {
   if (!Array.isArray(rows)) throw illegal('data', 'rows', rows, 'the rows of objectTable');
   const lines = rows.map((row) => COLUMNS.map((column) => cell(column, row[column])).join(','));
   return `${[COLUMNS.join(','), ...lines].join('\n')}\n`;

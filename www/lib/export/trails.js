@@ -1,9 +1,8 @@
 // Cut-out objects with their trail, pixel by pixel: the same bytes everywhere.
 
-import { boxOf } from '../draw/cutout.js';
-import { firstOf, framesOf } from '../draw/trail.js';
+import { boxOf, firstOf, framesOf } from '../draw/cutout.js';
 
-/** @typedef {import('../draw/trail.js').TrailOptions} TrailOptions */
+/** @typedef {import('../draw/cutout.js').TrailOptions} TrailOptions */
 
 /**
  * Pixels of the objects of a frame, RGBA with the objects' opacity, in a box of the frame.
@@ -19,7 +18,7 @@ import { firstOf, framesOf } from '../draw/trail.js';
 export class Trails {
   /**
    * @param {Required<TrailOptions>} trail
-   * @param {import('./mask-source.js').MaskSource['shots']} shots
+   * @param {import('../check/masks.js').MaskSource['shots']} shots
    */
   constructor(trail, shots) {
     this.trail = trail;
@@ -30,7 +29,7 @@ export class Trails {
 
   /**
    * @param {number} t frames come in order, from the first on
-   * @param {import('../frames.js').PixelFrame} picture RGBA
+   * @param {import('../worker/frames.js').PixelFrame} picture RGBA
    * @param {Uint8Array} alpha how opaque the objects are at each of its pixels
    * @returns {Composed}
    */
@@ -47,7 +46,7 @@ export class Trails {
 }
 
 /**
- * @param {import('../frames.js').PixelFrame} picture
+ * @param {import('../worker/frames.js').PixelFrame} picture
  * @param {Uint8Array} alpha
  * @returns {CutPixels | null} null where all is clear
  */
@@ -70,7 +69,7 @@ function cutPixels({ data: pixels, width: across, height: down }, alpha) {
  * @param {{width: number, height: number}} size
  * @returns {Composed}
  */
-export function composed(layers, { width, height }) {
+function composed(layers, { width, height }) {
   const data = new Uint8ClampedArray(4 * width * height);
   const alpha = new Uint8Array(width * height);
   const there = /** @type {{cut: CutPixels, opacity: number}[]} */ (layers.filter(({ cut }) => cut)).reverse();

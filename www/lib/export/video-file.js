@@ -1,10 +1,8 @@
-// A video file as it is written: the browser encodes, the vendored library puts it together.
+// A video file as it is written: frames, the sound of the source, and a layer of opacity for WebM.
 
-import { TraceCutError } from '../errors.js';
-import { QUANTIZER, bitrateOf } from './quality.js';
-import { addSound, formatOf } from './sound-track.js';
-import { AlphaEncoder } from './video-alpha.js';
+import { TraceCutError, typeTag } from '../check/errors.js';
 import { part } from '../places.js';
+import { QUANTIZER, bitrateOf } from './quality.js';
 
 /** @typedef {import('./quality.js').Codec} Codec */
 
@@ -113,5 +111,259 @@ function noEncoder({ format, alpha }, width, height, codecs) {
   return new TraceCutError(
     'unsupported',
     `this browser encodes none of ${codecs.join(', ')} for ${NAME[format]} files of ${width} × ${height} pixels; try ${other}, or take PNG files from masksZip`,
+  );
+}
+
+// A video that is transparent: WebM keeps the alpha of each frame as a second picture beside the first, whose
+// brightness it is. Both are encoded here and not by the muxer's library, because that splits frames in a worker of its
+// own making, which a strict content security policy forbids.
+
+const CODEC_STRING = { vp9: 'vp09.00.51.08', vp8: 'vp8' };
+
+/** Frames from one key frame to the next, at most. */
+const KEY_FRAMES = 50;
+
+/** Frames on their way through an encoder before more are painted. */
+const MOST_WAITING = 4;
+
+const MICROSECONDS = 1e6;
+
+/**
+ * Takes a coded picture and the coded alpha that belongs to it. @typedef {(color: EncodedVideoChunk, alpha: Uint8Array,
+ * meta?: EncodedVideoChunkMetadata) => Promise<void>} WritePair
+ */
+
+/** Encodes what a painter has painted, colours and alpha, and hands both on together. */
+class AlphaEncoder {
+  /**
+   * @param {import('./video-painter.js').Painter} painter
+   * @param {{codec: 'vp9' | 'vp8', bitrate: number}} config bitrate of each of the two, in bits a second
+   * @param {WritePair} write
+   */
+  constructor(painter, config, write) {
+    this.painter = painter;
+    this.write = write;
+    /** @type {unknown} */
+    this.failure = null;
+    this.count = 0;
+    /** @type {Promise<void>} */
+    this.written = Promise.resolve();
+    /** @type {[EncodedVideoChunk, EncodedVideoChunkMetadata | undefined][]} */
+    this.colors = [];
+    /** @type {EncodedVideoChunk[]} */
+    this.alphas = [];
+    this.color = this.encoder(config, (chunk, meta) => this.colors.push([chunk, meta]));
+    this.alpha = this.encoder(config, (chunk) => this.alphas.push(chunk));
+  }
+
+  /**
+   * @param {{codec: 'vp9' | 'vp8', bitrate: number}} config
+   * @param {(chunk: EncodedVideoChunk, meta?: EncodedVideoChunkMetadata) => void} take
+   */
+  encoder({ codec, bitrate }, take) {
+    const { width, height } = this.painter.canvas;
+    const encoder = new VideoEncoder({
+      output: (chunk, meta) => {
+        take(chunk, meta);
+        this.pair();
+      },
+      error: (error) => (this.failure ??= error),
+    });
+    encoder.configure({ codec: CODEC_STRING[codec], width, height, bitrate, latencyMode: 'quality', alpha: 'discard' });
+    return encoder;
+  }
+
+  /**
+   * @param {number} time in seconds
+   * @param {number} duration
+   */
+  async add(time, duration) {
+    const keyFrame = this.count % KEY_FRAMES === 0;
+    this.count += 1;
+    const init = { timestamp: Math.round(time * MICROSECONDS), duration: Math.round(duration * MICROSECONDS) };
+    encode(this.color, new VideoFrame(this.painter.canvas, { ...init, alpha: 'discard' }), keyFrame);
+    const { width, height } = this.painter.size;
+    encode(
+      this.alpha,
+      new VideoFrame(brightness(this.painter.alpha(), width, height), {
+        ...init,
+        format: 'I420',
+        codedWidth: width,
+        codedHeight: height,
+      }),
+      keyFrame,
+    );
+    for (const encoder of [this.color, this.alpha]) {
+      while (encoder.encodeQueueSize > MOST_WAITING && !this.failure)
+        await new Promise((done) => encoder.addEventListener('dequeue', done, { once: true }));
+    }
+    await this.written;
+    this.check();
+  }
+
+  /** Hands on what has come of both; encoders keep the order. */
+  pair() {
+    while (this.colors.length > 0 && this.alphas.length > 0) {
+      const [chunk, meta] = /** @type {[EncodedVideoChunk, EncodedVideoChunkMetadata | undefined]} */ (
+        this.colors.shift()
+      );
+      const beside = /** @type {EncodedVideoChunk} */ (this.alphas.shift());
+      const alpha = new Uint8Array(beside.byteLength);
+      beside.copyTo(alpha);
+      this.written = this.written
+        .then(() => this.write(chunk, alpha, meta))
+        .catch((error) => void (this.failure ??= error));
+    }
+  }
+
+  async finish() {
+    await Promise.all([this.color.flush(), this.alpha.flush()]).catch((error) => (this.failure ??= error));
+    await this.written;
+    this.check();
+    this.close();
+  }
+
+  close() {
+    for (const encoder of [this.color, this.alpha]) if (encoder.state !== 'closed') encoder.close();
+  }
+
+  check() {
+    if (!this.failure) return;
+    const words = this.failure instanceof Error ? this.failure.message : String(this.failure);
+    throw new TraceCutError('unsupported', `the browser's video encoder gave up: ${words}`, { cause: this.failure });
+  }
+}
+
+/**
+ * @param {VideoEncoder} encoder
+ * @param {VideoFrame} frame
+ * @param {boolean} keyFrame
+ */
+function encode(encoder, frame, keyFrame) {
+  try {
+    encoder.encode(frame, { keyFrame });
+  } finally {
+    frame.close();
+  }
+}
+
+/**
+ * A grey picture as encoders take it: brightness, then two planes of half the size for colours.
+ * @param {Uint8Array} values
+ * @param {number} width
+ * @param {number} height
+ */
+function brightness(values, width, height) {
+  const planes = new Uint8Array(values.length + 2 * Math.ceil(width / 2) * Math.ceil(height / 2)).fill(128);
+  planes.set(values);
+  return planes;
+}
+
+/** @typedef {{write: (until: number) => Promise<void>, close: () => void}} SoundTrack */
+
+/**
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {'webm' | 'mp4'} format
+ */
+export function formatOf(media, format) {
+  return format === 'mp4' ? new media.Mp4OutputFormat({ fastStart: 'in-memory' }) : new media.WebMOutputFormat();
+}
+
+/**
+ * Adds a track for the sound to a file that is about to be written; null where the source has none.
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {import('../vendor/media.js').Output} output
+ * @param {Required<import('./sound.js').SoundOptions>} sound
+ * @param {'webm' | 'mp4'} format
+ * @returns {Promise<SoundTrack | null>}
+ */
+async function addSound(media, output, { source, start, end }, format) {
+  const input = opened(media, source);
+  try {
+    const track = (await input.canRead()) ? await input.getPrimaryAudioTrack() : null;
+    const codec = await track?.getCodec();
+    const decoderConfig = await track?.getDecoderConfig();
+    if (!track || !codec || !decoderConfig) {
+      input.dispose();
+      return null;
+    }
+    if (!output.format.getSupportedAudioCodecs().includes(codec)) throw cannotHold(codec, format);
+    const target = new media.EncodedAudioPacketSource(codec);
+    output.addAudioTrack(target);
+    return copied(media, input, { packets: packetsOf(media, track, start, end), target, decoderConfig, start });
+  } catch (error) {
+    input.dispose();
+    throw error;
+  }
+}
+
+/**
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {import('mediabunny').Input} input
+ * @param {{packets: AsyncGenerator<import('mediabunny').EncodedPacket, void, undefined>, target:
+ *   import('mediabunny').EncodedAudioPacketSource, decoderConfig: AudioDecoderConfig, start: number}} parts
+ * @returns {SoundTrack}
+ */
+function copied(media, input, { packets, target, decoderConfig, start }) {
+  /** @type {import('mediabunny').EncodedPacket | null | undefined} Read, but not written yet; null after the last. */
+  let next;
+  let isFirst = true;
+  const read = async () => (await packets.next()).value ?? null;
+  return {
+    async write(until) {
+      if (next === undefined) next = await read();
+      for (; next && next.timestamp - start < until; next = await read()) {
+        const timestamp = Math.max(0, next.timestamp - start);
+        await target.add(next.clone({ timestamp }), isFirst ? { decoderConfig } : undefined);
+        isFirst = false;
+      }
+    },
+    close() {
+      packets.return().catch(() => {});
+      input.dispose();
+    },
+  };
+}
+
+/**
+ * Packets of which more than half lies in the stretch that is wanted: each lasts some hundredths of a second, so the
+ * sound is as long as the video to within one of them.
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {import('mediabunny').InputAudioTrack} track
+ * @param {number} start
+ * @param {number} end
+ */
+async function* packetsOf(media, track, start, end) {
+  const sink = new media.EncodedPacketSink(track);
+  const first = (await sink.getPacket(start)) ?? (await sink.getFirstPacket()) ?? undefined;
+  for await (const packet of sink.packets(first)) {
+    const middle = packet.timestamp + packet.duration / 2;
+    if (middle >= end) return;
+    if (middle >= start) yield packet;
+  }
+}
+
+/**
+ * @param {typeof import('../vendor/media.js')} media
+ * @param {Blob | ArrayBuffer | Uint8Array} source
+ */
+export function opened(media, source) {
+  const blob =
+    typeTag(source) === 'Blob' || typeTag(source) === 'File' ? source : new Blob([/** @type {any} */ (source)]);
+  return new media.Input({
+    source: new media.BlobSource(/** @type {Blob} */ (blob), { handleUnhandledError: () => {} }),
+    formats: media.ALL_FORMATS,
+  });
+}
+
+/**
+ * @param {string} codec
+ * @param {'webm' | 'mp4'} format
+ */
+function cannotHold(codec, format) {
+  const [name, other] = format === 'mp4' ? ['MP4', 'webm'] : ['WebM', 'mp4'];
+  return new TraceCutError(
+    'unsupported',
+    `sound: ${name} files cannot hold ${codec} as it is; try format: '${other}', or leave the sound out (soundInfo says which formats can)`,
   );
 }

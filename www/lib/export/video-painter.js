@@ -1,15 +1,14 @@
 // Paints the frames of a video that is written: overlays, cut-out objects, masks.
 
+import { illegal } from '../check/errors.js';
+import { labelsOf } from '../check/masks.js';
 import { GROUNDS, drawGround, isOfFrame } from '../draw/cutout.js';
 import { drawLabels } from '../draw/labels.js';
-import { illegal } from '../errors.js';
-import { checkSize, maskAtSize } from './at-size.js';
-import { context2d, drawable } from './drawable.js';
-import { labelsOf } from './mask-source.js';
+import { checkSize, context2d, drawable, maskAtSize } from '../edit/at-size.js';
 import { Trails } from './trails.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
-/** @typedef {import('./drawable.js').Drawable} Drawable */
+/** @typedef {import('../edit/at-size.js').Drawable} Drawable */
 
 /**
  * How many of their surrounding pixels cut-out objects keep under a transparent mask: colours are coded for blocks of
@@ -23,7 +22,7 @@ const WHITE = '#ffffff';
 /** One canvas for all frames. */
 export class Painter {
   /**
-   * @param {import('./mask-source.js').MaskSource} masks
+   * @param {import('../check/masks.js').MaskSource} masks
    * @param {import('./video.js').Plan} plan
    */
   constructor(masks, plan) {
@@ -35,7 +34,7 @@ export class Painter {
     /** @type {OffscreenCanvasRenderingContext2D | undefined} The objects' shape. */
     this.shape = undefined;
     this.size = { width: 0, height: 0 };
-    /** @type {import('./at-size.js').MaskAtSize | null} That of the frame painted last, at the video's size. */
+    /** @type {import('../edit/at-size.js').MaskAtSize | null} That of the frame painted last, at the video's size. */
     this.mask = null;
     /** The objects with their trail; null where they have none. */
     this.trails = plan.trail && plan.style === 'cutout' ? new Trails(plan.trail, masks.shots) : null;
@@ -115,7 +114,7 @@ export class Painter {
       ? { ...size, data: new Uint8Array(0) }
       : await createImageBitmap(context.canvas, 0, 0, size.width, size.height);
     try {
-      return await maskAtSize(mask, picture, plan.chosen, plan.edges, plan.enlarge);
+      return await maskAtSize(mask, picture, plan.chosen, plan.edges, plan.decoder);
     } finally {
       if ('close' in picture) picture.close();
     }
@@ -140,7 +139,7 @@ export class Painter {
     drawLabels(this.context, this.masks, t, { ...this.drawing(), opacity: 1, outline: false });
   }
 
-  /** @param {import('./at-size.js').MaskAtSize} mask */
+  /** @param {import('../edit/at-size.js').MaskAtSize} mask */
   paintAlpha({ alpha, width, height }) {
     const picture = new ImageData(width, height);
     const pixels = new Uint32Array(picture.data.buffer);
@@ -148,7 +147,7 @@ export class Painter {
     this.context.putImageData(picture, 0, 0);
   }
 
-  /** @param {import('./at-size.js').MaskAtSize} mask */
+  /** @param {import('../edit/at-size.js').MaskAtSize} mask */
   paintOverlay({ labels, width, height }) {
     const { outlineWidth, maskOpacity } = this.plan;
     const { context, aside } = this;
@@ -167,7 +166,7 @@ export class Painter {
 
   /**
    * @param {Drawable} frame
-   * @param {import('./at-size.js').MaskAtSize} mask
+   * @param {import('../edit/at-size.js').MaskAtSize} mask
    */
   paintCutout({ image }, mask) {
     const { width, height } = this.size;
@@ -182,7 +181,7 @@ export class Painter {
   /**
    * @param {Drawable} frame
    * @param {Trails} trails
-   * @param {import('./at-size.js').MaskAtSize} mask
+   * @param {import('../edit/at-size.js').MaskAtSize} mask
    * @param {number} t
    */
   paintTrail({ image }, trails, mask, t) {
@@ -199,7 +198,7 @@ export class Painter {
 
   /**
    * Paints the objects white on nothing, aside.
-   * @param {import('./at-size.js').MaskAtSize} mask
+   * @param {import('../edit/at-size.js').MaskAtSize} mask
    * @param {number} margin how many pixels wider on all sides
    */
   paintMask({ alpha, width, height }, margin) {

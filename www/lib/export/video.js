@@ -1,21 +1,20 @@
 // Masks and frames as a video file, encoded by the browser.
 
-import { checkFlag, checkMasks, checkNumber, checkedOptions, chosenLabels, endOf, timesOf } from './mask-source.js';
-import { GROUNDS, isGround } from '../draw/cutout.js';
-import { checkedTrail } from '../draw/trail.js';
-import { TraceCutError, illegal } from '../errors.js';
-import { checkedEdges } from './adjust.js';
-import { tooFew } from './at-size.js';
-import { breath } from './breath.js';
+import { TraceCutError, checkFlag, checkNumber, checkedOptions, illegal, isIterable, oneOf } from '../check/errors.js';
+import { checkMasks, chosenLabels, endOf, timesOf } from '../check/masks.js';
+import { GROUNDS, checkedTrail, isGround } from '../draw/cutout.js';
+import { checkedEdges } from '../edit/adjust.js';
+import { tooFew } from '../edit/at-size.js';
+import { breath } from '../worker/pause.js';
 import { QUALITIES } from './quality.js';
 import { checkedSound } from './sound.js';
 
-/** @typedef {import('./mask-source.js').MaskSource} MaskSource */
+/** @typedef {import('../check/masks.js').MaskSource} MaskSource */
 
 /**
  * A frame to encode: anything a canvas can draw, pixels, the bytes of an image file, or an object with one of these as
  * its `frame`, as `videoFrames` gives them.
- * @typedef {CanvasImageSource | import('../frames.js').PixelFrame | Blob} EncodeFrame
+ * @typedef {CanvasImageSource | import('../worker/frames.js').PixelFrame | Blob} EncodeFrame
  */
 
 /**
@@ -31,10 +30,10 @@ import { checkedSound } from './sound.js';
  * @property {'webm' | 'mp4'} [format] `webm` if not given
  * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
  *   default), `blurred`, `desaturated`, `dimmed`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
- * @property {import('../draw/trail.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
+ * @property {import('../draw/cutout.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
  *   so many frames as it is long are kept in memory
- * @property {import('./mask-source.js').ObjectChoice} [objects] all but the background if not given
- * @property {import('./adjust.js').MaskEdges} [edges] of the masks in overlays, cut-outs and mattes: specks left out, objects grown
+ * @property {import('../check/masks.js').ObjectChoice} [objects] all but the background if not given
+ * @property {import('../edit/adjust.js').MaskEdges} [edges] of the masks in overlays, cut-outs and mattes: specks left out, objects grown
  *   or shrunk, cut-outs with soft edges
  * @property {import('../draw/palette.js').LabelColors} [colors] of the masks; `objectColor` if not given
  * @property {number} [opacity] of the masks' fill in an overlay, 0 to 1; 0.5 if not given
@@ -45,7 +44,7 @@ import { checkedSound } from './sound.js';
  * @property {import('./quality.js').VideoQuality} [quality] `high` if not given
  * @property {import('./sound.js').SoundOptions} [sound] kept in the video as it is, packet by packet; none if not given.
  *   The format has to be one that can hold it, see `soundInfo`
- * @property {import('../options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
+ * @property {import('../check/options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
  */
@@ -76,15 +75,17 @@ const GREEN = '#00b140';
 const FRAME_RATE = 25;
 
 /**
- * @param {MaskSource} masks
- * @param {EncodeFrames | null} frames
- * @param {EncodeVideoOptions | undefined} options
- * @param {import('./at-size.js').Enlarge} enlarge
- * @returns {Promise<Blob>}
+ * Encodes masks and frames as a video with the masks' own times (the first frame is at 0). The video has the frames'
+ * size, and masks that are smaller are enlarged by the frames (`enlargeMask`); MP4 wants even numbers, so an odd side
+ * gets one more row or column, a copy of the last. Frames are neither kept nor closed.
+ * @param {import('../check/masks.js').MaskSource} masks
+ * @param {EncodeFrames | null} frames null for the style `masks`, which needs none
+ * @param {EncodeVideoOptions} [options]
+ * @returns {Promise<Blob>} the file
  */
-export async function encode(masks, frames, options = {}, enlarge) {
+export async function encodeVideo(masks, frames, options = {}) {
   checkMasks(masks);
-  const plan = { ...planned(masks, frames, checkedOptions(options, LEGAL)), enlarge };
+  const plan = planned(masks, frames, checkedOptions(options, LEGAL));
   if (typeof VideoEncoder === 'undefined' || typeof OffscreenCanvas === 'undefined') {
     throw new TraceCutError(
       'unsupported',
@@ -126,7 +127,7 @@ async function* blanks(count) {
   }
 }
 
-/** @typedef {ReturnType<typeof planned> & {enlarge: import('./at-size.js').Enlarge}} Plan */
+/** @typedef {ReturnType<typeof planned>} Plan */
 
 /**
  * @param {MaskSource} masks
@@ -174,25 +175,11 @@ function planned(masks, frames, options) {
     outlineWidth,
     maskOpacity,
     edges: checkedEdges(options.edges),
+    decoder: options.decoder,
     sound: checkedSound(options.sound),
     frameRate: rateOf(times, frameRate),
     timing: timing(times, endOf(masks, times, frameRate)),
   };
-}
-
-/**
- * @param {string} name
- * @param {unknown} value
- * @param {readonly string[]} legal
- */
-export function oneOf(name, value, legal) {
-  if (!legal.includes(/** @type {string} */ (value)))
-    throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
-}
-
-/** @param {unknown} frames */
-export function isIterable(frames) {
-  return typeof frames === 'object' && frames !== null && (Symbol.iterator in frames || Symbol.asyncIterator in frames);
 }
 
 /**

@@ -1,9 +1,9 @@
 // Video files whose container is read here and whose frames WebCodecs decodes: each frame exactly once, with its own
 // time.
 
-import { TraceCutError } from '../errors.js';
-import { readAndClose } from './pixels.js';
+import { TraceCutError } from '../check/errors.js';
 import { part } from '../places.js';
+import { readAndClose } from './pixels.js';
 
 /** @typedef {import('./reader.js').VideoInfo} VideoInfo */
 
@@ -155,7 +155,7 @@ async function* decodedFrames(media, track, { start, end }, packets) {
       yield {
         time: last,
         duration,
-        read: (size, platform) => pixelsOf(sample, size, platform),
+        read: (size) => pixelsOf(sample, size),
         close: () => sample.close(),
       };
     }
@@ -185,7 +185,7 @@ async function* framesAt(media, track, times, packets) {
       yield {
         time: last,
         duration: next - last,
-        read: (size, platform) => pixelsOf(sample, size, platform),
+        read: (size) => pixelsOf(sample, size),
         close: () => sample.close(),
       };
     }
@@ -205,11 +205,10 @@ const unseen = (timestamp, duration) => timestamp < 0 && timestamp + duration <=
 /**
  * @param {import('mediabunny').VideoSample} sample
  * @param {number} [size]
- * @param {import('../aside/aside.js').Starter} [platform]
- * @returns {Promise<import('../frames.js').RawFrame>}
+ * @returns {Promise<import('../worker/frames.js').RawFrame>}
  */
-async function pixelsOf(sample, size, platform) {
-  if (sample.rotation === 0 && !sample.flip) return readAndClose(sample.toVideoFrame(), size, platform);
+async function pixelsOf(sample, size) {
+  if (sample.rotation === 0 && !sample.flip) return readAndClose(sample.toVideoFrame(), size);
   const { displayWidth: width, displayHeight: height } = sample;
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to turn the frame with');

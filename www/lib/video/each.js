@@ -1,7 +1,8 @@
 // Several clips, one after the other; one that fails stops nothing.
 
-import { illegal } from '../errors.js';
-import { asOptions } from './options.js';
+import { illegal } from '../check/errors.js';
+import { asOptions } from './reader.js';
+import { segmentVideo } from './segment.js';
 
 /**
  * A clip of a queue.
@@ -16,7 +17,7 @@ import { asOptions } from './options.js';
  * is what the source ended with, if the result is of the frames before that.
  * @typedef {{readonly index: number, readonly name: string, readonly result: import('./result.js').VideoResult | null,
  *   readonly error: unknown, readonly damage:
- *   import('./options.js').Damage | null}} SegmentedClip
+ *   import('./reader.js').Damage | null}} SegmentedClip
  */
 
 /**
@@ -33,13 +34,18 @@ import { asOptions } from './options.js';
  */
 
 /**
+ * Segments several clips, one after the other, and gives what became of each: a clip that fails, or that its own signal
+ * takes out, stops no other. The clips may be a generator: a queue that grows on the way.
+ *
+ * ```js
+ * for await (const { name, result, error } of segmentEach(files.map((file) => ({ name: file.name, source: file }))))
+ *   console.log(name, error ?? result.objects.length);
+ * ```
  * @param {AsyncIterable<QueuedClip> | Iterable<QueuedClip>} clips
- * @param {EachOptions | undefined} options
- * @param {(source: import('./source.js').VideoSource, options: import('./segment.js').VideoOptions) =>
- *   import('./segment.js').VideoSegmentation} segment
+ * @param {EachOptions} [options]
  * @returns {AsyncGenerator<SegmentedClip, void, undefined>}
  */
-export async function* eachOf(clips, options, segment) {
+export async function* segmentEach(clips, options) {
   const { signal, onProgress, ...rest } = /** @type {EachOptions} */ (asOptions(options));
   if (onProgress !== undefined && typeof onProgress !== 'function')
     throw illegal('param', 'onProgress', onProgress, 'a function');
@@ -49,13 +55,13 @@ export async function* eachOf(clips, options, segment) {
     if (typeof clip !== 'object' || clip === null || typeof clip.name !== 'string')
       throw illegal('data', `clips[${index}]`, clip, 'an object {name, source}');
     const { name } = clip;
-    /** @type {import('./options.js').Damage | null} */
+    /** @type {import('./reader.js').Damage | null} */
     let damage = null;
     const stop = new AbortController();
     const release = [signal, clip.signal].map((one) => follow(one, stop));
     const at = index;
     // Options that are wrong are the caller's error, not the clip's.
-    const video = segment(clip.source, {
+    const video = segmentVideo(clip.source, {
       ...rest,
       signal: stop.signal,
       onDamage: (told) => (damage = told),

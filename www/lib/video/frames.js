@@ -1,26 +1,26 @@
 // Decoding alone: the frames of a source with their times, and facts about it.
 
-import { illegal } from '../errors.js';
-import { once } from '../platform.js';
-import { asOptions, splitTake } from './options.js';
+import { illegal } from '../check/errors.js';
+import { decoderLoader } from '../worker/remote.js';
 import { atSize, toPixelFrame } from './pixels.js';
-import { nothingTaken, taken, unlessAborted } from './reader.js';
+import { asOptions, nothingTaken, splitTake, taken, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
  * A decoded frame: its pixels as they are shown (`ImageData` in browsers), its number among those taken, and when and
  * how long it is shown, in seconds; `clip` where the source has several.
- * @typedef {{readonly frame: import('../frames.js').PixelFrame, readonly index: number, readonly time: number,
+ * @typedef {{readonly frame: import('../worker/frames.js').PixelFrame, readonly index: number, readonly time: number,
  *   readonly duration: number, readonly clip?: string}} DecodedFrame
  */
 
 /**
+ * The frames of a video, in order, each with its time in seconds; none is lost or doubled. Nothing is read before the
+ * first is asked for, and leaving the loop closes the source.
  * @param {import('./source.js').VideoSource} source
- * @param {import('./options.js').TakeOptions | undefined} options
- * @param {import('../platform.js').Platform} platform
+ * @param {import('./reader.js').TakeOptions} [options]
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
  */
-export function framesOf(source, options, platform) {
+export function videoFrames(source, options) {
   const { decoder, ...given } = asOptions(options);
   const { take, others } = splitTake(given);
   const stray = Object.keys(others)[0];
@@ -34,29 +34,27 @@ export function framesOf(source, options, platform) {
   return decoded(
     source,
     take,
-    decoderLoader(/** @type {import('../options.js').WasmSource | undefined} */ (decoder), platform),
-    platform,
+    decoderLoader(/** @type {import('../check/options.js').WasmSource | undefined} */ (decoder)),
   );
 }
 
 /**
  * @param {unknown} source
- * @param {import('./options.js').Take} take
+ * @param {import('./reader.js').Take} take
  * @param {() => Promise<WebAssembly.Module>} loadDecoder
- * @param {import('../platform.js').Platform} platform
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
  */
-async function* decoded(source, take, loadDecoder, platform) {
+async function* decoded(source, take, loadDecoder) {
   take.signal?.throwIfAborted();
   const reader = await openReader(source, take, loadDecoder);
-  const frames = taken(reader, take, platform);
+  const frames = taken(reader, take);
   let count = 0;
   try {
     for (;;) {
       const { value, done } = await unlessAborted(frames.next(), take.signal);
       if (done) break;
       const { raw, end: _, ...facts } = value;
-      yield { frame: await toPixelFrame(await atSize(raw, take.size, platform)), ...facts };
+      yield { frame: await toPixelFrame(await atSize(raw, take.size)), ...facts };
       count += 1;
     }
     if (count === 0) throw await nothingTaken(take, reader);
@@ -67,16 +65,17 @@ async function* decoded(source, take, loadDecoder, platform) {
 }
 
 /**
+ * Size, duration, frame rate and codec of a video, read from its container where there is one. `onDamage` is told of
+ * damage that shows without decoding; facts are then of the frames before it.
  * @param {import('./source.js').VideoSource} source
- * @param {Pick<import('./options.js').TakeOptions, 'decoding' | 'onDamage'> | undefined} options
- * @param {import('../platform.js').Platform} platform
+ * @param {Pick<import('./reader.js').TakeOptions, 'decoding' | 'onDamage'>} [options]
  * @returns {Promise<import('./reader.js').VideoInfo>}
  */
-export async function infoOf(source, options, platform) {
+export async function videoInfo(source, options) {
   const { take, others } = splitTake(asOptions(options));
   const stray = Object.keys(others)[0];
   if (stray) throw illegal('param', stray, others[stray], 'decoding');
-  const reader = await openReader(source, take, decoderLoader(undefined, platform));
+  const reader = await openReader(source, take, decoderLoader(undefined));
   try {
     const info = { ...(await reader.info()), times: await reader.times() };
     if (reader.damage) take.onDamage?.({ frames: info.numFrames ?? 0, total: null, error: reader.damage });
@@ -84,12 +83,4 @@ export async function infoOf(source, options, platform) {
   } finally {
     reader.close();
   }
-}
-
-/**
- * @param {import('../options.js').WasmSource | undefined} decoder
- * @param {import('../platform.js').Platform} platform
- */
-export function decoderLoader(decoder, platform) {
-  return once(() => platform.loadDecoder(decoder));
 }

@@ -1,6 +1,6 @@
 // Animated GIF, PNG and WebP, and still images of one frame, by the browser's image decoder.
 
-import { TraceCutError } from '../errors.js';
+import { TraceCutError } from '../check/errors.js';
 import { readAndClose } from './pixels.js';
 
 /**
@@ -60,7 +60,7 @@ export async function openImage(file, type, damaged = false) {
         yield {
           time: begin / 1e6,
           duration: length / 1e6,
-          read: (size, platform) => readAndClose(image, size, platform),
+          read: (size) => readAndClose(image, size),
           close: () => image.close(),
         };
         begin += length;

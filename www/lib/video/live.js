@@ -1,8 +1,8 @@
 // Streams of a camera, a screen or a canvas. They do not wait: frames are read as they come and queue until they are
 // taken.
 
-import { TraceCutError } from '../errors.js';
-import { toRawFrame } from '../frames.js';
+import { TraceCutError } from '../check/errors.js';
+import { toRawFrame } from '../worker/frames.js';
 import { readAndClose } from './pixels.js';
 
 /** Most frames that wait; newer ones are dropped then. As many as the largest window holds. */
@@ -11,12 +11,12 @@ const MAX_QUEUE = 400;
 /** How often a track is asked whether it has ended. */
 const WATCH_MS = 100;
 
-/** @typedef {{time: number, raw: import('../frames.js').RawFrame}} LiveFrame */
-/** @typedef {(timestamp: number, read: () => Promise<import('../frames.js').RawFrame>) => Promise<boolean>} Take */
+/** @typedef {{time: number, raw: import('../worker/frames.js').RawFrame}} LiveFrame */
+/** @typedef {(timestamp: number, read: () => Promise<import('../worker/frames.js').RawFrame>) => Promise<boolean>} Take */
 
 /**
  * @param {MediaStream} stream
- * @param {(raw: import('../frames.js').RawFrame) => Promise<import('../frames.js').RawFrame>} reduce applied to what
+ * @param {(raw: import('../worker/frames.js').RawFrame) => Promise<import('../worker/frames.js').RawFrame>} reduce applied to what
  *   waits
  * @returns {import('./reader.js').Reader}
  */
@@ -36,7 +36,7 @@ export function openLive(stream, reduce) {
 /**
  * @param {MediaStreamTrack} track
  * @param {{end: number}} range
- * @param {(raw: import('../frames.js').RawFrame) => Promise<import('../frames.js').RawFrame>} reduce
+ * @param {(raw: import('../worker/frames.js').RawFrame) => Promise<import('../worker/frames.js').RawFrame>} reduce
  * @param {AbortSignal} closed
  * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
  */

@@ -1,13 +1,14 @@
 // From whatever holds a frame to its pixels, and to fewer of them.
 
-import { aside } from '../aside/aside.js';
-import { reduced } from '../aside/reduce.js';
-import { toPixels } from '../decode.js';
-import { inFrame } from '../errors.js';
-import { toRawFrame } from '../frames.js';
+import { inFrame } from '../check/errors.js';
+import { platform } from '../platform.js';
+import { aside } from '../worker/aside.js';
+import { toPixels } from '../worker/decode.js';
+import { toRawFrame } from '../worker/frames.js';
+import { reduced } from '../worker/pixels.js';
 
-/** @typedef {import('../frames.js').RawFrame} RawFrame */
-/** @typedef {import('../frames.js').PixelFrame} PixelFrame */
+/** @typedef {import('../worker/frames.js').RawFrame} RawFrame */
+/** @typedef {import('../worker/frames.js').PixelFrame} PixelFrame */
 
 /**
  * The size of a frame with its long side at most `size`: never enlarged, its aspect kept to the nearest pixel.
@@ -27,10 +28,9 @@ const LARGE = 2 ** 20;
  * The frame at no more than `size`; files are decoded only when they have to be reduced.
  * @param {RawFrame} raw whose memory nobody else holds
  * @param {number | undefined} size
- * @param {import('../aside/aside.js').Starter} [platform] where there are workers
  * @returns {Promise<RawFrame>}
  */
-export async function atSize(raw, size, platform = {}) {
+export async function atSize(raw, size) {
   if (size === undefined) return raw;
   const pixels = await pixelsFrom(raw);
   const { width, height } = fitted(pixels.width, pixels.height, size);
@@ -38,7 +38,7 @@ export async function atSize(raw, size, platform = {}) {
   if (pixels.width * pixels.height <= LARGE || !platform.startAside)
     return { kind: 'pixels', data: reduced(pixels, width, height), width, height };
   const task = /** @type {const} */ ({ kind: 'reduce', picture: pixels, width, height });
-  const data = await aside(task, platform, [pixels.data.buffer]);
+  const data = await aside(task, [pixels.data.buffer]);
   return { kind: 'pixels', data, width, height };
 }
 
@@ -57,15 +57,14 @@ export async function toPixelFrame(raw) {
  * Copies a decoded frame and closes it. A large one is copied, and reduced where `size` says so, in a worker.
  * @param {VideoFrame} frame
  * @param {number} [size]
- * @param {import('../aside/aside.js').Starter} [platform]
  * @returns {Promise<RawFrame>}
  */
-export async function readAndClose(frame, size, platform = {}) {
+export async function readAndClose(frame, size) {
   try {
     const { displayWidth, displayHeight } = frame;
     if (displayWidth * displayHeight > LARGE && platform.startAside) {
       const { width, height } = fitted(displayWidth, displayHeight, size);
-      const data = await aside({ kind: 'frame', frame, width, height }, platform, [frame]);
+      const data = await aside({ kind: 'frame', frame, width, height }, [frame]);
       return { kind: 'pixels', data, width, height };
     }
     return await toRawFrame(frame, noDecoder);

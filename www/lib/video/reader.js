@@ -1,6 +1,6 @@
 // What every source of frames looks like from inside, and what is taken of it.
 
-import { TraceCutError } from '../errors.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
 import { pixelsFrom } from './pixels.js';
 
 /**
@@ -17,10 +17,11 @@ import { pixelsFrom } from './pixels.js';
  */
 
 /**
- * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close` gives up whatever holds it, read or not.
- * @typedef {{time: number, duration: number, read: (size?: number, platform?:
- *   import('../aside/aside.js').Starter) => Promise<import('../frames.js').RawFrame>, close: () => void, isGuess?: boolean,
- *   clip?: string}} TimedFrame `isGuess` where nothing says how long it is shown; `clip` where it is of one of several
+ * A frame that is not read yet: `read` copies its pixels, of no more than `size` where that is little work there, `close`
+ * gives up whatever holds it, read or not.
+ * @typedef {{time: number, duration: number, read: (size?: number) => Promise<import('../worker/frames.js').RawFrame>, close: ()
+ *   => void, isGuess?: boolean, clip?: string}} TimedFrame `isGuess` where nothing says how long it is shown; `clip`
+ *   where it is of one of several
  */
 
 /**
@@ -38,7 +39,7 @@ import { pixelsFrom } from './pixels.js';
 
 /**
  * `end` is when a frame ends, in seconds; null where nothing says.
- * @typedef {{raw: import('../frames.js').RawFrame, index: number, time: number, duration: number, end: number | null,
+ * @typedef {{raw: import('../worker/frames.js').RawFrame, index: number, time: number, duration: number, end: number | null,
  *   clip?: string}} TakenFrame
  */
 
@@ -55,14 +56,13 @@ const FEWEST = 2;
  * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read. Where the take knows what to
  * do with damage, they end before it.
  * @param {Reader} reader
- * @param {import('./options.js').Take} take
- * @param {import('../aside/aside.js').Starter} [platform] where there are workers
+ * @param {Take} take
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
-export async function* taken(reader, take, platform) {
+export async function* taken(reader, take) {
   let index = 0;
   try {
-    for await (const frame of wanted(reader, take, platform)) {
+    for await (const frame of wanted(reader, take)) {
       yield frame;
       index += 1;
     }
@@ -83,11 +83,10 @@ export function isDamage(error) {
 
 /**
  * @param {Reader} reader
- * @param {import('./options.js').Take} take
- * @param {import('../aside/aside.js').Starter} [platform]
+ * @param {Take} take
  * @returns {AsyncGenerator<TakenFrame, void, unknown>}
  */
-async function* wanted(reader, take, platform) {
+async function* wanted(reader, take) {
   let passed = 0;
   let index = 0;
   /** @type {string | undefined} */
@@ -103,7 +102,7 @@ async function* wanted(reader, take, platform) {
       if (clip !== present) [present, passed] = [clip, 0];
       passed += 1;
       if ((passed - 1) % take.step !== 0) continue;
-      const read = await frame.read(take.size, platform);
+      const read = await frame.read(take.size);
       frame.close();
       // Whether a file is damaged shows when it is decoded.
       const raw = take.onDamage && read.kind === 'file' ? await decoded(read) : read;
@@ -127,8 +126,8 @@ async function* wanted(reader, take, platform) {
 }
 
 /**
- * @param {import('../frames.js').RawFrame} raw
- * @returns {Promise<import('../frames.js').RawFrame>}
+ * @param {import('../worker/frames.js').RawFrame} raw
+ * @returns {Promise<import('../worker/frames.js').RawFrame>}
  */
 async function decoded(raw) {
   return { kind: 'pixels', ...(await pixelsFrom(raw)) };
@@ -137,7 +136,7 @@ async function decoded(raw) {
 /**
  * How many frames `taken` will give, where that can be known.
  * @param {Reader} reader
- * @param {import('./options.js').Take} take
+ * @param {Take} take
  * @returns {Promise<number | null>}
  */
 export async function expected(reader, { start, end, step, maxFrames }) {
@@ -149,7 +148,7 @@ export async function expected(reader, { start, end, step, maxFrames }) {
 
 /**
  * The error of a take that holds nothing.
- * @param {import('./options.js').Take} take
+ * @param {Take} take
  * @param {Reader} reader
  */
 export async function nothingTaken({ start, end }, reader) {
@@ -179,4 +178,126 @@ export function unlessAborted(promise, signal) {
     signal.addEventListener('abort', abort, { once: true });
     promise.then(resolve, reject).finally(() => signal.removeEventListener('abort', abort));
   });
+}
+
+/**
+ * What is taken of a source: the frames whose time lies in `[start, end)`, every `step`-th of them, at most
+ * `maxFrames`.
+ * @typedef {object} TakeOptions
+ * @property {number} [start] seconds; the clip's begin if not given
+ * @property {number} [end] seconds; the clip's end if not given
+ * @property {number} [step] every `step`-th frame; 1 if not given
+ * @property {number} [maxFrames] at most so many frames; all if not given
+ * @property {number} [size] the long side in pixels that frames are reduced to; a smaller frame stays as it is
+ * @property {number} [frameRate] frames per second of a list of frames that carry no times; 25 if not given
+ * @property {'auto' | 'webcodecs' | 'seeking'} [decoding] how a video file is decoded: `'auto'` takes WebCodecs and
+ *   falls back to seeking a video element
+ * @property {import('../check/options.js').WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files, when
+ *   not beside the package
+ * @property {AbortSignal} [signal] ends the work: what is awaited rejects with its reason
+ * @property {(damage: Damage) => void} [onDamage] with it, a source that is cut off or damaged ends before the damage,
+ *   which this is told of; without it, and where fewer than two frames come before, that is an error (`truncated`,
+ *   `decode`)
+ */
+
+/**
+ * Damage that a source ends with: how many frames were taken before it, how many should have been, null where nobody
+ * knows, and what is wrong. @typedef {{frames: number, total: number | null, error:
+ * import('../check/errors.js').TraceCutError}} Damage
+ */
+
+/**
+ * @typedef {object} Take
+ * @property {number} start
+ * @property {number} end
+ * @property {number} step
+ * @property {number} maxFrames
+ * @property {number | undefined} size
+ * @property {number} frameRate
+ * @property {'auto' | 'webcodecs' | 'seeking'} decoding
+ * @property {AbortSignal | undefined} signal
+ * @property {((damage: Damage) => void) | undefined} onDamage
+ */
+
+const MAX_FRAMES = 1_000_000;
+const MAX_SIDE = 16384;
+const DECODINGS = ['auto', 'webcodecs', 'seeking'];
+
+/** Windows of fewer frames see too little motion, larger ones take too much memory. */
+const MAX_WINDOW = 400;
+
+/**
+ * @param {unknown} options
+ * @returns {Record<string, unknown>}
+ */
+export function asOptions(options) {
+  if (options === undefined) return {};
+  if (!isPlainObject(options))
+    throw illegal('param', 'options', options, 'an object such as {start: 0, end: 2, size: 480}');
+  return options;
+}
+
+/**
+ * Checks what both `videoFrames` and `segmentVideo` take, and gives what is left.
+ * @param {Record<string, unknown>} options
+ * @returns {{take: Take, others: Record<string, unknown>}}
+ */
+export function splitTake(options) {
+  const {
+    start = -Infinity,
+    end = Infinity,
+    step = 1,
+    maxFrames = Infinity,
+    size,
+    frameRate = 25,
+    decoding = 'auto',
+    signal,
+    onDamage,
+    ...others
+  } = options;
+  if (start !== -Infinity) seconds('start', start);
+  if (end !== Infinity) seconds('end', end);
+  if (Number(end) <= Number(start)) throw illegal('param', 'end', end, `more than start = ${start}`);
+  wholeNumber('param', 'step', step, 1, MAX_FRAMES);
+  if (maxFrames !== Infinity) wholeNumber('param', 'maxFrames', maxFrames, 1, MAX_FRAMES);
+  if (size !== undefined) wholeNumber('param', 'size', size, 16, MAX_SIDE);
+  if (typeof frameRate !== 'number' || !(frameRate > 0 && frameRate <= 1000)) {
+    throw illegal('param', 'frameRate', frameRate, 'frames per second, above 0 and at most 1000');
+  }
+  if (!DECODINGS.includes(/** @type {string} */ (decoding)))
+    throw illegal('param', 'decoding', decoding, "'auto', 'webcodecs' or 'seeking'");
+  if (signal !== undefined && !isSignal(signal)) throw illegal('param', 'signal', signal, 'an AbortSignal');
+  if (onDamage !== undefined && typeof onDamage !== 'function')
+    throw illegal('param', 'onDamage', onDamage, 'a function of what was damaged');
+  const take = /** @type {Take} */ ({ start, end, step, maxFrames, size, frameRate, decoding, signal, onDamage });
+  return { take, others };
+}
+
+/**
+ * @param {Record<string, unknown>} options
+ * @returns {{window: number, overlap: number, others: Record<string, unknown>}}
+ */
+export function splitWindow(options) {
+  const { window = 50, overlap = 10, ...others } = options;
+  const frames = wholeNumber('param', 'window', window, 2, MAX_WINDOW);
+  // A small window gets a small overlap without having to ask for it.
+  const shared =
+    options.overlap === undefined ? Math.min(10, frames - 1) : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
+  return { window: frames, overlap: shared, others };
+}
+
+/**
+ * @param {string} name
+ * @param {unknown} value
+ */
+function seconds(name, value) {
+  if (typeof value !== 'number' || !Number.isFinite(value)) throw illegal('param', name, value, 'a number of seconds');
+}
+
+/**
+ * @param {unknown} signal
+ * @returns {signal is AbortSignal}
+ */
+function isSignal(signal) {
+  return typeof signal === 'object' && signal !== null && 'aborted' in signal && 'addEventListener' in signal;
 }

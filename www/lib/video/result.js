@@ -1,13 +1,10 @@
 // The masks, shots and objects of a whole clip: `VideoResult`.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject, wholeNumber } from '../options.js';
-import { breath } from '../export/breath.js';
-import { objectList } from '../objects.js';
-import { opened, saved } from '../saved.js';
-import { tracksDat } from '../tracks-dat.js';
-import { IDENTITY, areasOf, decodeRuns, encodeRuns } from './masks.js';
-import { TrackCollector } from './tracks.js';
+import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { IDENTITY, areasOf, decodeRuns, encodeRuns, objectList, joinedWords } from '../session/objects.js';
+import { tracksDat } from '../session/report.js';
+import { opened, saved } from '../session/saved.js';
+import { breath } from '../worker/pause.js';
 
 /**
  * A stretch of frames without a cut, `first` and `last` included. Objects of different shots have different labels.
@@ -22,7 +19,7 @@ import { TrackCollector } from './tracks.js';
  * @property {number | null} [end]
  * @property {readonly Shot[]} shots
  * @property {Uint32Array<ArrayBuffer>[]} runs
- * @property {import('./tracks.js').ClipTrajectories} trajectories
+ * @property {ClipTrajectories} trajectories
  */
 
 const NUM_LABELS = 256;
@@ -105,7 +102,7 @@ export class VideoResult {
    */
   toJSON() {
     const { objects: _, runs, ...rest } = this;
-    return saved({ ...rest, lengths: Uint32Array.from(runs, ({ length }) => length), runs: joined(runs) });
+    return saved({ ...rest, lengths: Uint32Array.from(runs, ({ length }) => length), runs: joinedWords(runs) });
   }
 
   /**
@@ -149,7 +146,7 @@ export class VideoResult {
 
 /**
  * @param {Uint32Array<ArrayBuffer>[]} runs
- * @returns {import('../objects.js').ObjectList}
+ * @returns {import('../session/objects.js').ObjectList}
  */
 function objectsOf(runs) {
   /** @type {Map<number, Uint32Array<ArrayBuffer>>} */
@@ -163,17 +160,6 @@ function objectsOf(runs) {
     });
   });
   return objectList([...areas].map(([label, own]) => ({ label, areas: own })));
-}
-
-/** @param {readonly Uint32Array[]} runs */
-function joined(runs) {
-  const words = new Uint32Array(runs.reduce((sum, { length }) => sum + length, 0));
-  let at = 0;
-  for (const own of runs) {
-    words.set(own, at);
-    at += own.length;
-  }
-  return words;
 }
 
 /**
@@ -247,4 +233,100 @@ export class Collector {
       trajectories: this.#tracks.finish(numFrames),
     });
   }
+}
+
+/**
+ * Trajectories of a whole clip, shaped as `Result.trajectories`: the points of trajectory `i` are `offset[i]` to
+ * `offset[i + 1]`, one for each of the consecutive frames from `startFrame[i]` on. `label[i]` is the object that most
+ * of its points were on, 0 for the background.
+ * @typedef {{readonly count: number, readonly startFrame: Uint32Array, readonly offset: Uint32Array, readonly x:
+ *   Float32Array, readonly y: Float32Array, readonly label:
+ *   Uint8Array}} ClipTrajectories
+ */
+
+/** @typedef {{start: number, x: number[], y: number[], votes: Map<number, number>}} Track */
+
+/** Collects the trajectories of window after window. */
+class TrackCollector {
+  /** @type {Map<number, Track>} */
+  #tracks = new Map();
+
+  /** @param {import('./window.js').WindowResult} window */
+  add({ trajectories, clusters, firstFrame }) {
+    for (let i = 0; i < trajectories.count; i += 1) {
+      const [begin, end] = [at(trajectories.offset, i), at(trajectories.offset, i + 1)];
+      const start = firstFrame + at(trajectories.startFrame, i);
+      const track = this.#trackOf(at(trajectories.id, i), start);
+      // The frames that an earlier window had are there already.
+      const known = track.start + track.x.length - start;
+      for (let p = begin + Math.max(0, known); p < end; p += 1) {
+        track.x.push(at(trajectories.x, p));
+        track.y.push(at(trajectories.y, p));
+      }
+      const label = clusters.object ? at(clusters.object, at(clusters.label, i)) : 0;
+      track.votes.set(label, (track.votes.get(label) ?? 0) + end - begin);
+    }
+  }
+
+  /**
+   * @param {number} id
+   * @param {number} start
+   */
+  #trackOf(id, start) {
+    let track = this.#tracks.get(id);
+    if (!track) this.#tracks.set(id, (track = { start, x: [], y: [], votes: new Map() }));
+    return track;
+  }
+
+  /**
+   * @param {number} numFrames what lies beyond is left out
+   * @returns {ClipTrajectories} in the order of their first frames
+   */
+  finish(numFrames) {
+    const tracks = [...this.#tracks.values()]
+      .filter(({ start }) => start < numFrames)
+      .map((track) => ({
+        ...track,
+        x: track.x.slice(0, numFrames - track.start),
+        y: track.y.slice(0, numFrames - track.start),
+      }))
+      .sort((a, b) => a.start - b.start);
+    const offset = new Uint32Array(tracks.length + 1);
+    tracks.forEach((track, i) => (offset[i + 1] = at(offset, i) + track.x.length));
+    const points = at(offset, tracks.length);
+    const joined = {
+      count: tracks.length,
+      startFrame: Uint32Array.from(tracks, ({ start }) => start),
+      offset,
+      x: new Float32Array(points),
+      y: new Float32Array(points),
+      label: Uint8Array.from(tracks, ({ votes }) => majority(votes)),
+    };
+    tracks.forEach((track, i) => {
+      joined.x.set(track.x, offset[i]);
+      joined.y.set(track.y, offset[i]);
+    });
+    return joined;
+  }
+}
+
+/**
+ * The label with most votes, the lowest of equals.
+ * @param {Map<number, number>} votes
+ */
+function majority(votes) {
+  let best = 0;
+  let most = -1;
+  for (const [label, count] of votes) {
+    if (count > most || (count === most && label < best)) [best, most] = [label, count];
+  }
+  return best;
+}
+
+/**
+ * @param {Uint32Array | Uint8Array | Float32Array} values
+ * @param {number} index
+ */
+function at(values, index) {
+  return /** @type {number} */ (values[index]);
 }

@@ -1,21 +1,19 @@
 // Video in, windows of masks out.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { isPlainObject, splitOptions } from '../options.js';
-import { openEngine } from '../platform.js';
-import { Driver } from './driver.js';
-import { decoderLoader } from './frames.js';
-import { asOptions, splitTake, splitWindow } from './options.js';
-import { Pause } from './pause.js';
+import { TraceCutError, illegal, isPlainObject } from '../check/errors.js';
+import { splitOptions } from '../check/options.js';
+import { Pause } from '../worker/pause.js';
+import { decoderLoader, openEngine } from '../worker/remote.js';
 import { atSize } from './pixels.js';
-import { expected, nothingTaken, taken } from './reader.js';
+import { asOptions, expected, nothingTaken, splitTake, splitWindow, taken } from './reader.js';
 import { Collector } from './result.js';
 import { openReader } from './source.js';
+import { Driver } from './window.js';
 
 /**
  * Where the work is: `done` of `total` steps of a stage of window `window`; `'decode'` counts the frames read for it.
  * `frames` are the frames read so far and their number in all, null where nothing says.
- * @typedef {{stage: import('../engine.js').Stage | 'decode', done: number, total: number, window: number,
+ * @typedef {{stage: import('../session/engine.js').Stage | 'decode', done: number, total: number, window: number,
  *   frames: {done: number, total: number | null}}} VideoProgress
  */
 
@@ -31,16 +29,16 @@ import { openReader } from './source.js';
 
 /**
  * Options of `segmentVideo`: what to take of the source, how to cut it into windows, and the options of a session.
- * @typedef {import('./options.js').TakeOptions & import('../options.js').SessionOptions & WindowOptions} VideoOptions
+ * @typedef {import('./reader.js').TakeOptions & import('../check/options.js').SessionOptions & WindowOptions} VideoOptions
  */
 
 /**
  * @typedef {object} Checked
- * @property {import('./options.js').Take} take
+ * @property {import('./reader.js').Take} take
  * @property {number} window
  * @property {number} overlap
  * @property {((progress: VideoProgress) => void) | undefined} onProgress
- * @property {import('../options.js').SplitOptions} engine
+ * @property {import('../check/options.js').SplitOptions} engine
  */
 
 /**
@@ -65,12 +63,22 @@ function checked(options) {
 }
 
 /**
+ * Segments a video: a file, an address, a video element, a stream, or frames one by one (Node takes the last only).
+ * Long clips are run window by window, in bounded memory; labels keep their meaning from window to window, and a cut
+ * begins a new shot with new ones.
+ *
+ * ```js
+ * const video = segmentVideo(file, { size: 480, end: 10 });
+ * for await (const window of video) {
+ *   for (const { time, labels } of window.frames()) console.log(time, labels);
+ * }
+ * ```
  * @param {import('./source.js').VideoSource} source
- * @param {VideoOptions | undefined} options
- * @param {import('../platform.js').Platform} platform
+ * @param {VideoOptions} [options]
+ * @returns {VideoSegmentation}
  */
-export function segment(source, options, platform) {
-  return new VideoSegmentation(source, checked(options), platform);
+export function segmentVideo(source, options) {
+  return new VideoSegmentation(source, checked(options));
 }
 
 /**
@@ -82,14 +90,13 @@ export function segment(source, options, platform) {
 export class VideoSegmentation {
   #source;
   #checked;
-  #platform;
   #begun = false;
   #closed = false;
   #stop = new AbortController();
   #pause = new Pause();
   /** @type {Collector | undefined} */
   #collector;
-  /** @type {import('../engine.js').Engine | undefined} */
+  /** @type {import('../session/engine.js').Engine | undefined} */
   #engine;
   /** @type {import('./reader.js').Reader | undefined} */
   #reader;
@@ -102,12 +109,10 @@ export class VideoSegmentation {
   /**
    * @param {import('./source.js').VideoSource} source
    * @param {Checked} checkedOptions
-   * @param {import('../platform.js').Platform} platform
    */
-  constructor(source, checkedOptions, platform) {
+  constructor(source, checkedOptions) {
     this.#source = source;
     this.#checked = checkedOptions;
-    this.#platform = platform;
   }
 
   /**
@@ -214,21 +219,21 @@ export class VideoSegmentation {
 
   async #open() {
     const { take, window, overlap, engine } = this.#checked;
-    const loadDecoder = decoderLoader(engine.decoder, this.#platform);
+    const loadDecoder = decoderLoader(engine.decoder);
     const reader = await openReader(this.#source, take, loadDecoder, engine.maxPixels);
     this.#reader = reader;
     this.#total = await expected(reader, take).catch(() => null);
     this.#throwIfStopped();
-    this.#engine = await openEngine(engine, this.#platform);
+    this.#engine = await openEngine(engine);
     this.#throwIfStopped();
-    const frames = taken(reader, take, this.#platform);
+    const frames = taken(reader, take);
     this.#frames = frames;
     const nextFrame = async () => {
       const { value, done } = await frames.next();
       if (done) return null;
       this.#read += 1;
       const { time, end, clip } = value;
-      return { raw: await atSize(value.raw, take.size, this.#platform), time, end, clip };
+      return { raw: await atSize(value.raw, take.size), time, end, clip };
     };
     return new Driver({
       engine: this.#engine,
@@ -308,4 +313,33 @@ export class VideoSegmentation {
     this.#reader?.close();
     this.#engine?.close();
   }
+}
+
+/**
+ * Frames that are far apart show motion that few of them suffice to see; much farther, and fast things are lost. Figures
+ * for other choices are in docs/speed.md.
+ */
+const USUAL = { step: 2, maxFrames: 8, threads: 1 };
+const USUAL_SIDE = 320;
+
+/**
+ * Coarse masks of a clip's first frames, long before its own are there: those of frames 0, 2, 4, … 14, made from pictures
+ * of at most 320 pixels, on one thread. Where something moves is mostly right; small and slow things may be missing, and
+ * labels are not those that the whole clip will have. Takes what `segmentVideo` takes, with `step: 2`, `maxFrames: 8`,
+ * `threads: 1` and `clip.maxSide: 320` where the options say nothing else, and rejects as that does.
+ *
+ * ```js
+ * const coarse = await previewMasks(file, { size: 480 });
+ * drawLabels(context, coarse, 0);
+ * ```
+ * @param {import('./source.js').VideoSource} source
+ * @param {VideoOptions} [options]
+ * @returns {Promise<import('./result.js').VideoResult>} of the frames taken, at the size of the source or `size`
+ */
+export async function previewMasks(source, options) {
+  const { clip = {}, ...given } = /** @type {VideoOptions} */ (asOptions(options));
+  if (!isPlainObject(clip)) throw illegal('param', 'clip', clip, 'an object such as {maxSide: 240}');
+  const taken = Object.fromEntries(Object.entries(given).filter(([, value]) => value !== undefined));
+  const maxSide = clip.maxSide ?? USUAL_SIDE;
+  return segmentVideo(source, { ...USUAL, ...taken, clip: { ...clip, maxSide } }).collect();
 }

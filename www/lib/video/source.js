@@ -1,9 +1,9 @@
 // Finds out what kind of source it was given, and opens a reader of its frames.
 
-import { TraceCutError, illegal, typeTag } from '../errors.js';
+import { TraceCutError, illegal, typeTag } from '../check/errors.js';
+import { part } from '../places.js';
 import { openDemuxed } from './demux.js';
 import { atSize } from './pixels.js';
-import { part } from '../places.js';
 
 /**
  * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its
@@ -16,7 +16,7 @@ import { part } from '../places.js';
  */
 
 /** @typedef {import('./reader.js').Reader} Reader */
-/** @typedef {import('./options.js').Take} Take */
+/** @typedef {import('./reader.js').Take} Take */
 
 const LEGAL = 'a File or Blob, an address, a video element, a MediaStream, or a list, generator or stream of frames';
 

@@ -1,11 +1,9 @@
 // A few frames spread over a video, for a filmstrip.
 
-import { TraceCutError, illegal } from '../errors.js';
-import { wholeNumber } from '../options.js';
-import { decoderLoader } from './frames.js';
-import { asOptions, splitTake } from './options.js';
+import { TraceCutError, illegal, wholeNumber } from '../check/errors.js';
+import { decoderLoader } from '../worker/remote.js';
 import { atSize, toPixelFrame } from './pixels.js';
-import { SLACK, isDamage, nothingTaken, unlessAborted } from './reader.js';
+import { SLACK, asOptions, isDamage, nothingTaken, splitTake, unlessAborted } from './reader.js';
 import { openReader } from './source.js';
 
 /**
@@ -16,16 +14,22 @@ import { openReader } from './source.js';
 
 /**
  * What a strip shows; the other options are as for `videoFrames`.
- * @typedef {Omit<import('./options.js').TakeOptions, 'step' | 'maxFrames'> & StripCount} StripOptions
+ * @typedef {Omit<import('./reader.js').TakeOptions, 'step' | 'maxFrames'> & StripCount} StripOptions
  */
 
 /**
+ * A few frames of a video, evenly spread over it or over the part from `start` to `end`, in order: what a filmstrip
+ * shows. A clip of fewer frames gives each once. A stream, and frames that a generator gives, have no strip: their
+ * length is not known.
+ *
+ * ```js
+ * for await (const { frame, time } of videoStrip(file, { count: 12, size: 96 })) console.log(time, frame);
+ * ```
  * @param {import('./source.js').VideoSource} source
- * @param {StripOptions | undefined} options
- * @param {import('../platform.js').Platform} platform
+ * @param {StripOptions} [options]
  * @returns {AsyncGenerator<import('./frames.js').DecodedFrame, void, undefined>}
  */
-export async function* stripOf(source, options, platform) {
+export async function* videoStrip(source, options) {
   const { decoder, count = 12, ...given } = asOptions(options);
   wholeNumber('param', 'count', count, 1, 1000);
   const { take, others } = splitTake(given);
@@ -41,8 +45,8 @@ export async function* stripOf(source, options, platform) {
       'count, start, end, size, frameRate, decoding, decoder, signal or onDamage',
     );
   take.signal?.throwIfAborted();
-  const wasm = /** @type {import('../options.js').WasmSource | undefined} */ (decoder);
-  const reader = await openReader(source, take, decoderLoader(wasm, platform));
+  const wasm = /** @type {import('../check/options.js').WasmSource | undefined} */ (decoder);
+  const reader = await openReader(source, take, decoderLoader(wasm));
   try {
     const times = await unlessAborted(reader.times(), take.signal);
     if (!times)
@@ -56,10 +60,10 @@ export async function* stripOf(source, options, platform) {
       for (;;) {
         const { value, done } = await unlessAborted(frames.next(), take.signal);
         if (done) return;
-        const raw = await value.read(take.size, platform);
+        const raw = await value.read(take.size);
         value.close();
         const { time, duration } = value;
-        yield { frame: await toPixelFrame(await atSize(raw, take.size, platform)), index, time, duration };
+        yield { frame: await toPixelFrame(await atSize(raw, take.size)), index, time, duration };
         index += 1;
       }
     } catch (error) {

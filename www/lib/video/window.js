@@ -1,6 +1,8 @@
-// What is found in one window of a clip: `WindowResult`.
+// A clip window by window: what is found in one, and the driver that goes from one to the next.
 
-import { Result, restored } from '../result.js';
+import { TraceCutError, inFrame } from '../check/errors.js';
+import { REQUESTS } from '../session/requests.js';
+import { Result, restored } from '../session/result.js';
 
 /**
  * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte
@@ -26,8 +28,8 @@ import { Result, restored } from '../result.js';
  */
 export class WindowResult extends Result {
   /**
-   * @param {import('../engine.js').RawResult} raw
-   * @param {import('../requests.js').Ask} ask
+   * @param {import('../session/engine.js').RawResult} raw
+   * @param {import('../session/requests.js').Ask} ask
    * @param {WindowFacts} facts
    */
   constructor(raw, ask, facts) {
@@ -73,4 +75,221 @@ export class WindowResult extends Result {
       yield { index: this.firstFrame + t, t, time: /** @type {number} */ (this.times[t]), labels: this.labels(t) };
     }
   }
+}
+
+// Runs a clip window by window.
+//
+//   frames   0 ......................... 49 50 ...                         89
+//   window 0 [============================]          settles 0..45
+//   window 1                         [40 ============================ 89]     settles 45..
+//
+// A window is full when it has `window` frames and one more comes. It is run, then all but its last `overlap` frames
+// are dropped, and the new frame is the next. The engine holds a frame back when it begins a new shot: then the shot
+// ends with the window at hand, and the new one begins with nothing but that frame. Where the clip's length is known
+// the last window is full too: it reaches further back. A frame of another clip ends the window and its shot as well; the
+// engine is cleared for it, so that nothing of one clip is in the next.
+
+/** @typedef {import('../worker/frames.js').RawFrame} RawFrame */
+/**
+ * `end` is when it ends, in seconds, where that is known; `clip` which of several it is of.
+ * @typedef {{raw: RawFrame, time: number, end?: number | null, clip?: string}} ClipFrame
+ */
+
+/**
+ * @typedef {object} DriverOptions
+ * @property {Pick<import('../session/engine.js').Engine, 'request' | 'run'>} engine
+ * @property {() => Promise<ClipFrame | null>} nextFrame null after the last
+ * @property {() => number | null} left how many frames `nextFrame` will still give, where that is known
+ * @property {number} window
+ * @property {number} overlap
+ * @property {(progress: import('../session/engine.js').Progress, window: number) => void} onStage
+ * @property {(decoded: number, window: number) => void} onFrame told how many frames the window has
+ * @property {AbortSignal} stop
+ * @property {import('../worker/pause.js').Pause} [pause] halts the work between two frames, and between two steps of a window
+ */
+
+export class Driver {
+  #options;
+  /** @type {ClipFrame | null} Read already, but not pushed. */
+  #ahead = null;
+  /** @type {number[]} Times of the frames that the engine holds in its window. */
+  #times = [];
+  /** @type {number | null} When the last of them ends. */
+  #end = null;
+  /** The clip's number of the window's first frame. */
+  #first = 0;
+  /** Frames of the window that an earlier one settled. */
+  #settled = 0;
+  #index = 0;
+  #shot = 0;
+  #ended = false;
+  /** @type {string | undefined} Which of several clips it is. */
+  #clip;
+  /** @type {number | null} The time of the frame that the engine holds back. */
+  #held = null;
+  /** Grows when the engine goes on: what an earlier window could be asked is gone. */
+  #advances = 0;
+
+  /** @param {DriverOptions} options */
+  constructor(options) {
+    this.#options = options;
+  }
+
+  /**
+   * The next window's result; null after the last.
+   * @returns {Promise<WindowResult | null>}
+   */
+  async next() {
+    if (this.#held !== null) await this.#beginShot(this.#held);
+    if (this.#ahead) await this.#beginClip(this.#ahead.clip);
+    await this.#fill();
+    if (this.#times.length === this.#settled) return null;
+    return this.#ahead && this.#ahead.clip === this.#clip ? this.#fullWindow() : this.#lastWindow();
+  }
+
+  /**
+   * Pushes frames until the window is full and one more is there, a new shot or clip begins, or there are no more.
+   */
+  async #fill() {
+    const { nextFrame, window, onFrame } = this.#options;
+    while (!this.#ended && this.#held === null) {
+      await this.#options.pause?.passed();
+      this.#ahead = await nextFrame();
+      if (!this.#ahead) this.#ended = true;
+      else if (this.#times.length >= window || this.#isOfAnother(this.#ahead)) return;
+      else {
+        this.#clip = this.#ahead.clip;
+        await this.#pushAhead();
+        if (this.#held === null) onFrame(this.#times.length, this.#index);
+      }
+    }
+  }
+
+  /** @param {ClipFrame} frame */
+  #isOfAnother({ clip }) {
+    return this.#times.length > 0 && clip !== this.#clip;
+  }
+
+  async #pushAhead() {
+    const { raw, time, end = null } = /** @type {ClipFrame} */ (this.#ahead);
+    this.#ahead = null;
+    this.#end = end;
+    const { held } = await this.#options.engine.request('pushInShot', raw).catch((error) => {
+      throw raw.kind === 'file' ? inFrame(error, raw) : error;
+    });
+    if (held) this.#held = time;
+    else this.#times.push(time);
+  }
+
+  /** The shot goes on, as far as is known: the masks of the last few frames are left to the next window. */
+  async #fullWindow() {
+    const raw = await this.#run();
+    const ask = this.#asker();
+    const facts = this.#facts();
+    const kept = this.#overlap();
+    await this.#advance(kept);
+    this.#first += this.#times.length - kept;
+    this.#times = this.#times.slice(-kept);
+    this.#settled = Math.floor(kept / 2);
+    await this.#pushAhead();
+    if (this.#held !== null) this.#settled = kept;
+    else facts.settled.to -= kept - this.#settled;
+    return this.#result(raw, ask, facts);
+  }
+
+  /**
+   * How many frames the next window shares with this one: more when few are left, since a window of few frames sees
+   * little motion.
+   */
+  #overlap() {
+    const { window, overlap, left } = this.#options;
+    const fresh = 1 + (left() ?? Infinity);
+    return Math.min(window - 1, Math.max(overlap, window - fresh));
+  }
+
+  /** The shot ends here. */
+  async #lastWindow() {
+    const raw = await this.#run();
+    const ask = this.#asker();
+    const facts = this.#facts();
+    this.#settled = this.#times.length;
+    return this.#result(raw, ask, facts);
+  }
+
+  /** @param {number} time of the frame held back */
+  async #beginShot(time) {
+    await this.#advance(this.#options.overlap);
+    this.#first += this.#times.length;
+    this.#times = [time];
+    this.#held = null;
+    this.#settled = 0;
+    this.#shot += 1;
+  }
+
+  /** @param {string | undefined} clip the one of the frame read already */
+  async #beginClip(clip) {
+    this.#advances += 1;
+    await this.#options.engine.request('clear');
+    this.#clip = clip;
+    this.#first = this.#settled = this.#shot = 0;
+    this.#times = [];
+    await this.#pushAhead();
+    this.#options.onFrame(1, this.#index);
+  }
+
+  /** @param {number} overlap */
+  #advance(overlap) {
+    this.#advances += 1;
+    return this.#options.engine.request('advance', overlap);
+  }
+
+  async #run() {
+    const { engine, onStage, stop, pause } = this.#options;
+    for (;;) {
+      await pause?.passed();
+      const raw = await engine.run((progress) => onStage(progress, this.#index), pause?.signal ?? stop);
+      if (raw !== null) return raw;
+      if (stop.aborted || !pause) throw new TraceCutError('closed', 'the video segmentation was closed');
+    }
+  }
+
+  #facts() {
+    const settled = { from: this.#settled, to: this.#times.length };
+    const [times, end] = [Float64Array.from(this.#times), this.#end];
+    return { clip: this.#clip ?? null, shot: this.#shot, firstFrame: this.#first, times, end, settled };
+  }
+
+  /**
+   * @param {import('../session/engine.js').RawResult} raw
+   * @param {import('../session/requests.js').Ask} ask
+   * @param {Omit<WindowFacts, 'index'>} facts
+   */
+  #result(raw, ask, facts) {
+    const index = this.#index;
+    this.#index += 1;
+    return new WindowResult(raw, ask, { index, ...facts });
+  }
+
+  /**
+   * A window may be asked for more as long as the engine has not gone on, which it has by the time that any but the
+   * last is seen.
+   * @returns {import('../session/requests.js').Ask}
+   */
+  #asker() {
+    const { engine, stop } = this.#options;
+    const advances = this.#advances;
+    return async (name, ...args) => {
+      if (advances !== this.#advances || stop.aborted) throw gone(REQUESTS[name].called);
+      return engine.request(name, ...args);
+    };
+  }
+}
+
+/** @param {string} what */
+function gone(what) {
+  const until = 'only those of the last window are there, until the loop is left';
+  return new TraceCutError(
+    'state',
+    `${what} of this window are gone, since the next is computed already (${until}); a session keeps them`,
+  );
 }

@@ -1,0 +1,177 @@
+// The one error of the package, what its messages are put together from, and checks of values that throw it.
+
+/**
+ * What a {@link TraceCutError} is about. From Rust: `frame-size`, `frame-bytes`, `frame-size-changed`,
+ * `too-few-frames`, `too-large` (more than a parameter such as `clip.maxPixels` allows), `decode`, `param`, `data`,
+ * `state`. From this layer: `unsupported` (the engine lacks something), `wasm-load` (the wasm file cannot be fetched or
+ * compiled), `memory` (there is not enough of it; the session has given back its own), `poisoned` (the engine stopped on
+ * an internal error), `closed`, `busy`. Of videos: `no-video` (nothing in it that could be shown), `codec` (it cannot be decoded here),
+ * `truncated` (cut off or damaged), `no-frames` (none in the range), `fetch` (the address cannot be fetched).
+ * @typedef {'frame-size' | 'frame-bytes' | 'frame-size-changed' | 'too-few-frames' | 'too-large' | 'decode' | 'param'
+ *   | 'data' | 'state' | 'unsupported' | 'wasm-load' | 'memory' | 'poisoned' | 'closed' | 'busy' | 'no-video' | 'codec' | 'truncated'
+ *   | 'no-frames' | 'fetch'} ErrorCode
+ */
+
+/** An error with a stable `code` and a message that names the value and what is legal. */
+export class TraceCutError extends Error {
+  /**
+   * @param {ErrorCode} code
+   * @param {string} message
+   * @param {{cause?: unknown}} [options]
+   */
+  constructor(code, message, options) {
+    super(message, options);
+    this.name = 'TraceCutError';
+    /**
+     * What it is about; the message may change, this does not.
+     * @type {ErrorCode}
+     */
+    this.code = code;
+  }
+}
+
+/**
+ * Throws an error that Rust returned, which has a code, as one of the package.
+ * @param {unknown} error
+ */
+export function throwIfRust(error) {
+  if (error instanceof Error && 'code' in error && typeof error.code === 'string')
+    throw new TraceCutError(/** @type {ErrorCode} */ (error.code), error.message);
+}
+
+/**
+ * The error of a value that is not legal.
+ * @param {ErrorCode} code
+ * @param {string} name
+ * @param {unknown} value
+ * @param {string} expected
+ */
+export function illegal(code, name, value, expected) {
+  return new TraceCutError(code, `${name} = ${describe(value)} (expected ${expected})`);
+}
+
+/**
+ * The error of what is larger than a parameter allows, in the words that Rust has for it.
+ * @param {number} actual
+ * @param {string} what
+ * @param {number} limit
+ * @param {string} name
+ */
+export function tooLarge(actual, what, limit, name) {
+  return new TraceCutError(
+    'too-large',
+    `${actual} ${what} (expected at most ${limit}; the parameter ${name} sets this limit)`,
+  );
+}
+
+/**
+ * A value in a few words.
+ * @param {unknown} value
+ * @returns {string}
+ */
+export function describe(value) {
+  if (typeof value === 'string') return value.length > 40 ? `"${value.slice(0, 40)}..."` : `"${value}"`;
+  if (typeof value === 'function') return 'a function';
+  if (Array.isArray(value)) return `a list of ${value.length}`;
+  if (ArrayBuffer.isView(value)) return `${typeTag(value)} of ${value.byteLength} bytes`;
+  if (typeof value === 'object' && value !== null) {
+    const tag = typeTag(value);
+    return `${/^[AEIOU]/.test(tag) ? 'an' : 'a'} ${tag}`;
+  }
+  return String(value);
+}
+
+/**
+ * The built-in type's name, also for objects of another realm: `Uint8Array`, `VideoFrame`, `Object`...
+ * @param {unknown} value
+ */
+export function typeTag(value) {
+  return Object.prototype.toString.call(value).slice(8, -1);
+}
+
+/**
+ * An error that says which frame it is about, where that is known.
+ * @param {unknown} error
+ * @param {{kind?: string, index?: number, name?: string}} frame
+ */
+export function inFrame(error, { index, name }) {
+  if (!(error instanceof TraceCutError) || (index ?? name) === undefined) return error;
+  const words = index === undefined ? name : `frame ${index}${name ? ` (${name})` : ''}`;
+  return new TraceCutError(error.code, `${words}: ${error.message}`, { cause: error });
+}
+
+/**
+ * @param {unknown} value
+ * @returns {value is Record<string, unknown>}
+ */
+export function isPlainObject(value) {
+  return typeof value === 'object' && value !== null && typeTag(value) === 'Object';
+}
+
+/**
+ * Refuses what is not a whole number in `min..=max`.
+ * @param {ErrorCode} code
+ * @param {string} name
+ * @param {unknown} value
+ * @param {number} min
+ * @param {number} max
+ * @returns {number}
+ */
+export function wholeNumber(code, name, value, min, max) {
+  if (typeof value !== 'number' || !Number.isInteger(value) || value < min || value > max) {
+    throw illegal(code, name, value, `a whole number, ${min}..=${max}`);
+  }
+  return value;
+}
+
+/**
+ * Refuses options that are no object, and names that are not known.
+ * @template {object} T
+ * @param {T} options
+ * @param {string[]} legal
+ * @returns {T}
+ */
+export function checkedOptions(options, legal) {
+  if (!isPlainObject(options)) throw illegal('param', 'options', options, `an object with ${legal.join(', ')}`);
+  const stray = Object.keys(options).find((key) => !legal.includes(key));
+  if (stray !== undefined)
+    throw illegal('param', stray, options[stray], `no such option; there are ${legal.join(', ')}`);
+  return /** @type {T} */ (options);
+}
+
+/**
+ * Refuses what is not true or false.
+ * @param {string} name
+ * @param {unknown} value
+ */
+export function checkFlag(name, value) {
+  if (typeof value !== 'boolean')
+    throw new TraceCutError('param', `${name} = ${describe(value)} (expected true or false)`);
+}
+
+/**
+ * Refuses numbers outside of a range.
+ * @param {string} name
+ * @param {unknown} value
+ * @param {number} min
+ * @param {number} max
+ */
+export function checkNumber(name, value, min, max) {
+  if (typeof value !== 'number' || !(value >= min && value <= max))
+    throw illegal('param', name, value, `a number, ${min}..=${max}`);
+}
+
+/**
+ * @param {string} name
+ * @param {unknown} value
+ * @param {readonly string[]} legal
+ */
+export function oneOf(name, value, legal) {
+  if (!legal.includes(/** @type {string} */ (value)))
+    throw illegal('param', name, value, legal.map((word) => `'${word}'`).join(', '));
+}
+
+/** @param {unknown} frames */
+export function isIterable(frames) {
+  return typeof frames === 'object' && frames !== null && (Symbol.iterator in frames || Symbol.asyncIterator in frames);
+}

@@ -1,0 +1,5 @@
+// `tracecut/edit` in Node.
+
+import './platform.js';
+
+export * from '../edit.js';

@@ -1,0 +1,5 @@
+// `tracecut/export` in Node.
+
+import './platform.js';
+
+export * from '../export.js';

@@ -1,0 +1,5 @@
+// `tracecut/stages` in Node.
+
+import './platform.js';
+
+export * from '../stages.js';

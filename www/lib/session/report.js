@@ -1,0 +1,189 @@
+// What is said of a run by its trajectories: as a track file, where it looked, and how the scene moves in the picture.
+
+import { TraceCutError, illegal } from '../check/errors.js';
+
+/**
+ * Trajectories to write, as `trajectories` gives them and `setTrajectories` takes them; `label` holds a label for each,
+ * 0 if not given.
+ * @typedef {object} TracksToWrite
+ * @property {number} numFrames
+ * @property {Uint32Array | readonly number[]} startFrame
+ * @property {Uint32Array | readonly number[]} offset
+ * @property {Float32Array | Float64Array | readonly number[]} x
+ * @property {Float32Array | Float64Array | readonly number[]} y
+ * @property {ArrayLike<number>} [label]
+ */
+
+/**
+ * Trajectories as a track file of the Moseg benchmark: number of frames, number of tracks, then for each track its label
+ * and length and, line by line, `x y frame`.
+ * @param {TracksToWrite} tracks
+ * @returns {string}
+ */
+export function tracksDat({ numFrames, startFrame, offset, x, y, label }) {
+  const lines = [`${numFrames}`, `${startFrame.length}`];
+  for (let i = 0; i < startFrame.length; i += 1) {
+    const [begin, end, start] = [Number(offset[i]), Number(offset[i + 1]), Number(startFrame[i])];
+    lines.push(`${label?.[i] ?? 0} ${end - begin}`);
+    for (let p = begin; p < end; p += 1)
+      lines.push(`${Number(x[p]).toFixed(3)} ${Number(y[p]).toFixed(3)} ${start + p - begin}`);
+  }
+  return `${lines.join('\n')}\n`;
+}
+
+/**
+ * What a report needs of a result: `Result`, `VideoResult`, or the like.
+ * @typedef {object} Searched
+ * @property {number} width in pixels
+ * @property {number} height
+ * @property {number} numFrames
+ * @property {{count: number, offset: ArrayLike<number>, x: ArrayLike<number>, y: ArrayLike<number>}} trajectories
+ * @property {{count: number, label: ArrayLike<number>}} [clusters]
+ */
+
+/**
+ * Where a run looked. `coverage` is the part of the picture, 0 to 1, that trajectories went over: of squares whose side
+ * is a sixteenth of the longer side of the picture, those that a trajectory was in. `speed` is the median motion of
+ * their points, in pixels a frame; the camera counts as moving (`cameraMoves`) where that is above a thousandth of the
+ * longer side. `motions` are the parts of all points that each cluster holds, the largest first; null for a result of
+ * many windows, which has no clusters.
+ * @typedef {{readonly numFrames: number, readonly trajectories: number, readonly coverage: number, readonly speed:
+ *   number, readonly cameraMoves: boolean, readonly motions:
+ *   number[] | null}} SearchReport
+ */
+
+/** Squares along the longer side. */
+const SQUARES = 16;
+
+/** Motion that is the camera's, in longer sides a frame: half a pixel at the usual working size. */
+const STILL = 0.001;
+
+/**
+ * Where a run looked, from its trajectories.
+ * @param {Searched} result
+ * @returns {SearchReport}
+ */
+export function searchReport(result) {
+  if (typeof result !== 'object' || result === null || typeof result.trajectories?.count !== 'number')
+    throw illegal('data', 'result', result, 'a result with trajectories');
+  const { width, height, numFrames, trajectories, clusters } = result;
+  const { count, offset, x, y } = trajectories;
+  if (offset.length !== count + 1)
+    throw new TraceCutError('data', `trajectories.offset has ${offset.length} entries (expected ${count + 1})`);
+  const long = Math.max(width, height);
+  const [columns, rows] = [width, height].map((side) => Math.max(1, Math.round((SQUARES * side) / long)));
+  const seen = new Uint8Array(Number(columns) * Number(rows));
+  /** @type {number[]} */
+  const speeds = [];
+  const points = new Float64Array(clusters?.count ?? 0);
+  for (let i = 0; i < count; i += 1) {
+    const [begin, end] = [at(offset, i), at(offset, i + 1)];
+    if (clusters) points[at(clusters.label, i)] = at(points, at(clusters.label, i)) + end - begin;
+    for (let p = begin; p < end; p += 1) {
+      seen[cell(at(y, p), height, Number(rows)) * Number(columns) + cell(at(x, p), width, Number(columns))] = 1;
+      if (p > begin) speeds.push(Math.hypot(at(x, p) - at(x, p - 1), at(y, p) - at(y, p - 1)));
+    }
+  }
+  const all = at(offset, count);
+  const speed = at(Float64Array.from(speeds).sort(), speeds.length >> 1) || 0;
+  return {
+    numFrames,
+    trajectories: count,
+    coverage: seen.reduce((sum, one) => sum + one, 0) / seen.length,
+    speed,
+    cameraMoves: speed > STILL * long,
+    motions: clusters
+      ? [...points]
+          .filter((one) => one > 0)
+          .map((one) => one / all)
+          .sort((a, b) => b - a)
+      : null,
+  };
+}
+
+/**
+ * @param {number} place in pixels
+ * @param {number} side
+ * @param {number} cells
+ */
+function cell(place, side, cells) {
+  return Math.min(cells - 1, Math.max(0, Math.floor(((place + 0.5) / side) * cells)));
+}
+
+/**
+ * @param {ArrayLike<number>} values
+ * @param {number} index
+ */
+function at(values, index) {
+  return /** @type {number} */ (values[index]);
+}
+
+/**
+ * Trajectories whose labels are known: a `Result`, the result of a segmented video, or an object of the caller's with
+ * `trajectories` as theirs, each with its `label`.
+ * @typedef {object} LabelledTrajectories
+ * @property {number} numFrames
+ * @property {{count: number, startFrame: Uint32Array, offset: Uint32Array, x: Float32Array, y: Float32Array, label?:
+ *   ArrayLike<number>}} trajectories
+ * @property {{label: ArrayLike<number>, object?: ArrayLike<number> | null}} [clusters]
+ */
+
+/**
+ * Where the scene lies in each frame as against the first, in pixels: a camera that pans to the right moves it to the
+ * left.
+ * @typedef {{readonly x: Float64Array<ArrayBuffer>, readonly y: Float64Array<ArrayBuffer>}} SceneMotion
+ */
+
+/** Trajectories of a frame that are listened to: their median is no better with more. */
+const ENOUGH = 400;
+
+/**
+ * How far the scene has moved in the picture: from frame to frame the median of the background's trajectories. Turning
+ * and zooming about the middle are no such motion; across a cut, or where no background is seen, nothing moves.
+ *
+ * ```js
+ * const { x } = sceneMotion(result); // An object at column c of frame t is at c - x[t] of the first frame's scene.
+ * ```
+ * @param {LabelledTrajectories} result
+ * @returns {SceneMotion}
+ */
+export function sceneMotion(result) {
+  const { numFrames, trajectories, clusters } = result ?? {};
+  const known = trajectories?.label ?? clusters?.label;
+  if (!known || !(numFrames >= 1))
+    throw illegal('data', 'result', result, 'a result with trajectories and their labels');
+  const { count, startFrame, offset, x, y, label } = trajectories;
+  const ofCluster = label ? null : clusters?.object;
+  const isScene = (/** @type {number} */ i) => (ofCluster ? ofCluster[Number(known[i])] : known[i]) === 0;
+  const scene = Array.from({ length: count }, (_, i) => i).filter(isScene);
+  const points = scene.reduce((sum, i) => sum + Number(offset[i + 1]) - Number(offset[i]), 0);
+  const every = Math.max(1, Math.floor(points / (numFrames * ENOUGH)));
+  const steps = Array.from({ length: numFrames }, () => ({
+    x: /** @type {number[]} */ ([]),
+    y: /** @type {number[]} */ ([]),
+  }));
+  for (let k = 0; k < scene.length; k += every) {
+    const i = Number(scene[k]);
+    const [first, begin, end] = [Number(startFrame[i]), Number(offset[i]), Number(offset[i + 1])];
+    for (let p = begin + 1; p < end; p += 1) {
+      const step = steps[first + p - begin];
+      step?.x.push(Number(x[p]) - Number(x[p - 1]));
+      step?.y.push(Number(y[p]) - Number(y[p - 1]));
+    }
+  }
+  return { x: summed(steps.map((step) => median(step.x))), y: summed(steps.map((step) => median(step.y))) };
+}
+
+/** @param {number[]} values 0 where there are none */
+function median(values) {
+  const sorted = Float64Array.from(values).sort();
+  const middle = sorted.length >> 1;
+  if (sorted.length % 2 === 1) return Number(sorted[middle]);
+  return sorted.length === 0 ? 0 : (Number(sorted[middle - 1]) + Number(sorted[middle])) / 2;
+}
+
+/** @param {number[]} steps */
+function summed(steps) {
+  let sum = 0;
+  return Float64Array.from(steps, (step) => (sum += step));
+}

@@ -1,0 +1,93 @@
+// What the second wasm module does, in this thread: PNG and JPEG files to pixels, and masks to the size of their pictures.
+
+import { TraceCutError, throwIfRust } from '../check/errors.js';
+import startDecoder, * as glue from '../decoder.js';
+import { fromImage } from './frames.js';
+
+/** @type {Promise<unknown> | undefined} */
+let started;
+
+/** @typedef {{data: Uint8Array<ArrayBuffer>, width: number, height: number}} Pixels */
+
+/**
+ * The pixels of a frame on its way to the engine.
+ * @param {import('./frames.js').RawFrame} frame
+ * @returns {Promise<Pixels>}
+ */
+export async function toPixels(frame) {
+  if (frame.kind === 'pixels') return frame;
+  if (!frame.decoder) throw new TraceCutError('state', 'a file came without the module that decodes it');
+  const [data, width, height] = await callDecoder(
+    frame.decoder,
+    (decoder) => decoder.decode(frame.data, frame.maxPixels),
+    (words) => ['decode', `image cannot be decoded: the decoder stopped on an internal error: ${words}`],
+  );
+  return { data, width, height };
+}
+
+/**
+ * Calls into the module. An error that Rust returned has a code; anything else is a panic or a trap, which `broken` puts
+ * into words.
+ * @template T
+ * @param {WebAssembly.Module} module
+ * @param {(decoder: typeof glue) => T} call
+ * @param {(words: string) => [import('../check/errors.js').ErrorCode, string]} broken
+ * @returns {Promise<T>}
+ */
+async function callDecoder(module, call, broken) {
+  started ??= startDecoder({ module_or_path: module });
+  await started;
+  try {
+    return call(glue);
+  } catch (error) {
+    throwIfRust(error);
+    // The next call gets a fresh instance.
+    glue.__wbg_reset_state();
+    throw new TraceCutError(...broken(String(error)), { cause: error });
+  }
+}
+
+/**
+ * A mask at the size of its picture: `labels` holds the label of each pixel, `alpha` how opaque the chosen objects are
+ * there, 0 not at all to 255 fully: from 128 on exactly where the label is one of theirs, soft where the picture goes
+ * softly from one to the other, and 0 or 255 away from their borders.
+ * @typedef {{readonly width: number, readonly height: number, readonly labels: Uint8Array<ArrayBuffer>,
+ *   readonly alpha: Uint8Array<ArrayBuffer>}}
+ *   EnlargedMask
+ */
+
+/**
+ * A picture that a worker reads: to do so takes long enough to be felt where pages are drawn.
+ * @typedef {{kind: 'image', image: VideoFrame | ImageBitmap}} Image
+ */
+
+/**
+ * A mask and its picture on their way, in memory that nobody else holds.
+ * @typedef {{labels: Uint8Array<ArrayBuffer>, width: number, picture: import('./frames.js').RawFrame | Image, chosen:
+ *   Uint8Array<ArrayBuffer>, module: WebAssembly.Module}} EnlargeTask
+ */
+
+/**
+ * Enlarges in this thread.
+ * @param {EnlargeTask} task
+ * @returns {Promise<EnlargedMask>}
+ */
+export async function enlargeHere({ labels, width, picture, chosen, module }) {
+  const pixels = await pixelsOf(picture);
+  const [large, alpha] = await callDecoder(
+    module,
+    (decoder) => decoder.enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen),
+    (words) => ['poisoned', `the mask cannot be enlarged: the module stopped on an internal error: ${words}`],
+  );
+  return { width: pixels.width, height: pixels.height, labels: large, alpha };
+}
+
+/** @param {EnlargeTask['picture']} picture */
+async function pixelsOf(picture) {
+  if (picture.kind !== 'image') return toPixels(picture);
+  try {
+    return await toPixels(await fromImage(picture.image));
+  } finally {
+    picture.image.close();
+  }
+}
