@@ -16,15 +16,15 @@ import { say } from './language.js';
 import { Progress } from './panels/progress.js';
 import { stagesOf } from './panels/stages.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
-import { kindFor } from './run/jobs.js';
+import { ClipJob, SavedJob } from './run/clip-job.js';
+import { StillJob } from './run/still-job.js';
 import { optionsOf } from './settings.js';
-import { SavedJob } from './run/saved-job.js';
 import { lookPatch } from './saved/look.js';
 import { EXTENSION, readProjectFile } from './saved/work.js';
 import { fitTake, openFiles, sampleSource, usualTake } from './source.js';
 import { BLANK, errorPatch, phasePatch } from './store.js';
 
-/** @typedef {import('./run/jobs.js').AnyJob} AnyJob */
+/** @typedef {import('./run/job.js').AnyJob} AnyJob */
 /** @typedef {import('./source.js').Source} Source */
 
 /** How often the progress of a run is shown, in milliseconds. */
@@ -44,9 +44,9 @@ export class App {
     /** @type {AbortController | null} */
     this.abort = null;
     /**
-     * The stages of a run and their shares of its time, as the last one of its kind took them.
+     * The stages of a run with the shares of its time as the last one took them, by those as they usually are.
      *
-     * @type {Map<import('./run/jobs.js').Kind, import('./run/stage-clock.js').StagePlan[]>}
+     * @type {Map<import('./run/stage-clock.js').StagePlan[], import('./run/stage-clock.js').StagePlan[]>}
      */
     this.plans = new Map();
     this.changing = 0;
@@ -128,7 +128,7 @@ export class App {
         });
         const { visit, take } = this.store.state;
         const options = optionsOf(this.store.state);
-        const job = new SavedJob([this.library, source, { ...take }, options, SavedJob.stages], project);
+        const job = new SavedJob([this.library, source, { ...take }, options, SavedJob.stagesFor()], project);
         this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
         await this.go(visit, job);
       },
@@ -185,8 +185,9 @@ export class App {
    */
   newJob(source) {
     const { state } = this.store;
-    const Kind = kindFor(source, state.take);
-    return new Kind(this.library, source, { ...state.take }, optionsOf(state), this.plans.get(Kind) ?? Kind.stages);
+    const Kind = kindFor(source);
+    const stages = Kind.stagesFor(state.take);
+    return new Kind(this.library, source, { ...state.take }, optionsOf(state), this.plans.get(stages) ?? stages);
   }
 
   /** Goes on after a cancel where the run was; starts anew if the settings have changed since. */
@@ -229,7 +230,7 @@ export class App {
    */
   async conclude(job) {
     const { measured } = job;
-    if (measured) this.plans.set(kindFor(job.source, job.take), measured);
+    if (measured) this.plans.set(kindFor(job.source).stagesFor(job.take), measured);
     await showResult(this.store, job);
   }
 
@@ -277,4 +278,13 @@ export class App {
     this.leave();
     this.store.set(errorPatch(error));
   }
+}
+
+/**
+ * Which kind of run is made of a source.
+ *
+ * @param {Source} source
+ */
+function kindFor({ kind }) {
+  return kind === 'still' ? StillJob : ClipJob;
 }

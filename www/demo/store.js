@@ -67,7 +67,7 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {import('./source.js').Take} take
  * @property {Record<'clip' | 'still', number>} pace milliseconds that the last run took per pixel and frame
  * @property {ReadonlyMap<string, number | boolean | string>} changed parameters that differ from their defaults
- * @property {import('./run/jobs.js').AnyJob | null} job
+ * @property {import('./run/job.js').AnyJob | null} job
  * @property {number} share of the run that is through, in 0..1
  * @property {{rows: StageRow[], ms: number}} stages of the run, and the time of all
  * @property {import('./run/preview.js').Preview | null} preview shown until there are masks

@@ -18,6 +18,7 @@ import { saliencyLayer } from './saliency.js';
 import { stillLayer } from './still.js';
 import { superpixelLayer } from './superpixels.js';
 import { trajectoryLayer } from './trajectories.js';
+import { WINDOW } from '../run/clip-job.js';
 import { NOTHING } from '../words.js';
 
 /** @typedef {import('./layer.js').Layer} Layer */
@@ -49,7 +50,7 @@ export function createLayers() {
  * @returns {string} why there is nothing to show; empty where there is
  */
 export function missingOf(layer, view) {
-  if (view.windows && !layer.ofWindows) return NOTHING.windows;
+  if (view.windows && !layer.ofWindows) return NOTHING.windows(WINDOW);
   return layer.missing?.(view) ?? '';
 }
 

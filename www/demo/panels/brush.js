@@ -8,7 +8,7 @@ import { TOUCH, byId } from '../dom.js';
 import { plural } from '../words.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../run/job.js').Corrector} Corrector */
+/** @typedef {import('../run/corrections.js').Corrections} Corrections */
 /** @typedef {import('../run/job.js').Painted} Painted */
 /** @typedef {'paint' | 'erase' | 'add'} BrushTool */
 
@@ -36,7 +36,7 @@ export function isBrush(tool) {
  *
  * @typedef {object} Host
  * @property {import('../store.js').Store} store
- * @property {() => Corrector | null} corrector
+ * @property {() => Corrections | null} corrector
  * @property {() => number} object the one that is meant
  * @property {(object: number) => void} choose
  * @property {(frames: number[]) => void} show
@@ -125,7 +125,7 @@ export class Brush {
   }
 
   /**
-   * @param {Corrector} corrector
+   * @param {Corrections} corrector
    * @param {Painted} edit
    * @param {() => boolean} same whether the clip is still the same
    */

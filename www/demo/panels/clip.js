@@ -2,7 +2,7 @@
 
 import { byId } from '../dom.js';
 import { workingSize } from '../grabber.js';
-import { WINDOW } from '../run/long-job.js';
+import { WINDOW } from '../run/clip-job.js';
 import { DEFAULT_TAKE, fitTake, kindOf } from '../source.js';
 import { plural } from '../words.js';
 import { say } from '../language.js';

@@ -1,6 +1,6 @@
 /** What is shown while a run is under way: stage, share, time so far and time left. @module */
 
-import { Countdown, timeLeft } from '../run/estimate.js';
+import { Countdown, timeLeft } from '../run/stage-clock.js';
 import { count, remaining, seconds } from '../words.js';
 import { stagesOf } from './stages.js';
 import { say } from '../language.js';

@@ -6,7 +6,6 @@
  */
 
 import { byId, h } from '../dom.js';
-import { WINDOW } from '../run/long-job.js';
 import { optionsOf } from '../settings.js';
 import { DEFAULT_TAKE } from '../source.js';
 import { bytes, damageWords, explain, plural } from '../words.js';
@@ -15,9 +14,6 @@ import { download } from '../result/save-file.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
-
-/** Frames that a window shares with the next. */
-const OVERLAP = 10;
 
 /** Of a clip's bar: masks as found; the rest brings them to the size of the source. */
 const FOUND = 0.85;
@@ -60,8 +56,6 @@ export class Queue {
     const clips = library.segmentEach(this.waiting(), {
       ...optionsOf({ changed: store.state.changed, source: null }),
       size: store.state.source?.kind === 'sample' ? DEFAULT_TAKE.side : store.state.take.side,
-      window: WINDOW,
-      overlap: OVERLAP,
       onProgress: ({ frames, window }) => this.now?.progress(frames, window),
     });
     for await (const clip of clips) {

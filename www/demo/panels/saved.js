@@ -5,7 +5,7 @@
  */
 
 import { byId } from '../dom.js';
-import { SavedJob } from '../run/saved-job.js';
+import { SavedJob } from '../run/clip-job.js';
 import { Packer, isWork } from '../saved/work.js';
 import { keep } from '../saved/storage.js';
 import { worksList } from './works.js';
@@ -69,7 +69,7 @@ class Names {
     this.opened = opened;
     /** @type {WeakMap<object, string>} */
     this.ofJob = new WeakMap();
-    /** @type {{job: import('../run/jobs.js').AnyJob, id: string, corrected: boolean} | null} */
+    /** @type {{job: import('../run/job.js').AnyJob, id: string, corrected: boolean} | null} */
     this.last = null;
   }
 
@@ -78,7 +78,7 @@ class Names {
    * @returns {string}
    */
   of({ job: anyJob }) {
-    const job = /** @type {import('../run/jobs.js').AnyJob} */ (anyJob);
+    const job = /** @type {import('../run/job.js').AnyJob} */ (anyJob);
     const again = this.last && this.last.job.source === job.source && !this.last.corrected ? this.last.id : null;
     const opened = job instanceof SavedJob ? this.opened() : null;
     const id = this.ofJob.get(job) ?? opened ?? again ?? `work-${Date.now()}`;

@@ -2,7 +2,6 @@
 
 import { byId } from '../dom.js';
 import { shotsOf } from '../result/export.js';
-import { MaskStore } from '../run/mask-store.js';
 
 /** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
 
@@ -62,17 +61,19 @@ class Smoothing {
   begin(reach, points) {
     this.abort = new AbortController();
     const { signal } = this.abort;
-    const store = new MaskStore(points.result.width, points.result.height);
+    /** @type {Map<number, MaskSource>} The masks of frames that are there. */
+    const made = new Map();
     // The mask on screen is asked for again and again.
     /** @type {{t: number, labels: Uint8Array}} */
     let last = { t: -1, labels: new Uint8Array(0) };
     const labels = (/** @type {number} */ t) => {
-      if (!store.runs[t]) return null;
-      if (last.t !== t) last = { t, labels: store.labels(t) };
+      const masks = made.get(t);
+      if (!masks) return null;
+      if (last.t !== t) last = { t, labels: masks.labels(t) };
       return last.labels;
     };
-    const whole = this.work(reach, points, signal, (t, one) => {
-      store.add(one, t);
+    const whole = this.work(reach, points, signal, (t, masks) => {
+      made.set(t, masks);
       this.store.set({ smoothed: { ...smoothed, done: (smoothed.done += 1) } });
       this.viewer.redraw();
     });
@@ -87,7 +88,7 @@ class Smoothing {
    * @param {number} reach
    * @param {import('../result/points.js').Points} points
    * @param {AbortSignal} signal
-   * @param {(t: number, labels: Uint8Array) => void} onFrame
+   * @param {(t: number, masks: MaskSource) => void} onFrame
    */
   async work(reach, points, signal, onFrame) {
     await new Promise((done) => setTimeout(done, SETTLED_MS));
@@ -109,7 +110,7 @@ class Smoothing {
       engine: await this.engine,
       picture: (t) => corrections.pixels(t),
       signal,
-      onFrame: ({ t, labels }) => signal.aborted || onFrame(t, labels),
+      onFrame: ({ t, masks: made }) => signal.aborted || onFrame(t, made),
     });
   }
 

@@ -45,7 +45,7 @@ export function sizesOf(source, working) {
 /**
  * The frames of a result, at another size.
  *
- * @param {import('../run/jobs.js').AnyJob} job
+ * @param {import('../run/job.js').AnyJob} job
  * @param {{numFrames: number, times: ArrayLike<number> | null}} masks
  * @param {number} side the longer one, in pixels
  */

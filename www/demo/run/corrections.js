@@ -1,6 +1,7 @@
 /**
- * What a user has corrected of a run, step by step, back and forth: by what the session can do where there is one
- * (merge, split, strokes), and by hand on the masks of any run (paint, erase, add, other labels).
+ * What a user has corrected of a run, step by step, back and forth. A correction says what is one thing and what is not.
+ * The session of the run decides what that means for each superpixel. Without one, and for what is painted, the masks
+ * are changed by hand in the frame at hand, and that is carried to the others as far as the picture agrees.
  * @module
  */
 
@@ -9,18 +10,17 @@ import { PageError } from '../words.js';
 /** @typedef {import('../../dist/index.js').Edit} Edit */
 /** @typedef {import('../../dist/index.js').MaskEditor} MaskEditor */
 /** @typedef {import('../../dist/index.js').ImageEngine} ImageEngine */
+/** @typedef {import('../../dist/index.js').Session} Session */
 /** @typedef {import('../result/points.js').Result} Result */
 /** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
 
+/** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
+/** @typedef {import('../panels/strokes.js').Stroke} Stroke */
+
 /**
- * What the corrections are of.
+ * What the corrections are of: `result` is the run's own as it is now, and takes what a correction makes of it.
  *
- * @typedef {object} Corrected
- * @property {import('./job.js').Library} library
- * @property {() => {width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array} | null} masks as
- *   the run has them now
- * @property {import('./frame-store.js').FrameStore} images
- * @property {() => number[]} cuts first frames of further shots
+ * @typedef {Pick<import('./clip-job.js').ClipJob, 'library' | 'images' | 'cuts' | 'result' | 'session'>} Corrected
  */
 
 export class Corrections {
@@ -52,7 +52,7 @@ export class Corrections {
 
   /** The masks with all corrections; null as long as there are none. */
   get masks() {
-    return this.byHand ? this.editor : this.of.masks();
+    return this.byHand ? this.editor : this.of.result;
   }
 
   /** @param {Step} step */
@@ -82,11 +82,42 @@ export class Corrections {
   }
 
   /**
+   * What the session decides.
+   *
+   * @param {Session} session
+   * @param {(session: Session) => Promise<import('../../dist/index.js').Result>} correct
+   */
+  asked(session, correct) {
+    return this.step({
+      do: async () => void (this.of.result = await correct(session)),
+      undo: async () => void (this.of.result = await session.undo()),
+      frames: null,
+    });
+  }
+
+  /** Whether objects are split at a place alone. */
+  get splitsAtPlace() {
+    return this.of.session === null;
+  }
+
+  /**
+   * Object `b` becomes part of `a`.
+   *
    * @param {number} a
    * @param {number} b
    */
   merge(a, b) {
-    return this.edited((editor) => editor.relabel({ [b]: a }), null);
+    const { session, result } = this.of;
+    // Of what was painted the session knows nothing.
+    if (this.byHand) return this.edited((editor) => editor.relabel({ [b]: a }), null);
+    if (session) return this.asked(session, (one) => one.merge(a, b));
+    // The trajectories too take the other label.
+    const before = /** @type {VideoResult} */ (result);
+    return this.step({
+      do: () => (this.of.result = before.merge(a, b)),
+      undo: () => (this.of.result = before),
+      frames: null,
+    });
   }
 
   /**
@@ -148,12 +179,12 @@ export class Corrections {
 
   /** @returns {MaskEditor} over the masks as they are at any time */
   get opened() {
-    const masks = this.of.masks();
+    const masks = this.of.result;
     if (!masks) throw new PageError('unfinished');
     const { width, height, numFrames } = masks;
-    const starts = [0, ...this.of.cuts()];
+    const starts = [0, ...this.of.cuts];
     const shots = starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
-    const live = (/** @type {number} */ t) => /** @type {typeof masks} */ (this.of.masks()).labels(t);
+    const live = (/** @type {number} */ t) => /** @type {typeof masks} */ (this.of.result).labels(t);
     this.editor ??= this.of.library.editMasks({ width, height, numFrames, shots, labels: live });
     return this.editor;
   }
@@ -212,11 +243,6 @@ export class Corrections {
     }));
   }
 
-  /** Forgets all; nothing is left to undo. */
-  clear() {
-    Object.assign(this, { done: [], undone: [], editor: null });
-  }
-
   close() {
     this.engine?.then(
       (engine) => engine.close(),
@@ -224,97 +250,16 @@ export class Corrections {
     );
     this.engine = null;
   }
-}
-
-/** Corrections where a session is at hand: it decides anew what merges and strokes mean, superpixel by superpixel. */
-export class SessionCorrections extends Corrections {
-  /**
-   * @param {Corrected} of
-   * @param {() => import('../../dist/index.js').Session} session
-   * @param {(result: Promise<import('../../dist/index.js').Result>) => Promise<void>} take
-   */
-  constructor(of, session, take) {
-    super(of);
-    this.session = session;
-    this.take = take;
-  }
-
-  /** @param {(session: import('../../dist/index.js').Session) => Promise<import('../../dist/index.js').Result>} correct */
-  asked(correct) {
-    return this.step({
-      do: () => this.take(correct(this.session())),
-      undo: () => this.take(this.session().undo()),
-      frames: null,
-    });
-  }
 
   /**
-   * @param {number} a
-   * @param {number} b
-   */
-  merge(a, b) {
-    // Of what was painted the session knows nothing.
-    return this.byHand ? super.merge(a, b) : this.asked((session) => session.merge(a, b));
-  }
-
-  /**
-   * @param {number} label
-   * @param {{t: number, x: number, y: number}} [at]
-   */
-  split(label, at) {
-    return this.asked((session) => session.split(label, at));
-  }
-
-  /** @param {import('../panels/strokes.js').Stroke[]} strokes */
-  together(strokes) {
-    return this.asked((session) => session.together(strokes));
-  }
-
-  /** @param {import('../panels/strokes.js').Stroke[]} strokes */
-  apart(strokes) {
-    return this.asked((session) => session.apart(strokes));
-  }
-}
-
-/**
- * Corrections of a clip of many windows: no session holds it any more. What is split or kept apart is divided in the frame
- * at hand and carried to the others as what is painted is.
- */
-export class LongCorrections extends Corrections {
-  /**
-   * @param {Corrected} of
-   * @param {() => import('../../dist/index.js').VideoResult} result
-   * @param {(result: import('../../dist/index.js').VideoResult) => void} take
-   */
-  constructor(of, result, take) {
-    super(of);
-    this.result = result;
-    this.take = take;
-    this.splitsAtPlace = true;
-  }
-
-  /**
-   * @param {number} a
-   * @param {number} b
-   */
-  merge(a, b) {
-    if (this.byHand) return super.merge(a, b);
-    // The trajectories too take the other label.
-    const before = this.result();
-    return this.step({
-      do: () => this.take(before.merge(a, b)),
-      undo: () => this.take(before),
-      frames: null,
-    });
-  }
-
-  /**
-   * The piece at a place becomes an object of its own.
+   * An object is parted; by hand, the piece at a place becomes an object of its own.
    *
    * @param {number} label
    * @param {{t: number, x: number, y: number}} [at]
    */
   async split(label, at) {
+    const { session } = this.of;
+    if (session) return this.asked(session, (one) => one.split(label, at));
     // The background hangs together everywhere.
     if (!at || label === 0) throw new PageError('no-place');
     const { width, height } = this.opened;
@@ -325,11 +270,13 @@ export class LongCorrections extends Corrections {
   }
 
   /**
-   * All but the first become objects of their own.
+   * Each stroke is a thing of its own; by hand, all but the first become objects.
    *
-   * @param {import('../panels/strokes.js').Stroke[]} strokes
+   * @param {Stroke[]} strokes
    */
   async apart(strokes) {
+    const { session } = this.of;
+    if (session) return this.asked(session, (one) => one.apart(strokes));
     const [{ t }] = strokes;
     if (strokes.some((stroke) => stroke.t !== t)) throw new PageError('other-frame');
     const { width, height } = this.opened;
@@ -341,9 +288,11 @@ export class LongCorrections extends Corrections {
   /**
    * The objects that strokes lie on become one.
    *
-   * @param {import('../panels/strokes.js').Stroke[]} strokes
+   * @param {Stroke[]} strokes
    */
   async together(strokes) {
+    const { session } = this.of;
+    if (session) return this.asked(session, (one) => one.together(strokes));
     const { width, height } = this.opened;
     /** @type {Set<number>} */
     const covered = new Set();

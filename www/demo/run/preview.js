@@ -4,6 +4,8 @@
  * @module
  */
 
+import { VideoSegmentation } from '../../dist/index.js';
+
 /** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
 
 /** Every `STEP` frames one is taken, `TAKEN` of them in all: as the package does by itself. */
@@ -19,12 +21,12 @@ const WORTH = 3.2e6;
 /**
  * @param {import('../source.js').Source} source
  * @param {import('../source.js').Take} take
- * @param {number} most frames that masks are waited for
  * @returns {boolean} whether the masks of a run take so long that a preview comes well before them
  */
-export function isWorth({ kind, width, height }, { frames, side }, most) {
+export function isWorth({ kind, width, height }, { frames, side }) {
   const reduced = Math.min(1, side / Math.max(width, height));
-  const waited = Math.min(frames, most);
+  // The masks of the first window are waited for.
+  const waited = Math.min(frames, VideoSegmentation.usual.window);
   return kind !== 'still' && waited > COVERED && width * height * reduced ** 2 * waited >= WORTH;
 }
 

@@ -14,7 +14,7 @@ import { say } from '../language.js';
 /** @typedef {import('../layers/layer.js').ImageEdges} ImageEdges */
 
 /** @type {import('./stage-clock.js').StagePlan[]} */
-export const STILL_STAGES = [
+const STAGES = [
   { id: 'frames', name: 'Reading the image', share: 0.02 },
   { id: 'boundaries', name: 'Boundaries', share: 0.1 },
   { id: 'superpixels', name: 'Superpixels', share: 0.13 },
@@ -24,11 +24,8 @@ export const STILL_STAGES = [
 /** @typedef {{boundaries?: Boundaries, superpixels?: Superpixels, imageEdges?: ImageEdges}} Finds */
 
 export class StillJob extends Job {
-  static stages = STILL_STAGES;
-
-  /** @param {import('../source.js').Source} source */
-  static fits(source) {
-    return source.kind === 'still';
+  static stagesFor() {
+    return STAGES;
   }
 
   /** @param {ConstructorParameters<typeof Job>} parts */

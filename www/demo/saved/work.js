@@ -20,7 +20,7 @@ export const EXTENSION = '.tracecut';
  */
 export function isWork({ phase, found, source, job }) {
   if (source?.gallery && !job?.corrector?.count()) return false;
-  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.masks() && source?.files);
+  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.result && source?.files);
 }
 
 /**
@@ -29,7 +29,7 @@ export function isWork({ phase, found, source, job }) {
  */
 function aboutOf(state) {
   const { job, changed, name } = state;
-  const { take } = /** @type {import('../run/jobs.js').AnyJob} */ (job);
+  const { take } = /** @type {import('../run/job.js').AnyJob} */ (job);
   return { name, take, changed: [...changed], look: lookOf(state) };
 }
 
@@ -50,7 +50,7 @@ export class Packer {
   async pack(state, id) {
     const { job, film } = state;
     const corrections = /** @type {import('../run/corrections.js').Corrections} */ (job?.corrections);
-    const masks = /** @type {import('../../dist/index.js').VideoResult} */ (corrections.of.masks());
+    const masks = /** @type {import('../../dist/index.js').VideoResult} */ (corrections.of.result);
     const edits = corrections.editor?.toJSON() ?? null;
     if (this.packed?.masks !== masks) {
       const times = film.times.seconds?.slice(0, masks.numFrames) ?? null;

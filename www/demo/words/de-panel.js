@@ -114,8 +114,8 @@ export const layers = {
   'Embedding discontinuities': 'Diskontinuitäten der Einbettung',
   'Pixels that look connected lie close together in the embedding; boundaries are where its density breaks off.':
     'Pixel, die verbunden aussehen, liegen in der Einbettung nah beieinander; Grenzen sind dort, wo ihre Dichte abbricht.',
-  'Known within one window only. Take at most 50 frames to see it.':
-    'Nur innerhalb eines Fensters bekannt. Dazu höchstens 50 Bilder nehmen.',
+  'Known within one window only. Take at most {0} frames to see it.':
+    'Nur innerhalb eines Fensters bekannt. Dazu höchstens {0} Bilder nehmen.',
   'Known when all windows are done.': 'Bekannt, wenn alle Fenster fertig sind.',
   'Needs masks, which were not asked for.': 'Braucht Masken, die nicht verlangt waren.',
   'Needs the motion of frames, which this clip came without.':

@@ -102,8 +102,8 @@ const found = {
   'A still image, and its boundaries': 'Ein einzelnes Bild und seine Grenzen',
   'One picture shows no motion. To see what moves, open a video, or all images of a sequence.':
     'Ein Bild zeigt keine Bewegung. Um zu sehen, was sich bewegt, ein Video oder alle Bilder einer Folge öffnen.',
-  'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.':
-    'In Fenstern von 50 Bildern berechnet; Objekte behalten ihre Nummern. Einige Ebenen gibt es nur bis 50 Bilder.',
+  'Taken in windows of {0} frames; objects keep their numbers. Some layers are there for up to {1} frames only.':
+    'In Fenstern von {0} Bildern berechnet; Objekte behalten ihre Nummern. Einige Ebenen gibt es nur bis {1} Bilder.',
   'Nothing in this clip moves differently from the background.':
     'Nichts in diesem Clip bewegt sich anders als der Hintergrund.',
   'Stopped early: {0} of {1} frames have masks, and can be saved. “Continue” goes on from there.':
@@ -351,7 +351,6 @@ const fix = {
   'Paint over each of the things that are not one: a stroke for each.':
     'Jedes der Dinge übermalen, die nicht eins sind: ein Strich für jedes.',
   '{0} painted': '{0} gemalt',
-  'Only where the clip is one window': 'Nur wenn der Clip ein einziges Fenster ist',
   'Correcting…': 'Wird korrigiert…',
   'Corrected in {0}. {1}.': 'Korrigiert in {0}. {1}.',
   'That is not possible here: {0}.': 'Das geht hier nicht: {0}.',

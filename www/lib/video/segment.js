@@ -4,8 +4,9 @@ import { TraceCutError, illegal } from '../errors.js';
 import { isPlainObject, splitOptions } from '../options.js';
 import { openEngine } from '../platform.js';
 import { Driver } from './driver.js';
+import { Session } from '../session.js';
 import { decoderLoader } from './frames.js';
-import { asOptions, splitTake, splitWindow } from './options.js';
+import { OVERLAP, WINDOW, asOptions, splitTake, splitWindow } from './options.js';
 import { Pause } from './pause.js';
 import { atSize } from './pixels.js';
 import { expected, nothingTaken, taken } from './reader.js';
@@ -27,6 +28,8 @@ import { openReader } from './source.js';
  *   window
  *   of a clip of known length shares more when it would not be full otherwise)
  * @property {(progress: VideoProgress) => void} [onProgress] hears of each stage of each window, and of frames read
+ * @property {boolean} [keep] leaves the last window's session open at the end, as `session`. Its trajectories may be all
+ *   that is wanted: `clip.dense` may be off, and the windows, which have no masks then, are not collected
  */
 
 /**
@@ -39,6 +42,7 @@ import { openReader } from './source.js';
  * @property {import('./options.js').Take} take
  * @property {number} window
  * @property {number} overlap
+ * @property {boolean} keep
  * @property {((progress: VideoProgress) => void) | undefined} onProgress
  * @property {import('../options.js').SplitOptions} engine
  */
@@ -50,15 +54,17 @@ import { openReader } from './source.js';
 function checked(options) {
   const { take, others } = splitTake(asOptions(options));
   const { window, overlap, others: rest } = splitWindow(others);
-  const { onProgress, ...engine } = rest;
+  const { onProgress, keep = false, ...engine } = rest;
   if (onProgress !== undefined && typeof onProgress !== 'function')
     throw illegal('param', 'onProgress', onProgress, 'a function');
-  if (isPlainObject(engine.clip) && engine.clip.dense === false)
+  if (typeof keep !== 'boolean') throw illegal('param', 'keep', keep, 'true or false');
+  if (!keep && isPlainObject(engine.clip) && engine.clip.dense === false)
     throw illegal('param', 'clip.dense', false, 'true: segmentVideo makes masks');
   return {
     take,
     window,
     overlap,
+    keep,
     onProgress: /** @type {Checked['onProgress']} */ (onProgress),
     engine: splitOptions(engine),
   };
@@ -95,6 +101,8 @@ export class VideoSegmentation {
   #reader;
   /** @type {ReturnType<typeof taken> | undefined} */
   #frames;
+  /** @type {import('../session.js').Session | null} */
+  #session = null;
   /** @type {number | null} */
   #total = null;
   #read = 0;
@@ -154,6 +162,31 @@ export class VideoSegmentation {
   }
 
   /**
+   * The mask of frame `t`, as `VideoResult.labels`, as soon as `collect` has it.
+   * @param {number} t
+   * @returns {Uint8Array<ArrayBuffer>}
+   */
+  labels(t) {
+    if (!this.#collector)
+      throw new TraceCutError('state', 'this video segmentation collects nothing: call collect first');
+    return this.#collector.labels(t);
+  }
+
+  /**
+   * With `keep`: the session of the last window, from the end of the loop or of `collect` on; null before. Where the clip
+   * is one window it holds all of it, to be asked and corrected. Whoever asked for it closes it.
+   * @returns {import('../session.js').Session | null}
+   */
+  get session() {
+    return this.#session;
+  }
+
+  /** Frames of a window where nobody says, and how many of them the next one shares. */
+  static get usual() {
+    return { window: WINDOW, overlap: OVERLAP };
+  }
+
+  /**
    * Halts the work after the step under way; what is awaited waits, nothing is lost. Pausing twice is fine, and so is
    * pausing before the beginning or after the end.
    */
@@ -206,6 +239,7 @@ export class VideoSegmentation {
         yield window;
       }
       if (this.#read === 0 && this.#reader) throw await nothingTaken(take, this.#reader);
+      if (this.#checked.keep) this.#handOver(driver.info);
     } finally {
       signal?.removeEventListener('abort', abort);
       this.#end(new TraceCutError('closed', 'the video segmentation has ended'));
@@ -293,6 +327,15 @@ export class VideoSegmentation {
     if (!this.#stop.signal.aborted) return;
     this.#release();
     throw this.#stop.signal.reason;
+  }
+
+  /** @param {import('../engine.js').Info | undefined} info what the engine holds */
+  #handOver(info) {
+    const [engine, { decoder, maxPixels }] = [this.#engine, this.#checked.engine];
+    if (!engine) return;
+    this.#engine = undefined;
+    engine.rest();
+    this.#session = new Session(engine, decoderLoader(decoder, this.#platform), maxPixels, info);
   }
 
   /** @param {unknown} reason what is awaited rejects with */
