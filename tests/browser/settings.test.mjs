@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { parameters } from '../../dist/node.js';
 import { Countdown, StageClock, timeLeft } from '../../www/demo/run/stage-clock.js';
-import { ESSENTIALS, GROUPS } from '../../www/demo/settings-words.js';
+import { ESSENTIALS, GROUPS } from '../../www/demo/settings.js';
 import { ended, inPhase, picture, plainFrame, pngFile, run, SMALL, text, useSample, useSite } from './support.mjs';
 
 describe('settings', () => {

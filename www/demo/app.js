@@ -13,8 +13,7 @@
  */
 
 import { say } from './language.js';
-import { Progress } from './panels/progress.js';
-import { stagesOf } from './panels/stages.js';
+import { Progress, stagesOf } from './panels/run.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
 import { ClipJob, SavedJob } from './run/clip-job.js';
 import { StillJob } from './run/still-job.js';

@@ -1,7 +1,6 @@
 /** Images of a sequence, or one image, animated or still, as a source of frames. @module */
 
-import { Grabber } from './grabber.js';
-import { openVideo } from './video.js';
+import { Grabber, openVideo } from './video.js';
 import { PageError } from './words.js';
 import { say } from './language.js';
 

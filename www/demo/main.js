@@ -1,10 +1,14 @@
-/** Starts the page: loads the package, connects buttons, keys, drag and drop, and runs the sample. @module */
+/**
+ * Starts the page: loads the package, connects buttons, keys, drag and drop, runs the sample, and keeps the page on
+ * the device.
+ * @module
+ */
 
-import { chooseLanguage, wantedLanguage } from './language.js';
-import { stayOffline } from './offline.js';
+import { chooseLanguage, wantedLanguage, say } from './language.js';
 import { statusPanel } from './panels/status.js';
 import { Store, errorPatch, withinFilm } from './store.js';
 import { PageError } from './words.js';
+import { byId } from './dom.js';
 
 /** The smallest module with a SIMD instruction: whether it is valid says whether this browser can run the package. */
 const SIMD_PROBE = new Uint8Array([
@@ -43,7 +47,7 @@ async function load() {
 /**
  * What tests and the curious may read: the result on screen and how it was made.
  *
- * @param {import('./panels/panels.js').Page} page
+ * @param {import('./page.js').Page} page
  */
 function expose({ store, layers, viewer, library }) {
   const timeline = {
@@ -86,6 +90,48 @@ function expose({ store, layers, viewer, library }) {
 /** @param {object | null} job of a still image has none */
 function resultOf(job) {
   return job && 'result' in job ? job.result : null;
+}
+
+/** Asked for when the first result is on screen, so that nothing gets slower by it. */
+async function stayOffline() {
+  const workers = navigator.serviceWorker;
+  if (!workers || !isSecureContext) return;
+  try {
+    const registration = await workers.register(new URL('../service-worker.js', import.meta.url), {
+      updateViaCache: 'none',
+    });
+    // Private windows and test drivers may answer with nothing.
+    if (!registration) return;
+    offer(registration);
+    registration.addEventListener('updatefound', () => {
+      registration.installing?.addEventListener('statechange', () => offer(registration));
+    });
+  } catch (error) {
+    console.info('This page is not kept for use without a network.', error);
+  }
+}
+
+/**
+ * A new version waits until the user wants it: a reload would throw away the result, and it does not take over while
+ * other tabs are open, which would get files of two versions.
+ *
+ * @param {ServiceWorkerRegistration} registration
+ */
+function offer(registration) {
+  const { waiting } = registration;
+  const workers = navigator.serviceWorker;
+  if (!waiting || !workers.controller) return;
+  const button = byId('update');
+  button.hidden = false;
+  workers.onmessage = ({ data }) => {
+    if (data !== 'other-pages') return;
+    button.textContent = say`Close other tabs first`;
+    button.title = say`TraceCut is open in another tab, whose result would be lost. Close it, then click here again.`;
+  };
+  button.onclick = () => {
+    workers.oncontrollerchange = () => location.reload();
+    waiting.postMessage('take-over');
+  };
 }
 
 main();

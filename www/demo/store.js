@@ -5,9 +5,11 @@
  */
 
 import { say } from './language.js';
-import { DEFAULT_EDGES } from './result/edges.js';
-import { Times } from './result/times.js';
+import { DEFAULT_EDGES } from './saved/look.js';
+import { Times } from './result/presence.js';
 import { DEFAULT_TAKE } from './source.js';
+
+/** @typedef {import('./panels/run.js').StageRow} StageRow */
 
 /**
  * What the page is doing. Several phases share one of the four public states in `document.body.dataset.state`, see
@@ -40,7 +42,7 @@ import { DEFAULT_TAKE } from './source.js';
  */
 
 /**
- * @typedef {{name: import('./panels/ground.js').GroundName, colour: string, picture: ImageBitmap | null, trail: Trail}}
+ * @typedef {{name: import('./panels/views.js').GroundName, colour: string, picture: ImageBitmap | null, trail: Trail}}
  *   Ground
  */
 
@@ -49,8 +51,6 @@ import { DEFAULT_TAKE } from './source.js';
  *
  * @typedef {{copies: number, spacing: number}} Trail
  */
-
-/** @typedef {import('./panels/stages.js').StageRow} StageRow */
 
 /**
  * @typedef {object} State
@@ -79,10 +79,10 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {number} frame on screen
  * @property {boolean} playing
  * @property {boolean} loop
- * @property {import('./panels/compare.js').View} view
+ * @property {import('./panels/views.js').View} view
  * @property {Ground} ground what cut-out objects lie on
- * @property {import('./result/edges.js').EdgeChoice} edges
- * @property {import('./panels/smooth.js').Smoothed | null} smoothed masks as far as they are smoothed over time; null where they are not
+ * @property {import('./saved/look.js').EdgeChoice} edges
+ * @property {import('./panels/edges.js').Smoothed | null} smoothed masks as far as they are smoothed over time; null where they are not
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting

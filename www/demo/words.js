@@ -236,7 +236,7 @@ export function remaining(ms) {
 }
 
 /**
- * @param {import('./result/times.js').Times} times
+ * @param {import('./result/presence.js').Times} times
  * @param {number} frame
  * @returns {string} `, 0.8 s`; empty where frames have no time
  */

@@ -6,7 +6,7 @@
 import { drawTrajectories } from '../../dist/index.js';
 import { h, key } from '../dom.js';
 import { fromCorner, opacity, toggle } from './layer.js';
-import { markerSize } from './markers.js';
+import { markerSize } from './trajectories.js';
 import { CUT_RED, FAINT, objectColor, objectShape } from '../result/palette.js';
 import { NOTHING } from '../words.js';
 import { say } from '../language.js';

@@ -2,11 +2,10 @@
 
 import { drawFlow } from '../../dist/index.js';
 import { h } from '../dom.js';
-import { Fetched } from './fetched.js';
+import { Fetched, picture } from './fetched.js';
 import { opacity } from './layer.js';
 import { flowColor } from '../result/palette.js';
 import { quantile } from '../result/points.js';
-import { picture } from './regions.js';
 import { say } from '../language.js';
 
 const WHEEL_PX = 56;

@@ -4,20 +4,13 @@
  * @module
  */
 
-import { backgroundLayer } from './background.js';
-import { boundaryLayer } from './boundaries.js';
+import { backgroundLayer, imageLayer, maskLayer } from './masks.js';
+import { boundaryLayer, contourLayer, superpixelLayer } from './frame.js';
 import { componentLayer } from './components.js';
-import { contourLayer } from './contours.js';
-import { discontinuityLayer } from './discontinuities.js';
-import { embeddingLayer } from './embedding.js';
+import { discontinuityLayer, embeddingLayer, trajectoryLayer } from './trajectories.js';
 import { flowLayer } from './flow.js';
-import { foregroundLayer } from './foreground.js';
-import { imageLayer } from './image.js';
-import { maskLayer } from './masks.js';
-import { saliencyLayer } from './saliency.js';
+import { foregroundLayer, saliencyLayer } from './saliency.js';
 import { stillLayer } from './still.js';
-import { superpixelLayer } from './superpixels.js';
-import { trajectoryLayer } from './trajectories.js';
 import { WINDOW } from '../run/clip-job.js';
 import { NOTHING } from '../words.js';
 

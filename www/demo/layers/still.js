@@ -4,10 +4,9 @@
  */
 
 import { drawBoundaries } from '../../dist/index.js';
-import { Fetched } from './fetched.js';
+import { Fetched, picture, valueAt } from './fetched.js';
 import { choice, opacity } from './layer.js';
 import { quantile } from '../result/points.js';
-import { picture, valueAt } from './regions.js';
 import { say } from '../language.js';
 
 /** @typedef {'combined' | 'discontinuity' | 'spectral' | 'pb'} Kind */

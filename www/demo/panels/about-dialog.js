@@ -11,7 +11,7 @@ import { connectDialog } from './help.js';
 /** @typedef {import('../../dist/selftest/run.js').SelftestCheck} SelftestCheck */
 
 export class AboutDialog {
-  /** @param {Pick<import('./panels.js').Page, 'library'>} page */
+  /** @param {Pick<import('../page.js').Page, 'library'>} page */
   constructor({ library }) {
     this.library = library;
     /** @type {AbortController | null} */

@@ -11,8 +11,7 @@ import { objectName } from '../result/palette.js';
 import { listed } from '../result/selection.js';
 import { showCorrected } from '../result/show-result.js';
 import { explain, percent, seconds } from '../words.js';
-import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush } from './brush.js';
-import { Strokes } from './strokes.js';
+import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush, Strokes } from './brush.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Spot} Spot */
@@ -21,7 +20,7 @@ import { say } from '../language.js';
 /** @typedef {'pick' | 'together' | 'apart' | import('./brush.js').BrushTool} Tool */
 
 export class Correction {
-  /** @param {Pick<import('./panels.js').Page, 'store' | 'viewer' | 'keys'>} page */
+  /** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'keys'>} page */
   constructor({ store, viewer, keys }) {
     this.store = store;
     this.viewer = viewer;

@@ -4,7 +4,7 @@
  */
 
 import { byId, h } from '../dom.js';
-import { edgesOf } from '../result/edges.js';
+import { edgesOf } from '../saved/look.js';
 import { stemOf, subjectOf } from '../result/export.js';
 import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
@@ -14,7 +14,7 @@ import { download, placeFor } from '../result/save-file.js';
 import { untilAborted } from '../run/stage-clock.js';
 import { bytes, count, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
-import { groundOf } from './ground.js';
+import { groundOf } from './views.js';
 import { connectDialog } from './help.js';
 import { say } from '../language.js';
 
@@ -22,7 +22,7 @@ import { say } from '../language.js';
 const TICK_MS = 200;
 
 export class ExportDialog {
-  /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'viewer'>} page */
+  /** @param {Pick<import('../page.js').Page, 'store' | 'library' | 'selection' | 'viewer'>} page */
   constructor({ store, library, selection, viewer }) {
     this.store = store;
     this.library = library;

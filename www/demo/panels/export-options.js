@@ -1,7 +1,7 @@
 /** How results are saved: their size, how fine videos are, whether they have the sound; and what that comes to. @module */
 
 import { byId, h } from '../dom.js';
-import { workingSize } from '../grabber.js';
+import { workingSize } from '../video.js';
 import { LEAST_SIDE, durationOf, sizesOf } from '../result/export-size.js';
 import { bytes, plural } from '../words.js';
 import { say } from '../language.js';

@@ -5,7 +5,7 @@ import { readProjectFile } from '../saved/work.js';
 import { plural } from '../words.js';
 import { say } from '../language.js';
 
-/** @typedef {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} Page */
+/** @typedef {Pick<import('../page.js').Page, 'store' | 'app' | 'library'>} Page */
 /** @typedef {{id: string, width: number, height: number, frames: number, seconds: number, objects: number}} Facts */
 
 /** What each clip shows, by its name in scripts/gallery/scenes.mjs. */

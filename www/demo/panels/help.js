@@ -1,4 +1,4 @@
-/** The dialog that tells the keys, and on devices with fingers what these do. @module */
+/** Help: the keys that the page has, and the first steps. @module */
 
 import { TOUCH, byId, h } from '../dom.js';
 import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
@@ -36,7 +36,7 @@ const TOUCHES = [
   ['Drag below the picture', 'go through the clip; the handles of the filmstrip choose a part'],
 ];
 
-/** @param {Pick<import('./panels.js').Page, 'keys' | 'store' | 'library'>} page */
+/** @param {Pick<import('../page.js').Page, 'keys' | 'store' | 'library'>} page */
 export function helpPanel({ keys, store, library }) {
   const dialog = /** @type {HTMLDialogElement} */ (byId('help'));
   const entries = KEYS.flatMap(([names, what]) => [
@@ -77,4 +77,39 @@ export function connectDialog(dialog) {
     const inside = event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
     if (!inside) dialog.close();
   });
+}
+
+/** Under which it is kept that they were read. */
+const KEY = 'tracecut-guide';
+
+export function guidePanel() {
+  const guide = byId('guide');
+  guide.hidden = wasRead();
+  byId('guide-close').addEventListener('click', () => {
+    guide.hidden = true;
+    keepRead();
+    byId('help-open').focus();
+  });
+  byId('guide-open').addEventListener('click', () => {
+    /** @type {HTMLDialogElement} */ (byId('help')).close();
+    guide.hidden = false;
+    byId('guide-close').focus();
+  });
+}
+
+/** A browser may refuse to keep anything: then they are shown each time. */
+function wasRead() {
+  try {
+    return localStorage.getItem(KEY) !== null;
+  } catch {
+    return false;
+  }
+}
+
+function keepRead() {
+  try {
+    localStorage.setItem(KEY, 'read');
+  } catch {
+    // Shown again next time.
+  }
 }

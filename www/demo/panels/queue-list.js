@@ -9,7 +9,7 @@ import { byId, h } from '../dom.js';
 import { optionsOf } from '../settings.js';
 import { DEFAULT_TAKE } from '../source.js';
 import { bytes, damageWords, explain, plural } from '../words.js';
-import { edgesOf } from '../result/edges.js';
+import { edgesOf } from '../saved/look.js';
 import { download } from '../result/save-file.js';
 import { say } from '../language.js';
 

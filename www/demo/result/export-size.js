@@ -4,7 +4,7 @@
  * @module
  */
 
-import { workingSize } from '../grabber.js';
+import { workingSize } from '../video.js';
 import { PageError } from '../words.js';
 import { say } from '../language.js';
 

@@ -45,7 +45,7 @@
 /**
  * @typedef {object} Choice
  * @property {string} id
- * @property {string | ((ground: import('../panels/ground.js').GroundName) => string)} label of its button; that of a
+ * @property {string | ((ground: import('../panels/views.js').GroundName) => string)} label of its button; that of a
  *   cut-out names the ground on screen
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name

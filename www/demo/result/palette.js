@@ -3,9 +3,9 @@
 import { objectColor } from '../../dist/index.js';
 import { say } from '../language.js';
 
-export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from '../../dist/index.js';
-
 /** @typedef {import('../../dist/index.js').Shape} Shape */
+
+export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from '../../dist/index.js';
 
 /** Points that are there but not meant. */
 export const FAINT = 'rgb(255 255 255 / 0.45)';

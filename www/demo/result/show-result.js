@@ -1,7 +1,7 @@
 /** What a run has found, put into the store: picture, timeline, facts and words. @module */
 
-import { readsAreNoisy } from '../grabber.js';
-import { stagesOf } from '../panels/stages.js';
+import { readsAreNoisy } from '../video.js';
+import { stagesOf } from '../panels/run.js';
 import { kindOf } from '../source.js';
 import { phasePatch, withinFilm } from '../store.js';
 import { COVERED } from '../run/preview.js';
@@ -10,7 +10,7 @@ import { PREVIEW, damageWords, seconds } from '../words.js';
 import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
-import { Times } from './times.js';
+import { Times } from './presence.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../run/job.js').AnyJob} AnyJob */

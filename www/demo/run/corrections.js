@@ -12,10 +12,10 @@ import { PageError } from '../words.js';
 /** @typedef {import('../../dist/index.js').ImageEngine} ImageEngine */
 /** @typedef {import('../../dist/index.js').Session} Session */
 /** @typedef {import('../result/points.js').Result} Result */
-/** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
-
 /** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
-/** @typedef {import('../panels/strokes.js').Stroke} Stroke */
+/** @typedef {import('../panels/brush.js').Stroke} Stroke */
+
+/** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
 
 /**
  * What the corrections are of: `result` is the run's own as it is now, and takes what a correction makes of it.

@@ -7,7 +7,7 @@ const DATABASE = 'tracecut';
 const TABLE = 'work';
 
 /** Works that are kept, and how many bytes of all together: the newest is kept however large it is. */
-export const MOST_WORKS = 8;
+const MOST_WORKS = 8;
 const MOST_BYTES = 2 ** 31;
 
 /**
