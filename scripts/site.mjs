@@ -14,9 +14,8 @@ import { root } from './tools.mjs';
 
 /** Code that is found by its place: bundles of these names, each with what only it needs. */
 const BUNDLES = [
-  { folder: 'dist', entries: ['index.js', 'worker.js'] },
+  { folder: 'dist', entries: ['index.js', 'selftest.js', 'worker.js'] },
   { folder: 'dist/aside', entries: ['worker.js'] },
-  { folder: 'dist/selftest', entries: ['run.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
 
@@ -28,6 +27,11 @@ const LEAST_MAPPED = 4096;
 
 /** Folders as they are built, and as they are served. */
 const PLACES = { dist: join(root, 'dist'), demo: join(root, 'www', 'demo') };
+
+/** Where the page finds the package, which it imports by name: its document says so to browsers. */
+const IMPORT_MAP = /\s*<script type="importmap">([^<]*)<\/script>/;
+const PAGE = readFileSync(join(root, 'www', 'index.html'), 'utf8');
+const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAGE)?.[1]));
 
 /**
  * Writes the site of what is built.
@@ -75,9 +79,13 @@ function copyWithMap(name, target) {
   writeFileSync(join(target, name), `${code}//# sourceMappingURL=${basename(name)}.map\n`);
 }
 
-/** The document, its style sheets as one in their order. @param {string} target */
+/**
+ * The document, its style sheets as one in their order. Bundles name files by their places: there is no import map, so
+ * that older browsers can open the site, and nothing inline is allowed.
+ * @param {string} target
+ */
 async function writeDocument(target) {
-  const source = readFileSync(join(root, 'www', 'index.html'), 'utf8');
+  const source = PAGE.replace(IMPORT_MAP, '').replace(/ 'sha256-[^']*'/, '');
   const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
   const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'www', href), 'utf8'));
   let count = 0;
@@ -125,15 +133,11 @@ async function writeBundle({ folder, entries }, target) {
  */
 function apart(folder) {
   const setup = (/** @type {import('esbuild').PluginBuild} */ { onResolve }) =>
-    onResolve({ filter: /^\.{1,2}\// }, ({ path, resolveDir }) => {
-      // The page names the package by where it is served.
-      const served = relative(PLACES.demo, resolve(resolveDir, path));
-      const file = served.startsWith(join('..', 'dist'))
-        ? served.slice(3)
-        : join('dist', relative(PLACES.dist, resolve(resolveDir, path)));
-      const isApart =
-        folder === 'demo' ? served.startsWith(join('..', 'dist')) : file.startsWith(join('dist', 'vendor'));
-      if (!isApart) return undefined;
+    onResolve({ filter: /./ }, ({ path, resolveDir, kind }) => {
+      const inDist = relative(PLACES.dist, resolve(resolveDir, path)).replaceAll(sep, '/');
+      const isApart = kind !== 'entry-point' && /^(vendor\/|index\.js$)/.test(inDist);
+      const file = folder === 'demo' ? NAMES[path] : isApart && `dist/${inDist}`;
+      if (!file) return undefined;
       const to = relative(folder, file).replaceAll(sep, '/');
       return { path: to.startsWith('.') ? to : `./${to}`, external: true };
     });

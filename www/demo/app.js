@@ -106,7 +106,7 @@ export class App {
    *
    * @param {string} name
    * @param {() => Promise<{files: File[], about: import('./saved/storage.js').About, project:
-   *   import('../dist/index.js').Project, gallery?: string}>} read
+   *   import('tracecut').Project, gallery?: string}>} read
    */
   async openWork(name, read) {
     /** @type {Awaited<ReturnType<typeof read>> | null} */

@@ -38,7 +38,7 @@ async function main() {
  */
 async function load() {
   try {
-    return { library: await import('../dist/index.js'), ...(await import('./page.js')) };
+    return { library: await import('tracecut'), ...(await import('./page.js')) };
   } catch (error) {
     throw new PageError('wasm-load', error instanceof Error ? error.message : String(error));
   }

@@ -68,7 +68,7 @@ export const SAMPLE = { width: 480, height: 270, frames: 24, seed: 0 };
 
 /**
  * @param {Library['synthClip']} synthClip
- * @returns {Promise<Source & {clip: import('../dist/index.js').Clip}>} the library's own scene, with its known masks under `clip`
+ * @returns {Promise<Source & {clip: import('tracecut').Clip}>} the library's own scene, with its known masks under `clip`
  */
 export async function sampleSource(synthClip) {
   const clip = await synthClip(SAMPLE);

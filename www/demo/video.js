@@ -1,7 +1,8 @@
-/** Videos as the package decodes them, and the size that frames are worked on at. @module */
+/** A video file as a source of frames, each with its own time; pixels of whatever the browser can draw. @module */
 
 import { PageError } from './words.js';
 
+/** Reads pixels of whatever the browser can draw. */
 export class Grabber {
   constructor() {
     this.canvas = new OffscreenCanvas(1, 1);
@@ -64,7 +65,7 @@ const EARLY = 1e-4;
  * @returns {Promise<import('./source.js').Source>}
  */
 export async function openVideo(file, library, kind = 'video') {
-  /** @type {import('../dist/index.js').Damage | null} Damage that shows without decoding. */
+  /** @type {import('tracecut').Damage | null} Damage that shows without decoding. */
   let known = null;
   const info = await understood(
     () => library.videoInfo(file, { onDamage: (damage) => void (known = damage) }),
@@ -101,7 +102,7 @@ export async function openVideo(file, library, kind = 'video') {
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
       source.damage = known && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
-      const onDamage = (/** @type {import('../dist/index.js').Damage} */ damage) => (source.damage = damage);
+      const onDamage = (/** @type {import('tracecut').Damage} */ damage) => (source.damage = damage);
       const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
       for await (const one of library.videoFrames(file, options)) {
         const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
@@ -116,7 +117,7 @@ export async function openVideo(file, library, kind = 'video') {
 }
 
 /**
- * @param {import('../dist/index.js').DecodedFrame} decoded
+ * @param {import('tracecut').DecodedFrame} decoded
  * @returns {ImageData} as the package gives them in browsers
  */
 function pixelsOf({ frame }) {

@@ -3,7 +3,7 @@
  * @module
  */
 
-import { drawTrajectories } from '../../dist/index.js';
+import { drawTrajectories } from 'tracecut';
 import { h, key } from '../dom.js';
 import { fromCorner, opacity, toggle } from './layer.js';
 import { markerSize } from './trajectories.js';
@@ -56,7 +56,7 @@ export function componentLayer() {
       const { foreground } = points.result.saliency;
       const pieceOf = (/** @type {number} */ i) => points.result.components?.ofPoint[points.index(i, view.frame)] ?? -1;
       const { radius, width } = markerSize(view);
-      const drawPoints = (/** @type {import('../../dist/index.js').DrawTrajectoriesOptions} */ options) =>
+      const drawPoints = (/** @type {import('tracecut').DrawTrajectoriesOptions} */ options) =>
         fromCorner(ctx, () =>
           drawTrajectories(ctx, points.result, view.frame, {
             objects: view.visible,

@@ -1,6 +1,6 @@
 /** Optical flow in the colours of a wheel; fields are fetched when they are first looked at. @module */
 
-import { drawFlow } from '../../dist/index.js';
+import { drawFlow } from 'tracecut';
 import { h } from '../dom.js';
 import { Fetched, picture } from './fetched.js';
 import { opacity } from './layer.js';

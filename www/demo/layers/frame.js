@@ -1,6 +1,6 @@
 /** What a frame alone shows: the boundary probability, contours, superpixels. @module */
 
-import { drawBoundaries, drawSuperpixels } from '../../dist/index.js';
+import { drawBoundaries, drawSuperpixels } from 'tracecut';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { opacity, toggle, fromCorner } from './layer.js';
 import { key } from '../dom.js';
@@ -70,7 +70,7 @@ export function contourLayer() {
     draw(ctx, view) {
       const known = regions.get(view, view.frame);
       if (!known) return;
-      /** @type {import('../../dist/index.js').DrawSuperpixelsOptions} */
+      /** @type {import('tracecut').DrawSuperpixelsOptions} */
       const options = {
         fill: 'none',
         borders: false,

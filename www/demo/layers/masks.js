@@ -1,6 +1,6 @@
 /** Pictures as large as the frame: the frame itself, its masks, the scene without the objects. @module */
 
-import { drawLabels } from '../../dist/index.js';
+import { drawLabels } from 'tracecut';
 import { key } from '../dom.js';
 import { fromCorner, opacity } from './layer.js';
 import { objectColor } from '../result/palette.js';

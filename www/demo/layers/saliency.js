@@ -1,6 +1,6 @@
 /** What stands out by its motion: saliency of pixels and trajectories, and the foreground. @module */
 
-import { drawSaliency, drawTrajectories } from '../../dist/index.js';
+import { drawSaliency, drawTrajectories } from 'tracecut';
 import { h, key } from '../dom.js';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { fromCorner, opacity, toggle } from './layer.js';
@@ -138,7 +138,7 @@ export function foregroundLayer() {
         layer.changed?.();
       }
       const { radius, width } = markerSize(view);
-      const draw = (/** @type {import('../../dist/index.js').DrawTrajectoriesOptions} */ options) =>
+      const draw = (/** @type {import('tracecut').DrawTrajectoriesOptions} */ options) =>
         drawTrajectories(ctx, points.result, view.frame, { objects: view.visible, width, ...options });
       fromCorner(ctx, () => {
         draw({ which: (i) => !foreground[i], color: FAINT, radius: FAINT_SIZE * radius, rim: false, tail: 0 });

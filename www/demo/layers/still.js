@@ -3,7 +3,7 @@
  * @module
  */
 
-import { drawBoundaries } from '../../dist/index.js';
+import { drawBoundaries } from 'tracecut';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { choice, opacity } from './layer.js';
 import { quantile } from '../result/points.js';

@@ -3,7 +3,7 @@
  * @module
  */
 
-import { drawCells, drawTrajectories, drawDiscontinuities } from '../../dist/index.js';
+import { drawCells, drawTrajectories, drawDiscontinuities } from 'tracecut';
 import { key, h } from '../dom.js';
 import { fromCorner, opacity } from './layer.js';
 import { objectColor, CUT_RED } from '../result/palette.js';

@@ -3,12 +3,11 @@
  * @module
  */
 
-import { h } from '../dom.js';
+import { h, connectDialog } from '../dom.js';
 import { say } from '../language.js';
 import { explain } from '../words.js';
-import { connectDialog } from './help.js';
 
-/** @typedef {import('../../dist/selftest/run.js').SelftestCheck} SelftestCheck */
+/** @typedef {import('tracecut/selftest').SelftestCheck} SelftestCheck */
 
 export class AboutDialog {
   /** @param {Pick<import('../page.js').Page, 'library'>} page */
@@ -60,8 +59,8 @@ export class AboutDialog {
     this.start.disabled = true;
     this.status.textContent = say('Checking…');
     try {
-      const { selftestOf } = await import('../../dist/selftest/run.js');
-      const found = await selftestOf(this.library, { signal, onCheck: (check) => this.add(check) });
+      const { selftest } = await import('tracecut/selftest');
+      const found = await selftest({ signal, onCheck: (check) => this.add(check) });
       this.status.textContent = verdict(found);
     } catch (error) {
       const { title, detail } = explain(error);
@@ -85,7 +84,7 @@ export class AboutDialog {
   }
 }
 
-/** @param {import('../../dist/selftest/run.js').Selftest} found */
+/** @param {import('tracecut/selftest').Selftest} found */
 function verdict({ same, checks }) {
   if (same) return say`All ${checks.length} parts came to what they come to everywhere.`;
   const different = checks.filter((check) => !check.same).length;

@@ -1,5 +1,5 @@
 /**
- * Edges of masks: how they grow, shrink and fade; masks smoothed over time, made in the background from the frame on
+ * Edges of masks: how they grow, shrink and fade; and masks smoothed over time, in the background, from the frame on
  * screen on.
  * @module
  */
@@ -10,7 +10,7 @@ import { say } from '../language.js';
 import { shotsOf } from '../result/export.js';
 
 /** @typedef {import('../saved/look.js').EdgeChoice} EdgeChoice */
-/** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
+/** @typedef {import('tracecut').MaskSource} MaskSource */
 
 /** @type {{[Name in keyof EdgeChoice]: (value: number) => string}} */
 const WORDS = {
@@ -69,7 +69,7 @@ class Smoothing {
     /** @type {{reach: number, points: unknown}} What is smoothed. */
     this.of = { reach: 0, points: null };
     this.abort = new AbortController();
-    /** @type {Promise<import('../../dist/index.js').ImageEngine> | null} */
+    /** @type {Promise<import('tracecut').ImageEngine> | null} */
     this.engine = null;
   }
 

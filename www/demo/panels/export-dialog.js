@@ -3,7 +3,7 @@
  * again. @module
  */
 
-import { byId, h } from '../dom.js';
+import { h, byId, connectDialog } from '../dom.js';
 import { edgesOf } from '../saved/look.js';
 import { stemOf, subjectOf } from '../result/export.js';
 import { framesOf } from '../result/export-size.js';
@@ -15,7 +15,6 @@ import { untilAborted } from '../run/stage-clock.js';
 import { bytes, count, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
 import { groundOf } from './views.js';
-import { connectDialog } from './help.js';
 import { say } from '../language.js';
 
 /** How often progress is looked at, in milliseconds. */
@@ -180,7 +179,7 @@ export class ExportDialog {
 
   /**
    * @param {AbortSignal} signal
-   * @returns {Promise<import('../../dist/index.js').MaskSource | null>} the masks as they are on screen, when all of them
+   * @returns {Promise<import('tracecut').MaskSource | null>} the masks as they are on screen, when all of them
    *   are smoothed; null where none are to be
    */
   async smoothed(signal) {

@@ -6,8 +6,8 @@ import { LEAST_SIDE, durationOf, sizesOf } from '../result/export-size.js';
 import { bytes, plural } from '../words.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../../dist/index.js').VideoQuality} VideoQuality */
-/** @typedef {import('../../dist/index.js').SoundInfo} SoundInfo */
+/** @typedef {import('tracecut').VideoQuality} VideoQuality */
+/** @typedef {import('tracecut').SoundInfo} SoundInfo */
 /** @typedef {Pick<import('../result/export.js').Subject, 'masks' | 'source' | 'fps'>} Known */
 
 const FORMATS = /** @type {const} */ ({ webm: 'WebM', mp4: 'MP4' });
@@ -73,7 +73,7 @@ export class ExportOptions {
 
   /**
    * @param {'webm' | 'mp4'} format
-   * @returns {import('../../dist/index.js').SoundOptions | null} what is kept of the sound; null for nothing
+   * @returns {import('tracecut').SoundOptions | null} what is kept of the sound; null for nothing
    */
   soundFor(format) {
     const { known, sound, withSound } = this;

@@ -1,6 +1,6 @@
 /** Help: the keys that the page has, and the first steps. @module */
 
-import { TOUCH, byId, h } from '../dom.js';
+import { TOUCH, byId, connectDialog, h } from '../dom.js';
 import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
 import { onDemand } from './on-demand.js';
 
@@ -63,20 +63,6 @@ function connectLanguages(list) {
   list.replaceChildren(...names.map(([code, name]) => h('option', { value: code, lang: code }, name)));
   list.value = shownLanguage();
   list.addEventListener('change', () => changeLanguage(/** @type {import('../language.js').Language} */ (list.value)));
-}
-
-/**
- * A click beside a dialog closes it.
- *
- * @param {HTMLDialogElement} dialog
- */
-export function connectDialog(dialog) {
-  dialog.addEventListener('click', (event) => {
-    if (event.target !== dialog) return;
-    const { left, right, top, bottom } = dialog.getBoundingClientRect();
-    const inside = event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
-    if (!inside) dialog.close();
-  });
 }
 
 /** Under which it is kept that they were read. */

@@ -61,7 +61,7 @@ function foundNothing({ phase, found, job }) {
 }
 
 /**
- * @param {import('../../dist/index.js').SearchReport} report
+ * @param {import('tracecut').SearchReport} report
  * @returns {string}
  */
 function whereWords({ numFrames, trajectories, coverage, speed, cameraMoves, motions }) {
@@ -86,7 +86,7 @@ function groundWords(motions) {
  * moves before a plain ground; denser points and a lower noise floor found nothing.
  *
  * @param {State} state
- * @param {import('../../dist/index.js').SearchReport} report
+ * @param {import('tracecut').SearchReport} report
  * @returns {{id: string, label: string, patch: Partial<State>}[]}
  */
 function triesOf({ source, job, changed }, { coverage }) {

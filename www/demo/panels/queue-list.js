@@ -13,7 +13,7 @@ import { edgesOf } from '../saved/look.js';
 import { download } from '../result/save-file.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
+/** @typedef {import('tracecut').MaskSource} MaskSource */
 
 /** Of a clip's bar: masks as found; the rest brings them to the size of the source. */
 const FOUND = 0.85;
@@ -81,7 +81,7 @@ export class Queue {
 
   /**
    * @param {Line} line
-   * @param {import('../../dist/index.js').SegmentedClip} clip
+   * @param {import('tracecut').SegmentedClip} clip
    */
   async finish(line, { result, error, damage }) {
     try {
@@ -166,7 +166,7 @@ class Line {
     this.stop = new AbortController();
     /** @type {MaskSource | null} */
     this.masks = null;
-    /** @type {import('../../dist/index.js').Damage | null} */
+    /** @type {import('tracecut').Damage | null} */
     this.damage = null;
     this.words = say('Waiting');
     this.bar = h('span', {
@@ -218,7 +218,7 @@ class Line {
   /**
    * @param {MaskSource} masks
    * @param {number} objects
-   * @param {import('../../dist/index.js').Damage | null} damage
+   * @param {import('tracecut').Damage | null} damage
    */
   done(masks, objects, damage) {
     this.masks = masks;

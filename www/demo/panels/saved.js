@@ -4,12 +4,11 @@
  * @module
  */
 
-import { byId, h } from '../dom.js';
+import { h, byId, connectDialog } from '../dom.js';
 import { SavedJob } from '../run/clip-job.js';
 import { Packer, isWork, reopened } from '../saved/work.js';
 import { keep, bytesOf, forget, kept } from '../saved/storage.js';
 import { bytes } from '../words.js';
-import { connectDialog } from './help.js';
 import { say, shownLanguage } from '../language.js';
 
 /** @typedef {import('../saved/storage.js').Saved} Saved */

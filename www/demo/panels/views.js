@@ -6,7 +6,7 @@
 
 import { byId } from '../dom.js';
 import { say } from '../language.js';
-import { drawCutout } from '../../dist/index.js';
+import { drawCutout } from 'tracecut';
 import { fromCorner } from '../layers/layer.js';
 import { errorPatch } from '../store.js';
 import { PageError } from '../words.js';
@@ -149,7 +149,7 @@ function connectTrail(store) {
 
 /**
  * @param {import('../store.js').Ground} ground
- * @returns {import('../../dist/index.js').Ground} as the package takes it
+ * @returns {import('tracecut').Ground} as the package takes it
  */
 export function groundOf({ name, colour, picture }) {
   if (name === 'green') return GREEN;

@@ -10,7 +10,7 @@ import { Fetched, picture, valueAt } from '../layers/fetched.js';
 import { objectColor, objectName } from '../result/palette.js';
 import { count, explain, percent } from '../words.js';
 
-/** @typedef {import('../../dist/index.js').Explanation} Explanation */
+/** @typedef {import('tracecut').Explanation} Explanation */
 /** @typedef {{t: number, x: number, y: number}} Place in pixels of the clip */
 
 /** Pixels that an arrow key goes, alone and with Shift. */

@@ -113,7 +113,7 @@ export const background = {
 
 /** @type {import('./export.js').Choice['make']} */
 async function zip(subject, { signal, onProgress }) {
-  const { zipSync } = await import('../../dist/vendor/zip.js');
+  const { zipSync } = await import('fflate');
   const { numFrames } = subject.masks;
   /** @type {Record<string, Uint8Array>} */
   const files = {};

@@ -12,11 +12,11 @@
  * @property {(signal: AbortSignal) => AsyncIterable<ImageData>} frames all frames, at the size that is wanted
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
- * @property {import('../../dist/index.js').VideoQuality} quality of videos
- * @property {import('../../dist/index.js').MaskEdges} edges of the masks on screen
- * @property {import('../../dist/index.js').Ground} ground of cut-out objects on screen
+ * @property {import('tracecut').VideoQuality} quality of videos
+ * @property {import('tracecut').MaskEdges} edges of the masks on screen
+ * @property {import('tracecut').Ground} ground of cut-out objects on screen
  * @property {import('../store.js').Trail} trail behind them
- * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
+ * @property {(format: 'webm' | 'mp4') => import('tracecut').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source
  * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
  *   objects, which may be smaller; null where nobody knows
@@ -25,7 +25,7 @@
  * @property {string} name of the clip
  * @property {number} fps where frames have no times
  * @property {() => string} tracks the trajectories as a track file
- * @property {import('../../dist/index.js').TrajectoryPoints} points of the trajectories, in pixels of the masks
+ * @property {import('tracecut').TrajectoryPoints} points of the trajectories, in pixels of the masks
  * @property {import('../store.js').State} state of the page
  */
 
@@ -111,7 +111,7 @@ function endOf({ times }, numFrames) {
 /**
  * @param {Subject} subject
  * @param {Work} work
- * @returns {Promise<import('../../dist/index.js').MaskSource>} all masks, at the size that is wanted
+ * @returns {Promise<import('tracecut').MaskSource>} all masks, at the size that is wanted
  */
 export function masksOf({ library, masks, frames, edges }, work) {
   return library.masksAtSize(masks, frames(work.signal), { ...work, edges });

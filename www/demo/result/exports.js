@@ -50,7 +50,7 @@ export const data = {
 /**
  * Points of trajectories in pixels of masks that are so much larger.
  *
- * @param {import('../../dist/index.js').TrajectoryPoints} points
+ * @param {import('tracecut').TrajectoryPoints} points
  * @param {number} across
  * @param {number} down
  */

@@ -1,11 +1,11 @@
 /** Colours, shapes and names of objects: the package's, and what only the page needs. @module */
 
-import { objectColor } from '../../dist/index.js';
+import { objectColor } from 'tracecut';
 import { say } from '../language.js';
 
-/** @typedef {import('../../dist/index.js').Shape} Shape */
+/** @typedef {import('tracecut').Shape} Shape */
 
-export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from '../../dist/index.js';
+export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from 'tracecut';
 
 /** Points that are there but not meant. */
 export const FAINT = 'rgb(255 255 255 / 0.45)';

@@ -5,6 +5,7 @@
 
 import { say } from '../language.js';
 
+/** When the frames of a clip are shown. */
 export class Times {
   /**
    * @param {number[] | null} seconds of each frame since the beginning of the clip; null where nobody knows
@@ -181,7 +182,7 @@ export class Presence {
 
   /**
    * @param {number} object
-   * @param {import('../../dist/index.js').SceneMotion | null} [scene] how the scene moves in the picture; not at all where
+   * @param {import('tracecut').SceneMotion | null} [scene] how the scene moves in the picture; not at all where
    *   nobody knows
    * @returns {Facts}
    */

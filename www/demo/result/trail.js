@@ -1,11 +1,11 @@
 /** Objects cut out on screen: masks with their edges, and the trail of earlier frames. @module */
 
-import { adjustMask, cutOut, trailFrames } from '../../dist/index.js';
+import { adjustMask, cutOut, trailFrames } from 'tracecut';
 import { edgesOf } from '../saved/look.js';
 import { shotsOf } from './export.js';
 
 /** @typedef {import('../saved/look.js').EdgeChoice} EdgeChoice */
-/** @typedef {import('../../dist/index.js').Cutout} Cutout */
+/** @typedef {import('tracecut').Cutout} Cutout */
 /** @typedef {Readonly<import('../store.js').State>} State */
 
 /** The mask on screen with its edges; made again only when something of it is another. */

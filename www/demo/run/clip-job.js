@@ -5,7 +5,7 @@
  * @module
  */
 
-import { VideoSegmentation } from '../../dist/index.js';
+import { VideoSegmentation } from 'tracecut';
 import { Presence } from '../result/presence.js';
 import { LONG, PageError, countObjects, headline, plural, remark } from '../words.js';
 import { Corrections } from './corrections.js';
@@ -13,9 +13,9 @@ import { Job, remembered } from './job.js';
 import { inSlices, untilAborted } from './stage-clock.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../../dist/index.js').Result} Result */
-/** @typedef {import('../../dist/index.js').Session} Session */
-/** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
+/** @typedef {import('tracecut').Result} Result */
+/** @typedef {import('tracecut').Session} Session */
+/** @typedef {import('tracecut').VideoResult} VideoResult */
 /** @typedef {import('./stage-clock.js').StagePlan} StagePlan */
 
 /** Frames that are segmented together, and how many of them the next window shares. */
@@ -67,7 +67,7 @@ export class ClipJob extends Job {
   constructor(...parts) {
     super(...parts);
     this.inWindows = this.take.frames > WINDOW;
-    /** @type {import('../../dist/index.js').VideoSegmentation | null} */
+    /** @type {import('tracecut').VideoSegmentation | null} */
     this.video = null;
     /** @type {ReturnType<ClipJob['work']> | undefined} The work that `video` does; it waits while the run is stopped. */
     this.working = undefined;
@@ -174,7 +174,7 @@ export class ClipJob extends Job {
     this.mark('windows', Math.min(expected - 0.01, window + part), expected);
   }
 
-  /** @param {import('../../dist/index.js').WindowResult} window */
+  /** @param {import('tracecut').WindowResult} window */
   async add(window) {
     // A frame of the next window is read before a window is computed.
     const isLast = window.firstFrame + window.settled.to === this.images.length;
@@ -187,7 +187,7 @@ export class ClipJob extends Job {
   /**
    * A frame a step.
    *
-   * @param {import('../../dist/index.js').WindowResult} window
+   * @param {import('tracecut').WindowResult} window
    */
   *settle(window) {
     this.presence ??= new Presence(window);
@@ -336,7 +336,7 @@ export class SavedJob extends ClipJob {
 
   /**
    * @param {ConstructorParameters<typeof ClipJob>} parts
-   * @param {import('../../dist/index.js').Project} project
+   * @param {import('tracecut').Project} project
    */
   constructor(parts, project) {
     super(...parts);

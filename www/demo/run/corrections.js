@@ -7,12 +7,12 @@
 
 import { PageError } from '../words.js';
 
-/** @typedef {import('../../dist/index.js').Edit} Edit */
-/** @typedef {import('../../dist/index.js').MaskEditor} MaskEditor */
-/** @typedef {import('../../dist/index.js').ImageEngine} ImageEngine */
-/** @typedef {import('../../dist/index.js').Session} Session */
+/** @typedef {import('tracecut').Edit} Edit */
+/** @typedef {import('tracecut').MaskEditor} MaskEditor */
+/** @typedef {import('tracecut').ImageEngine} ImageEngine */
+/** @typedef {import('tracecut').Session} Session */
 /** @typedef {import('../result/points.js').Result} Result */
-/** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
+/** @typedef {import('tracecut').VideoResult} VideoResult */
 /** @typedef {import('../panels/brush.js').Stroke} Stroke */
 
 /** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
@@ -85,7 +85,7 @@ export class Corrections {
    * What the session decides.
    *
    * @param {Session} session
-   * @param {(session: Session) => Promise<import('../../dist/index.js').Result>} correct
+   * @param {(session: Session) => Promise<import('tracecut').Result>} correct
    */
   asked(session, correct) {
     return this.step({
@@ -231,7 +231,7 @@ export class Corrections {
   /**
    * Edits of an earlier visit, which can be undone like those of this one.
    *
-   * @param {import('../../dist/index.js').SavedEdits} saved
+   * @param {import('tracecut').SavedEdits} saved
    */
   adopt(saved) {
     const editor = this.opened;
@@ -312,7 +312,7 @@ export class Corrections {
    *
    * @param {number} t
    * @param {number} label that they have
-   * @param {import('../../dist/index.js').Region[]} regions
+   * @param {import('tracecut').Region[]} regions
    */
   async divided(t, label, regions) {
     const editor = this.opened;

@@ -4,10 +4,10 @@ import { FrameStore } from './frame-store.js';
 import { Preview, isWorth } from './preview.js';
 import { StageClock } from './stage-clock.js';
 
-/** @typedef {typeof import('../../dist/index.js')} Library The tracecut package. */
+/** @typedef {typeof import('tracecut')} Library The tracecut package. */
 /** @typedef {import('../source.js').Source} Source */
 /** @typedef {import('../source.js').Take} Take */
-/** @typedef {import('../../dist/index.js').SessionOptions} Options Parameters that differ from their defaults. */
+/** @typedef {import('tracecut').SessionOptions} Options Parameters that differ from their defaults. */
 /** @typedef {import('../result/presence.js').Facts} Facts */
 
 /**
@@ -23,12 +23,12 @@ import { StageClock } from './stage-clock.js';
  * @property {(facts: Facts[]) => string} notice what else there is to say, empty for nothing
  */
 
-/** What is to be painted, where. @typedef {Parameters<import('../../dist/index.js').MaskEditor['paint']>[0]} ToPaint */
+/** What is to be painted, where. @typedef {Parameters<import('tracecut').MaskEditor['paint']>[0]} ToPaint */
 
 /**
  * Something painted, and the frames that have it.
  *
- * @typedef {{edit: import('../../dist/index.js').Edit, frames: number[]}} Painted
+ * @typedef {{edit: import('tracecut').Edit, frames: number[]}} Painted
  */
 
 /**

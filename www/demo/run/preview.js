@@ -4,9 +4,9 @@
  * @module
  */
 
-import { VideoSegmentation } from '../../dist/index.js';
+import { VideoSegmentation } from 'tracecut';
 
-/** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
+/** @typedef {import('tracecut').VideoResult} VideoResult */
 
 /** Every `STEP` frames one is taken, `TAKEN` of them in all: as the package does by itself. */
 const STEP = 2;

@@ -17,7 +17,7 @@ export const DEFAULT_EDGES = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
 /**
  * @param {EdgeChoice} choice
  * @param {{width: number, height: number}} size of the masks
- * @returns {import('../../dist/index.js').MaskEdges} as the package takes it
+ * @returns {import('tracecut').MaskEdges} as the package takes it
  */
 export function edgesOf({ smallest, grow, feather }, { width, height }) {
   return { smallest: Math.ceil((smallest / 100) * width * height), grow, feather };

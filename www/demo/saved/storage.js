@@ -19,7 +19,7 @@ const MOST_BYTES = 2 ** 31;
  * @property {number} at when it was kept, milliseconds since 1970
  * @property {File[]} files that the clip was opened from
  * @property {Uint8Array} project masks before edits, as `saveProject` made them
- * @property {import('../../dist/index.js').SavedEdits | null} edits
+ * @property {import('tracecut').SavedEdits | null} edits
  * @property {About} about
  */
 

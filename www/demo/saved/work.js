@@ -50,7 +50,7 @@ export class Packer {
   async pack(state, id) {
     const { job, film } = state;
     const corrections = /** @type {import('../run/corrections.js').Corrections} */ (job?.corrections);
-    const masks = /** @type {import('../../dist/index.js').VideoResult} */ (corrections.of.result);
+    const masks = /** @type {import('tracecut').VideoResult} */ (corrections.of.result);
     const edits = corrections.editor?.toJSON() ?? null;
     if (this.packed?.masks !== masks) {
       const times = film.times.seconds?.slice(0, masks.numFrames) ?? null;
@@ -107,7 +107,7 @@ export async function projectFile({ files, project, edits, about }, library) {
 /**
  * @param {File} file
  * @param {Library} library
- * @returns {Promise<{files: File[], about: About, project: import('../../dist/index.js').Project}>}
+ * @returns {Promise<{files: File[], about: About, project: import('tracecut').Project}>}
  */
 export async function readProjectFile(file, library) {
   const project = await library.openProject(file);
@@ -122,7 +122,7 @@ export async function readProjectFile(file, library) {
 /**
  * @param {Saved} saved
  * @param {Library} library
- * @returns {Promise<{files: File[], about: About, project: import('../../dist/index.js').Project}>}
+ * @returns {Promise<{files: File[], about: About, project: import('tracecut').Project}>}
  */
 export async function reopened({ files, about, project, edits }, library) {
   return { files, about, project: { ...(await library.openProject(project)), edits } };
