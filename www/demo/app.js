@@ -34,11 +34,9 @@ const SETTLED_MS = 600;
 
 export class App {
   /**
-   * @param {import('./run/job.js').Library} library
    * @param {import('./store.js').Store} store
    */
-  constructor(library, store) {
-    this.library = library;
+  constructor(store) {
     this.store = store;
     /** @type {AbortController | null} */
     this.abort = null;
@@ -65,11 +63,7 @@ export class App {
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open(
-      say('Sample clip'),
-      () => sampleSource(this.library.synthClip),
-      () => this.start(),
-    );
+    await this.open(say('Sample clip'), sampleSource, () => this.start());
   }
 
   /**
@@ -80,10 +74,10 @@ export class App {
   async openFiles(files) {
     const [file] = files;
     if (files.length === 1 && file.name.endsWith(EXTENSION))
-      return this.openWork(file.name, () => readProjectFile(file, this.library));
+      return this.openWork(file.name, () => readProjectFile(file));
     await this.open(
       files[0]?.name ?? '',
-      () => openFiles(files, this.library),
+      () => openFiles(files),
       () => this.start(),
     );
   }
@@ -96,7 +90,7 @@ export class App {
   async openRecording(file) {
     await this.open(
       say('Camera'),
-      () => openFiles([file], this.library),
+      () => openFiles([file]),
       () => this.start(),
     );
   }
@@ -115,7 +109,7 @@ export class App {
       name,
       async () => {
         work = await read();
-        return Object.assign(await openFiles(work.files, this.library), { gallery: work.gallery });
+        return Object.assign(await openFiles(work.files), { gallery: work.gallery });
       },
       async () => {
         const { about, project } = /** @type {Awaited<ReturnType<typeof read>>} */ (work);
@@ -127,7 +121,7 @@ export class App {
         });
         const { visit, take } = this.store.state;
         const options = optionsOf(this.store.state);
-        const job = new SavedJob([this.library, source, { ...take }, options, SavedJob.stagesFor()], project);
+        const job = new SavedJob([source, { ...take }, options, SavedJob.stagesFor()], project);
         this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
         await this.go(visit, job);
       },
@@ -186,7 +180,7 @@ export class App {
     const { state } = this.store;
     const Kind = kindFor(source);
     const stages = Kind.stagesFor(state.take);
-    return new Kind(this.library, source, { ...state.take }, optionsOf(state), this.plans.get(stages) ?? stages);
+    return new Kind(source, { ...state.take }, optionsOf(state), this.plans.get(stages) ?? stages);
   }
 
   /** Goes on after a cancel where the run was; starts anew if the settings have changed since. */

@@ -6,7 +6,7 @@
 
 import { chooseLanguage, wantedLanguage, say } from './language.js';
 import { statusPanel } from './panels/status.js';
-import { Store, errorPatch, withinFilm } from './store.js';
+import { Store, errorPatch } from './store.js';
 import { PageError } from './words.js';
 import { byId } from './dom.js';
 
@@ -22,74 +22,21 @@ async function main() {
   statusPanel({ store });
   try {
     if (typeof OffscreenCanvas === 'undefined' || !WebAssembly.validate(SIMD_PROBE)) throw new PageError('unsupported');
-    const { library, openPage } = await load();
-    const page = openPage(library, store);
-    expose(page);
-    await page.app.openSample();
+    const { openPage } = await load();
+    await openPage(store).app.openSample();
     await stayOffline();
   } catch (error) {
     store.set(errorPatch(error));
   }
 }
 
-/**
- * The package, which the site serves beside the page, and the page, which is built on it: without the one the other
- * cannot be loaded.
- */
+/** The page, which is built on the package that the site serves beside it: without that it cannot be loaded. */
 async function load() {
   try {
-    return { library: await import('tracecut'), ...(await import('./page.js')) };
+    return await import('./page.js');
   } catch (error) {
     throw new PageError('wasm-load', error instanceof Error ? error.message : String(error));
   }
-}
-
-/**
- * What tests and the curious may read: the result on screen and how it was made.
- *
- * @param {import('./page.js').Page} page
- */
-function expose({ store, layers, viewer, library }) {
-  const timeline = {
-    seek: (/** @type {number} */ frame) => store.set({ frame: withinFilm(store.state, frame) }),
-    get frame() {
-      return store.state.frame;
-    },
-    get playing() {
-      return store.state.playing;
-    },
-  };
-  const app = {
-    layers,
-    viewer,
-    timeline,
-    compare: { choose: (/** @type {import('./store.js').State['view']} */ view) => store.set({ view }) },
-    get job() {
-      return store.state.job;
-    },
-    get points() {
-      return store.state.found?.points ?? null;
-    },
-  };
-  const value = {
-    app,
-    objectColor: library.objectColor,
-    get result() {
-      return resultOf(store.state.job);
-    },
-    get take() {
-      return store.state.job?.take ?? null;
-    },
-    get source() {
-      return store.state.source;
-    },
-  };
-  Object.defineProperty(globalThis, 'tracecutDemo', { value });
-}
-
-/** @param {object | null} job of a still image has none */
-function resultOf(job) {
-  return job && 'result' in job ? job.result : null;
 }
 
 /** Asked for when the first result is on screen, so that nothing gets slower by it. */

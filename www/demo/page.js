@@ -5,12 +5,14 @@
  * @module
  */
 
+import { objectColor, parameters } from 'tracecut';
 import { App } from './app.js';
 import { Keys } from './keyboard.js';
 import { createLayers } from './layers/layers.js';
 import { readLink } from './result/recipe.js';
 import { Selection } from './result/selection.js';
 import { Settings } from './settings.js';
+import { withinFilm } from './store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
@@ -29,31 +31,29 @@ import { trimPanel } from './panels/trim.js';
 import { zoomPanel } from './panels/zoom.js';
 
 /**
- * @param {import('./run/job.js').Library} library
  * @param {import('./store.js').Store} store
  * @returns {Page}
  */
-export function openPage(library, store) {
+export function openPage(store) {
   const layers = createLayers();
-  const settings = new Settings(store, library.parameters());
+  const settings = new Settings(store, parameters());
   readLink(settings, location.hash);
   const page = {
-    library,
     store,
     settings,
     layers,
-    app: new App(library, store),
+    app: new App(store),
     keys: new Keys(),
     selection: new Selection(store),
     viewer: new Viewer(store, layers),
   };
   for (const connect of PANELS) connect(page);
+  expose(page);
   return page;
 }
 
 /**
  * @typedef {object} Page
- * @property {import('./run/job.js').Library} library
  * @property {import('./store.js').Store} store
  * @property {import('./app.js').App} app what can be done
  * @property {import('./keyboard.js').Keys} keys
@@ -90,3 +90,51 @@ const PANELS = [
   queuePanel,
   galleryPanel,
 ];
+
+/**
+ * What tests and the curious may read: the result on screen and how it was made.
+ *
+ * @param {Page} page
+ */
+function expose({ store, layers, viewer }) {
+  const timeline = {
+    seek: (/** @type {number} */ frame) => store.set({ frame: withinFilm(store.state, frame) }),
+    get frame() {
+      return store.state.frame;
+    },
+    get playing() {
+      return store.state.playing;
+    },
+  };
+  const app = {
+    layers,
+    viewer,
+    timeline,
+    compare: { choose: (/** @type {import('./store.js').State['view']} */ view) => store.set({ view }) },
+    get job() {
+      return store.state.job;
+    },
+    get points() {
+      return store.state.found?.points ?? null;
+    },
+  };
+  const value = {
+    app,
+    objectColor,
+    get result() {
+      return resultOf(store.state.job);
+    },
+    get take() {
+      return store.state.job?.take ?? null;
+    },
+    get source() {
+      return store.state.source;
+    },
+  };
+  Object.defineProperty(globalThis, 'tracecutDemo', { value });
+}
+
+/** @param {object | null} job of a still image has none */
+function resultOf(job) {
+  return job && 'result' in job ? job.result : null;
+}

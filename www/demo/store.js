@@ -7,9 +7,11 @@
 import { say } from './language.js';
 import { DEFAULT_EDGES } from './saved/look.js';
 import { Times } from './result/presence.js';
-import { DEFAULT_TAKE } from './source.js';
 
 /** @typedef {import('./panels/run.js').StageRow} StageRow */
+
+/** What is taken when nobody chooses, of as many frames as there are. @type {import('./source.js').Take} */
+export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
 
 /**
  * What the page is doing. Several phases share one of the four public states in `document.body.dataset.state`, see

@@ -1,5 +1,6 @@
 /** A video file as a source of frames, each with its own time; pixels of whatever the browser can draw. @module */
 
+import { videoFrames, videoInfo, videoStrip } from 'tracecut';
 import { PageError } from './words.js';
 
 /** Reads pixels of whatever the browser can draw. */
@@ -60,17 +61,13 @@ const EARLY = 1e-4;
 
 /**
  * @param {File} file
- * @param {import('./run/job.js').Library} library
  * @param {'video' | 'images'} [kind] what it is called: an animated image holds images
  * @returns {Promise<import('./source.js').Source>}
  */
-export async function openVideo(file, library, kind = 'video') {
+export async function openVideo(file, kind = 'video') {
   /** @type {import('tracecut').Damage | null} Damage that shows without decoding. */
   let known = null;
-  const info = await understood(
-    () => library.videoInfo(file, { onDamage: (damage) => void (known = damage) }),
-    file.name,
-  );
+  const info = await understood(() => videoInfo(file, { onDamage: (damage) => void (known = damage) }), file.name);
   const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
   const count = Math.max(1, info.numFrames ?? Math.round(info.duration * fps));
   const early = (/** @type {number} */ time) => ({ start: Math.max(0, time - EARLY) });
@@ -92,11 +89,11 @@ export async function openVideo(file, library, kind = 'video') {
     times: info.times,
     async *strip(most, side, signal) {
       const options = { count: most, size: side, signal, onDamage() {} };
-      for await (const one of library.videoStrip(file, options)) yield pixelsOf(one);
+      for await (const one of videoStrip(file, options)) yield pixelsOf(one);
     },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
-      const frames = library.videoFrames(file, { ...start, maxFrames: 1, size: side });
+      const frames = videoFrames(file, { ...start, maxFrames: 1, size: side });
       for await (const one of frames) return pixelsOf(one);
       throw new PageError('no-frames', file.name);
     },
@@ -104,7 +101,7 @@ export async function openVideo(file, library, kind = 'video') {
       source.damage = known && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
       const onDamage = (/** @type {import('tracecut').Damage} */ damage) => (source.damage = damage);
       const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
-      for await (const one of library.videoFrames(file, options)) {
+      for await (const one of videoFrames(file, options)) {
         const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
         yield { frame: pixelsOf(one), time: one.time, end };
       }

@@ -3,6 +3,7 @@
  * @module
  */
 
+import { version } from 'tracecut';
 import { h, connectDialog } from '../dom.js';
 import { say } from '../language.js';
 import { explain } from '../words.js';
@@ -10,9 +11,7 @@ import { explain } from '../words.js';
 /** @typedef {import('tracecut/selftest').SelftestCheck} SelftestCheck */
 
 export class AboutDialog {
-  /** @param {Pick<import('../page.js').Page, 'library'>} page */
-  constructor({ library }) {
-    this.library = library;
+  constructor() {
     /** @type {AbortController | null} */
     this.abort = null;
     this.list = h('dl', { class: 'keys about-hashes' });
@@ -34,7 +33,7 @@ export class AboutDialog {
         h('h2', { id: 'about-title' }, 'About'),
         h('button', { ...close, click: () => this.dialog.close() }, '✕'),
       ),
-      h('p', { class: 'about' }, say`TraceCut ${this.library.version}, free software under the MIT or Apache licence.`),
+      h('p', { class: 'about' }, say`TraceCut ${version}, free software under the MIT or Apache licence.`),
       h(
         'p',
         { class: 'about' },

@@ -3,7 +3,8 @@
 import { byId } from '../dom.js';
 import { workingSize } from '../video.js';
 import { WINDOW } from '../run/clip-job.js';
-import { DEFAULT_TAKE, fitTake, kindOf } from '../source.js';
+import { fitTake, kindOf } from '../source.js';
+import { DEFAULT_TAKE } from '../store.js';
 import { plural } from '../words.js';
 import { say } from '../language.js';
 

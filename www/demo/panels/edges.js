@@ -4,6 +4,7 @@
  * @module
  */
 
+import { createImageEngine, smoothMasks } from 'tracecut';
 import { byId } from '../dom.js';
 import { DEFAULT_EDGES } from '../saved/look.js';
 import { say } from '../language.js';
@@ -54,18 +55,17 @@ export function edgesPanel({ store, viewer }) {
 /** Masks that stay as they are for so long are meant, in milliseconds. */
 const SETTLED_MS = 250;
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'library'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */
 export function smoothPanel(page) {
   const smoothing = new Smoothing(page);
   page.store.watch(['edges', 'found', 'phase'], (state) => smoothing.show(state));
 }
 
 class Smoothing {
-  /** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'library'>} page */
-  constructor({ store, viewer, library }) {
+  /** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */
+  constructor({ store, viewer }) {
     this.store = store;
     this.viewer = viewer;
-    this.library = library;
     /** @type {{reach: number, points: unknown}} What is smoothed. */
     this.of = { reach: 0, points: null };
     this.abort = new AbortController();
@@ -142,8 +142,8 @@ class Smoothing {
       shots: shotsOf(film, numFrames),
       labels: (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t)),
     };
-    this.engine ??= this.library.createImageEngine();
-    return this.library.smoothMasks(masks, {
+    this.engine ??= createImageEngine();
+    return smoothMasks(masks, {
       reach,
       first: Math.min(frame, numFrames - 1),
       engine: await this.engine,

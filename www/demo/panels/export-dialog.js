@@ -3,6 +3,7 @@
  * again. @module
  */
 
+import { version } from 'tracecut';
 import { h, byId, connectDialog } from '../dom.js';
 import { edgesOf } from '../saved/look.js';
 import { stemOf, subjectOf } from '../result/export.js';
@@ -21,13 +22,12 @@ import { say } from '../language.js';
 const TICK_MS = 200;
 
 export class ExportDialog {
-  /** @param {Pick<import('../page.js').Page, 'store' | 'library' | 'selection' | 'viewer'>} page */
-  constructor({ store, library, selection, viewer }) {
+  /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'viewer'>} page */
+  constructor({ store, selection, viewer }) {
     this.store = store;
-    this.library = library;
     this.selection = selection;
     this.viewer = viewer;
-    this.options = new ExportOptions(library);
+    this.options = new ExportOptions();
     this.dialog = /** @type {HTMLDialogElement} */ (byId('export'));
     this.recipeBox = /** @type {HTMLDetailsElement} */ (byId('recipe-box'));
     /** What it takes to get the same result again. */
@@ -59,7 +59,7 @@ export class ExportDialog {
 
   /** What there is to save; null without a result. */
   subject() {
-    return subjectOf(this.store.state, this.library);
+    return subjectOf(this.store.state);
   }
 
   open() {
@@ -215,7 +215,7 @@ export class ExportDialog {
     const masks = this.subject()?.masks;
     if (!this.recipeBox.open || !masks || !state.job) return;
     const corrections = state.job.corrector?.count() ?? 0;
-    this.recipe = await recipeOf({ version: this.library.version, job: state.job, masks, corrections });
+    this.recipe = await recipeOf({ version, job: state.job, masks, corrections });
     byId('recipe').textContent = this.recipe;
   }
 

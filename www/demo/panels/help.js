@@ -36,8 +36,8 @@ const TOUCHES = [
   ['Drag below the picture', 'go through the clip; the handles of the filmstrip choose a part'],
 ];
 
-/** @param {Pick<import('../page.js').Page, 'keys' | 'store' | 'library'>} page */
-export function helpPanel({ keys, store, library }) {
+/** @param {Pick<import('../page.js').Page, 'keys' | 'store'>} page */
+export function helpPanel({ keys, store }) {
   const dialog = /** @type {HTMLDialogElement} */ (byId('help'));
   const entries = KEYS.flatMap(([names, what]) => [
     h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
@@ -50,7 +50,7 @@ export function helpPanel({ keys, store, library }) {
   byId('help-pick').hidden = TOUCH;
   byId('help-open').addEventListener('click', open);
   byId('help-close').addEventListener('click', () => dialog.close());
-  const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog({ library }));
+  const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog());
   byId('about-open').addEventListener('click', about);
   keys.on('?', open);
   connectDialog(dialog);

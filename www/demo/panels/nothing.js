@@ -3,6 +3,7 @@
  * @module
  */
 
+import { searchReport } from 'tracecut';
 import { TOUCH, byId, h } from '../dom.js';
 import { say } from '../language.js';
 import { fitTake } from '../source.js';
@@ -11,15 +12,15 @@ import { percent, plural } from '../words.js';
 /** @typedef {import('../source.js').Take} Take */
 /** @typedef {import('../store.js').State} State */
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'app' | 'library'>} page */
-export function nothingPanel({ store, app, library }) {
+/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
+export function nothingPanel({ store, app }) {
   store.watch(['phase', 'found', 'correcting'], (state) => {
     const nothing = foundNothing(state) && !state.correcting;
     byId('nothing').hidden = !nothing;
     const result = state.found?.points?.result;
     if (!nothing || !result) return;
     // Of many windows there are no clusters but the objects.
-    const report = library.searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
+    const report = searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
     byId('nothing-where').textContent = whereWords(report);
     const tries = triesOf(state, report).map(({ id, label, patch }) =>
       h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.start()) }, label),

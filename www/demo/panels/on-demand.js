@@ -45,7 +45,7 @@ export function whyPanel(page) {
   });
 }
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'library' | 'selection' | 'keys' | 'viewer'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
   byId('export-open').addEventListener('click', open);
@@ -61,12 +61,12 @@ export function webcamPanel({ app, store }) {
   byId('camera-open').addEventListener('click', open);
 }
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'library'>} page */
-export function queuePanel({ store, library }) {
+/** @param {Pick<import('../page.js').Page, 'store'>} page */
+export function queuePanel({ store }) {
   /** @type {File[]} Others may be opened while it is fetched. */
   const waiting = [];
   const open = onDemand(store, async () => {
-    const queue = new (await import('./queue-list.js')).Queue(store, library);
+    const queue = new (await import('./queue-list.js')).Queue(store);
     return { open: () => queue.add(waiting.splice(0)) };
   });
   store.watch(['queued'], ({ queued }) => {

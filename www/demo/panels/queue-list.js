@@ -5,9 +5,10 @@
  * @module
  */
 
+import { clipsZip, masksAtSize, segmentEach, videoFrames } from 'tracecut';
 import { byId, h } from '../dom.js';
 import { optionsOf } from '../settings.js';
-import { DEFAULT_TAKE } from '../source.js';
+import { DEFAULT_TAKE } from '../store.js';
 import { bytes, damageWords, explain, plural } from '../words.js';
 import { edgesOf } from '../saved/look.js';
 import { download } from '../result/save-file.js';
@@ -21,11 +22,9 @@ const FOUND = 0.85;
 export class Queue {
   /**
    * @param {import('../store.js').Store} store
-   * @param {import('../run/job.js').Library} library
    */
-  constructor(store, library) {
+  constructor(store) {
     this.store = store;
-    this.library = library;
     /** @type {Line[]} */
     this.lines = [];
     this.working = false;
@@ -52,8 +51,8 @@ export class Queue {
     this.working = true;
     this.tell('');
     this.show();
-    const { store, library } = this;
-    const clips = library.segmentEach(this.waiting(), {
+    const { store } = this;
+    const clips = segmentEach(this.waiting(), {
       ...optionsOf({ changed: store.state.changed, source: null }),
       size: store.state.source?.kind === 'sample' ? DEFAULT_TAKE.side : store.state.take.side,
       onProgress: ({ frames, window }) => this.now?.progress(frames, window),
@@ -87,10 +86,10 @@ export class Queue {
     try {
       if (!result) throw error;
       const { signal } = line.stop;
-      const { library, store } = this;
+      const { store } = this;
       const onDamage = () => {};
-      const frames = library.videoFrames(line.file, { maxFrames: result.numFrames, signal, onDamage });
-      const masks = await library.masksAtSize(result, frames, {
+      const frames = videoFrames(line.file, { maxFrames: result.numFrames, signal, onDamage });
+      const masks = await masksAtSize(result, frames, {
         edges: edgesOf(store.state.edges, result),
         signal,
         onProgress: ({ done, total }) =>
@@ -129,7 +128,7 @@ export class Queue {
       about: { result: words, ...(damage ? { damage: damageWords(damage) } : {}) },
     }));
     try {
-      const zip = await this.library.clipsZip(clips, { signal: saving.signal });
+      const zip = await clipsZip(clips, { signal: saving.signal });
       const blob = new Blob([zip], { type: 'application/zip' });
       download(blob, file);
       this.tell(say`Saved ${file}, ${bytes(blob.size)}.`);

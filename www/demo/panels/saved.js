@@ -16,10 +16,10 @@ import { say, shownLanguage } from '../language.js';
 /** Changes within this time are kept together, in milliseconds. */
 const WAIT_MS = 700;
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'app' | 'library'>} page */
-export function savedPanel({ store, app, library }) {
-  const packer = new Packer(library);
-  const works = worksList({ store, app, library });
+/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
+export function savedPanel({ store, app }) {
+  const packer = new Packer();
+  const works = worksList({ store, app });
   const names = new Names(() => works.takeOpened());
   let timer = 0;
   /** Of all changes, how many there were; and whether the last is still to be kept. */
@@ -92,8 +92,8 @@ class Names {
   }
 }
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'app' | 'library'>} page */
-function worksList({ store, app, library }) {
+/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
+function worksList({ store, app }) {
   const dialog = /** @type {HTMLDialogElement} */ (byId('works'));
   /** @type {string | null} The work that was opened again and is not on screen yet. */
   let opened = null;
@@ -101,7 +101,7 @@ function worksList({ store, app, library }) {
     dialog.close();
     byId('saved').hidden = true;
     opened = saved.id;
-    await app.openWork(saved.name, () => reopened(saved, library));
+    await app.openWork(saved.name, () => reopened(saved));
   };
   const drop = async (/** @type {Saved} */ saved) => {
     await forget(saved.id);

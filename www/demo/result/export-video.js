@@ -3,6 +3,7 @@
  * @module
  */
 
+import { encodeVideo } from 'tracecut';
 import { GREEN } from '../panels/views.js';
 import { rateOf, labelsOf } from './export.js';
 import { say } from '../language.js';
@@ -63,10 +64,10 @@ function video(id, label, style, format) {
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
-      const { library, masks, frames, objects, look, quality, ground, trail, edges } = subject;
+      const { masks, frames, objects, look, quality, ground, trail, edges } = subject;
       const background = format === 'mp4' && ground === 'transparent' ? GREEN : ground;
       const sound = subject.sound(format);
-      return library.encodeVideo(masks, frames(work.signal), {
+      return encodeVideo(masks, frames(work.signal), {
         style,
         format,
         objects,

@@ -1,12 +1,11 @@
 /** What an export is, and what it is made of. @module */
 
-/** @typedef {import('../run/job.js').Library} Library */
+import { masksAtSize } from 'tracecut';
 
 /**
  * What there is to save.
  *
  * @typedef {object} Subject
- * @property {Library} library
  * @property {{width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array, times:
  *   ArrayLike<number> | null, end: number | null, shots: {first: number, last: number}[]}} masks
  * @property {(signal: AbortSignal) => AsyncIterable<ImageData>} frames all frames, at the size that is wanted
@@ -58,17 +57,15 @@
 
 /**
  * @param {import('../store.js').State} state
- * @param {Library} library
  * @returns {Found | null} null without masks
  */
-export function subjectOf(state, library) {
+export function subjectOf(state) {
   const { found, job, film, frame } = state;
   const points = found?.points;
   if (!points?.hasMasks || !job) return null;
   const { width, height, numFrames } = points.result;
   const labels = (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t));
   return {
-    library,
     masks: {
       width,
       height,
@@ -113,8 +110,8 @@ function endOf({ times }, numFrames) {
  * @param {Work} work
  * @returns {Promise<import('tracecut').MaskSource>} all masks, at the size that is wanted
  */
-export function masksOf({ library, masks, frames, edges }, work) {
-  return library.masksAtSize(masks, frames(work.signal), { ...work, edges });
+export function masksOf({ masks, frames, edges }, work) {
+  return masksAtSize(masks, frames(work.signal), { ...work, edges });
 }
 
 /**
@@ -123,9 +120,9 @@ export function masksOf({ library, masks, frames, edges }, work) {
  * @param {ImageData} frame that frame, at the size that is wanted
  * @returns {Promise<Uint8Array>} its labels at that size
  */
-export async function labelsOf({ library, masks, edges }, t, frame) {
+export async function labelsOf({ masks, edges }, t, frame) {
   const one = { ...masks, numFrames: 1, times: null, end: null, shots: [], labels: () => masks.labels(t) };
-  return (await library.masksAtSize(one, [frame], { edges })).labels(0);
+  return (await masksAtSize(one, [frame], { edges })).labels(0);
 }
 
 /**

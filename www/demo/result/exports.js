@@ -5,6 +5,7 @@
  * @module
  */
 
+import { cocoRle, encodeImages, maskPng, masksZip, objectTable, objectTableCsv } from 'tracecut';
 import { background, cutoutVideo, maskVideo, overlayVideo } from './export-video.js';
 import { masksOf, rateOf, labelsOf } from './export.js';
 import { EXTENSION, Packer, projectFile } from '../saved/work.js';
@@ -20,8 +21,8 @@ export const data = {
       label: 'COCO JSON',
       file: () => 'coco.json',
       make: async (subject, work) => {
-        const { library, objects, name } = subject;
-        const coco = library.cocoRle(await masksOf(subject, work), { objects, video: name, ...rateOf(subject) });
+        const { objects, name } = subject;
+        const coco = cocoRle(await masksOf(subject, work), { objects, video: name, ...rateOf(subject) });
         return new Blob([JSON.stringify(coco)], { type: 'application/json' });
       },
     },
@@ -31,11 +32,11 @@ export const data = {
       says: 'objects.csv: place, size and motion of the objects in each frame',
       file: () => 'objects.csv',
       make: async (subject, work) => {
-        const { library, objects, points } = subject;
+        const { objects, points } = subject;
         const masks = await masksOf(subject, work);
         const trajectories = enlarged(points, masks.width / subject.masks.width, masks.height / subject.masks.height);
-        const rows = await library.objectTable(masks, { trajectories, objects, ...rateOf(subject) });
-        return new Blob([await library.objectTableCsv(rows)], { type: 'text/csv' });
+        const rows = await objectTable(masks, { trajectories, objects, ...rateOf(subject) });
+        return new Blob([await objectTableCsv(rows)], { type: 'text/csv' });
       },
     },
     {
@@ -82,12 +83,12 @@ const frameMask = {
       says: 'Mask of this frame as PNG',
       file: ({ frame }) => `mask-${String(frame + 1).padStart(4, '0')}.png`,
       make: async (subject) => {
-        const { library, frame, objects } = subject;
+        const { frame, objects } = subject;
         const image = await subject.image(frame);
         const labels = (await labelsOf(subject, frame, image)).map((label) => (objects(label) ? label : 0));
         const { width, height } = image;
         const mask = { width, height, numFrames: 1, labels: () => labels };
-        return new Blob([await library.maskPng(mask, 0)], { type: 'image/png' });
+        return new Blob([await maskPng(mask, 0)], { type: 'image/png' });
       },
     },
   ],
@@ -99,8 +100,8 @@ const frameMask = {
  */
 function zip(perObject) {
   return async (subject, work) => {
-    const { library, objects } = subject;
-    const bytes = await library.masksZip(await masksOf(subject, work), {
+    const { objects } = subject;
+    const bytes = await masksZip(await masksOf(subject, work), {
       perObject,
       objects,
       ...work,
@@ -137,9 +138,9 @@ function stream(id, label, file, style, format) {
     file: () => file,
     type: format === 'zip' ? 'application/zip' : 'image/png',
     make: (subject, work) => {
-      const { library, masks, frames, objects, edges, trail } = subject;
+      const { masks, frames, objects, edges, trail } = subject;
       const options = { style, format, objects, edges, trail, ...work, ...rateOf(subject) };
-      return library.encodeImages(masks, frames(work.signal), options);
+      return encodeImages(masks, frames(work.signal), options);
     },
   };
 }
@@ -154,7 +155,7 @@ export const project = {
       label: 'Project file',
       file: () => `project${EXTENSION}`,
       there: ({ source }) => Boolean(source.files),
-      make: async ({ library, state }) => projectFile(await new Packer(library).pack(state, ''), library),
+      make: async ({ state }) => projectFile(await new Packer().pack(state, '')),
     },
   ],
 };

@@ -5,7 +5,7 @@
  * @module
  */
 
-import { VideoSegmentation } from 'tracecut';
+import { VideoSegmentation, boundaries, segmentVideo, superpixels } from 'tracecut';
 import { Presence } from '../result/presence.js';
 import { LONG, PageError, countObjects, headline, plural, remark } from '../words.js';
 import { Corrections } from './corrections.js';
@@ -123,7 +123,7 @@ export class ClipJob extends Job {
   /** @returns {Promise<{masks: VideoResult | null, found?: Result}>} */
   async work() {
     const { options, inWindows, life } = this;
-    const video = this.library.segmentVideo(this.frames(), {
+    const video = segmentVideo(this.frames(), {
       ...options,
       // What fits into one window is taken as one shot: layers go over all of it.
       ...(inWindows ? {} : { shot: { unmatched: 1, ...options.shot } }),
@@ -255,7 +255,7 @@ export class ClipJob extends Job {
 
   /** What a frame alone can say. @returns {import('./job.js').Shown['answers']} */
   answersOfPictures() {
-    const { library, images } = this;
+    const { images } = this;
     const { contour, superpixel } = this.options;
     const picture = async (/** @type {number} */ t) => {
       const known = await images.open(t);
@@ -263,9 +263,9 @@ export class ClipJob extends Job {
       return known;
     };
     return {
-      boundaries: async (t) => library.boundaries(await picture(t)),
+      boundaries: async (t) => boundaries(await picture(t)),
       superpixels: remembered(async (/** @type {number} */ t) =>
-        library.superpixels(await picture(t), { contour, superpixel }),
+        superpixels(await picture(t), { contour, superpixel }),
       ),
     };
   }

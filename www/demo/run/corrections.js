@@ -5,6 +5,7 @@
  * @module
  */
 
+import { carryEdit, createImageEngine, divideRegions, editMasks, pieceRegion, strokeRegion } from 'tracecut';
 import { PageError } from '../words.js';
 
 /** @typedef {import('tracecut').Edit} Edit */
@@ -20,7 +21,7 @@ import { PageError } from '../words.js';
 /**
  * What the corrections are of: `result` is the run's own as it is now, and takes what a correction makes of it.
  *
- * @typedef {Pick<import('./clip-job.js').ClipJob, 'library' | 'images' | 'cuts' | 'result' | 'session'>} Corrected
+ * @typedef {Pick<import('./clip-job.js').ClipJob, 'images' | 'cuts' | 'result' | 'session'>} Corrected
  */
 
 export class Corrections {
@@ -141,9 +142,8 @@ export class Corrections {
    * @param {(t: number) => void} onFrame
    */
   async carry({ edit, frames }, signal, onFrame) {
-    const { library } = this.of;
-    this.engine ??= library.createImageEngine();
-    await library.carryEdit(this.opened, edit, {
+    this.engine ??= createImageEngine();
+    await carryEdit(this.opened, edit, {
       engine: await this.engine,
       picture: (t) => this.pixels(t),
       signal,
@@ -185,7 +185,7 @@ export class Corrections {
     const starts = [0, ...this.of.cuts];
     const shots = starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
     const live = (/** @type {number} */ t) => /** @type {typeof masks} */ (this.of.result).labels(t);
-    this.editor ??= this.of.library.editMasks({ width, height, numFrames, shots, labels: live });
+    this.editor ??= editMasks({ width, height, numFrames, shots, labels: live });
     return this.editor;
   }
 
@@ -265,7 +265,7 @@ export class Corrections {
     const { width, height } = this.opened;
     const mask = { width, height, labels: this.opened.labels(at.t) };
     if (mask.labels[Math.round(at.y) * width + Math.round(at.x)] !== label) throw new PageError('no-place');
-    const region = this.of.library.pieceRegion(mask, at);
+    const region = pieceRegion(mask, at);
     return this.divided(at.t, label, [region]);
   }
 
@@ -281,7 +281,7 @@ export class Corrections {
     if (strokes.some((stroke) => stroke.t !== t)) throw new PageError('other-frame');
     const { width, height } = this.opened;
     const mask = { width, height, labels: this.opened.labels(t) };
-    const { label, regions } = this.of.library.divideRegions(mask, strokes);
+    const { label, regions } = divideRegions(mask, strokes);
     return this.divided(t, label, regions.slice(1));
   }
 
@@ -298,7 +298,7 @@ export class Corrections {
     const covered = new Set();
     for (const stroke of strokes) {
       const labels = this.opened.labels(stroke.t);
-      const region = this.of.library.strokeRegion(stroke, width, height);
+      const region = strokeRegion(stroke, width, height);
       for (let k = 0; k < region.length; k += 2)
         for (let p = region[k]; p < region[k] + region[k + 1]; p++) if (labels[p] > 0) covered.add(labels[p]);
     }

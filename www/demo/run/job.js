@@ -4,7 +4,6 @@ import { FrameStore } from './frame-store.js';
 import { Preview, isWorth } from './preview.js';
 import { StageClock } from './stage-clock.js';
 
-/** @typedef {typeof import('tracecut')} Library The tracecut package. */
 /** @typedef {import('../source.js').Source} Source */
 /** @typedef {import('../source.js').Take} Take */
 /** @typedef {import('tracecut').SessionOptions} Options Parameters that differ from their defaults. */
@@ -39,15 +38,13 @@ import { StageClock } from './stage-clock.js';
 
 export class Job extends StageClock {
   /**
-   * @param {Library} library
    * @param {Source} source
    * @param {Take} take
    * @param {Options} options
    * @param {import('./stage-clock.js').StagePlan[]} plan
    */
-  constructor(library, source, take, options, plan) {
+  constructor(source, take, options, plan) {
     super(plan);
-    this.library = library;
     this.source = source;
     this.take = take;
     this.options = options;
@@ -119,7 +116,7 @@ export class Job extends StageClock {
 
   /** Begins a preview, if the masks take so long that it is worth one. */
   look() {
-    if (isWorth(this.source, this.take)) this.preview = new Preview(this.library, this.options);
+    if (isWorth(this.source, this.take)) this.preview = new Preview(this.options);
   }
 
   /**

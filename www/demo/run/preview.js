@@ -4,7 +4,7 @@
  * @module
  */
 
-import { VideoSegmentation } from 'tracecut';
+import { VideoSegmentation, previewMasks } from 'tracecut';
 
 /** @typedef {import('tracecut').VideoResult} VideoResult */
 
@@ -34,10 +34,9 @@ export class Preview {
   /**
    * Begins at once: the worker is ready when the frames are.
    *
-   * @param {import('./job.js').Library} library
    * @param {import('./job.js').Options} options those of the run
    */
-  constructor(library, options) {
+  constructor(options) {
     const { clip: { maxSide: _, ...clip } = {}, threads: __, ...others } = options;
     /** @type {VideoResult | null} */
     this.masks = null;
@@ -51,7 +50,7 @@ export class Preview {
     this.frames = undefined;
     const stream = new ReadableStream({ start: (controller) => void (this.frames = controller) });
     const { signal } = this.life;
-    library.previewMasks(stream, { ...others, clip, step: STEP, maxFrames: TAKEN, signal }).then(
+    previewMasks(stream, { ...others, clip, step: STEP, maxFrames: TAKEN, signal }).then(
       (masks) => {
         if (signal.aborted) return;
         this.masks = masks;

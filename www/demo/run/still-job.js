@@ -4,6 +4,7 @@
  * @module
  */
 
+import { boundaries, imageDiscontinuities, superpixels } from 'tracecut';
 import { STILL, plural } from '../words.js';
 import { Job } from './job.js';
 import { untilAborted } from './stage-clock.js';
@@ -59,7 +60,7 @@ export class StillJob extends Job {
     this.pixels ??= await this.read();
     signal.throwIfAborted();
     report();
-    const { library, pixels } = this;
+    const { pixels } = this;
     const { contour, superpixel, still } = this.options;
     /** @type {<K extends keyof Finds>(id: K, make: () => Promise<NonNullable<Finds[K]>>) => Promise<void>} */
     const find = async (id, make) => {
@@ -68,9 +69,9 @@ export class StillJob extends Job {
       this.mark(id, 1, 1);
       report();
     };
-    await find('boundaries', () => library.boundaries(pixels));
-    await find('superpixels', () => library.superpixels(pixels, { contour, superpixel }));
-    await find('imageEdges', () => library.imageDiscontinuities(pixels, { still }));
+    await find('boundaries', () => boundaries(pixels));
+    await find('superpixels', () => superpixels(pixels, { contour, superpixel }));
+    await find('imageEdges', () => imageDiscontinuities(pixels, { still }));
   }
 
   async read() {
