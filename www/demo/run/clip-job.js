@@ -125,8 +125,8 @@ export class ClipJob extends Job {
     const { options, inWindows, life } = this;
     const video = segmentVideo(this.frames(), {
       ...options,
-      // What fits into one window is taken as one shot: layers go over all of it.
-      ...(inWindows ? {} : { shot: { unmatched: 1, ...options.shot } }),
+      // What fits into one window is one shot: its layers go over all of it.
+      ...(inWindows ? {} : { shot: { unmatched: 1 } }),
       keep: true,
       frameRate: this.source.fps / this.take.step,
       signal: life.signal,
