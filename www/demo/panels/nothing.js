@@ -9,7 +9,6 @@ import { say } from '../language.js';
 import { fitTake } from '../source.js';
 import { percent, plural } from '../words.js';
 
-/** @typedef {import('../source.js').Take} Take */
 /** @typedef {import('../store.js').State} State */
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */

@@ -8,7 +8,6 @@ import { workingSize } from '../video.js';
 import { PageError } from '../words.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../store.js').State} State */
 /** @typedef {{width: number, height: number}} Size */
 /** @typedef {'source' | 'half' | 'working' | 'own'} SizeName */
 

@@ -3,8 +3,6 @@
 import { objectColor } from 'tracecut';
 import { say } from '../language.js';
 
-/** @typedef {import('tracecut').Shape} Shape */
-
 export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from 'tracecut';
 
 /** Points that are there but not meant. */
