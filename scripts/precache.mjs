@@ -8,7 +8,7 @@ import { root } from './tools.mjs';
 const PLACEHOLDER = "const PRECACHE = { version: '', files: [] };";
 
 /** Entries of Node, and builds in one file. */
-const NOT_THE_PAGES = ['node.js', 'inline.js', 'worker.bundle.js', 'selftest.js'];
+const NOT_THE_PAGES = ['node.js', 'inline.js', 'worker.bundle.js'];
 
 /**
  * Folders of the site: where they lie, where they are served, and which of their files a page in a browser may ask for.

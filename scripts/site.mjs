@@ -14,9 +14,8 @@ import { root } from './tools.mjs';
 
 /** Code that is found by its place: bundles of these names, each with what only it needs. */
 const BUNDLES = [
-  { folder: 'dist', entries: ['index.js', 'worker.js'] },
+  { folder: 'dist', entries: ['index.js', 'selftest.js', 'worker.js'] },
   { folder: 'dist', entries: ['aside-worker.js'] },
-  { folder: 'dist/selftest', entries: ['run.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
 
@@ -26,11 +25,16 @@ const BUNDLES = [
  */
 const LEAST_MAPPED = 4096;
 
-/** Entries of the package that the page loads as one file, `index.js`: apart they weigh more. */
-const TOGETHER = ['index.js', 'draw.js', 'edit.js', 'export.js', 'stages.js'].map((name) => join('dist', name));
-
 /** Folders as they are built, and as they are served. */
 const PLACES = { dist: join(root, 'dist'), demo: join(root, 'www', 'demo') };
+
+/** Where the page finds the package, which it imports by name: its document says so to browsers. */
+const IMPORT_MAP = /\s*<script type="importmap">([^<]*)<\/script>/;
+const PAGE = readFileSync(join(root, 'www', 'index.html'), 'utf8');
+const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAGE)?.[1]));
+
+/** The page's list of the package's entries: served as the one file that they are together, which weighs less. */
+const LIBRARY = join(PLACES.demo, 'library.js');
 
 /**
  * Writes the site of what is built.
@@ -78,9 +82,13 @@ function copyWithMap(name, target) {
   writeFileSync(join(target, name), `${code}//# sourceMappingURL=${basename(name)}.map\n`);
 }
 
-/** The document, its style sheets as one in their order. @param {string} target */
+/**
+ * The document, its style sheets as one in their order. Bundles name files by their places: there is no import map, so
+ * that older browsers can open the site, and nothing inline is allowed.
+ * @param {string} target
+ */
 async function writeDocument(target) {
-  const source = readFileSync(join(root, 'www', 'index.html'), 'utf8');
+  const source = PAGE.replace(IMPORT_MAP, '').replace(/ 'sha256-[^']*'/, '');
   const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
   const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'www', href), 'utf8'));
   let count = 0;
@@ -97,12 +105,10 @@ async function writeDocument(target) {
  * @param {string} target
  */
 async function writeBundle({ folder, entries }, target) {
-  const [place, ...deeper] = folder.split('/');
-  const from = join(PLACES[place], ...deeper);
   // Source maps name sources by their way from here: wherever the site goes, they are the same.
   const made = join(root, 'out', 'site');
   const { outputFiles } = await bundle({
-    entryPoints: entries.map((name) => ({ in: sourceOf(from, name), out: basename(name, '.js') })),
+    entryPoints: entries.map((name) => ({ in: sourceOf(folder, name), out: basename(name, '.js') })),
     outdir: join(made, folder),
     write: false,
     bundle: true,
@@ -121,9 +127,9 @@ async function writeBundle({ folder, entries }, target) {
   }
 }
 
-/** The page's list of the package's entries is the one file that they are together. */
-function sourceOf(from, name) {
-  return from === PLACES.dist && name === 'index.js' ? join(PLACES.demo, 'library.js') : join(from, name);
+/** @param {string} folder @param {string} name of a bundle in it */
+function sourceOf(folder, name) {
+  return folder === 'dist' && name === 'index.js' ? LIBRARY : join(PLACES[folder], name);
 }
 
 /**
@@ -133,16 +139,15 @@ function sourceOf(from, name) {
  */
 function apart(folder) {
   const setup = (/** @type {import('esbuild').PluginBuild} */ { onResolve }) =>
-    onResolve({ filter: /^\.{1,2}\// }, ({ path, resolveDir }) => {
-      // The page names the package by where it is served.
-      const served = relative(PLACES.demo, resolve(resolveDir, path));
-      const file = served.startsWith(join('..', 'dist'))
-        ? served.slice(3)
-        : join('dist', relative(PLACES.dist, resolve(resolveDir, path)));
-      const isApart =
-        folder === 'demo' ? served.startsWith(join('..', 'dist')) : file.startsWith(join('dist', 'vendor'));
-      if (!isApart) return served.startsWith(join('..', 'dist')) ? { path: join(root, file) } : undefined;
-      const to = relative(folder, TOGETHER.includes(file) ? TOGETHER[0] : file).replaceAll(sep, '/');
+    onResolve({ filter: /./ }, ({ path, resolveDir, kind }) => {
+      if (kind === 'entry-point') return undefined;
+      const place = resolve(resolveDir, path);
+      if (folder === 'dist' && NAMES[path]) return { path: join(root, NAMES[path]) };
+      const inDist = relative(PLACES.dist, place).replaceAll(sep, '/');
+      const ofPage = place === LIBRARY ? 'dist/index.js' : NAMES[path];
+      const file = folder === 'demo' ? ofPage : /^(vendor\/|index\.js$)/.test(inDist) && `dist/${inDist}`;
+      if (!file) return undefined;
+      const to = relative(folder, file).replaceAll(sep, '/');
       return { path: to.startsWith('.') ? to : `./${to}`, external: true };
     });
   return { name: 'apart', setup };

@@ -124,7 +124,7 @@ describe('the cut-out view', () => {
       const { width, height, numFrames } = points.result;
       const masks = { width, height, numFrames, labels: (t) => points.mask(t) };
       const result = await library.smoothMasks(masks, { picture: (t) => corrections.pixels(t) });
-      const { edgesOf } = await import('/demo/result/edges.js');
+      const { edgesOf } = await import('/demo/saved/look.js');
       const edges = edgesOf({ smallest: 0.02, grow: 0, feather: 0 }, masks);
       const frame = globalThis.tracecutDemo.app.viewer.view.frame;
       return [...library.adjustMask({ labels: result.labels(frame), width, height }, edges).labels];

@@ -34,7 +34,7 @@ const seen = () => {
   app.viewer.draw();
   const masked = (t) => result.labels(t).reduce((sum, label) => sum + (label > 0 ? 1 : 0), 0);
   const frames = Array.from({ length: result.numFrames }, (_, t) => masked(t));
-  return { frames, stages: app.job.constructor.stages.map(({ id }) => id) };
+  return { frames, stages: app.job.stages.map(({ id }) => id) };
 };
 
 describe('the gallery', () => {

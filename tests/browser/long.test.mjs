@@ -42,6 +42,21 @@ function shots(count, cut) {
 
 const files = (frames) => frames.map((frame, k) => pngFile(`frame${String(k).padStart(3, '0')}.png`, frame));
 
+describe('a clip of one window', () => {
+  const sample = useSample(useSite({ sample: 'tiny' }));
+
+  test('is one shot, with all layers, even where it has a cut', async () => {
+    const { page, faults } = sample;
+    await page.setInputFiles('#file', files(shots(20, 10)));
+    assert.equal(await ended(page), 'done');
+    assert.match(await text(page, '#subline'), /trajectories · 20 frames of 96 × 64 ·/);
+    assert.deepEqual(await page.evaluate(() => globalThis.tracecutDemo.app.job.cuts), []);
+    const names = await layerNames(page);
+    assert.ok(['flow', 'discontinuities', 'embedding', 'saliency', 'background'].every((name) => names.includes(name)));
+    assert.deepEqual(faults, []);
+  });
+});
+
 describe('a clip of more than one window', () => {
   const sample = useSample(useSite({ sample: 'tiny' }));
 

@@ -3,9 +3,8 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { parameters } from '../../dist/node.js';
-import { Countdown, timeLeft } from '../../www/demo/run/estimate.js';
-import { ESSENTIALS, GROUPS } from '../../www/demo/settings-words.js';
-import { StageClock } from '../../www/demo/run/stage-clock.js';
+import { Countdown, StageClock, timeLeft } from '../../www/demo/run/stage-clock.js';
+import { ESSENTIALS, GROUPS } from '../../www/demo/settings.js';
 import { ended, inPhase, picture, plainFrame, pngFile, run, SMALL, text, useSample, useSite } from './support.mjs';
 
 describe('settings', () => {

@@ -84,7 +84,13 @@ test('frames come from the wanted one on, each flow is asked for once, and an ab
   const order = [];
   await smoothed(
     masksOf((labels) => labels),
-    { engine: counting, reach: 2, first: 4, onFrame: ({ t, labels }) => order.push([t, area(labels)]) },
+    {
+      ...{ engine: counting, reach: 2, first: 4 },
+      onFrame: ({ t, labels, masks }) => {
+        order.push([t, area(labels)]);
+        assert.deepEqual(masks.labels(t), labels);
+      },
+    },
   );
   assert.deepEqual(
     order.map(([t]) => t),

@@ -94,6 +94,32 @@ test('a clip of one window gives what a session gives', async () => {
   assert.deepEqual(window.trajectories.x, expected.trajectories.x);
 });
 
+test('the session of the last window is kept, with what is asked of it and its corrections', async () => {
+  const frames = await framesOf();
+  const video = segmentVideo(frames, { keep: true });
+  assert.equal(video.session, null);
+  assert.throws(() => video.labels(0), { code: 'state' });
+  /** @type {Uint8Array[]} */
+  const early = [];
+  const whole = await video.collect(() => void early.push(video.labels(0)));
+  assert.deepEqual(early, [whole.labels(0)]);
+  const session = video.session;
+  const found = await session.run();
+  for (let t = 0; t < frames.length; t += 1) assert.deepEqual(found.labels(t), whole.labels(t));
+  assert.ok((await session.flow(0)).u.length > 0 && (await found.explain(2, 3, 3)).costs.length > 0);
+  const { label } = found.objects[0];
+  const without = await session.merge(0, label);
+  assert.ok(!without.objects.some((object) => object.label === label));
+  assert.deepEqual((await session.undo()).labels(3), whole.labels(3));
+  session.close();
+
+  const tracks = segmentVideo(frames, { keep: true, clip: { dense: false } });
+  for await (const window of tracks) assert.equal(window.objects, null);
+  assert.ok((await tracks.session.run()).trajectories.count > 0);
+  tracks.session.close();
+  assert.deepEqual(VideoSegmentation.usual, { window: 50, overlap: 10 });
+});
+
 test('frames come from lists, generators, streams and promises, as pixels, files, or with a time', async () => {
   const frames = (await framesOf(TINY)).slice(0, 3);
   const expected = settledFrames(await windowsOf(frames)).map(({ labels }) => labels);
@@ -305,6 +331,7 @@ test('options out of range are named with their range, at once', () => {
     [{ signal: {} }, /signal = an Object \(expected an AbortSignal\)/],
     [{ onProgress: 1 }, /onProgress = 1/],
     [{ clip: { dense: false } }, /clip.dense = false/],
+    [{ keep: 1 }, /keep = 1 \(expected true or false\)/],
     ['fast', /options = "fast"/],
   ];
   for (const [options, message] of cases)

@@ -13,18 +13,17 @@
  */
 
 import { say } from './language.js';
-import { Progress } from './panels/progress.js';
-import { stagesOf } from './panels/stages.js';
+import { Progress, stagesOf } from './panels/run.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
-import { kindFor } from './run/jobs.js';
+import { ClipJob, SavedJob } from './run/clip-job.js';
+import { StillJob } from './run/still-job.js';
 import { optionsOf } from './settings.js';
-import { SavedJob } from './run/saved-job.js';
 import { lookPatch } from './saved/look.js';
 import { EXTENSION, readProjectFile } from './saved/work.js';
 import { fitTake, openFiles, sampleSource, usualTake } from './source.js';
 import { BLANK, errorPatch, phasePatch } from './store.js';
 
-/** @typedef {import('./run/jobs.js').AnyJob} AnyJob */
+/** @typedef {import('./run/job.js').AnyJob} AnyJob */
 /** @typedef {import('./source.js').Source} Source */
 
 /** How often the progress of a run is shown, in milliseconds. */
@@ -35,18 +34,16 @@ const SETTLED_MS = 600;
 
 export class App {
   /**
-   * @param {import('./run/job.js').Library} library
    * @param {import('./store.js').Store} store
    */
-  constructor(library, store) {
-    this.library = library;
+  constructor(store) {
     this.store = store;
     /** @type {AbortController | null} */
     this.abort = null;
     /**
-     * The stages of a run and their shares of its time, as the last one of its kind took them.
+     * The stages of a run with the shares of its time as the last one took them, by those as they usually are.
      *
-     * @type {Map<import('./run/jobs.js').Kind, import('./run/stage-clock.js').StagePlan[]>}
+     * @type {Map<import('./run/stage-clock.js').StagePlan[], import('./run/stage-clock.js').StagePlan[]>}
      */
     this.plans = new Map();
     this.changing = 0;
@@ -66,11 +63,7 @@ export class App {
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open(
-      say('Sample clip'),
-      () => sampleSource(this.library.synthClip),
-      () => this.start(),
-    );
+    await this.open(say('Sample clip'), sampleSource, () => this.start());
   }
 
   /**
@@ -81,10 +74,10 @@ export class App {
   async openFiles(files) {
     const [file] = files;
     if (files.length === 1 && file.name.endsWith(EXTENSION))
-      return this.openWork(file.name, () => readProjectFile(file, this.library));
+      return this.openWork(file.name, () => readProjectFile(file));
     await this.open(
       files[0]?.name ?? '',
-      () => openFiles(files, this.library),
+      () => openFiles(files),
       () => this.start(),
     );
   }
@@ -97,7 +90,7 @@ export class App {
   async openRecording(file) {
     await this.open(
       say('Camera'),
-      () => openFiles([file], this.library),
+      () => openFiles([file]),
       () => this.start(),
     );
   }
@@ -107,7 +100,7 @@ export class App {
    *
    * @param {string} name
    * @param {() => Promise<{files: File[], about: import('./saved/storage.js').About, project:
-   *   import('../dist/edit.js').Project, gallery?: string}>} read
+   *   import('./library.js').Project, gallery?: string}>} read
    */
   async openWork(name, read) {
     /** @type {Awaited<ReturnType<typeof read>> | null} */
@@ -116,7 +109,7 @@ export class App {
       name,
       async () => {
         work = await read();
-        return Object.assign(await openFiles(work.files, this.library), { gallery: work.gallery });
+        return Object.assign(await openFiles(work.files), { gallery: work.gallery });
       },
       async () => {
         const { about, project } = /** @type {Awaited<ReturnType<typeof read>>} */ (work);
@@ -128,7 +121,7 @@ export class App {
         });
         const { visit, take } = this.store.state;
         const options = optionsOf(this.store.state);
-        const job = new SavedJob([this.library, source, { ...take }, options, SavedJob.stages], project);
+        const job = new SavedJob([source, { ...take }, options, SavedJob.stagesFor()], project);
         this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
         await this.go(visit, job);
       },
@@ -185,8 +178,9 @@ export class App {
    */
   newJob(source) {
     const { state } = this.store;
-    const Kind = kindFor(source, state.take);
-    return new Kind(this.library, source, { ...state.take }, optionsOf(state), this.plans.get(Kind) ?? Kind.stages);
+    const Kind = kindFor(source);
+    const stages = Kind.stagesFor(state.take);
+    return new Kind(source, { ...state.take }, optionsOf(state), this.plans.get(stages) ?? stages);
   }
 
   /** Goes on after a cancel where the run was; starts anew if the settings have changed since. */
@@ -229,7 +223,7 @@ export class App {
    */
   async conclude(job) {
     const { measured } = job;
-    if (measured) this.plans.set(kindFor(job.source, job.take), measured);
+    if (measured) this.plans.set(kindFor(job.source).stagesFor(job.take), measured);
     await showResult(this.store, job);
   }
 
@@ -277,4 +271,13 @@ export class App {
     this.leave();
     this.store.set(errorPatch(error));
   }
+}
+
+/**
+ * Which kind of run is made of a source.
+ *
+ * @param {Source} source
+ */
+function kindFor({ kind }) {
+  return kind === 'still' ? StillJob : ClipJob;
 }

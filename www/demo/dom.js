@@ -84,3 +84,17 @@ export function key(kind, color, text) {
   mark.style.setProperty('--mark', color);
   return h('span', { class: 'key' }, mark, text);
 }
+
+/**
+ * A click beside a dialog closes it.
+ *
+ * @param {HTMLDialogElement} dialog
+ */
+export function connectDialog(dialog) {
+  dialog.addEventListener('click', (event) => {
+    if (event.target !== dialog) return;
+    const { left, right, top, bottom } = dialog.getBoundingClientRect();
+    const inside = event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
+    if (!inside) dialog.close();
+  });
+}

@@ -1,7 +1,6 @@
 /** Images of a sequence, or one image, animated or still, as a source of frames. @module */
 
-import { Grabber } from './grabber.js';
-import { openVideo } from './video.js';
+import { Grabber, openVideo } from './video.js';
 import { PageError } from './words.js';
 import { say } from './language.js';
 
@@ -13,11 +12,10 @@ const FEWEST = 2;
 
 /**
  * @param {File[]} files
- * @param {import('./run/job.js').Library} library
  * @returns {Promise<import('./source.js').Source>}
  */
-export async function openImages(files, library) {
-  if (files.length === 1) return openOne(files[0], library);
+export async function openImages(files) {
+  if (files.length === 1) return openOne(files[0]);
   const inOrder = new Intl.Collator('en', { numeric: true });
   const sorted = [...files].sort((a, b) => inOrder.compare(a.name, b.name));
   const first = await decode(sorted[0]);
@@ -46,10 +44,9 @@ export async function openImages(files, library) {
  * A GIF, or another image that may hold several frames; or a still one.
  *
  * @param {File} file
- * @param {import('./run/job.js').Library} library
  * @returns {Promise<import('./source.js').Source>}
  */
-async function openOne(file, library) {
+async function openOne(file) {
   const picture = await decode(file);
   // Not every browser has one.
   if (typeof ImageDecoder === 'undefined' || !(await ImageDecoder.isTypeSupported(file.type))) {
@@ -66,7 +63,7 @@ async function openOne(file, library) {
   if (frameCount < 2) return stillSource(file.name, picture);
   picture.close();
   // Its frames last as long as it says.
-  return openVideo(file, library, 'images');
+  return openVideo(file, 'images');
 }
 
 /**

@@ -59,8 +59,8 @@ export function wantedLanguage() {
  */
 export async function chooseLanguage(code) {
   if (code === 'en') return;
-  const { default: groups } = await import(`./words/${code}.js`);
-  table = new Map(Object.values(groups).flatMap((group) => Object.entries(group)));
+  const { default: words } = await import(`./words/${code}.js`);
+  table = new Map(Object.entries(words));
   language = code;
   document.documentElement.lang = code;
   document.title = say(document.title);

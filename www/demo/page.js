@@ -1,33 +1,140 @@
-/** Puts the page together: store, canvas, keys, panels. @module */
+/**
+ * Puts the page together: store, canvas, keys, and panels. A panel shows a part of the store or changes it: a function
+ * that takes of the page what it needs, watches the store, and registers its keys. To add one, write its file and list
+ * it here.
+ * @module
+ */
 
+import { objectColor, parameters } from './library.js';
 import { App } from './app.js';
 import { Keys } from './keyboard.js';
 import { createLayers } from './layers/layers.js';
-import { PANELS } from './panels/panels.js';
 import { readLink } from './result/recipe.js';
 import { Selection } from './result/selection.js';
 import { Settings } from './settings.js';
+import { withinFilm } from './store.js';
 import { Viewer } from './viewer.js';
+import { clipPanel } from './panels/clip.js';
+import { comparePanel, groundPanel } from './panels/views.js';
+import { correctPanel, exportPanel, galleryPanel, queuePanel, whyPanel, webcamPanel } from './panels/on-demand.js';
+import { edgesPanel, smoothPanel } from './panels/edges.js';
+import { guidePanel, helpPanel } from './panels/help.js';
+import { layersPanel } from './panels/layers.js';
+import { nothingPanel } from './panels/nothing.js';
+import { objectsPanel } from './panels/objects.js';
+import { readoutPanel } from './panels/readout.js';
+import { runPanel, stagesPanel } from './panels/run.js';
+import { savedPanel } from './panels/saved.js';
+import { settingsPanel } from './panels/settings.js';
+import { timelinePanel } from './panels/timeline.js';
+import { trimPanel } from './panels/trim.js';
+import { zoomPanel } from './panels/zoom.js';
 
 /**
- * @param {import('./run/job.js').Library} library
  * @param {import('./store.js').Store} store
- * @returns {import('./panels/panels.js').Page}
+ * @returns {Page}
  */
-export function openPage(library, store) {
+export function openPage(store) {
   const layers = createLayers();
-  const settings = new Settings(store, library.parameters());
+  const settings = new Settings(store, parameters());
   readLink(settings, location.hash);
   const page = {
-    library,
     store,
     settings,
     layers,
-    app: new App(library, store),
+    app: new App(store),
     keys: new Keys(),
     selection: new Selection(store),
     viewer: new Viewer(store, layers),
   };
   for (const connect of PANELS) connect(page);
+  expose(page);
   return page;
+}
+
+/**
+ * @typedef {object} Page
+ * @property {import('./store.js').Store} store
+ * @property {import('./app.js').App} app what can be done
+ * @property {import('./keyboard.js').Keys} keys
+ * @property {import('./settings.js').Settings} settings
+ * @property {import('./result/selection.js').Selection} selection
+ * @property {import('./layers/layer.js').Layer[]} layers
+ * @property {import('./viewer.js').Viewer} viewer
+ */
+
+/** @type {((page: Page) => void)[]} */
+const PANELS = [
+  runPanel,
+  zoomPanel,
+  comparePanel,
+  groundPanel,
+  timelinePanel,
+  trimPanel,
+  readoutPanel,
+  nothingPanel,
+  objectsPanel,
+  edgesPanel,
+  smoothPanel,
+  layersPanel,
+  clipPanel,
+  settingsPanel,
+  stagesPanel,
+  correctPanel,
+  whyPanel,
+  exportPanel,
+  helpPanel,
+  guidePanel,
+  webcamPanel,
+  savedPanel,
+  queuePanel,
+  galleryPanel,
+];
+
+/**
+ * What tests and the curious may read: the result on screen and how it was made.
+ *
+ * @param {Page} page
+ */
+function expose({ store, layers, viewer }) {
+  const timeline = {
+    seek: (/** @type {number} */ frame) => store.set({ frame: withinFilm(store.state, frame) }),
+    get frame() {
+      return store.state.frame;
+    },
+    get playing() {
+      return store.state.playing;
+    },
+  };
+  const app = {
+    layers,
+    viewer,
+    timeline,
+    compare: { choose: (/** @type {import('./store.js').State['view']} */ view) => store.set({ view }) },
+    get job() {
+      return store.state.job;
+    },
+    get points() {
+      return store.state.found?.points ?? null;
+    },
+  };
+  const value = {
+    app,
+    objectColor,
+    get result() {
+      return resultOf(store.state.job);
+    },
+    get take() {
+      return store.state.job?.take ?? null;
+    },
+    get source() {
+      return store.state.source;
+    },
+  };
+  Object.defineProperty(globalThis, 'tracecutDemo', { value });
+}
+
+/** @param {object | null} job of a still image has none */
+function resultOf(job) {
+  return job && 'result' in job ? job.result : null;
 }

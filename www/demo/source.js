@@ -3,12 +3,12 @@
  * @module
  */
 
+import { synthClip } from './library.js';
 import { openImages } from './images.js';
 import { openVideo } from './video.js';
+import { DEFAULT_TAKE } from './store.js';
 import { PageError } from './words.js';
 import { say } from './language.js';
-
-/** @typedef {import('./run/job.js').Library} Library */
 
 /**
  * What to take from a source.
@@ -43,9 +43,6 @@ import { say } from './language.js';
  * @property {() => void} close
  */
 
-/** What is taken when nobody chooses, of as many frames as there are. @type {Take} */
-export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
-
 /**
  * @param {Source | null} source
  * @returns {'clip' | 'still'} whether it has motion
@@ -67,10 +64,9 @@ export function usualTake(source) {
 export const SAMPLE = { width: 480, height: 270, frames: 24, seed: 0 };
 
 /**
- * @param {Library['synthClip']} synthClip
- * @returns {Promise<Source & {clip: import('../dist/index.js').Clip}>} the library's own scene, with its known masks under `clip`
+ * @returns {Promise<Source & {clip: import('./library.js').Clip}>} the library's own scene, with its known masks under `clip`
  */
-export async function sampleSource(synthClip) {
+export async function sampleSource() {
   const clip = await synthClip(SAMPLE);
   const imageOf = (/** @type {number} */ t) => {
     const { data, width, height } = clip.frame(t);
@@ -98,10 +94,9 @@ export async function sampleSource(synthClip) {
 
 /**
  * @param {File[]} files
- * @param {Library} library
  * @returns {Promise<Source>}
  */
-export async function openFiles(files, library) {
+export async function openFiles(files) {
   const kinds = files.map(fileKindOf);
   if (files.length === 0 || kinds.includes('other')) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
@@ -109,7 +104,7 @@ export async function openFiles(files, library) {
   const areImages = kinds.every((kind) => kind === 'image');
   if (!areImages && files.length > 1) throw new PageError('mixed-files', say`${files.length} files`);
   /** @type {Source} */
-  const source = areImages ? await openImages(files, library) : await openVideo(files[0], library);
+  const source = areImages ? await openImages(files) : await openVideo(files[0]);
   source.files = files;
   return source;
 }

@@ -5,9 +5,13 @@
  */
 
 import { say } from './language.js';
-import { DEFAULT_EDGES } from './result/edges.js';
-import { Times } from './result/times.js';
-import { DEFAULT_TAKE } from './source.js';
+import { DEFAULT_EDGES } from './saved/look.js';
+import { Times } from './result/presence.js';
+
+/** @typedef {import('./panels/run.js').StageRow} StageRow */
+
+/** What is taken when nobody chooses, of as many frames as there are. @type {import('./source.js').Take} */
+export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
 
 /**
  * What the page is doing. Several phases share one of the four public states in `document.body.dataset.state`, see
@@ -40,7 +44,7 @@ import { DEFAULT_TAKE } from './source.js';
  */
 
 /**
- * @typedef {{name: import('./panels/ground.js').GroundName, colour: string, picture: ImageBitmap | null, trail: Trail}}
+ * @typedef {{name: import('./panels/views.js').GroundName, colour: string, picture: ImageBitmap | null, trail: Trail}}
  *   Ground
  */
 
@@ -49,8 +53,6 @@ import { DEFAULT_TAKE } from './source.js';
  *
  * @typedef {{copies: number, spacing: number}} Trail
  */
-
-/** @typedef {import('./panels/stages.js').StageRow} StageRow */
 
 /**
  * @typedef {object} State
@@ -67,7 +69,7 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {import('./source.js').Take} take
  * @property {Record<'clip' | 'still', number>} pace milliseconds that the last run took per pixel and frame
  * @property {ReadonlyMap<string, number | boolean | string>} changed parameters that differ from their defaults
- * @property {import('./run/jobs.js').AnyJob | null} job
+ * @property {import('./run/job.js').AnyJob | null} job
  * @property {number} share of the run that is through, in 0..1
  * @property {{rows: StageRow[], ms: number}} stages of the run, and the time of all
  * @property {import('./run/preview.js').Preview | null} preview shown until there are masks
@@ -79,10 +81,10 @@ import { DEFAULT_TAKE } from './source.js';
  * @property {number} frame on screen
  * @property {boolean} playing
  * @property {boolean} loop
- * @property {import('./panels/compare.js').View} view
+ * @property {import('./panels/views.js').View} view
  * @property {Ground} ground what cut-out objects lie on
- * @property {import('./result/edges.js').EdgeChoice} edges
- * @property {import('./panels/smooth.js').Smoothed | null} smoothed masks as far as they are smoothed over time; null where they are not
+ * @property {import('./saved/look.js').EdgeChoice} edges
+ * @property {import('./panels/edges.js').Smoothed | null} smoothed masks as far as they are smoothed over time; null where they are not
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting

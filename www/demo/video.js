@@ -1,6 +1,57 @@
-/** A video file as a source of frames: the package decodes it, each frame once and with its own time. @module */
+/** A video file as a source of frames, each with its own time; pixels of whatever the browser can draw. @module */
 
+import { videoFrames, videoInfo, videoStrip } from './library.js';
 import { PageError } from './words.js';
+
+/** Reads pixels of whatever the browser can draw. */
+export class Grabber {
+  constructor() {
+    this.canvas = new OffscreenCanvas(1, 1);
+    this.ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (
+      this.canvas.getContext('2d', { willReadFrequently: true, alpha: false })
+    );
+  }
+
+  /**
+   * @param {CanvasImageSource} picture
+   * @param {{width: number, height: number}} size the picture's own size in pixels
+   * @param {number} side longest side of the answer
+   * @returns {ImageData}
+   */
+  grab(picture, size, side) {
+    const { width, height } = workingSize(size, side);
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+    this.ctx.imageSmoothingQuality = 'high';
+    this.ctx.drawImage(picture, 0, 0, width, height);
+    return this.ctx.getImageData(0, 0, width, height);
+  }
+}
+
+/**
+ * @param {{width: number, height: number}} size
+ * @param {number} side
+ * @returns {{width: number, height: number}} with the long side at most `side`, never enlarged
+ */
+export function workingSize(size, side) {
+  const scale = Math.min(1, side / Math.max(size.width, size.height));
+  return { width: Math.max(1, Math.round(size.width * scale)), height: Math.max(1, Math.round(size.height * scale)) };
+}
+
+/**
+ * Some browsers add noise to what a page reads from a canvas, against fingerprinting. Then the same clip gives other
+ * bytes each time, and results differ a little.
+ *
+ * @returns {boolean}
+ */
+export function readsAreNoisy() {
+  const side = 32;
+  const canvas = new OffscreenCanvas(side, side);
+  const ctx = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: true }));
+  ctx.fillStyle = 'rgb(120, 130, 140)';
+  ctx.fillRect(0, 0, side, side);
+  const { data } = ctx.getImageData(0, 0, side, side);
+  return data.some((byte, k) => byte !== [120, 130, 140, 255][k % 4]);
+}
 
 /** Taken where the file does not tell. */
 const USUAL_FPS = 30;
@@ -10,17 +61,13 @@ const EARLY = 1e-4;
 
 /**
  * @param {File} file
- * @param {import('./run/job.js').Library} library
  * @param {'video' | 'images'} [kind] what it is called: an animated image holds images
  * @returns {Promise<import('./source.js').Source>}
  */
-export async function openVideo(file, library, kind = 'video') {
-  /** @type {import('../dist/index.js').Damage | null} Damage that shows without decoding. */
+export async function openVideo(file, kind = 'video') {
+  /** @type {import('./library.js').Damage | null} Damage that shows without decoding. */
   let known = null;
-  const info = await understood(
-    () => library.videoInfo(file, { onDamage: (damage) => void (known = damage) }),
-    file.name,
-  );
+  const info = await understood(() => videoInfo(file, { onDamage: (damage) => void (known = damage) }), file.name);
   const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
   const count = Math.max(1, info.numFrames ?? Math.round(info.duration * fps));
   const early = (/** @type {number} */ time) => ({ start: Math.max(0, time - EARLY) });
@@ -42,19 +89,19 @@ export async function openVideo(file, library, kind = 'video') {
     times: info.times,
     async *strip(most, side, signal) {
       const options = { count: most, size: side, signal, onDamage() {} };
-      for await (const one of library.videoStrip(file, options)) yield pixelsOf(one);
+      for await (const one of videoStrip(file, options)) yield pixelsOf(one);
     },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
-      const frames = library.videoFrames(file, { ...start, maxFrames: 1, size: side });
+      const frames = videoFrames(file, { ...start, maxFrames: 1, size: side });
       for await (const one of frames) return pixelsOf(one);
       throw new PageError('no-frames', file.name);
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
       source.damage = known && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
-      const onDamage = (/** @type {import('../dist/index.js').Damage} */ damage) => (source.damage = damage);
+      const onDamage = (/** @type {import('./library.js').Damage} */ damage) => (source.damage = damage);
       const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
-      for await (const one of library.videoFrames(file, options)) {
+      for await (const one of videoFrames(file, options)) {
         const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
         yield { frame: pixelsOf(one), time: one.time, end };
       }
@@ -67,7 +114,7 @@ export async function openVideo(file, library, kind = 'video') {
 }
 
 /**
- * @param {import('../dist/index.js').DecodedFrame} decoded
+ * @param {import('./library.js').DecodedFrame} decoded
  * @returns {ImageData} as the package gives them in browsers
  */
 function pixelsOf({ frame }) {

@@ -6,12 +6,10 @@ import { byId } from './dom.js';
 import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
-import { EdgedMask } from './result/edged-mask.js';
+import { DEFAULT_EDGES } from './saved/look.js';
+import { EdgedMask, TrailCutouts } from './result/trail.js';
 import { Sharp } from './result/sharp.js';
-import { TrailCutouts } from './result/trail.js';
-import { Compare } from './panels/compare.js';
-import { drawKept } from './panels/ground.js';
-import { DEFAULT_EDGES } from './result/edges.js';
+import { Compare, drawKept } from './panels/views.js';
 import { NOWHERE } from './store.js';
 import { Zoom } from './zoom.js';
 

@@ -121,7 +121,8 @@ export const PREVIEW = {
 
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
-  remark: 'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.',
+  remark: (/** @type {number} */ window) =>
+    say`Taken in windows of ${window} frames; objects keep their numbers. Some layers are there for up to ${window} frames only.`,
   nothing: 'Nothing in this clip moves differently from the background.',
   partial: (/** @type {number} */ done, /** @type {number} */ all) =>
     say`Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
@@ -141,7 +142,8 @@ export function damageWords({ frames, total }) {
 
 /** Why a layer has nothing to show. */
 export const NOTHING = {
-  windows: 'Known within one window only. Take at most 50 frames to see it.',
+  windows: (/** @type {number} */ window) =>
+    say`Known within one window only. Take at most ${window} frames to see it.`,
   joined: 'Known when all windows are done.',
   masks: 'Needs masks, which were not asked for.',
   motion: 'Needs the motion of frames, which this clip came without.',
@@ -234,7 +236,7 @@ export function remaining(ms) {
 }
 
 /**
- * @param {import('./result/times.js').Times} times
+ * @param {import('./result/presence.js').Times} times
  * @param {number} frame
  * @returns {string} `, 0.8 s`; empty where frames have no time
  */

@@ -3,10 +3,10 @@
  * @module
  */
 
-import { drawTrajectories } from '../../dist/draw.js';
+import { drawTrajectories } from '../library.js';
 import { h, key } from '../dom.js';
 import { fromCorner, opacity, toggle } from './layer.js';
-import { markerSize } from './markers.js';
+import { markerSize } from './trajectories.js';
 import { CUT_RED, FAINT, objectColor, objectShape } from '../result/palette.js';
 import { NOTHING } from '../words.js';
 import { say } from '../language.js';
@@ -56,7 +56,7 @@ export function componentLayer() {
       const { foreground } = points.result.saliency;
       const pieceOf = (/** @type {number} */ i) => points.result.components?.ofPoint[points.index(i, view.frame)] ?? -1;
       const { radius, width } = markerSize(view);
-      const drawPoints = (/** @type {import('../../dist/draw.js').DrawTrajectoriesOptions} */ options) =>
+      const drawPoints = (/** @type {import('../library.js').DrawTrajectoriesOptions} */ options) =>
         fromCorner(ctx, () =>
           drawTrajectories(ctx, points.result, view.frame, {
             objects: view.visible,

@@ -1,12 +1,11 @@
 /** Optical flow in the colours of a wheel; fields are fetched when they are first looked at. @module */
 
-import { drawFlow } from '../../dist/draw.js';
+import { drawFlow } from '../library.js';
 import { h } from '../dom.js';
-import { Fetched } from './fetched.js';
+import { Fetched, picture } from './fetched.js';
 import { opacity } from './layer.js';
 import { flowColor } from '../result/palette.js';
 import { quantile } from '../result/points.js';
-import { picture } from './regions.js';
 import { say } from '../language.js';
 
 const WHEEL_PX = 56;

@@ -22,9 +22,9 @@ import { say } from '../language.js';
  * @property {number} height
  * @property {number} unit clip pixels in one CSS pixel: line widths times this look the same at every zoom
  * @property {(object: number) => boolean} visible
- * @property {() => ReturnType<typeof import('../../dist/edit.js').adjustMask> | null} mask of the frame, its edges as
+ * @property {() => ReturnType<typeof import('../library.js').adjustMask> | null} mask of the frame, its edges as
  *   they are wanted; null where there is none
- * @property {() => {cutout: import('../../dist/draw.js').Cutout | null, opacity: number}[]} trail behind cut-out objects
+ * @property {() => {cutout: import('../library.js').Cutout | null, opacity: number}[]} trail behind cut-out objects
  * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */
@@ -36,7 +36,7 @@ import { say } from '../language.js';
  *   imageEdges: ImageEdges, confidence: Confidence}} Answer
  */
 
-/** @typedef {(frame: number, x: number, y: number) => Promise<import('../../dist/index.js').Explanation>} Explain */
+/** @typedef {(frame: number, x: number, y: number) => Promise<import('../library.js').Explanation>} Explain */
 
 /**
  * What the session, or what was made of a still image, answers about a frame; null where it knows no such thing.

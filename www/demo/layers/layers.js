@@ -4,20 +4,14 @@
  * @module
  */
 
-import { backgroundLayer } from './background.js';
-import { boundaryLayer } from './boundaries.js';
+import { backgroundLayer, imageLayer, maskLayer } from './masks.js';
+import { boundaryLayer, contourLayer, superpixelLayer } from './frame.js';
 import { componentLayer } from './components.js';
-import { contourLayer } from './contours.js';
-import { discontinuityLayer } from './discontinuities.js';
-import { embeddingLayer } from './embedding.js';
+import { discontinuityLayer, embeddingLayer, trajectoryLayer } from './trajectories.js';
 import { flowLayer } from './flow.js';
-import { foregroundLayer } from './foreground.js';
-import { imageLayer } from './image.js';
-import { maskLayer } from './masks.js';
-import { saliencyLayer } from './saliency.js';
+import { foregroundLayer, saliencyLayer } from './saliency.js';
 import { stillLayer } from './still.js';
-import { superpixelLayer } from './superpixels.js';
-import { trajectoryLayer } from './trajectories.js';
+import { WINDOW } from '../run/clip-job.js';
 import { NOTHING } from '../words.js';
 
 /** @typedef {import('./layer.js').Layer} Layer */
@@ -49,7 +43,7 @@ export function createLayers() {
  * @returns {string} why there is nothing to show; empty where there is
  */
 export function missingOf(layer, view) {
-  if (view.windows && !layer.ofWindows) return NOTHING.windows;
+  if (view.windows && !layer.ofWindows) return NOTHING.windows(WINDOW);
   return layer.missing?.(view) ?? '';
 }
 

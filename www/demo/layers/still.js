@@ -3,11 +3,10 @@
  * @module
  */
 
-import { drawBoundaries } from '../../dist/draw.js';
-import { Fetched } from './fetched.js';
+import { drawBoundaries } from '../library.js';
+import { Fetched, picture, valueAt } from './fetched.js';
 import { choice, opacity } from './layer.js';
 import { quantile } from '../result/points.js';
-import { picture, valueAt } from './regions.js';
 import { say } from '../language.js';
 
 /** @typedef {'combined' | 'discontinuity' | 'spectral' | 'pb'} Kind */

@@ -3,17 +3,15 @@
  * @module
  */
 
-import { h } from '../dom.js';
+import { version } from '../library.js';
+import { h, connectDialog } from '../dom.js';
 import { say } from '../language.js';
 import { explain } from '../words.js';
-import { connectDialog } from './help.js';
 
-/** @typedef {import('../../dist/selftest/run.js').SelftestCheck} SelftestCheck */
+/** @typedef {import('tracecut/selftest').SelftestCheck} SelftestCheck */
 
 export class AboutDialog {
-  /** @param {Pick<import('./panels.js').Page, 'library'>} page */
-  constructor({ library }) {
-    this.library = library;
+  constructor() {
     /** @type {AbortController | null} */
     this.abort = null;
     this.list = h('dl', { class: 'keys about-hashes' });
@@ -35,7 +33,7 @@ export class AboutDialog {
         h('h2', { id: 'about-title' }, 'About'),
         h('button', { ...close, click: () => this.dialog.close() }, '✕'),
       ),
-      h('p', { class: 'about' }, say`TraceCut ${this.library.version}, free software under the MIT or Apache licence.`),
+      h('p', { class: 'about' }, say`TraceCut ${version}, free software under the MIT or Apache licence.`),
       h(
         'p',
         { class: 'about' },
@@ -60,8 +58,8 @@ export class AboutDialog {
     this.start.disabled = true;
     this.status.textContent = say('Checking…');
     try {
-      const { selftestOf } = await import('../../dist/selftest/run.js');
-      const found = await selftestOf(this.library, { signal, onCheck: (check) => this.add(check) });
+      const { selftest } = await import('tracecut/selftest');
+      const found = await selftest({ signal, onCheck: (check) => this.add(check) });
       this.status.textContent = verdict(found);
     } catch (error) {
       const { title, detail } = explain(error);
@@ -85,7 +83,7 @@ export class AboutDialog {
   }
 }
 
-/** @param {import('../../dist/selftest/run.js').Selftest} found */
+/** @param {import('tracecut/selftest').Selftest} found */
 function verdict({ same, checks }) {
   if (same) return say`All ${checks.length} parts came to what they come to everywhere.`;
   const different = checks.filter((check) => !check.same).length;

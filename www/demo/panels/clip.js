@@ -1,9 +1,10 @@
 /** What to take from the clip: first frame, number of frames, step and working size. @module */
 
 import { byId } from '../dom.js';
-import { workingSize } from '../grabber.js';
-import { WINDOW } from '../run/long-job.js';
-import { DEFAULT_TAKE, fitTake, kindOf } from '../source.js';
+import { workingSize } from '../video.js';
+import { WINDOW } from '../run/clip-job.js';
+import { fitTake, kindOf } from '../source.js';
+import { DEFAULT_TAKE } from '../store.js';
 import { plural } from '../words.js';
 import { say } from '../language.js';
 
@@ -11,7 +12,7 @@ import { say } from '../language.js';
 /** @typedef {import('../source.js').Take} Take */
 /** @typedef {import('../store.js').State} State */
 
-/** @param {Pick<import('./panels.js').Page, 'store'>} page */
+/** @param {Pick<import('../page.js').Page, 'store'>} page */
 export function clipPanel({ store }) {
   new ClipPanel(store);
 }

@@ -11,17 +11,16 @@ import { objectName } from '../result/palette.js';
 import { listed } from '../result/selection.js';
 import { showCorrected } from '../result/show-result.js';
 import { explain, percent, seconds } from '../words.js';
-import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush } from './brush.js';
-import { Strokes } from './strokes.js';
+import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush, Strokes } from './brush.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Spot} Spot */
-/** @typedef {import('../run/job.js').Corrector} Corrector */
+/** @typedef {import('../run/corrections.js').Corrections} Corrections */
 
 /** @typedef {'pick' | 'together' | 'apart' | import('./brush.js').BrushTool} Tool */
 
 export class Correction {
-  /** @param {Pick<import('./panels.js').Page, 'store' | 'viewer' | 'keys'>} page */
+  /** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'keys'>} page */
   constructor({ store, viewer, keys }) {
     this.store = store;
     this.viewer = viewer;
@@ -72,7 +71,7 @@ export class Correction {
       'correct-done': () => this.toggle(false),
       'correct-merge': () => this.apply((c) => c.merge(this.other, this.object)),
       'correct-background': () => this.apply((c) => c.merge(0, this.object)),
-      'correct-split': () => this.apply((c) => c.split?.(this.object, this.place ?? undefined)),
+      'correct-split': () => this.apply((c) => c.split(this.object, this.place ?? undefined)),
       'correct-undo': () => this.undo(),
       'correct-redo': () => this.redo(),
       'strokes-apply': () => this.applyStrokes(),
@@ -88,7 +87,7 @@ export class Correction {
     return this.store.state.correcting;
   }
 
-  /** @returns {Corrector | null} */
+  /** @returns {Corrections | null} */
   get corrector() {
     const { found, job } = this.store.state;
     return found?.points?.hasMasks ? (job?.corrector ?? null) : null;
@@ -219,7 +218,7 @@ export class Correction {
     byId('strokes-count').textContent = say`${strokes.list.length} painted`;
   }
 
-  /** @param {Corrector} corrector */
+  /** @param {Corrections} corrector */
   enable(corrector) {
     const { busy, object, tool, strokes } = this;
     disable('strokes-apply', busy || strokes.list.length < (tool === 'apart' ? 2 : 1));
@@ -227,26 +226,19 @@ export class Correction {
     disable('correct-merge', busy || object === 0);
     disable('correct-into', busy || object === 0);
     disable('correct-background', busy || object === 0);
-    const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace === true);
-    const noPart = object === 0 && corrector.splitsAtPlace === true;
-    disable('correct-split', busy || !corrector.split || lacksPlace || noPart);
+    const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace);
+    const noPart = object === 0 && corrector.splitsAtPlace;
+    disable('correct-split', busy || lacksPlace || noPart);
     byId('correct-split').title =
       lacksPlace || noPart ? say('Click the part of the object that is another thing first') : '';
     disable('correct-undo', busy || corrector.count() === 0);
     disable('correct-redo', busy || corrector.redoable() === 0);
-    const { answers } = this.store.state.found ?? {};
-    for (const radio of this.tools) {
-      const needs = { together: corrector.together, apart: corrector.apart, add: answers?.superpixels };
-      const lacks = radio.value in needs && !needs[/** @type {keyof typeof needs} */ (radio.value)];
-      radio.disabled = lacks;
-      /** @type {HTMLElement} */ (radio.parentElement).title = lacks ? say('Only where the clip is one window') : '';
-    }
   }
 
   applyStrokes() {
     const { tool } = this;
     const list = this.strokes.list;
-    return this.apply((c) => (tool === 'apart' ? c.apart?.(list) : c.together?.(list)));
+    return this.apply((c) => (tool === 'apart' ? c.apart(list) : c.together(list)));
   }
 
   async undo() {
@@ -259,7 +251,7 @@ export class Correction {
     if (this.on && (this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo());
   }
 
-  /** @param {(corrector: Corrector) => Promise<number[] | null> | undefined} correct gives the frames that change */
+  /** @param {(corrector: Corrections) => Promise<number[] | null>} correct gives the frames that change */
   async apply(correct) {
     const { store, corrector } = this;
     if (!corrector || this.busy) return;

@@ -3,8 +3,9 @@
  * again. @module
  */
 
-import { byId, h } from '../dom.js';
-import { edgesOf } from '../result/edges.js';
+import { version } from '../library.js';
+import { h, byId, connectDialog } from '../dom.js';
+import { edgesOf } from '../saved/look.js';
 import { stemOf, subjectOf } from '../result/export.js';
 import { framesOf } from '../result/export-size.js';
 import { EXPORTS } from '../result/exports.js';
@@ -14,21 +15,19 @@ import { download, placeFor } from '../result/save-file.js';
 import { untilAborted } from '../run/stage-clock.js';
 import { bytes, count, explain, plural } from '../words.js';
 import { ExportOptions } from './export-options.js';
-import { groundOf } from './ground.js';
-import { connectDialog } from './help.js';
+import { groundOf } from './views.js';
 import { say } from '../language.js';
 
 /** How often progress is looked at, in milliseconds. */
 const TICK_MS = 200;
 
 export class ExportDialog {
-  /** @param {Pick<import('./panels.js').Page, 'store' | 'library' | 'selection' | 'viewer'>} page */
-  constructor({ store, library, selection, viewer }) {
+  /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'viewer'>} page */
+  constructor({ store, selection, viewer }) {
     this.store = store;
-    this.library = library;
     this.selection = selection;
     this.viewer = viewer;
-    this.options = new ExportOptions(library);
+    this.options = new ExportOptions();
     this.dialog = /** @type {HTMLDialogElement} */ (byId('export'));
     this.recipeBox = /** @type {HTMLDetailsElement} */ (byId('recipe-box'));
     /** What it takes to get the same result again. */
@@ -60,7 +59,7 @@ export class ExportDialog {
 
   /** What there is to save; null without a result. */
   subject() {
-    return subjectOf(this.store.state, this.library);
+    return subjectOf(this.store.state);
   }
 
   open() {
@@ -180,7 +179,7 @@ export class ExportDialog {
 
   /**
    * @param {AbortSignal} signal
-   * @returns {Promise<import('../../dist/index.js').MaskSource | null>} the masks as they are on screen, when all of them
+   * @returns {Promise<import('../library.js').MaskSource | null>} the masks as they are on screen, when all of them
    *   are smoothed; null where none are to be
    */
   async smoothed(signal) {
@@ -216,7 +215,7 @@ export class ExportDialog {
     const masks = this.subject()?.masks;
     if (!this.recipeBox.open || !masks || !state.job) return;
     const corrections = state.job.corrector?.count() ?? 0;
-    this.recipe = await recipeOf({ version: this.library.version, job: state.job, masks, corrections });
+    this.recipe = await recipeOf({ version, job: state.job, masks, corrections });
     byId('recipe').textContent = this.recipe;
   }
 

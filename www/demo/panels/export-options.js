@@ -1,13 +1,14 @@
 /** How results are saved: their size, how fine videos are, whether they have the sound; and what that comes to. @module */
 
+import { estimateVideoSize, soundInfo } from '../library.js';
 import { byId, h } from '../dom.js';
-import { workingSize } from '../grabber.js';
+import { workingSize } from '../video.js';
 import { LEAST_SIDE, durationOf, sizesOf } from '../result/export-size.js';
 import { bytes, plural } from '../words.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../../dist/index.js').VideoQuality} VideoQuality */
-/** @typedef {import('../../dist/export.js').SoundInfo} SoundInfo */
+/** @typedef {import('../library.js').VideoQuality} VideoQuality */
+/** @typedef {import('../library.js').SoundInfo} SoundInfo */
 /** @typedef {Pick<import('../result/export.js').Subject, 'masks' | 'source' | 'fps'>} Known */
 
 const FORMATS = /** @type {const} */ ({ webm: 'WebM', mp4: 'MP4' });
@@ -16,9 +17,7 @@ const FORMATS = /** @type {const} */ ({ webm: 'WebM', mp4: 'MP4' });
 const CODECS = { aac: 'AAC', opus: 'Opus', mp3: 'MP3', vorbis: 'Vorbis', flac: 'FLAC', ac3: 'AC-3', eac3: 'E-AC-3' };
 
 export class ExportOptions {
-  /** @param {import('../run/job.js').Library} library */
-  constructor(library) {
-    this.library = library;
+  constructor() {
     this.size = /** @type {HTMLSelectElement} */ (byId('export-size'));
     this.own = /** @type {HTMLInputElement} */ (byId('export-side'));
     this.quality = /** @type {HTMLSelectElement} */ (byId('export-quality'));
@@ -52,7 +51,7 @@ export class ExportOptions {
     }
     this.show();
     if (isSame || !known.source.file) return;
-    const found = await this.library.soundInfo(known.source.file).catch(() => null);
+    const found = await soundInfo(known.source.file).catch(() => null);
     if (this.known !== known) return;
     this.sound = found;
     this.show();
@@ -73,7 +72,7 @@ export class ExportOptions {
 
   /**
    * @param {'webm' | 'mp4'} format
-   * @returns {import('../../dist/index.js').SoundOptions | null} what is kept of the sound; null for nothing
+   * @returns {import('../library.js').SoundOptions | null} what is kept of the sound; null for nothing
    */
   soundFor(format) {
     const { known, sound, withSound } = this;
@@ -91,7 +90,7 @@ export class ExportOptions {
     if (!known) return;
     const { numFrames } = known.masks;
     const { width, height } = workingSize(known.source, this.side);
-    const size = this.library.estimateVideoSize({ width, height, numFrames, quality: this.chosen.quality });
+    const size = estimateVideoSize({ width, height, numFrames, quality: this.chosen.quality });
     const facts = [
       `${width} × ${height}`,
       plural(numFrames, 'frame'),

@@ -5,7 +5,7 @@ import { readProjectFile } from '../saved/work.js';
 import { plural } from '../words.js';
 import { say } from '../language.js';
 
-/** @typedef {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} Page */
+/** @typedef {Pick<import('../page.js').Page, 'store' | 'app'>} Page */
 /** @typedef {{id: string, width: number, height: number, frames: number, seconds: number, objects: number}} Facts */
 
 /** What each clip shows, by its name. */
@@ -99,7 +99,7 @@ class Opener {
   async open(id) {
     this.abort?.abort();
     const { signal } = (this.abort = new AbortController());
-    const { app, store, library } = this.page;
+    const { app, store } = this.page;
     const { visit } = store.state;
     const title = say(wordsOf(id).title);
     tell(say`Fetching “${title}”…`);
@@ -110,7 +110,7 @@ class Opener {
       if (signal.aborted || visit !== store.state.visit) return;
       toPicture();
       await app.openWork(title, async () => {
-        const work = await readProjectFile(new File([bytes], `${id}.tracecut`), library);
+        const work = await readProjectFile(new File([bytes], `${id}.tracecut`));
         return { ...work, about: { ...work.about, name: title }, gallery: id };
       });
     } catch {

@@ -1,6 +1,6 @@
-/** The dialog that tells the keys, and on devices with fingers what these do. @module */
+/** Help: the keys that the page has, and the first steps. @module */
 
-import { TOUCH, byId, h } from '../dom.js';
+import { TOUCH, byId, connectDialog, h } from '../dom.js';
 import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
 import { onDemand } from './on-demand.js';
 
@@ -36,8 +36,8 @@ const TOUCHES = [
   ['Drag below the picture', 'go through the clip; the handles of the filmstrip choose a part'],
 ];
 
-/** @param {Pick<import('./panels.js').Page, 'keys' | 'store' | 'library'>} page */
-export function helpPanel({ keys, store, library }) {
+/** @param {Pick<import('../page.js').Page, 'keys' | 'store'>} page */
+export function helpPanel({ keys, store }) {
   const dialog = /** @type {HTMLDialogElement} */ (byId('help'));
   const entries = KEYS.flatMap(([names, what]) => [
     h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
@@ -50,7 +50,7 @@ export function helpPanel({ keys, store, library }) {
   byId('help-pick').hidden = TOUCH;
   byId('help-open').addEventListener('click', open);
   byId('help-close').addEventListener('click', () => dialog.close());
-  const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog({ library }));
+  const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog());
   byId('about-open').addEventListener('click', about);
   keys.on('?', open);
   connectDialog(dialog);
@@ -65,16 +65,37 @@ function connectLanguages(list) {
   list.addEventListener('change', () => changeLanguage(/** @type {import('../language.js').Language} */ (list.value)));
 }
 
-/**
- * A click beside a dialog closes it.
- *
- * @param {HTMLDialogElement} dialog
- */
-export function connectDialog(dialog) {
-  dialog.addEventListener('click', (event) => {
-    if (event.target !== dialog) return;
-    const { left, right, top, bottom } = dialog.getBoundingClientRect();
-    const inside = event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
-    if (!inside) dialog.close();
+/** Under which it is kept that they were read. */
+const KEY = 'tracecut-guide';
+
+export function guidePanel() {
+  const guide = byId('guide');
+  guide.hidden = wasRead();
+  byId('guide-close').addEventListener('click', () => {
+    guide.hidden = true;
+    keepRead();
+    byId('help-open').focus();
   });
+  byId('guide-open').addEventListener('click', () => {
+    /** @type {HTMLDialogElement} */ (byId('help')).close();
+    guide.hidden = false;
+    byId('guide-close').focus();
+  });
+}
+
+/** A browser may refuse to keep anything: then they are shown each time. */
+function wasRead() {
+  try {
+    return localStorage.getItem(KEY) !== null;
+  } catch {
+    return false;
+  }
+}
+
+function keepRead() {
+  try {
+    localStorage.setItem(KEY, 'read');
+  } catch {
+    // Shown again next time.
+  }
 }

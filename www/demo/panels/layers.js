@@ -10,7 +10,7 @@ import { say } from '../language.js';
 /** Where the layers are that everybody wants; the others show how it works. @type {Record<string, string>} */
 const PLACES = { masks: 'layer-list', image: 'layer-list-last' };
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'layers' | 'viewer' | 'keys'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'layers' | 'viewer' | 'keys'>} page */
 export function layersPanel({ store, layers, viewer, keys }) {
   const rows = layers.map((layer) => layerRow(layer, () => viewer.redraw()));
   for (const { layer, element } of rows) byId(PLACES[layer.id] ?? 'layer-list-how').append(element);

@@ -1,18 +1,25 @@
-/** Where nothing was found: says where was looked, and offers what to try next; each button starts it. @module */
+/**
+ * Where nothing was found: says where the run looked, and offers what to try next; each button starts it.
+ * @module
+ */
 
+import { searchReport } from '../library.js';
 import { TOUCH, byId, h } from '../dom.js';
-import { foundNothing, triesOf, whereWords } from '../result/nothing.js';
 import { say } from '../language.js';
+import { fitTake } from '../source.js';
+import { percent, plural } from '../words.js';
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} page */
-export function nothingPanel({ store, app, library }) {
+/** @typedef {import('../store.js').State} State */
+
+/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
+export function nothingPanel({ store, app }) {
   store.watch(['phase', 'found', 'correcting'], (state) => {
     const nothing = foundNothing(state) && !state.correcting;
     byId('nothing').hidden = !nothing;
     const result = state.found?.points?.result;
     if (!nothing || !result) return;
     // Of many windows there are no clusters but the objects.
-    const report = library.searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
+    const report = searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
     byId('nothing-where').textContent = whereWords(report);
     const tries = triesOf(state, report).map(({ id, label, patch }) =>
       h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.start()) }, label),
@@ -27,4 +34,85 @@ export function nothingPanel({ store, app, library }) {
 function addByClick() {
   /** @type {HTMLInputElement | null} */ (document.querySelector('#correct-tools [value="add"]'))?.click();
   byId('correct-open').click();
+}
+
+/** Working sizes of the page, in pixels. */
+const SIDES = [320, 480, 640];
+
+/** Fewer frames say too little when every second is left out. */
+const FEWEST = 26;
+
+/** Where less of the picture was followed, weaker texture is worth trying. */
+const LITTLE = 0.5;
+
+/** Settings that follow it. */
+const WEAK = { 'trajectory.structureFloor': 0.005, 'trajectory.structureMean': 0.005, 'trajectory.minLength': 4 };
+
+/** Steps beyond this see too little that is alike. */
+const LARGEST_STEP = 3;
+
+/**
+ * @param {State} state
+ * @returns {boolean} whether a run has ended in which no object was found, nor made by hand
+ */
+function foundNothing({ phase, found, job }) {
+  if (phase !== 'done' || !found?.points?.hasMasks || !job || job.partial) return false;
+  return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
+}
+
+/**
+ * @param {import('../library.js').SearchReport} report
+ * @returns {string}
+ */
+function whereWords({ numFrames, trajectories, coverage, speed, cameraMoves, motions }) {
+  if (trajectories === 0) return say`Looked at ${plural(numFrames, 'frame')} and found no point to follow.`;
+  const followed = say`Followed ${plural(trajectories, 'point')} over ${percent(coverage)} of the picture, through ${plural(numFrames, 'frame')}`;
+  const camera = cameraMoves
+    ? say`the camera moves, about ${speed.toFixed(1)} px a frame`
+    : say('the camera stands still');
+  return `${followed}; ${camera}. ${groundWords(motions)}`;
+}
+
+/** @param {number[] | null} motions parts of the points, the largest first */
+function groundWords(motions) {
+  if (!motions || motions.length < 1) return say('All of it was taken as background.');
+  if (motions.length === 1) return say('All points move alike: they were taken as background.');
+  return say`Of ${motions.length} motions the largest has ${percent(motions[0])} of the points; all were taken as background.`;
+}
+
+/**
+ * What to try: only what can change the result, by what it changed on clips in which nothing was found. Every second
+ * frame found slow things in two of three, a larger size and a longer part each found an elephant; weaker texture what
+ * moves before a plain ground; denser points and a lower noise floor found nothing.
+ *
+ * @param {State} state
+ * @param {import('../library.js').SearchReport} report
+ * @returns {{id: string, label: string, patch: Partial<State>}[]}
+ */
+function triesOf({ source, job, changed }, { coverage }) {
+  if (!source || !job) return [];
+  const { take } = job;
+  /** @type {{id: string, label: string, patch: Partial<State>}[]} */
+  const tries = [];
+  const isOwn = source.kind !== 'sample';
+  if (isOwn && take.frames >= FEWEST && take.step < LARGEST_STEP) {
+    const step = take.step + 1;
+    const frames = Math.ceil((take.frames * take.step) / step);
+    const label = step === 2 ? say('Every 2nd frame, for slow motion') : say('Every 3rd frame');
+    tries.push({ id: 'step', label, patch: { take: fitTake({ ...take, step, frames }, source) } });
+  }
+  if (isOwn && (take.start > 0 || take.start + take.frames * take.step < source.count)) {
+    const whole = fitTake({ ...take, start: 0, frames: source.count }, source);
+    tries.push({ id: 'whole', label: 'The whole clip', patch: { take: whole } });
+  }
+  const side = SIDES.find((one) => one > take.side);
+  if (isOwn && side && Math.max(source.width, source.height) > take.side)
+    tries.push({ id: 'side', label: say`Finer, at ${side} px`, patch: { take: { ...take, side } } });
+  if (coverage < LITTLE && Object.keys(WEAK).some((name) => !changed.has(name)))
+    tries.push({
+      id: 'weak',
+      label: 'Follow weaker texture too',
+      patch: { changed: new Map([...changed, ...Object.entries(WEAK)]) },
+    });
+  return tries;
 }

@@ -12,9 +12,9 @@ import { say } from '../language.js';
 
 /** @typedef {import('../result/presence.js').Facts} Facts */
 /** @typedef {import('../result/selection.js').Selection} Selection */
-/** @typedef {import('../result/times.js').Times} Times */
+/** @typedef {import('../result/presence.js').Times} Times */
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'selection' | 'viewer'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'viewer'>} page */
 export function objectsPanel({ store, selection, viewer }) {
   /** @type {ReturnType<typeof objectRow>[]} */
   let rows = [];

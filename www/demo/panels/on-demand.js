@@ -1,6 +1,7 @@
-/** Dialogs that are fetched when they are first opened. @module */
+/** Dialogs and lists that are fetched when they are first opened, and what opens them. @module */
 
 import { say } from '../language.js';
+import { byId } from '../dom.js';
 
 /** What is fetched to see whether the network answers; the service worker has it too. */
 const PROBE = './favicon.svg';
@@ -26,4 +27,60 @@ export function onDemand(store, importDialog) {
     }
     (await fetched)?.open();
   };
+}
+
+/** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'keys'>} page */
+export function correctPanel(page) {
+  const open = onDemand(page.store, async () => new (await import('./correction.js')).Correction(page));
+  byId('correct-open').addEventListener('click', open);
+  page.keys.on('m', () => void open());
+}
+
+/** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */
+export function whyPanel(page) {
+  const open = onDemand(page.store, async () => new (await import('./why-panel.js')).WhyPanel(page));
+  byId('why-open').addEventListener('click', open);
+  page.store.watch(['found', 'phase'], ({ found, phase }) => {
+    byId('why-open').hidden = phase !== 'done' || !found?.answers.explain;
+  });
+}
+
+/** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'keys' | 'viewer'>} page */
+export function exportPanel(page) {
+  const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
+  byId('export-open').addEventListener('click', open);
+  page.keys.on('e', open);
+}
+
+/** @param {Pick<import('../page.js').Page, 'app' | 'store'>} page */
+export function webcamPanel({ app, store }) {
+  const open = onDemand(store, async () => {
+    const { WebcamDialog } = await import('./webcam-dialog.js');
+    return new WebcamDialog((file) => app.openRecording(file));
+  });
+  byId('camera-open').addEventListener('click', open);
+}
+
+/** @param {Pick<import('../page.js').Page, 'store'>} page */
+export function queuePanel({ store }) {
+  /** @type {File[]} Others may be opened while it is fetched. */
+  const waiting = [];
+  const open = onDemand(store, async () => {
+    const queue = new (await import('./queue-list.js')).Queue(store);
+    return { open: () => queue.add(waiting.splice(0)) };
+  });
+  store.watch(['queued'], ({ queued }) => {
+    waiting.push(...queued);
+    if (waiting.length > 0) void open();
+  });
+}
+
+/** @param {import('../page.js').Page} page */
+export function galleryPanel(page) {
+  const box = /** @type {HTMLDetailsElement} */ (byId('gallery'));
+  box.addEventListener('toggle', async () => {
+    if (!box.open) return;
+    const { showGallery } = await import('./gallery-clips.js');
+    await showGallery(page);
+  });
 }

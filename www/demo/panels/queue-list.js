@@ -5,19 +5,16 @@
  * @module
  */
 
+import { clipsZip, masksAtSize, segmentEach, videoFrames } from '../library.js';
 import { byId, h } from '../dom.js';
-import { WINDOW } from '../run/long-job.js';
 import { optionsOf } from '../settings.js';
-import { DEFAULT_TAKE } from '../source.js';
+import { DEFAULT_TAKE } from '../store.js';
 import { bytes, damageWords, explain, plural } from '../words.js';
-import { edgesOf } from '../result/edges.js';
+import { edgesOf } from '../saved/look.js';
 import { download } from '../result/save-file.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../../dist/index.js').MaskSource} MaskSource */
-
-/** Frames that a window shares with the next. */
-const OVERLAP = 10;
+/** @typedef {import('../library.js').MaskSource} MaskSource */
 
 /** Of a clip's bar: masks as found; the rest brings them to the size of the source. */
 const FOUND = 0.85;
@@ -25,11 +22,9 @@ const FOUND = 0.85;
 export class Queue {
   /**
    * @param {import('../store.js').Store} store
-   * @param {import('../run/job.js').Library} library
    */
-  constructor(store, library) {
+  constructor(store) {
     this.store = store;
-    this.library = library;
     /** @type {Line[]} */
     this.lines = [];
     this.working = false;
@@ -56,12 +51,10 @@ export class Queue {
     this.working = true;
     this.tell('');
     this.show();
-    const { store, library } = this;
-    const clips = library.segmentEach(this.waiting(), {
+    const { store } = this;
+    const clips = segmentEach(this.waiting(), {
       ...optionsOf({ changed: store.state.changed, source: null }),
       size: store.state.source?.kind === 'sample' ? DEFAULT_TAKE.side : store.state.take.side,
-      window: WINDOW,
-      overlap: OVERLAP,
       onProgress: ({ frames, window }) => this.now?.progress(frames, window),
     });
     for await (const clip of clips) {
@@ -87,16 +80,16 @@ export class Queue {
 
   /**
    * @param {Line} line
-   * @param {import('../../dist/index.js').SegmentedClip} clip
+   * @param {import('../library.js').SegmentedClip} clip
    */
   async finish(line, { result, error, damage }) {
     try {
       if (!result) throw error;
       const { signal } = line.stop;
-      const { library, store } = this;
+      const { store } = this;
       const onDamage = () => {};
-      const frames = library.videoFrames(line.file, { maxFrames: result.numFrames, signal, onDamage });
-      const masks = await library.masksAtSize(result, frames, {
+      const frames = videoFrames(line.file, { maxFrames: result.numFrames, signal, onDamage });
+      const masks = await masksAtSize(result, frames, {
         edges: edgesOf(store.state.edges, result),
         signal,
         onProgress: ({ done, total }) =>
@@ -135,7 +128,7 @@ export class Queue {
       about: { result: words, ...(damage ? { damage: damageWords(damage) } : {}) },
     }));
     try {
-      const zip = await this.library.clipsZip(clips, { signal: saving.signal });
+      const zip = await clipsZip(clips, { signal: saving.signal });
       const blob = new Blob([zip], { type: 'application/zip' });
       download(blob, file);
       this.tell(say`Saved ${file}, ${bytes(blob.size)}.`);
@@ -172,7 +165,7 @@ class Line {
     this.stop = new AbortController();
     /** @type {MaskSource | null} */
     this.masks = null;
-    /** @type {import('../../dist/index.js').Damage | null} */
+    /** @type {import('../library.js').Damage | null} */
     this.damage = null;
     this.words = say('Waiting');
     this.bar = h('span', {
@@ -224,7 +217,7 @@ class Line {
   /**
    * @param {MaskSource} masks
    * @param {number} objects
-   * @param {import('../../dist/index.js').Damage | null} damage
+   * @param {import('../library.js').Damage | null} damage
    */
   done(masks, objects, damage) {
     this.masks = masks;

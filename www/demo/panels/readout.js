@@ -12,7 +12,7 @@ import { say } from '../language.js';
 /** A frame that rests this long is described in words, in milliseconds. */
 const REST_MS = 250;
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'layers' | 'viewer'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'layers' | 'viewer'>} page */
 export function readoutPanel({ store, layers, viewer }) {
   store.watch(['spot'], ({ spot, found }) => {
     const { view } = viewer;

@@ -1,22 +1,25 @@
 /**
- * Work is not lost: it is kept in the browser whenever it has changed, beside what was kept before; the last is offered
- * again after a reload, all of them in a list; and nobody leaves by mistake.
+ * Work on clips is kept in the browser as it goes; the last is offered when the page opens, all are in a list, to open
+ * or to delete.
  * @module
  */
 
-import { byId } from '../dom.js';
-import { SavedJob } from '../run/saved-job.js';
-import { Packer, isWork } from '../saved/work.js';
-import { keep } from '../saved/storage.js';
-import { worksList } from './works.js';
+import { h, byId, connectDialog } from '../dom.js';
+import { SavedJob } from '../run/clip-job.js';
+import { Packer, isWork, reopened } from '../saved/work.js';
+import { keep, bytesOf, forget, kept } from '../saved/storage.js';
+import { bytes } from '../words.js';
+import { say, shownLanguage } from '../language.js';
+
+/** @typedef {import('../saved/storage.js').Saved} Saved */
 
 /** Changes within this time are kept together, in milliseconds. */
 const WAIT_MS = 700;
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'app' | 'library'>} page */
-export function savedPanel({ store, app, library }) {
-  const packer = new Packer(library);
-  const works = worksList({ store, app, library });
+/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
+export function savedPanel({ store, app }) {
+  const packer = new Packer();
+  const works = worksList({ store, app });
   const names = new Names(() => works.takeOpened());
   let timer = 0;
   /** Of all changes, how many there were; and whether the last is still to be kept. */
@@ -69,7 +72,7 @@ class Names {
     this.opened = opened;
     /** @type {WeakMap<object, string>} */
     this.ofJob = new WeakMap();
-    /** @type {{job: import('../run/jobs.js').AnyJob, id: string, corrected: boolean} | null} */
+    /** @type {{job: import('../run/job.js').AnyJob, id: string, corrected: boolean} | null} */
     this.last = null;
   }
 
@@ -78,7 +81,7 @@ class Names {
    * @returns {string}
    */
   of({ job: anyJob }) {
-    const job = /** @type {import('../run/jobs.js').AnyJob} */ (anyJob);
+    const job = /** @type {import('../run/job.js').AnyJob} */ (anyJob);
     const again = this.last && this.last.job.source === job.source && !this.last.corrected ? this.last.id : null;
     const opened = job instanceof SavedJob ? this.opened() : null;
     const id = this.ofJob.get(job) ?? opened ?? again ?? `work-${Date.now()}`;
@@ -87,4 +90,98 @@ class Names {
     this.last = { job, id, corrected };
     return id;
   }
+}
+
+/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
+function worksList({ store, app }) {
+  const dialog = /** @type {HTMLDialogElement} */ (byId('works'));
+  /** @type {string | null} The work that was opened again and is not on screen yet. */
+  let opened = null;
+  const open = async (/** @type {Saved} */ saved) => {
+    dialog.close();
+    byId('saved').hidden = true;
+    opened = saved.id;
+    await app.openWork(saved.name, () => reopened(saved));
+  };
+  const drop = async (/** @type {Saved} */ saved) => {
+    await forget(saved.id);
+    await update();
+  };
+  const update = async () => {
+    const works = await kept();
+    byId('works-open').hidden = works.length === 0;
+    byId('works-list').replaceChildren(...works.map((saved) => lineOf(saved, open, drop)));
+    if (works.length === 0) dialog.close();
+    return works;
+  };
+  const list = async () => {
+    await update();
+    if (!dialog.open) dialog.showModal();
+  };
+  for (const id of ['works-open', 'saved-all']) byId(id).addEventListener('click', list);
+  byId('works-close').addEventListener('click', () => dialog.close());
+  connectDialog(dialog);
+
+  /** Offers the last, unless something was opened meanwhile. */
+  const offer = async () => {
+    const works = await update();
+    const [last] = works;
+    if (!last || isWork(store.state)) return;
+    byId('saved-text').textContent = say`Your work on ${last.name} was kept.`;
+    byId('saved-all').hidden = works.length < 2;
+    byId('saved').hidden = false;
+    byId('saved-open').addEventListener('click', () => open(last));
+    byId('saved-forget').addEventListener('click', () => {
+      byId('saved').hidden = true;
+      drop(last);
+    });
+  };
+  const takeOpened = () => {
+    const id = opened;
+    opened = null;
+    return id;
+  };
+  return { offer, update, takeOpened };
+}
+
+/**
+ * @param {Saved} saved
+ * @param {(saved: Saved) => void} open
+ * @param {(saved: Saved) => void} drop
+ */
+function lineOf(saved, open, drop) {
+  const when = new Date(saved.at).toLocaleString(shownLanguage(), { dateStyle: 'medium', timeStyle: 'short' });
+  const { frames } = saved.about.take;
+  const facts = [
+    when,
+    saved.edits ? say`${frames} frames, corrected` : say`${frames} frames`,
+    bytes(bytesOf(saved)),
+  ].join(' · ');
+  const name = h('span', { class: 'work-name' }, saved.name, h('span', { class: 'work-facts' }, facts));
+  const opener = h(
+    'button',
+    { type: 'button', 'aria-label': say`Open ${saved.name}`, 'data-open': saved.id, click: () => open(saved) },
+    'Open',
+  );
+  // Deleting is done by the second press.
+  const deleter = h(
+    'button',
+    {
+      type: 'button',
+      'aria-label': say`Delete ${saved.name}`,
+      click: () => {
+        if (deleter.dataset.sure) return drop(saved);
+        deleter.dataset.sure = 'asked';
+        deleter.textContent = say('Delete for good?');
+        deleter.setAttribute('aria-label', say`Delete ${saved.name} for good?`);
+      },
+      blur: () => {
+        delete deleter.dataset.sure;
+        deleter.textContent = say('Delete');
+        deleter.setAttribute('aria-label', say`Delete ${saved.name}`);
+      },
+    },
+    'Delete',
+  );
+  return h('li', { class: 'work' }, name, opener, deleter);
 }

@@ -1,37 +1,32 @@
 /**
- * The panel of settings: the few that matter first, then more by stage and those for experts, each with its meaning and
- * a reset.
+ * Settings: a few that matter first, and all parameters of the package by stage; each says what it does, and goes back
+ * to its default.
  * @module
  */
 
 import { byId, h, icon } from '../dom.js';
-import { ESSENTIALS, GROUPS, labelOf } from '../settings-words.js';
-import { groupsFor, optionsOf } from '../settings.js';
+import { ESSENTIALS, GROUPS, labelOf, groupsFor, optionsOf } from '../settings.js';
 import { kindOf } from '../source.js';
 import { plural } from '../words.js';
-import { controlOf } from './settings-controls.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../settings.js').Settings} Settings */
 /** @typedef {import('../store.js').State} State */
+/** @typedef {import('../settings.js').Parameter} Parameter */
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'settings'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'settings'>} page */
 export function settingsPanel({ store, settings }) {
   const few = ESSENTIALS.map(({ name, label, about, range, unit, only }) => ({
     only,
     element: row(settings, name, { label, about, range, unit }),
   }));
-  const [shown, expert] = [false, true].map((isExpert) =>
-    GROUPS.flatMap((group) => groupOf(settings, group, isExpert)),
-  );
-  const groups = [...shown, ...expert];
-  byId('settings-groups').append(...shown.map(({ element }) => element));
-  byId('settings-expert-groups').append(...expert.map(({ element }) => element));
+  const groups = GROUPS.map((group) => groupOf(settings, group));
+  byId('settings-groups').append(...groups.map(({ element }) => element));
   byId('settings-reset').addEventListener('click', () => settings.resetAll());
   store.watch(['source'], ({ source }) => {
     const wanted = groupsFor(kindOf(source));
-    const first = few.filter(({ only }) => only === kindOf(source));
-    byId('settings-few').replaceChildren(...first.map(({ element }) => element));
+    const shown = few.filter(({ only }) => only === kindOf(source));
+    byId('settings-few').replaceChildren(...shown.map(({ element }) => element));
     for (const { element, group } of groups) element.hidden = !wanted(group.id);
   });
   store.watch(['source', 'changed'], showCount);
@@ -60,17 +55,13 @@ function showPending(state) {
 }
 
 /**
- * The parameters of one stage that are for experts, or those that are not; nothing where there are none. Its rows are
- * built when it is first opened.
+ * One stage. Its rows are built when it is first opened.
  *
  * @param {Settings} settings
- * @param {import('../settings-words.js').Group} group
- * @param {boolean} isExpert
+ * @param {import('../settings.js').Group} group
  */
-function groupOf(settings, group, isExpert) {
-  const own = [...settings.parameters.values()].filter(({ name }) => name.startsWith(`${group.id}.`));
-  const names = own.filter(({ expert }) => expert === isExpert).map(({ name }) => name);
-  if (names.length === 0) return [];
+function groupOf(settings, group) {
+  const names = [...settings.parameters.keys()].filter((name) => name.startsWith(`${group.id}.`));
   const note = h('span', { class: 'block-note' });
   const rows = h('div', { class: 'settings' });
   let isFilled = false;
@@ -91,7 +82,7 @@ function groupOf(settings, group, isExpert) {
     const count = names.filter((name) => changed.has(name)).length;
     note.textContent = count > 0 ? say`${count} changed` : '';
   });
-  return [{ element, group }];
+  return { element, group };
 }
 
 /**
@@ -139,4 +130,120 @@ function row(settings, name, { label, about, range, unit = '' }) {
     reset.hidden = !changed.has(name);
   });
   return element;
+}
+
+/**
+ * @typedef {object} Control
+ * @property {HTMLElement} element
+ * @property {HTMLInputElement | HTMLSelectElement} input
+ * @property {(value: number | boolean | string) => void} show
+ */
+
+/**
+ * @typedef {object} Wiring
+ * @property {string} id of the input
+ * @property {[min: number, max: number, step: number]} [range] of a slider
+ * @property {string} unit
+ * @property {(value: number | boolean | string) => boolean} set false where the value is not legal
+ */
+
+/** Most values that a slider is made for; a wider range gets a field. */
+const SLIDER_STEPS = 128;
+
+/**
+ * @param {Parameter} parameter
+ * @param {Wiring} wiring
+ * @returns {Control}
+ */
+export function controlOf(parameter, wiring) {
+  if (parameter.kind === 'boolean') return toggle(wiring);
+  if (parameter.kind === 'choice') return list(parameter, wiring);
+  const range = wiring.range ?? sliderRange(parameter);
+  return range ? slider(range, wiring) : field(parameter, wiring);
+}
+
+/**
+ * @param {Parameter} parameter
+ * @returns {[number, number, number] | undefined} where the range is narrow enough for a slider
+ */
+function sliderRange({ kind, min, max }) {
+  const step = kind === 'integer' ? 1 : 0.01;
+  return (max - min) / step <= SLIDER_STEPS ? [min, max, step] : undefined;
+}
+
+/**
+ * @param {Wiring} wiring
+ * @returns {Control}
+ */
+function toggle({ id, set }) {
+  const input = h('input', { type: 'checkbox', role: 'switch', class: 'switch', id });
+  input.addEventListener('change', () => set(input.checked));
+  return {
+    element: h('span', { class: 'setting-control' }, input),
+    input,
+    show: (value) => (input.checked = value === true),
+  };
+}
+
+/**
+ * @param {Parameter} parameter
+ * @param {Wiring} wiring
+ * @returns {Control}
+ */
+function list({ choices = [] }, { id, set }) {
+  const input = h('select', { id }, ...choices.map((name) => h('option', { value: name }, name)));
+  input.addEventListener('change', () => set(input.value));
+  return {
+    element: h('span', { class: 'setting-control' }, input),
+    input,
+    show: (value) => (input.value = String(value)),
+  };
+}
+
+/**
+ * @param {[number, number, number]} range
+ * @param {Wiring} wiring
+ * @returns {Control}
+ */
+function slider([min, max, step], { id, unit, set }) {
+  const input = h('input', { type: 'range', id, min, max, step });
+  const output = h('span', { class: 'value', 'aria-hidden': 'true' });
+  input.addEventListener('input', () => set(Number(input.value)));
+  const show = (/** @type {number | boolean | string} */ value) => {
+    const text = unit ? `${value}\u00a0${unit}` : String(value);
+    input.value = String(value);
+    input.style.setProperty('--share', String(Math.min(1, Math.max(0, (Number(value) - min) / (max - min)))));
+    input.setAttribute('aria-valuetext', text);
+    output.textContent = text;
+  };
+  return { element: h('span', { class: 'setting-control setting-slider' }, input, output), input, show };
+}
+
+/**
+ * @param {Parameter} parameter
+ * @param {Wiring} wiring
+ * @returns {Control}
+ */
+function field({ kind, min, max }, { id, set }) {
+  const input = h('input', {
+    type: 'number',
+    id,
+    min,
+    max,
+    step: kind === 'integer' ? 1 : 'any',
+    inputmode: 'decimal',
+  });
+  const legal = kind === 'integer' ? say`a whole number, ${min} to ${max}` : say`${min} to ${max}`;
+  const note = h('span', { class: 'value' }, legal);
+  const tell = (/** @type {boolean} */ fine) => {
+    input.setAttribute('aria-invalid', String(!fine));
+    note.classList.toggle('is-wrong', !fine);
+  };
+  input.addEventListener('input', () => tell(input.value !== '' && set(Number(input.value))));
+  const show = (/** @type {number | boolean | string} */ value) => {
+    // What is being typed stays as it is.
+    if (Number(input.value) !== value || input.value === '') input.value = String(value);
+    tell(true);
+  };
+  return { element: h('span', { class: 'setting-control setting-field' }, input, note), input, show };
 }

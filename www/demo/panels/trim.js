@@ -17,7 +17,7 @@ import { say } from '../language.js';
 const PICTURES = 12;
 const SIDE = 112;
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'app' | 'keys'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'app' | 'keys'>} page */
 export function trimPanel({ store, app, keys }) {
   const panel = new TrimPanel(store);
   byId('trim-run').addEventListener('click', () => app.start());

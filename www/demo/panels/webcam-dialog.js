@@ -3,8 +3,7 @@
  * open. @module
  */
 
-import { byId } from '../dom.js';
-import { connectDialog } from './help.js';
+import { byId, connectDialog } from '../dom.js';
 import { PageError, explain, plural } from '../words.js';
 import { say } from '../language.js';
 

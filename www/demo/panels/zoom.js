@@ -15,7 +15,7 @@ const PART = 0.1;
 /** In narrow windows the page scrolls: there the wheel is its own, unless a key is held. */
 const NARROW = matchMedia('(max-width: 899px)');
 
-/** @param {Pick<import('./panels.js').Page, 'store' | 'viewer' | 'keys'>} page */
+/** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'keys'>} page */
 export function zoomPanel({ store, viewer, keys }) {
   const pane = new ZoomPanel(viewer);
   const enlarge = (/** @type {number} */ by) => viewer.enlarge(viewer.zoom.by * by, 0.5, 0.5);

@@ -82,7 +82,7 @@ export function moveOf({ moved, followed, growth }) {
 
 /**
  * @param {Facts} facts
- * @param {import('./times.js').Times} times
+ * @param {import('./presence.js').Times} times
  * @returns {string} `0.0–1.6 s`, `frames 1–9`
  */
 export function spanOf({ first, last }, times) {
@@ -92,7 +92,7 @@ export function spanOf({ first, last }, times) {
 /**
  * @param {Facts} facts
  * @param {number} numFrames
- * @param {import('./times.js').Times} times
+ * @param {import('./presence.js').Times} times
  * @returns {string} `Object 1 (orange) at the top moves left`
  */
 function clause(facts, numFrames, times) {
@@ -105,7 +105,7 @@ function clause(facts, numFrames, times) {
  *
  * @param {Facts[]} facts of all objects, the background among them
  * @param {number} numFrames
- * @param {import('./times.js').Times} times
+ * @param {import('./presence.js').Times} times
  * @returns {string} empty without objects
  */
 export function summaryOf(facts, numFrames, times) {
@@ -122,7 +122,7 @@ export function summaryOf(facts, numFrames, times) {
  * @param {Presence} presence
  * @param {number} count of objects, the background among them
  * @param {number} frame
- * @param {import('./times.js').Times} times
+ * @param {import('./presence.js').Times} times
  * @returns {string}
  */
 export function frameText(presence, count, frame, times) {

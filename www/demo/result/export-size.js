@@ -4,11 +4,10 @@
  * @module
  */
 
-import { workingSize } from '../grabber.js';
+import { workingSize } from '../video.js';
 import { PageError } from '../words.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../store.js').State} State */
 /** @typedef {{width: number, height: number}} Size */
 /** @typedef {'source' | 'half' | 'working' | 'own'} SizeName */
 
@@ -45,7 +44,7 @@ export function sizesOf(source, working) {
 /**
  * The frames of a result, at another size.
  *
- * @param {import('../run/jobs.js').AnyJob} job
+ * @param {import('../run/job.js').AnyJob} job
  * @param {{numFrames: number, times: ArrayLike<number> | null}} masks
  * @param {number} side the longer one, in pixels
  */

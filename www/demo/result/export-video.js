@@ -1,10 +1,16 @@
-/** The clip with its masks drawn over it, and its objects cut out, as videos. @module */
+/**
+ * The clip as videos and pictures: with its masks drawn over it, its objects cut out, the scene without its objects.
+ * @module
+ */
 
-import { GREEN } from '../panels/ground.js';
-import { rateOf } from './export.js';
+import { encodeVideo } from '../library.js';
+import { GREEN } from '../panels/views.js';
+import { rateOf, labelsOf } from './export.js';
 import { say } from '../language.js';
 
-/** The grounds of cut-out objects, on buttons. @type {Record<import('../panels/ground.js').GroundName, string>} */
+/** @typedef {import('./export.js').Subject} Subject */
+
+/** The grounds of cut-out objects, on buttons. @type {Record<import('../panels/views.js').GroundName, string>} */
 const GROUNDS = {
   transparent: 'Transparent',
   green: 'Green',
@@ -58,10 +64,10 @@ function video(id, label, style, format) {
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
-      const { library, masks, frames, objects, look, quality, ground, trail, edges } = subject;
+      const { masks, frames, objects, look, quality, ground, trail, edges } = subject;
       const background = format === 'mp4' && ground === 'transparent' ? GREEN : ground;
       const sound = subject.sound(format);
-      return library.encodeVideo(masks, frames(work.signal), {
+      return encodeVideo(masks, frames(work.signal), {
         style,
         format,
         objects,
@@ -77,4 +83,100 @@ function video(id, label, style, format) {
       });
     },
   };
+}
+
+/** The plate reaches this far under the frame's own pixels around an object, in pixels of the plate. */
+const MARGIN = 2;
+
+/** @type {import('./export.js').Export} */
+export const background = {
+  title: 'Background',
+  about:
+    'The scene without any of the objects, for an editor: other frames show what is behind them. What none of them shows is transparent.',
+  choices: [
+    {
+      id: 'background-png',
+      label: 'PNG',
+      says: 'Background of this frame as PNG',
+      file: ({ frame }) => `background-${numbered(frame)}.png`,
+      there: ({ plate }) => plate !== null,
+      make: async (subject) => withoutObjects(subject, subject.frame, await subject.image(subject.frame)),
+    },
+    {
+      id: 'background-zip',
+      label: 'ZIP, all frames',
+      file: () => 'background.zip',
+      there: ({ plate }) => plate !== null,
+      make: zip,
+    },
+  ],
+};
+
+/** @type {import('./export.js').Choice['make']} */
+async function zip(subject, { signal, onProgress }) {
+  const { zipSync } = await import('fflate');
+  const { numFrames } = subject.masks;
+  /** @type {Record<string, Uint8Array>} */
+  const files = {};
+  let t = 0;
+  for await (const frame of subject.frames(signal)) {
+    signal.throwIfAborted();
+    files[`${numbered(t)}.png`] = new Uint8Array(await (await withoutObjects(subject, t, frame)).arrayBuffer());
+    t += 1;
+    onProgress({ done: t, total: numFrames });
+  }
+  // PNG files are compressed already. The date is the first that ZIP knows.
+  return new Blob([zipSync(files, { level: 0, mtime: new Date(1980, 0, 1) })], { type: 'application/zip' });
+}
+
+/** @param {number} frame */
+function numbered(frame) {
+  return String(frame + 1).padStart(4, '0');
+}
+
+/**
+ * A frame at its own size, with the plate, which may be smaller, where objects are and close around them.
+ *
+ * @param {Subject} subject
+ * @param {number} t
+ * @param {ImageData} own the frame
+ */
+async function withoutObjects(subject, t, own) {
+  const { plate } = subject;
+  if (!plate) throw new Error('there is no background');
+  const found = await plate(t);
+  const { width, height } = own;
+  const canvas = new OffscreenCanvas(width, height);
+  const ctx = contextOf(canvas);
+  ctx.putImageData(own, 0, 0);
+  ctx.globalCompositeOperation = 'destination-out';
+  const [reachX, reachY] = [(MARGIN * width) / found.width, (MARGIN * height) / found.height];
+  const covered = shapeOf(await labelsOf(subject, t, own), width, height);
+  for (const x of [-reachX, 0, reachX]) for (const y of [-reachY, 0, reachY]) ctx.drawImage(covered, x, y);
+  ctx.globalCompositeOperation = 'destination-over';
+  ctx.imageSmoothingQuality = 'high';
+  const small = new OffscreenCanvas(found.width, found.height);
+  contextOf(small).putImageData(new ImageData(found.data, found.width, found.height), 0, 0);
+  ctx.drawImage(small, 0, 0, width, height);
+  return canvas.convertToBlob({ type: 'image/png' });
+}
+
+/**
+ * Where any object is.
+ *
+ * @param {Uint8Array} labels
+ * @param {number} width
+ * @param {number} height
+ */
+function shapeOf(labels, width, height) {
+  const shape = new ImageData(width, height);
+  labels.forEach((label, p) => (shape.data[4 * p + 3] = label > 0 ? 255 : 0));
+  const canvas = new OffscreenCanvas(width, height);
+  contextOf(canvas).putImageData(shape, 0, 0);
+  return canvas;
+}
+
+/** @param {OffscreenCanvas} canvas */
+function contextOf(canvas) {
+  return /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d'));
 }

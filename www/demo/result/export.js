@@ -1,22 +1,21 @@
 /** What an export is, and what it is made of. @module */
 
-/** @typedef {import('../run/job.js').Library} Library */
+import { masksAtSize } from '../library.js';
 
 /**
  * What there is to save.
  *
  * @typedef {object} Subject
- * @property {Library} library
  * @property {{width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array, times:
  *   ArrayLike<number> | null, end: number | null, shots: {first: number, last: number}[]}} masks
  * @property {(signal: AbortSignal) => AsyncIterable<ImageData>} frames all frames, at the size that is wanted
  * @property {(t: number) => Promise<ImageData>} image one of them
  * @property {Look} look of the masks on screen
- * @property {import('../../dist/index.js').VideoQuality} quality of videos
- * @property {import('../../dist/edit.js').MaskEdges} edges of the masks on screen
- * @property {import('../../dist/draw.js').Ground} ground of cut-out objects on screen
+ * @property {import('../library.js').VideoQuality} quality of videos
+ * @property {import('../library.js').MaskEdges} edges of the masks on screen
+ * @property {import('../library.js').Ground} ground of cut-out objects on screen
  * @property {import('../store.js').Trail} trail behind them
- * @property {(format: 'webm' | 'mp4') => import('../../dist/index.js').SoundOptions | null} sound of videos; null for none
+ * @property {(format: 'webm' | 'mp4') => import('../library.js').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source
  * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
  *   objects, which may be smaller; null where nobody knows
@@ -25,7 +24,7 @@
  * @property {string} name of the clip
  * @property {number} fps where frames have no times
  * @property {() => string} tracks the trajectories as a track file
- * @property {import('../../dist/export.js').TrajectoryPoints} points of the trajectories, in pixels of the masks
+ * @property {import('../library.js').TrajectoryPoints} points of the trajectories, in pixels of the masks
  * @property {import('../store.js').State} state of the page
  */
 
@@ -45,7 +44,7 @@
 /**
  * @typedef {object} Choice
  * @property {string} id
- * @property {string | ((ground: import('../panels/ground.js').GroundName) => string)} label of its button; that of a
+ * @property {string | ((ground: import('../panels/views.js').GroundName) => string)} label of its button; that of a
  *   cut-out names the ground on screen
  * @property {string} [says] to screen readers, where the label is short
  * @property {(subject: Subject) => string} file what is added to the clip's name
@@ -58,17 +57,15 @@
 
 /**
  * @param {import('../store.js').State} state
- * @param {Library} library
  * @returns {Found | null} null without masks
  */
-export function subjectOf(state, library) {
+export function subjectOf(state) {
   const { found, job, film, frame } = state;
   const points = found?.points;
   if (!points?.hasMasks || !job) return null;
   const { width, height, numFrames } = points.result;
   const labels = (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t));
   return {
-    library,
     masks: {
       width,
       height,
@@ -111,10 +108,10 @@ function endOf({ times }, numFrames) {
 /**
  * @param {Subject} subject
  * @param {Work} work
- * @returns {Promise<import('../../dist/index.js').MaskSource>} all masks, at the size that is wanted
+ * @returns {Promise<import('../library.js').MaskSource>} all masks, at the size that is wanted
  */
-export function masksOf({ library, masks, frames, edges }, work) {
-  return library.masksAtSize(masks, frames(work.signal), { ...work, edges });
+export function masksOf({ masks, frames, edges }, work) {
+  return masksAtSize(masks, frames(work.signal), { ...work, edges });
 }
 
 /**
@@ -123,9 +120,9 @@ export function masksOf({ library, masks, frames, edges }, work) {
  * @param {ImageData} frame that frame, at the size that is wanted
  * @returns {Promise<Uint8Array>} its labels at that size
  */
-export async function labelsOf({ library, masks, edges }, t, frame) {
+export async function labelsOf({ masks, edges }, t, frame) {
   const one = { ...masks, numFrames: 1, times: null, end: null, shots: [], labels: () => masks.labels(t) };
-  return (await library.masksAtSize(one, [frame], { edges })).labels(0);
+  return (await masksAtSize(one, [frame], { edges })).labels(0);
 }
 
 /**

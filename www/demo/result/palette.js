@@ -1,11 +1,9 @@
 /** Colours, shapes and names of objects: the package's, and what only the page needs. @module */
 
-import { objectColor } from '../../dist/draw.js';
+import { objectColor } from '../library.js';
 import { say } from '../language.js';
 
-export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from '../../dist/draw.js';
-
-/** @typedef {import('../../dist/draw.js').Shape} Shape */
+export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from '../library.js';
 
 /** Points that are there but not meant. */
 export const FAINT = 'rgb(255 255 255 / 0.45)';

@@ -27,7 +27,7 @@
  * @property {() => string} toTracksDat
  */
 
-import { sceneMotion } from '../../dist/stages.js';
+import { sceneMotion } from '../library.js';
 import { Presence } from './presence.js';
 
 /** @typedef {{id: Uint32Array, x: Float32Array, y: Float32Array}} FramePoints Trajectories alive in a frame. */

@@ -10,13 +10,13 @@ const REST_MS = 120;
 /** Pixels of all pictures that are kept. */
 const MOST_PIXELS = 2 ** 25;
 
-/** @typedef {{job: import('../run/jobs.js').AnyJob, frame: number, side: number}} Wanted */
+/** @typedef {{job: import('../run/job.js').AnyJob, frame: number, side: number}} Wanted */
 
 export class Sharp {
   /** @param {() => void} onReady called when a frame that was wanted has come */
   constructor(onReady) {
     this.onReady = onReady;
-    /** @type {import('../run/jobs.js').AnyJob | null} */
+    /** @type {import('../run/job.js').AnyJob | null} */
     this.job = null;
     /** @type {Map<number, {picture: ImageBitmap, side: number}>} In the order in which they came. */
     this.pictures = new Map();
@@ -30,7 +30,7 @@ export class Sharp {
   }
 
   /**
-   * @param {import('../run/jobs.js').AnyJob | null} job
+   * @param {import('../run/job.js').AnyJob | null} job
    * @param {number} frame
    * @param {number} side that is wanted, in pixels
    * @returns {ImageBitmap | null} null as long as it is on its way, and where the working size has all there is
@@ -99,7 +99,7 @@ export class Sharp {
     this.onReady();
   }
 
-  /** @param {import('../run/jobs.js').AnyJob | null} job */
+  /** @param {import('../run/job.js').AnyJob | null} job */
   clear(job) {
     for (const { picture } of this.pictures.values()) picture.close();
     this.pictures.clear();
@@ -110,7 +110,7 @@ export class Sharp {
 }
 
 /**
- * @param {import('../run/jobs.js').AnyJob} job
+ * @param {import('../run/job.js').AnyJob} job
  * @param {number} side
  * @returns {number} the working size, doubled until it is enough; at most the source's
  */

@@ -1,19 +1,19 @@
 /** What a run has found, put into the store: picture, timeline, facts and words. @module */
 
-import { readsAreNoisy } from '../grabber.js';
-import { stagesOf } from '../panels/stages.js';
+import { readsAreNoisy } from '../video.js';
+import { stagesOf } from '../panels/run.js';
 import { kindOf } from '../source.js';
 import { phasePatch, withinFilm } from '../store.js';
 import { COVERED } from '../run/preview.js';
-import { turn } from '../run/slices.js';
+import { turn } from '../run/stage-clock.js';
 import { PREVIEW, damageWords, seconds } from '../words.js';
 import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
-import { Times } from './times.js';
+import { Times } from './presence.js';
 import { say } from '../language.js';
 
-/** @typedef {import('../run/jobs.js').AnyJob} AnyJob */
+/** @typedef {import('../run/job.js').AnyJob} AnyJob */
 /** @typedef {import('../store.js').Film} Film */
 /** @typedef {import('../store.js').State} State */
 /** @typedef {import('../store.js').Store} Store */

@@ -1,11 +1,38 @@
-/** The trail on screen: objects of earlier frames, cut out once and kept as long as they look the same. @module */
+/** Objects cut out on screen: masks with their edges, and the trail of earlier frames. @module */
 
-import { cutOut, trailFrames } from '../../dist/draw.js';
-import { EdgedMask } from './edged-mask.js';
+import { adjustMask, cutOut, trailFrames } from '../library.js';
+import { edgesOf } from '../saved/look.js';
 import { shotsOf } from './export.js';
 
-/** @typedef {import('../../dist/draw.js').Cutout} Cutout */
+/** @typedef {import('../saved/look.js').EdgeChoice} EdgeChoice */
+/** @typedef {import('../library.js').Cutout} Cutout */
 /** @typedef {Readonly<import('../store.js').State>} State */
+
+/** The mask on screen with its edges; made again only when something of it is another. */
+export class EdgedMask {
+  constructor() {
+    this.key = '';
+    /** @type {Uint8Array | null} */
+    this.from = null;
+    /** @type {ReturnType<typeof adjustMask> | null} */
+    this.made = null;
+  }
+
+  /**
+   * @param {Uint8Array} labels
+   * @param {{width: number, height: number}} size
+   * @param {EdgeChoice} choice
+   * @param {ReadonlySet<number>} hidden objects that are not kept
+   */
+  of(labels, { width, height }, choice, hidden) {
+    const key = [choice.smallest, choice.grow, choice.feather, ...hidden].join();
+    if (this.made && this.from === labels && this.key === key) return this.made;
+    const objects = (/** @type {number} */ label) => label > 0 && !hidden.has(label);
+    this.made = adjustMask({ labels, width, height }, { objects, ...edgesOf(choice, { width, height }) });
+    Object.assign(this, { key, from: labels });
+    return this.made;
+  }
+}
 
 /** Of how many frames objects are kept: as many as the longest trail has, and some more. */
 const MOST = 96;

@@ -1,23 +1,33 @@
 /**
- * One run: frames of a source into a session, the session to its end, and the time that each stage took. A cancelled
- * run may be run again and goes on where it was.
+ * A run over a clip of any length, window by window: what is settled is shown while more is to come. Of a clip that is
+ * one window the session stays open: it answers what layers ask, and corrects. Work that is opened again is such a run
+ * whose masks are there already.
  * @module
  */
 
+import { VideoSegmentation, boundaries, segmentVideo, superpixels } from '../library.js';
 import { Presence } from '../result/presence.js';
-import { PageError, headline, plural, remark } from '../words.js';
-import { SessionCorrections } from './corrections.js';
+import { LONG, PageError, countObjects, headline, plural, remark } from '../words.js';
+import { Corrections } from './corrections.js';
 import { Job, remembered } from './job.js';
-import { inSlices } from './slices.js';
-import { untilAborted } from './stage-clock.js';
+import { inSlices, untilAborted } from './stage-clock.js';
 import { say } from '../language.js';
 
+/** @typedef {import('../library.js').Result} Result */
+/** @typedef {import('../library.js').Session} Session */
+/** @typedef {import('../library.js').VideoResult} VideoResult */
+/** @typedef {import('./stage-clock.js').StagePlan} StagePlan */
+
+/** Frames that are segmented together, and how many of them the next window shares. */
+export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
+
 /**
- * Stages in order, with the share of the whole time that each usually takes; after a run, its own shares are taken.
+ * Stages of a clip that is one window, with the share of the whole time that each usually takes; after a run, its own
+ * shares are taken.
  *
- * @type {import('./stage-clock.js').StagePlan[]}
+ * @type {StagePlan[]}
  */
-export const CLIP_STAGES = [
+const STAGES = [
   { id: 'frames', name: 'Reading frames', share: 0.14 },
   { id: 'flow', name: 'Optical flow', share: 0.33 },
   { id: 'trajectories', name: 'Trajectories', share: 0.12 },
@@ -32,140 +42,327 @@ export const CLIP_STAGES = [
   { id: 'masks', name: 'Masks', share: 0.07 },
 ];
 
-/** @typedef {import('../../dist/index.js').Result} Result */
+/** Those of a longer one. @type {StagePlan[]} */
+const WINDOW_STAGES = [
+  { id: 'windows', name: 'Segmenting window by window', share: 0.9 },
+  { id: 'frames', name: 'Reading frames', share: 0.1 },
+];
+
+const NO_TRAJECTORIES = {
+  count: 0,
+  startFrame: new Uint32Array(0),
+  offset: new Uint32Array(1),
+  x: new Float32Array(0),
+  y: new Float32Array(0),
+  label: new Uint8Array(0),
+};
 
 export class ClipJob extends Job {
-  static stages = CLIP_STAGES;
-
-  /** Whatever no other kind takes. */
-  static fits() {
-    return true;
+  /** @param {import('../source.js').Take} take */
+  static stagesFor({ frames }) {
+    return frames > WINDOW ? WINDOW_STAGES : STAGES;
   }
 
   /** @param {ConstructorParameters<typeof Job>} parts */
   constructor(...parts) {
     super(...parts);
-    /** @type {import('../../dist/index.js').Session | null} */
+    this.inWindows = this.take.frames > WINDOW;
+    /** @type {import('../library.js').VideoSegmentation | null} */
+    this.video = null;
+    /** @type {ReturnType<ClipJob['work']> | undefined} The work that `video` does; it waits while the run is stopped. */
+    this.working = undefined;
+    this.life = new AbortController();
+    this.report = () => {};
+    this.onWindow = () => {};
+    this.stopped = false;
+    /** Whether something was settled while more was to come, and the run is not through. */
+    this.streaming = false;
+    this.windows = 0;
+    /** @type {Iterator<unknown>} What the package has settled, on its way to `presence`. */
+    this.settling = [].values();
+    /** @type {VideoResult | null} Of the whole clip, or of what was settled when the run was stopped. */
+    this.masks = null;
+    /** @type {Session | null} Of a clip that is one window. */
     this.session = null;
-    /** @type {Result | null} */
-    this.result = null;
-    this.allPushed = false;
-    this.corrections = new SessionCorrections(
-      { library: this.library, masks: () => this.result, images: this.images, cuts: () => this.cuts },
-      () => this.opened,
-      async (result) => void (this.result = await result),
-    );
-    this.corrector = this.corrections;
-    /** @type {Promise<unknown>} What a cancelled run still does. */
-    this.ending = Promise.resolve();
+    /** @type {Result | undefined} What that has found. */
+    this.found = undefined;
+    /** @type {Corrections} */
+    this.corrections = new Corrections(this);
   }
 
-  /** @returns {import('../../dist/index.js').Session} */
-  get opened() {
-    if (!this.session) throw new PageError('closed');
-    return this.session;
+  /** @returns {Result | VideoResult | null} as corrected, but for what was done by hand */
+  get result() {
+    return this.found ?? this.masks;
+  }
+
+  set result(result) {
+    if (this.session) this.found = /** @type {Result} */ (result);
+    else this.masks = /** @type {VideoResult} */ (result);
+  }
+
+  /** The stages of windows go on side by side: their times say nothing about the next run. */
+  get measured() {
+    return this.inWindows ? null : super.measured;
   }
 
   /**
-   * Runs to the end. Rejects with the signal's reason as soon as it is aborted, without waiting for the worker.
+   * Runs to the end, from where it was stopped. Rejects with the signal's reason as soon as it is aborted.
    *
    * @param {AbortSignal} signal
    * @param {() => void} report called after each step
+   * @param {() => void} onWindow called when more frames are settled, and others are still to come
    */
-  async run(signal, report) {
-    await untilAborted(this.ending, signal);
-    const work = this.work(signal, report);
-    this.ending = work.catch(() => {});
-    await untilAborted(work, signal);
+  async run(signal, report, onWindow) {
+    Object.assign(this, { report, onWindow, stopped: false, masks: null });
+    this.start();
+    this.video?.resume();
+    this.working ??= this.work();
+    Object.assign(this, await untilAborted(this.working, signal), { streaming: false });
   }
 
-  /**
-   * @param {AbortSignal} signal
-   * @param {() => void} report
-   */
-  async work(signal, report) {
-    this.start();
-    this.corrections.clear();
-    this.presence = null;
-    if (!this.allPushed) await this.pushFrames(signal, report);
-    this.result = await this.opened.run({
-      signal,
-      onProgress: ({ stage, done, total }) => {
-        if (signal.aborted) return;
-        this.mark(stage, done, total);
-        report();
+  /** @returns {Promise<{masks: VideoResult | null, found?: Result}>} */
+  async work() {
+    const { options, inWindows, life } = this;
+    const video = segmentVideo(this.frames(), {
+      ...options,
+      // What fits into one window is one shot: its layers go over all of it.
+      ...(inWindows ? {} : { shot: { unmatched: 1 } }),
+      keep: true,
+      frameRate: this.source.fps / this.take.step,
+      signal: life.signal,
+      onProgress: (progress) => {
+        this.advance(progress);
+        if (!this.stopped) this.report();
       },
     });
-    if (this.result.objects) await inSlices(this.count(this.result));
+    this.video = video;
+    let masks = null;
+    if (!inWindows && options.clip?.dense === false) for await (const _ of video);
+    else masks = await video.collect((window) => this.add(window));
+    if (inWindows) this.mark('windows', 1, 1);
+    if (this.windows > 1 || life.signal.aborted) video.session?.close();
+    else this.session = video.session;
+    return { masks, found: await this.session?.run() };
   }
 
-  /**
-   * Where objects are, a frame a step.
-   *
-   * @param {Result} result
-   */
-  *count(result) {
-    const presence = new Presence(result);
-    for (let t = 0; t < result.numFrames; t++) yield presence.addMask(result.labels(t));
-    this.presence = presence;
-  }
-
-  /**
-   * @param {AbortSignal} signal
-   * @param {() => void} report
-   */
-  async pushFrames(signal, report) {
-    this.session?.close();
-    this.images.clear();
-    this.times = [];
-    this.stages[0].ms = 0;
-    const session = await this.library.createSession(this.options);
-    this.session = session;
-    for await (const { frame, time, end = null } of this.source.frames(this.take, signal)) {
+  async *frames() {
+    const { images, take } = this;
+    const { signal } = this.life;
+    for await (const { frame, time, end = null } of this.source.frames(take, signal)) {
       signal.throwIfAborted();
       await this.arrived(frame, time, end);
-      await session.push(frame);
-      this.mark('frames', this.images.length, this.take.frames);
-      report();
+      this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
+      if (!this.stopped) this.report();
+      if (time === null) yield frame;
+      else yield end === null ? { frame, time } : { frame, time, duration: end - time };
     }
     signal.throwIfAborted();
-    if (this.images.length === 0) throw new PageError('no-frames');
-    if (this.images.length === 1) throw new PageError('one-frame');
-    this.stages[0].total = this.images.length;
-    this.allPushed = true;
+    if (images.length < 2) throw new PageError(images.length === 0 ? 'no-frames' : 'one-frame');
+    this.mark('frames', images.length, images.length);
   }
 
-  /** @returns {import('./job.js').Shown} */
+  /** @param {{stage: string, done: number, total: number, window: number}} progress */
+  advance({ stage, done, total, window }) {
+    this.windows = Math.max(this.windows, window + 1);
+    const at = STAGES.findIndex(({ id }) => id === stage);
+    if (!this.inWindows) return at < 0 ? undefined : this.mark(stage, done, total);
+    const whole = STAGES.reduce((sum, { share }) => sum + share, 0);
+    const before = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
+    const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / whole;
+    const expected = Math.max(window + 1, Math.ceil((this.take.frames - OVERLAP) / (WINDOW - OVERLAP)));
+    // Not the last step: that is done when everything is collected.
+    this.mark('windows', Math.min(expected - 0.01, window + part), expected);
+  }
+
+  /** @param {import('../library.js').WindowResult} window */
+  async add(window) {
+    // A frame of the next window is read before a window is computed.
+    const isLast = window.firstFrame + window.settled.to === this.images.length;
+    this.streaming ||= !isLast;
+    this.settling = this.settle(window);
+    await inSlices(this.settling);
+    if (!isLast && !this.stopped) this.onWindow();
+  }
+
+  /**
+   * A frame a step.
+   *
+   * @param {import('../library.js').WindowResult} window
+   */
+  *settle(window) {
+    this.presence ??= new Presence(window);
+    if (window.shot > this.cuts.length) this.cuts.push(this.presence.frames.length);
+    for (const { labels } of window.frames()) yield this.presence.addMask(labels);
+  }
+
+  /** What is settled by now is a result too. */
+  stop() {
+    this.video?.pause();
+    while (!this.settling.next().done);
+    this.stopped = true;
+    this.masks = this.streaming ? (this.video?.collected ?? null) : null;
+    return this.partial;
+  }
+
+  get partial() {
+    return this.stopped && this.masks !== null;
+  }
+
+  /** Frames whose masks are settled while others are to come. */
+  get settled() {
+    return this.streaming ? (this.presence?.frames.length ?? 0) : 0;
+  }
+
+  /** What is settled so far, or the whole when it is. @returns {import('./job.js').Shown} */
   get shown() {
-    const { result, opened: session } = this;
-    if (!result) throw new PageError('unfinished');
-    const { corrections } = this;
+    const { found, presence, session, corrections } = this;
+    const result = corrections.over(found ?? this.masksAsResult());
+    if (!found || !session)
+      return {
+        ...{ result, presence, windows: true, numbers: [this.extent], headline: countObjects },
+        answers: this.answersOfPictures(),
+        notice: (facts) => this.notice(facts),
+      };
     return {
-      result: corrections.over(result),
-      presence: this.presence,
-      windows: false,
-      answers: {
-        flow: (t) => session.flow(t),
-        boundaries: (t) => result.boundaries(t),
-        superpixels: result.objects && remembered((/** @type {number} */ t) => result.superpixels(t)),
-        background: result.objects && ((t) => result.background(t)),
-        saliencyMap: (t) => result.saliencyMap(t),
-        // A correction of the session leaves them to its own result.
-        explain: result.objects && ((t, x, y) => (this.result ?? result).explain(t, x, y)),
-        confidence: result.objects && ((t) => (this.result ?? result).confidence(t)),
-      },
+      ...{ result, presence, windows: false },
+      answers: this.answersOf(session, found),
       numbers: [
-        plural(result.trajectories.count, 'trajectory', 'trajectories'),
+        plural(found.trajectories.count, 'trajectory', 'trajectories'),
         say`${plural(this.images.length, 'frame')} of ${this.size}`,
       ],
-      headline: (facts) => headline(result, facts),
-      notice: () => remark(result),
+      headline: (facts) => headline(found, facts),
+      notice: () => remark(found),
+    };
+  }
+
+  /**
+   * @param {Session} session
+   * @param {Result} found
+   * @returns {import('./job.js').Shown['answers']}
+   */
+  answersOf(session, found) {
+    return {
+      flow: (t) => session.flow(t),
+      boundaries: (t) => found.boundaries(t),
+      superpixels: found.objects && remembered((/** @type {number} */ t) => found.superpixels(t)),
+      background: found.objects && ((t) => found.background(t)),
+      saliencyMap: (t) => found.saliencyMap(t),
+      // A correction of the session leaves them to its own result.
+      explain: found.objects && ((t, x, y) => (this.found ?? found).explain(t, x, y)),
+      confidence: found.objects && ((t) => (this.found ?? found).confidence(t)),
+    };
+  }
+
+  /** What a frame alone can say. @returns {import('./job.js').Shown['answers']} */
+  answersOfPictures() {
+    const { images } = this;
+    const { contour, superpixel } = this.options;
+    const picture = async (/** @type {number} */ t) => {
+      const known = await images.open(t);
+      if (!known) throw new PageError('closed');
+      return known;
+    };
+    return {
+      boundaries: async (t) => boundaries(await picture(t)),
+      superpixels: remembered(async (/** @type {number} */ t) =>
+        superpixels(await picture(t), { contour, superpixel }),
+      ),
+    };
+  }
+
+  /** @returns {string} `120 frames of 480 × 270 in 3 windows and 2 shots` */
+  get extent() {
+    const shots = this.cuts.length + 1;
+    const windows = plural(this.windows, 'window');
+    const pieces = shots > 1 ? say`${windows} and ${plural(shots, 'shot')}` : windows;
+    return say`${plural(this.masks?.numFrames ?? this.settled, 'frame')} of ${this.size} in ${pieces}`;
+  }
+
+  /** @param {import('./job.js').Facts[]} facts */
+  notice(facts) {
+    if (this.partial) return LONG.partial(this.settled, this.take.frames);
+    const some = facts.some(({ object, first }) => object > 0 && first >= 0);
+    return some || !this.masks ? LONG.remark(WINDOW) : say(LONG.nothing);
+  }
+
+  /**
+   * @returns {import('../result/points.js').Result} the masks, in the form that the page's layers look at; trajectories come
+   *   with the whole result
+   */
+  masksAsResult() {
+    const { masks, video } = this;
+    const { width, height } = masks ?? this.images;
+    const none = new Uint32Array(0);
+    const trajectories = masks?.trajectories ?? NO_TRAJECTORIES;
+    const highest = (this.presence?.frames ?? []).reduce((most, { n }) => Math.max(most, n.length - 1), 0);
+    const objects = masks?.objects ?? Array.from({ length: highest }, (_, k) => ({ label: k + 1 }));
+    return {
+      ...{ width, height },
+      numFrames: masks?.numFrames ?? this.settled,
+      trajectories,
+      // Each object is one cluster: over many windows there are no others.
+      clusters: {
+        count: Math.max(0, ...objects.map(({ label }) => label)) + 1,
+        label: Uint32Array.from(trajectories.label),
+        object: Uint8Array.from({ length: 256 }, (_, object) => object),
+      },
+      objects,
+      saliency: null,
+      components: null,
+      embedding: { dimensions: 0, eigenvalues: new Float64Array(0), vectors: new Float32Array(0) },
+      labels: (t) => /** @type {{labels: (t: number) => Uint8Array}} */ (masks ?? video).labels(t),
+      edges: () => ({ i: none, j: none, d: new Float32Array(0) }),
+      toTracksDat: () => {
+        if (!masks) throw new PageError('unfinished');
+        return masks.toTracksDat();
+      },
     };
   }
 
   close() {
     this.corrections.close();
+    this.life.abort();
     this.session?.close();
     super.close();
+  }
+}
+
+/** Work that is opened again: the frames are read, the masks are there already. */
+export class SavedJob extends ClipJob {
+  /** @returns {StagePlan[]} */
+  static stagesFor() {
+    return [{ id: 'frames', name: 'Reading frames', share: 1 }];
+  }
+
+  /**
+   * @param {ConstructorParameters<typeof ClipJob>} parts
+   * @param {import('../library.js').Project} project
+   */
+  constructor(parts, project) {
+    super(...parts);
+    this.project = project;
+  }
+
+  async work() {
+    const { masks, edits } = this.project;
+    for await (const _ of this.frames());
+    this.times = [...masks.times];
+    this.end = masks.end;
+    this.cuts = masks.shots.slice(1).map(({ first }) => first);
+    this.masks = masks;
+    if (edits) this.corrections.adopt(edits);
+    const now = this.corrections.masks ?? masks;
+    const presence = new Presence(masks);
+    for (let t = 0; t < masks.numFrames; t++) presence.addMask(now.labels(t));
+    return { masks, presence };
+  }
+
+  /** @returns {null} */
+  get measured() {
+    return null;
+  }
+
+  get extent() {
+    return say`${this.masks?.numFrames ?? 0} frames of ${this.size}, opened again`;
   }
 }

@@ -1,26 +1,27 @@
 /**
- * What a user has corrected of a run, step by step, back and forth: by what the session can do where there is one
- * (merge, split, strokes), and by hand on the masks of any run (paint, erase, add, other labels).
+ * What a user has corrected of a run, step by step, back and forth. A correction says what is one thing and what is not.
+ * The session of the run decides what that means for each superpixel. Without one, and for what is painted, the masks
+ * are changed by hand in the frame at hand, and that is carried to the others as far as the picture agrees.
  * @module
  */
 
+import { carryEdit, createImageEngine, divideRegions, editMasks, pieceRegion, strokeRegion } from '../library.js';
 import { PageError } from '../words.js';
 
-/** @typedef {import('../../dist/edit.js').Edit} Edit */
-/** @typedef {import('../../dist/edit.js').MaskEditor} MaskEditor */
-/** @typedef {import('../../dist/stages.js').ImageEngine} ImageEngine */
+/** @typedef {import('../library.js').Edit} Edit */
+/** @typedef {import('../library.js').MaskEditor} MaskEditor */
+/** @typedef {import('../library.js').ImageEngine} ImageEngine */
+/** @typedef {import('../library.js').Session} Session */
 /** @typedef {import('../result/points.js').Result} Result */
+/** @typedef {import('../library.js').VideoResult} VideoResult */
+/** @typedef {import('../panels/brush.js').Stroke} Stroke */
+
 /** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
 
 /**
- * What the corrections are of.
+ * What the corrections are of: `result` is the run's own as it is now, and takes what a correction makes of it.
  *
- * @typedef {object} Corrected
- * @property {import('./job.js').Library} library
- * @property {() => {width: number, height: number, numFrames: number, labels: (t: number) => Uint8Array} | null} masks as
- *   the run has them now
- * @property {import('./frame-store.js').FrameStore} images
- * @property {() => number[]} cuts first frames of further shots
+ * @typedef {Pick<import('./clip-job.js').ClipJob, 'images' | 'cuts' | 'result' | 'session'>} Corrected
  */
 
 export class Corrections {
@@ -52,7 +53,7 @@ export class Corrections {
 
   /** The masks with all corrections; null as long as there are none. */
   get masks() {
-    return this.byHand ? this.editor : this.of.masks();
+    return this.byHand ? this.editor : this.of.result;
   }
 
   /** @param {Step} step */
@@ -82,11 +83,42 @@ export class Corrections {
   }
 
   /**
+   * What the session decides.
+   *
+   * @param {Session} session
+   * @param {(session: Session) => Promise<import('../library.js').Result>} correct
+   */
+  asked(session, correct) {
+    return this.step({
+      do: async () => void (this.of.result = await correct(session)),
+      undo: async () => void (this.of.result = await session.undo()),
+      frames: null,
+    });
+  }
+
+  /** Whether objects are split at a place alone. */
+  get splitsAtPlace() {
+    return this.of.session === null;
+  }
+
+  /**
+   * Object `b` becomes part of `a`.
+   *
    * @param {number} a
    * @param {number} b
    */
   merge(a, b) {
-    return this.edited((editor) => editor.relabel({ [b]: a }), null);
+    const { session, result } = this.of;
+    // Of what was painted the session knows nothing.
+    if (this.byHand) return this.edited((editor) => editor.relabel({ [b]: a }), null);
+    if (session) return this.asked(session, (one) => one.merge(a, b));
+    // The trajectories too take the other label.
+    const before = /** @type {VideoResult} */ (result);
+    return this.step({
+      do: () => (this.of.result = before.merge(a, b)),
+      undo: () => (this.of.result = before),
+      frames: null,
+    });
   }
 
   /**
@@ -110,9 +142,8 @@ export class Corrections {
    * @param {(t: number) => void} onFrame
    */
   async carry({ edit, frames }, signal, onFrame) {
-    const { library } = this.of;
-    this.engine ??= library.createImageEngine();
-    await library.carryEdit(this.opened, edit, {
+    this.engine ??= createImageEngine();
+    await carryEdit(this.opened, edit, {
       engine: await this.engine,
       picture: (t) => this.pixels(t),
       signal,
@@ -148,13 +179,13 @@ export class Corrections {
 
   /** @returns {MaskEditor} over the masks as they are at any time */
   get opened() {
-    const masks = this.of.masks();
+    const masks = this.of.result;
     if (!masks) throw new PageError('unfinished');
     const { width, height, numFrames } = masks;
-    const starts = [0, ...this.of.cuts()];
+    const starts = [0, ...this.of.cuts];
     const shots = starts.map((first, k) => ({ first, last: (starts[k + 1] ?? numFrames) - 1 }));
-    const live = (/** @type {number} */ t) => /** @type {typeof masks} */ (this.of.masks()).labels(t);
-    this.editor ??= this.of.library.editMasks({ width, height, numFrames, shots, labels: live });
+    const live = (/** @type {number} */ t) => /** @type {typeof masks} */ (this.of.result).labels(t);
+    this.editor ??= editMasks({ width, height, numFrames, shots, labels: live });
     return this.editor;
   }
 
@@ -200,7 +231,7 @@ export class Corrections {
   /**
    * Edits of an earlier visit, which can be undone like those of this one.
    *
-   * @param {import('../../dist/edit.js').SavedEdits} saved
+   * @param {import('../library.js').SavedEdits} saved
    */
   adopt(saved) {
     const editor = this.opened;
@@ -212,11 +243,6 @@ export class Corrections {
     }));
   }
 
-  /** Forgets all; nothing is left to undo. */
-  clear() {
-    Object.assign(this, { done: [], undone: [], editor: null });
-  }
-
   close() {
     this.engine?.then(
       (engine) => engine.close(),
@@ -224,132 +250,55 @@ export class Corrections {
     );
     this.engine = null;
   }
-}
-
-/** Corrections where a session is at hand: it decides anew what merges and strokes mean, superpixel by superpixel. */
-export class SessionCorrections extends Corrections {
-  /**
-   * @param {Corrected} of
-   * @param {() => import('../../dist/index.js').Session} session
-   * @param {(result: Promise<import('../../dist/index.js').Result>) => Promise<void>} take
-   */
-  constructor(of, session, take) {
-    super(of);
-    this.session = session;
-    this.take = take;
-  }
-
-  /** @param {(session: import('../../dist/index.js').Session) => Promise<import('../../dist/index.js').Result>} correct */
-  asked(correct) {
-    return this.step({
-      do: () => this.take(correct(this.session())),
-      undo: () => this.take(this.session().undo()),
-      frames: null,
-    });
-  }
 
   /**
-   * @param {number} a
-   * @param {number} b
-   */
-  merge(a, b) {
-    // Of what was painted the session knows nothing.
-    return this.byHand ? super.merge(a, b) : this.asked((session) => session.merge(a, b));
-  }
-
-  /**
-   * @param {number} label
-   * @param {{t: number, x: number, y: number}} [at]
-   */
-  split(label, at) {
-    return this.asked((session) => session.split(label, at));
-  }
-
-  /** @param {import('../panels/strokes.js').Stroke[]} strokes */
-  together(strokes) {
-    return this.asked((session) => session.together(strokes));
-  }
-
-  /** @param {import('../panels/strokes.js').Stroke[]} strokes */
-  apart(strokes) {
-    return this.asked((session) => session.apart(strokes));
-  }
-}
-
-/**
- * Corrections of a clip of many windows: no session holds it any more. What is split or kept apart is divided in the frame
- * at hand and carried to the others as what is painted is.
- */
-export class LongCorrections extends Corrections {
-  /**
-   * @param {Corrected} of
-   * @param {() => import('../../dist/index.js').VideoResult} result
-   * @param {(result: import('../../dist/index.js').VideoResult) => void} take
-   */
-  constructor(of, result, take) {
-    super(of);
-    this.result = result;
-    this.take = take;
-    this.splitsAtPlace = true;
-  }
-
-  /**
-   * @param {number} a
-   * @param {number} b
-   */
-  merge(a, b) {
-    if (this.byHand) return super.merge(a, b);
-    // The trajectories too take the other label.
-    const before = this.result();
-    return this.step({
-      do: () => this.take(before.merge(a, b)),
-      undo: () => this.take(before),
-      frames: null,
-    });
-  }
-
-  /**
-   * The piece at a place becomes an object of its own.
+   * An object is parted; by hand, the piece at a place becomes an object of its own.
    *
    * @param {number} label
    * @param {{t: number, x: number, y: number}} [at]
    */
   async split(label, at) {
+    const { session } = this.of;
+    if (session) return this.asked(session, (one) => one.split(label, at));
     // The background hangs together everywhere.
     if (!at || label === 0) throw new PageError('no-place');
     const { width, height } = this.opened;
     const mask = { width, height, labels: this.opened.labels(at.t) };
     if (mask.labels[Math.round(at.y) * width + Math.round(at.x)] !== label) throw new PageError('no-place');
-    const region = this.of.library.pieceRegion(mask, at);
+    const region = pieceRegion(mask, at);
     return this.divided(at.t, label, [region]);
   }
 
   /**
-   * All but the first become objects of their own.
+   * Each stroke is a thing of its own; by hand, all but the first become objects.
    *
-   * @param {import('../panels/strokes.js').Stroke[]} strokes
+   * @param {Stroke[]} strokes
    */
   async apart(strokes) {
+    const { session } = this.of;
+    if (session) return this.asked(session, (one) => one.apart(strokes));
     const [{ t }] = strokes;
     if (strokes.some((stroke) => stroke.t !== t)) throw new PageError('other-frame');
     const { width, height } = this.opened;
     const mask = { width, height, labels: this.opened.labels(t) };
-    const { label, regions } = this.of.library.divideRegions(mask, strokes);
+    const { label, regions } = divideRegions(mask, strokes);
     return this.divided(t, label, regions.slice(1));
   }
 
   /**
    * The objects that strokes lie on become one.
    *
-   * @param {import('../panels/strokes.js').Stroke[]} strokes
+   * @param {Stroke[]} strokes
    */
   async together(strokes) {
+    const { session } = this.of;
+    if (session) return this.asked(session, (one) => one.together(strokes));
     const { width, height } = this.opened;
     /** @type {Set<number>} */
     const covered = new Set();
     for (const stroke of strokes) {
       const labels = this.opened.labels(stroke.t);
-      const region = this.of.library.strokeRegion(stroke, width, height);
+      const region = strokeRegion(stroke, width, height);
       for (let k = 0; k < region.length; k += 2)
         for (let p = region[k]; p < region[k] + region[k + 1]; p++) if (labels[p] > 0) covered.add(labels[p]);
     }
@@ -363,7 +312,7 @@ export class LongCorrections extends Corrections {
    *
    * @param {number} t
    * @param {number} label that they have
-   * @param {import('../../dist/edit.js').Region[]} regions
+   * @param {import('../library.js').Region[]} regions
    */
   async divided(t, label, regions) {
     const editor = this.opened;

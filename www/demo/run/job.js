@@ -1,16 +1,12 @@
-/**
- * What all kinds of runs have in common, and what the page may ask of them. Each kind is a file; jobs.js lists them.
- * @module
- */
+/** What all kinds of runs have in common, and what the page may ask of them. @module */
 
 import { FrameStore } from './frame-store.js';
 import { Preview, isWorth } from './preview.js';
 import { StageClock } from './stage-clock.js';
 
-/** @typedef {typeof import('../library.js')} Library The tracecut package. */
 /** @typedef {import('../source.js').Source} Source */
 /** @typedef {import('../source.js').Take} Take */
-/** @typedef {import('../../dist/index.js').SessionOptions} Options Parameters that differ from their defaults. */
+/** @typedef {import('../library.js').SessionOptions} Options Parameters that differ from their defaults. */
 /** @typedef {import('../result/presence.js').Facts} Facts */
 
 /**
@@ -26,45 +22,29 @@ import { StageClock } from './stage-clock.js';
  * @property {(facts: Facts[]) => string} notice what else there is to say, empty for nothing
  */
 
-/**
- * What can be corrected. What a kind of run cannot do is left out.
- *
- * @typedef {object} Corrector
- * @property {(a: number, b: number) => Promise<number[] | null>} merge gives the frames that change, null for all, as
- *   all of these
- * @property {(label: number, at?: {t: number, x: number, y: number}) => Promise<number[] | null>} [split]
- * @property {boolean} [splitsAtPlace] whether objects are split at a place alone
- * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<number[] | null>} [together]
- * @property {(strokes: import('../panels/strokes.js').Stroke[]) => Promise<number[] | null>} [apart]
- * @property {(painted: ToPaint) => Promise<Painted>} paint
- * @property {(painted: Painted, signal: AbortSignal, onFrame: (t: number) => void) => Promise<void>} carry
- * @property {() => number} newLabel
- * @property {() => Promise<number[] | null>} undo
- * @property {() => Promise<number[] | null>} redo
- * @property {() => number} count corrections in force
- * @property {() => number} redoable those that were undone
- */
-
-/** What is to be painted, where. @typedef {Parameters<import('../../dist/edit.js').MaskEditor['paint']>[0]} ToPaint */
+/** What is to be painted, where. @typedef {Parameters<import('../library.js').MaskEditor['paint']>[0]} ToPaint */
 
 /**
  * Something painted, and the frames that have it.
  *
- * @typedef {{edit: import('../../dist/edit.js').Edit, frames: number[]}} Painted
+ * @typedef {{edit: import('../library.js').Edit, frames: number[]}} Painted
  */
 
-/** Besides what is here a kind has `run`, `shown`, and the static `fits` and `stages`, which jobs.js asks for. */
+/**
+ * Runs of clips and of still images, each with `run`, `shown` and the static `stagesFor`.
+ *
+ * @typedef {import('./clip-job.js').ClipJob | import('./still-job.js').StillJob} AnyJob
+ */
+
 export class Job extends StageClock {
   /**
-   * @param {Library} library
    * @param {Source} source
    * @param {Take} take
    * @param {Options} options
    * @param {import('./stage-clock.js').StagePlan[]} plan
    */
-  constructor(library, source, take, options, plan) {
+  constructor(source, take, options, plan) {
     super(plan);
-    this.library = library;
     this.source = source;
     this.take = take;
     this.options = options;
@@ -78,9 +58,7 @@ export class Job extends StageClock {
     this.end = null;
     /** @type {number[]} First frames of further shots. */
     this.cuts = [];
-    /** @type {Corrector | null} What can be corrected of the result. */
-    this.corrector = null;
-    /** @type {import('./corrections.js').Corrections | null} */
+    /** @type {import('./corrections.js').Corrections | null} Of the result, where it can be corrected. */
     this.corrections = null;
     /** @type {import('../result/presence.js').Presence | null} Where objects are, as far as that is counted. */
     this.presence = null;
@@ -89,6 +67,11 @@ export class Job extends StageClock {
   /** Whether the result comes from a run which was stopped early, and can go on. */
   get partial() {
     return false;
+  }
+
+  /** What corrects the result on screen; a part of a clip stays as it is. */
+  get corrector() {
+    return this.partial ? null : this.corrections;
   }
 
   /** Frames that are settled while others are still to come. */
@@ -131,14 +114,9 @@ export class Job extends StageClock {
     return `${this.images.width} × ${this.images.height}`;
   }
 
-  /** How many frames are segmented before the first masks are shown. */
-  get waited() {
-    return Infinity;
-  }
-
   /** Begins a preview, if the masks take so long that it is worth one. */
   look() {
-    if (isWorth(this.source, this.take, this.waited)) this.preview = new Preview(this.library, this.options);
+    if (isWorth(this.source, this.take)) this.preview = new Preview(this.options);
   }
 
   /**

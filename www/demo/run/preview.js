@@ -4,7 +4,9 @@
  * @module
  */
 
-/** @typedef {import('../../dist/index.js').VideoResult} VideoResult */
+import { VideoSegmentation, previewMasks } from '../library.js';
+
+/** @typedef {import('../library.js').VideoResult} VideoResult */
 
 /** Every `STEP` frames one is taken, `TAKEN` of them in all: as the package does by itself. */
 const STEP = 2;
@@ -19,12 +21,12 @@ const WORTH = 3.2e6;
 /**
  * @param {import('../source.js').Source} source
  * @param {import('../source.js').Take} take
- * @param {number} most frames that masks are waited for
  * @returns {boolean} whether the masks of a run take so long that a preview comes well before them
  */
-export function isWorth({ kind, width, height }, { frames, side }, most) {
+export function isWorth({ kind, width, height }, { frames, side }) {
   const reduced = Math.min(1, side / Math.max(width, height));
-  const waited = Math.min(frames, most);
+  // The masks of the first window are waited for.
+  const waited = Math.min(frames, VideoSegmentation.usual.window);
   return kind !== 'still' && waited > COVERED && width * height * reduced ** 2 * waited >= WORTH;
 }
 
@@ -32,10 +34,9 @@ export class Preview {
   /**
    * Begins at once: the worker is ready when the frames are.
    *
-   * @param {import('./job.js').Library} library
    * @param {import('./job.js').Options} options those of the run
    */
-  constructor(library, options) {
+  constructor(options) {
     const { clip: { maxSide: _, ...clip } = {}, threads: __, ...others } = options;
     /** @type {VideoResult | null} */
     this.masks = null;
@@ -49,7 +50,7 @@ export class Preview {
     this.frames = undefined;
     const stream = new ReadableStream({ start: (controller) => void (this.frames = controller) });
     const { signal } = this.life;
-    library.previewMasks(stream, { ...others, clip, step: STEP, maxFrames: TAKEN, signal }).then(
+    previewMasks(stream, { ...others, clip, step: STEP, maxFrames: TAKEN, signal }).then(
       (masks) => {
         if (signal.aborted) return;
         this.masks = masks;

@@ -4,6 +4,7 @@
  * @module
  */
 
+import { boundaries, imageDiscontinuities, superpixels } from '../library.js';
 import { STILL, plural } from '../words.js';
 import { Job } from './job.js';
 import { untilAborted } from './stage-clock.js';
@@ -14,7 +15,7 @@ import { say } from '../language.js';
 /** @typedef {import('../layers/layer.js').ImageEdges} ImageEdges */
 
 /** @type {import('./stage-clock.js').StagePlan[]} */
-export const STILL_STAGES = [
+const STAGES = [
   { id: 'frames', name: 'Reading the image', share: 0.02 },
   { id: 'boundaries', name: 'Boundaries', share: 0.1 },
   { id: 'superpixels', name: 'Superpixels', share: 0.13 },
@@ -24,11 +25,8 @@ export const STILL_STAGES = [
 /** @typedef {{boundaries?: Boundaries, superpixels?: Superpixels, imageEdges?: ImageEdges}} Finds */
 
 export class StillJob extends Job {
-  static stages = STILL_STAGES;
-
-  /** @param {import('../source.js').Source} source */
-  static fits(source) {
-    return source.kind === 'still';
+  static stagesFor() {
+    return STAGES;
   }
 
   /** @param {ConstructorParameters<typeof Job>} parts */
@@ -62,7 +60,7 @@ export class StillJob extends Job {
     this.pixels ??= await this.read();
     signal.throwIfAborted();
     report();
-    const { library, pixels } = this;
+    const { pixels } = this;
     const { contour, superpixel, still } = this.options;
     /** @type {<K extends keyof Finds>(id: K, make: () => Promise<NonNullable<Finds[K]>>) => Promise<void>} */
     const find = async (id, make) => {
@@ -71,9 +69,9 @@ export class StillJob extends Job {
       this.mark(id, 1, 1);
       report();
     };
-    await find('boundaries', () => library.boundaries(pixels));
-    await find('superpixels', () => library.superpixels(pixels, { contour, superpixel }));
-    await find('imageEdges', () => library.imageDiscontinuities(pixels, { still }));
+    await find('boundaries', () => boundaries(pixels));
+    await find('superpixels', () => superpixels(pixels, { contour, superpixel }));
+    await find('imageEdges', () => imageDiscontinuities(pixels, { still }));
   }
 
   async read() {

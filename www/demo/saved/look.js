@@ -1,6 +1,27 @@
-/** What was chosen for a result beside its masks: edges and smoothing, what is kept, the ground. Kept with the work. @module */
+/**
+ * What was chosen for a result beside its masks: their edges and smoothing, what is kept, the ground. Kept with the
+ * work.
+ * @module
+ */
 
-import { DEFAULT_EDGES } from '../result/edges.js';
+/**
+ * The smallest piece that counts, in percent of the frame; how far objects grow, or shrink where it is negative, and how
+ * soft their edges are, in pixels of the masks; over how many frames before and after they are smoothed.
+ *
+ * @typedef {{smallest: number, grow: number, feather: number, smooth: number}} EdgeChoice
+ */
+
+/** Specks are nobody's wish. @type {EdgeChoice} */
+export const DEFAULT_EDGES = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
+
+/**
+ * @param {EdgeChoice} choice
+ * @param {{width: number, height: number}} size of the masks
+ * @returns {import('../library.js').MaskEdges} as the package takes it
+ */
+export function edgesOf({ smallest, grow, feather }, { width, height }) {
+  return { smallest: Math.ceil((smallest / 100) * width * height), grow, feather };
+}
 
 /** @typedef {import('../store.js').State} State */
 
@@ -8,12 +29,12 @@ import { DEFAULT_EDGES } from '../result/edges.js';
  * Grounds with a picture are kept without it: they are transparent.
  *
  * @typedef {object} Look
- * @property {import('../result/edges.js').EdgeChoice} edges
+ * @property {EdgeChoice} edges
  * @property {number[]} hidden objects that are not kept
  * @property {{name: string, colour: string, trail: import('../store.js').Trail}} ground
  */
 
-/** What edges may be. @type {Record<keyof import('../result/edges.js').EdgeChoice, [min: number, max: number]>} */
+/** What edges may be. @type {Record<keyof EdgeChoice, [min: number, max: number]>} */
 const RANGES = { smallest: [0, 1], grow: [-10, 10], feather: [0, 20], smooth: [0, 2] };
 const KEPT_GROUNDS = ['transparent', 'green', 'colour', 'blurred', 'desaturated', 'dimmed'];
 const MOST_COPIES = 8;

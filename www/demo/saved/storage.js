@@ -3,11 +3,11 @@
  * another; the oldest go when there are too many. @module
  */
 
-const DATABASE = 'tracecut';
+const DATABASE = '../library.js';
 const TABLE = 'work';
 
 /** Works that are kept, and how many bytes of all together: the newest is kept however large it is. */
-export const MOST_WORKS = 8;
+const MOST_WORKS = 8;
 const MOST_BYTES = 2 ** 31;
 
 /**
@@ -19,7 +19,7 @@ const MOST_BYTES = 2 ** 31;
  * @property {number} at when it was kept, milliseconds since 1970
  * @property {File[]} files that the clip was opened from
  * @property {Uint8Array} project masks before edits, as `saveProject` made them
- * @property {import('../../dist/edit.js').SavedEdits | null} edits
+ * @property {import('../library.js').SavedEdits | null} edits
  * @property {About} about
  */
 

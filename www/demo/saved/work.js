@@ -1,13 +1,12 @@
 /** What is on screen as work that can be opened again, and back. @module */
 
+import { editMasks, openProject, saveProject } from '../library.js';
 import { stemOf } from '../result/export.js';
 import { PageError } from '../words.js';
 import { lookOf } from './look.js';
 
 /** @typedef {import('./storage.js').About} About */
 /** @typedef {import('./storage.js').Saved} Saved */
-/** @typedef {import('../run/job.js').Library} Library */
-
 /** Clips that are larger are not kept with the work, in bytes. */
 const MOST_BYTES = 2 ** 30;
 
@@ -20,7 +19,7 @@ export const EXTENSION = '.tracecut';
  */
 export function isWork({ phase, found, source, job }) {
   if (source?.gallery && !job?.corrector?.count()) return false;
-  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.masks() && source?.files);
+  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.result && source?.files);
 }
 
 /**
@@ -29,15 +28,13 @@ export function isWork({ phase, found, source, job }) {
  */
 function aboutOf(state) {
   const { job, changed, name } = state;
-  const { take } = /** @type {import('../run/jobs.js').AnyJob} */ (job);
+  const { take } = /** @type {import('../run/job.js').AnyJob} */ (job);
   return { name, take, changed: [...changed], look: lookOf(state) };
 }
 
 /** Makes work of what is on screen; masks that have not changed since are not packed again. */
 export class Packer {
-  /** @param {Library} library */
-  constructor(library) {
-    this.library = library;
+  constructor() {
     /** @type {{masks: unknown, project: Uint8Array} | null} */
     this.packed = null;
   }
@@ -50,7 +47,7 @@ export class Packer {
   async pack(state, id) {
     const { job, film } = state;
     const corrections = /** @type {import('../run/corrections.js').Corrections} */ (job?.corrections);
-    const masks = /** @type {import('../../dist/index.js').VideoResult} */ (corrections.of.masks());
+    const masks = /** @type {import('../library.js').VideoResult} */ (corrections.of.result);
     const edits = corrections.editor?.toJSON() ?? null;
     if (this.packed?.masks !== masks) {
       const times = film.times.seconds?.slice(0, masks.numFrames) ?? null;
@@ -66,7 +63,7 @@ export class Packer {
         end: times && (film.times.seconds?.[masks.numFrames] ?? film.times.end),
         labels: (/** @type {number} */ t) => masks.labels(t),
       };
-      this.packed = { masks, project: await this.library.saveProject(source, { frameRate: film.fps }) };
+      this.packed = { masks, project: await saveProject(source, { frameRate: film.fps }) };
     }
     const files = (state.source?.files ?? []).filter(Boolean);
     const bytes = files.reduce((sum, { size }) => sum + size, 0);
@@ -87,16 +84,15 @@ function fieldOf(of, name) {
  * A file of one's work: masks, edits, and the clip itself.
  *
  * @param {Saved} saved
- * @param {Library} library
  * @returns {Promise<Blob>}
  */
-export async function projectFile({ files, project, edits, about }, library) {
-  const { masks } = await library.openProject(project);
-  const editor = library.editMasks(masks);
+export async function projectFile({ files, project, edits, about }) {
+  const { masks } = await openProject(project);
+  const editor = editMasks(masks);
   if (edits) editor.restore(edits);
   const clip = await Promise.all(files.map(async (file) => [file.name, new Uint8Array(await file.arrayBuffer())]));
   const types = Object.fromEntries(files.map(({ name, type }) => [name, type]));
-  const bytes = await library.saveProject(masks, {
+  const bytes = await saveProject(masks, {
     editor,
     about: { ...about, types },
     files: Object.fromEntries(clip),
@@ -106,11 +102,10 @@ export async function projectFile({ files, project, edits, about }, library) {
 
 /**
  * @param {File} file
- * @param {Library} library
- * @returns {Promise<{files: File[], about: About, project: import('../../dist/edit.js').Project}>}
+ * @returns {Promise<{files: File[], about: About, project: import('../library.js').Project}>}
  */
-export async function readProjectFile(file, library) {
-  const project = await library.openProject(file);
+export async function readProjectFile(file) {
+  const project = await openProject(file);
   const about = /** @type {About & {types?: Record<string, string>}} */ (project.about);
   const files = Object.entries(project.files).map(
     ([name, bytes]) => new File([/** @type {BlobPart} */ (bytes)], name, { type: about?.types?.[name] ?? '' }),
@@ -121,9 +116,8 @@ export async function readProjectFile(file, library) {
 
 /**
  * @param {Saved} saved
- * @param {Library} library
- * @returns {Promise<{files: File[], about: About, project: import('../../dist/edit.js').Project}>}
+ * @returns {Promise<{files: File[], about: About, project: import('../library.js').Project}>}
  */
-export async function reopened({ files, about, project, edits }, library) {
-  return { files, about, project: { ...(await library.openProject(project)), edits } };
+export async function reopened({ files, about, project, edits }) {
+  return { files, about, project: { ...(await openProject(project)), edits } };
 }

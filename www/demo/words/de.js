@@ -1,14 +1,7 @@
-/**
- * The German words of the page, by their English ones, in groups by where they are shown. What is the same in both
- * languages is left out.
- * @module
- */
+/** The German words of the page, by their English ones. What is the same in both languages is left out. @module */
 
-import { clip, edges, layers, objects, settings, why } from './de-panel.js';
-import { gallery } from './de-gallery.js';
-import { errors, saving } from './de-saving.js';
-
-const top = {
+export default {
+  // The heading.
   'TraceCut: what moves in this video?': 'TraceCut: Was bewegt sich in diesem Video?',
   'Finds what moves in a video. It all happens in this page: nothing is uploaded.':
     'Findet, was sich in einem Video bewegt. Alles geschieht auf dieser Seite: nichts wird hochgeladen.',
@@ -31,18 +24,16 @@ const top = {
   Camera: 'Kamera',
   '{0} files': '{0} Dateien',
   Language: 'Sprache',
-};
 
-const guide = {
+  // First steps.
   'First steps': 'Erste Schritte',
   'What moves is found by itself; keep in the list what you want.':
     'Was sich bewegt, wird von selbst gefunden; in der Liste behalten, was gewünscht ist.',
   'Paint, wipe away, or add what was missed.': 'Malen, wegwischen oder hinzufügen, was fehlt.',
   'A video, a cut-out or masks, as large as your clip.': 'Ein Video, Freisteller oder Masken, so groß wie der Clip.',
   'Got it': 'Verstanden',
-};
 
-const run = {
+  // A run under way.
   'Loading…': 'Wird geladen…',
   'Opening…': 'Wird geöffnet…',
   Cancelled: 'Abgebrochen',
@@ -68,9 +59,8 @@ const run = {
   '{0} frames of {1}, opened again': '{0} Bilder von {1}, wieder geöffnet',
   'This browser alters pixels that a page reads, against tracking. Results may differ a little from run to run.':
     'Dieser Browser verändert zum Schutz vor Verfolgung die Pixel, die eine Seite liest. Ergebnisse können von Mal zu Mal etwas abweichen.',
-};
 
-const stages = {
+  // Stages.
   'Time by stage': 'Zeit je Schritt',
   'Reading frames': 'Bilder lesen',
   'Reading the image': 'Bild lesen',
@@ -87,9 +77,8 @@ const stages = {
   Boundaries: 'Grenzen',
   'Pixel embedding': 'Pixel-Einbettung',
   'Segmenting window by window': 'Fenster für Fenster',
-};
 
-const found = {
+  // What was found.
   'moving object': 'bewegtes Objekt',
   'moving objects': 'bewegte Objekte',
   '{0} and the background': '{0} und der Hintergrund',
@@ -102,8 +91,8 @@ const found = {
   'A still image, and its boundaries': 'Ein einzelnes Bild und seine Grenzen',
   'One picture shows no motion. To see what moves, open a video, or all images of a sequence.':
     'Ein Bild zeigt keine Bewegung. Um zu sehen, was sich bewegt, ein Video oder alle Bilder einer Folge öffnen.',
-  'Taken in windows of 50 frames; objects keep their numbers. Some layers are there for up to 50 frames only.':
-    'In Fenstern von 50 Bildern berechnet; Objekte behalten ihre Nummern. Einige Ebenen gibt es nur bis 50 Bilder.',
+  'Taken in windows of {0} frames; objects keep their numbers. Some layers are there for up to {1} frames only.':
+    'In Fenstern von {0} Bildern berechnet; Objekte behalten ihre Nummern. Einige Ebenen gibt es nur bis {1} Bilder.',
   'Nothing in this clip moves differently from the background.':
     'Nichts in diesem Clip bewegt sich anders als der Hintergrund.',
   'Stopped early: {0} of {1} frames have masks, and can be saved. “Continue” goes on from there.':
@@ -112,9 +101,8 @@ const found = {
     'Die Datei ist abgeschnitten oder beschädigt. {0} von {1} Bildern liegen davor: Diese wurden genommen.',
   'The file is cut off or damaged. {0} frames come before that: these were taken.':
     'Die Datei ist abgeschnitten oder beschädigt. {0} Bilder liegen davor: Diese wurden genommen.',
-};
 
-const nothing = {
+  // Nothing was found.
   'Nothing was found: what to try': 'Nichts gefunden: was zu versuchen ist',
   'Looked at {0} and found no point to follow.': '{0} durchsucht und keinen Punkt gefunden, der sich verfolgen lässt.',
   'Followed {0} over {1} of the picture, through {2}': '{0} auf {1} der Bildfläche verfolgt, über {2}',
@@ -132,9 +120,8 @@ const nothing = {
   'Follow weaker texture too': 'Auch schwächere Textur verfolgen',
   'Tap the object to add it': 'Objekt antippen und hinzufügen',
   'Click the object to add it': 'Objekt anklicken und hinzufügen',
-};
 
-const counted = {
+  // Counted things.
   frame: 'Bild',
   frames: 'Bilder',
   image: 'Bild',
@@ -167,9 +154,8 @@ const counted = {
   '{0} images': '{0} Bilder',
   '{0} frames': '{0} Bilder',
   'frames {0}–{1}': 'Bilder {0}–{1}',
-};
 
-const described = {
+  // What objects do.
   Object: 'Objekt',
   'Object {0}': 'Objekt {0}',
   Background: 'Hintergrund',
@@ -222,9 +208,23 @@ const described = {
   'No clip yet': 'Noch kein Clip',
   'No result yet': 'Noch kein Ergebnis',
   'trajectory {0}, {1}': 'Trajektorie {0}, {1}',
-};
 
-const kept = {
+  // The list of objects.
+  Objects: 'Objekte',
+  'Keep all': 'Alle behalten',
+  Keep: 'Behalten',
+  'Keep {0}': '{0} behalten',
+  'Keep it on screen, and in what is saved': 'Auf dem Bildschirm behalten und beim Speichern',
+  'Show {0} alone': 'Nur {0} zeigen',
+  'Hide {0}': '{0} ausblenden',
+  'Show {0}': '{0} einblenden',
+  Hide: 'Ausblenden',
+  Show: 'Zeigen',
+  'not seen': 'nicht zu sehen',
+  'When each object is there': 'Wann jedes Objekt da ist',
+  '{0}; go to where it is largest, {1}': '{0}; zum Bild gehen, in dem es am größten ist, {1}',
+
+  // Work that is kept.
   'Kept work': 'Aufbewahrte Arbeit',
   'Kept works': 'Aufbewahrte Arbeiten',
   'Kept works…': 'Aufbewahrte Arbeiten…',
@@ -240,9 +240,8 @@ const kept = {
   'Delete {0}': '{0} löschen',
   'Delete for good?': 'Endgültig löschen?',
   'Delete {0} for good?': '{0} endgültig löschen?',
-};
 
-const queue = {
+  // Several clips.
   'Save all masks': 'Alle Masken speichern',
   'Cancel all': 'Alle abbrechen',
   'Cancel {0}': '{0} abbrechen',
@@ -254,9 +253,8 @@ const queue = {
   '{0}, window {1}': '{0}, Fenster {1}',
   '{0}, up to the damage': '{0} bis zur Beschädigung',
   'Bringing masks to full size': 'Masken auf volle Größe bringen',
-};
 
-const viewer = {
+  // The picture.
   Viewer: 'Anzeige',
   View: 'Ansicht',
   Overlay: 'Überlagert',
@@ -287,9 +285,8 @@ const viewer = {
   'Closer (+)': 'Näher (+)',
   'Fill the screen': 'Ganzer Bildschirm',
   'Fill the screen (W)': 'Ganzer Bildschirm (W)',
-};
 
-const timeline = {
+  // The timeline.
   Timeline: 'Zeitleiste',
   'First frame': 'Erstes Bild',
   'One frame back': 'Ein Bild zurück',
@@ -316,9 +313,8 @@ const timeline = {
   'images {0}–{1} of {2}': 'Bilder {0}–{1} von {2}',
   'Run this part': 'Diesen Teil berechnen',
   'Run the whole clip': 'Ganzen Clip berechnen',
-};
 
-const fix = {
+  // Corrections.
   Fix: 'Korrigieren',
   'Fix the result': 'Das Ergebnis korrigieren',
   Tool: 'Werkzeug',
@@ -351,7 +347,6 @@ const fix = {
   'Paint over each of the things that are not one: a stroke for each.':
     'Jedes der Dinge übermalen, die nicht eins sind: ein Strich für jedes.',
   '{0} painted': '{0} gemalt',
-  'Only where the clip is one window': 'Nur wenn der Clip ein einziges Fenster ist',
   'Correcting…': 'Wird korrigiert…',
   'Corrected in {0}. {1}.': 'Korrigiert in {0}. {1}.',
   'That is not possible here: {0}.': 'Das geht hier nicht: {0}.',
@@ -368,9 +363,223 @@ const fix = {
   'Paint all of them in one frame.': 'Alle in einem Bild malen.',
   'The strokes lie on one object alone': 'Die Striche liegen alle auf einem Objekt',
   'Paint over each of the objects that are one thing.': 'Jedes der Objekte übermalen, die eins sind.',
-};
 
-const help = {
+  // Edges.
+  Edges: 'Kanten',
+  Reset: 'Zurücksetzen',
+  Grow: 'Wachsen',
+  Feather: 'Weich',
+  Specks: 'Flecken',
+  Smooth: 'Glätten',
+  'Smooth over time': 'Über die Zeit glätten',
+  kept: 'bleiben',
+  'as found': 'gar nicht',
+  hard: 'hart',
+  on: 'an',
+  off: 'aus',
+  'Of all masks, on screen and in what is saved. Specks are pieces up to that part of the frame: they are left out. Smoothed masks are those that most frames before and after agree on, along the motion.':
+    'Aller Masken, auf dem Bildschirm und beim Speichern. Flecken sind Stücke bis zu diesem Teil des Bildes: Sie entfallen. Geglättete Masken sind die, bei denen die meisten Bilder davor und danach übereinstimmen, entlang der Bewegung.',
+
+  // Layers.
+  Picture: 'Bild',
+  'How it works: what each stage sees': 'Wie es geht: was jeder Schritt sieht',
+  Key: 'Taste',
+  Opacity: 'Deckkraft',
+  Fill: 'Füllung',
+  Trail: 'Spur',
+  none: 'keine',
+  Tint: 'Tönung',
+  Pixels: 'Pixel',
+  Links: 'Verbindungen',
+  Above: 'Ab',
+  background: 'Hintergrund',
+  'objects, colours as listed': 'Objekte, Farben wie in der Liste',
+  'Every pixel that belongs to an object, in its colour.': 'Jedes Pixel, das zu einem Objekt gehört, in dessen Farbe.',
+  'Source image': 'Originalbild',
+  'The frame itself, a little pale so that the layers stand out.':
+    'Das Bild selbst, etwas blass, damit die Ebenen hervortreten.',
+  'Points followed from frame to frame, coloured by object. Pixels are tinted like the nearest point.':
+    'Punkte, von Bild zu Bild verfolgt, in der Farbe ihres Objekts. Pixel sind wie der nächste Punkt getönt.',
+  'Mean colour': 'Mittlere Farbe',
+  'Pieces of the frame that lie between its contours, gaps bridged; each belongs to one object.':
+    'Stücke des Bildes zwischen seinen Konturen, Lücken überbrückt; jedes gehört zu einem Objekt.',
+  'Deleted edges': 'Gelöschte Kanten',
+  'Lines fitted to the contours, and the Gabriel edges that bridge the gaps between them.':
+    'Linien entlang der Konturen, und die Gabriel-Kanten, die Lücken zwischen ihnen überbrücken.',
+  contours: 'Konturen',
+  'Gabriel edges': 'Gabriel-Kanten',
+  'Delaunay edges deleted': 'gelöschte Delaunay-Kanten',
+  'Boundaries (Pb)': 'Grenzen (Pb)',
+  'Ridges only': 'Nur Grate',
+  'How likely each pixel lies on a boundary, from brightness, colour and texture; computed when first shown.':
+    'Wie wahrscheinlich jedes Pixel auf einer Grenze liegt, aus Helligkeit, Farbe und Textur; beim ersten Zeigen berechnet.',
+  'Neighbouring points whose motions part: there an object ends.':
+    'Benachbarte Punkte, deren Bewegungen auseinandergehen: Dort endet ein Objekt.',
+  'motions part': 'Bewegungen gehen auseinander',
+  'neighbours that move alike': 'Nachbarn, die sich gleich bewegen',
+  'Embedding colours': 'Farben der Einbettung',
+  'Points of like colour have moved alike over their whole life.':
+    'Punkte ähnlicher Farbe haben sich ihr Leben lang ähnlich bewegt.',
+  'eigenvectors 2, 3 and 4': 'Eigenvektoren 2, 3 und 4',
+  'Where each pixel goes in the next frame; computed when first shown.':
+    'Wohin jedes Pixel im nächsten Bild geht; beim ersten Zeigen berechnet.',
+  'Hue: direction. White: no motion.': 'Farbton: Richtung. Weiß: keine Bewegung.',
+  'Full colour: fast.': 'Volle Farbe: schnell.',
+  'Full colour: {0} px per frame.': 'Volle Farbe: {0} px je Bild.',
+  'Colour wheel of motion': 'Farbkreis der Bewegung',
+  Foreground: 'Vordergrund',
+  'Trajectories that stand out enough, among those that move like them, to be part of something that moves.':
+    'Trajektorien, die unter denen, die sich wie sie bewegen, genug hervorstechen, um Teil von etwas Bewegtem zu sein.',
+  'all others': 'alle anderen',
+  foreground: 'Vordergrund',
+  'foreground, {0} of {1}': 'Vordergrund, {0} von {1}',
+  'not foreground': 'kein Vordergrund',
+  'Trajectories in context (s̄)': 'Trajektorien im Umfeld (s̄)',
+  'How much the motion of a pixel, or of a trajectory in all its life, stands out against what surrounds it.':
+    'Wie sehr die Bewegung eines Pixels, oder einer Trajektorie ihr Leben lang, aus ihrer Umgebung hervorsticht.',
+  'saliency {0}': 'Salienz {0}',
+  'trajectory’s {0}, in context {1}': 'die der Trajektorie {0}, im Umfeld {1}',
+  'Colours of saliency, dark for none to bright for most':
+    'Farben der Salienz, von dunkel für keine bis hell für die höchste',
+  Components: 'Komponenten',
+  'Connected pieces of the foreground. Trajectories that are in two of them are not one thing.':
+    'Zusammenhängende Stücke des Vordergrunds. Trajektorien in zwei verschiedenen sind nicht dasselbe Ding.',
+  'a colour for each component': 'eine Farbe je Komponente',
+  'foreground, too small a piece': 'Vordergrund, zu kleines Stück',
+  'no component': 'keine Komponente',
+  'component {0} of {1}': 'Komponente {0} von {1}',
+  'The scene without the objects, as other frames show it.':
+    'Die Szene ohne die Objekte, wie andere Bilder sie zeigen.',
+  'never seen': 'nie zu sehen',
+  'Pb and discontinuities together': 'Pb und Diskontinuitäten zusammen',
+  combined: 'zusammen',
+  'Discontinuities of the embedding': 'Diskontinuitäten der Einbettung',
+  discontinuity: 'Diskontinuität',
+  'Gradients of the eigenvectors': 'Gradienten der Eigenvektoren',
+  spectral: 'spektral',
+  'Pb alone': 'Nur Pb',
+  'Embedding discontinuities': 'Diskontinuitäten der Einbettung',
+  'Pixels that look connected lie close together in the embedding; boundaries are where its density breaks off.':
+    'Pixel, die verbunden aussehen, liegen in der Einbettung nah beieinander; Grenzen sind dort, wo ihre Dichte abbricht.',
+  'Known within one window only. Take at most {0} frames to see it.':
+    'Nur innerhalb eines Fensters bekannt. Dazu höchstens {0} Bilder nehmen.',
+  'Known when all windows are done.': 'Bekannt, wenn alle Fenster fertig sind.',
+  'Needs masks, which were not asked for.': 'Braucht Masken, die nicht verlangt waren.',
+  'Needs the motion of frames, which this clip came without.':
+    'Braucht die Bewegung der Bilder, die diesem Clip fehlt.',
+  'Nothing stands out in this clip: no trajectory is foreground.':
+    'Nichts sticht in diesem Clip hervor: Keine Trajektorie ist Vordergrund.',
+  'The foreground of this clip lies in pieces too small to count.':
+    'Der Vordergrund dieses Clips besteht aus Stücken, die zu klein sind, um zu zählen.',
+
+  // The clip.
+  'Settings and results': 'Einstellungen und Ergebnisse',
+  Image: 'Bild',
+  'Drawn by the page itself: the camera pans over a landscape, while a balloon, a van and a walker go their own ways.':
+    'Von der Seite selbst gezeichnet: Die Kamera schwenkt über eine Landschaft, während ein Ballon, ein Lieferwagen und ein Fußgänger ihre eigenen Wege gehen.',
+  Start: 'Anfang',
+  Frames: 'Bilder',
+  Every: 'Jedes',
+  '2nd': '2.',
+  '3rd': '3.',
+  '5th': '5.',
+  'Long side': 'Lange Seite',
+  'Seen at {0}': 'Gesehen mit {0}',
+  '{0} of {1}, {2} to {3}': '{0} von {1}, {2} bis {3}',
+  'About {0}\u00a0s on this computer': 'Etwa {0}\u00a0s auf diesem Rechner',
+  'More than {0} frames are taken in windows; the first are shown while the others are computed':
+    'Mehr als {0} Bilder werden in Fenstern berechnet; die ersten sind zu sehen, während die anderen entstehen',
+  '{0}, {1} s at {2} fps': '{0}, {1} s mit {2} Bildern/s',
+
+  // Settings.
+  Settings: 'Einstellungen',
+  'Reset all': 'Alle zurücksetzen',
+  'All settings, stage by stage': 'Alle Einstellungen, Schritt für Schritt',
+  'Changed since this run.': 'Seit dieser Berechnung geändert.',
+  '{0} changed': '{0} geändert',
+  'Reset {0}': '{0} zurücksetzen',
+  'Back to {0}': 'Zurück auf {0}',
+  'a whole number, {0} to {1}': 'eine ganze Zahl, {0} bis {1}',
+  '{0} to {1}': '{0} bis {1}',
+  'How large frames are when they are looked at, and whether there are masks.':
+    'Wie groß Bilder sind, wenn sie betrachtet werden, und ob es Masken gibt.',
+  Cuts: 'Schnitte',
+  'When a frame begins a new shot of a long clip.': 'Wann ein Bild eine neue Einstellung eines langen Clips beginnt.',
+  'How the motion of every pixel to the next frame is estimated.':
+    'Wie die Bewegung jedes Pixels zum nächsten Bild geschätzt wird.',
+  'Which points are followed through the clip, and when they are lost.':
+    'Welche Punkte durch den Clip verfolgt werden, und wann sie verloren gehen.',
+  'How alike two trajectories move.': 'Wie ähnlich sich zwei Trajektorien bewegen.',
+  'Trajectories as points that lie close where they move alike.':
+    'Trajektorien als Punkte, die nah beieinander liegen, wo sie sich gleich bewegen.',
+  'Where neighbours lie far apart in the embedding.': 'Wo Nachbarn in der Einbettung weit auseinander liegen.',
+  'What stands out against the motion around it.': 'Was aus der Bewegung um sich herum hervorsticht.',
+  'What the pieces of the foreground keep apart and hold together.':
+    'Was die Stücke des Vordergrunds trennen und zusammenhalten.',
+  'From the embedding to groups of trajectories.': 'Von der Einbettung zu Gruppen von Trajektorien.',
+  Contours: 'Konturen',
+  'Boundaries seen in a single frame.': 'Grenzen, die in einem einzelnen Bild zu sehen sind.',
+  'Pieces of a frame that lie between its contours.': 'Stücke eines Bildes, die zwischen seinen Konturen liegen.',
+  'Which superpixels belong to which object.': 'Welche Superpixel zu welchem Objekt gehören.',
+  'What the scene behind everything tells about the objects before it.':
+    'Was die Szene hinter allem über die Objekte davor sagt.',
+  'Borders of masks': 'Ränder der Masken',
+  'Moving the borders of masks to the pixel.': 'Wie die Ränder der Masken aufs Pixel genau gerückt werden.',
+  'Still images': 'Einzelne Bilder',
+  'The embedding of the pixels of a single image.': 'Die Einbettung der Pixel eines einzelnen Bildes.',
+  Joining: 'Zusammenfassen',
+  'Keeping apart': 'Auseinanderhalten',
+  'Higher keeps parts that move differently apart; lower makes fewer, larger objects.':
+    'Höher hält Teile auseinander, die sich verschieden bewegen; niedriger gibt weniger, größere Objekte.',
+  'Shaking to ignore': 'Wackeln übergehen',
+  'Lower notices slower motion; higher takes more of it for shaking.':
+    'Niedriger bemerkt langsamere Bewegung; höher hält mehr davon für Wackeln.',
+  'px a frame': 'px je Bild',
+  'Distance of points': 'Abstand der Punkte',
+  'Lower finds smaller objects and takes longer.': 'Niedriger findet kleinere Objekte und dauert länger.',
+  'Smoothness of masks': 'Glätte der Masken',
+  'Higher gives rounder masks that lose thin parts.': 'Höher gibt rundere Masken, die dünne Teile verlieren.',
+  'Higher makes fewer, larger superpixels.': 'Höher gibt weniger, größere Superpixel.',
+  'Weight of the embedding': 'Gewicht der Einbettung',
+  'How much its discontinuities count beside the boundaries.':
+    'Wie viel ihre Diskontinuitäten neben den Grenzen zählen.',
+
+  // Why a pixel has its label.
+  'Why?': 'Warum?',
+  '{0} at {1}, {2} in frame {3}': '{0} bei {1}, {2} in Bild {3}',
+  'The mask on screen has {0} here: it was changed by hand.': 'Die Maske zeigt hier {0}: Sie wurde von Hand geändert.',
+  'A stroke over it decides.': 'Ein Strich darüber entscheidet.',
+  'Its superpixel {0} is {1}; the step after the cut has moved the border over it.':
+    'Sein Superpixel {0} ist {1}; der Schritt nach dem Schnitt hat die Grenze darüber geschoben.',
+  'Its superpixel {0} has this label by the cut.': 'Sein Superpixel {0} ist das nach dem Schnitt.',
+  'There is no other label that it could have.': 'Etwas anderes könnte es nicht sein.',
+  'It would be {0} for a cost of {1} more; no number of trajectories alone would make it that.':
+    'Für Kosten von {1} mehr wäre es {0}; Trajektorien allein könnten das nicht ändern.',
+  'It would be {0} for a cost of {1} more: {2} more trajectories of it here would do.':
+    'Für Kosten von {1} mehr wäre es {0}: {2} weitere Trajektorien davon würden hier reichen.',
+  'No trajectory votes here; colours and neighbours decide.':
+    'Hier stimmt keine Trajektorie ab; Farben und Nachbarn entscheiden.',
+  'Trajectories that vote here: {0}, of them strangers: {1}. Their weight is {2}.':
+    'Trajektorien, die hier abstimmen: {0}, davon Fremde: {1}. Ihr Gewicht ist {2}.',
+  'For an object speak the background with {0} and looks with {1}; less than 0 is against.':
+    'Für ein Objekt sprechen der Hintergrund mit {0} und das Aussehen mit {1}; unter 0 heißt dagegen.',
+  'Links to neighbours of its own label hold it with {0}, those to others pull with {1}.':
+    'Verbindungen zu Nachbarn, die dasselbe sind, halten es mit {0}, die zu anderen ziehen mit {1}.',
+  'Edges between the two in this frame: {0}, of discontinuity {1} on average and {2} at most.':
+    'Kanten zwischen beiden in diesem Bild: {0}, mit Diskontinuität {1} im Mittel und höchstens {2}.',
+  'The nearest trajectory is {0}; it moves most like {1}.':
+    'Die nächste Trajektorie ist {0}; sie bewegt sich am ehesten wie {1}.',
+  'Show where labels are unsure': 'Zeigen, wo Labels unsicher sind',
+  'This label is right with {0}.': 'Das Label stimmt mit {0}.',
+  Reasons: 'Gründe',
+  Votes: 'Stimmen',
+  Colours: 'Farben',
+  Evidence: 'Indizien',
+  Forbidden: 'Verboten',
+  Sum: 'Summe',
+  'What each label would cost here; the least is taken': 'Was hier jedes Label kosten würde; das Wenigste gilt',
+
+  // Help.
   Help: 'Hilfe',
   'With fingers': 'Mit den Fingern',
   'With a keyboard': 'Mit der Tastatur',
@@ -417,9 +626,8 @@ const help = {
   'Drag below the picture': 'Unter dem Bild ziehen',
   'go through the clip; the handles of the filmstrip choose a part':
     'durch den Clip gehen; die Griffe des Filmstreifens wählen einen Teil',
-};
 
-const camera = {
+  // The camera.
   'Record with the camera': 'Mit der Kamera aufnehmen',
   'What the camera sees': 'Was die Kamera sieht',
   Length: 'Länge',
@@ -432,31 +640,217 @@ const camera = {
     'Etwas vor der Kamera in Bewegung setzen. Nichts verlässt dieses Gerät.',
   'Recording starts in {0}.': 'Die Aufnahme beginnt in {0}.',
   'Recording {0}…': 'Aufnahme, {0}…',
-};
 
-export default {
-  top,
-  guide,
-  run,
-  stages,
-  found,
-  nothing,
-  counted,
-  described,
-  objects,
-  kept,
-  queue,
-  viewer,
-  timeline,
-  fix,
-  edges,
-  layers,
-  clip,
-  settings,
-  why,
-  help,
-  camera,
-  saving,
-  errors,
-  gallery,
+  // Saving.
+  Save: 'Speichern',
+  'Save…': 'Speichern…',
+  'Video quality': 'Videoqualität',
+  Small: 'Klein',
+  Medium: 'Mittel',
+  Fine: 'Fein',
+  Finest: 'Feinst',
+  'Keep the sound': 'Ton behalten',
+  Saving: 'Speichern',
+  'Share…': 'Teilen…',
+  Copy: 'Kopieren',
+  'Copy a link with these settings': 'Link mit diesen Einstellungen kopieren',
+  'What it takes to get the same result again': 'Was nötig ist, um dasselbe Ergebnis wieder zu erhalten',
+  Recipe: 'Rezept',
+  'As the source': 'Wie das Original',
+  'Half of it': 'Die Hälfte davon',
+  'As computed': 'Wie berechnet',
+  'Other…': 'Andere…',
+  'a video takes roughly {0}': 'ein Video braucht ungefähr {0}',
+  '{0}, as it is.': '{0}, unverändert.',
+  '{0}, as it is. {1} cannot hold it: such files are silent.':
+    '{0}, unverändert. {1} kann ihn nicht aufnehmen: Solche Dateien sind stumm.',
+  'No object': 'kein Objekt',
+  '{0} of {1} is kept: what is saved has no other.': 'Behalten: {0} (insgesamt {1}). Gespeichert wird nichts anderes.',
+  '{0} of {1} are kept: what is saved has no other.': 'Behalten: {0} (insgesamt {1}). Gespeichert wird nichts anderes.',
+  '{0} of 1 frame': '{0} von 1 Bild',
+  '{0} of {1} frames': '{0} von {1} Bildern',
+  'Making {0}…': '{0} wird erstellt…',
+  'Saved {0}, {1}.': '{0} gespeichert, {1}.',
+  'Cancelled; nothing was saved.': 'Abgebrochen; nichts wurde gespeichert.',
+  'Sharing did not work here; the file is saved.': 'Das Teilen ging hier nicht; die Datei ist gespeichert.',
+  'The link is on the clipboard.': 'Der Link ist in der Zwischenablage.',
+  'The recipe is on the clipboard.': 'Das Rezept ist in der Zwischenablage.',
+  'The browser does not let the page write to the clipboard. Copy it yourself: {0}':
+    'Der Browser lässt die Seite nicht in die Zwischenablage schreiben. Bitte von Hand kopieren: {0}',
+  'Overlay video': 'Überlagertes Video',
+  'The clip with the masks drawn over it.': 'Der Clip mit den Masken darüber.',
+  'Cut-out video': 'Freisteller als Video',
+  'The objects alone, for an editor, on the ground of the view “Cut-out”. MP4 cannot be transparent: it is green then.':
+    'Nur die Objekte, für ein Schnittprogramm, auf dem Grund der Ansicht „Freisteller“. MP4 kann nicht transparent sein: Dann ist es grün.',
+  'Cut-out pictures': 'Freisteller als Bilder',
+  'The objects alone on nothing, for editors that want pictures. An animated PNG plays in browsers and chats as a GIF does.':
+    'Nur die Objekte auf nichts, für Schnittprogramme, die Bilder wollen. Ein animiertes PNG läuft in Browsern und Chats wie ein GIF.',
+  'ZIP of PNG files': 'ZIP mit PNG-Dateien',
+  'Animated PNG': 'Animiertes PNG',
+  'Alpha alone, ZIP': 'Nur Alpha, ZIP',
+  'Mask video': 'Masken als Video',
+  'White where objects are, black elsewhere, grey in between: a track matte for an editor.':
+    'Weiß, wo Objekte sind, sonst schwarz, dazwischen grau: eine Maske für ein Schnittprogramm.',
+  'Masks of all frames': 'Masken aller Bilder',
+  'A ZIP of PNG files in the colours of the page, or a folder of black and white ones for each object. Times are in masks.json.':
+    'Ein ZIP mit PNG-Dateien in den Farben der Seite, oder je Objekt ein Ordner mit schwarz-weißen. Die Zeiten stehen in masks.json.',
+  'ZIP, in colours': 'ZIP, in Farben',
+  'ZIP, by object': 'ZIP, je Objekt',
+  'Mask of this frame': 'Maske dieses Bildes',
+  'One PNG in the colours of the page.': 'Ein PNG in den Farben der Seite.',
+  'Mask of this frame as PNG': 'Maske dieses Bildes als PNG',
+  'The scene without any of the objects, for an editor: other frames show what is behind them. What none of them shows is transparent.':
+    'Die Szene ganz ohne die Objekte, für ein Schnittprogramm: Andere Bilder zeigen, was dahinter ist. Was keines zeigt, ist transparent.',
+  'Background of this frame as PNG': 'Hintergrund dieses Bildes als PNG',
+  'ZIP, all frames': 'ZIP, alle Bilder',
+  Data: 'Daten',
+  'COCO run lengths for annotation tools; a table of objects; trajectories with their labels for the Moseg benchmark.':
+    'COCO-Lauflängen für Programme zum Annotieren; eine Tabelle der Objekte; Trajektorien mit ihren Nummern für den Moseg-Benchmark.',
+  'objects.csv: place, size and motion of the objects in each frame':
+    'objects.csv: Ort, Größe und Bewegung der Objekte in jedem Bild',
+  Project: 'Projekt',
+  'Masks, corrections and the clip itself in one file, which this page opens again.':
+    'Masken, Korrekturen und der Clip selbst in einer Datei, die diese Seite wieder öffnet.',
+  'Project file': 'Projektdatei',
+
+  // Errors.
+  'Open another file…': 'Andere Datei öffnen…',
+  'Show the sample': 'Das Beispiel zeigen',
+  'This file cannot be played as a video here': 'Diese Datei lässt sich hier nicht als Video abspielen',
+  'The browser has no decoder for it, or the file is damaged. Convert it to MP4 (H.264) or WebM, or try another browser.':
+    'Der Browser hat keinen Decoder dafür, oder die Datei ist beschädigt. In MP4 (H.264) oder WebM umwandeln oder einen anderen Browser versuchen.',
+  'One of these images cannot be read': 'Eines dieser Bilder lässt sich nicht lesen',
+  'Use whole PNG, JPEG, WebP or GIF files, and leave the damaged one out.':
+    'Vollständige PNG-, JPEG-, WebP- oder GIF-Dateien verwenden und die beschädigte weglassen.',
+  'This is neither a video nor an image': 'Das ist weder ein Video noch ein Bild',
+  'Open a video (MP4, WebM, …), an animated GIF, several images of one sequence, or one image.':
+    'Ein Video (MP4, WebM, …), ein animiertes GIF, mehrere Bilder einer Folge oder ein einzelnes Bild öffnen.',
+  'These files do not go together': 'Diese Dateien gehören nicht zusammen',
+  'Open one video, or several images of one sequence, but not both.':
+    'Ein Video öffnen oder mehrere Bilder einer Folge, aber nicht beides.',
+  'The clip gives other frames than before': 'Der Clip liefert andere Bilder als vorher',
+  'Run it again, then save it.': 'Neu berechnen, dann speichern.',
+  'There is only one frame': 'Es gibt nur ein Bild',
+  'Motion needs at least two pictures of the same scene. Open a longer video, or choose all images of a sequence.':
+    'Bewegung braucht mindestens zwei Bilder derselben Szene. Ein längeres Video öffnen oder alle Bilder einer Folge wählen.',
+  'This browser cannot take animated images apart': 'Dieser Browser kann bewegte Bilder nicht zerlegen',
+  'Convert it to MP4 (H.264) or WebM, or open its frames as images.':
+    'In MP4 (H.264) oder WebM umwandeln oder die Bilder einzeln öffnen.',
+  'These images differ in size': 'Diese Bilder sind verschieden groß',
+  '{0} is {1}, the first is {2}': '{0} hat {1}, das erste Bild {2}',
+  'All images of a sequence must have the same width and height. Leave out the ones that differ.':
+    'Alle Bilder einer Folge müssen gleich breit und gleich hoch sein. Abweichende weglassen.',
+  'This is no project of TraceCut': 'Das ist kein Projekt von TraceCut',
+  'Open the video itself, or a file that was saved here as a project.':
+    'Das Video selbst öffnen oder eine Datei, die hier als Projekt gespeichert wurde.',
+  'The clip is too large to keep': 'Der Clip ist zu groß, um ihn aufzubewahren',
+  'Save the project as a file before you leave.': 'Das Projekt vor dem Verlassen als Datei speichern.',
+  'No frame could be read': 'Kein Bild ließ sich lesen',
+  'Choose an earlier start, or convert the video to MP4 (H.264) or WebM.':
+    'Einen früheren Anfang wählen oder das Video in MP4 (H.264) oder WebM umwandeln.',
+  'The video stopped answering': 'Das Video antwortet nicht mehr',
+  'The browser did not reach one of the frames in 15 seconds. Try a shorter part, or convert the video to MP4 (H.264).':
+    'Der Browser hat eines der Bilder in 15 Sekunden nicht erreicht. Einen kürzeren Teil versuchen oder das Video in MP4 (H.264) umwandeln.',
+  'This browser is too old for TraceCut': 'Dieser Browser ist zu alt für TraceCut',
+  'It needs WebAssembly with SIMD: Chrome or Edge 91, Firefox 89, Safari 16.4, or newer.':
+    'Nötig ist WebAssembly mit SIMD: Chrome oder Edge 91, Firefox 89, Safari 16.4 oder neuer.',
+  'The segmentation code did not load': 'Das Programm zum Segmentieren wurde nicht geladen',
+  'Reload the page. If that does not help, the site is incomplete: the folder “dist” must lie beside the page.':
+    'Die Seite neu laden. Wenn das nicht hilft, ist sie unvollständig: Der Ordner „dist“ muss neben der Seite liegen.',
+  'There are too few frames': 'Es sind zu wenige Bilder',
+  'Motion needs at least two pictures of the same scene. Choose more frames, or an earlier start.':
+    'Bewegung braucht mindestens zwei Bilder derselben Szene. Mehr Bilder oder einen früheren Anfang wählen.',
+  'There is more than can be processed at once': 'Das ist mehr, als auf einmal verarbeitet werden kann',
+  'Choose fewer frames, or smaller pictures.': 'Wähle weniger Bilder oder kleinere.',
+  'These frames have a size that cannot be processed': 'Bilder dieser Größe lassen sich nicht verarbeiten',
+  'Choose another working size under “Clip”.': 'Unter „Clip“ eine andere Größe wählen.',
+  'The frames change size on the way': 'Die Bilder ändern unterwegs ihre Größe',
+  'Use a video or images of one size.': 'Ein Video oder Bilder einer einzigen Größe verwenden.',
+  'A setting has a value that does not work': 'Eine Einstellung hat einen Wert, mit dem es nicht geht',
+  'Reset it under “Settings”, then run again.': 'Unter „Einstellungen“ zurücksetzen, dann neu berechnen.',
+  'The computation met values that it cannot use': 'Die Berechnung stieß auf Werte, mit denen sie nicht rechnen kann',
+  'Reset the settings, or choose other frames, and run again.':
+    'Die Einstellungen zurücksetzen oder andere Bilder wählen und neu berechnen.',
+  'Something was asked for that is not there any more': 'Etwas wurde verlangt, das nicht mehr da ist',
+  'Run it again.': 'Neu berechnen.',
+  'Something else is still under way': 'Etwas anderes läuft noch',
+  'Wait a moment, then run it again.': 'Einen Moment warten, dann neu berechnen.',
+  'The run was ended': 'Die Berechnung wurde beendet',
+  'A frame is incomplete': 'Ein Bild ist unvollständig',
+  'Convert the video to MP4 (H.264) or WebM, or choose other frames.':
+    'Das Video in MP4 (H.264) oder WebM umwandeln oder andere Bilder wählen.',
+  'A file cannot be decoded': 'Eine Datei lässt sich nicht dekodieren',
+  'Use whole PNG or JPEG files.': 'Vollständige PNG- oder JPEG-Dateien verwenden.',
+  'This browser cannot decode this video': 'Dieser Browser kann dieses Video nicht dekodieren',
+  'Convert it to MP4 (H.264) or WebM, or try another browser.':
+    'In MP4 (H.264) oder WebM umwandeln oder einen anderen Browser versuchen.',
+  'There is no picture in this file': 'In dieser Datei ist kein Bild',
+  'Open a video file: MP4, WebM, MOV or MKV.': 'Eine Videodatei öffnen: MP4, WebM, MOV oder MKV.',
+  'This file is cut off or damaged': 'Diese Datei ist abgeschnitten oder beschädigt',
+  'Choose frames before the damage, or copy or convert the file again.':
+    'Bilder vor der Beschädigung wählen oder die Datei noch einmal kopieren oder umwandeln.',
+  'The file cannot be read': 'Die Datei lässt sich nicht lesen',
+  'Copy it to this device, and open it again.': 'Auf dieses Gerät kopieren und noch einmal öffnen.',
+  'The camera may not be used': 'Die Kamera darf nicht benutzt werden',
+  'Allow it for this page in the browser’s address bar, then open this again.':
+    'In der Adressleiste des Browsers für diese Seite erlauben, dann noch einmal öffnen.',
+  'There is no camera': 'Es gibt keine Kamera',
+  'Connect one and open this again, or open a video file instead.':
+    'Eine anschließen und noch einmal öffnen, oder stattdessen eine Videodatei öffnen.',
+  'The camera gives no picture': 'Die Kamera liefert kein Bild',
+  'Close whatever else uses it, then open this again.': 'Schließen, was sie sonst benutzt, dann noch einmal öffnen.',
+  'This browser cannot record here': 'Dieser Browser kann hier nicht aufnehmen',
+  'Open the page over https or from localhost, or open a video file instead.':
+    'Die Seite über https oder von localhost öffnen, oder stattdessen eine Videodatei öffnen.',
+  'The clip was not segmented to its end': 'Der Clip wurde nicht bis zum Ende segmentiert',
+  'Run it again, to the end.': 'Neu berechnen, bis zum Ende.',
+  'The computation broke down': 'Die Berechnung ist zusammengebrochen',
+  'Run it again; if it happens again, choose fewer frames or a smaller working size. Other clips are not affected.':
+    'Neu berechnen; wenn es wieder geschieht, weniger Bilder oder eine kleinere Größe wählen. Andere Clips sind nicht betroffen.',
+  'The computation ran out of memory': 'Der Berechnung ging der Speicher aus',
+  'Choose fewer frames or a smaller working size under “Clip”.':
+    'Unter „Clip“ weniger Bilder oder eine kleinere Größe wählen.',
+  'The network does not answer, so this could not be opened. Please try again.':
+    'Das Netz antwortet nicht, darum ließ sich das nicht öffnen. Bitte noch einmal versuchen.',
+  About: 'Über TraceCut',
+  'TraceCut {0}, free software under the MIT or Apache licence.':
+    'TraceCut {0}, freie Software unter der MIT- oder der Apache-Lizenz.',
+  'The same clip gives the same result in every browser, to the last bit. This browser is checked by computing made clips, which takes some seconds; each line below is then a part of the program and what it came to.':
+    'Derselbe Clip ergibt in jedem Browser dasselbe, bis zum letzten Bit. Dieser Browser wird geprüft, indem er gemachte Clips berechnet, was einige Sekunden dauert; jede Zeile unten ist dann ein Teil des Programms und was bei ihm herauskam.',
+  'What is promised': 'Was versprochen ist',
+  'Check this browser': 'Diesen Browser prüfen',
+  'Checking…': 'Wird geprüft …',
+  'the same': 'dasselbe',
+  'differs from {0}': 'anders als {0}',
+  'All {0} parts came to what they come to everywhere.': 'Bei allen {0} Teilen kam heraus, was überall herauskommt.',
+  '{0} of {1} parts came to something else: please report this browser, its version and this list.':
+    'Bei {0} von {1} Teilen kam etwas anderes heraus: bitte diesen Browser, seine Version und diese Liste melden.',
+  'Something went wrong': 'Etwas ist schiefgegangen',
+  'Run it again, or open the sample. The browser’s console has the details.':
+    'Neu berechnen oder das Beispiel öffnen. Die Konsole des Browsers hat die Einzelheiten.',
+  'frame {0} is at {1} s and was at {2} s': 'Bild {0} liegt bei {1} s und lag bei {2} s',
+
+  // The gallery.
+  Gallery: 'Galerie',
+  'clips with their masks ready': 'Clips mit fertigen Masken',
+  'On the coast': 'An der Küste',
+  'The camera pans, while two boats and a balloon go their own ways.':
+    'Die Kamera schwenkt, zwei Boote und ein Ballon gehen eigene Wege.',
+  'In the street': 'Auf der Straße',
+  'The camera stands still; a bus, a car and a walker pass.':
+    'Die Kamera steht still; ein Bus, ein Auto und ein Fußgänger kommen vorbei.',
+  'Two that part': 'Zwei trennen sich',
+  'Two ladybirds walk alike, then each goes its own way.':
+    'Zwei Marienkäfer laufen nebeneinander, dann jeder seinen eigenen Weg.',
+  Forward: 'Vorwärts',
+  'The camera goes forward; a car crosses ahead, a balloon drifts by.':
+    'Die Kamera fährt vorwärts; ein Auto quert die Straße, ein Ballon treibt vorbei.',
+  'A small ball': 'Ein kleiner Ball',
+  'It bounces across a lawn, and the camera follows.': 'Er springt über eine Wiese, die Kamera folgt ihm.',
+  'Behind a hedge': 'Hinter der Hecke',
+  'A car passes half hidden, and a walker before it.': 'Ein Auto fährt halb verdeckt vorbei, ein Fußgänger davor.',
+  'Fetching “{0}”…': '„{0}“ wird geholt …',
+  '“{0}” comes by the network, which does not answer.': '„{0}“ kommt aus dem Netz, und das antwortet nicht.',
+  'The gallery comes by the network, which does not answer. Everything else works without.':
+    'Die Galerie kommt aus dem Netz, und das antwortet nicht. Alles andere geht ohne.',
 };

@@ -20,9 +20,8 @@ import { createImageEngine } from '../stages/image.js';
  * @property {number} [first] the frame that is smoothed first, 0 if not given: then those after it, then those before
  * @property {import('../stages/image.js').ImageEngine} [engine] saves opening one
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
- * @property {(smoothed: {t: number, labels: Uint8Array<ArrayBuffer>, done: number, total: number}) => void} [onFrame]
- *   told of
- *   each frame
+ * @property {(smoothed: {t: number, labels: Uint8Array<ArrayBuffer>, masks: MaskSource, done: number, total: number}) =>
+ *   void} [onFrame] told of each frame; `masks` has those that are there by now
  */
 
 const MOST_REACH = 4;
@@ -76,21 +75,9 @@ export async function smooth(masks, options, flow) {
   const neighbours = new Neighbours(masks, reach, picture, flow);
   /** @type {Uint32Array<ArrayBuffer>[]} */
   const runs = [];
-  for (let done = 0; done < numFrames; done += 1) {
-    signal?.throwIfAborted();
-    const t = (first + done) % numFrames;
-    const own = labelsOf(masks, t);
-    const votes = [];
-    for await (const vote of neighbours.votes(t)) {
-      signal?.throwIfAborted();
-      votes.push(vote);
-    }
-    const labels = elected(own, votes);
-    runs[t] = encodeRuns(labels);
-    onFrame?.({ t, labels, done: done + 1, total: numFrames });
-  }
   const same = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => label);
-  return {
+  /** @type {MaskSource} */
+  const smoothed = {
     width,
     height,
     numFrames,
@@ -104,6 +91,20 @@ export async function smooth(masks, options, flow) {
         same,
       ),
   };
+  for (let done = 0; done < numFrames; done += 1) {
+    signal?.throwIfAborted();
+    const t = (first + done) % numFrames;
+    const own = labelsOf(masks, t);
+    const votes = [];
+    for await (const vote of neighbours.votes(t)) {
+      signal?.throwIfAborted();
+      votes.push(vote);
+    }
+    const labels = elected(own, votes);
+    runs[t] = encodeRuns(labels);
+    onFrame?.({ t, labels, masks: smoothed, done: done + 1, total: numFrames });
+  }
+  return smoothed;
 }
 
 /** A vote of nobody: the place is outside of the frame. */

@@ -64,6 +64,7 @@ const SLICE_STEPS = 16;
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) => Promise<RawResult | null>} run
  * @property {(onProgress: (progress: Progress) => void, signal: AbortSignal) =>
  *   Promise<import('./result.js').TrajectoryList | null>} track as `run`, no further than the trajectories
+ * @property {() => void} rest no further window comes: helpers have nothing left to do
  * @property {() => void} close
  */
 
@@ -168,6 +169,11 @@ export class LocalEngine {
       }
       return null;
     });
+  }
+
+  rest() {
+    this.#inShots = false;
+    this.crew?.rest();
   }
 
   close() {

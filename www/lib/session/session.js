@@ -76,10 +76,13 @@ export class Session {
    * @param {import('./engine.js').Engine} engine
    * @param {() => Promise<WebAssembly.Module>} loadDecoder
    * @param {number} [maxPixels]
+   * @param {import('./engine.js').Info} [info] what the engine holds already
    */
-  constructor(engine, loadDecoder, maxPixels) {
+  constructor(engine, loadDecoder, maxPixels, info = NOTHING) {
     this.#maxPixels = maxPixels;
     this.#engine = engine;
+    this.#info = info;
+    this.#pushed = info.numFrames;
     this.#loadDecoder = loadDecoder;
     forgotten?.register(this, engine, this);
   }

@@ -226,6 +226,10 @@ const DECODINGS = ['auto', 'webcodecs', 'seeking'];
 /** Windows of fewer frames see too little motion, larger ones take too much memory. */
 const MAX_WINDOW = 400;
 
+/** Frames of a window, and how many of them the next one shares, where nobody says. */
+export const WINDOW = 50;
+export const OVERLAP = 10;
+
 /**
  * @param {unknown} options
  * @returns {Record<string, unknown>}
@@ -278,11 +282,11 @@ export function splitTake(options) {
  * @returns {{window: number, overlap: number, others: Record<string, unknown>}}
  */
 export function splitWindow(options) {
-  const { window = 50, overlap = 10, ...others } = options;
+  const { window = WINDOW, overlap = OVERLAP, ...others } = options;
   const frames = wholeNumber('param', 'window', window, 2, MAX_WINDOW);
   // A small window gets a small overlap without having to ask for it.
   const shared =
-    options.overlap === undefined ? Math.min(10, frames - 1) : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
+    options.overlap === undefined ? Math.min(OVERLAP, frames - 1) : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
   return { window: frames, overlap: shared, others };
 }
 

@@ -214,6 +214,12 @@ export class Collector {
     this.#tracks.add(window);
   }
 
+  /** @param {number} t */
+  labels(t) {
+    wholeNumber('param', 't', t, 0, this.#runs.length - 1);
+    return decodeRuns(/** @type {Uint32Array} */ (this.#runs[t]), this.#size.width * this.#size.height, IDENTITY);
+  }
+
   finish() {
     const result = this.sofar();
     if (!result) throw new TraceCutError('no-frames', 'the source has no frames');

@@ -2,10 +2,11 @@
 
 import { TraceCutError, illegal, isPlainObject } from '../check/errors.js';
 import { splitOptions } from '../check/options.js';
+import { Session } from '../session/session.js';
 import { Pause } from '../worker/pause.js';
 import { decoderLoader, openEngine } from '../worker/remote.js';
 import { atSize } from './pixels.js';
-import { asOptions, expected, nothingTaken, splitTake, splitWindow, taken } from './reader.js';
+import { OVERLAP, WINDOW, asOptions, expected, nothingTaken, splitTake, splitWindow, taken } from './reader.js';
 import { Collector } from './result.js';
 import { openReader } from './source.js';
 import { Driver } from './window.js';
@@ -25,6 +26,8 @@ import { Driver } from './window.js';
  *   window
  *   of a clip of known length shares more when it would not be full otherwise)
  * @property {(progress: VideoProgress) => void} [onProgress] hears of each stage of each window, and of frames read
+ * @property {boolean} [keep] leaves the last window's session open at the end, as `session`. Its trajectories may be all
+ *   that is wanted: `clip.dense` may be off, and the windows, which have no masks then, are not collected
  */
 
 /**
@@ -37,6 +40,7 @@ import { Driver } from './window.js';
  * @property {import('./reader.js').Take} take
  * @property {number} window
  * @property {number} overlap
+ * @property {boolean} keep
  * @property {((progress: VideoProgress) => void) | undefined} onProgress
  * @property {import('../check/options.js').SplitOptions} engine
  */
@@ -48,15 +52,17 @@ import { Driver } from './window.js';
 function checked(options) {
   const { take, others } = splitTake(asOptions(options));
   const { window, overlap, others: rest } = splitWindow(others);
-  const { onProgress, ...engine } = rest;
+  const { onProgress, keep = false, ...engine } = rest;
   if (onProgress !== undefined && typeof onProgress !== 'function')
     throw illegal('param', 'onProgress', onProgress, 'a function');
-  if (isPlainObject(engine.clip) && engine.clip.dense === false)
+  if (typeof keep !== 'boolean') throw illegal('param', 'keep', keep, 'true or false');
+  if (!keep && isPlainObject(engine.clip) && engine.clip.dense === false)
     throw illegal('param', 'clip.dense', false, 'true: segmentVideo makes masks');
   return {
     take,
     window,
     overlap,
+    keep,
     onProgress: /** @type {Checked['onProgress']} */ (onProgress),
     engine: splitOptions(engine),
   };
@@ -102,6 +108,8 @@ export class VideoSegmentation {
   #reader;
   /** @type {ReturnType<typeof taken> | undefined} */
   #frames;
+  /** @type {import('../session/session.js').Session | null} */
+  #session = null;
   /** @type {number | null} */
   #total = null;
   #read = 0;
@@ -159,6 +167,31 @@ export class VideoSegmentation {
   }
 
   /**
+   * The mask of frame `t`, as `VideoResult.labels`, as soon as `collect` has it.
+   * @param {number} t
+   * @returns {Uint8Array<ArrayBuffer>}
+   */
+  labels(t) {
+    if (!this.#collector)
+      throw new TraceCutError('state', 'this video segmentation collects nothing: call collect first');
+    return this.#collector.labels(t);
+  }
+
+  /**
+   * With `keep`: the session of the last window, from the end of the loop or of `collect` on; null before. Where the clip
+   * is one window it holds all of it, to be asked and corrected. Whoever asked for it closes it.
+   * @returns {import('../session/session.js').Session | null}
+   */
+  get session() {
+    return this.#session;
+  }
+
+  /** Frames of a window where nobody says, and how many of them the next one shares. */
+  static get usual() {
+    return { window: WINDOW, overlap: OVERLAP };
+  }
+
+  /**
    * Halts the work after the step under way; what is awaited waits, nothing is lost. Pausing twice is fine, and so is
    * pausing before the beginning or after the end.
    */
@@ -211,6 +244,7 @@ export class VideoSegmentation {
         yield window;
       }
       if (this.#read === 0 && this.#reader) throw await nothingTaken(take, this.#reader);
+      if (this.#checked.keep) this.#handOver(driver.info);
     } finally {
       signal?.removeEventListener('abort', abort);
       this.#end(new TraceCutError('closed', 'the video segmentation has ended'));
@@ -298,6 +332,15 @@ export class VideoSegmentation {
     if (!this.#stop.signal.aborted) return;
     this.#release();
     throw this.#stop.signal.reason;
+  }
+
+  /** @param {import('../session/engine.js').Info | undefined} info what the engine holds */
+  #handOver(info) {
+    const [engine, { decoder, maxPixels }] = [this.#engine, this.#checked.engine];
+    if (!engine) return;
+    this.#engine = undefined;
+    engine.rest();
+    this.#session = new Session(engine, decoderLoader(decoder), maxPixels, info);
   }
 
   /** @param {unknown} reason what is awaited rejects with */

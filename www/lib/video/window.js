@@ -129,6 +129,8 @@ export class Driver {
   #held = null;
   /** Grows when the engine goes on: what an earlier window could be asked is gone. */
   #advances = 0;
+  /** @type {import('../session/engine.js').Info | undefined} What the engine held after the last window. */
+  info;
 
   /** @param {DriverOptions} options */
   constructor(options) {
@@ -248,6 +250,7 @@ export class Driver {
     for (;;) {
       await pause?.passed();
       const raw = await engine.run((progress) => onStage(progress, this.#index), pause?.signal ?? stop);
+      this.info = raw?.info;
       if (raw !== null) return raw;
       if (stop.aborted || !pause) throw new TraceCutError('closed', 'the video segmentation was closed');
     }

@@ -188,6 +188,11 @@ export class RemoteEngine {
     }
   }
 
+  rest() {
+    this.#inShots = false;
+    this.crew?.rest();
+  }
+
   close() {
     this.#end(new TraceCutError('closed', 'the session was closed'));
   }
