@@ -16,7 +16,7 @@ use tracecut_cli::failure::{Failure, Result, print, write};
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
 terms of src/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
-before a moving camera the terms of src/evidence/object.rs, and its share of points on objects. Logistic regressions give the weights: every
+the terms of src/evidence/object.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
 clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
@@ -28,8 +28,9 @@ const RIDGE: f64 = 0.003;
 const FEWEST: f64 = 5.0;
 /// The terms of pairs, in their order.
 const PAIR: [&str; 4] = ["discontinuity", "gain", "strangeness", "rest"];
-/// Those of objects.
+/// Those of objects before a moving camera, and before a still one.
 const OBJECT: [&str; 2] = ["rim", "strangeness"];
+const OBJECT_BEFORE_PLATE: [&str; 1] = ["unlike"];
 
 #[derive(Args, Debug)]
 #[command(after_help = HELP)]
@@ -54,39 +55,41 @@ struct Lesson {
     examples: Vec<Example>,
 }
 
-/// What a clip teaches: of pairs, and of objects.
-type Both = (Lesson, Lesson);
+/// What a clip teaches: of pairs, of objects, and of objects before a still camera.
+type Lessons = [Lesson; 3];
 
 pub(super) fn eval(args: &FitArgs) -> Result<()> {
     let mut params = args.suite.settings.params()?;
     params.clip.dense = false;
     let items = items(&args.suite)?;
     let work = |item: &Item| lessons_of(item, &params, args).map_err(|failure| failure.of(&item.name));
-    let report = |(pairs, objects): &Both| {
-        print(format_args!("{:20} {:6} pairs {:4} clusters", pairs.kind, pairs.examples.len(), objects.examples.len()))
+    let report = |lessons: &Lessons| {
+        let [pairs, objects, still] = lessons.each_ref().map(|lesson| lesson.examples.len());
+        print(format_args!("{:20} {pairs:6} pairs {:4} clusters", lessons[0].kind, objects + still))
     };
-    let (pairs, objects): (Vec<_>, Vec<_>) = in_order(&items, args.suite.jobs(), work, report)?.into_iter().unzip();
+    let found = in_order(&items, args.suite.jobs(), work, report)?;
     let mut tables = Vec::new();
-    for (lessons, names) in [(&pairs, &PAIR[..]), (&objects, &OBJECT[..])] {
-        let weights = fit(&examples(lessons, |_| true), RIDGE);
+    for (k, names) in [&PAIR[..], &OBJECT, &OBJECT_BEFORE_PLATE].into_iter().enumerate() {
+        let lessons: Vec<&Lesson> = found.iter().map(|lessons| &lessons[k]).collect();
+        let weights = fit(&examples(&lessons, |_| true), RIDGE);
         if weights.is_empty() {
             return Err(Failure::new("no clip has clusters to learn from: nothing can be fitted".to_owned()));
         }
-        report_losses(lessons, &weights, names)?;
+        report_losses(&lessons, &weights, names)?;
         tables.push(weights);
     }
-    let text = table(&tables[0], &tables[1], &command(args));
+    let text = table(&tables, &command(args));
     print(&text)?;
     args.out.as_ref().map_or(Ok(()), |path| write(path, text))
 }
 
-fn examples(lessons: &[Lesson], wanted: impl Fn(&str) -> bool) -> Vec<Example> {
+fn examples(lessons: &[&Lesson], wanted: impl Fn(&str) -> bool) -> Vec<Example> {
     lessons.iter().filter(|lesson| wanted(&lesson.kind)).flat_map(|lesson| lesson.examples.clone()).collect()
 }
 
 /// The pairs and clusters of a clip under all seeds; the weights of each sum up to one.
-fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Both> {
-    let (mut found, mut objects) = (Vec::new(), Vec::new());
+fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Lessons> {
+    let mut found = <[Vec<Example>; 3]>::default();
     for &seed in &args.seeds {
         let mut params = params.clone();
         params.clip.seed = seed;
@@ -97,11 +100,12 @@ fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Both> {
         };
         if let Some((label, pairs)) = session.pieces() {
             let count = 1 + label.iter().max().map_or(0, |&l| l as usize);
-            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut found);
+            pairs_in(&overlap(&Clusters { count, label })?, pairs, &mut found[0]);
         }
         // Regions of shots can be parts of the scene; masks show objects.
-        if let (Some(terms), Some(clusters), true) = (session.cluster_terms(), session.clusters(), item.has_masks()) {
-            objects_in(&overlap(clusters)?, terms, &mut objects);
+        let known = session.cluster_terms().filter(|_| item.has_masks());
+        if let (Some((still, terms)), Some(clusters)) = (known, session.clusters()) {
+            objects_in(&overlap(clusters)?, terms, &mut found[1 + usize::from(still)]);
         }
     }
     let lesson = |mut examples: Vec<Example>| {
@@ -109,7 +113,7 @@ fn lessons_of(item: &Item, params: &Params, args: &FitArgs) -> Result<Both> {
         examples.iter_mut().for_each(|e| e.weight /= all);
         Lesson { kind: item.kind.clone(), examples }
     };
-    Ok((lesson(found), lesson(objects)))
+    Ok(found.map(lesson))
 }
 
 /// How many points of each cluster there are in scored frames.
@@ -138,7 +142,7 @@ fn objects_in(overlap: &[Vec<u64>], terms: Vec<Option<Vec<f64>>>, found: &mut Ve
     }
 }
 
-fn report_losses(lessons: &[Lesson], weights: &[f64], names: &[&str]) -> Result<()> {
+fn report_losses(lessons: &[&Lesson], weights: &[f64], names: &[&str]) -> Result<()> {
     let mut kinds: Vec<&str> = lessons.iter().map(|lesson| lesson.kind.as_str()).collect();
     kinds.sort_unstable();
     kinds.dedup();
@@ -159,7 +163,7 @@ fn report_losses(lessons: &[Lesson], weights: &[f64], names: &[&str]) -> Result<
 }
 
 /// The mean over the kinds of the loss on each by weights that were fitted on the others, without a term.
-fn left_out(lessons: &[Lesson], kinds: &[&str], without: Option<usize>) -> f64 {
+fn left_out(lessons: &[&Lesson], kinds: &[&str], without: Option<usize>) -> f64 {
     let of = |wanted: &dyn Fn(&str) -> bool| {
         let mut found = examples(lessons, wanted);
         if let Some(k) = without {
@@ -184,20 +188,20 @@ fn command(args: &FitArgs) -> String {
 }
 
 /// The source of the tables.
-fn table(pair: &[f64], object: &[f64], command: &str) -> String {
-    let row = |name: &str, weights: &[f64]| {
+fn table(weights: &[Vec<f64>], command: &str) -> String {
+    let mut text =
+        format!("//! The fitted weights, by the command below; do not edit them by hand.\n//!\n//! `{command}`\n");
+    let tables = [
+        ("PAIR", "a pair of clusters, for that they are one: base, then the terms of `pair`"),
+        ("OBJECT", "a cluster, for that it is an object: base, then the terms of `Signs`"),
+        ("OBJECT_BEFORE_PLATE", "a cluster before a still camera: base, then its term of `Signs`"),
+    ];
+    for ((name, what), weights) in tables.into_iter().zip(weights) {
         let numbers: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();
-        format!("pub(super) const {name}: [f64; {}] = [{}];\n", weights.len(), numbers.join(", "))
-    };
-    format!(
-        "//! The fitted weights, by the command below; do not edit them by hand.\n\
-         //!\n\
-         //! `{command}`\n\n\
-         /// Of a pair of clusters, for that they are one: base, then the terms of `pair`.\n{}\n\
-         /// Of a cluster, for that it is an object: base, then the terms of `object`.\n{}",
-        row("PAIR", pair),
-        row("OBJECT", object)
-    )
+        let (count, numbers) = (weights.len(), numbers.join(", "));
+        text += &format!("\n/// Of {what}.\npub(super) const {name}: [f64; {count}] = [{numbers}];\n");
+    }
+    text
 }
 
 #[cfg(test)]
@@ -206,9 +210,9 @@ mod tests {
 
     #[test]
     fn the_table_is_rust_and_a_kind_is_judged_by_the_others() {
-        let table = table(&[1.0, -0.25], &[0.5], "bench fit");
+        let table = table(&[vec![1.0, -0.25], vec![0.5], vec![0.25]], "bench fit");
         assert!(table.contains("pub(super) const PAIR: [f64; 2] = [1.0000, -0.2500];\n"), "{table}");
-        assert!(table.ends_with("pub(super) const OBJECT: [f64; 1] = [0.5000];\n"), "{table}");
+        assert!(table.ends_with("pub(super) const OBJECT_BEFORE_PLATE: [f64; 1] = [0.2500];\n"), "{table}");
         // One kind obeys the term, the other its opposite: what is learned on one is wrong on the other.
         let lesson = |kind: &str, sign: f64| Lesson {
             kind: kind.to_owned(),
@@ -216,7 +220,8 @@ mod tests {
                 .map(|x| Example { terms: vec![x], truth: 0.5 + 0.4 * sign * x, weight: 0.5 })
                 .to_vec(),
         };
-        let lessons = [lesson("a", 1.0), lesson("b", -1.0)];
+        let (a, b) = (lesson("a", 1.0), lesson("b", -1.0));
+        let lessons = [&a, &b];
         assert!(left_out(&lessons, &["a", "b"], None) > left_out(&lessons, &["a", "b"], Some(0)));
     }
 }

@@ -6,11 +6,10 @@
 //! **Where the camera stands still.**
 //! 1. The *plate* (`plate`) is the scene without what moves; each pixel of each frame has a distance from it. Around
 //!    trajectories that surely move frames do not count for the plate.
-//! 2. A trajectory that ends where it began is the scene's, whoever holds the frame's rim (`moving`). Where hardly any
-//!    rests, the ground is too plain to be tracked: what is like the plate all along is the ground then.
-//! 3. Each superpixel has two *cues*, its mean distance from the plate and that of its flow from none. What a value of
-//!    a cue is worth is learned on the clip itself (`odds`): how often it occurs where trajectories say object or
-//!    background. A cue that does not tell these apart in a clip says nothing there.
+//! 2. What is known of a cluster is how far its trajectories are from the plate ([`Background::unlike_plate`]); what that is
+//!    worth is fitted (`evidence`).
+//! 3. Each superpixel has two *cues*, its mean distance from the plate and that of its flow from none, each worth
+//!    log-odds that rise with it.
 //!
 //! **Where the camera moves.**
 //! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
@@ -26,24 +25,20 @@
 
 mod clean;
 mod compare;
-mod moving;
-mod odds;
 mod plate;
 mod rigid;
 
 pub(crate) use clean::{PlateInput, clean_plate};
-pub(crate) use moving::part;
-pub(crate) use rigid::part_rigid;
+pub(crate) use rigid::{Parted, part_rigid};
 
 use crate::camera::Camera;
 use crate::cut::STRANGER;
+use crate::discretize::Clusters;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use compare::{Accounts, Verdict, accounts};
-use moving::{correct, moving};
-use odds::{Witness, log_odds};
 use plate::{Picture, Plate, UNKNOWN, picture};
 
 crate::params! {
@@ -71,8 +66,12 @@ crate::params! {
 
 /// Longest side at which backgrounds are compared, in pixels. Higher is slower.
 const SIDE: usize = 320;
+/// What ends further from where it began than this, in pixels, moves: what only sways comes back.
+const MOVED: f32 = 7.0;
 /// The value of a cue that is not known.
 const NEUTRAL: f32 = -1.0;
+/// Log-odds of an object by a cue: how much they rise with it, where they are 0, and the most.
+const CUE: (f32, f32, f32) = (8.0, 0.25, 3.0);
 /// What differs from its place in the scene by this many times the scene's own mean square is none of it.
 const APART: f32 = 4.0;
 /// What is left of the doubt where only trajectories of objects are, is one less this.
@@ -99,17 +98,16 @@ pub(crate) struct Background {
 }
 
 impl Background {
-    /// Of all frames of a clip, which have equal sizes. `denser` are trajectories, and how far around those that move the
-    /// frames are not the scene's, in pixels: what moves slowly would be in the plate for as long as it takes to pass.
-    pub(crate) fn new(frames: &[Frame], camera: Camera, denser: Option<(&Trajectories, f32)>) -> Self {
+    /// Of all frames of a clip, which have equal sizes. Around trajectories that move, as far as `reach` pixels, frames are
+    /// not the scene's: what moves slowly would be in the plate for as long as it takes to pass.
+    pub(crate) fn new(frames: &[Frame], camera: Camera, (tracks, reach): (&Trajectories, f32)) -> Self {
         let side = frames.first().map_or(1, |f| f.width().max(f.height()));
         let step = side.div_ceil(SIDE).max(1);
         let pictures: Vec<Picture> = frames.iter().map(|frame| picture(frame, step)).collect();
         let mut background = Self { camera, pictures, step, accounts: Vec::new(), strange: 0.0, distance: Vec::new() };
         if background.is_still() {
-            let hidden = denser.map_or_else(Vec::new, |(tracks, reach)| background.hidden(tracks, reach));
-            let is_hidden = |t: usize, x: usize, y: usize| hidden.get(t).is_some_and(|map| map[(x, y)]);
-            let plate = Plate::new(&background.pictures, is_hidden);
+            let hidden = background.hidden(tracks, reach);
+            let plate = Plate::new(&background.pictures, |t, x, y| hidden[t][(x, y)]);
             let of = |plate: &Plate| background.pictures.iter().map(|p| plate.distance(p)).collect();
             background.distance = plate.as_ref().map_or_else(Vec::new, of);
         }
@@ -120,7 +118,7 @@ impl Background {
     fn hidden(&self, tracks: &Trajectories, reach: f32) -> Vec<Plane<bool>> {
         let mut hidden: Vec<_> = self.pictures.iter().map(|p| Plane::filled(p.width(), p.height(), false)).collect();
         let reach = (reach / self.step as f32 + 0.5) as usize;
-        for i in moving(tracks) {
+        for i in (0..tracks.len()).filter(|&i| moved(tracks, i) > MOVED) {
             for t in tracks.frames(i) {
                 let (Some((x, y)), Some(hidden)) = (tracks.at(i, t), hidden.get_mut(t)) else { continue };
                 let (w, h) = (hidden.width(), hidden.height());
@@ -163,13 +161,6 @@ impl Background {
         self.strange = if self.camera.goes_forward() { f32::MAX } else { APART * scene.unlike_scene().max(LEAST) };
     }
 
-    /// Where the camera stands still: corrects the labels of dense trajectories, which took them from those around.
-    pub(crate) fn correct(&self, tracks: &Trajectories, label: &mut [u32], is_object: &[bool]) {
-        if self.is_still() {
-            correct(label, tracks, &self.along(tracks), is_object);
-        }
-    }
-
     /// The accounts around each point of trajectory `i`.
     fn add_along(&self, tracks: &Trajectories, i: usize, sum: &mut Verdict) {
         for t in tracks.frames(i) {
@@ -181,13 +172,18 @@ impl Background {
         }
     }
 
-    /// Where the camera stands still: the mean distance from the plate along each trajectory, 0 to 1, as far as it is
+    /// Where the camera stands still: the mean distance of each cluster's trajectories from the plate, 0 to 1, where it is
     /// known; 1 where it is not at all.
-    pub(crate) fn along(&self, tracks: &Trajectories) -> Vec<f32> {
-        (0..tracks.len()).map(|i| self.along_one(tracks, i).unwrap_or(1.0)).collect()
+    pub(crate) fn unlike_plate(&self, tracks: &Trajectories, clusters: &Clusters) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); clusters.count];
+        for (i, &cluster) in clusters.label.iter().enumerate() {
+            let (count, sum) = (tracks.points(i).len() as f64, &mut sums[cluster as usize]);
+            *sum = (sum.0 + count * f64::from(self.along(tracks, i).unwrap_or(1.0)), sum.1 + count);
+        }
+        sums.iter().map(|&(sum, count): &(f64, f64)| sum / count.max(1.0)).collect()
     }
 
-    fn along_one(&self, tracks: &Trajectories, i: usize) -> Option<f32> {
+    fn along(&self, tracks: &Trajectories, i: usize) -> Option<f32> {
         let place = |v: f32, from: usize, to: usize| ((v + 0.5).max(0.0) as usize * to / from.max(1)).min(to - 1);
         let (mut sum, mut count) = (0_u32, 0_u32);
         for t in tracks.frames(i) {
@@ -218,28 +214,38 @@ impl Background {
                     continue;
                 };
                 let said = verdicts(s, map, self.strange).into_iter();
-                let witnesses = witnesses_in(s, t, tracks, label, is_object);
-                evidence.extend(said.zip(witnesses).map(|(said, w)| {
-                    let unseen = 1.0 - TRUST * w.object as f32 / (w.object + w.background).max(1) as f32;
+                let shares = object_shares(s, t, tracks, label, is_object);
+                evidence.extend(said.zip(shares).map(|(said, share)| {
+                    let unseen = 1.0 - TRUST * share;
                     params.account_weight * said - params.doubt * unseen
                 }));
             }
             return evidence;
         }
-        let (mut witnesses, mut by_plate, mut by_motion) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut by_plate, mut by_motion) = (Vec::new(), Vec::new());
         for (t, s) in superpixels.iter().enumerate() {
-            witnesses.extend(witnesses_in(s, t, tracks, label, is_object));
             by_plate.extend(self.distance.get(t).map_or_else(|| vec![0.0; s.count], |map| means(s, map)));
             let flow = flows.get(t).or(flows.last());
             by_motion.extend(flow.map_or_else(|| vec![0.0; s.count], |flow| means(s, &motion(flow, params.motion))));
         }
-        evidence.resize(witnesses.len(), 0.0);
+        evidence.resize(by_plate.len(), 0.0);
         for (cue, weight) in [(by_plate, params.plate_weight), (by_motion, params.motion_weight)] {
-            let odds = log_odds(&cue, &witnesses);
-            evidence.iter_mut().zip(odds).for_each(|(sum, odds)| *sum += weight * odds);
+            evidence.iter_mut().zip(cue).for_each(|(sum, value)| *sum += weight * log_odds(value));
         }
         evidence
     }
+}
+
+/// What a cue says for an object, as log-odds; nothing where it is not known.
+fn log_odds(value: f32) -> f32 {
+    if value < 0.0 { 0.0 } else { (CUE.0 * (value - CUE.1)).min(CUE.2) }
+}
+
+/// How far from where it began a trajectory ends.
+fn moved(tracks: &Trajectories, i: usize) -> f32 {
+    let points = tracks.points(i);
+    let (first, last) = (points.start, points.end - 1);
+    ((tracks.x[last] - tracks.x[first]).powi(2) + (tracks.y[last] - tracks.y[first]).powi(2)).sqrt()
 }
 
 /// Whether a label is an object's; of unknown ones it is not known.
@@ -295,26 +301,21 @@ pub(crate) fn add_doubts(
     }
 }
 
-/// The trajectories of frame `t` in each superpixel.
-fn witnesses_in(
+/// The share of objects' trajectories among those of frame `t` in each superpixel.
+fn object_shares(
     superpixels: &Superpixels,
     t: usize,
     tracks: &Trajectories,
     label: &[u32],
     is_object: &[bool],
-) -> Vec<Witness> {
-    let mut found = vec![Witness::default(); superpixels.count];
-    superpixels.label.data().iter().for_each(|&s| found[s as usize].area += 1);
+) -> Vec<f32> {
+    let mut found = vec![(0.0, 0.0_f32); superpixels.count];
     for (i, x, y) in tracks.alive(t) {
         let Some(object) = label.get(i).and_then(|&l| object(l, is_object)) else { continue };
-        let witness = &mut found[superpixels.label.data()[crate::cut::pixel_of(&superpixels.label, x, y)] as usize];
-        if object {
-            witness.object += 1;
-        } else {
-            witness.background += 1;
-        }
+        let sums = &mut found[superpixels.label.data()[crate::cut::pixel_of(&superpixels.label, x, y)] as usize];
+        *sums = (sums.0 + if object { 1.0 } else { 0.0 }, sums.1 + 1.0);
     }
-    found
+    found.iter().map(|&(objects, all): &(f32, f32)| objects / all.max(1.0)).collect()
 }
 
 /// The mean of a map over each superpixel, 0 to 1, of what is known of it; the map may be smaller.
@@ -366,19 +367,20 @@ mod tests {
         for (x, y) in (0..20 * 6).map(|k| ((k % 20) as f32, (8 + k / 20) as f32)) {
             tracks.push(0, (0..10).map(|t| (x + 2.0 * t as f32, y, 0.0)));
         }
-        let far = |denser| Background::new(&frames, Camera::at_rest(), denser).distance[0][(10, 10)];
-        assert_eq!(far(None), 0);
-        assert!(far(Some((&tracks, 1.0))) > 200);
+        let far = |tracks| Background::new(&frames, Camera::at_rest(), (tracks, 1.0)).distance[0][(10, 10)];
+        let none = Trajectories::empty(10, (40, 20));
+        assert_eq!(far(&none), 0);
+        assert!(far(&tracks) > 200);
     }
 
     #[test]
-    fn along_what_moves_the_plate_is_far_and_along_what_rests_near() {
-        let background = Background::new(&frames(), Camera::at_rest(), None);
+    fn what_moves_is_unlike_the_plate_and_what_rests_is_like_it() {
         let mut tracks = Trajectories::empty(10, (40, 20));
         tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 3.0, 11.0, 0.0)));
         tracks.push(0, (0..10).map(|_| (5.0, 2.0, 0.0)));
-        let along = background.along(&tracks);
-        assert!(along[0] > 0.9 && along[1] == 0.0, "{along:?}");
+        let background = Background::new(&frames(), Camera::at_rest(), (&tracks, 1.0));
+        let unlike = background.unlike_plate(&tracks, &Clusters { count: 3, label: vec![0, 1] });
+        assert!(unlike[0] > 0.9 && unlike[1..] == [0.0, 0.0], "{unlike:?}");
     }
 
     /// Ten frames of a scene of random blocks that goes two pixels to the left each, and before it a square of blocks of
@@ -413,8 +415,8 @@ mod tests {
     #[test]
     fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
         let params = BackgroundParams::default();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None);
         let (tracks, label) = followed();
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
         background.account((&tracks, &label), &[false, true]);
         // The square of frame 4, and all around it.
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
@@ -438,21 +440,28 @@ mod tests {
     #[test]
     fn without_objects_nothing_is_said() {
         let params = BackgroundParams::default();
-        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), None);
         let (tracks, label) = followed();
+        let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
         background.account((&tracks, &label), &[false, false]);
         let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
         assert_eq!(found, vec![0.0; 30]);
     }
 
     #[test]
+    fn more_of_a_cue_never_speaks_less_for_an_object_and_none_says_nothing() {
+        assert_eq!(log_odds(NEUTRAL), 0.0);
+        let found: Vec<f32> = (0..=20).map(|k| log_odds(k as f32 / 20.0)).collect();
+        assert!(found.is_sorted() && found[0] < 0.0 && found[20] == CUE.2, "{found:?}");
+    }
+
+    #[test]
     fn superpixels_with_what_moves_speak_for_objects_and_others_against() {
-        let background = Background::new(&frames(), Camera::at_rest(), None);
         let mut tracks = Trajectories::empty(10, (40, 20));
         for k in 0..5 {
             tracks.push(0, (0..10).map(|t| (3.0 * t as f32 + 1.0 + k as f32, 11.0, 0.0)));
             tracks.push(0, (0..10).map(|_| (7.0 * k as f32, 2.0, 0.0)));
         }
+        let background = Background::new(&frames(), Camera::at_rest(), (&tracks, 1.0));
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
         let params = BackgroundParams::default();

@@ -11,10 +11,9 @@
 //! at the height of the focus. What goes exactly as fast as its place in the scene seems to, is scene. What hangs below
 //! the height of the focus is taken for an object.
 
-use super::moving::Parted;
 use crate::camera::{Going, Pair, Step, Travel, Units};
 use crate::discontinuity::Neighborhoods;
-use crate::discretize::canonical;
+use crate::discretize::{Clusters, canonical};
 use crate::image::{Frame, Plane};
 use crate::order;
 use crate::sets::DisjointSets;
@@ -52,6 +51,14 @@ const LEAST_TRACKS: usize = 5;
 const APART: f64 = 6.0;
 /// What moves by less than this in all, at the lower rim, is the camera's own carrier.
 const CARRIED: f64 = 3.0;
+
+/// Clusters of a clip whose camera goes forward.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Parted {
+    pub(crate) clusters: Clusters,
+    /// Whether each is an object.
+    pub(crate) is_object: Vec<bool>,
+}
 
 /// Objects before a scene that the camera goes into, in clusters of their own; all else is the first cluster. `longest` is
 /// the longest edge between trajectories of one object, in pixels.

@@ -2,7 +2,7 @@
 
 use super::log_odds;
 use super::pair::{Known, Summary, count_of};
-use super::weights::OBJECT;
+use super::weights::{OBJECT, OBJECT_BEFORE_PLATE};
 
 /// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it
 /// back.
@@ -12,27 +12,36 @@ const RUNS_ON: f64 = 1.0;
 /// Without the motion, what holds less of the rim than usual is an object.
 const OBJECT_BY_RIM: [f64; 2] = [-0.2, -2.0];
 
-/// What clusters are judged by.
+/// What a cluster is judged by.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Signs {
-    /// Its share of the frame's rim over its share of the frame: 1 on average.
-    pub(crate) rim: f64,
-    /// How far it is from the camera's motion ([`strangeness`]), where that is known.
-    pub(crate) strangeness: Option<f64>,
+pub(crate) enum Signs {
+    /// Where the camera moves, or nothing is known of it.
+    Moving {
+        /// Its share of the frame's rim over its share of the frame: 1 on average.
+        rim: f64,
+        /// How far it is from the camera's motion ([`strangeness`]), where that is known.
+        strangeness: Option<f64>,
+    },
+    /// Where the camera stands still: how far it is from the background plate, 0 to 1.
+    Still { unlike: f64 },
 }
 
 impl Signs {
-    /// The terms of [`OBJECT`]; `None` where motion is not known.
-    pub(crate) fn terms(&self) -> Option<[f64; OBJECT.len() - 1]> {
-        Some([libm::log(self.rim + 0.1), self.strangeness?])
+    /// The terms of [`OBJECT`] or of [`OBJECT_BEFORE_PLATE`]; `None` where motion is not known.
+    pub(crate) fn terms(&self) -> Option<Vec<f64>> {
+        match *self {
+            Self::Moving { rim, strangeness } => Some(vec![libm::log(rim + 0.1), strangeness?]),
+            Self::Still { unlike } => Some(vec![libm::log(unlike + 0.02)]),
+        }
     }
 
     /// What speaks for an object, above 0.
     pub(crate) fn value(&self) -> f64 {
-        match self.terms() {
-            Some(_) if self.rim > RUNS_ON => f64::NEG_INFINITY,
-            Some(terms) => log_odds(&OBJECT, &terms) - CAUTION,
-            None => log_odds(&OBJECT_BY_RIM, &[libm::log(self.rim + 0.1)]),
+        match (self, self.terms()) {
+            (Self::Still { .. }, terms) => log_odds(&OBJECT_BEFORE_PLATE, &terms.unwrap_or_default()) - CAUTION,
+            (Self::Moving { rim, .. }, Some(_)) if *rim > RUNS_ON => f64::NEG_INFINITY,
+            (_, Some(terms)) => log_odds(&OBJECT, &terms) - CAUTION,
+            (Self::Moving { rim, .. }, None) => log_odds(&OBJECT_BY_RIM, &[libm::log(rim + 0.1)]),
         }
     }
 }
@@ -49,7 +58,7 @@ mod tests {
 
     #[test]
     fn what_holds_the_rim_and_goes_with_the_camera_is_scene_and_what_does_neither_an_object() {
-        let value = |rim: f64, strangeness| Signs { rim, strangeness }.value();
+        let value = |rim: f64, strangeness| Signs::Moving { rim, strangeness }.value();
         for rim in [0.9, 0.1] {
             assert!(value(rim, Some(5.0)) > value(rim, Some(0.2)));
         }
@@ -57,5 +66,12 @@ mod tests {
         // A piece of the scene in the middle of the frame; what is near in a scene of depth.
         assert!(value(0.6, Some(0.3)) < 0.0 && value(2.0, Some(9.0)) < 0.0);
         assert!(value(1.1, None) < 0.0 && value(0.0, None) > 0.0);
+    }
+
+    #[test]
+    fn what_is_like_the_plate_is_scene_and_what_is_not_an_object() {
+        let value = |unlike| Signs::Still { unlike }.value();
+        // Leaves sway over what looks like them. An object is like the plate in places.
+        assert!(value(0.02) < -1.5 && value(0.4) > 0.0);
     }
 }

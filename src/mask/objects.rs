@@ -110,7 +110,7 @@ impl Census {
     fn signs(&self, strangeness: &[f64]) -> Vec<Option<Signs>> {
         let total = |counts: &[f64]| counts.iter().sum::<f64>();
         let typical = total(&self.rim) / total(&self.cells).max(1.0);
-        let of = |c: usize| Signs {
+        let of = |c: usize| Signs::Moving {
             rim: self.rim[c] / (typical * self.cells[c]).max(1e-9),
             strangeness: strangeness.get(c).copied(),
         };

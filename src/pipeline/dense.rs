@@ -132,13 +132,8 @@ impl Terms {
         let Parts { clustered, superpixels, background, .. } = parts;
         let tracked = &clustered.embedded.tracked;
         let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
-        if let (Some(denser), Some(voted)) = (&tracked.denser, &mut voted) {
-            if let Some(background) = background {
-                background.correct(denser, voted, &is_object);
-            }
-            if let Some(recut) = recut {
-                recut.vote(denser, voted, &superpixels[0].label);
-            }
+        if let (Some(denser), Some(voted), Some(recut)) = (&tracked.denser, &mut voted, recut) {
+            recut.vote(denser, voted, &superpixels[0].label);
         }
         let mut terms = Self { voted, is_object, evidence: Vec::new() };
         if let Some(background) = background {
@@ -260,12 +255,13 @@ pub(super) fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
 }
 
 /// What the background tells.
-fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) -> Option<Background> {
+pub(super) fn background_of(camera: Camera, clustered: &Clustered, clip: &Clip) -> Option<Background> {
     if !clip.params.background.judge {
         return None;
     }
-    let denser = clustered.embedded.tracked.denser.as_ref().map(|denser| (denser, clip.params.trajectory.mask_step));
-    Some(Background::new(&clip.frames, camera, denser))
+    let tracked = &clustered.embedded.tracked;
+    let densest = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
+    Some(Background::new(&clip.frames, camera, (densest, clip.params.trajectory.mask_step)))
 }
 
 /// The cluster of each pixel of a frame, in agreement with its mask.

@@ -5,11 +5,11 @@
 
 use super::clip::Clip;
 use super::found::{Clustered, Parts};
-use crate::background::{part, part_rigid};
+use crate::background::{Parted, part_rigid};
 use crate::cut::{UNKNOWN, forget_strangers, labels_for};
 use crate::discretize::canonical;
 use crate::evidence::Signs;
-use crate::mask::{Objects, find_objects, number_objects, salient_objects, signs};
+use crate::mask::{Objects, number_objects, salient_objects, signs};
 use crate::window::portraits;
 
 /// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
@@ -76,42 +76,50 @@ pub(super) fn voted(parts: &Parts, clip: &Clip) -> Option<Vec<u32>> {
     Some(voted)
 }
 
-/// Which clusters are objects. Where the camera stands still, clusters are first freed of what does not belong to them;
-/// where it goes forward, they are made anew.
+/// Which clusters are objects. Where the camera goes forward, they are made anew.
 fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
-    let Parts { clustered, background, camera, doubts, .. } = parts;
-    let travel = camera.as_ref().and_then(|camera| camera.travel.as_ref());
-    let tracks = &clustered.embedded.tracked.tracks;
-    let parted = match background {
-        Some(background) if background.is_still() => Some(part(tracks, &clustered.clusters, &background.along(tracks))),
-        _ => travel.map(|travel| {
-            let near = &clustered.embedded.discontinuities.neighborhoods;
-            let longest = clip.params.connectedness.max_edge * clip.params.spacing();
-            part_rigid(travel, tracks, near, &clip.frames, longest)
-        }),
-    };
-    // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
-    let parted = parted.filter(|parted| parted.is_object.contains(&false));
-    match parted {
-        Some(parted) => {
-            clustered.clusters = parted.clusters;
-            parted.is_object
-        }
-        None => {
-            let Some(background) = background else {
-                return find_objects(tracks, &clustered.clusters).of_cluster.iter().map(|&label| label > 0).collect();
-            };
-            let signs = signs(tracks, &clustered.clusters, &clustered.strangeness(clip));
-            let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
-            let values: Vec<f64> = signs.iter().map(value).collect();
-            if !background.is_still() {
-                let against =
-                    |&l: &u32| Some(values[l as usize]).filter(|&v| v > LEAST).map_or(0.0, |v| -v.min(0.0) as f32);
-                *doubts = clustered.clusters.label.iter().map(against).collect();
-            }
-            values.iter().map(|&v| v > LEAST).collect()
+    if let Some(Parted { clusters, is_object }) = before_rigid_scene(parts, clip) {
+        parts.clustered.clusters = clusters;
+        return is_object;
+    }
+    let values = log_odds(parts, clip);
+    let doubt = |value: f64| if value > LEAST { -value.min(0.0) as f32 } else { 0.0 };
+    if parts.background.is_some() {
+        parts.doubts = parts.clustered.clusters.label.iter().map(|&l| doubt(values[l as usize])).collect();
+    }
+    values.iter().map(|&v| v > LEAST).collect()
+}
+
+/// Objects that no rigid scene explains; `None` unless the camera goes forward, and where all that was tracked is none
+/// of the scene.
+fn before_rigid_scene(parts: &Parts, clip: &Clip) -> Option<Parted> {
+    let embedded = &parts.clustered.embedded;
+    let longest = clip.params.connectedness.max_edge * clip.params.spacing();
+    let near = &embedded.discontinuities.neighborhoods;
+    let travel = parts.camera.as_ref()?.travel.as_ref()?;
+    let parted = part_rigid(travel, &embedded.tracked.tracks, near, &clip.frames, longest);
+    parted.is_object.contains(&false).then_some(parted)
+}
+
+/// What speaks for each cluster that it is an object; above [`LEAST`] it is one.
+fn log_odds(parts: &Parts, clip: &Clip) -> Vec<f64> {
+    let Parts { clustered, background, .. } = parts;
+    let (tracks, clusters) = (&clustered.embedded.tracked.tracks, &clustered.clusters);
+    if let Some(background) = background.as_ref().filter(|background| background.is_still()) {
+        let unlike = background.unlike_plate(tracks, clusters);
+        let values: Vec<f64> = unlike.iter().map(|&unlike| Signs::Still { unlike }.value()).collect();
+        // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
+        if values.iter().any(|&v| v <= LEAST) {
+            return values;
         }
     }
+    let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
+    if background.is_none() {
+        // A cluster that is hardly an object needs pixels that speak for it.
+        let strict = |value: f64| if value > 0.0 { value } else { f64::NEG_INFINITY };
+        return signs(tracks, clusters, &[]).iter().map(|signs| strict(value(signs))).collect();
+    }
+    signs(tracks, clusters, &clustered.strangeness(clip)).iter().map(value).collect()
 }
 
 /// Where the camera moves: accounts of the pixels by these objects.

@@ -14,7 +14,7 @@ use crate::discretize::{
     Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
 };
 use crate::embedding::{Embedding, embed};
-use crate::evidence::{Known, Pair, UNLABELLED, pairs};
+use crate::evidence::{Known, Pair, Signs, UNLABELLED, pairs};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
 use crate::mask::{Objects, signs};
@@ -256,18 +256,24 @@ impl Session {
     }
 
     /// The terms of each cluster by which objects are told, but for the one that is background in any case, computed anew at
-    /// each call: to fit their weights. `None` until
-    /// the clusters are known, without flow, and where the camera stands still or goes forward: there others tell.
+    /// each call, to fit their weights; before them, whether the camera stands still. `None` until the clusters are known,
+    /// without flow, and where the camera goes forward.
     #[doc(hidden)]
-    pub fn cluster_terms(&self) -> Option<Vec<Option<Vec<f64>>>> {
+    pub fn cluster_terms(&self) -> Option<(bool, Vec<Option<Vec<f64>>>)> {
         let (clip, Phase::Begun(_, State::Clustered(clustered))) = (self.clip()?, &self.phase) else { return None };
         let camera = dense::camera_of(clustered, clip)?;
-        if camera.still || camera.goes_forward() {
+        let (tracks, clusters) = (&clustered.embedded.tracked.tracks, &clustered.clusters);
+        if camera.goes_forward() {
             return None;
         }
-        let tracks = &clustered.embedded.tracked.tracks;
-        let signs = signs(tracks, &clustered.clusters, &clustered.strangeness(clip));
-        Some(signs.iter().map(|signs| Some(signs.as_ref()?.terms()?.to_vec())).collect())
+        let still = camera.still;
+        let signs = if still {
+            let unlike = dense::background_of(camera, clustered, clip)?.unlike_plate(tracks, clusters);
+            unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect()
+        } else {
+            signs(tracks, clusters, &clustered.strangeness(clip))
+        };
+        Some((still, signs.iter().map(|signs| signs.as_ref()?.terms()).collect()))
     }
 
     /// The frames pushed, at working size.
