@@ -286,7 +286,9 @@ export function splitWindow(options) {
   const frames = wholeNumber('param', 'window', window, 2, MAX_WINDOW);
   // A small window gets a small overlap without having to ask for it.
   const shared =
-    options.overlap === undefined ? Math.min(OVERLAP, frames - 1) : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
+    options.overlap === undefined
+      ? Math.min(OVERLAP, frames - 1)
+      : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
   return { window: frames, overlap: shared, others };
 }
 
