@@ -139,10 +139,9 @@ function sourceOf(folder, name) {
  */
 function apart(folder) {
   const setup = (/** @type {import('esbuild').PluginBuild} */ { onResolve }) =>
-    onResolve({ filter: /./ }, ({ path, resolveDir, kind }) => {
-      if (kind === 'entry-point') return undefined;
+    onResolve({ filter: /./ }, ({ path, resolveDir, importer, kind }) => {
+      if (kind === 'entry-point' || importer === LIBRARY) return undefined;
       const place = resolve(resolveDir, path);
-      if (folder === 'dist' && NAMES[path]) return { path: join(root, NAMES[path]) };
       const inDist = relative(PLACES.dist, place).replaceAll(sep, '/');
       const ofPage = place === LIBRARY ? 'dist/index.js' : NAMES[path];
       const file = folder === 'demo' ? ofPage : /^(vendor\/|index\.js$)/.test(inDist) && `dist/${inDist}`;

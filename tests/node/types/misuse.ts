@@ -136,7 +136,7 @@ segmentVideo(['a.png', 'b.png']);
 // @ts-expect-error: with times in numbers
 segmentVideo([{ frame: pixels, time: '0.1' }]);
 // @ts-expect-error: the result is collected
-segmentVideo([]).labels(0);
+segmentVideo([]).toJSON();
 // @ts-expect-error: a strip has no step
 videoStrip([], { step: 2 });
 // @ts-expect-error: facts are not there at once

@@ -1,6 +1,6 @@
 /**
- * Settings: a few that matter first, and all parameters of the package by stage; each says what it does, and goes back
- * to its default.
+ * Settings: a few that matter first, then more by stage and those for experts; each says what it does, and goes back to
+ * its default.
  * @module
  */
 
@@ -20,13 +20,17 @@ export function settingsPanel({ store, settings }) {
     only,
     element: row(settings, name, { label, about, range, unit }),
   }));
-  const groups = GROUPS.map((group) => groupOf(settings, group));
-  byId('settings-groups').append(...groups.map(({ element }) => element));
+  const [shown, expert] = [false, true].map((isExpert) =>
+    GROUPS.flatMap((group) => groupOf(settings, group, isExpert)),
+  );
+  const groups = [...shown, ...expert];
+  byId('settings-groups').append(...shown.map(({ element }) => element));
+  byId('settings-expert-groups').append(...expert.map(({ element }) => element));
   byId('settings-reset').addEventListener('click', () => settings.resetAll());
   store.watch(['source'], ({ source }) => {
     const wanted = groupsFor(kindOf(source));
-    const shown = few.filter(({ only }) => only === kindOf(source));
-    byId('settings-few').replaceChildren(...shown.map(({ element }) => element));
+    const first = few.filter(({ only }) => only === kindOf(source));
+    byId('settings-few').replaceChildren(...first.map(({ element }) => element));
     for (const { element, group } of groups) element.hidden = !wanted(group.id);
   });
   store.watch(['source', 'changed'], showCount);
@@ -55,13 +59,17 @@ function showPending(state) {
 }
 
 /**
- * One stage. Its rows are built when it is first opened.
+ * The parameters of one stage that are for experts, or those that are not; nothing where there are none. Its rows are
+ * built when it is first opened.
  *
  * @param {Settings} settings
  * @param {import('../settings.js').Group} group
+ * @param {boolean} isExpert
  */
-function groupOf(settings, group) {
-  const names = [...settings.parameters.keys()].filter((name) => name.startsWith(`${group.id}.`));
+function groupOf(settings, group, isExpert) {
+  const own = [...settings.parameters.values()].filter(({ name }) => name.startsWith(`${group.id}.`));
+  const names = own.filter(({ expert }) => expert === isExpert).map(({ name }) => name);
+  if (names.length === 0) return [];
   const note = h('span', { class: 'block-note' });
   const rows = h('div', { class: 'settings' });
   let isFilled = false;
@@ -82,7 +90,7 @@ function groupOf(settings, group) {
     const count = names.filter((name) => changed.has(name)).length;
     note.textContent = count > 0 ? say`${count} changed` : '';
   });
-  return { element, group };
+  return [{ element, group }];
 }
 
 /**

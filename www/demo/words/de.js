@@ -494,7 +494,8 @@ export default {
   // Settings.
   Settings: 'Einstellungen',
   'Reset all': 'Alle zurücksetzen',
-  'All settings, stage by stage': 'Alle Einstellungen, Schritt für Schritt',
+  'More settings, stage by stage': 'Mehr Einstellungen, Schritt für Schritt',
+  'For experts': 'Für Fachleute',
   'Changed since this run.': 'Seit dieser Berechnung geändert.',
   '{0} changed': '{0} geändert',
   'Reset {0}': '{0} zurücksetzen',
