@@ -4,8 +4,10 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
-import { SAMPLE } from '../../www/demo/source.js';
+import '../page-modules.mjs';
 import { layerNames, paintedShare, picture, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
+
+const { SAMPLE } = await import('../../www/demo/source.js');
 
 const FRAME = 12;
 

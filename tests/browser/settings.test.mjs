@@ -3,9 +3,11 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { parameters } from '../../dist/node.js';
-import { Countdown, StageClock, timeLeft } from '../../www/demo/run/stage-clock.js';
-import { ESSENTIALS, GROUPS } from '../../www/demo/settings.js';
+import '../page-modules.mjs';
 import { ended, inPhase, picture, plainFrame, pngFile, run, SMALL, text, useSample, useSite } from './support.mjs';
+
+const { Countdown, StageClock, timeLeft } = await import('../../www/demo/run/stage-clock.js');
+const { ESSENTIALS, GROUPS } = await import('../../www/demo/settings.js');
 
 describe('settings', () => {
   const sample = useSample(useSite());
