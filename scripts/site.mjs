@@ -140,7 +140,8 @@ function sourceOf(folder, name) {
 function apart(folder) {
   const setup = (/** @type {import('esbuild').PluginBuild} */ { onResolve }) =>
     onResolve({ filter: /./ }, ({ path, resolveDir, importer, kind }) => {
-      if (kind === 'entry-point' || importer === LIBRARY) return undefined;
+      if (kind === 'entry-point') return undefined;
+      if (importer === LIBRARY) return { path: join(PLACES.dist, basename(path)) };
       const place = resolve(resolveDir, path);
       const inDist = relative(PLACES.dist, place).replaceAll(sep, '/');
       const ofPage = place === LIBRARY ? 'dist/index.js' : NAMES[path];

@@ -3,7 +3,7 @@
  * another; the oldest go when there are too many. @module
  */
 
-const DATABASE = '../library.js';
+const DATABASE = 'tracecut';
 const TABLE = 'work';
 
 /** Works that are kept, and how many bytes of all together: the newest is kept however large it is. */
