@@ -14,9 +14,9 @@
 //! what a wrong join costs grows with it. What connectedness keeps apart counts against, in proportion to its part of the
 //! border.
 //!
-//! **Objects.** How much of the frame's rim a cluster holds for its size, since the scene runs on beyond the frame, and how
-//! far it is from the camera's motion. What holds more of the rim than its share is scene whatever these say: the only
-//! bound.
+//! **Objects.** Where the camera moves: how much of the frame's rim a cluster holds for its size, since the scene runs on
+//! beyond the frame, and how far it is from the camera's motion. What holds more of the rim than its share is scene
+//! whatever these say: the only bound. Where the camera stands still: how far it is from the background plate.
 
 mod affine;
 mod object;
