@@ -9,13 +9,14 @@
 //! 2. What is known of a cluster is how far its trajectories are from the plate ([`Background::unlike_plate`]); what that is
 //!    worth is fitted (`evidence`).
 //! 3. Each superpixel has two *cues*, its mean distance from the plate and that of its flow from none, each worth
-//!    log-odds that rise with it.
+//!    log-odds that rise with it. What lies under trajectories of a cluster that is hardly an object is doubted
+//!    (`add_doubts`), here and where the camera moves.
 //!
 //! **Where the camera moves.**
 //! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
 //!    and if it goes with the objects.
 //! 2. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
-//!    an object; and so is what lies under trajectories of a cluster that is hardly one (`add_doubts`).
+//!    an object.
 //!
 //! **Where the camera goes forward**, as in a car, objects are what no rigid scene on a ground explains (`rigid`); their
 //! pixels are judged by the two accounts.

@@ -30,20 +30,28 @@ impl Signs {
     /// The terms of [`OBJECT`] or of [`OBJECT_BEFORE_PLATE`]; `None` where motion is not known.
     pub(crate) fn terms(&self) -> Option<Vec<f64>> {
         match *self {
-            Self::Moving { rim, strangeness } => Some(vec![libm::log(rim + 0.1), strangeness?]),
-            Self::Still { unlike } => Some(vec![libm::log(unlike + 0.02)]),
+            Self::Moving { rim, strangeness } => Some(vec![of_rim(rim), strangeness?]),
+            Self::Still { unlike } => Some(vec![of_plate(unlike)]),
         }
     }
 
     /// What speaks for an object, above 0.
     pub(crate) fn value(&self) -> f64 {
-        match (self, self.terms()) {
-            (Self::Still { .. }, terms) => log_odds(&OBJECT_BEFORE_PLATE, &terms.unwrap_or_default()) - CAUTION,
-            (Self::Moving { rim, .. }, Some(_)) if *rim > RUNS_ON => f64::NEG_INFINITY,
-            (_, Some(terms)) => log_odds(&OBJECT, &terms) - CAUTION,
-            (Self::Moving { rim, .. }, None) => log_odds(&OBJECT_BY_RIM, &[libm::log(rim + 0.1)]),
+        match *self {
+            Self::Still { unlike } => log_odds(&OBJECT_BEFORE_PLATE, &[of_plate(unlike)]) - CAUTION,
+            Self::Moving { rim, strangeness: None } => log_odds(&OBJECT_BY_RIM, &[of_rim(rim)]),
+            Self::Moving { rim, strangeness: Some(_) } if rim > RUNS_ON => f64::NEG_INFINITY,
+            Self::Moving { rim, strangeness: Some(far) } => log_odds(&OBJECT, &[of_rim(rim), far]) - CAUTION,
         }
     }
+}
+
+fn of_rim(rim: f64) -> f64 {
+    libm::log(rim + 0.1)
+}
+
+fn of_plate(unlike: f64) -> f64 {
+    libm::log(unlike + 0.02)
 }
 
 /// How far each cluster is from the camera's motion: the mean of ln(1 + r²) over its velocities, whose difference from

@@ -1,6 +1,8 @@
 //! The fitted weights, by the command below; do not edit them by hand.
 //!
 //! `cargo run --release -p tracecut-bench -- fit bms26 davis wild --frames 50 --seeds 0`
+//!
+//! The last table is by the same with `wild --only cdnet,sbi,ucsd`, made later.
 
 /// Of a pair of clusters, for that they are one: base, then the terms of `pair`.
 pub(super) const PAIR: [f64; 5] = [3.0988, -0.8723, -0.3585, -0.4741, 0.5241];

@@ -5,11 +5,11 @@
 
 use super::clip::Clip;
 use super::found::{Clustered, Parts};
-use crate::background::{Parted, part_rigid};
+use crate::background::{Background, Parted, part_rigid};
 use crate::cut::{UNKNOWN, forget_strangers, labels_for};
 use crate::discretize::canonical;
 use crate::evidence::Signs;
-use crate::mask::{Objects, number_objects, salient_objects, signs};
+use crate::mask::{Objects, find_objects, number_objects, salient_objects, signs};
 use crate::window::portraits;
 
 /// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
@@ -82,11 +82,14 @@ fn part_clusters(parts: &mut Parts, clip: &Clip) -> Vec<bool> {
         parts.clustered.clusters = clusters;
         return is_object;
     }
-    let values = log_odds(parts, clip);
+    let Parts { clustered, background, doubts, .. } = parts;
+    let Some(background) = background else {
+        let found = find_objects(&clustered.embedded.tracked.tracks, &clustered.clusters);
+        return found.of_cluster.iter().map(|&label| label > 0).collect();
+    };
+    let values = log_odds(clustered, background, clip);
     let doubt = |value: f64| if value > LEAST { -value.min(0.0) as f32 } else { 0.0 };
-    if parts.background.is_some() {
-        parts.doubts = parts.clustered.clusters.label.iter().map(|&l| doubt(values[l as usize])).collect();
-    }
+    *doubts = clustered.clusters.label.iter().map(|&l| doubt(values[l as usize])).collect();
     values.iter().map(|&v| v > LEAST).collect()
 }
 
@@ -102,10 +105,9 @@ fn before_rigid_scene(parts: &Parts, clip: &Clip) -> Option<Parted> {
 }
 
 /// What speaks for each cluster that it is an object; above [`LEAST`] it is one.
-fn log_odds(parts: &Parts, clip: &Clip) -> Vec<f64> {
-    let Parts { clustered, background, .. } = parts;
+fn log_odds(clustered: &Clustered, background: &Background, clip: &Clip) -> Vec<f64> {
     let (tracks, clusters) = (&clustered.embedded.tracked.tracks, &clustered.clusters);
-    if let Some(background) = background.as_ref().filter(|background| background.is_still()) {
+    if background.is_still() {
         let unlike = background.unlike_plate(tracks, clusters);
         let values: Vec<f64> = unlike.iter().map(|&unlike| Signs::Still { unlike }.value()).collect();
         // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
@@ -114,11 +116,6 @@ fn log_odds(parts: &Parts, clip: &Clip) -> Vec<f64> {
         }
     }
     let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
-    if background.is_none() {
-        // A cluster that is hardly an object needs pixels that speak for it.
-        let strict = |value: f64| if value > 0.0 { value } else { f64::NEG_INFINITY };
-        return signs(tracks, clusters, &[]).iter().map(|signs| strict(value(signs))).collect();
-    }
     signs(tracks, clusters, &clustered.strangeness(clip)).iter().map(value).collect()
 }
 
