@@ -29,7 +29,7 @@ const OUTLINE: [u8; 3] = [255, 255, 255];
 
 const HELP: &str = "\
 J is region similarity (intersection over union), F boundary measure, both 0 to 1, over all frames but the first and the last.
-Recall is the share of frames above 0.5, decay the mean of the first quarter of frames less that of the last.
+Recall is the share of frames above 0.5, decay the mean over the first quarter of the frames minus the mean over the last.
 
 Foreground are all labels other than 0: nothing of the truth is used. Only the column \"oracle J\" uses it, to tell wrong clusters from
 a wrong choice of objects among them: there a cluster is foreground if more than half of its pixels in the clip truly are.

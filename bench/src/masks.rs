@@ -25,7 +25,7 @@ use tracecut_cli::run::{SHARED, run};
 
 /// The truth's outline in overlays.
 const OUTLINE: [u8; 3] = [255, 255, 255];
-/// Of the overlays every so many are written.
+/// One overlay in this many is written.
 const OVERLAY_STEP: usize = 10;
 
 const HELP: &str = "\
@@ -139,8 +139,8 @@ fn run_seeds(clip: &Clip, params: &Params, seeds: &[u32], args: &MasksArgs) -> R
     Ok(Outcome { name: clip.name.clone(), kind: clip.kind.clone(), runs })
 }
 
-/// Runs one clip and scores it; with `overlay` also writes pictures into that folder.
-/// In windows of so many frames, or whole.
+/// Runs one clip, whole or in windows of `window` frames, and scores it; with `overlay` also writes pictures into that
+/// folder.
 pub(super) fn run_clip(
     clip: &Clip,
     frames: Option<u32>,

@@ -173,7 +173,7 @@ impl Array {
     }
 }
 
-/// Numbers may be stored in a smaller type than that of their array, so the element's own type counts.
+/// Numbers may be stored in a smaller type than their array's, so the element's own type counts.
 fn numbers(rest: &mut Cursor<'_>, dimensions: &[usize], count: usize) -> Parsed<Value> {
     let &[rows, columns] = dimensions else { return Ok(Value::Other) };
     let (kind, bytes) = rest.element()?;

@@ -44,7 +44,7 @@ pub(crate) struct SegmentArgs {
     resume: bool,
     #[command(flatten)]
     log: LogArgs,
-    /// Frames that are looked at at once; longer clips are taken in windows of so many, neighbours with 10 in common
+    /// Length of a window in frames; a longer clip is segmented window by window, neighbours with 10 frames in common
     #[arg(long, value_name = "N", default_value = "50", value_parser = clap::value_parser!(u16).range(2..=400))]
     window: u16,
     /// Take the first N frames

@@ -18,7 +18,7 @@ fn files_with_faults_are_an_error_or_keep_the_laws() {
     read_faulty(&READERS, 0..4000);
 }
 
-/// Found by fuzzing: the size of the picture was judged, that of its frames was not.
+/// Found by fuzzing: the size of the picture was checked, the size of its frames was not.
 #[test]
 fn a_frame_that_claims_to_be_larger_than_its_gif_takes_no_memory() {
     let (_, whole) = seeds("gif").pop().unwrap();

@@ -35,7 +35,7 @@ import tracecut
 from pyarrow import fs
 
 IMAGES = (".png", ".jpg", ".jpeg")
-#: Peak memory of a process: so much, and so many bytes for each processed pixel of a window. That is 416 MiB for
+#: Peak memory of a process: a fixed part, and bytes for each processed pixel of a window. That is 416 MiB for
 #: 640x360, where a clip of 1,500 frames was measured at 311 MiB; the rest is for Ray and Arrow.
 BASE_BYTES, BYTES_A_PIXEL = 130 << 20, 26
 WINDOW = 50
@@ -170,7 +170,7 @@ def object_rows(task: Task, result: tracecut.Result) -> list[dict[str, Any]]:
 
 
 def run_clip(task: Task) -> dict[str, Any]:
-    """Segments a clip, writes its rows, and gives that of the clip."""
+    """Segments a clip, writes the rows of its objects, and returns the row of the clip."""
     begin = time.perf_counter()
     row: dict[str, Any] = {"clip": task.clip}
     objects: list[dict[str, Any]] = []

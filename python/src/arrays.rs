@@ -16,7 +16,7 @@ pub(crate) fn matrix<T>(py: Python<'_>, rows: usize, columns: usize, data: Vec<T
 where
     T: Element + Default,
 {
-    // The callers' data hold exactly so many values.
+    // The callers checked the number of values.
     Array2::from_shape_vec((rows, columns), data).unwrap_or_default().into_pyarray(py)
 }
 

@@ -13,7 +13,7 @@ pub(crate) fn frame_from(array: &Bound<'_, PyAny>) -> Result<Frame> {
     frame_within(array, usize::MAX)
 }
 
-/// The same where these parameters allow so many pixels.
+/// The same, where these parameters allow this number of pixels.
 pub(crate) fn image_from(array: &Bound<'_, PyAny>, params: &Params) -> Result<Frame> {
     frame_within(array, params.clip.max_pixels as usize)
 }

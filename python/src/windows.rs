@@ -7,7 +7,7 @@ use crate::session::Session;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// The windows of a clip; memory is that of one.
+/// The windows of a clip, in the memory of one.
 #[pyclass(frozen, module = "tracecut._tracecut")]
 pub(crate) struct Windows {
     run: Shared,

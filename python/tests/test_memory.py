@@ -1,4 +1,4 @@
-"""Memory is that of a window, however long the clip is."""
+"""Memory does not grow beyond one window, however long the clip is."""
 
 from __future__ import annotations
 

@@ -151,7 +151,7 @@ export type VideoFrame = Global<'VideoFrame', VideoFrameLike>;
 export type Worker = Global<'Worker', WorkerLike>;
 
 export type OffscreenCanvasRenderingContext2D = Global<'OffscreenCanvasRenderingContext2D', ContextLike>;
-/** In a worker there is only that of an `OffscreenCanvas`. */
+/** A worker has only the context of an `OffscreenCanvas`. */
 export type CanvasRenderingContext2D = Global<'CanvasRenderingContext2D', OffscreenCanvasRenderingContext2D>;
 
 export type CanvasImageSource =

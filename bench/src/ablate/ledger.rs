@@ -57,8 +57,8 @@ How J moves when a choice is taken away (below 0: the choice helps), as a mean o
 less the smallest of the seeds; and likewise the error of labelled points over all clips (above 0: the choice helps). The first
 row has the figures themselves. A dash: not measured on this build.
 
-Left out: a choice made by all kinds but one should hold on that one too. Of so many kinds without which it would have been
-made (taking it away lowers the mean over the others), so many do not lose by it.";
+Left out: \"5 of 7\" says that without any one of 7 kinds the choice would have been made (taking it away lowers the mean over
+the other kinds), and that 5 of these kinds do not lose by it.";
 
 fn effect_row(text: &mut String, title: &str, effect: &Effect, signed: bool) {
     let cells = effect.columns.iter().map(|values| cell(values.as_deref(), signed));

@@ -1,4 +1,4 @@
-//! Masks at the size of the frames: each pixel that of the smaller mask, against those enlarged with the pictures.
+//! Masks at the size of the frames: enlarged to the nearest pixel, against enlarged with the pictures.
 
 use crate::measures::davis::{boundary_measure, boundary_measure_within, region_similarity, scored_frames};
 use serde::Serialize;
@@ -9,7 +9,7 @@ use tracecut_cli::clock::Clock;
 use tracecut_cli::failure::{Failure, Result};
 use tracecut_cli::input::Input;
 
-/// Boundaries of the fine measure match within so many pixels: the benchmark's own tolerance is wider than the pixels of
+/// Boundaries of the fine measure match within this many pixels: the benchmark's own tolerance is wider than the pixels of
 /// a mask at half the size.
 const FINE_PX: usize = 1;
 

@@ -6,10 +6,10 @@
 //! 1. J is intersection over union.
 //! 2. The boundary of a mask are the pixels that differ from their right, lower or lower right neighbour. A boundary
 //!    pixel is matched if the other mask has a boundary pixel no farther off than 0.008 of the image's diagonal,
-//!    rounded up to whole pixels. Precision is the matched share of the mask's boundary, recall that of the true one, F
+//!    rounded up to whole pixels. Precision is the matched share of the mask's boundary, recall the matched share of the true one, F
 //!    their harmonic mean.
 //! 3. The benchmark leaves out the first and the last frame ([`scored_frames`]). Recall is the share of frames above
-//!    0.5; decay is the mean of the first quarter of frames less that of the last one.
+//!    0.5; decay is the mean over the first quarter of the frames minus the mean over the last one.
 //!
 //! The benchmark knows foreground and background only. A segmentation into labels is scored as it stands, all labels
 //! other than 0 being foreground; or with the help of the truth, to tell wrong labels from a wrong choice among them
@@ -130,7 +130,7 @@ pub struct Summary {
     pub mean: f64,
     /// Share of the frames above 0.5.
     pub recall: f64,
-    /// Mean of the first quarter of the frames less that of the last: what is lost on the way.
+    /// Mean over the first quarter of the frames minus the mean over the last: what is lost on the way.
     pub decay: f64,
 }
 

@@ -89,7 +89,7 @@ pub fn envelope(curve: &[Errors]) -> Vec<Errors> {
     sorted
 }
 
-/// How the lower envelope of one curve lies to that of another.
+/// How the lower envelopes of two curves compare.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Comparison {

@@ -225,7 +225,7 @@ fn cover(
     (covered, seen)
 }
 
-/// The pixels of an image whose centres are at most `radius` away from that of `pixel`.
+/// The pixels of an image whose centres are at most `radius` away from the centre of `pixel`.
 fn disc(pixel: usize, width: usize, height: usize, radius: f64) -> impl Iterator<Item = usize> {
     let (x, y, reach) = (pixel % width, pixel / width, radius.max(0.0) as usize);
     let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);

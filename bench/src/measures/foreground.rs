@@ -1,4 +1,4 @@
-//! How well the foreground among trajectories matches that of labelled frames.
+//! How well the foreground among trajectories matches the foreground of labelled frames.
 //!
 //! **In:** the region map of each labelled frame, trajectories in pixels of these maps, and which of them are
 //! foreground. **Out:** [`ForegroundScores`]; over many shots their [`mean`].

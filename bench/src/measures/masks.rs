@@ -7,7 +7,7 @@
 //!
 //! - J and F are those of [`davis`](super::davis), of all labels other than 0 together;
 //! - best is the J of the one label that has the most of it: below J an object is in parts, or many objects are apart;
-//! - recall is the share of the true objects' pixels that have a label, the false share that of the background's.
+//! - recall is the labelled share of the true objects' pixels, the false share the labelled share of the background's.
 //!
 //! In a frame without any object J is 1 less the labelled share, so that a speck costs little; the false share is that
 //! share, and the others are left open.

@@ -19,7 +19,7 @@ pub(super) enum Change {
     Base,
     /// Another seed.
     Seed(u32),
-    /// Without the first so many columns and rows.
+    /// Without this many first columns and rows.
     Crop(usize),
     /// Left and right swapped.
     Mirror,

@@ -26,7 +26,7 @@ fn assert_nothing_half(out: &Path) {
 fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
     let (input, whole, out) = (long_clip("room-in"), absent("room-whole"), absent("room-out"));
     assert_done(&segment(&input, &whole, &WINDOWS));
-    // Files of so many blocks of 512 bytes, and the signal that says so not heard: writing fails as on a full disk.
+    // A limit on the size of files, in blocks of 512 bytes, and its signal ignored: writing fails as on a full disk.
     for blocks in [0, 4] {
         let output = shell(&format!("trap '' XFSZ; ulimit -f {blocks}"), &input, &out, &WINDOWS);
         assert_refused(&output, 1, &["room-out", "cannot be written"]);
@@ -41,7 +41,7 @@ fn a_file_that_finds_no_more_room_is_an_error_and_leaves_no_half_result() {
     assert_same(&whole, &out);
 }
 
-/// As `shell`, on a disk of its own of so many kilobytes at `/mnt`, which only this program sees.
+/// As `shell`, with a disk of this many kilobytes at `/mnt`, which only this program sees.
 #[cfg(target_os = "linux")]
 fn on_small_disk(kilobytes: u32, script: &str, input: &Path) -> Option<Output> {
     let mount = format!("mount -t tmpfs -o size={kilobytes}k none /mnt || exit 99");

@@ -51,7 +51,7 @@ fn masks_of_reduced_frames_have_the_size_of_the_frames_and_their_borders() {
         assert_eq!(mask, enlarge(small, &frame(t).unwrap(), |_| true).unwrap().labels, "frame {t}");
         others += usize::from(mask != session.labels(t as usize).unwrap());
     }
-    assert!(others > 0, "no mask is other than that of the nearest pixels");
+    assert!(others > 0, "every mask equals the mask of the nearest pixels");
     assert!(out.join("overlay-masks/00000.png").is_file());
 }
 

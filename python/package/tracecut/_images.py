@@ -31,7 +31,7 @@ def superpixels(image: FrameLike, count: Optional[int] = None, **params: Any) ->
     image : frame
         As `boundaries`.
     count : int, optional
-        At most so many; as many as the contours above the thresholds give if not given.
+        The largest number of superpixels; if not given, what the contours above the thresholds enclose.
     **params
         As those of `Session`; the sections ``contour`` and ``superpixel`` count.
     """

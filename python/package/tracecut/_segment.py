@@ -150,7 +150,7 @@ class Result:
 
     @property
     def width(self) -> int:
-        """Of the masks in pixels, which is that of the frames."""
+        """Width and height of the masks in pixels; the frames have the same."""
         return self._runs[0].shape[1] if self._runs else 0
 
     @property
@@ -221,8 +221,8 @@ def segment(
         height, width, 3), or arrays, images of Pillow, or paths or bytes of image files one by one. All have one size;
         RGB, RGBA or grey.
     window : int or None, default 50
-        Longer clips are run in windows of so many frames, in the memory of one; a cut begins a new shot with new
-        labels. None takes all frames at once, without looking for cuts, in memory that grows with the clip.
+        Length of a window in frames. Longer clips are run window by window, in the memory of one; a cut begins a
+        new shot with new labels. None takes all frames at once, without looking for cuts, in memory that grows with the clip.
     overlap : int, optional
         Frames that neighbouring windows have in common; 10 where a window has more.
     threads : int, optional

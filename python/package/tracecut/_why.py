@@ -102,7 +102,7 @@ class Explanation:
     """Why a pixel has its label.
 
     Costs are in units of the energy, in whole steps of 1/65536, so that their sums are exact: the difference of two
-    totals is that of the energies which the cut compared.
+    totals equals the difference of the energies that the cut compared.
 
     Attributes
     ----------

@@ -98,7 +98,7 @@ export function rgbOf(color) {
 }
 
 /**
- * The colour of each label, that of the palette where nothing is said of it.
+ * The colour of each label; labels without one of their own take the palette's.
  * @param {LabelColors | undefined} given
  * @returns {(label: number) => string}
  */

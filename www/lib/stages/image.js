@@ -72,7 +72,7 @@ export const EdgeKind = Object.freeze({
 /**
  * How many superpixels are wanted.
  * @typedef {object} SuperpixelCount
- * @property {number} [count] they are joined across their weakest borders until so many are left; an image with few
+ * @property {number} [count] they are joined across their weakest borders until this many are left; an image with few
  *   contours has fewer
  */
 

@@ -187,7 +187,7 @@ export function unlessAborted(promise, signal) {
  * @property {number} [start] seconds; the clip's begin if not given
  * @property {number} [end] seconds; the clip's end if not given
  * @property {number} [step] every `step`-th frame; 1 if not given
- * @property {number} [maxFrames] at most so many frames; all if not given
+ * @property {number} [maxFrames] the largest number of frames; all if not given
  * @property {number} [size] the long side in pixels that frames are reduced to; a smaller frame stays as it is
  * @property {number} [frameRate] frames per second of a list of frames that carry no times; 25 if not given
  * @property {'auto' | 'webcodecs' | 'seeking'} [decoding] how a video file is decoded: `'auto'` takes WebCodecs and
