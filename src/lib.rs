@@ -70,42 +70,33 @@
 //! Results are the same bytes for the same frames, parameters and target, on any number of threads. The library has no
 //! clock, opens no files and keeps no global state; it starts threads only in [`Session::run_on`].
 
-pub mod affinity;
-mod background;
-mod camera;
-pub mod connectedness;
-pub mod contour;
+mod base;
 pub mod correction;
-pub mod cut;
-mod delaunay;
-pub mod discontinuity;
-pub mod discretize;
-pub mod embedding;
-mod error;
-#[doc(hidden)]
-pub mod evidence;
-pub mod flow;
-mod grid;
-pub mod image;
+mod dense;
+mod figure;
 pub mod mask;
-mod order;
-pub mod params;
-pub mod pipeline;
-#[doc(hidden)]
-pub mod rng;
-pub mod saliency;
-#[doc(hidden)]
-pub mod sets;
-pub mod sparse;
+mod motion;
+mod session;
 pub mod still;
-pub mod superpixel;
 pub mod synth;
 #[doc(hidden)]
 pub mod tracks;
-pub mod trajectory;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
-mod window;
+
+// Folders are for readers: from outside, and in paths here, a room has no folder.
+use base::{delaunay, error, grid, order};
+pub use base::{image, params, sparse};
+#[doc(hidden)]
+pub use base::{rng, sets};
+pub use dense::{contour, cut, superpixel};
+#[doc(hidden)]
+pub use figure::evidence;
+use figure::{background, camera};
+pub use figure::{connectedness, discretize, saliency};
+pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
+pub use session::pipeline;
+use session::window;
 
 pub use error::Error;
 #[cfg(not(target_arch = "wasm32"))]

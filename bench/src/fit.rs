@@ -15,8 +15,8 @@ use tracecut_cli::failure::{Failure, Result, print, write};
 
 const HELP: &str = "\
 Each clip is run to the labels of its trajectories. For every two neighbouring pieces of the over-segmentation, before any are merged, the
-terms of src/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
-the terms of src/evidence/object.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
+terms of src/figure/evidence/pair.rs are written down, and how likely two of their points, one of each, are of one region; for every cluster
+the terms of src/figure/evidence/object.rs, before a moving or a still camera, and its share of points on objects. Logistic regressions give the weights: every
 clip counts alike, in it a pair by the logarithm of the points of its smaller piece, a cluster by the root of its points.
 
 For each kind of clips the loss is printed of weights that were fitted on the others, and of those fitted on all (nats a pair); then the
@@ -43,7 +43,7 @@ pub(crate) struct FitArgs {
     /// Run each clip under each of these seeds
     #[arg(long, value_name = "SEED,...", value_delimiter = ',', default_value = "0,1,2")]
     seeds: Vec<u32>,
-    /// Write the table of weights to this file: src/evidence/weights.rs
+    /// Write the table of weights to this file: src/figure/evidence/weights.rs
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

@@ -20,13 +20,20 @@ const AT_TOP = {
   Step: 'pipeline',
 };
 
-/** The rows of the table of rooms: the names in each one's first column. */
+const unquoted = (cell) => [...cell.matchAll(/`([^`]+)`/g)].map(([, name]) => name);
+
+/** The rows of the table of rooms: the group (none: `''`) and the rooms in it. A row that names no group is of that above. */
 const rows = architecture
-  .split('\n| room |')[1]
+  .split('\n| group | room |')[1]
   .split('\n\n')[0]
   .split('\n')
-  .filter((line) => line.startsWith('| `'))
-  .map((row) => [...row.split('|')[1].matchAll(/`([^`]+)`/g)].map(([, name]) => name));
+  .filter((line) => /^\| (`|none|\|)/.test(line))
+  .reduce((found, row) => {
+    const [, first, second] = row.split('|');
+    const group = first.trim() ? (unquoted(first)[0] ?? '') : found.at(-1).group;
+    return [...found, { group, names: unquoted(second) }];
+  }, []);
+const groups = new Set(rows.map(({ group }) => group).filter(Boolean));
 
 /** All files of code in a folder and the folders in it. */
 const codeIn = (folder) =>
@@ -34,7 +41,13 @@ const codeIn = (folder) =>
     .map((name) => `${folder}/${name.replaceAll('\\', '/')}`)
     .filter((name) => /\.(rs|js)$/.test(name));
 
-const roomOf = (file) => file.split('/')[1].replace(/\.rs$/, '');
+/** The path of a file in `src`, from its room on. */
+const inRoom = (file) => file.split('/').slice(groups.has(file.split('/')[1]) ? 2 : 1);
+
+const roomOf = (file) => inRoom(file)[0].replace(/\.rs$/, '');
+
+/** Files that only declare modules: that of the crate and those of groups. */
+const declares = (file) => file === 'src/lib.rs' || [...groups].some((group) => file === `src/${group}/mod.rs`);
 
 /** The rooms that a file of Rust imports from, without its tests. */
 function importsOf(file) {
@@ -71,14 +84,18 @@ function reachedFrom(file, imports, found = new Set()) {
 }
 
 test('every room of the library has one row, and nothing else has', () => {
-  const rooms = new Set(readdirSync(join(root, 'src')).map((name) => basename(name, '.rs')));
-  rooms.delete('lib');
-  assert.deepEqual(rows.flat().sort(), [...rooms].sort());
+  const entries = (folder) => readdirSync(join(root, 'src', folder)).map((name) => basename(name, '.rs'));
+  const rooms = [...groups].flatMap((group) => entries(group).map((name) => `${group}/${name}`));
+  const others = entries('').filter((name) => name !== 'lib' && !groups.has(name));
+  assert.deepEqual(
+    rows.flatMap(({ group, names }) => names.map((name) => (group ? `${group}/${name}` : name))).sort(),
+    [...rooms.filter((name) => !name.endsWith('/mod')), ...others].sort(),
+  );
 });
 
 test('a room imports only from the rooms above it in the table', () => {
-  const place = new Map(rows.flatMap((names, row) => names.map((name, k) => [name, row + k / 100])));
-  const files = codeIn('src').filter((file) => file !== 'src/lib.rs');
+  const place = new Map(rows.flatMap(({ names }, row) => names.map((name, k) => [name, row + k / 100])));
+  const files = codeIn('src').filter((file) => !declares(file));
   const imports = files.flatMap((file) => importsOf(file).map((room) => ({ file, room })));
   assert.ok(imports.length > 300, `${imports.length} imports`);
   assert.deepEqual(

@@ -4,6 +4,7 @@ mod cost;
 mod crate_files;
 mod examples;
 mod golden;
+mod imports;
 mod limits;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
 mod made;
