@@ -103,6 +103,12 @@ impl Error {
     }
 }
 
+/// Refuses sides that no frame has.
+pub(crate) fn check_size(width: usize, height: usize) -> Result<(), Error> {
+    let legal = 1..=MAX_SIDE;
+    if legal.contains(&width) && legal.contains(&height) { Ok(()) } else { Err(Error::FrameSize { width, height }) }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -14,8 +14,8 @@
 //!
 //! Trajectories under a stroke have its label in any case; those under the strokes of earlier corrections keep theirs.
 
+use super::graph::near_affinities;
 use super::walk::{Walker, nearest_stroke};
-use super::{distinct, free_labels, near_affinities};
 use crate::Error;
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
@@ -226,4 +226,16 @@ impl Shares {
 
 fn data(reason: &str) -> Error {
     Error::Data { reason: reason.to_owned() }
+}
+
+/// Labels, each once, lowest first.
+pub(crate) fn distinct(labels: &[u8]) -> Vec<u8> {
+    let mut seen = [false; 256];
+    labels.iter().for_each(|&l| seen[usize::from(l)] = true);
+    (0..=255).filter(|&l| seen[usize::from(l)]).collect()
+}
+
+/// The labels that objects may take, lowest first: those that are not in use.
+pub(crate) fn free_labels(used: &[u8]) -> impl Iterator<Item = u8> + '_ {
+    (1..=255).filter(|l| !used.contains(l))
 }

@@ -37,7 +37,7 @@ mod stroke;
 mod tests;
 mod walk;
 
-pub(crate) use decide::{Painted, apart, together};
+pub(crate) use decide::{Painted, apart, distinct, free_labels, together};
 pub(crate) use graph::near_affinities;
 pub(crate) use halves::{halves, part_at};
 pub(crate) use regroup::regroup;
@@ -79,16 +79,4 @@ pub(crate) struct Held {
     pub tracks: Vec<u32>,
     /// Their label.
     pub label: u8,
-}
-
-/// Labels, each once, lowest first.
-pub(crate) fn distinct(labels: &[u8]) -> Vec<u8> {
-    let mut seen = [false; 256];
-    labels.iter().for_each(|&l| seen[usize::from(l)] = true);
-    (0..=255).filter(|&l| seen[usize::from(l)]).collect()
-}
-
-/// The labels that objects may take, lowest first: those that are not in use.
-pub(crate) fn free_labels(used: &[u8]) -> impl Iterator<Item = u8> + '_ {
-    (1..=255).filter(|l| !used.contains(l))
 }

@@ -5,8 +5,8 @@
 //! There a Chebyshev filter does what is left: it moves what doubling smeared across contours to the side where it
 //! belongs.
 
-use super::StillParams;
 use super::graph::PixelGraph;
+use super::params::StillParams;
 use crate::embedding::{EigenInfo, EigenParams, largest_eigenpairs, refine_eigenpairs};
 use crate::image::Plane;
 

@@ -6,7 +6,8 @@
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, blend, ramp, shade};
 use super::figure::{Figure, Gait, LEG};
-use super::{Scene, Sprite};
+use super::layer::Sprite;
+use super::scene::Scene;
 
 /// Width and height of the board.
 const BOARD: (f64, f64) = (320.0, 240.0);

@@ -6,7 +6,8 @@
 use super::affine::{Affine, sin_turns};
 use super::brush::{Colour, Noise, bar, blend, disc, lerp, ramp, rounded_box, shade};
 use super::figure::{Figure, Gait, LEG};
-use super::{Scene, Sprite};
+use super::layer::Sprite;
+use super::scene::Scene;
 
 /// Width and height of the board.
 const BOARD: (f64, f64) = (480.0, 270.0);

@@ -2,7 +2,8 @@
 
 use super::affine::Affine;
 use super::brush::{Colour, Noise, disc, shade};
-use super::{Scene, Sprite};
+use super::layer::Sprite;
+use super::scene::{MAX_SIDE, Scene};
 
 /// Colours of the two planes.
 const PLANES: [Colour; 2] = [[150.0, 140.0, 120.0], [110.0, 130.0, 160.0]];
@@ -23,7 +24,7 @@ impl Scene {
         let middle = 0.5 * (num_frames as f64 - 1.0);
         let reach =
             (middle + 1.0) * [back.0, back.1, front.0, front.1].map(f64::abs).iter().copied().fold(0.0, f64::max);
-        let reach = reach.min(super::MAX_SIDE as f64) as f32 + 2.0;
+        let reach = reach.min(MAX_SIDE as f64) as f32 + 2.0;
         let bounds = [-reach, -reach, scene.size().0 as f32 + reach, scene.size().1 as f32 + reach];
         let edge = 0.5 * scene.size().0 as f32 - 0.25;
         for (k, (u, v)) in [back, front].into_iter().enumerate() {

@@ -4,9 +4,8 @@
 //! colour profiles and orientation marks too. The decoders are called one by one, not through `image::DynamicImage`:
 //! its conversions between all colour types and profiles would double the size of the wasm file.
 
-use super::frame::check_size;
 use crate::Error;
-use crate::error::MAX_PIXELS;
+use crate::error::{MAX_PIXELS, check_size};
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::{ColorType, ImageDecoder, Limits};
 use std::io::Cursor;

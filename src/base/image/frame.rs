@@ -2,7 +2,7 @@
 
 use super::Plane;
 use crate::Error;
-use crate::error::{MAX_PIXELS, MAX_SIDE};
+use crate::error::{MAX_PIXELS, check_size};
 
 /// An RGB image; three bytes a pixel, row by row.
 ///
@@ -134,12 +134,6 @@ fn coverage(from: usize, to: usize) -> Vec<Vec<(usize, f32)>> {
                 .collect()
         })
         .collect()
-}
-
-/// Refuses sides that no frame has.
-pub(crate) fn check_size(width: usize, height: usize) -> Result<(), Error> {
-    let legal = 1..=MAX_SIDE;
-    if legal.contains(&width) && legal.contains(&height) { Ok(()) } else { Err(Error::FrameSize { width, height }) }
 }
 
 #[cfg(test)]

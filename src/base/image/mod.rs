@@ -5,10 +5,10 @@ mod filter;
 mod frame;
 mod plane;
 
+pub(crate) use crate::error::check_size;
 pub use crate::error::{MAX_PIXELS, MAX_SIDE};
 pub(crate) use filter::weigh;
 #[doc(hidden)]
 pub use filter::{gaussian_blur, sample_bilinear};
 pub use frame::Frame;
-pub(crate) use frame::check_size;
 pub use plane::Plane;

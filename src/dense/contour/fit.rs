@@ -5,9 +5,21 @@
 //! points of their chain. Two lines that meet elsewhere than in a common end (they may: each is off its chain by up to
 //! the tolerance) are broken again until none do. That comes to an end because chains themselves do not cross.
 
-use super::Segments;
 use super::link::Chains;
 use crate::order;
+
+/// Straight pieces of contours.
+///
+/// Law: every index of `lines` is below `points.len()`, both ends differ, no line occurs twice (in either direction),
+/// two lines meet at most in a common end; points are finite, lie in `-0.5..=width-0.5` and `-0.5..=height-0.5`, and no
+/// two are equal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Segments {
+    /// Ends of the lines in pixels, pixel centres at integers.
+    pub points: Vec<(f32, f32)>,
+    /// The lines, as indices of their ends.
+    pub lines: Vec<(u32, u32)>,
+}
 
 /// Points in half pixels.
 type Point = (i32, i32);

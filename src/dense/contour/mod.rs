@@ -43,6 +43,7 @@ mod tests;
 mod texton;
 mod thin;
 
+pub use fit::Segments;
 pub(crate) use gradient::mean_along;
 #[doc(hidden)]
 pub use thin::{ORIENTATIONS, normals, thin};
@@ -75,19 +76,6 @@ pub struct BoundaryMap {
     pub pb: Plane<f32>,
     /// The same on ridges one pixel wide, 0 elsewhere.
     pub thin: Plane<f32>,
-}
-
-/// Straight pieces of contours.
-///
-/// Law: every index of `lines` is below `points.len()`, both ends differ, no line occurs twice (in either direction),
-/// two lines meet at most in a common end; points are finite, lie in `-0.5..=width-0.5` and `-0.5..=height-0.5`, and no
-/// two are equal.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Segments {
-    /// Ends of the lines in pixels, pixel centres at integers.
-    pub points: Vec<(f32, f32)>,
-    /// The lines, as indices of their ends.
-    pub lines: Vec<(u32, u32)>,
 }
 
 /// Pb of `frame`.

@@ -4,7 +4,6 @@
 //! to its neighbours, a superpixel's own trajectories are no sure witnesses.
 
 use super::input::UNKNOWN;
-use super::terms::areas;
 use crate::delaunay::constrained_delaunay;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -34,7 +33,7 @@ pub(crate) fn ambiguous_shares(superpixels: &Superpixels, tracks: &Trajectories,
     for (&p, _) in superpixels.label.data().iter().zip(&covered).filter(|(_, covered)| **covered) {
         counts[p as usize] += 1;
     }
-    counts.iter().zip(areas(superpixels)).map(|(&count, area)| count as f32 / area.max(1) as f32).collect()
+    counts.iter().zip(superpixels.areas()).map(|(&count, area)| count as f32 / area.max(1) as f32).collect()
 }
 
 /// Marks the pixels whose centres lie in the triangle, row by row.

@@ -3,9 +3,8 @@
 //! Terms are whole numbers of steps, as the solver has them. All other superpixels keep their labels: what a label
 //! costs here is its own cost and what the links to superpixels of other labels cost.
 
-use super::CutLabels;
 use super::expansion::{MAX_WEIGHT, Potts};
-use super::input::CutInput;
+use super::input::{CutInput, CutLabels};
 use super::params::CutParams;
 use super::terms::{Nodes, SCALE, energy, heard, votes};
 

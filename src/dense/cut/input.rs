@@ -1,4 +1,4 @@
-//! What the cut is made from.
+//! What the cut is made from, and what it makes.
 
 use crate::flow::CompactFlow;
 use crate::superpixel::Superpixels;
@@ -29,4 +29,13 @@ pub struct CutInput<'a> {
     pub evidence: &'a [f32],
     /// Flow from each frame to the next, for `flow_weight`; may be empty.
     pub flows: &'a [CompactFlow],
+}
+
+/// A label for each superpixel of each frame.
+///
+/// Law: `labels[t].len() == superpixels[t].count`; every label is below the number of labels, or 0 if there are none.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct CutLabels {
+    /// Frame by frame, superpixel by superpixel.
+    pub labels: Vec<Vec<u32>>,
 }

@@ -43,10 +43,10 @@ pub use expansion::{Expansion, Potts};
 #[cfg(test)]
 pub(crate) use explain::OwnCost;
 pub(crate) use explain::{Link, Reasons, STEPS_PER_UNIT, margins};
-pub use input::{CutInput, STRANGER, UNKNOWN};
+pub use input::{CutInput, CutLabels, STRANGER, UNKNOWN};
 pub use params::CutParams;
 pub(crate) use region::Region;
-pub(crate) use terms::{areas, pixel_of, rounded};
+pub(crate) use terms::{pixel_of, rounded};
 pub(crate) use votes::{VOTE_MOTION, VOTE_RADIUS, motion_difference_sq};
 pub use votes::{forget_strangers, labels_for};
 
@@ -54,15 +54,6 @@ use crate::image::Plane;
 use crate::superpixel::Superpixels;
 use region::Part;
 use terms::energy;
-
-/// A label for each superpixel of each frame.
-///
-/// Law: `labels[t].len() == superpixels[t].count`; every label is below the number of labels, or 0 if there are none.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct CutLabels {
-    /// Frame by frame, superpixel by superpixel.
-    pub labels: Vec<Vec<u32>>,
-}
 
 /// The Gabriel cut in steps, each one move of the expansion.
 #[derive(Debug, Clone)]

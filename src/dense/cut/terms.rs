@@ -17,7 +17,6 @@ use super::expansion::{MAX_WEIGHT, Potts};
 use super::input::{CutInput, STRANGER};
 use super::params::CutParams;
 use crate::image::Plane;
-use crate::superpixel::Superpixels;
 
 /// Steps per unit of cost: fine enough for any weight, and sums over a clip stay far below 2^63.
 pub(super) const SCALE: f32 = 65536.0;
@@ -203,7 +202,7 @@ fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes
             let flow = flow.unpack(1.0, 1.0);
             carry(&pair[0].label, &pair[1].label, &flow.u, &flow.v, &mut found);
         }
-        let areas = if by_flow { [areas(&pair[0]), areas(&pair[1])] } else { Default::default() };
+        let areas = if by_flow { [pair[0].areas(), pair[1].areas()] } else { Default::default() };
         for (from, link) in gathered(&found, pair[0].count) {
             let (p, q) = (nodes.base[t] + from, nodes.base[t + 1] + link.to);
             let most = nodes.num_tracks[p as usize].max(nodes.num_tracks[q as usize]).max(1);
@@ -219,15 +218,6 @@ fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes
             }
         }
     }
-}
-
-/// Number of pixels of each superpixel.
-pub(crate) fn areas(superpixels: &Superpixels) -> Vec<u32> {
-    let mut areas = vec![0; superpixels.count];
-    for &p in superpixels.label.data() {
-        areas[p as usize] += 1;
-    }
-    areas
 }
 
 /// Where flow carries the pixels of `from` in `to`, one link for each run of pixels in a row that go the same way.

@@ -67,6 +67,17 @@ pub struct Superpixels {
     pub edges: Vec<Edge>,
 }
 
+impl Superpixels {
+    /// Number of pixels of each superpixel.
+    pub(crate) fn areas(&self) -> Vec<u32> {
+        let mut areas = vec![0; self.count];
+        for &p in self.label.data() {
+            areas[p as usize] += 1;
+        }
+        areas
+    }
+}
+
 /// The Gabriel superpixels of an image.
 ///
 /// A face of the Gabriel graph is connected, but the pixels whose centres lie in it need not be where it is thinner

@@ -5,9 +5,9 @@
 //! those other frames that show it best, since objects hide the scene in some. Plain areas are found again both ways,
 //! and nothing is said of them.
 
-use super::object;
 use super::plate::{Picture, apart, sampled};
 use crate::camera::{Camera, Warp};
+use crate::cut::STRANGER;
 use crate::image::Plane;
 use crate::trajectory::Trajectories;
 
@@ -190,4 +190,9 @@ impl Row<'_> {
         let (left, right) = (down(k), down(k + 1));
         (mix(left.0, right.0, share), mix(left.1, right.1, share))
     }
+}
+
+/// Whether a label is an object's; of unknown ones it is not known.
+pub(super) fn object(label: u32, is_object: &[bool]) -> Option<bool> {
+    if label == STRANGER { Some(true) } else { is_object.get(label as usize).copied() }
 }

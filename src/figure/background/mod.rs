@@ -33,13 +33,12 @@ pub(crate) use clean::{PlateInput, clean_plate};
 pub(crate) use rigid::{Parted, part_rigid};
 
 use crate::camera::Camera;
-use crate::cut::STRANGER;
 use crate::discretize::Clusters;
 use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
-use compare::{Accounts, Verdict, accounts};
+use compare::{Accounts, Verdict, accounts, object};
 use plate::{Picture, Plate, UNKNOWN, picture};
 
 crate::params! {
@@ -247,11 +246,6 @@ fn moved(tracks: &Trajectories, i: usize) -> f32 {
     let points = tracks.points(i);
     let (first, last) = (points.start, points.end - 1);
     ((tracks.x[last] - tracks.x[first]).powi(2) + (tracks.y[last] - tracks.y[first]).powi(2)).sqrt()
-}
-
-/// Whether a label is an object's; of unknown ones it is not known.
-fn object(label: u32, is_object: &[bool]) -> Option<bool> {
-    if label == STRANGER { Some(true) } else { is_object.get(label as usize).copied() }
 }
 
 /// What accounts of its pixels come to for each superpixel; the map may be smaller.

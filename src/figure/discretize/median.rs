@@ -1,6 +1,6 @@
 //! The median of several clusterings: what most of them say counts, and one that hangs on a single decision does not.
 
-use super::Clusters;
+use super::clusters::Clusters;
 
 /// The clustering that is nearest to all others, the first of equals, by the variation of information (Meila 2007).
 pub(super) fn median(mut all: Vec<Clusters>) -> Clusters {

@@ -23,6 +23,7 @@
 //! [`threshold_segmentation`] is the other reading of the discontinuities, Figure 1(c): the connected components of all
 //! edges with `d` below 0.6.
 
+mod clusters;
 mod kmeans;
 mod median;
 mod merge;
@@ -36,6 +37,8 @@ use crate::evidence::{UNLABELLED, unite};
 use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
+pub use clusters::Clusters;
+pub(crate) use clusters::canonical;
 use kmeans::k_means;
 use median::median;
 use merge::merge_clusters;
@@ -84,17 +87,6 @@ crate::params! {
         /// (section 2.3: 0.4). Higher merges more.
         pub merge_threshold: f64 = 0.77, in 0.0..=1.0, expert;
     }
-}
-
-/// A label for each trajectory.
-///
-/// Law: every label is in `0..count`, every label occurs, label 0 has the most trajectory points, and so on.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Clusters {
-    /// Number of clusters.
-    pub count: usize,
-    /// Label of each trajectory.
-    pub label: Vec<u32>,
 }
 
 /// A label for each trajectory, by the method and the count that `params` name. `seed` is for K-means.
@@ -259,27 +251,6 @@ fn spread_labels(label: &mut [u32], discontinuities: &Discontinuities) {
     for l in label.iter_mut().filter(|l| **l == UNLABELLED) {
         *l = 0;
     }
-}
-
-/// Renumbers labels from 0 by falling number of trajectory points, ties by first trajectory.
-pub(crate) fn canonical(tracks: &Trajectories, label: Vec<u32>) -> Clusters {
-    let mut names: Vec<u32> = label.clone();
-    order::sort_by_key(&mut names, |&l| l.into());
-    names.dedup();
-    let place = |l: u32| names.binary_search(&l).unwrap_or(0);
-    // (points, first trajectory) of each name
-    let mut size = vec![(0_usize, usize::MAX); names.len()];
-    for (i, &l) in label.iter().enumerate() {
-        let entry = &mut size[place(l)];
-        *entry = (entry.0 + tracks.points(i).len(), entry.1.min(i));
-    }
-    let mut by_size: Vec<usize> = (0..names.len()).collect();
-    order::sort_by_key(&mut by_size, |&k| order::pair(u32::MAX - size[k].0 as u32, size[k].1 as u32));
-    let mut rank = vec![0_u32; names.len()];
-    for (new, &old) in by_size.iter().enumerate() {
-        rank[old] = new as u32;
-    }
-    Clusters { count: names.len(), label: label.into_iter().map(|l| rank[place(l)]).collect() }
 }
 
 #[cfg(test)]

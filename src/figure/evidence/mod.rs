@@ -28,13 +28,5 @@ pub(crate) use object::{Signs, strangeness};
 pub use pair::Known;
 #[doc(hidden)]
 pub use pair::Pair;
-pub(crate) use pair::pairs;
+pub(crate) use pair::{UNLABELLED, pairs};
 pub(crate) use unite::unite;
-
-/// The log-odds that weights, a base first, give to terms.
-pub(crate) fn log_odds(weights: &[f64], terms: &[f64]) -> f64 {
-    weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
-}
-
-/// The label of a trajectory that has none yet.
-pub(crate) const UNLABELLED: u32 = u32::MAX;

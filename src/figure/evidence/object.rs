@@ -1,7 +1,6 @@
 //! The log-odds that a cluster is an object and not the scene behind.
 
-use super::log_odds;
-use super::pair::{Known, Summary, count_of};
+use super::pair::{Known, Summary, count_of, log_odds};
 use super::weights::{OBJECT, OBJECT_BEFORE_PLATE};
 
 /// The log-odds at which an object is as well kept as left out: what pixels say can still take one away, but not bring it

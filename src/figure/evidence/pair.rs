@@ -1,6 +1,5 @@
 //! The log-odds that two neighbouring clusters are one thing.
 
-use super::UNLABELLED;
 use super::affine::AffineSums;
 use super::weights::PAIR;
 use crate::affinity::{AffinityParams, Motions};
@@ -9,6 +8,9 @@ use crate::connectedness::Separation;
 use crate::discontinuity::Discontinuities;
 use crate::saliency::SaliencyMaps;
 use crate::trajectory::Trajectories;
+
+/// The label of a trajectory that has none yet.
+pub(crate) const UNLABELLED: u32 = u32::MAX;
 
 /// Fewest velocities of a cluster in a frame for its motion there to count.
 const FEWEST: f64 = 4.0;
@@ -203,11 +205,15 @@ fn from_camera(tracks: &Trajectories, i: usize, camera: &[DominantMotion]) -> Ve
     tracks.frames(i).zip(points.start..points.end.saturating_sub(1)).map(step).collect()
 }
 
+/// The log-odds that weights, a base first, give to terms.
+pub(crate) fn log_odds(weights: &[f64], terms: &[f64]) -> f64 {
+    weights[0] + weights[1..].iter().zip(terms).map(|(weight, term)| weight * term).sum::<f64>()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::discontinuity::neighborhoods;
-    use crate::evidence::log_odds;
     use crate::flow::FlowField;
     use crate::image::Plane;
 

@@ -1,8 +1,7 @@
 //! Merging pieces of one thing, by what is known of every two of them.
 
-use super::pair::{Border, Known, Summary, count_of};
+use super::pair::{Border, Known, Summary, UNLABELLED, count_of, log_odds};
 use super::weights::PAIR;
-use super::{UNLABELLED, log_odds};
 
 /// How the caution falls with the share of trajectories, in powers of it: a fragment is one fragment however small it
 /// is, and what a wrong join costs grows with the piece.

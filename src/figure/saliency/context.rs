@@ -1,6 +1,6 @@
 //! From the saliency of points to the saliency of trajectories, alone and in the context of the embedding (section 3).
 
-use super::{Neighborhood, Saliency, SaliencyParams};
+use super::params::{Neighborhood, SaliencyParams};
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
 use crate::image::Plane;
@@ -11,6 +11,19 @@ const BLOCK: usize = 1024;
 
 /// Sums side by side, so that they fill vector registers.
 const LANES: usize = 8;
+
+/// How salient each trajectory is.
+///
+/// Law: the three have one entry for each trajectory; saliencies are in `0.0..=1.0`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Saliency {
+    /// `s_i`: the greatest saliency of the trajectory's points.
+    pub of_points: Vec<f32>,
+    /// `s̄_i`: the mean of `s` over the trajectory's neighbourhood in the embedding.
+    pub in_context: Vec<f32>,
+    /// Whether `s̄_i` is above the threshold.
+    pub foreground: Vec<bool>,
+}
 
 /// Notes the saliency of the points of frame `t`, whose map this is: of each the value of the pixel nearest to it.
 /// `of_points` has one number for each point of `tracks`, and keeps those of other frames.

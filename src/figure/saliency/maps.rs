@@ -1,7 +1,7 @@
 //! Saliency maps of the frames of a clip: what is left of the flow, its bins, their contrast.
 
+use super::params::{Compensation, SaliencyParams};
 use super::surround::{Contrast, surround};
-use super::{Compensation, SaliencyParams};
 use crate::camera::{DominantMotion, Search, dominant_motion};
 use crate::flow::FlowField;
 use crate::image::Plane;

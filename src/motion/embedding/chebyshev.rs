@@ -15,7 +15,8 @@
 //! iteration", 2006. Cost: `degree + 2` products with each vector, and some `8 n k²` operations.
 
 use super::dense::{add_combination, project, symmetric_eigen};
-use super::eigen::{EigenInfo, Eigenpairs, SymmetricOperator};
+use super::eigen::{EigenInfo, Eigenpairs};
+use super::operator::SymmetricOperator;
 use super::panel::{WIDTH, to_columns, to_rows};
 
 /// Directions whose part in the space of the vectors is smaller than this are rounding.

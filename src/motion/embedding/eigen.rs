@@ -24,17 +24,9 @@
 
 use super::dense::symmetric_eigen;
 use super::lanczos::{Lanczos, Ritz};
+use super::operator::SymmetricOperator;
 use super::panel::{WIDTH, to_rows};
 use serde::Serialize;
-
-/// A symmetric linear map of `R^n`.
-pub trait SymmetricOperator {
-    /// The dimension `n`.
-    fn dimension(&self) -> usize;
-
-    /// `out = self · x` for a block of `columns` vectors stored row by row: entry `(i, c)` at `i * columns + c`.
-    fn apply(&self, x: &[f64], columns: usize, out: &mut [f64]);
-}
 
 /// How [`largest_eigenpairs`] works.
 #[derive(Debug, Clone, PartialEq)]

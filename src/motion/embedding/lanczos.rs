@@ -14,7 +14,7 @@
 //! best Ritz vectors become its first panels and everything else but the waiting panels is dropped (Wu and Simon 2000).
 
 use super::dense::{DenseEigen, add_combination, project, symmetric_eigen};
-use super::eigen::SymmetricOperator;
+use super::operator::SymmetricOperator;
 use super::panel::{IDENTITY, Square, WIDTH, lengths, multiply, orthonormalize, to_columns, to_rows};
 use crate::rng::Rng;
 

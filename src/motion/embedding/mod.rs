@@ -19,6 +19,7 @@ mod dense;
 mod eigen;
 mod lanczos;
 mod normalize;
+mod operator;
 mod panel;
 #[cfg(any(test, target_arch = "wasm32"))]
 mod portable;
@@ -29,8 +30,10 @@ use crate::sparse::SymCsr;
 pub(crate) use chebyshev::refine_eigenpairs;
 pub use eigen::EigenInfo;
 #[doc(hidden)]
-pub use eigen::{EigenParams, Eigenpairs, SymmetricOperator, largest_eigenpairs};
+pub use eigen::{EigenParams, Eigenpairs, largest_eigenpairs};
 use normalize::NormalizedGraph;
+#[doc(hidden)]
+pub use operator::SymmetricOperator;
 
 crate::params! {
     /// Spectral embedding.

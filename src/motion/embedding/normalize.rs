@@ -1,6 +1,6 @@
 //! The graph's nodes that are embedded, and its normalised matrix `N = D^-1/2 A D^-1/2` on them, scaled on the fly.
 
-use super::eigen::SymmetricOperator;
+use super::operator::SymmetricOperator;
 use crate::sparse::SymCsr;
 use std::cell::RefCell;
 

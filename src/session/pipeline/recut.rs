@@ -3,7 +3,7 @@
 use super::found::{Cut, CutRegion, Parts, Segmented};
 use super::params::Params;
 use crate::correction::{Held, regroup};
-use crate::cut::{CutInput, CutParams, GabrielCut, Region, areas, pixel_of};
+use crate::cut::{CutInput, CutParams, GabrielCut, Region, pixel_of};
 use crate::image::{Frame, Plane};
 use crate::mask::{Objects, refine_since};
 use crate::order::{pair, sort_by_key};
@@ -111,7 +111,7 @@ impl Recut {
     /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where
     /// these agree on the label.
     fn held_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
-        let area = areas(superpixels);
+        let area = superpixels.areas();
         let mut under: Vec<(u32, u8)> = Vec::new();
         for held in self.held.iter().filter(|h| h.t == t) {
             let mut of_stroke: Vec<u32> = held.pixels.iter().map(|&p| superpixels.label.data()[p as usize]).collect();

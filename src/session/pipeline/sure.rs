@@ -7,7 +7,7 @@ use super::session::{Phase, Session};
 use super::state::State;
 use super::why::found_input;
 use crate::Error;
-use crate::cut::{areas, margins};
+use crate::cut::margins;
 use crate::image::Plane;
 use crate::mask::{Said, confidence};
 
@@ -67,7 +67,7 @@ impl Segmented {
         let margins = margins(&input, &clip.params.cut, &self.cut.labels, &self.cut.objects.of_cluster);
         let (mut said, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
         for (superpixels, labels) in self.parts.superpixels.iter().zip(&self.cut.labels.labels) {
-            for (area, &cluster) in areas(superpixels).into_iter().zip(labels) {
+            for (area, &cluster) in superpixels.areas().into_iter().zip(labels) {
                 let cue = self.cut.ground.cues.get(node).map_or(0.0, |cue| cue.clamp(-4.0, 4.0));
                 let sum = &mut said[usize::from(self.label_of(cluster))];
                 *sum = (sum.0 + f64::from(area) * f64::from(cue), sum.1 + f64::from(area));

@@ -1,0 +1,131 @@
+//! Trajectories as plain data.
+
+use crate::Error;
+use std::ops::Range;
+
+/// Point trajectories as a struct of arrays.
+///
+/// Law: the points of trajectory `i` are `offset[i]..offset[i + 1]`, one for each of the consecutive frames from
+/// `start_frame[i]` on; `offset.len() == len() + 1`; every trajectory has at least one point and ends before
+/// `num_frames`. Coordinates are finite, in pixels, pixel centres at integers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trajectories {
+    /// Number of frames of the clip.
+    pub num_frames: usize,
+    /// Width and height of the image that the coordinates refer to, in pixels.
+    pub size: (usize, usize),
+    /// First frame of each trajectory.
+    pub start_frame: Vec<u32>,
+    /// Where the points of each trajectory begin; `len() + 1` numbers.
+    pub offset: Vec<u32>,
+    /// Horizontal coordinate of each point.
+    pub x: Vec<f32>,
+    /// Vertical coordinate of each point.
+    pub y: Vec<f32>,
+    /// Local flow variation at each point, in pixels per frame: how much the flow varies around it; 0 where unknown.
+    pub variation: Vec<f32>,
+}
+
+impl Trajectories {
+    /// None yet, for a clip of `num_frames` frames of `size` pixels.
+    pub fn empty(num_frames: usize, size: (usize, usize)) -> Self {
+        Self { num_frames, size, offset: vec![0], ..Self::default() }
+    }
+
+    /// Number of trajectories.
+    pub fn len(&self) -> usize {
+        self.start_frame.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.start_frame.is_empty()
+    }
+
+    /// Where the points of trajectory `i` lie in `x`, `y` and `variation`.
+    pub fn points(&self, i: usize) -> Range<usize> {
+        self.offset[i] as usize..self.offset[i + 1] as usize
+    }
+
+    /// The frames in which trajectory `i` is alive.
+    pub fn frames(&self, i: usize) -> Range<usize> {
+        let start = self.start_frame[i] as usize;
+        // Where 32 bits are all there are, a start from outside may be too near their end.
+        start..start.saturating_add(self.points(i).len())
+    }
+
+    #[doc(hidden)]
+    /// Where the point of trajectory `i` in `frame` lies in `x`, `y` and `variation`; it must be alive there.
+    pub fn point(&self, i: usize, frame: usize) -> usize {
+        self.offset[i] as usize + frame - self.start_frame[i] as usize
+    }
+
+    /// The position of trajectory `i` in `frame`, if it is alive there.
+    pub fn at(&self, i: usize, frame: usize) -> Option<(f32, f32)> {
+        self.frames(i).contains(&frame).then(|| {
+            let p = self.point(i, frame);
+            (self.x[p], self.y[p])
+        })
+    }
+
+    /// Adds a trajectory that starts in `start_frame` with `points` of `(x, y, variation)`.
+    pub fn push(&mut self, start_frame: usize, points: impl IntoIterator<Item = (f32, f32, f32)>) {
+        self.start_frame.push(start_frame as u32);
+        for (x, y, variation) in points {
+            self.x.push(x);
+            self.y.push(y);
+            self.variation.push(variation);
+        }
+        self.offset.push(self.x.len() as u32);
+    }
+
+    /// Index and position of every trajectory alive in `frame`, by index.
+    pub fn alive(&self, frame: usize) -> impl Iterator<Item = (usize, f32, f32)> + '_ {
+        (0..self.len()).filter_map(move |i| self.at(i, frame).map(|(x, y)| (i, x, y)))
+    }
+
+    /// Checks the law of the type.
+    ///
+    /// # Errors
+    /// [`Error::Data`] naming the first breach, with the value and what is legal.
+    pub fn check(&self) -> Result<(), Error> {
+        let breach = |reason: String| Err(Error::Data { reason });
+        let (n, points) = (self.len(), self.x.len());
+        if self.offset.len() != n + 1
+            || self.offset.first() != Some(&0)
+            || self.offset.last().map(|&o| o as usize) != Some(points)
+        {
+            return breach(format!(
+                "trajectory offsets: {} numbers ending in {} (expected {} from 0 to {points})",
+                self.offset.len(),
+                self.offset.last().copied().unwrap_or(0),
+                n + 1
+            ));
+        }
+        if self.y.len() != points || self.variation.len() != points {
+            return breach(format!(
+                "{points} x, {} y and {} variation values (expected as many of each)",
+                self.y.len(),
+                self.variation.len()
+            ));
+        }
+        for i in 0..n {
+            if self.offset[i] >= self.offset[i + 1] {
+                return breach(format!("trajectory {i} has no points (expected at least 1)"));
+            }
+            if self.frames(i).end > self.num_frames {
+                return breach(format!(
+                    "trajectory {i} ends in frame {} (expected a frame in 0..{})",
+                    self.frames(i).end - 1,
+                    self.num_frames
+                ));
+            }
+        }
+        for (name, values) in [("x", &self.x), ("y", &self.y), ("variation", &self.variation)] {
+            if let Some(p) = values.iter().position(|v| !v.is_finite()) {
+                return breach(format!("{name}[{p}] = {} (expected a finite number of pixels)", f64::from(values[p])));
+            }
+        }
+        Ok(())
+    }
+}
