@@ -87,6 +87,11 @@ impl Error {
         if actual > limit { Err(Self::TooLarge { what, actual, limit, name }) } else { Ok(()) }
     }
 
+    /// A call that the present state does not allow.
+    pub(crate) fn state(reason: &str) -> Self {
+        Self::State { reason: reason.to_owned() }
+    }
+
     /// A short stable code, the same in Rust, on the command line and in JavaScript.
     pub fn code(&self) -> &'static str {
         match self {

@@ -87,6 +87,12 @@ fn imports_between_rooms_lead_down_only() {
 }
 
 #[test]
+fn no_files_import_each_other_in_a_circle() {
+    let circles = circles(&library());
+    assert!(circles.is_empty(), "imports in a circle: {circles:#?}");
+}
+
+#[test]
 fn a_circle_is_seen_through_what_passes_names_on() {
     let imports = |deep: &str| {
         let files = [

@@ -1,15 +1,8 @@
 //! The dense linear algebra that the eigensolver needs: by faer natively, by a few functions of our own in wasm, where
 //! faer would be a fifth of the file that a page fetches. Tests hold the two against each other.
 
+pub(super) use super::operator::DenseEigen;
 #[cfg(target_arch = "wasm32")]
 pub(super) use super::portable::{add_combination, project, symmetric_eigen};
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use super::with_faer::{add_combination, project, symmetric_eigen};
-
-/// All eigenpairs of a dense symmetric matrix.
-pub(super) struct DenseEigen {
-    /// Largest first.
-    pub(super) values: Vec<f64>,
-    /// `n × n`; column `c`, the entries `c * n..(c + 1) * n`, belongs to `values[c]`.
-    pub(super) vectors: Vec<f64>,
-}

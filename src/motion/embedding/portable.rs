@@ -9,7 +9,7 @@
 //!
 //! Cost: about `9 n³` operations, `2 n²` numbers. Limits: meant for a few hundred rows.
 
-use super::dense::DenseEigen;
+use super::operator::DenseEigen;
 use crate::order::{double, sort_by_key};
 
 /// Sweeps per eigenvalue after which the iteration is given up; two are usual.

@@ -3,7 +3,7 @@
 //!
 //! faer chooses the instructions at run time, so the last bits differ between kinds of processors, never between runs.
 
-use super::dense::DenseEigen;
+use super::operator::DenseEigen;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;

@@ -2,9 +2,8 @@
 
 use super::found::Tracked;
 use super::geometry::Scale;
+use super::ledger::Ledger;
 use super::params::ScaledParams;
-use super::piece::Ledger;
-use super::session::state_error;
 use super::trackers::Trackers;
 use crate::Error;
 use crate::flow::{CompactFlow, FlowScratch};
@@ -123,7 +122,7 @@ impl Clip {
     pub(super) fn give(&mut self, tracked: Box<Tracked>) -> Result<(), Error> {
         let (size, (width, height)) = (tracked.input.size, self.scale.input);
         if self.windows.is_some() {
-            return Err(state_error("trajectories were set in a clip that is taken window by window"));
+            return Err(Error::state("trajectories were set in a clip that is taken window by window"));
         }
         if size != self.scale.input {
             let reason =

@@ -8,7 +8,7 @@
 use super::clip::Clip;
 use super::found::{Embedded, Segmented, Tracked};
 use super::recut::{Wanted, objects_with};
-use super::session::{Phase, Session, state_error};
+use super::session::{Phase, Session};
 use super::state::State;
 use crate::Error;
 use crate::correction::{
@@ -66,17 +66,17 @@ impl Session {
             open => (false, open),
         };
         self.phase = phase;
-        if undone { Ok(()) } else { Err(state_error("there is no correction to undo")) }
+        if undone { Ok(()) } else { Err(Error::state("there is no correction to undo")) }
     }
 
     /// What can be corrected.
     fn finished(&mut self) -> Result<(&Clip, &mut Segmented), Error> {
         match &mut self.phase {
             Phase::Begun(clip, State::Segmented(found)) => Ok((clip, found)),
-            Phase::Begun(_, State::Clustered(_)) => Err(state_error(
+            Phase::Begun(_, State::Clustered(_)) => Err(Error::state(
                 "corrections need masks (frames, not trajectories from outside, and clip.dense = true)",
             )),
-            _ => Err(state_error(
+            _ => Err(Error::state(
                 "a correction was made before the run was finished: run the session first, or undo the last correction",
             )),
         }

@@ -156,7 +156,7 @@ impl Terms {
     }
 
     fn input<'a>(&'a self, parts: &'a Parts, evidence: &'a [f32], clip: &'a Clip) -> CutInput<'a> {
-        parts.input(self.voted.as_deref(), &self.is_object, evidence, clip)
+        parts.input(self.voted.as_deref(), &self.is_object, evidence, &clip.flows)
     }
 
     /// The evidence with that of what the labels of a cut before look like.

@@ -116,7 +116,7 @@ fn log_odds(clustered: &Clustered, background: &Background, clip: &Clip) -> Vec<
         }
     }
     let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
-    signs(tracks, clusters, &clustered.strangeness(clip)).iter().map(value).collect()
+    signs(tracks, clusters, &clustered.strangeness(&clip.params.affinity)).iter().map(value).collect()
 }
 
 /// Where the camera moves: accounts of the pixels by these objects.

@@ -2,9 +2,9 @@
 //! the time.
 
 use super::clip::Clip;
+use super::ledger::Jobs;
 use super::params::Params;
-use super::piece::Jobs;
-use super::session::{Phase, Session, state_error};
+use super::session::{Phase, Session};
 use super::spectral::Linking;
 use super::state::State;
 use crate::Error;
@@ -36,7 +36,7 @@ impl Forks {
         let params = session.params.clone();
         let begin = match &session.phase {
             Phase::Frames(clip) if clip.windows.is_none() && clip.given.is_none() => Clip::clone(clip),
-            _ => return Err(state_error("a fork needs a clip of frames that has not begun")),
+            _ => return Err(Error::state("a fork needs a clip of frames that has not begun")),
         };
         while !matches!(&session.phase, Phase::Begun(_, state) if !matches!(state, State::Motion(_))) {
             session.step()?;
@@ -58,7 +58,7 @@ impl Forks {
     pub fn labelled(&self, params: &Params) -> Result<Session, Error> {
         params.validate()?;
         if params.clip.max_side != self.params.clip.max_side {
-            return Err(state_error("frames of a fork have the size that they had"));
+            return Err(Error::state("frames of a fork have the size that they had"));
         }
         let changed = changed_names(&self.params, params);
         let within =

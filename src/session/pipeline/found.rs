@@ -1,7 +1,7 @@
 //! What the stages find, phase by phase: each type holds what is certainly there once its phase is over.
 
-use super::clip::Clip;
 use super::geometry::Scale;
+use crate::affinity::AffinityParams;
 use crate::background::Background;
 use crate::camera::Camera;
 use crate::connectedness::{Components, Separation};
@@ -11,6 +11,7 @@ use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::{Known, strangeness};
+use crate::flow::CompactFlow;
 use crate::image::{Plane, sample_bilinear};
 use crate::mask::{Objects, Runs};
 use crate::saliency::{Saliency, SaliencyMaps};
@@ -39,9 +40,9 @@ pub(super) struct Found<'a> {
 
 impl<'a> Found<'a> {
     /// What clusters are compared by; `None` until it is known. Without flow the camera is held to stand still.
-    pub(super) fn known(&self, clip: &'a Clip) -> Option<Known<'a>> {
+    pub(super) fn known(&self, params: &'a AffinityParams) -> Option<Known<'a>> {
         let (tracks, maps) = (&self.tracked?.tracks, self.salient.map(|salient| &salient.maps));
-        Some(Known::new(tracks, self.discontinuities?, &clip.params.affinity, maps, self.separation))
+        Some(Known::new(tracks, self.discontinuities?, params, maps, self.separation))
     }
 }
 
@@ -184,8 +185,8 @@ pub(super) struct Clustered {
 
 impl Clustered {
     /// How far each cluster is from the camera's motion; empty without flow.
-    pub(super) fn strangeness(&self, clip: &Clip) -> Vec<f64> {
-        let known = self.foreground.as_ref().and_then(|_| self.found().known(clip));
+    pub(super) fn strangeness(&self, params: &AffinityParams) -> Vec<f64> {
+        let known = self.foreground.as_ref().and_then(|_| self.found().known(params));
         known.map_or_else(Vec::new, |known| strangeness(&self.clusters.label, &known))
     }
 
@@ -242,7 +243,7 @@ impl Parts {
         voted: Option<&'a [u32]>,
         is_object: &'a [bool],
         evidence: &'a [f32],
-        clip: &'a Clip,
+        flows: &'a [CompactFlow],
     ) -> CutInput<'a> {
         let (tracks, label) = self.clustered.counting(voted);
         CutInput {
@@ -252,7 +253,7 @@ impl Parts {
             num_labels: self.clustered.clusters.count.max(1),
             objects: is_object,
             evidence,
-            flows: &clip.flows,
+            flows,
         }
     }
 

@@ -15,6 +15,11 @@ mod found;
 mod geometry;
 #[cfg(test)]
 mod given_tests;
+#[cfg_attr(
+    all(target_arch = "wasm32", not(feature = "wasm")),
+    allow(dead_code, reason = "the decoder gives nothing away")
+)]
+mod ledger;
 #[cfg(not(target_arch = "wasm32"))]
 mod long;
 #[cfg(test)]

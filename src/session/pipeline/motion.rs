@@ -2,8 +2,8 @@
 
 use super::clip::Clip;
 use super::found::Tracked;
+use super::ledger::Ledger;
 use super::pair::{Forward, PairFlow, Seen};
-use super::piece::Ledger;
 use super::stage::{Progress, Stage};
 use super::trackers::Trackers;
 use super::turn::Turn;

@@ -1,7 +1,7 @@
 //! What a session has found so far.
 
 use super::dense;
-use super::session::{Phase, Session, state_error};
+use super::session::{Phase, Session};
 use super::state::State;
 use crate::Error;
 use crate::affinity::affinities;
@@ -52,7 +52,7 @@ impl Session {
         match (flows.get(t), scale) {
             (Some(flow), Some(scale)) => Ok(flow.unpack(scale.x() as f32, scale.y() as f32)),
             _ => {
-                Err(state_error(&format!("flow of pair {t} is not available (expected a pair in 0..{})", flows.len())))
+                Err(Error::state(&format!("flow of pair {t} is not available (expected a pair in 0..{})", flows.len())))
             }
         }
     }
@@ -227,7 +227,7 @@ impl Session {
     /// eigenvectors. `None` until the discontinuities are known.
     pub fn clusters_by(&self, method: DiscretizeMethod, count: usize) -> Option<Clusters> {
         let (clip, found) = (self.clip()?, self.found());
-        let (embedding, known) = (found.embedding?, found.known(clip)?);
+        let (embedding, known) = (found.embedding?, found.known(&clip.params.affinity)?);
         let params = DiscretizeParams { method, ..clip.params.discretize.clone() };
         Some(discretize_into(embedding, &known, count, &params, clip.params.clip.seed))
     }
@@ -247,7 +247,7 @@ impl Session {
     #[doc(hidden)]
     pub fn pieces(&self) -> Option<(Vec<u32>, Vec<Pair>)> {
         let (clip, found) = (self.clip()?, self.found());
-        let (known, embedding) = (found.known(clip)?, found.embedding?);
+        let (known, embedding) = (found.known(&clip.params.affinity)?, found.embedding?);
         let mut label = pieces(embedding, &clip.params.discretize, clip.params.clip.seed);
         let pairs = pairs(&label, &known);
         let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l + 1);
@@ -271,7 +271,7 @@ impl Session {
             let unlike = dense::background_of(camera, clustered, clip)?.unlike_plate(tracks, clusters);
             unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect()
         } else {
-            signs(tracks, clusters, &clustered.strangeness(clip))
+            signs(tracks, clusters, &clustered.strangeness(&clip.params.affinity))
         };
         Some((still, signs.iter().map(|signs| signs.as_ref()?.terms()).collect()))
     }
@@ -288,5 +288,5 @@ impl Session {
 }
 
 pub(super) fn missing_frame(what: &str, t: usize, known: usize) -> Error {
-    state_error(&format!("the {what} of frame {t} is not available (expected a frame in 0..{known})"))
+    Error::state(&format!("the {what} of frame {t} is not available (expected a frame in 0..{known})"))
 }

@@ -198,12 +198,8 @@ impl Session {
     }
 }
 
-pub(super) fn state_error(reason: &str) -> Error {
-    Error::State { reason: reason.to_owned() }
-}
-
 fn begun_error(what: &str) -> Error {
-    state_error(&format!("{what} after the run had begun: clear the session or use a new one"))
+    Error::state(&format!("{what} after the run had begun: clear the session or use a new one"))
 }
 
 /// Distance of neighbouring trajectories in a frame, in pixels: the side of the square that one has for itself on

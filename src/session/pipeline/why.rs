@@ -338,5 +338,5 @@ impl Asked<'_> {
 /// What the cut in force was made from.
 pub(super) fn found_input<'a>(found: &'a Segmented, clip: &'a Clip) -> CutInput<'a> {
     let ground = &*found.cut.ground;
-    found.parts.input(ground.voted.as_deref(), &ground.is_object, &ground.evidence, clip)
+    found.parts.input(ground.voted.as_deref(), &ground.is_object, &ground.evidence, &clip.flows)
 }

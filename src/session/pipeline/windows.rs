@@ -7,7 +7,7 @@
 
 use super::clip::Clip;
 use super::found::Found;
-use super::session::{Phase, Session, state_error};
+use super::session::{Phase, Session};
 use crate::Error;
 use crate::image::Frame;
 use crate::window::portraits;
@@ -22,13 +22,13 @@ impl Session {
     /// As [`Session::push_frame`]; [`Error::State`] while another frame is held back.
     pub fn push_in_shot(&mut self, frame: Frame) -> Result<bool, Error> {
         if self.holds_frame() {
-            return Err(state_error(
+            return Err(Error::state(
                 "a frame was pushed while one of the next shot is held back: run and advance first",
             ));
         }
         let clip = self.open_for(&frame)?;
         if clip.given.is_some() {
-            return Err(state_error("a frame was pushed in a shot after trajectories were set: use push_frame"));
+            return Err(Error::state("a frame was pushed in a shot after trajectories were set: use push_frame"));
         }
         clip.push_in_shot(&frame)
     }
@@ -54,7 +54,7 @@ impl Session {
     /// frames. Nothing has changed then.
     pub fn advance(&mut self, overlap: usize) -> Result<(), Error> {
         if !self.is_window_over() {
-            return Err(state_error(
+            return Err(Error::state(
                 "advance was called before frames were pushed in shots and the window was run to its end",
             ));
         }
