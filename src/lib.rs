@@ -92,7 +92,7 @@ pub use base::{rng, sets};
 pub use dense::{contour, cut, superpixel};
 #[doc(hidden)]
 pub use figure::evidence;
-use figure::{background, camera};
+use figure::{background, camera, objects};
 pub use figure::{connectedness, discretize, saliency};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
 pub use session::pipeline;

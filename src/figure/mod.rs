@@ -7,4 +7,5 @@ pub mod connectedness;
 pub mod discretize;
 #[doc(hidden)]
 pub mod evidence;
+pub(crate) mod objects;
 pub mod saliency;

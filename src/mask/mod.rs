@@ -1,23 +1,19 @@
-//! Masks: which labels they bear, where their borders run, how they are stored.
+//! Masks: where their borders run, how sure they are, how they are stored.
 //!
-//! The cut gives every superpixel a cluster. What a mask shows is decided here: which clusters are objects
-//! ([`find_objects`]), and where, between superpixels, a border really runs ([`refine`]).
+//! The cut gives every superpixel a cluster; which clusters are objects ([`find_objects`]) is known before it. What a
+//! mask shows is decided here: where, between superpixels, a border really runs ([`refine`]).
 
 mod alpha;
 mod border;
 mod confidence;
 mod enlarge;
-mod objects;
 mod runs;
-mod salient;
 mod table;
 
+pub use crate::objects::{Objects, find_objects};
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
 pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};
-pub use objects::{Objects, find_objects};
-pub(crate) use objects::{number_objects, signs};
 pub(crate) use runs::Runs;
-pub(crate) use salient::salient_objects;
 pub use table::{ObjectRow, object_rows, object_table};

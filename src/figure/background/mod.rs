@@ -17,6 +17,7 @@
 //!    and if it goes with the objects.
 //! 2. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
 //!    an object.
+//! 3. Where no cluster is an object, salient trajectories that move alike are tried (`stand_out`).
 //!
 //! **Where the camera goes forward**, as in a car, objects are what no rigid scene on a ground explains (`rigid`); their
 //! pixels are judged by the two accounts.
@@ -28,9 +29,11 @@ mod clean;
 mod compare;
 mod plate;
 mod rigid;
+mod stand_out;
 
 pub(crate) use clean::{PlateInput, clean_plate};
 pub(crate) use rigid::{Parted, part_rigid};
+pub(crate) use stand_out::{Clustering, StandOut};
 
 use crate::camera::Camera;
 use crate::discretize::Clusters;
@@ -144,6 +147,22 @@ impl Background {
     /// Whether the camera goes forward.
     pub(crate) fn goes_forward(&self) -> bool {
         self.camera.goes_forward()
+    }
+
+    /// Where the camera moves and no cluster is an object: `denser` trajectories, with their labels, that stand out and
+    /// move alike, as clusters of their own (`stand_out`); `None` where there are none.
+    pub(crate) fn stand_out(
+        &self,
+        before: &Clustering<'_>,
+        denser: (&Trajectories, &[u32]),
+        salient: &[bool],
+        spacing: f32,
+        params: &BackgroundParams,
+    ) -> Option<StandOut> {
+        if self.is_still() || self.goes_forward() || !params.stand_out {
+            return None;
+        }
+        stand_out::stand_out(before, denser, salient, spacing)
     }
 
     /// Accounts for the pixels of all frames by these trajectories, whose labels are objects or not.

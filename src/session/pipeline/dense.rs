@@ -11,7 +11,8 @@ use crate::background::{Background, add_doubts};
 use crate::camera::{Camera, Travel};
 use crate::cut::{CutInput, GabrielCut, appearance, paint};
 use crate::image::Plane;
-use crate::mask::{Objects, refine};
+use crate::mask::refine;
+use crate::objects::Objects;
 use crate::superpixel::{Superpixels, superpixels_of};
 use std::sync::{Arc, OnceLock};
 

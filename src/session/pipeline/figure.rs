@@ -1,15 +1,14 @@
 //! Figure and ground: which clusters are objects.
 //!
-//! The background or the frame's rim says it of the clusters, pixels doubt it (`background`), and where none is left what
-//! stands out is tried (`mask`). Objects take the labels that they had in the window before (`window`).
+//! The background or the frame's rim (`objects`) says it of the clusters, pixels doubt it, and where none is left what
+//! stands out is tried (`background`). Objects take the labels that they had in the window before (`window`).
 
 use super::clip::Clip;
 use super::found::{Clustered, Parts};
-use crate::background::{Background, Parted, part_rigid};
-use crate::cut::{UNKNOWN, forget_strangers, labels_for};
-use crate::discretize::canonical;
+use crate::background::{Background, Clustering, Parted, part_rigid};
+use crate::cut::{forget_strangers, labels_for};
 use crate::evidence::Signs;
-use crate::mask::{Objects, find_objects, number_objects, salient_objects, signs};
+use crate::objects::{Objects, find_objects, number_objects, signs};
 use crate::window::portraits;
 
 /// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
@@ -27,43 +26,18 @@ pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Opt
     (objects_of(parts, &is_object, clip), voted)
 }
 
-/// Where the camera moves and no cluster is an object: denser trajectories that stand out and move alike, as clusters of
-/// their own. What has fewer trajectories than a cluster needs is found by them. Their labels anew, and which clusters
+/// Objects that no cluster shows, as clusters of their own: the labels of the denser trajectories anew, and which clusters
 /// are objects; `None` where there are none.
 fn stand_out(parts: &mut Parts, voted: Option<&[u32]>, clip: &Clip) -> Option<(Vec<u32>, Vec<bool>)> {
     let Parts { clustered, background, .. } = parts;
-    let background = background.as_ref()?;
-    if background.is_still() || background.goes_forward() || !clip.params.background.stand_out {
-        return None;
-    }
-    let threshold = clip.params.saliency.threshold;
-    let salient: Vec<bool> = clustered.salience().iter().map(|&s| f64::from(s) > threshold).collect();
-    let Clustered { embedded, clusters, .. } = clustered;
-    let (tracks, denser) = (&embedded.tracked.tracks, embedded.tracked.denser.as_ref()?);
-    let (found, new) = salient_objects(denser, &salient, clip.params.trajectory.mask_step);
-    if new == 0 {
-        return None;
-    }
-    let before = clusters.count;
-    let mut labels = voted?.to_vec();
-    for (label, found) in labels.iter_mut().zip(found) {
-        *label = found.map_or(*label, |k| before as u32 + k);
-    }
-    // Of the clustered trajectories those have a new label that most around them have.
-    let mut old = clusters.label.clone();
-    let asked = labels_for(tracks, denser, &labels, before + new, clip.params.vote_radius());
-    for (label, asked) in old.iter_mut().zip(asked) {
-        let is_new = (before..before + new).contains(&(asked as usize));
-        *label = if is_new { asked } else { *label };
-    }
-    *clusters = canonical(tracks, old.clone());
-    let (mut renamed, mut is_object) = (vec![UNKNOWN; before + new], vec![false; clusters.count]);
-    for (&old, &now) in old.iter().zip(&clusters.label) {
-        renamed[old as usize] = now;
-        is_object[now as usize] = old as usize >= before;
-    }
-    labels.iter_mut().for_each(|label| *label = renamed.get(*label as usize).copied().unwrap_or(*label));
-    is_object.contains(&true).then_some((labels, is_object))
+    let (background, params) = (background.as_ref()?, &clip.params);
+    let salient: Vec<bool> = clustered.salience().iter().map(|&s| f64::from(s) > params.saliency.threshold).collect();
+    let tracked = &clustered.embedded.tracked;
+    let before = Clustering { tracks: &tracked.tracks, clusters: &clustered.clusters, radius: params.vote_radius() };
+    let denser = (tracked.denser.as_ref()?, voted?);
+    let found = background.stand_out(&before, denser, &salient, params.trajectory.mask_step, &params.background)?;
+    clustered.clusters = found.clusters;
+    Some((found.voted, found.is_object))
 }
 
 /// The labels of the denser trajectories, by those that were clustered.

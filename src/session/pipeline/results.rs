@@ -17,7 +17,7 @@ use crate::embedding::{Embedding, embed};
 use crate::evidence::{Known, Pair, Signs, UNLABELLED, pairs};
 use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
-use crate::mask::{Objects, signs};
+use crate::objects::{Objects, signs};
 use crate::saliency::Saliency;
 use crate::sparse::SymCsr;
 use crate::superpixel::Superpixels;

@@ -8,7 +8,7 @@
 //! looked like it, if nothing bears that label now (`portrait`).
 
 use super::portrait::Portrait;
-use crate::mask::Objects;
+use crate::objects::Objects;
 use crate::order;
 use crate::trajectory::Trajectories;
 use serde::{Deserialize, Serialize};

@@ -5,7 +5,7 @@
 
 use crate::cut::{Colour, Histogram};
 use crate::image::Frame;
-use crate::mask::Objects;
+use crate::objects::Objects;
 use crate::trajectory::Trajectories;
 use serde::{Deserialize, Serialize};
 

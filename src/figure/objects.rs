@@ -67,7 +67,7 @@ pub fn find_objects(tracks: &Trajectories, clusters: &Clusters) -> Objects {
 }
 
 /// The same where more than `least` must speak for an object.
-pub(super) fn find_objects_above(tracks: &Trajectories, clusters: &Clusters, least: f64) -> Objects {
+pub(crate) fn find_objects_above(tracks: &Trajectories, clusters: &Clusters, least: f64) -> Objects {
     let census = Census::take(tracks, clusters);
     let signs = census.signs(&[]);
     let is_object = |&c: &usize| signs[c].is_some_and(|signs| signs.value() > least);

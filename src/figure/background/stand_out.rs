@@ -4,10 +4,10 @@
 //! What is small or blurred has fewer long trajectories than a cluster needs, but it may have many short ones. Not in
 //! the paper, which has no objects without clusters.
 
-use super::objects::find_objects_above;
-use crate::cut::{VOTE_MOTION, motion_difference_sq};
-use crate::discretize::Clusters;
+use crate::cut::{UNKNOWN, VOTE_MOTION, labels_for, motion_difference_sq};
+use crate::discretize::{Clusters, canonical};
 use crate::grid::Grid;
+use crate::objects::find_objects_above;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
 
@@ -23,9 +23,61 @@ const STANDS_OUT: f64 = 0.8;
 /// that something near cuts off.
 const RIM: f32 = 0.125;
 
+/// Clustered trajectories.
+pub(crate) struct Clustering<'a> {
+    pub(crate) tracks: &'a Trajectories,
+    pub(crate) clusters: &'a Clusters,
+    /// How far away, in pixels, others ask them for a label.
+    pub(crate) radius: f32,
+}
+
+/// Clusters with those that stand out among them.
+pub(crate) struct StandOut {
+    pub(crate) clusters: Clusters,
+    /// The labels of the denser trajectories.
+    pub(crate) voted: Vec<u32>,
+    pub(crate) is_object: Vec<bool>,
+}
+
+/// Denser trajectories that stand out and move alike, as clusters of their own; they are `spacing` pixels apart, and
+/// `salient` says which of them stand out. What has fewer trajectories than a cluster needs is found by them. `None` where
+/// there are none.
+pub(super) fn stand_out(
+    before: &Clustering<'_>,
+    (denser, voted): (&Trajectories, &[u32]),
+    salient: &[bool],
+    spacing: f32,
+) -> Option<StandOut> {
+    let (found, new) = salient_objects(denser, salient, spacing);
+    if new == 0 {
+        return None;
+    }
+    let Clustering { tracks, clusters, radius } = *before;
+    let count = clusters.count;
+    let mut labels = voted.to_vec();
+    for (label, found) in labels.iter_mut().zip(found) {
+        *label = found.map_or(*label, |k| count as u32 + k);
+    }
+    // Of the clustered trajectories those have a new label that most around them have.
+    let mut old = clusters.label.clone();
+    let asked = labels_for(tracks, denser, &labels, count + new, radius);
+    for (label, asked) in old.iter_mut().zip(asked) {
+        let is_new = (count..count + new).contains(&(asked as usize));
+        *label = if is_new { asked } else { *label };
+    }
+    let clusters = canonical(tracks, old.clone());
+    let (mut renamed, mut is_object) = (vec![UNKNOWN; count + new], vec![false; clusters.count]);
+    for (&old, &now) in old.iter().zip(&clusters.label) {
+        renamed[old as usize] = now;
+        is_object[now as usize] = old as usize >= count;
+    }
+    labels.iter_mut().for_each(|label| *label = renamed.get(*label as usize).copied().unwrap_or(*label));
+    is_object.contains(&true).then_some(StandOut { clusters, voted: labels, is_object })
+}
+
 /// Groups of salient trajectories that are objects by the frame's rim: the group of each trajectory, and how many groups
 /// there are. Trajectories are `spacing` pixels apart; neighbours in a group differ by less than those that vote may.
-pub(crate) fn salient_objects(tracks: &Trajectories, salient: &[bool], spacing: f32) -> (Vec<Option<u32>>, usize) {
+fn salient_objects(tracks: &Trajectories, salient: &[bool], spacing: f32) -> (Vec<Option<u32>>, usize) {
     let mut sets = alike(tracks, salient, REACH * spacing);
     let roots: Vec<usize> = (0..tracks.len()).map(|i| sets.root(i)).collect();
     let mut lives = vec![Life { points: 0, on_rim: 0, first: usize::MAX, end: 0 }; tracks.len()];
