@@ -5,6 +5,7 @@
 
 mod alpha;
 mod border;
+mod coco;
 mod confidence;
 mod enlarge;
 mod objects;
@@ -14,6 +15,7 @@ mod table;
 
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
+pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
 pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};
 pub use objects::{Objects, find_objects};
