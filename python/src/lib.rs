@@ -44,6 +44,7 @@ mod _tracecut {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("window_frames", tracecut::Window::FRAMES)?;
         module.add("version", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -6,6 +6,7 @@ from typing import Any, Optional
 from ._types import F32, I32, U8, U32
 
 version: str
+window_frames: int
 
 _Listener = Optional[Callable[[str, int, int], object]]
 
@@ -60,7 +61,8 @@ class Windows:
         cls,
         params: Mapping[str, Any],
         iterator: Iterator[Any],
-        window: tuple[int, int],
+        window: int,
+        overlap: Optional[int],
         length: Optional[int],
         threads: int,
         listener: _Listener,
