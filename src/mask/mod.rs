@@ -15,6 +15,7 @@ mod table;
 
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
+#[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
 pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};

@@ -25,12 +25,15 @@ pub struct Window {
 
 impl Window {
     /// Frames of a window, where nobody says.
+    #[doc(hidden)] // For the command line and the Python package.
     pub const FRAMES: usize = 50;
 
     /// Most frames of a window: memory grows with them.
+    #[doc(hidden)] // For the command line and the Python package.
     pub const MOST_FRAMES: usize = 400;
 
     /// Frames that neighbours of `frames` frames have in common, where nobody says.
+    #[doc(hidden)] // For the command line and the Python package.
     pub fn overlap(frames: usize) -> usize {
         OVERLAP.min(frames.saturating_sub(1))
     }
