@@ -1,12 +1,14 @@
-//! Image files to pixels, and masks to the size of their pictures, for JavaScript; see `www/lib/worker/decode.js` and
-//! `www/lib/edit/enlarge.js`.
+//! What goes in and comes out as files, for JavaScript: image files to pixels, masks to the size of their pictures, to
+//! run lengths and to a table; see `www/lib/worker/decode.js`, `www/lib/edit/enlarge.js`, `www/lib/export/coco.js` and
+//! `www/lib/export/table.js`.
 
 #![cfg(target_arch = "wasm32")]
 
 use js_sys::{Array, Reflect, Uint8Array};
 use tracecut::Error;
 use tracecut::image::{Frame, Plane};
-use tracecut::mask;
+use tracecut::mask::{self, ObjectRow};
+use tracecut::trajectory::Trajectories;
 use wasm_bindgen::prelude::*;
 
 /// RGBA bytes, width and height of a PNG or JPEG file of at most `max_pixels` pixels.
@@ -20,8 +22,7 @@ pub fn decode(bytes: &[u8], max_pixels: usize) -> Result<Array, JsValue> {
     Ok(Array::of3(&Uint8Array::from(rgba.as_slice()).into(), &frame.width().into(), &frame.height().into()))
 }
 
-/// Labels and opacity of a mask at the size of its picture, RGBA bytes. `labels` are of `width` columns, a divisor of their
-/// number; `chosen` holds 1 for each label whose opacity is wanted.
+/// Labels and opacity of a mask at the size of its picture, RGBA bytes. `chosen` holds 1 for each label whose opacity is wanted.
 #[wasm_bindgen]
 pub fn enlarge(
     labels: Vec<u8>,
@@ -33,12 +34,106 @@ pub fn enlarge(
 ) -> Result<Array, JsValue> {
     let picture = Frame::from_rgba(&rgba, picture_width, picture_height).map_err(|error| thrown(&error))?;
     drop(rgba);
-    let height = labels.len() / width.max(1);
-    let mask = Plane::from_vec(width, height, labels).unwrap_or_default();
+    let mask = mask_of(labels, width);
     let enlarged = mask::enlarge(&mask, &picture, |label| chosen.get(usize::from(label)) == Some(&1))
         .map_err(|error| thrown(&error))?;
     let bytes = |plane: &Plane<u8>| JsValue::from(Uint8Array::from(plane.data()));
     Ok(Array::of2(&bytes(&enlarged.labels), &bytes(&enlarged.alpha)))
+}
+
+/// The runs of the labels that `chosen` holds 1 for: `[label, area, left, top, width, height, counts]` of each, ascending.
+#[wasm_bindgen(js_name = cocoRuns)]
+pub fn coco_runs(labels: Vec<u8>, width: usize, chosen: &[u8]) -> Array {
+    let runs = mask::coco_runs(&mask_of(labels, width));
+    let is_chosen = |label: u8| chosen.get(usize::from(label)) == Some(&1);
+    let entry = |runs: &mask::CocoRuns| {
+        let ((left, top), (width, height)) = (runs.corner, runs.size);
+        let numbers = [usize::from(runs.label), runs.area, left, top, width, height];
+        let entry: Array = numbers.iter().map(|&number| JsValue::from(number)).collect();
+        entry.push(&mask::coco_text(&runs.counts).into());
+        entry
+    };
+    runs.iter().filter(|runs| is_chosen(runs.label)).map(entry).collect()
+}
+
+/// The mask that run lengths are of, 0 or 1 for each pixel; `text`, in ASCII, takes the place of `counts`.
+#[wasm_bindgen(js_name = cocoMask)]
+pub fn coco_mask(text: &[u8], counts: &[u32], width: usize, height: usize) -> Result<Vec<u8>, JsValue> {
+    let read = |text: &[u8]| mask::coco_counts(&String::from_utf8_lossy(text));
+    let counts = if text.is_empty() { Ok(counts.to_vec()) } else { read(text) };
+    let mask = counts.and_then(|counts| mask::coco_mask(&counts, (width, height)));
+    mask.map(Plane::into_data).map_err(|error| thrown(&error))
+}
+
+/// Numbers of a row of the objects' table: frame, time, object, left, top, width, height, area, x, y, dx, dy, and how many
+/// trajectories; NaN where there is none.
+const COLUMNS: usize = 13;
+
+/// Rows of the objects in frames from `t` on, one after the other: `labels` are theirs, the trajectories in pixels of them.
+#[wasm_bindgen(js_name = objectRows)]
+#[allow(clippy::too_many_arguments, reason = "flat arrays are what crosses the boundary cheaply")]
+pub fn object_rows(
+    labels: &[u8],
+    width: usize,
+    height: usize,
+    t: usize,
+    start_frame: Vec<u32>,
+    offset: Vec<u32>,
+    x: Vec<f32>,
+    y: Vec<f32>,
+) -> Result<Vec<f64>, JsValue> {
+    let variation = vec![0.0; x.len()];
+    let (num_frames, size) = (usize::MAX, (width, height));
+    let tracks = Trajectories { num_frames, size, start_frame, offset, x, y, variation };
+    tracks.check().map_err(|error| thrown(&error))?;
+    let masks = labels.chunks_exact((width * height).max(1)).map(|labels| mask_of(labels.to_vec(), width));
+    let rows = masks.enumerate().flat_map(|(k, mask)| mask::object_rows(&mask, &tracks, t + k));
+    Ok(rows.flat_map(|row| numbers(&row)).collect())
+}
+
+fn numbers(row: &ObjectRow) -> [f64; COLUMNS] {
+    let ObjectRow { corner, size, centroid, .. } = row;
+    let whole = |number: usize| number as f64;
+    let (dx, dy) = row.motion.unwrap_or((f64::NAN, f64::NAN));
+    [
+        whole(row.frame),
+        row.time.unwrap_or(f64::NAN),
+        f64::from(row.object),
+        whole(corner.0),
+        whole(corner.1),
+        whole(size.0),
+        whole(size.1),
+        whole(row.area),
+        centroid.0,
+        centroid.1,
+        dx,
+        dy,
+        whole(row.trajectories),
+    ]
+}
+
+/// Such rows as a table of comma-separated values.
+#[wasm_bindgen(js_name = objectTable)]
+pub fn object_table(rows: &[f64]) -> String {
+    let known = |number: f64| Some(number).filter(|number| !number.is_nan());
+    let row = |row: &[f64]| ObjectRow {
+        frame: row[0] as usize,
+        time: known(row[1]),
+        object: row[2] as u8,
+        corner: (row[3] as usize, row[4] as usize),
+        size: (row[5] as usize, row[6] as usize),
+        area: row[7] as usize,
+        centroid: (row[8], row[9]),
+        motion: known(row[10]).zip(known(row[11])),
+        trajectories: row[12] as usize,
+    };
+    mask::object_table(&rows.chunks_exact(COLUMNS).map(row).collect::<Vec<_>>())
+}
+
+/// `labels` are of `width` columns, a divisor of their number.
+fn mask_of(labels: Vec<u8>, width: usize) -> Plane<u8> {
+    let height = labels.len() / width.max(1);
+    Plane::from_vec(width, height, labels).unwrap_or_default()
 }
 
 fn thrown(error: &Error) -> JsValue {

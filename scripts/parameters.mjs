@@ -16,11 +16,13 @@ export async function writeParameters(dist) {
   const wasm = readFileSync(join(dist, 'tracecut_bg.wasm'));
   glue.initSync({ module: wasm });
   const list = glue.parameters().map(plain);
+  const [frames, most, overlap] = glue.windows();
   writeFileSync(
     join(dist, 'parameters.js'),
     [
       '// Written by the build from the Rust declarations of the parameters.',
       `export const VERSION = ${JSON.stringify(glue.version())};`,
+      `export const WINDOWS = ${JSON.stringify({ frames, most, overlap })};`,
       `const ROWS = [\n${list.map((parameter) => `  ${JSON.stringify(row(parameter))},\n`).join('')}];`,
       'const parameter = ([name, doc, kind, min, max, value, expert, choices]) =>',
       '  ({ name, doc, kind, min, max, default: value, expert: !!expert, ...(choices && { choices }) });',
@@ -77,6 +79,8 @@ export interface Parameter {
 export interface ParameterOptions {
 ${tree}}
 export declare const VERSION: string;
+/** Frames of a window where nobody says, the most it may have, and how many neighbours share where nobody says. */
+export declare const WINDOWS: { readonly frames: number; readonly most: number; readonly overlap: number };
 export declare const PARAMETERS: readonly Readonly<Parameter>[];
 `;
 }

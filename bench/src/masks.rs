@@ -14,14 +14,14 @@ use report::Report;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
-use tracecut::{Params, Session, Windows};
+use tracecut::{Params, Session, Window, Windows};
 use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
 use tracecut_cli::input::{Input, NamedFrame};
 use tracecut_cli::log::Log;
 use tracecut_cli::masks::tinted;
 use tracecut_cli::pictures::{Pixels, Series};
-use tracecut_cli::run::{SHARED, run};
+use tracecut_cli::run::run;
 
 /// The truth's outline in overlays.
 const OUTLINE: [u8; 3] = [255, 255, 255];
@@ -191,7 +191,7 @@ fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plan
     let frames = input.frames()?.collect::<Result<Vec<NamedFrame>>>()?;
     let (clock, count) = (Clock::start(), frames.len());
     let frames = frames.into_iter().map(|(_, frame)| Ok::<_, Failure>(frame));
-    let overlap = SHARED.min(window - 1);
+    let overlap = Window::overlap(window);
     let mut windows = Windows::new(params, frames)?.with_window(window, overlap)?.with_length(count);
     let mut masks = Vec::new();
     while let Some(found) = windows.next_window(|_| ()) {

@@ -8,6 +8,8 @@ use serde_json::{Value, json};
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use tracecut::image::Plane;
+use tracecut::mask::{CocoRuns, coco_runs, coco_text};
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
@@ -34,10 +36,10 @@ pub(crate) struct Masks<'a> {
 }
 
 impl Masks<'_> {
-    fn labels(&self, t: usize) -> Result<Vec<u8>> {
+    fn mask(&self, t: usize) -> Result<Plane<u8>> {
         let (labels, width, height) = read_labels(self.folder, t)?;
-        let same = (width, height) == self.size;
-        same.then_some(labels).ok_or_else(|| Failure::new(format!("mask {t} is {width}x{height}: please report this")))
+        let mask = Plane::from_vec(width, height, labels).filter(|_| (width, height) == self.size);
+        mask.ok_or_else(|| Failure::new(format!("mask {t} is {width}x{height}: please report this")))
     }
 
     /// Writes `masks.npz`: the array `masks`, bytes, frame by frame and row by row.
@@ -49,7 +51,7 @@ impl Masks<'_> {
         zip.start_file("masks.npy", options).map_err(bad)?;
         zip.write_all(&npy_header(self.frames, self.size)).map_err(|e| cannot_write(&path, &e))?;
         for t in 0..self.frames {
-            zip.write_all(&self.labels(t)?).map_err(|e| cannot_write(&path, &e))?;
+            zip.write_all(self.mask(t)?.data()).map_err(|e| cannot_write(&path, &e))?;
         }
         let mut file = zip.finish().map_err(bad)?;
         file.flush().map_err(|e| cannot_write(&path, &e))
@@ -65,9 +67,9 @@ impl Masks<'_> {
         };
         let (mut all, mut seen) = (Vec::new(), [false; 256]);
         for t in 0..self.frames {
-            let labels = self.labels(t)?;
-            labels.iter().for_each(|&label| seen[usize::from(label)] = true);
-            all.extend(annotations(&labels, t, self.size));
+            let mask = self.mask(t)?;
+            mask.data().iter().for_each(|&label| seen[usize::from(label)] = true);
+            all.extend(annotations(&mask, t));
         }
         let labels = (1..256).filter(|&label| seen[label]);
         let coco = json!({
@@ -97,103 +99,17 @@ pub(crate) fn npy_header(frames: usize, (width, height): (usize, usize)) -> Vec<
 }
 
 /// What COCO says of each label of frame `t` but 0.
-pub(crate) fn annotations(labels: &[u8], t: usize, size: (usize, usize)) -> Vec<Value> {
-    runs_of(labels, size.0, size.1).iter().filter(|runs| runs.label > 0).map(|runs| runs.annotation(t, size)).collect()
+pub(crate) fn annotations(mask: &Plane<u8>, t: usize) -> Vec<Value> {
+    let size = (mask.width(), mask.height());
+    coco_runs(mask).iter().filter(|runs| runs.label > 0).map(|runs| annotation(runs, t, size)).collect()
 }
 
-/// The mask of one label in one frame, column by column: a run of 0, which may be empty, then of 1, and so on.
-#[derive(Debug, Default)]
-struct Runs {
-    label: u8,
-    counts: Vec<usize>,
-    area: usize,
-    /// Left, top, right and bottom; the latter two beyond the last pixel.
-    bounds: (usize, usize, usize, usize),
-    end: usize,
-}
-
-/// The runs of every label that is there, ascending.
-fn runs_of(labels: &[u8], width: usize, height: usize) -> Vec<Runs> {
-    let mut found: Vec<Runs> = (0..=255).map(|label| Runs { label, ..Runs::default() }).collect();
-    let column = |k: usize| labels[k % height * width + k / height];
-    let mut start = 0;
-    while start < labels.len() {
-        let label = column(start);
-        let end = (start + 1..labels.len()).find(|&k| column(k) != label).unwrap_or(labels.len());
-        found[usize::from(label)].add(start, end, height);
-        start = end;
-    }
-    found.retain(|runs| runs.area > 0);
-    for runs in found.iter_mut().filter(|runs| runs.end < labels.len()) {
-        runs.counts.push(labels.len() - runs.end);
-    }
-    found
-}
-
-impl Runs {
-    fn add(&mut self, start: usize, end: usize, height: usize) {
-        let (left, right) = (start / height, (end - 1) / height);
-        // A run that goes on in the next column touches both edges.
-        let (top, bottom) = if left == right { (start % height, (end - 1) % height + 1) } else { (0, height) };
-        let (l, t, r, b) = if self.area == 0 { (left, top, 0, 0) } else { self.bounds };
-        self.bounds = (l.min(left), t.min(top), r.max(right + 1), b.max(bottom));
-        self.counts.extend([start - self.end, end - start]);
-        self.area += end - start;
-        self.end = end;
-    }
-
-    fn annotation(&self, t: usize, (width, height): (usize, usize)) -> Value {
-        let (label, (left, top, right, bottom)) = (self.label, self.bounds);
-        json!({
-            "id": t * 256 + usize::from(label) + 1, "image_id": t + 1, "video_id": 1, "track_id": label,
-            "category_id": 1, "attributes": { "track_id": label }, "area": self.area,
-            "bbox": [left, top, right - left, bottom - top], "iscrowd": 0,
-            "segmentation": { "size": [height, width], "counts": compressed(&self.counts) },
-        })
-    }
-}
-
-/// Run lengths as pycocotools writes them: from the fourth on as the difference from the last but one, five bits a
-/// character.
-fn compressed(counts: &[usize]) -> String {
-    let mut text = String::new();
-    for (i, &count) in counts.iter().enumerate() {
-        let mut rest = count as i64 - if i > 2 { counts[i - 2] as i64 } else { 0 };
-        loop {
-            let five = (rest & 31) as u8;
-            rest >>= 5;
-            // The fifth bit is the sign: what is left is over when it is nothing but that.
-            let more = rest != if five & 16 > 0 { -1 } else { 0 };
-            text.push(char::from(48 + five + if more { 32 } else { 0 }));
-            if !more {
-                break;
-            }
-        }
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn runs_go_down_the_columns_and_have_a_box() {
-        // Two columns of three rows: 0 1 / 1 1 / 1 0.
-        let runs = runs_of(&[0, 1, 1, 1, 1, 0], 2, 3);
-        assert_eq!((runs[1].label, &runs[1].counts[..], runs[1].area), (1, &[1, 4, 1][..], 4));
-        assert_eq!((runs[0].label, &runs[0].counts[..]), (0, &[0, 1, 4, 1][..]));
-        assert_eq!(runs[1].annotation(2, (2, 3))["bbox"], json!([0, 0, 2, 3]));
-        assert_eq!(runs_of(&[0, 0, 0, 7, 0, 0], 3, 2)[1].annotation(0, (3, 2))["bbox"], json!([0, 1, 1, 1]));
-    }
-
-    /// Known strings of pycocotools.
-    #[test]
-    fn lengths_are_compressed_as_pycocotools_does() {
-        for (counts, text) in
-            [(&[6, 1, 40, 4, 5, 4, 5, 4, 21][..], "61X13mN000`0"), (&[0, 64], "0P2"), (&[15, 16], "?`0")]
-        {
-            assert_eq!(compressed(counts), text, "{counts:?}");
-        }
-    }
+fn annotation(runs: &CocoRuns, t: usize, (width, height): (usize, usize)) -> Value {
+    let CocoRuns { label, corner, size, .. } = runs;
+    json!({
+        "id": t * 256 + usize::from(*label) + 1, "image_id": t + 1, "video_id": 1, "track_id": label,
+        "category_id": 1, "attributes": { "track_id": label }, "area": runs.area,
+        "bbox": [corner.0, corner.1, size.0, size.1], "iscrowd": 0,
+        "segmentation": { "size": [height, width], "counts": coco_text(&runs.counts) },
+    })
 }

@@ -71,6 +71,3 @@ pub fn run_frames(
     log.end();
     Ok((session, timing))
 }
-
-/// Frames that neighbouring windows have in common, where they have more.
-pub const SHARED: usize = 10;

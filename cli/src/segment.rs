@@ -18,10 +18,10 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use tracecut::Params;
 use tracecut::params::ParamValue;
 use tracecut::tracks;
 use tracecut::trajectory::Trajectories;
+use tracecut::{Params, Window};
 
 #[derive(Args, Debug)]
 #[command(after_help = RESULTS)]
@@ -45,7 +45,8 @@ pub(crate) struct SegmentArgs {
     #[command(flatten)]
     log: LogArgs,
     /// Length of a window in frames; a longer clip is segmented window by window, neighbours with 10 frames in common
-    #[arg(long, value_name = "N", default_value = "50", value_parser = clap::value_parser!(u16).range(2..=400))]
+    #[arg(long, value_name = "N", default_value_t = Window::FRAMES as u16,
+        value_parser = clap::value_parser!(u16).range(2..=Window::MOST_FRAMES as i64))]
     window: u16,
     /// Take the first N frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]

@@ -7,7 +7,7 @@ use crate::failure::{Failure, Result};
 use crate::input::{Input, NamedFrame};
 use crate::log::Log;
 use crate::output::Place;
-use crate::run::{SHARED, Timing};
+use crate::run::Timing;
 use serde_json::json;
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -147,7 +147,7 @@ impl Run<'_> {
         if let Some(tracks) = self.tracks.take() {
             return self.at_once(tracks, source, &kept, log, write);
         }
-        let overlap = SHARED.min(self.window - 1);
+        let overlap = Window::overlap(self.window);
         let windows = Windows::new(self.params.clone(), source)?.with_window(self.window, overlap)?;
         let windows = windows.with_threads(self.threads).with_look_ahead();
         let mut windows = match saved {

@@ -3,12 +3,13 @@
 use crate::arrays;
 use crate::error::{Failure, Result};
 use crate::frame::mask_from;
-use numpy::{PyArray1, PyArray3};
+use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use tracecut::Error;
 use tracecut::discretize::Clusters;
 use tracecut::image::Frame;
+use tracecut::mask::{coco_counts, coco_mask, coco_runs, coco_text};
 use tracecut::tracks;
 use tracecut::trajectory::Trajectories;
 
@@ -36,6 +37,38 @@ pub(crate) fn palette_png<'py>(
     });
     written.map_err(|e| Failure::data(format!("mask cannot be written: {e}")))?;
     Ok(PyBytes::new(py, &file))
+}
+
+/// Lengths of runs of a mask of 0 and 1, outside and inside in turn, column by column; the first is outside and may be 0.
+#[pyfunction]
+pub(crate) fn run_lengths(py: Python<'_>, mask: &Bound<'_, PyAny>) -> Result<Vec<u32>> {
+    let mask = mask_from(mask)?;
+    let pixels = mask.data().len() as u32;
+    let inside = py.detach(|| coco_runs(&mask)).into_iter().find(|runs| runs.label == 1);
+    Ok(inside.map_or_else(|| vec![pixels], |runs| runs.counts))
+}
+
+/// Such lengths as COCO's text.
+#[pyfunction]
+pub(crate) fn run_text(lengths: Vec<u32>) -> String {
+    coco_text(&lengths)
+}
+
+/// The lengths of COCO's text.
+#[pyfunction]
+pub(crate) fn run_counts(text: &str) -> Result<Vec<u32>> {
+    Ok(coco_counts(text)?)
+}
+
+/// The mask of 0 and 1 that lengths are of.
+#[pyfunction]
+pub(crate) fn run_mask(
+    py: Python<'_>,
+    lengths: Vec<u32>,
+    width: usize,
+    height: usize,
+) -> Result<Bound<'_, PyArray2<u8>>> {
+    Ok(arrays::plane(py, coco_mask(&lengths, (width, height))?))
 }
 
 /// The trajectories of a `tracks.dat`, whose size is not in it, and their labels.

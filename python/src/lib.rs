@@ -22,7 +22,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _tracecut {
     #[pymodule_export]
-    use crate::files::{decode, palette_png, read_tracks, write_tracks};
+    use crate::files::{decode, palette_png, read_tracks, run_counts, run_lengths, run_mask, run_text, write_tracks};
     #[pymodule_export]
     use crate::images::{boundaries, enlarge, flow, image_discontinuities, superpixels};
     #[pymodule_export]
@@ -44,6 +44,7 @@ mod _tracecut {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("window_frames", tracecut::Window::FRAMES)?;
         module.add("version", env!("CARGO_PKG_VERSION"))
     }
 }

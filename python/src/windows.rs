@@ -21,10 +21,12 @@ type Place = (usize, usize, usize, usize, usize);
 #[pymethods]
 impl Windows {
     #[new]
+    #[allow(clippy::too_many_arguments, reason = "Python's own are named; these are the package's")]
     fn new(
         params: &Bound<'_, PyDict>,
         iterator: Py<PyAny>,
-        window: (usize, usize),
+        window: usize,
+        overlap: Option<usize>,
         length: Option<usize>,
         threads: usize,
         listener: Option<Py<PyAny>>,
@@ -32,7 +34,8 @@ impl Windows {
         let params = params_from(params)?;
         let sources = Sources::new(params.clip.max_side as usize);
         let frames = Frames { iterator, sources: sources.clone(), params: params.clone() };
-        let windows = tracecut::Windows::new(params, frames)?.with_window(window.0, window.1)?.with_threads(threads);
+        let overlap = overlap.unwrap_or_else(|| tracecut::Window::overlap(window));
+        let windows = tracecut::Windows::new(params, frames)?.with_window(window, overlap)?.with_threads(threads);
         let windows = match length {
             Some(frames) => windows.with_length(frames),
             // Frames that come one by one give what the same frames in a list do.

@@ -5,6 +5,7 @@
 
 mod alpha;
 mod border;
+mod coco;
 mod confidence;
 mod enlarge;
 mod runs;
@@ -13,6 +14,8 @@ mod table;
 pub use crate::objects::{Objects, find_objects};
 pub(crate) use border::refine_since;
 pub use border::{RefineParams, refine};
+#[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
+pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
 pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};
 pub(crate) use runs::Runs;

@@ -9,6 +9,8 @@ use std::fmt::Write;
 pub struct ObjectRow {
     /// The frame.
     pub frame: usize,
+    /// Its time in seconds; `None` where it is not known.
+    pub time: Option<f64>,
     /// The object's label in the masks.
     pub object: u8,
     /// First column and first row with a pixel of it.
@@ -57,6 +59,7 @@ impl Sums {
         let mean = |(x, y): (f64, f64), n: usize| (x / n as f64, y / n as f64);
         ObjectRow {
             frame,
+            time: None,
             object,
             corner: self.low,
             size: (self.high.0 + 1 - self.low.0, self.high.1 + 1 - self.low.1),
@@ -89,21 +92,60 @@ pub fn object_rows(mask: &Plane<u8>, tracks: &Trajectories, t: usize) -> Vec<Obj
     (1..=u8::MAX).filter_map(of).collect()
 }
 
-/// The rows as a table of comma-separated values, with a heading. Places have three decimals. The time of a frame, which
-/// rows do not have, is left empty, as is the motion where there is none.
+/// The rows as a table of comma-separated values, with a heading. Places have three decimals, times up to six; a time or a
+/// motion that there is not is left empty.
 pub fn object_table(rows: &[ObjectRow]) -> String {
     let mut text = String::from("frame,time,object,left,top,width,height,area,x,y,dx,dy,trajectories\n");
     for row in rows {
         let ObjectRow { frame, object, corner: (left, top), size: (width, height), area, centroid: (x, y), .. } = row;
         let (dx, dy) = row.motion.map_or_else(Default::default, |(dx, dy)| (decimals(dx), decimals(dy)));
+        let time = row.time.map_or_else(Default::default, seconds);
         let (x, y, n) = (decimals(*x), decimals(*y), row.trajectories);
-        writeln!(text, "{frame},,{object},{left},{top},{width},{height},{area},{x},{y},{dx},{dy},{n}")
+        writeln!(text, "{frame},{time},{object},{left},{top},{width},{height},{area},{x},{y},{dx},{dy},{n}")
             .expect("writing to a string cannot fail");
     }
     text
 }
 
-/// Rounded before it is written: how ties are written differs between languages.
+/// Up to six decimals, the nearest; of two that are as near the one farther from 0.
+fn seconds(time: f64) -> String {
+    const BITS: u32 = 100;
+    let (whole, part) = (time.abs().trunc(), time.abs().fract());
+    // In whole numbers, which lose nothing; what needs more bits is too small to count.
+    let millionths = ((part * (1_u128 << BITS) as f64) as u128 * 1_000_000 + (1 << (BITS - 1))) >> BITS;
+    let all = (whole as u64).saturating_mul(1_000_000).saturating_add(millionths as u64);
+    let sign = if time < 0.0 && all > 0 { "-" } else { "" };
+    let text = format!("{sign}{}.{:06}", all / 1_000_000, all % 1_000_000);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Three decimals, rounded before they are written: how ties are written differs between languages. As a whole number,
+/// because what writes others is large.
 fn decimals(value: f64) -> String {
-    format!("{:.3}", (value * 1000.0 + 0.5).floor() / 1000.0)
+    let thousandths = (value * 1000.0 + 0.5).floor() as i64;
+    let sign = if thousandths < 0 { "-" } else { "" };
+    let all = thousandths.unsigned_abs();
+    format!("{sign}{}.{:03}", all / 1000, all % 1000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_short_and_round_away_from_zero() {
+        let text = |time: f64| seconds(time);
+        assert_eq!([0.0, 0.2, 2.5, 10.0, 1.0 / 3.0].map(text), ["0", "0.2", "2.5", "10", "0.333333"]);
+        assert_eq!([1.0 / 128.0, -1.0 / 128.0, 3.0 / 128.0].map(text), ["0.007813", "-0.007813", "0.023438"]);
+        assert_eq!([5e-7, 1.5e-6, -1e-9, 1.0 / 64.0].map(text), ["0", "0.000002", "0", "0.015625"]);
+        assert_eq!([0.999_999_9, 1_700_000_000.25].map(text), ["1", "1700000000.25"]);
+    }
+
+    #[test]
+    fn places_have_three_decimals() {
+        let rounded = |value: f64| format!("{:.3}", (value * 1000.0 + 0.5).floor() / 1000.0);
+        for value in [0.0, -0.0, 0.0005, -0.0005, -0.0006, 1.25, -12.3456, 719.9996, 1e6 / 3.0] {
+            assert_eq!(decimals(value), rounded(value));
+        }
+    }
 }

@@ -15,6 +15,7 @@ pub use session::JsSession;
 pub use synth::JsScene;
 
 use crate::Params;
+use crate::pipeline::Window;
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
@@ -34,6 +35,12 @@ pub fn version() -> String {
 #[wasm_bindgen(js_name = panicMessage)]
 pub fn panic_message() -> Option<String> {
     panic::message()
+}
+
+/// Frames of a window where nobody says, the most it may have, and how many neighbours share where nobody says.
+#[wasm_bindgen]
+pub fn windows() -> Vec<usize> {
+    vec![Window::FRAMES, Window::MOST_FRAMES, Window::overlap(Window::FRAMES)]
 }
 
 /// One parameter, as pages that show settings need it.

@@ -4,15 +4,15 @@ use super::convert::{self, doubles, narrowed, object, words};
 use crate::correction::{Correction, Stroke};
 use crate::flow::FlowScratch;
 use crate::image::Frame;
-use crate::pipeline::{Made, Piece, PieceId, Step};
+use crate::pipeline::{Made, Piece, PieceId, Plan, Step, Window};
 use crate::trajectory::Trajectories;
 use crate::{Params, Session};
 use wasm_bindgen::prelude::*;
 
-/// One clip on its way through the stages; see [`Session`].
+/// One clip on its way through the stages, and its windows; see [`Session`].
 #[wasm_bindgen(js_name = Session)]
 #[derive(Debug)]
-pub struct JsSession(Session);
+pub struct JsSession(Session, Plan);
 
 impl JsSession {
     pub(super) fn params_in_force(&self) -> &Params {
@@ -30,7 +30,7 @@ impl JsSession {
     #[wasm_bindgen(constructor)]
     pub fn new(options: JsValue) -> Result<JsSession, JsValue> {
         let session = convert::to_params(options).and_then(Session::new);
-        session.map(Self).map_err(|e| convert::to_js_error(&e))
+        session.map(|session| Self(session, Plan::default())).map_err(|e| convert::to_js_error(&e))
     }
 
     /// Adds a frame of `width * height` RGBA pixels.
@@ -51,6 +51,27 @@ impl JsSession {
     /// back.
     pub fn advance(&mut self, overlap: usize) -> Result<(), JsValue> {
         self.0.advance(overlap).map_err(|e| convert::to_js_error(&e))
+    }
+
+    /// Plans windows of `window` frames, neighbours with `overlap` in common.
+    #[wasm_bindgen(js_name = planWindows)]
+    pub fn plan_windows(&mut self, window: usize, overlap: Option<usize>) -> Result<(), JsValue> {
+        let plan = Plan::new(window, overlap.unwrap_or_else(|| Window::overlap(window)));
+        self.1 = plan.map_err(|e| convert::to_js_error(&e))?;
+        Ok(())
+    }
+
+    /// How many frames the next window shares with the one at hand, a frame more being there and `left` still to come.
+    pub fn shared(&self, left: Option<usize>) -> usize {
+        self.1.shared(left)
+    }
+
+    /// The window at hand, of `frames` frames, is over; the next one shares `kept` of them, or begins a new shot. Gives its
+    /// number, its shot's, the clip's of its first frame, and the first and the end of the frames that it settles.
+    #[wasm_bindgen(js_name = closeWindow)]
+    pub fn close_window(&mut self, frames: usize, kept: Option<usize>) -> Vec<usize> {
+        let Window { index, shot, first_frame, settled } = self.1.close(frames, kept);
+        vec![index, shot, first_frame, settled.start, settled.end]
     }
 
     /// Uses these trajectories, in input pixels, in place of frames.
@@ -158,6 +179,7 @@ impl JsSession {
     /// Drops frames and results; parameters stay.
     pub fn clear(&mut self) {
         self.0.clear();
+        self.1.begin_clip();
     }
 
     /// `{numFrames, width, height, workingWidth, workingHeight, corrections, memoryBytes}`; sizes are 0 before the

@@ -29,7 +29,7 @@ async function files(tracecut) {
   ];
   return [
     ...bytes.map((file) => Array.from(file, (byte) => String.fromCharCode(byte)).join('')),
-    JSON.stringify(cocoRle(masks)),
+    JSON.stringify(await cocoRle(masks)),
   ];
 }
 

@@ -114,7 +114,7 @@ describe('exports', () => {
     const one = coco.annotations.find(({ track_id, image_id }) => track_id === 1 && image_id === coco.images[FRAME].id);
     assert.equal(one.area, labels[FRAME].filter((label) => label === 1).length);
     assert.deepEqual(
-      [...fromCocoRle(one.segmentation)].map(Number),
+      [...(await fromCocoRle(one.segmentation))].map(Number),
       labels[FRAME].map((label) => Number(label === 1)),
     );
   });

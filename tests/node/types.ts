@@ -210,8 +210,8 @@ const zip: Uint8Array = await masksZip(own, {
   perObject: true,
   onProgress: ({ done, total }) => console.log(done / total),
 });
-const coco: CocoMasks = cocoRle(result, { category: 'car' });
-const pixels: Uint8Array = fromCocoRle(coco.annotations[0]!.segmentation);
+const coco: CocoMasks = await cocoRle(result, { category: 'car' });
+const pixels: Uint8Array = await fromCocoRle(coco.annotations[0]!.segmentation);
 const film: Blob = await encodeVideo(whole, videoFrames(new Blob()), {
   style: 'cutout',
   background: 'transparent',

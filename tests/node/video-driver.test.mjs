@@ -1,8 +1,14 @@
-// How a clip is cut into windows, with an engine that only counts.
+// How a clip is cut into windows, with an engine that only counts; where they lie is the wasm module's own answer.
 
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
+import { lineOf } from '../../dist/session/requests.js';
 import { Driver } from '../../dist/video/window.js';
+import { instance } from '../../dist/worker/instance.js';
+
+const wasm = new URL('../../dist/tracecut_bg.wasm', import.meta.url);
+const { glue } = await instance(new WebAssembly.Module(readFileSync(wasm)));
 
 /** An engine that keeps the numbers of its frames, and holds back those that begin a shot. */
 class CountingEngine {
@@ -11,12 +17,12 @@ class CountingEngine {
   runs = 0;
   most = 0;
 
-  constructor(cuts, window) {
-    Object.assign(this, { cuts, window });
+  constructor(cuts) {
+    Object.assign(this, { cuts, session: new glue.Session(undefined) });
   }
 
-  request(name, argument) {
-    return this[name](argument);
+  async request(name, ...args) {
+    return this[name] ? this[name](...args) : lineOf(name).work(...args)(this.session);
   }
 
   async pushInShot({ number }) {
@@ -35,6 +41,7 @@ class CountingEngine {
 
   async clear() {
     Object.assign(this, { frames: [], held: null });
+    this.session.clear();
   }
 
   async run() {
@@ -46,7 +53,8 @@ class CountingEngine {
 }
 
 async function drive({ frames, window, overlap, cuts = [], clips = [], known = false }) {
-  const engine = new CountingEngine(cuts, window);
+  const engine = new CountingEngine(cuts);
+  await engine.request('planWindows', window, overlap);
   let number = 0;
   const clipOf = (at) => (clips.length ? `clip ${clips.filter((begin) => begin <= at).length}` : undefined);
   const nextFrame = async () => {
@@ -59,7 +67,6 @@ async function drive({ frames, window, overlap, cuts = [], clips = [], known = f
     nextFrame,
     left: () => (known ? Math.max(0, frames - number) : null),
     window,
-    overlap,
     stop,
     onStage() {},
     onFrame() {},

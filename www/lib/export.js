@@ -2,13 +2,15 @@
 
 import { part } from './places.js';
 
-export { cocoRle } from './export/data.js';
 export { labelMaps, labelsNpy } from './export/data.js';
 export { estimateVideoSize } from './export/quality.js';
-export { fromCocoRle } from './export/data.js';
 export { soundInfo } from './export/sound.js';
 
 // These are loaded when they are first called.
+/** @type {typeof import('./export/coco.js').cocoRle} */
+export const cocoRle = async (...args) => (await part(import('./export/coco.js'))).cocoRle(...args);
+/** @type {typeof import('./export/coco.js').fromCocoRle} */
+export const fromCocoRle = async (...args) => (await part(import('./export/coco.js'))).fromCocoRle(...args);
 /** @type {typeof import('./export/table.js').objectTable} */
 export const objectTable = async (...args) => (await part(import('./export/table.js'))).objectTable(...args);
 /** @type {typeof import('./export/table.js').objectTableCsv} */
@@ -20,12 +22,12 @@ export const encodeImages = async (...args) => (await part(import('./export/imag
 
 /** @typedef {import('./export/masks.js').ClipsZipOptions} ClipsZipOptions */
 /** @typedef {import('./export/masks.js').ZippedClip} ZippedClip */
-/** @typedef {import('./export/data.js').CocoAnnotation} CocoAnnotation */
-/** @typedef {import('./export/data.js').CocoImage} CocoImage */
-/** @typedef {import('./export/data.js').CocoMasks} CocoMasks */
-/** @typedef {import('./export/data.js').CocoOptions} CocoOptions */
+/** @typedef {import('./export/coco.js').CocoAnnotation} CocoAnnotation */
+/** @typedef {import('./export/coco.js').CocoImage} CocoImage */
+/** @typedef {import('./export/coco.js').CocoMasks} CocoMasks */
+/** @typedef {import('./export/coco.js').CocoOptions} CocoOptions */
 /** @typedef {import('./export/data.js').LabelMaps} LabelMaps */
-/** @typedef {import('./export/data.js').CocoRle} CocoRle */
+/** @typedef {import('./export/coco.js').CocoRle} CocoRle */
 /** @typedef {import('./export/table.js').ObjectRow} ObjectRow */
 /** @typedef {import('./export/table.js').ObjectTableOptions} ObjectTableOptions */
 /** @typedef {import('./export/table.js').TrajectoryPoints} TrajectoryPoints */

@@ -12,8 +12,8 @@ import { checkWorker } from './check/options.js';
  * Where the package's files are, for calls that do not say so themselves.
  * @typedef {object} Places
  * @property {import('./check/options.js').WasmSource} [wasm] `tracecut_bg.wasm`, which every session needs
- * @property {import('./check/options.js').WasmSource} [decoder] `decoder_bg.wasm`, which reads PNG and JPEG files and enlarges
- *   masks
+ * @property {import('./check/options.js').WasmSource} [decoder] `decoder_bg.wasm`, which reads PNG and JPEG files, enlarges
+ *   masks and makes COCO's run lengths and tables of them
  * @property {WorkerSource | boolean} [worker] `worker.bundle.js`, in browsers (Node has threads of its own); false for
  *   none
  */

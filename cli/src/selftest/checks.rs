@@ -179,8 +179,7 @@ fn masks(session: &Session) -> Result<Vec<Check>> {
     let planes = (0..count).map(|t| session.labels(t)).collect::<std::result::Result<Vec<_>, Error>>()?;
     let all: Vec<u8> = planes.iter().flat_map(|mask| mask.data()).copied().collect();
     let rows: Vec<_> = planes.iter().enumerate().flat_map(|(t, mask)| object_rows(mask, tracks, t)).collect();
-    let runs: Vec<_> =
-        planes.iter().enumerate().flat_map(|(t, mask)| annotations(mask.data(), t, (width, height))).collect();
+    let runs: Vec<_> = planes.iter().enumerate().flat_map(|(t, mask)| annotations(mask, t)).collect();
     let mut files = Bytes::default();
     for t in FRAMES {
         let object: Vec<u8> = planes[t].data().iter().map(|&label| if label == 1 { 255 } else { 0 }).collect();

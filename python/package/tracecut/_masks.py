@@ -40,8 +40,7 @@ class Runs:
 
 def runs_of(flat: Bool) -> list[int]:
     """Lengths of runs, outside and inside in turn; the first is outside and may be 0."""
-    begins = np.flatnonzero(np.diff(flat, prepend=False))
-    return [int(length) for length in np.diff(np.concatenate([[0], begins, [flat.size]]))]
+    return _tracecut.run_lengths(flat.astype(np.uint8).reshape(-1, 1))
 
 
 def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
@@ -60,9 +59,8 @@ def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
     """
     if mask.ndim != 2:
         raise TraceCutError("data", f"mask has {mask.ndim} dimensions (expected 2: height and width)")
-    # Column by column.
-    counts = runs_of((mask == label).T.ravel())
-    return {"size": [int(mask.shape[0]), int(mask.shape[1])], "counts": _to_text(counts)}
+    lengths = _tracecut.run_lengths((mask == label).astype(np.uint8))
+    return {"size": [int(mask.shape[0]), int(mask.shape[1])], "counts": _tracecut.run_text(lengths)}
 
 
 def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:
@@ -77,48 +75,11 @@ def from_coco_rle(segmentation: Mapping[str, Any]) -> Bool:
         height, width = (int(side) for side in segmentation["size"])
         counts = segmentation["counts"]
         text = counts.decode("ascii") if isinstance(counts, bytes) else counts
-        lengths = _from_text(text) if isinstance(text, str) else [int(count) for count in text]
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+        lengths = _tracecut.run_counts(text) if isinstance(text, str) else [int(count) for count in text]
+        return _tracecut.run_mask(lengths, width, height).astype(bool)
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         expected = "expected {'size': [height, width], 'counts': run lengths}"
         raise TraceCutError("data", f"segmentation cannot be read ({expected})") from error
-    if min(lengths, default=0) < 0 or sum(lengths) != height * width:
-        raise TraceCutError("data", f"counts cover {sum(lengths)} pixels (expected {height * width})")
-    inside = np.arange(len(lengths)) % 2 == 1
-    return np.repeat(inside, lengths).reshape(width, height).T.copy()
-
-
-def _to_text(counts: list[int]) -> str:
-    """Each length in groups of five bits, from the third on as its difference from the last but one."""
-    letters: list[int] = []
-    for i, count in enumerate(counts):
-        rest = count - counts[i - 2] if i > 2 else count
-        more = True
-        while more:
-            five = rest & 31
-            rest >>= 5
-            # Bit 16 is the sign: what is left is over when it is nothing but that.
-            more = rest != (-1 if five & 16 else 0)
-            letters.append(48 + (five | 32 if more else five))
-    return bytes(letters).decode("ascii")
-
-
-def _from_text(text: str) -> list[int]:
-    counts: list[int] = []
-    at = 0
-    while at < len(text):
-        value, shift, more = 0, 0, True
-        while more:
-            five = ord(text[at]) - 48
-            if not 0 <= five < 64:
-                raise ValueError(text)
-            value |= (five & 31) << shift
-            more = five & 32 != 0
-            at += 1
-            shift += 5
-            if not more and five & 16:
-                value -= 1 << shift
-        counts.append(value + (counts[-2] if len(counts) > 2 else 0))
-    return counts
 
 
 def _voc_palette() -> list[int]:

@@ -18,8 +18,7 @@ from ._session import Session, SessionView, threads_of
 from ._types import U8, Trajectories
 
 #: Frames of a window, as on the command line and in the npm package.
-WINDOW = 50
-OVERLAP = 10
+WINDOW = _tracecut.window_frames
 
 
 @dataclass(frozen=True)
@@ -100,12 +99,10 @@ def windows(
     """
     source = open_frames(frames)
     listener = _progress.raw_listener(progress)
-    shared = min(OVERLAP, window - 1) if overlap is None else overlap
-    for name, value in (("window", window), ("overlap", shared)):
-        if value < 0:
+    for name, value in (("window", window), ("overlap", overlap)):
+        if value is not None and value < 0:
             raise illegal(name, value, "a whole number of frames")
-    size = (window, shared)
-    raw = _tracecut.Windows(params, source.frames, size, source.length, threads_of(threads), listener)
+    raw = _tracecut.Windows(params, source.frames, window, overlap, source.length, threads_of(threads), listener)
     return _all(raw, listener)
 
 

@@ -6,6 +6,7 @@ from typing import Any, Optional
 from ._types import F32, I32, U8, U32
 
 version: str
+window_frames: int
 
 _Listener = Optional[Callable[[str, int, int], object]]
 
@@ -60,7 +61,8 @@ class Windows:
         cls,
         params: Mapping[str, Any],
         iterator: Iterator[Any],
-        window: tuple[int, int],
+        window: int,
+        overlap: Optional[int],
         length: Optional[int],
         threads: int,
         listener: _Listener,
@@ -83,6 +85,10 @@ def flow(first: Any, second: Any, params: Mapping[str, Any]) -> tuple[F32, F32]:
 def enlarge(mask: Any, picture: Any) -> tuple[U8, U8]: ...
 def decode(bytes: bytes) -> U8: ...
 def palette_png(mask: Any, palette: Sequence[int]) -> bytes: ...
+def run_lengths(mask: Any) -> list[int]: ...
+def run_text(lengths: Sequence[int]) -> str: ...
+def run_counts(text: str) -> list[int]: ...
+def run_mask(lengths: Sequence[int], width: int, height: int) -> U8: ...
 def read_tracks(text: str) -> tuple[dict[str, Any], U32]: ...
 def write_tracks(
     num_frames: int,

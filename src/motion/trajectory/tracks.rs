@@ -123,7 +123,8 @@ impl Trajectories {
         }
         for (name, values) in [("x", &self.x), ("y", &self.y), ("variation", &self.variation)] {
             if let Some(p) = values.iter().position(|v| !v.is_finite()) {
-                return breach(format!("{name}[{p}] = {} (expected a finite number of pixels)", f64::from(values[p])));
+                let value = if values[p].is_nan() { "NaN" } else { ["inf", "-inf"][usize::from(values[p] < 0.0)] };
+                return breach(format!("{name}[{p}] = {value} (expected a finite number of pixels)"));
             }
         }
         Ok(())

@@ -5,6 +5,7 @@
 
 use super::clip::Clip;
 use super::pair::{Forward, Seen};
+use super::plan::Plan;
 use super::session::{Phase, Session};
 use super::trackers::Trackers;
 use crate::Error;
@@ -22,12 +23,11 @@ use serde::{Deserialize, Serialize};
 /// [`Windows::resume`]: super::Windows::resume
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
-    pub(super) index: usize,
-    pub(super) shot: usize,
+    pub(super) plan: Plan,
+    /// The clip's number of the first frame that is needed.
     pub(super) first: usize,
     /// How many frames the next window shares with those before, or the one that begins a shot.
     pub(super) kept: usize,
-    pub(super) settled: usize,
     /// Whether one more frame was read.
     pub(super) is_ahead: bool,
     pub(super) carried: Carried,
@@ -36,7 +36,7 @@ pub struct Checkpoint {
 impl Checkpoint {
     /// The number of the next window, from 0.
     pub fn window(&self) -> usize {
-        self.index
+        self.plan.index
     }
 
     /// The clip's number of the first frame that is needed to go on.
@@ -46,7 +46,7 @@ impl Checkpoint {
 
     /// How many frames of the clip are settled.
     pub fn settled(&self) -> usize {
-        self.first + self.settled
+        self.plan.first + self.plan.settled
     }
 }
 

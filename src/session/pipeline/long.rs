@@ -13,35 +13,13 @@
 
 use super::checkpoint::Checkpoint;
 use super::params::Params;
+use super::plan::{Plan, Window};
 use super::session::Session;
 use super::stage::Progress;
 use crate::Error;
 use crate::correction::Correction;
 use crate::image::Frame;
 use std::collections::VecDeque;
-use std::ops::Range;
-
-/// Most frames of a window: memory grows with them.
-const MAX_WINDOW: usize = 400;
-
-/// Frames that neighbours have in common, where a window has more than these.
-const OVERLAP: usize = 10;
-
-/// Frames of a window.
-const WINDOW: usize = 50;
-
-/// A window of a long clip that was run; its results are those of [`Windows::session`], until the next is asked for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Window {
-    /// Its number, from 0.
-    pub index: usize,
-    /// The number of its shot, from 0: labels mean the same object in all windows of a shot.
-    pub shot: usize,
-    /// The clip's number of its first frame.
-    pub first_frame: usize,
-    /// The frames, counted from its first, whose masks it settles: over all windows each frame of the clip once, in order.
-    pub settled: Range<usize>,
-}
 
 /// A clip of any length, window by window, in the memory of one.
 ///
@@ -64,8 +42,7 @@ pub struct Window {
 pub struct Windows<I, E = Error> {
     session: Session,
     frames: I,
-    window: usize,
-    overlap: usize,
+    plan: Plan,
     threads: usize,
     /// Frames that are still to come, where that is known.
     left: Option<usize>,
@@ -75,11 +52,8 @@ pub struct Windows<I, E = Error> {
     queue: VecDeque<Result<Frame, E>>,
     /// Read already, but in no window.
     ahead: Option<Frame>,
-    index: usize,
-    shot: usize,
+    /// The clip's number of the first frame that the session holds.
     first: usize,
-    /// Frames at the begin of the window that an earlier one settled.
-    settled: usize,
     next: Next,
 }
 
@@ -92,7 +66,7 @@ enum Next {
     Advance(usize),
     /// It has gone on with them; the frame that was read ahead is to be taken.
     Ahead(usize),
-    /// Nothing: the clip, or an error, has ended it.
+    /// Nothing: the clip has ended, or an error ended it.
     Nothing,
 }
 
@@ -109,17 +83,13 @@ where
         Ok(Self {
             session: Session::new(params)?,
             frames,
-            window: WINDOW,
-            overlap: OVERLAP,
+            plan: Plan::default(),
             threads: 1,
             left: None,
             looks_ahead: false,
             queue: VecDeque::new(),
             ahead: None,
-            index: 0,
-            shot: 0,
             first: 0,
-            settled: 0,
             next: Next::Frames,
         })
     }
@@ -129,17 +99,7 @@ where
     /// # Errors
     /// [`Error::Param`] unless `window` is 2 to 400 and `overlap` is 1 to `window − 1`.
     pub fn with_window(self, window: usize, overlap: usize) -> Result<Self, Error> {
-        let frames = |most: usize, least: usize| format!("a whole number of frames, {least}..={most}");
-        let illegal = |name: &str, value: usize, expected| {
-            Err(Error::Param { name: name.to_owned(), value: value.to_string(), expected })
-        };
-        if !(2..=MAX_WINDOW).contains(&window) {
-            return illegal("window", window, frames(MAX_WINDOW, 2));
-        }
-        if !(1..window).contains(&overlap) {
-            return illegal("overlap", overlap, frames(window - 1, 1));
-        }
-        Ok(Self { window, overlap, ..self })
+        Ok(Self { plan: Plan::new(window, overlap)?, ..self })
     }
 
     /// Says how many frames there are: the last window then is a full one.
@@ -223,11 +183,9 @@ where
         }
         let Next::Ahead(_) = self.next else { return Ok(None) };
         let checkpoint = |carried| Checkpoint {
-            index: self.index,
-            shot: self.shot,
+            plan: self.plan.clone(),
             first: self.first,
             kept: self.session.num_frames(),
-            settled: self.settled,
             is_ahead: self.ahead.is_some(),
             carried,
         };
@@ -250,8 +208,8 @@ where
         }
         self.ahead = if checkpoint.is_ahead { frames.pop() } else { None };
         self.next = Next::Ahead(checkpoint.kept);
-        (self.index, self.shot, self.first) = (checkpoint.index, checkpoint.shot, checkpoint.first);
-        self.settled = checkpoint.settled;
+        self.plan = Plan { size: self.plan.size, overlap: self.plan.overlap, ..checkpoint.plan };
+        self.first = checkpoint.first;
         self.session.go_on(frames, checkpoint.carried)?;
         Ok(self)
     }
@@ -300,14 +258,12 @@ where
             Next::Nothing => return Ok(None),
         }
         self.fill()?;
-        if self.session.num_frames() == self.settled && !self.session.holds_frame() {
+        if self.session.num_frames() == 0 {
             return Ok(None);
         }
         self.session.run_while(self.threads, goes_on)?;
         stopped?;
-        let window = self.window();
-        self.index += 1;
-        Ok(Some(window))
+        Ok(Some(self.window()))
     }
 
     /// Takes the frame that was read ahead; where it begins a new shot, the window before has seen all that is here.
@@ -325,11 +281,7 @@ where
     fn drop_all_but(&mut self, kept: usize) -> Result<(), Error> {
         let (frames, begins_shot) = (self.session.num_frames(), self.session.holds_frame());
         self.session.advance(kept)?;
-        self.shot += usize::from(begins_shot);
         self.first += if begins_shot { frames } else { frames - kept };
-        if begins_shot {
-            self.settled = 0;
-        }
         Ok(())
     }
 
@@ -337,7 +289,7 @@ where
     fn fill(&mut self) -> Result<(), E> {
         while !self.session.holds_frame() {
             let Some(frame) = self.next_frame() else { break };
-            if self.session.num_frames() == self.window {
+            if self.session.num_frames() == self.plan.size {
                 self.ahead = Some(frame?);
                 break;
             }
@@ -347,7 +299,7 @@ where
     }
 
     fn next_frame(&mut self) -> Option<Result<Frame, E>> {
-        while self.looks_ahead && self.queue.len() <= self.window {
+        while self.looks_ahead && self.queue.len() <= self.plan.size {
             let Some(frame) = self.frames.next() else {
                 (self.looks_ahead, self.left) = (false, Some(self.queue.len()));
                 break;
@@ -371,27 +323,14 @@ where
 
     /// The window that was run, and what comes after it.
     fn window(&mut self) -> Window {
-        let frames = self.session.num_frames();
-        let (mut settled, mut after) = (self.settled..frames, frames);
-        self.next = Next::Frames;
-        if let Some(ahead) = &self.ahead {
-            let kept = self.shared();
+        let goes_on = if let Some(ahead) = &self.ahead {
+            let kept = self.plan.shared(self.left);
             self.next = Next::Advance(kept);
-            if !self.session.begins_shot(ahead) {
-                after = kept / 2;
-                settled.end -= kept - after;
-            }
-        } else if self.session.holds_frame() {
-            self.next = Next::Advance(1);
-        }
-        self.settled = after;
-        Window { index: self.index, shot: self.shot, first_frame: self.first, settled }
-    }
-
-    /// How many frames the next window shares with this one: more when few are left, since a window of few frames sees
-    /// little motion.
-    fn shared(&self) -> usize {
-        let least = self.left.map_or(0, |left| self.window.saturating_sub(1 + left));
-        self.overlap.max(least).min(self.window - 1)
+            (!self.session.begins_shot(ahead)).then_some(kept)
+        } else {
+            self.next = if self.session.holds_frame() { Next::Advance(1) } else { Next::Nothing };
+            None
+        };
+        self.plan.close(self.session.num_frames(), goes_on)
     }
 }

@@ -34,6 +34,8 @@ mod params;
 mod piece;
 #[cfg(test)]
 mod piece_tests;
+#[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
+mod plan;
 mod recut;
 mod results;
 mod session;
@@ -64,10 +66,14 @@ pub use checkpoint::Checkpoint;
 #[doc(hidden)] // For `bench ablate`.
 pub use fork::Forks;
 #[cfg(not(target_arch = "wasm32"))]
-pub use long::{Window, Windows};
+pub use long::Windows;
 pub use params::{ClipParams, Params, ScaledParams};
 #[cfg(feature = "wasm")]
 pub(crate) use piece::{Made, Piece, PieceId};
+#[cfg(all(feature = "wasm", target_arch = "wasm32"))]
+pub(crate) use plan::Plan;
+#[cfg(any(not(target_arch = "wasm32"), feature = "wasm"))]
+pub use plan::Window;
 pub use session::Session;
 pub use stage::{Progress, Stage, Step};
 pub use why::{Affinity, Border, Evidence, Explanation, Flip, LabelCost, Source, SuperpixelLink, Voter};

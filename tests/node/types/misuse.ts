@@ -158,11 +158,11 @@ await masksZip(masks, { objects: (label) => `${label}` });
 // @ts-expect-error: labels come from a function
 const own: MaskSource = { width: 1, height: 1, numFrames: 1, labels: new Uint8Array(1) };
 // @ts-expect-error: a size is two numbers and a count of frames
-cocoRle({ labels: () => new Uint8Array(1) });
+await cocoRle({ labels: () => new Uint8Array(1) });
 // @ts-expect-error: COCO has a category for each object
-cocoRle(masks, { categories: ['car'] });
+await cocoRle(masks, { categories: ['car'] });
 // @ts-expect-error: masks of COCO have a size
-fromCocoRle({ counts: '' });
+await fromCocoRle({ counts: '' });
 // @ts-expect-error: a project is bytes
 await openProject('clip.tracecut');
 // @ts-expect-error: its files are bytes

@@ -49,7 +49,7 @@ yes({} as never as Is<typeof result.width, number>);
 yes({} as never as Is<ReturnType<Result['labels']>, Uint8Array<ArrayBuffer>>);
 const file: Uint8Array = await maskPng(result, 0, { object: 1, transparent: true });
 const zip: Uint8Array = await masksZip(result, { perObject: true, objects: [1, 2] });
-const coco: string = JSON.stringify(cocoRle(result, { category: (label) => `thing ${label}` }));
+const coco: string = JSON.stringify(await cocoRle(result, { category: (label) => `thing ${label}` }));
 const own: MaskSource = { width: 1, height: 1, numFrames: 1, labels: () => new Uint8Array(1) };
 const project = await openProject(await saveProject(own, { about: { any: ['thing'] } }));
 const masks: VideoResult = project.masks;

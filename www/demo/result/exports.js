@@ -22,7 +22,7 @@ export const data = {
       file: () => 'coco.json',
       make: async (subject, work) => {
         const { objects, name } = subject;
-        const coco = cocoRle(await masksOf(subject, work), { objects, video: name, ...rateOf(subject) });
+        const coco = await cocoRle(await masksOf(subject, work), { objects, video: name, ...rateOf(subject) });
         return new Blob([JSON.stringify(coco)], { type: 'application/json' });
       },
     },

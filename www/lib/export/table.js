@@ -1,7 +1,11 @@
-// Objects frame by frame in numbers: where they are, how large, how they move.
+// Objects frame by frame in numbers: where they are, how large, how they move. Rust counts, and writes the table, in the module
+// that reads files too.
 
 import { checkedOptions, illegal } from '../check/errors.js';
 import { checkMasks, chosenLabels, labelsOf, timesOf } from '../check/masks.js';
+import { objectTable as writeTable, objectRows } from '../decoder.js';
+import { platform } from '../platform.js';
+import { callDecoder } from '../worker/decode.js';
 
 /**
  * An object in a frame, in pixels of the masks: its box, its `area` in pixels, the mean place `x`, `y` of its pixels
@@ -25,12 +29,10 @@ import { checkMasks, chosenLabels, labelsOf, timesOf } from '../check/masks.js';
  * @property {TrajectoryPoints} [trajectories] in pixels of the masks; theirs if not given
  * @property {import('../check/masks.js').ObjectChoice} [objects] which labels are meant; all if not given
  * @property {number} [frameRate] in frames per second, where the masks have no times
+ * @property {import('../check/options.js').WasmSource} [decoder] where `decoder_bg.wasm` is, when not beside the package
  */
 
-/** @typedef {{left: number, top: number, right: number, bottom: number, area: number, x: number, y: number, dx: number,
- * dy: number, trajectories: number}} Sums */
-
-const LABELS = 256;
+/** What a row is, in the order in which Rust has it. */
 const COLUMNS = /** @type {const} */ ([
   'frame',
   'time',
@@ -46,8 +48,10 @@ const COLUMNS = /** @type {const} */ ([
   'dy',
   'trajectories',
 ]);
-/** Columns with three decimals; times have six. */
-const PLACES = ['x', 'y', 'dx', 'dy'];
+
+/** Pixels of the frames that are counted at once: trajectories cross to Rust each time. */
+const MOST_PIXELS = 2 ** 25;
+const LEGAL = ['trajectories', 'objects', 'frameRate', 'decoder'];
 
 /**
  * Where each object is in each frame, how large and how it moves: a row for each frame and object in it, by frame, then
@@ -62,19 +66,23 @@ const PLACES = ['x', 'y', 'dx', 'dy'];
  */
 export async function objectTable(masks, options = {}) {
   checkMasks(masks);
-  const { trajectories, objects, frameRate } = checkedOptions(options, ['trajectories', 'objects', 'frameRate']);
-  const tracks = checkedTracks(trajectories ?? masks.trajectories);
+  const { trajectories, objects, frameRate, decoder } = checkedOptions(options, LEGAL);
+  const points = checkedTracks(trajectories ?? masks.trajectories);
   const [chosen, times] = [chosenLabels(objects), timesOf(masks, frameRate)];
+  const { width, height, numFrames } = masks;
+  const module = await platform.loadDecoder(decoder);
+  const atOnce = Math.max(1, Math.floor(MOST_PIXELS / (width * height)));
   /** @type {ObjectRow[]} */
   const rows = [];
-  for (let t = 0; t < masks.numFrames; t += 1) {
-    const labels = labelsOf(masks, t);
-    const sums = Array.from({ length: LABELS }, nothing);
-    countPixels(sums, labels, masks.width);
-    if (tracks) countMotion(sums, labels, masks, tracks, t);
-    sums.forEach((sum, label) => {
-      if (label > 0 && chosen[label] && sum.area > 0) rows.push(rowOf(sum, t, times?.[t] ?? null, label));
-    });
+  for (let first = 0; first < numFrames; first += atOnce) {
+    const frames = Math.min(atOnce, numFrames - first);
+    const labels = new Uint8Array(frames * width * height);
+    for (let k = 0; k < frames; k += 1) labels.set(labelsOf(masks, first + k), k * width * height);
+    const numbers = await call(module, () => objectRows(labels, width, height, first, ...points));
+    for (let at = 0; at < numbers.length; at += COLUMNS.length) {
+      const row = rowOf(numbers.subarray(at, at + COLUMNS.length));
+      if (chosen[row.object]) rows.push({ ...row, time: times?.[row.frame] ?? null });
+    }
   }
   return rows;
 }
@@ -83,113 +91,48 @@ export async function objectTable(masks, options = {}) {
  * Rows of `objectTable` as a table of comma-separated values, with a heading; the command line writes the same as
  * `objects.csv`. Places have three decimals, what is null is left empty.
  * @param {readonly ObjectRow[]} rows
+ * @param {{decoder?: import('../check/options.js').WasmSource}} [options] `decoder` says where `decoder_bg.wasm` is, when not
+ *   beside the package
  * @returns {Promise<string>}
  */
-export async function objectTableCsv(rows) {
+export async function objectTableCsv(rows, options = {}) {
+  const { decoder } = checkedOptions(options, ['decoder']);
   if (!Array.isArray(rows)) throw illegal('data', 'rows', rows, 'the rows of objectTable');
-  const lines = rows.map((row) => COLUMNS.map((column) => cell(column, row[column])).join(','));
-  return `${[COLUMNS.join(','), ...lines].join('\n')}\n`;
+  const numbers = rows.flatMap((row) => COLUMNS.map((column) => row[column] ?? NaN));
+  return call(await platform.loadDecoder(decoder), () => writeTable(Float64Array.from(numbers)));
 }
 
 /**
- * @param {string} column
- * @param {number | null} value
+ * @template T
+ * @param {WebAssembly.Module} module
+ * @param {() => T} work
  */
-function cell(column, value) {
-  if (value === null) return '';
-  if (column === 'time') return String(Number(value.toFixed(6)));
-  // Rounded before it is written: how ties are written differs between languages.
-  return PLACES.includes(column) ? (Math.floor(value * 1000 + 0.5) / 1000).toFixed(3) : String(value);
+function call(module, work) {
+  return callDecoder(module, work, (words) => [
+    'poisoned',
+    `the table cannot be made: the module stopped on an internal error: ${words}`,
+  ]);
 }
 
 /**
+ * What Rust takes of trajectories: all of none, where none are given.
  * @param {unknown} tracks
- * @returns {TrajectoryPoints | null}
+ * @returns {[Uint32Array, Uint32Array, Float32Array, Float32Array]}
  */
 function checkedTracks(tracks) {
-  if (tracks === undefined || tracks === null) return null;
+  if (tracks === undefined || tracks === null)
+    return [new Uint32Array(), new Uint32Array(1), new Float32Array(), new Float32Array()];
   const is = typeof tracks === 'object' && ['startFrame', 'offset', 'x', 'y'].every((name) => name in tracks);
   if (!is) throw illegal('data', 'trajectories', tracks, 'an object {startFrame, offset, x, y}');
-  return /** @type {TrajectoryPoints} */ (tracks);
-}
-
-/** @returns {Sums} */
-function nothing() {
-  return { left: Infinity, top: Infinity, right: 0, bottom: 0, area: 0, x: 0, y: 0, dx: 0, dy: 0, trajectories: 0 };
+  const { startFrame, offset, x, y } = /** @type {TrajectoryPoints} */ (tracks);
+  return [Uint32Array.from(startFrame), Uint32Array.from(offset), Float32Array.from(x), Float32Array.from(y)];
 }
 
 /**
- * @param {Sums[]} sums
- * @param {Uint8Array} labels
- * @param {number} width
- */
-function countPixels(sums, labels, width) {
-  for (let p = 0; p < labels.length; p += 1) {
-    const label = /** @type {number} */ (labels[p]);
-    if (label === 0) continue;
-    const sum = /** @type {Sums} */ (sums[label]);
-    const x = p % width;
-    const y = (p - x) / width;
-    if (x < sum.left) sum.left = x;
-    if (x > sum.right) sum.right = x;
-    if (y < sum.top) sum.top = y;
-    sum.bottom = y;
-    sum.area += 1;
-    sum.x += x;
-    sum.y += y;
-  }
-}
-
-/**
- * @param {Sums[]} sums
- * @param {Uint8Array} labels
- * @param {{width: number, height: number}} size
- * @param {TrajectoryPoints} tracks
- * @param {number} t
- */
-function countMotion(sums, labels, { width, height }, { startFrame, offset, x, y }, t) {
-  for (let i = 0; i < startFrame.length; i += 1) {
-    const [begin, end] = [Number(offset[i]), Number(offset[i + 1])];
-    const p = begin + t - Number(startFrame[i]);
-    if (p < begin || p + 1 >= end) continue;
-    const [column, row] = [pixelOf(Number(x[p]), width), pixelOf(Number(y[p]), height)];
-    const sum = /** @type {Sums} */ (sums[Number(labels[row * width + column])]);
-    sum.trajectories += 1;
-    sum.dx += Number(x[p + 1]) - Number(x[p]);
-    sum.dy += Number(y[p + 1]) - Number(y[p]);
-  }
-}
-
-/**
- * The pixel that a place lies in.
- * @param {number} place
- * @param {number} side how many there are
- */
-function pixelOf(place, side) {
-  return Math.min(side - 1, Math.max(0, Math.floor(place + 0.5)));
-}
-
-/**
- * @param {Sums} sums
- * @param {number} frame
- * @param {number | null} time
- * @param {number} object
+ * @param {Float64Array} numbers NaN where there is none
  * @returns {ObjectRow}
  */
-function rowOf({ left, top, right, bottom, area, x, y, dx, dy, trajectories }, frame, time, object) {
-  return {
-    frame,
-    time,
-    object,
-    left,
-    top,
-    width: right + 1 - left,
-    height: bottom + 1 - top,
-    area,
-    x: x / area,
-    y: y / area,
-    dx: trajectories > 0 ? dx / trajectories : null,
-    dy: trajectories > 0 ? dy / trajectories : null,
-    trajectories,
-  };
+function rowOf(numbers) {
+  const named = COLUMNS.map((column, k) => [column, Number.isNaN(numbers[k]) ? null : numbers[k]]);
+  return Object.fromEntries(named);
 }

@@ -199,9 +199,11 @@ async function* maskChecks(library, result, settings) {
   const plates = [];
   for (const t of FRAMES) plates.push((await result.background(t)).data);
   yield ['background', 'frames without the objects', plates];
-  const table = await library.objectTableCsv(await library.objectTable(result));
+  const { decoder } = settings;
+  const given = decoder ? { decoder } : {};
+  const table = await library.objectTableCsv(await library.objectTable(result, given), given);
   yield ['table', 'the table of objects', [bytesOf(table)]];
-  const { annotations } = library.cocoRle(result);
+  const { annotations } = await library.cocoRle(result, given);
   yield ['coco', 'masks as run lengths of COCO', [bytesOf(annotations.map(cocoLine).join(''))]];
   yield ['npy', 'masks as a file for NumPy', [library.labelsNpy(result)]];
   const pictures = [];
@@ -223,7 +225,7 @@ async function readBack(library, file, { decoder }) {
 
 /**
  * An annotation without what is only a name.
- * @param {import('../export/data.js').CocoAnnotation} annotation
+ * @param {import('../export/coco.js').CocoAnnotation} annotation
  */
 function cocoLine({ image_id, track_id, area, bbox, segmentation: { size, counts } }) {
   return `${image_id} ${track_id} ${area} ${bbox} ${size} ${counts}\n`;

@@ -11,6 +11,7 @@ import { applyCorrection } from './inputs.js';
 /** @typedef {import('./engine.js').Info} Info */
 /** @typedef {import('../worker/frames.js').RawFrame} RawFrame */
 /** @typedef {import('../tracecut.js').Session} WasmSession */
+/** Where a window lies in its clip. @typedef {Pick<import('../video/window.js').WindowFacts, 'index' | 'shot' | 'firstFrame' | 'settled'>} Place */
 
 /**
  * What is done with the wasm module's session.
@@ -55,6 +56,18 @@ export const REQUESTS = {
   },
   /** @type {Line<[overlap: number], Info>} goes on to the next window */
   advance: { restarts: true, work: (overlap) => order((session) => session.advance(overlap)) },
+  /** @type {Line<[window: number, overlap: number | undefined], Info>} the windows' size, and what neighbours share */
+  planWindows: { work: (window, overlap) => order((session) => session.planWindows(window, overlap)) },
+  /** @type {Line<[left: number | undefined], number>} how many frames the next window shares; `left` are still to come */
+  shared: { work: (left) => (session) => session.shared(left) },
+  /** @type {Line<[frames: number, kept: number | undefined], Place>} `kept` are shared with the next of its shot */
+  closeWindow: {
+    work: (frames, kept) => (session) => {
+      const place = session.closeWindow(frames, kept);
+      const [index, shot, firstFrame, from, to] = /** @type {[number, number, number, number, number]} */ ([...place]);
+      return { index, shot, firstFrame, settled: { from, to } };
+    },
+  },
   /** @type {Line<[trajectories: import('./inputs.js').RawTrajectories], Info>} */
   setTrajectories: {
     work: ({ numFrames, width, height, startFrame, offset, x, y }) =>

@@ -1,6 +1,7 @@
 // What every source of frames looks like from inside, and what is taken of it.
 
 import { TraceCutError, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { WINDOWS } from '../parameters.js';
 import { pixelsFrom } from './pixels.js';
 
 /**
@@ -223,13 +224,6 @@ const MAX_FRAMES = 1_000_000;
 const MAX_SIDE = 16384;
 const DECODINGS = ['auto', 'webcodecs', 'seeking'];
 
-/** Windows of fewer frames see too little motion, larger ones take too much memory. */
-const MAX_WINDOW = 400;
-
-/** Frames of a window, and how many of them the next one shares, where nobody says. */
-export const WINDOW = 50;
-export const OVERLAP = 10;
-
 /**
  * @param {unknown} options
  * @returns {Record<string, unknown>}
@@ -279,16 +273,12 @@ export function splitTake(options) {
 
 /**
  * @param {Record<string, unknown>} options
- * @returns {{window: number, overlap: number, others: Record<string, unknown>}}
+ * @returns {{window: number, overlap: number | undefined, others: Record<string, unknown>}} `overlap` if it was given
  */
 export function splitWindow(options) {
-  const { window = WINDOW, overlap = OVERLAP, ...others } = options;
-  const frames = wholeNumber('param', 'window', window, 2, MAX_WINDOW);
-  // A small window gets a small overlap without having to ask for it.
-  const shared =
-    options.overlap === undefined
-      ? Math.min(OVERLAP, frames - 1)
-      : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
+  const { window = WINDOWS.frames, overlap, ...others } = options;
+  const frames = wholeNumber('param', 'window', window, 2, WINDOWS.most);
+  const shared = overlap === undefined ? undefined : wholeNumber('param', 'overlap', overlap, 1, frames - 1);
   return { window: frames, overlap: shared, others };
 }
 

@@ -6,7 +6,8 @@ import { Session } from '../session/session.js';
 import { Pause } from '../worker/pause.js';
 import { decoderLoader, openEngine } from '../worker/remote.js';
 import { atSize } from './pixels.js';
-import { OVERLAP, WINDOW, asOptions, expected, nothingTaken, splitTake, splitWindow, taken } from './reader.js';
+import { WINDOWS } from '../parameters.js';
+import { asOptions, expected, nothingTaken, splitTake, splitWindow, taken } from './reader.js';
 import { Collector } from './result.js';
 import { openReader } from './source.js';
 import { Driver } from './window.js';
@@ -39,7 +40,7 @@ import { Driver } from './window.js';
  * @typedef {object} Checked
  * @property {import('./reader.js').Take} take
  * @property {number} window
- * @property {number} overlap
+ * @property {number | undefined} overlap
  * @property {boolean} keep
  * @property {((progress: VideoProgress) => void) | undefined} onProgress
  * @property {import('../check/options.js').SplitOptions} engine
@@ -188,7 +189,7 @@ export class VideoSegmentation {
 
   /** Frames of a window where nobody says, and how many of them the next one shares. */
   static get usual() {
-    return { window: WINDOW, overlap: OVERLAP };
+    return { window: WINDOWS.frames, overlap: WINDOWS.overlap };
   }
 
   /**
@@ -260,6 +261,7 @@ export class VideoSegmentation {
     this.#throwIfStopped();
     this.#engine = await openEngine(engine);
     this.#throwIfStopped();
+    await this.#engine.request('planWindows', window, overlap);
     const frames = taken(reader, take);
     this.#frames = frames;
     const nextFrame = async () => {
@@ -274,7 +276,6 @@ export class VideoSegmentation {
       nextFrame,
       left: () => (this.#total === null ? null : Math.max(0, this.#total - this.#read)),
       window,
-      overlap,
       stop: this.#stop.signal,
       pause: this.#pause,
       onStage: ({ stage, done, total }, index) => this.#report({ stage, done, total, window: index }),

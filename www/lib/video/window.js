@@ -83,11 +83,11 @@ export class WindowResult extends Result {
 //   window 0 [============================]          settles 0..45
 //   window 1                         [40 ============================ 89]     settles 45..
 //
-// A window is full when it has `window` frames and one more comes. It is run, then all but its last `overlap` frames
-// are dropped, and the new frame is the next. The engine holds a frame back when it begins a new shot: then the shot
-// ends with the window at hand, and the new one begins with nothing but that frame. Where the clip's length is known
-// the last window is full too: it reaches further back. A frame of another clip ends the window and its shot as well; the
-// engine is cleared for it, so that nothing of one clip is in the next.
+// A window is full when it has `window` frames and one more comes. It is run, then all but its last frames are dropped, and
+// the new frame is the next; how many stay, and which frames each window settles, the engine says. It holds a frame back
+// when that begins a new shot: then the shot ends with the window at hand, and the new one begins with nothing but that
+// frame. A frame of another clip ends the window and its shot as well; the engine is cleared for it, so that nothing of
+// one clip is in the next.
 
 /** @typedef {import('../worker/frames.js').RawFrame} RawFrame */
 /**
@@ -101,7 +101,6 @@ export class WindowResult extends Result {
  * @property {() => Promise<ClipFrame | null>} nextFrame null after the last
  * @property {() => number | null} left how many frames `nextFrame` will still give, where that is known
  * @property {number} window
- * @property {number} overlap
  * @property {(progress: import('../session/engine.js').Progress, window: number) => void} onStage
  * @property {(decoded: number, window: number) => void} onFrame told how many frames the window has
  * @property {AbortSignal} stop
@@ -116,12 +115,10 @@ export class Driver {
   #times = [];
   /** @type {number | null} When the last of them ends. */
   #end = null;
-  /** The clip's number of the window's first frame. */
-  #first = 0;
-  /** Frames of the window that an earlier one settled. */
-  #settled = 0;
+  /** The number of the window at hand. */
   #index = 0;
-  #shot = 0;
+  /** Whether it has frames that no window before had. */
+  #fresh = false;
   #ended = false;
   /** @type {string | undefined} Which of several clips it is. */
   #clip;
@@ -145,7 +142,7 @@ export class Driver {
     if (this.#held !== null) await this.#beginShot(this.#held);
     if (this.#ahead) await this.#beginClip(this.#ahead.clip);
     await this.#fill();
-    if (this.#times.length === this.#settled) return null;
+    if (!this.#fresh) return null;
     return this.#ahead && this.#ahead.clip === this.#clip ? this.#fullWindow() : this.#lastWindow();
   }
 
@@ -179,53 +176,34 @@ export class Driver {
     const { held } = await this.#options.engine.request('pushInShot', raw).catch((error) => {
       throw raw.kind === 'file' ? inFrame(error, raw) : error;
     });
+    this.#fresh = true;
     if (held) this.#held = time;
     else this.#times.push(time);
   }
 
   /** The shot goes on, as far as is known: the masks of the last few frames are left to the next window. */
   async #fullWindow() {
-    const raw = await this.#run();
-    const ask = this.#asker();
-    const facts = this.#facts();
-    const kept = this.#overlap();
+    const { engine, left } = this.#options;
+    const seen = await this.#run();
+    const kept = await engine.request('shared', left() ?? undefined);
     await this.#advance(kept);
-    this.#first += this.#times.length - kept;
     this.#times = this.#times.slice(-kept);
-    this.#settled = Math.floor(kept / 2);
     await this.#pushAhead();
-    if (this.#held !== null) this.#settled = kept;
-    else facts.settled.to -= kept - this.#settled;
-    return this.#result(raw, ask, facts);
-  }
-
-  /**
-   * How many frames the next window shares with this one: more when few are left, since a window of few frames sees
-   * little motion.
-   */
-  #overlap() {
-    const { window, overlap, left } = this.#options;
-    const fresh = 1 + (left() ?? Infinity);
-    return Math.min(window - 1, Math.max(overlap, window - fresh));
+    return this.#result(seen, this.#held === null ? kept : undefined);
   }
 
   /** The shot ends here. */
   async #lastWindow() {
-    const raw = await this.#run();
-    const ask = this.#asker();
-    const facts = this.#facts();
-    this.#settled = this.#times.length;
-    return this.#result(raw, ask, facts);
+    const seen = await this.#run();
+    this.#fresh = this.#held !== null;
+    return this.#result(seen, undefined);
   }
 
   /** @param {number} time of the frame held back */
   async #beginShot(time) {
-    await this.#advance(this.#options.overlap);
-    this.#first += this.#times.length;
+    await this.#advance(1);
     this.#times = [time];
     this.#held = null;
-    this.#settled = 0;
-    this.#shot += 1;
   }
 
   /** @param {string | undefined} clip the one of the frame read already */
@@ -233,7 +211,6 @@ export class Driver {
     this.#advances += 1;
     await this.#options.engine.request('clear');
     this.#clip = clip;
-    this.#first = this.#settled = this.#shot = 0;
     this.#times = [];
     await this.#pushAhead();
     this.#options.onFrame(1, this.#index);
@@ -251,26 +228,23 @@ export class Driver {
       await pause?.passed();
       const raw = await engine.run((progress) => onStage(progress, this.#index), pause?.signal ?? stop);
       this.info = raw?.info;
-      if (raw !== null) return raw;
+      if (raw !== null) {
+        const [times, end, clip] = [Float64Array.from(this.#times), this.#end, this.#clip ?? null];
+        return { raw, ask: this.#asker(), times, end, clip };
+      }
       if (stop.aborted || !pause) throw new TraceCutError('closed', 'the video segmentation was closed');
     }
   }
 
-  #facts() {
-    const settled = { from: this.#settled, to: this.#times.length };
-    const [times, end] = [Float64Array.from(this.#times), this.#end];
-    return { clip: this.#clip ?? null, shot: this.#shot, firstFrame: this.#first, times, end, settled };
-  }
-
   /**
-   * @param {import('../session/engine.js').RawResult} raw
-   * @param {import('../session/requests.js').Ask} ask
-   * @param {Omit<WindowFacts, 'index'>} facts
+   * @param {{raw: import('../session/engine.js').RawResult, ask: import('../session/requests.js').Ask, times:
+   *   Float64Array<ArrayBuffer>, end: number | null, clip: string | null}} seen
+   * @param {number | undefined} kept how many frames the next window of the shot shares with it, if there is one
    */
-  #result(raw, ask, facts) {
-    const index = this.#index;
+  async #result({ raw, ask, ...seen }, kept) {
+    const place = await this.#options.engine.request('closeWindow', seen.times.length, kept);
     this.#index += 1;
-    return new WindowResult(raw, ask, { index, ...facts });
+    return new WindowResult(raw, ask, { ...place, ...seen });
   }
 
   /**

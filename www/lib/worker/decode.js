@@ -1,7 +1,8 @@
-// What the second wasm module does, in this thread: PNG and JPEG files to pixels, and masks to the size of their pictures.
+// What the second wasm module does, in this thread: PNG and JPEG files to pixels, masks to the size of their pictures and to
+// data.
 
 import { TraceCutError, throwIfRust } from '../check/errors.js';
-import startDecoder, * as glue from '../decoder.js';
+import startDecoder, { __wbg_reset_state, decode, enlarge } from '../decoder.js';
 import { fromImage } from './frames.js';
 
 /** @type {Promise<unknown> | undefined} */
@@ -19,30 +20,30 @@ export async function toPixels(frame) {
   if (!frame.decoder) throw new TraceCutError('state', 'a file came without the module that decodes it');
   const [data, width, height] = await callDecoder(
     frame.decoder,
-    (decoder) => decoder.decode(frame.data, frame.maxPixels),
+    () => decode(frame.data, frame.maxPixels),
     (words) => ['decode', `image cannot be decoded: the decoder stopped on an internal error: ${words}`],
   );
   return { data, width, height };
 }
 
 /**
- * Calls into the module. An error that Rust returned has a code; anything else is a panic or a trap, which `broken` puts
+ * Calls into the module, once it has started. An error that Rust returned has a code; anything else is a panic or a trap, which `broken` puts
  * into words.
  * @template T
  * @param {WebAssembly.Module} module
- * @param {(decoder: typeof glue) => T} call
+ * @param {() => T} call
  * @param {(words: string) => [import('../check/errors.js').ErrorCode, string]} broken
  * @returns {Promise<T>}
  */
-async function callDecoder(module, call, broken) {
+export async function callDecoder(module, call, broken) {
   started ??= startDecoder({ module_or_path: module });
   await started;
   try {
-    return call(glue);
+    return call();
   } catch (error) {
     throwIfRust(error);
     // The next call gets a fresh instance.
-    glue.__wbg_reset_state();
+    __wbg_reset_state();
     throw new TraceCutError(...broken(String(error)), { cause: error });
   }
 }
@@ -76,7 +77,7 @@ export async function enlargeHere({ labels, width, picture, chosen, module }) {
   const pixels = await pixelsOf(picture);
   const [large, alpha] = await callDecoder(
     module,
-    (decoder) => decoder.enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen),
+    () => enlarge(labels, width, pixels.data, pixels.width, pixels.height, chosen),
     (words) => ['poisoned', `the mask cannot be enlarged: the module stopped on an internal error: ${words}`],
   );
   return { width: pixels.width, height: pixels.height, labels: large, alpha };
