@@ -5,6 +5,7 @@
 //! objects are known, so nobody has to. A click lies best far from every border (Xu et al., Deep Interactive Object
 //! Selection, CVPR 2016): each point is the pixel that is farthest from the border and from the points before it.
 
+use super::confidence::depth;
 use crate::image::Plane;
 use std::collections::BTreeMap;
 
@@ -38,22 +39,19 @@ pub struct Prompts {
 #[derive(Debug)]
 struct Best {
     frame: usize,
-    score: f64,
+    score: u64,
     mask: Plane<u8>,
 }
 
 impl Prompts {
-    /// Looks at the mask of frame `frame`. With the `confidence` of its pixels (0 to 1, as large as the mask) a frame is
-    /// the better the more pixels of the object are held to be right than wrong; without it, the larger the object is.
-    pub fn add(&mut self, frame: usize, mask: &Plane<u8>, confidence: Option<&Plane<f32>>) {
-        let mut scores = [0.0; 256];
-        for (k, &label) in mask.data().iter().enumerate() {
-            let surety = confidence.and_then(|plane| plane.data().get(k)).copied().unwrap_or(1.0);
-            scores[usize::from(label)] += 2.0 * f64::from(surety) - 1.0;
+    /// Looks at the mask of frame `frame`. A frame is the better the larger the object is and the deeper its pixels lie
+    /// in it, for these are the surest.
+    pub fn add(&mut self, frame: usize, mask: &Plane<u8>) {
+        let mut scores = [0_u64; 256];
+        for (&label, &depth) in mask.data().iter().zip(depth(mask).data()) {
+            scores[usize::from(label)] += 1 + u64::from(depth);
         }
-        let mut present = [false; 256];
-        mask.data().iter().for_each(|&label| present[usize::from(label)] = true);
-        for object in (1..=255).filter(|&label| present[usize::from(label)]) {
+        for object in (1..=255).filter(|&label| scores[usize::from(label)] > 0) {
             let score = scores[usize::from(object)];
             if self.best.get(&object).is_none_or(|best| score > best.score) {
                 let mask = mask.map(|label| u8::from(label == object));
@@ -164,7 +162,7 @@ mod tests {
     fn points_lie_deep_in_the_object_and_beside_it() {
         let mask = Plane::from_fn(60, 40, |x, y| if (20..41).contains(&x) && (10..21).contains(&y) { 7 } else { 0 });
         let mut prompts = Prompts::default();
-        prompts.add(4, &mask, None);
+        prompts.add(4, &mask);
         let found = prompts.finish();
         let [prompt] = &found[..] else { panic!("{found:?}") };
         assert_eq!((prompt.object, prompt.frame, prompt.bounds), (7, 4, [20, 10, 40, 20]));
@@ -175,26 +173,22 @@ mod tests {
     }
 
     #[test]
-    fn the_frame_is_the_largest_or_with_confidence_the_surest() {
-        let square = |side: usize| Plane::from_fn(30, 30, move |x, y| u8::from(x < side && y < side) * 3);
-        let frames = [square(4), square(20), square(10)];
-        let sure = [0.9, 0.45, 0.9];
-        let best = |with_confidence: bool| {
+    fn the_frame_is_the_one_with_the_largest_object_and_of_two_the_one_with_the_deeper() {
+        let best = |frames: &[Plane<u8>]| {
             let mut prompts = Prompts::default();
-            for (t, mask) in frames.iter().enumerate() {
-                let confidence = mask.map(|_| sure[t]);
-                prompts.add(t, mask, with_confidence.then_some(&confidence));
-            }
+            frames.iter().enumerate().for_each(|(t, mask)| prompts.add(t, mask));
             prompts.finish()[0].frame
         };
-        assert_eq!((best(false), best(true)), (1, 2));
+        let block = |w: usize, h: usize| Plane::from_fn(30, 30, move |x, y| u8::from(x < w && y < h) * 3);
+        assert_eq!(best(&[block(4, 4), block(20, 20), block(10, 10)]), 1);
+        assert_eq!(best(&[block(25, 4), block(10, 10)]), 1);
     }
 
     #[test]
     fn an_object_of_a_pixel_and_one_that_fills_the_frame_have_what_there_is() {
         let mut prompts = Prompts::default();
-        prompts.add(0, &Plane::from_fn(5, 4, |x, y| u8::from((x, y) == (0, 3))), None);
-        prompts.add(1, &Plane::from_fn(5, 4, |_, _| 2), None);
+        prompts.add(0, &Plane::from_fn(5, 4, |x, y| u8::from((x, y) == (0, 3))));
+        prompts.add(1, &Plane::from_fn(5, 4, |_, _| 2));
         let [speck, all] = &prompts.finish()[..] else { panic!() };
         assert_eq!((&speck.inside[..], speck.bounds), (&[(0, 3)][..], [0, 3, 0, 3]));
         assert_eq!((all.inside.len(), all.outside.len(), all.bounds), (3, 0, [0, 0, 4, 3]));
