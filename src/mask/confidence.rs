@@ -53,7 +53,7 @@ pub(crate) fn confidence(said: Said) -> Plane<f32> {
 }
 
 /// Steps from each pixel to the nearest that has a neighbour of another label, along rows and columns, up to [`DEEP`].
-fn depth(mask: &Plane<u8>) -> Plane<u8> {
+pub(super) fn depth(mask: &Plane<u8>) -> Plane<u8> {
     let (w, h) = (mask.width(), mask.height());
     let differs = |x: usize, y: usize| {
         let near = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];

@@ -8,6 +8,7 @@ mod border;
 mod coco;
 mod confidence;
 mod enlarge;
+mod prompts;
 mod runs;
 mod table;
 
@@ -18,5 +19,7 @@ pub use border::{RefineParams, refine};
 pub use coco::{CocoRuns, coco_counts, coco_mask, coco_runs, coco_text};
 pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};
+#[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
+pub use prompts::{Prompt, Prompts};
 pub(crate) use runs::Runs;
 pub use table::{ObjectRow, object_rows, object_table};

@@ -11,40 +11,30 @@
 //! at the height of the focus. What goes exactly as fast as its place in the scene seems to, is scene. What hangs below
 //! the height of the focus is taken for an object.
 
-use crate::camera::{Going, Pair, Step, Travel, Units};
+use crate::camera::{Going, Pair, Travel, Units};
 use crate::discontinuity::Neighborhoods;
 use crate::discretize::{Clusters, canonical};
-use crate::image::{Frame, Plane};
 use crate::order;
 use crate::sets::DisjointSets;
 use crate::trajectory::Trajectories;
 
-/// A point slides where the picture within so many pixels changes along its line by less than this part of across.
-const WINDOW: usize = 4;
-const SLIDING: f32 = 0.1;
 /// Points less far below the focus have no ground.
 const LEAST_BELOW: f64 = 8.0;
-/// Slopes of the ground that are tried: nearness by pixel, from the least on by this factor, so many.
+/// Slopes of the ground that are tried, as nearness by pixel: the first, the factor to the next, and their number.
 const SLOPES: (f64, f64, i32) = (3e-4, 1.1, 62);
-/// Nearness that the ground has, by parts; a slope that is that of the clip.
-const ALIKE: f64 = 1.2;
-const STEADY: f64 = 1.5;
-/// The ground is seen in this many cells of such a side, at least.
+/// Two nearnesses are alike up to this factor.
+const ALIKE: f64 = 1.3;
+/// The ground is seen in at least this many cells of this side.
 const CELL: f64 = 16.0;
 const LEAST_CELLS: usize = 5;
 /// A way across of more than this, and this part of the way along, is not the scene's; nor one towards the focus.
 const ACROSS: (f64, f64) = (1.0, 0.1);
 const TOWARDS: f64 = 1.0;
-/// Nearness below this part of the ground's, or above this one, is another if that makes so many pixels.
-const BELOW: f64 = 0.6;
-const ABOVE: f64 = 1.3;
+/// Nearness that is not alike is seen where it makes this many pixels.
 const VISIBLE: f64 = 2.0;
-/// Ground seen below a point and above this part of the way to where it would stand, so far from it to the sides and at
-/// least so far below, in so many points: it does not stand there.
-const WAY_DOWN: f64 = 0.85;
+/// Ground between a point and where it would stand is looked for this far to either side, and from this far below it.
 const BESIDE: f64 = 10.0;
 const UNDER: f64 = 6.0;
-const SEEN: usize = 2;
 /// Objects have this many trajectories at least.
 const LEAST_TRACKS: usize = 5;
 /// Neighbours that differ by more than this on their common way are not of one object.
@@ -62,14 +52,8 @@ pub(crate) struct Parted {
 
 /// Objects before a scene that the camera goes into, in clusters of their own; all else is the first cluster. `longest` is
 /// the longest edge between trajectories of one object, in pixels.
-pub(crate) fn part_rigid(
-    travel: &Travel,
-    tracks: &Trajectories,
-    near: &Neighborhoods,
-    frames: &[Frame],
-    longest: f32,
-) -> Parted {
-    let is_stray = strays(travel, tracks.len(), frames);
+pub(crate) fn part_rigid(travel: &Travel, tracks: &Trajectories, near: &Neighborhoods, longest: f32) -> Parted {
+    let is_stray = strays(travel, tracks.len());
     let mut label = vec![0; tracks.len()];
     let mut count = 0;
     for members in groups(tracks, near, &is_stray, (longest, travel.units)) {
@@ -84,61 +68,33 @@ pub(crate) fn part_rigid(
     Parted { clusters, is_object }
 }
 
-/// Which of so many trajectories are none of the scene in most pairs that tell.
-fn strays(travel: &Travel, count: usize, frames: &[Frame]) -> Vec<bool> {
+/// Which of `count` trajectories are none of the scene in most pairs that tell.
+fn strays(travel: &Travel, count: usize) -> Vec<bool> {
     let goings: Vec<Vec<Going>> = travel.pairs.iter().map(Pair::goings).collect();
     let pairs = || travel.pairs.iter().zip(&goings);
-    let mut slopes: Vec<f64> = pairs().filter_map(|(pair, goings)| ground(pair, goings, travel.units, None)).collect();
+    let mut slopes: Vec<f64> = pairs().filter_map(|(pair, goings)| ground(pair, goings, travel.units)).collect();
     order::sort_by_key(&mut slopes, |&slope| order::double(slope));
-    let usual = slopes.get(slopes.len() / 2).copied();
+    let slope = slopes.get(slopes.len() / 2).copied();
     let mut votes = vec![0_i32; count];
     for (pair, goings) in pairs() {
-        let luma = frames[pair.start].luma();
-        let slope = usual.and_then(|usual| ground(pair, goings, travel.units, Some(usual)).or(Some(usual)));
         for (k, &(i, _)) in pair.steps.iter().enumerate() {
-            let going = &goings[k];
-            votes[i] += match is_across(going) || is_astray(k, pair, goings, slope) {
-                true if !is_across(going) && slides(&luma, &pair.steps[k].1, pair.forward.focus, travel.units) => 0,
-                true => 1,
-                false if is_telling(k, pair, goings, slope) => -1,
-                false => 0,
-            };
+            if is_across(&goings[k]) || is_astray(k, pair, goings, slope) {
+                votes[i] += 1;
+            } else if is_telling(k, pair, goings, slope) {
+                votes[i] -= 1;
+            }
         }
     }
     votes.iter().map(|&votes| votes > 0).collect()
 }
 
-/// Whether the picture around a point hardly changes along its line from the focus: it may slide there, as on the edge of
-/// a lane, and none of its ways along is to be trusted.
-fn slides(luma: &Plane<f32>, step: &Step, focus: (f64, f64), units: Units) -> bool {
-    let place = |v: f64, side: usize| ((v / units.scale + 0.5).max(0.0) as usize).clamp(1 + WINDOW, side - 2 - WINDOW);
-    if luma.width().min(luma.height()) < 2 * WINDOW + 4 {
-        return false;
-    }
-    let (x, y) = (place(step.x, luma.width()), place(step.y, luma.height()));
-    let (rx, ry) = ((step.x - focus.0) as f32, (step.y - focus.1) as f32);
-    let (mut along, mut across) = (0.0, 0.0);
-    for y in y - WINDOW..=y + WINDOW {
-        for x in x - WINDOW..=x + WINDOW {
-            let (gx, gy) = (luma[(x + 1, y)] - luma[(x - 1, y)], luma[(x, y + 1)] - luma[(x, y - 1)]);
-            along += (gx * rx + gy * ry) * (gx * rx + gy * ry);
-            across += (gy * rx - gx * ry) * (gy * rx - gx * ry);
-        }
-    }
-    along < SLIDING * across
-}
-
-/// How much nearness grows by each pixel below the focus along the ground: what most places have. Where it is known what
-/// is usual, only near that.
-fn ground(pair: &Pair, goings: &[Going], units: Units, usual: Option<f64>) -> Option<f64> {
+/// How much nearness grows by each pixel below the focus along the ground: what most places have.
+fn ground(pair: &Pair, goings: &[Going], units: Units) -> Option<f64> {
     let (columns, rows) = ((units.width / CELL) as usize + 1, (units.height / CELL) as usize + 1);
     let mut best = (LEAST_CELLS - 1, None);
     let mut slope = SLOPES.0;
     for _ in 0..SLOPES.2 {
         slope *= SLOPES.1;
-        if usual.is_some_and(|usual| slope > STEADY * usual || usual > STEADY * slope) {
-            continue;
-        }
         let mut seen = vec![false; columns * rows];
         for (k, going) in goings.iter().enumerate() {
             if is_ground(pair.below(k), going, slope) {
@@ -174,13 +130,13 @@ fn is_astray(k: usize, pair: &Pair, goings: &[Going], slope: Option<f64>) -> boo
     let expected = slope * below;
     let is_visible = (going.nearness - expected).abs() * going.reach > VISIBLE;
     is_visible
-        && (going.nearness < BELOW * expected || going.nearness > ABOVE * expected && floats(k, pair, goings, slope))
+        && (ALIKE * going.nearness < expected || going.nearness > ALIKE * expected && floats(k, pair, goings, slope))
 }
 
 /// Whether it would be seen if a point were less near than the ground.
 fn is_telling(k: usize, pair: &Pair, goings: &[Going], slope: Option<f64>) -> bool {
     let below = pair.below(k);
-    below > LEAST_BELOW && slope.is_some_and(|slope| (1.0 - BELOW) * slope * below * goings[k].reach > VISIBLE)
+    below > LEAST_BELOW && slope.is_some_and(|slope| (1.0 - 1.0 / ALIKE) * slope * below * goings[k].reach > VISIBLE)
 }
 
 /// Whether the ground is seen where something that stood on it would hide it.
@@ -189,10 +145,9 @@ fn floats(k: usize, pair: &Pair, goings: &[Going], slope: f64) -> bool {
     let foot = goings[k].nearness / slope;
     let between = |j: usize| {
         let (other, lower) = (&pair.steps[j].1, pair.below(j));
-        (other.x - x).abs() < BESIDE && (below + UNDER..WAY_DOWN * foot).contains(&lower)
+        (other.x - x).abs() < BESIDE && (below + UNDER..foot).contains(&lower)
     };
-    let ground = |&j: &usize| between(j) && is_ground(pair.below(j), &goings[j], slope);
-    (0..goings.len()).filter(ground).take(SEEN).count() == SEEN
+    (0..goings.len()).any(|j| between(j) && is_ground(pair.below(j), &goings[j], slope))
 }
 
 /// Strays that are neighbours and go together.
@@ -304,17 +259,11 @@ mod tests {
         (tracks, of_car)
     }
 
-    fn frames() -> Vec<Frame> {
-        let mut rng = Rng::for_stage(2, "street");
-        let rgb: Vec<u8> = (0..3 * SIZE.0 * SIZE.1).map(|_| rng.below(256) as u8).collect();
-        vec![Frame::from_rgb(rgb, SIZE.0, SIZE.1).unwrap(); FRAMES]
-    }
-
     /// The share of each car's trajectories, and of the street's before them, that are in objects.
     fn found(cars: &[(f64, f64, f64)]) -> Vec<f64> {
         let (tracks, of_car) = street(cars);
         let travel = Travel::of(&tracks).expect("the camera goes forward");
-        let Parted { clusters, is_object } = part_rigid(&travel, &tracks, &neighborhoods(&tracks), &frames(), 30.0);
+        let Parted { clusters, is_object } = part_rigid(&travel, &tracks, &neighborhoods(&tracks), 30.0);
         let mut counts = vec![(0.0, 0.0); cars.len() + 1];
         for (&car, &cluster) in of_car.iter().zip(&clusters.label) {
             let count: &mut (f64, f64) = &mut counts[car];
@@ -345,17 +294,8 @@ mod tests {
             tracks.push(0, (0..FRAMES).map(|_| (100.0 + 8.0 * (k % 30) as f32, 258.0 + 6.0 * (k / 30) as f32, 0.0)));
         }
         let travel = Travel::of(&tracks).expect("the camera goes forward");
-        let parted = part_rigid(&travel, &tracks, &neighborhoods(&tracks), &frames(), 30.0);
+        let parted = part_rigid(&travel, &tracks, &neighborhoods(&tracks), 30.0);
         let carrier = &parted.clusters.label[of_car.len()..];
         assert!(carrier.iter().all(|&c| !parted.is_object[c as usize]), "{parted:?}");
-    }
-
-    #[test]
-    fn edges_along_the_line_from_the_focus_slide() {
-        let units = Units::new(SIZE);
-        let luma = Plane::from_fn(SIZE.0, SIZE.1, |x, _| if x < 240 { 10.0 } else { 200.0 });
-        let below = units.step((240.0, 200.0), (240.0, 205.0));
-        assert!(slides(&luma, &below, (240.0, 120.0), units));
-        assert!(!slides(&luma, &below, (100.0, 200.0), units));
     }
 }

@@ -118,7 +118,7 @@ impl Forward {
     }
 
     /// With this focus, the turn that leaves the least across.
-    pub(super) fn around(focus: (f64, f64), steps: &[Step], units: Units) -> Self {
+    fn around(focus: (f64, f64), steps: &[Step], units: Units) -> Self {
         let middle = (0.5 * units.width, 0.5 * units.height);
         let mut found = Self { focus, turn: [0.0; 3], middle };
         let mut weights = vec![1.0; steps.len()];

@@ -19,7 +19,7 @@ mod travel;
 mod warp;
 
 pub(crate) use dominant::{DominantMotion, Search, dominant_motion};
-pub(crate) use forward::{Going, Step, Units};
+pub(crate) use forward::{Going, Units};
 pub(crate) use homography::Homography;
 pub(crate) use travel::{Pair, Travel};
 pub(crate) use warp::Warp;

@@ -1,7 +1,6 @@
 //! A camera that goes forward over the whole clip: pairs of frames some way apart, and how it goes in each.
 
 use super::forward::{Forward, Going, Step, Units};
-use crate::order;
 use crate::trajectory::Trajectories;
 
 /// Frames that points are compared across, and from one such pair of frames to the next.
@@ -9,8 +8,6 @@ const SPAN: usize = 6;
 const STRIDE: usize = 3;
 /// Share of the pairs in which the camera must surely go forward.
 const LEAST_SURE: f64 = 0.6;
-/// A focus this far from that of most pairs is theirs, in pixels of a frame with 480.
-const FAR: f64 = 20.0;
 
 /// How the camera goes from a frame to another.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,26 +43,7 @@ impl Travel {
             sure += usize::from(forward.is_sure(&alone, units));
             pairs.push(Pair { start, steps, forward });
         }
-        let mut travel = (sure > 0 && sure as f64 >= LEAST_SURE * pairs.len() as f64).then_some(Self { units, pairs });
-        travel.iter_mut().for_each(Self::settle);
-        travel
-    }
-
-    /// What is mounted in a car looks where it goes: pairs whose focus is far from that of most take theirs.
-    fn settle(&mut self) {
-        let median = |of: fn(&Pair) -> f64| {
-            let mut all: Vec<f64> = self.pairs.iter().map(of).collect();
-            order::sort_by_key(&mut all, |&v| order::double(v));
-            all[all.len() / 2]
-        };
-        let (x, y) = (median(|pair| pair.forward.focus.0), median(|pair| pair.forward.focus.1));
-        for pair in &mut self.pairs {
-            let (dx, dy) = (pair.forward.focus.0 - x, pair.forward.focus.1 - y);
-            if dx * dx + dy * dy > FAR * FAR {
-                let alone: Vec<Step> = pair.steps.iter().map(|&(_, step)| step).collect();
-                pair.forward = Forward::around((x, y), &alone, self.units);
-            }
-        }
+        (sure > 0 && sure as f64 >= LEAST_SURE * pairs.len() as f64).then_some(Self { units, pairs })
     }
 }
 

@@ -74,7 +74,7 @@ fn before_rigid_scene(parts: &Parts, clip: &Clip) -> Option<Parted> {
     let longest = clip.params.connectedness.max_edge * clip.params.spacing();
     let near = &embedded.discontinuities.neighborhoods;
     let travel = parts.camera.as_ref()?.travel.as_ref()?;
-    let parted = part_rigid(travel, &embedded.tracked.tracks, near, &clip.frames, longest);
+    let parted = part_rigid(travel, &embedded.tracked.tracks, near, longest);
     parted.is_object.contains(&false).then_some(parted)
 }
 

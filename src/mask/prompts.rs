@@ -1,0 +1,197 @@
+//! Prompts for models that follow an object from a hint: for each object the frame that shows it best, its box, points
+//! on it and beside it.
+//!
+//! Promptable models of video take boxes, clicks and masks that a user would draw (SAM 2, Ravi et al., 2024). Here the
+//! objects are known, so nobody has to. A click lies best far from every border (Xu et al., Deep Interactive Object
+//! Selection, CVPR 2016): each point is the pixel that is farthest from the border and from the points before it.
+
+use super::confidence::depth;
+use crate::image::Plane;
+use std::collections::BTreeMap;
+
+/// Points on an object, and points beside it.
+const CLICKS: usize = 3;
+
+/// What tells a model which object is meant. Places are whole pixels of the mask.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prompt {
+    /// The object's label in the masks.
+    pub object: u8,
+    /// The frame that shows it best.
+    pub frame: usize,
+    /// Left, top, right and bottom of the box around it; the latter two are its last column and row.
+    pub bounds: [usize; 4],
+    /// Up to three pixels on the object, the deepest first.
+    pub inside: Vec<(usize, usize)>,
+    /// Up to three pixels that are none of the object's, in its box widened by half to each side.
+    pub outside: Vec<(usize, usize)>,
+    /// The object's pixels in this frame are 1, all others 0.
+    pub mask: Plane<u8>,
+}
+
+/// Looks for prompts frame by frame; holds one mask for each object.
+#[derive(Debug, Default)]
+pub struct Prompts {
+    best: BTreeMap<u8, Best>,
+}
+
+/// The frame that shows an object best so far.
+#[derive(Debug)]
+struct Best {
+    frame: usize,
+    score: u64,
+    mask: Plane<u8>,
+}
+
+impl Prompts {
+    /// Looks at the mask of frame `frame`. A frame is the better the larger the object is and the deeper its pixels lie
+    /// in it, for these are the surest.
+    pub fn add(&mut self, frame: usize, mask: &Plane<u8>) {
+        let mut scores = [0_u64; 256];
+        for (&label, &depth) in mask.data().iter().zip(depth(mask).data()) {
+            scores[usize::from(label)] += 1 + u64::from(depth);
+        }
+        for object in (1..=255).filter(|&label| scores[usize::from(label)] > 0) {
+            let score = scores[usize::from(object)];
+            if self.best.get(&object).is_none_or(|best| score > best.score) {
+                let mask = mask.map(|label| u8::from(label == object));
+                self.best.insert(object, Best { frame, score, mask });
+            }
+        }
+    }
+
+    /// A prompt for each object, ascending.
+    #[must_use]
+    pub fn finish(self) -> Vec<Prompt> {
+        self.best.into_iter().map(|(object, best)| prompt(object, best)).collect()
+    }
+}
+
+fn prompt(object: u8, Best { frame, mask, .. }: Best) -> Prompt {
+    let bounds @ [left, top, right, bottom] = bounds(&mask);
+    let (width, height) = (right - left + 1, bottom - top + 1);
+    let (x, y) = (left.saturating_sub(width / 2), top.saturating_sub(height / 2));
+    let around = (x, y, (right + width / 2 + 1).min(mask.width()), (bottom + height / 2 + 1).min(mask.height()));
+    let inside = farthest(&mask, 1, (left, top, right + 1, bottom + 1));
+    let outside = farthest(&mask, 0, around);
+    Prompt { object, frame, bounds, inside, outside, mask }
+}
+
+/// The box around the pixels that are 1.
+fn bounds(mask: &Plane<u8>) -> [usize; 4] {
+    let mut bounds = [usize::MAX, usize::MAX, 0, 0];
+    for (k, _) in mask.data().iter().enumerate().filter(|(_, pixel)| **pixel == 1) {
+        let (x, y) = (k % mask.width(), k / mask.width());
+        bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
+    }
+    bounds
+}
+
+/// Pixels of `mask` with this `value` in the part from `(left, top)` to before `(right, bottom)`: one after the other
+/// the farthest from all that have another value or lie outside of the part, and from those before it.
+fn farthest(
+    mask: &Plane<u8>,
+    value: u8,
+    (left, top, right, bottom): (usize, usize, usize, usize),
+) -> Vec<(usize, usize)> {
+    let mut free = Plane::from_fn(right - left, bottom - top, |x, y| mask[(left + x, top + y)] == value);
+    let mut found = Vec::new();
+    while found.len() < CLICKS {
+        let depth = depth_sq(&free);
+        let deepest = (0..depth.data().len()).rev().max_by_key(|&k| depth.data()[k]);
+        let Some(k) = deepest.filter(|&k| depth.data()[k] > 0) else { break };
+        let (x, y) = (k % free.width(), k / free.width());
+        free[(x, y)] = false;
+        found.push((left + x, top + y));
+    }
+    found
+}
+
+/// Squared distance of each pixel to the nearest that is not free; beyond the edges nothing is.
+fn depth_sq(free: &Plane<bool>) -> Plane<usize> {
+    let (w, h) = (free.width(), free.height());
+    let mut column = Plane::from_fn(w, h, |_, _| 0);
+    for x in 0..w {
+        let mut above = 0;
+        for y in 0..h {
+            above = if free[(x, y)] { above + 1 } else { 0 };
+            column[(x, y)] = above;
+        }
+        let mut below = 0;
+        for y in (0..h).rev() {
+            below = if free[(x, y)] { below + 1 } else { 0 };
+            column[(x, y)] = column[(x, y)].min(below);
+        }
+    }
+    Plane::from_fn(w, h, |x, y| {
+        let mut least = column[(x, y)] * column[(x, y)];
+        let mut aside = 1;
+        while aside * aside < least {
+            for at in [x.checked_sub(aside), Some(x + aside).filter(|&at| at < w)] {
+                let down = at.map_or(0, |at| column[(at, y)]);
+                least = least.min(aside * aside + down * down);
+            }
+            aside += 1;
+        }
+        least
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::Rng;
+
+    #[test]
+    fn depth_is_the_distance_to_the_nearest_barrier_as_a_naive_search_finds_it() {
+        let mut rng = Rng::for_stage(3, "prompts");
+        for _ in 0..20 {
+            let (w, h) = (1 + rng.below(20), 1 + rng.below(14));
+            let holes: Vec<(usize, usize)> = (0..rng.below(6)).map(|_| (rng.below(w), rng.below(h))).collect();
+            let free = Plane::from_fn(w, h, |x, y| !holes.contains(&(x, y)));
+            let found = depth_sq(&free);
+            for (x, y) in (0..w * h).map(|k| (k % w, k / w)) {
+                let edge = (x + 1).min(w - x).min(y + 1).min(h - y);
+                let hole = holes.iter().map(|&(a, b)| a.abs_diff(x).pow(2) + b.abs_diff(y).pow(2)).min();
+                assert_eq!(found[(x, y)], hole.unwrap_or(usize::MAX).min(edge * edge), "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_lie_deep_in_the_object_and_beside_it() {
+        let mask = Plane::from_fn(60, 40, |x, y| if (20..41).contains(&x) && (10..21).contains(&y) { 7 } else { 0 });
+        let mut prompts = Prompts::default();
+        prompts.add(4, &mask);
+        let found = prompts.finish();
+        let [prompt] = &found[..] else { panic!("{found:?}") };
+        assert_eq!((prompt.object, prompt.frame, prompt.bounds), (7, 4, [20, 10, 40, 20]));
+        assert_eq!((prompt.inside.len(), prompt.outside.len()), (3, 3));
+        assert!(prompt.inside.iter().all(|&at| mask[at] == 7) && prompt.outside.iter().all(|&at| mask[at] == 0));
+        assert_eq!(prompt.inside[0].1, 15, "on the middle line");
+        assert_eq!(prompt.mask.data().iter().map(|&p| usize::from(p)).sum::<usize>(), 21 * 11);
+    }
+
+    #[test]
+    fn the_frame_is_the_one_with_the_largest_object_and_of_two_the_one_with_the_deeper() {
+        let best = |frames: &[Plane<u8>]| {
+            let mut prompts = Prompts::default();
+            frames.iter().enumerate().for_each(|(t, mask)| prompts.add(t, mask));
+            prompts.finish()[0].frame
+        };
+        let block = |w: usize, h: usize| Plane::from_fn(30, 30, move |x, y| u8::from(x < w && y < h) * 3);
+        assert_eq!(best(&[block(4, 4), block(20, 20), block(10, 10)]), 1);
+        assert_eq!(best(&[block(25, 4), block(10, 10)]), 1);
+    }
+
+    #[test]
+    fn an_object_of_a_pixel_and_one_that_fills_the_frame_have_what_there_is() {
+        let mut prompts = Prompts::default();
+        prompts.add(0, &Plane::from_fn(5, 4, |x, y| u8::from((x, y) == (0, 3))));
+        prompts.add(1, &Plane::from_fn(5, 4, |_, _| 2));
+        let [speck, all] = &prompts.finish()[..] else { panic!() };
+        assert_eq!((&speck.inside[..], speck.bounds), (&[(0, 3)][..], [0, 3, 0, 3]));
+        assert_eq!((all.inside.len(), all.outside.len(), all.bounds), (3, 0, [0, 0, 4, 3]));
+        assert!(Prompts::default().finish().is_empty());
+    }
+}
