@@ -1,6 +1,6 @@
 //! What goes in and comes out as files, for JavaScript: image files to pixels, masks to the size of their pictures, to
-//! run lengths and to a table; see `www/lib/worker/decode.js`, `www/lib/edit/enlarge.js`, `www/lib/export/coco.js` and
-//! `www/lib/export/table.js`.
+//! run lengths, prompts and a table; see `www/lib/worker/decode.js`, `www/lib/edit/enlarge.js`, and `coco.js`,
+//! `prompts.js` and `table.js` of `www/lib/export`.
 
 #![cfg(target_arch = "wasm32")]
 
@@ -128,6 +128,49 @@ pub fn object_table(rows: &[f64]) -> String {
         trajectories: row[12] as usize,
     };
     mask::object_table(&rows.chunks_exact(COLUMNS).map(row).collect::<Vec<_>>())
+}
+
+/// Looks for prompts in masks frame by frame.
+#[wasm_bindgen]
+#[derive(Debug, Default)]
+pub struct Prompts(mask::Prompts);
+
+#[wasm_bindgen]
+impl Prompts {
+    /// Nothing was looked at yet.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The mask of frame `t`; only the labels that `chosen` holds 1 for count.
+    pub fn add(&mut self, t: usize, mut labels: Vec<u8>, width: usize, chosen: &[u8]) {
+        let is_chosen = |label: u8| chosen.get(usize::from(label)) == Some(&1);
+        labels.iter_mut().filter(|label| !is_chosen(**label)).for_each(|label| *label = 0);
+        self.0.add(t, &mask_of(labels, width));
+    }
+
+    /// `[object, frame, box, points inside, points outside, run lengths]` of each object; places one after the other.
+    pub fn finish(self) -> Array {
+        let places = |places: &[(usize, usize)]| -> JsValue {
+            places.iter().flat_map(|&(x, y)| [x as u32, y as u32]).collect::<Vec<u32>>().into()
+        };
+        let entry = |prompt: &mask::Prompt| {
+            let corners = [(prompt.bounds[0], prompt.bounds[1]), (prompt.bounds[2], prompt.bounds[3])];
+            let runs = mask::coco_runs(&prompt.mask);
+            let counts = runs.iter().find(|runs| runs.label == 1).map(|runs| mask::coco_text(&runs.counts));
+            let entry = [
+                prompt.object.into(),
+                prompt.frame.into(),
+                places(&corners),
+                places(&prompt.inside),
+                places(&prompt.outside),
+                counts.unwrap_or_default().into(),
+            ];
+            entry.into_iter().collect::<Array>()
+        };
+        self.0.finish().iter().map(entry).collect()
+    }
 }
 
 /// `labels` are of `width` columns, a divisor of their number.

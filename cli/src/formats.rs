@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 use tracecut::image::Plane;
-use tracecut::mask::{CocoRuns, coco_runs, coco_text};
+use tracecut::mask::{CocoRuns, Prompt, Prompts, coco_runs, coco_text};
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
@@ -21,6 +21,8 @@ pub(crate) enum Format {
     Rle,
     /// masks.npz: one NumPy array of frames, rows and columns
     Npz,
+    /// prompts.json: a frame, box, points and mask of each object, for SAM 2 and its like
+    Prompts,
     /// tracks.dat: the labelled trajectories
     Tracks,
     /// overlay/00000.png ... and overlay-masks/00000.png ...: frames with points, and tinted
@@ -57,6 +59,21 @@ impl Masks<'_> {
         file.flush().map_err(|e| cannot_write(&path, &e))
     }
 
+    /// Writes `prompts.json` as the package does.
+    pub(crate) fn write_prompts(&self, place: &Place) -> Result<()> {
+        let mut prompts = Prompts::default();
+        for t in 0..self.frames {
+            prompts.add(t, &self.mask(t)?);
+        }
+        let json = json!({
+            "info": { "description": "Prompts for objects that TraceCut found", "version": env!("CARGO_PKG_VERSION") },
+            "width": self.size.0,
+            "height": self.size.1,
+            "prompts": prompts.finish().iter().map(prompt).collect::<Vec<Value>>(),
+        });
+        crate::failure::write(&place.file("prompts.json"), json.to_string() + "\n")
+    }
+
     /// Writes `masks.json` as the package does; `names` are the files of the frames.
     pub(crate) fn write_coco(&self, place: &Place, video: &str, names: Option<&[String]>) -> Result<()> {
         let (path, (width, height)) = (place.file("masks.json"), self.size);
@@ -82,6 +99,17 @@ impl Masks<'_> {
         });
         crate::failure::write(&path, coco.to_string() + "\n")
     }
+}
+
+/// A prompt under the names that SAM 2's video predictor has for it.
+fn prompt(prompt: &Prompt) -> Value {
+    let points: Vec<(usize, usize)> = prompt.inside.iter().chain(&prompt.outside).copied().collect();
+    let labels: Vec<u8> = (0..points.len()).map(|k| u8::from(k < prompt.inside.len())).collect();
+    let runs = coco_runs(&prompt.mask);
+    let counts = runs.iter().find(|runs| runs.label == 1).map(|runs| coco_text(&runs.counts));
+    let size = [prompt.mask.height(), prompt.mask.width()];
+    json!({ "obj_id": prompt.object, "frame_idx": prompt.frame, "box": prompt.bounds, "points": points, "labels": labels,
+        "mask": { "size": size, "counts": counts } })
 }
 
 /// The head of a file for NumPy that holds bytes, frame by frame and row by row. Version 1.0 of the format: the data begin

@@ -82,6 +82,7 @@ Results in the folder:
   masks/00000.png ...          png: label of each pixel, 0 for the background, at the size of the frames
   masks.json                   rle: the same as COCO's JSON for videos
   masks.npz                    npz: the same as an array of frames, rows and columns
+  prompts.json                 prompts: a frame, box, points and mask of each object, for SAM 2 and its like
   tracks.dat                   tracks: labelled trajectories; of a clip of several windows tracks/00000.dat ...
   overlay/00000.png ...        overlay: frames with the trajectories, coloured by label
   overlay-masks/00000.png ...  overlay: frames with the objects tinted and outlined
@@ -239,7 +240,7 @@ impl Job<'_> {
 
     fn mask_folders(&self) -> MaskFolders {
         let folder = |name: &str, wanted: bool| wanted.then(|| self.place.file(name));
-        let made_from = self.wants(Format::Rle) || self.wants(Format::Npz);
+        let made_from = [Format::Rle, Format::Npz, Format::Prompts].into_iter().any(|format| self.wants(format));
         MaskFolders {
             masks: folder("masks", self.wants(Format::Png))
                 .or_else(|| made_from.then(|| self.place.work().join("masks"))),
@@ -293,6 +294,9 @@ impl Job<'_> {
         }
         if self.wants(Format::Npz) {
             masks.write_npz(self.place)?;
+        }
+        if self.wants(Format::Prompts) {
+            masks.write_prompts(self.place)?;
         }
         Ok(())
     }

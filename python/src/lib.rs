@@ -10,6 +10,7 @@ mod files;
 mod frame;
 mod images;
 mod params;
+mod prompts;
 mod run;
 mod scene;
 mod session;
@@ -27,6 +28,8 @@ mod _tracecut {
     use crate::images::{boundaries, enlarge, flow, image_discontinuities, superpixels};
     #[pymodule_export]
     use crate::params::parameters;
+    #[pymodule_export]
+    use crate::prompts::Prompts;
     #[pymodule_export]
     use crate::scene::Scene;
     #[pymodule_export]

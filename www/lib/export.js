@@ -15,6 +15,8 @@ export const fromCocoRle = async (...args) => (await part(import('./export/coco.
 export const objectTable = async (...args) => (await part(import('./export/table.js'))).objectTable(...args);
 /** @type {typeof import('./export/table.js').objectTableCsv} */
 export const objectTableCsv = async (...args) => (await part(import('./export/table.js'))).objectTableCsv(...args);
+/** @type {typeof import('./export/prompts.js').prompts} */
+export const prompts = async (...args) => (await part(import('./export/prompts.js'))).prompts(...args);
 /** @type {typeof import('./export/masks.js').clipsZip} */
 export const clipsZip = async (...args) => (await part(import('./export/masks.js'))).clipsZip(...args);
 /** @type {typeof import('./export/images.js').encodeImages} */
@@ -32,5 +34,8 @@ export const encodeImages = async (...args) => (await part(import('./export/imag
 /** @typedef {import('./export/table.js').ObjectTableOptions} ObjectTableOptions */
 /** @typedef {import('./export/table.js').TrajectoryPoints} TrajectoryPoints */
 /** @typedef {import('./export/images.js').EncodeImagesOptions} EncodeImagesOptions */
+/** @typedef {import('./export/prompts.js').ObjectPrompt} ObjectPrompt */
+/** @typedef {import('./export/prompts.js').PromptList} PromptList */
+/** @typedef {import('./export/prompts.js').PromptsOptions} PromptsOptions */
 /** @typedef {import('./export/quality.js').VideoEstimate} VideoEstimate */
 /** @typedef {import('./export/sound.js').SoundInfo} SoundInfo */

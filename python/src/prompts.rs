@@ -1,0 +1,48 @@
+//! Prompts for models that follow an object from a hint.
+
+use crate::arrays::plane;
+use crate::error::Result;
+use crate::frame::mask_from;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use tracecut::mask;
+
+/// Looks for prompts in masks, one after the other.
+#[pyclass(module = "tracecut._tracecut")]
+#[derive(Default)]
+pub(crate) struct Prompts {
+    found: mask::Prompts,
+    count: usize,
+}
+
+#[pymethods]
+impl Prompts {
+    #[new]
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn add(&mut self, py: Python<'_>, mask: &Bound<'_, PyAny>) -> Result<()> {
+        let mask = mask_from(mask)?;
+        py.detach(|| self.found.add(self.count, &mask));
+        self.count += 1;
+        Ok(())
+    }
+
+    /// `{object, frame, bounds, inside, outside, mask}` of each object; nothing was looked at then.
+    fn finish<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyList>> {
+        let found = std::mem::take(self).found;
+        let list = PyList::empty(py);
+        for prompt in py.detach(|| found.finish()) {
+            let fields = PyDict::new(py);
+            fields.set_item("object", prompt.object)?;
+            fields.set_item("frame", prompt.frame)?;
+            fields.set_item("bounds", prompt.bounds)?;
+            fields.set_item("inside", prompt.inside)?;
+            fields.set_item("outside", prompt.outside)?;
+            fields.set_item("mask", plane(py, prompt.mask))?;
+            list.append(fields)?;
+        }
+        Ok(list)
+    }
+}
