@@ -16,11 +16,11 @@
 mod params;
 mod structure;
 mod tracker;
-mod tracks;
+mod trajectories;
 
 pub use params::TrajectoryParams;
 pub use structure::structure;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use tracker::Found;
 pub use tracker::Tracker;
-pub use tracks::Trajectories;
+pub use trajectories::Trajectories;

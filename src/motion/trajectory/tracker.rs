@@ -1,7 +1,7 @@
 //! The tracker: follows live points through one flow field at a time and seeds new ones where none are near.
 
 use super::params::TrajectoryParams;
-use super::tracks::Trajectories;
+use super::trajectories::Trajectories;
 use crate::flow::FlowField;
 use crate::grid::Grid;
 use crate::image::{Plane, sample_bilinear};
