@@ -7,6 +7,7 @@
 
 use super::confidence::depth;
 use crate::image::Plane;
+use crate::sets::DisjointSets;
 use std::collections::BTreeMap;
 
 /// Points on an object, and points beside it.
@@ -19,13 +20,13 @@ pub struct Prompt {
     pub object: u8,
     /// The frame that shows it best.
     pub frame: usize,
-    /// Left, top, right and bottom of the box around it; the latter two are its last column and row.
+    /// Left, top, right and bottom of the box around `mask`; the latter two are its last column and row.
     pub bounds: [usize; 4],
     /// Up to three pixels on the object, the deepest first.
     pub inside: Vec<(usize, usize)>,
     /// Up to three pixels that are none of the object's, in its box widened by half to each side.
     pub outside: Vec<(usize, usize)>,
-    /// The object's pixels in this frame are 1, all others 0.
+    /// 1 in the largest connected part of the object in this frame, 0 elsewhere.
     pub mask: Plane<u8>,
 }
 
@@ -68,6 +69,7 @@ impl Prompts {
 }
 
 fn prompt(object: u8, Best { frame, mask, .. }: Best) -> Prompt {
+    let mask = largest_part(&mask);
     let bounds @ [left, top, right, bottom] = bounds(&mask);
     let (width, height) = (right - left + 1, bottom - top + 1);
     let (x, y) = (left.saturating_sub(width / 2), top.saturating_sub(height / 2));
@@ -75,6 +77,24 @@ fn prompt(object: u8, Best { frame, mask, .. }: Best) -> Prompt {
     let inside = farthest(&mask, 1, (left, top, right + 1, bottom + 1));
     let outside = farthest(&mask, 0, around);
     Prompt { object, frame, bounds, inside, outside, mask }
+}
+
+/// The largest connected part of the pixels that are 1: what lies apart is more often wrong than hidden in between.
+fn largest_part(mask: &Plane<u8>) -> Plane<u8> {
+    let width = mask.width();
+    let is_on = |k: usize| mask.data()[k] == 1;
+    let mut sets = DisjointSets::new(mask.data().len());
+    let mut sizes = vec![0_u32; mask.data().len()];
+    for k in (0..sizes.len()).filter(|&k| is_on(k)) {
+        let (left, above) = ((k % width > 0).then(|| k - 1), k.checked_sub(width));
+        [left, above].into_iter().flatten().filter(|&j| is_on(j)).for_each(|j| sets.join(j, k));
+    }
+    (0..sizes.len()).filter(|&k| is_on(k)).for_each(|k| sizes[sets.root(k)] += 1);
+    let largest = (0..sizes.len()).rev().max_by_key(|&k| sizes[k]);
+    Plane::from_fn(width, mask.height(), |x, y| {
+        let k = y * width + x;
+        u8::from(is_on(k) && Some(sets.root(k)) == largest)
+    })
 }
 
 /// The box around the pixels that are 1.
@@ -182,6 +202,17 @@ mod tests {
         let block = |w: usize, h: usize| Plane::from_fn(30, 30, move |x, y| u8::from(x < w && y < h) * 3);
         assert_eq!(best(&[block(4, 4), block(20, 20), block(10, 10)]), 1);
         assert_eq!(best(&[block(25, 4), block(10, 10)]), 1);
+    }
+
+    #[test]
+    fn of_an_object_in_parts_the_largest_counts() {
+        let parts = |x: usize, y: usize| y < 9 && (x < 8 || (12..30).contains(&x)) || (x, y) == (8, 9);
+        let mut prompts = Prompts::default();
+        prompts.add(0, &Plane::from_fn(40, 20, |x, y| u8::from(parts(x, y))));
+        let prompt = &prompts.finish()[0];
+        assert_eq!(prompt.bounds, [12, 0, 29, 8]);
+        assert!(prompt.mask.data().iter().map(|&p| usize::from(p)).sum::<usize>() == 18 * 9);
+        assert!(prompt.inside.iter().all(|&(x, _)| x >= 12));
     }
 
     #[test]

@@ -33,7 +33,7 @@ class Prompt:
     labels : array of int32, shape (points,)
         1 for points on the object, 0 for those beside it.
     mask : array of bool, shape (height, width)
-        The object's pixels.
+        The largest connected part of the object.
     """
 
     obj_id: int

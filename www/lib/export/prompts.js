@@ -11,7 +11,7 @@ import { breath } from '../worker/pause.js';
 /**
  * What tells a promptable model which object is meant, under the names that SAM 2's video predictor has for it, in pixels:
  * `box` is left, top, right and bottom; `points` are `[x, y]`, of which `labels` says 1 for on the object and 0 for beside it;
- * `mask` holds the object's pixels as COCO run lengths. `obj_id` is the label, `frame_idx` the frame that shows it best.
+ * `mask` holds the object's largest connected part as COCO run lengths. `obj_id` is the label, `frame_idx` the frame that shows it best.
  * @typedef {{obj_id: number, frame_idx: number, box: number[], points: number[][], labels: number[],
  *   mask: {size: [number, number], counts: string}}} ObjectPrompt
  */
