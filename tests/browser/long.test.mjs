@@ -79,7 +79,7 @@ describe('a clip of more than one window', () => {
     assert.deepEqual({ ...during, lanes: during.lanes > 0 }, { phase: 'running', lanes: true, counter: '1 / 130' });
     assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
     assert.match(await text(page, '#subline'), /^130 frames of 96 × 64 in [34] windows and 2 shots/);
-    assert.match(await text(page, '#notice'), /windows of 50 frames/);
+    assert.match(await text(page, '#facts'), /windows of 50 frames/);
     const { cuts, biggest } = await page.evaluate(() => {
       const { points, job } = globalThis.tracecutDemo.app;
       const middle = Array.from({ length: 130 }, (_, t) => {

@@ -70,6 +70,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {Record<'clip' | 'still', number>} pace milliseconds that the last run took per pixel and frame
  * @property {ReadonlyMap<string, number | boolean | string>} changed parameters that differ from their defaults
  * @property {import('./run/job.js').AnyJob | null} job
+ * @property {import('./run/job.js').AnyJob | null} before corrected, until it was run again
  * @property {number} share of the run that is through, in 0..1
  * @property {{rows: StageRow[], ms: number}} stages of the run, and the time of all
  * @property {import('./run/preview.js').Preview | null} preview shown until there are masks
@@ -102,6 +103,7 @@ export const NOWHERE = { x: -1, y: -1, object: -1, trajectory: -1 };
 export const BLANK = {
   notice: '',
   job: null,
+  before: null,
   preview: null,
   streaming: false,
   picture: { width: 16, height: 9, images: NO_FRAMES },

@@ -27,7 +27,7 @@ const STATE = {
 export function statusPanel({ store }) {
   store.watch(['name'], ({ name }) => write('clip-name', name));
   store.watch(['headline'], ({ headline }) => write('headline', headline));
-  store.watch(['subline'], ({ subline }) => write('subline', subline));
+  for (const id of ['subline', 'facts']) store.watch(['subline'], ({ subline }) => write(id, subline));
   store.watch(['summary'], ({ summary }) => writeOrHide('summary', summary));
   store.watch(['notice'], ({ notice }) => writeOrHide('notice', notice));
   // Read aloud by screen readers when they are idle.
@@ -36,6 +36,7 @@ export function statusPanel({ store }) {
   store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
   store.watch(['preview'], ({ preview }) => document.body.toggleAttribute('data-preview', preview !== null));
   store.watch(['source', 'found', 'streaming', 'job', 'phase'], showFacts);
+  store.watch(['phase', 'source', 'found', 'job', 'correcting'], showPrimary);
   // Last, so that whoever waits for the state finds everything else in place.
   store.watch(['phase', 'error'], showPhase, { last: true });
 }
@@ -81,6 +82,22 @@ function showFacts({ source, found, streaming, job }) {
   body.toggleAttribute('data-masks', found?.points?.hasMasks ?? false);
   body.toggleAttribute('data-streaming', streaming);
   body.toggleAttribute('data-partial', job?.partial ?? false);
+}
+
+/**
+ * One button is the next step: to open a clip, to save what is found, or to end what was begun.
+ *
+ * @param {Readonly<State>} state
+ */
+function showPrimary({ phase, source, found, job, correcting }) {
+  const hasOwn = source !== null && source.kind !== 'sample';
+  const isCheckable = phase === 'done' && hasOwn && found?.points?.hasMasks;
+  /** @type {Record<string, boolean>} */
+  const steps = { 'correct-done': correcting, resume: phase === 'stopped' || (job?.partial ?? false) };
+  const begun = Object.values(steps).some(Boolean);
+  steps['export-open'] = !begun && Boolean(isCheckable);
+  steps.open = !begun && !isCheckable && !(hasOwn && phase === 'running');
+  for (const [id, next] of Object.entries(steps)) byId(id).classList.toggle('primary', next);
 }
 
 /** @param {Readonly<State>} state */

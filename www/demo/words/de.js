@@ -11,7 +11,9 @@ export default {
     'TraceCut ist in einem weiteren Tab offen, dessen Ergebnis verloren ginge. Bitte schließen, dann noch einmal klicken.',
   'Loads the new version; the result on screen is lost':
     'Lädt die neue Version; das Ergebnis auf dem Bildschirm geht verloren',
-  'Help (?)': 'Hilfe (?)',
+  'Help and details': 'Hilfe und Einzelheiten',
+  'Help and details (?)': 'Hilfe und Einzelheiten (?)',
+  'This clip': 'Dieser Clip',
   Sample: 'Beispiel',
   Open: 'Öffnen',
   // “Open video…”: the button says „Öffnen…“.
@@ -26,12 +28,10 @@ export default {
   Language: 'Sprache',
 
   // First steps.
-  'First steps': 'Erste Schritte',
   'What moves is found by itself; keep in the list what you want.':
     'Was sich bewegt, wird von selbst gefunden; in der Liste behalten, was gewünscht ist.',
   'Paint, wipe away, or add what was missed.': 'Malen, wegwischen oder hinzufügen, was fehlt.',
   'A video, a cut-out or masks, as large as your clip.': 'Ein Video, Freisteller oder Masken, so groß wie der Clip.',
-  'Got it': 'Verstanden',
 
   // A run under way.
   'Loading…': 'Wird geladen…',
@@ -76,7 +76,11 @@ export default {
   Masks: 'Masken',
   Boundaries: 'Grenzen',
   'Pixel embedding': 'Pixel-Einbettung',
-  'Segmenting window by window': 'Fenster für Fenster',
+  'Finding what moves': 'Bewegtes finden',
+  'Finding what moves together': 'Gemeinsam Bewegtes finden',
+  'Following what moves': 'Bewegtes verfolgen',
+  'Drawing the outlines': 'Umrisse zeichnen',
+  'Looking at the picture': 'Bild betrachten',
 
   // What was found.
   'moving object': 'bewegtes Objekt',
@@ -221,7 +225,6 @@ export default {
   Hide: 'Ausblenden',
   Show: 'Zeigen',
   'not seen': 'nicht zu sehen',
-  'When each object is there': 'Wann jedes Objekt da ist',
   '{0}; go to where it is largest, {1}': '{0}; zum Bild gehen, in dem es am größten ist, {1}',
 
   // Work that is kept.
@@ -348,7 +351,14 @@ export default {
     'Jedes der Dinge übermalen, die nicht eins sind: ein Strich für jedes.',
   '{0} painted': '{0} gemalt',
   'Correcting…': 'Wird korrigiert…',
-  'Corrected in {0}. {1}.': 'Korrigiert in {0}. {1}.',
+  'Corrected in {0}': 'Korrigiert in {0}',
+  Undone: 'Rückgängig gemacht',
+  'Done again': 'Wiederhergestellt',
+  'Bring corrections back': 'Korrekturen zurückholen',
+  'Run again?': 'Neu berechnen?',
+  'The new result is without your corrections. Undo brings them back.':
+    'Im neuen Ergebnis fehlen die Korrekturen. Rückgängig holt sie zurück.',
+  'Keep this result': 'Dieses Ergebnis behalten',
   'That is not possible here: {0}.': 'Das geht hier nicht: {0}.',
   'In frame {0}.': 'In Bild {0}.',
   'In frame {0} alone: the picture changes too much.': 'Nur in Bild {0}: Das Bild ändert sich zu sehr.',
@@ -588,7 +598,6 @@ export default {
     'Ein Video, ein GIF, die Bilder einer Folge oder ein einzelnes Bild öffnen: mit dem Knopf, durch Ablegen irgendwo auf der Seite oder durch Einfügen. Mehrere Videos kommen nacheinander an die Reihe.',
   'Click an object in the picture to see it alone; click it again, or the background, to see all.':
     'Ein Klick auf ein Objekt im Bild zeigt es allein; noch ein Klick darauf oder auf den Hintergrund zeigt wieder alle.',
-  'Show the first steps': 'Die ersten Schritte zeigen',
   Documentation: 'Dokumentation (englisch)',
   'Everything is computed on this device. Nothing is uploaded, and nothing is learned in advance: objects are told apart by their motion alone.':
     'Alles wird auf diesem Gerät berechnet. Nichts wird hochgeladen, und nichts ist vorher gelernt: Objekte werden allein an ihrer Bewegung unterschieden.',
@@ -612,7 +621,6 @@ export default {
   undo: 'rückgängig machen',
   'do it again': 'wiederherstellen',
   save: 'speichern',
-  'run again': 'neu berechnen',
   'cancel a run, close a dialog': 'eine Berechnung abbrechen, einen Dialog schließen',
   'next control': 'nächstes Bedienelement',
   'this list': 'diese Liste',
