@@ -8,6 +8,7 @@ import {
   onlyLong,
   openFix,
   openSample,
+  openSave,
   screenshot,
   text,
   useSite,
@@ -131,7 +132,7 @@ describe('devices', () => {
       await openFix(page);
       await page.evaluate(() => document.querySelector('.panel').scrollTo(0, 0));
       await screenshot(page, `forced-fix-${colorScheme}`);
-      await page.click('#export-open');
+      await openSave(page);
       await screenshot(page, `forced-save-${colorScheme}`);
     });
   }
@@ -143,7 +144,7 @@ describe('devices', () => {
       navigator.canShare = ({ files }) => files[0].type !== 'application/json';
       navigator.share = async ({ files, title }) => void globalThis.shared.push([title, files[0].size]);
     });
-    await page.click('#export-open');
+    await openSave(page);
     assert.equal(await page.locator('#export-share').isVisible(), false, 'nothing is saved yet');
     await page.click('[data-export="coco"]');
     await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));

@@ -8,6 +8,7 @@ import {
   inPhase,
   layerNames,
   openFix,
+  openSave,
   paintedShare,
   plainFrame,
   pngFile,
@@ -152,7 +153,7 @@ describe('a clip of more than one window', () => {
     await page.click('#correct-merge');
     await page.waitForFunction(() => /^Corrected/.test(document.querySelector('#correct-status').textContent));
     await page.click('#correct-done');
-    await page.click('#export-open');
+    await openSave(page);
     const coco = JSON.parse(await save('coco'));
     assert.equal(coco.images.length, 130);
     assert.ok(coco.annotations.length > 100 && coco.annotations.every(({ track_id }) => track_id !== labels[1]));
@@ -183,7 +184,7 @@ describe('a clip of more than one window', () => {
     assert.match(await text(page, '#counter'), new RegExp(`/ ${part.length}$`));
     assert.equal(await page.locator('#correct-open').isVisible(), false, 'what is not whole cannot be corrected');
     await screenshot(page, 'long-stopped');
-    await page.click('#export-open');
+    await openSave(page);
     const ids = await page
       .locator('[data-export]:enabled')
       .evaluateAll((buttons) => buttons.map((button) => button.dataset.export));

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { UPRIGHT, WIDE, fiveObjects, pictureBox } from './five.mjs';
-import { accessibilityFaults, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, bytesOf, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
 
 /** The least share of the window's height, and of its width where that is the limit. */
 const WINDOWS = [
@@ -16,6 +16,21 @@ const WINDOWS = [
   { width: 844, height: 390, shape: WIDE, down: 0.65 },
   { width: 844, height: 390, shape: UPRIGHT, down: 0.65 },
 ];
+
+/** Runs in the page: whether a video has an alpha channel, and the colour of its first frame's lower left corner. */
+async function cornerOf(bytes) {
+  const media = await import('/dist/vendor/media.js');
+  const { videoFrames } = await import('/dist/index.js');
+  const blob = new Blob([new Uint8Array(bytes)]);
+  const input = new media.Input({ source: new media.BlobSource(blob), formats: media.ALL_FORMATS });
+  const packets = new media.EncodedPacketSink(await input.getPrimaryVideoTrack());
+  const { sideData } = await packets.getFirstPacket();
+  for await (const { frame } of videoFrames(blob)) {
+    const at = 4 * ((frame.height - 5) * frame.width + 4);
+    return { alpha: Boolean(sideData.alpha), colour: [...frame.data.slice(at, at + 3)] };
+  }
+  return null;
+}
 
 /** Opens the project and waits until it is on screen. */
 async function openFive(page, project) {
@@ -242,5 +257,40 @@ describe('words', () => {
     assert.deepEqual(await primary(), ['export-open'], 'check');
     await openFix(page);
     assert.deepEqual(await primary(), ['correct-done'], 'fix');
+    await page.click('#correct-done');
+    await page.click('#export-open');
+    await page.waitForSelector('#export[open]');
+    assert.equal(await page.locator('#export .primary:visible').count(), 1, 'save');
+  });
+
+  test('saving has four large choices; all others are behind “More”', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    await openFive(page, (await fiveObjects(page, WIDE)).project);
+    await page.click('#export-open');
+    await page.waitForSelector('#export[open]');
+    const seen = () => page.locator('[data-export]:visible').evaluateAll((all) => all.map((one) => one.dataset.export));
+    assert.deepEqual(await seen(), ['transparent', 'green', 'blurred', 'zip']);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'save');
+    const corner = {};
+    for (const id of ['transparent', 'green', 'blurred']) {
+      const coming = page.waitForEvent('download');
+      await page.click(`[data-export="${id}"]`);
+      const file = await coming;
+      assert.equal(file.suggestedFilename(), `five-cutout.${id === 'transparent' ? 'webm' : 'mp4'}`);
+      corner[id] = await page.evaluate(cornerOf, [...(await bytesOf(file))]);
+      await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
+    }
+    assert.deepEqual(
+      [corner.transparent.alpha, corner.green.alpha, corner.blurred.alpha],
+      [true, false, false],
+      'what is transparent',
+    );
+    const [red, green, blue] = corner.green.colour;
+    assert.ok(red < 60 && green > 140 && blue < 110, `green is ${corner.green.colour}`);
+    assert.ok(corner.blurred.colour[0] > 60, `blurred is ${corner.blurred.colour}`);
+    await page.click('#export-more > summary');
+    assert.ok((await seen()).length > 12);
+    assert.deepEqual(faults, []);
   });
 });

@@ -8,6 +8,7 @@ import {
   ended,
   inPhase,
   openFix,
+  openSave,
   plainFrame,
   pngFile,
   screenshot,
@@ -155,7 +156,7 @@ describe('work', () => {
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(5));
     await smooth(page);
     const edged = await alpha(page);
-    await page.click('#export-open');
+    await openSave(page);
     const [download] = await Promise.all([page.waitForEvent('download'), page.click('[data-export="project"]')]);
     assert.match(download.suggestedFilename(), /-project\.tracecut$/);
     const file = { name: 'work.tracecut', mimeType: 'application/zip', buffer: await bytesOf(download) };

@@ -700,11 +700,17 @@ export default {
   'Mask video': 'Masken als Video',
   'White where objects are, black elsewhere, grey in between: a track matte for an editor.':
     'Weiß, wo Objekte sind, sonst schwarz, dazwischen grau: eine Maske für ein Schnittprogramm.',
-  'Masks of all frames': 'Masken aller Bilder',
-  'A ZIP of PNG files in the colours of the page, or a folder of black and white ones for each object. Times are in masks.json.':
-    'Ein ZIP mit PNG-Dateien in den Farben der Seite, oder je Objekt ein Ordner mit schwarz-weißen. Die Zeiten stehen in masks.json.',
-  'ZIP, in colours': 'ZIP, in Farben',
-  'ZIP, by object': 'ZIP, je Objekt',
+  'PNG files, in colours': 'PNG-Dateien, in Farben',
+  'Masks by object': 'Masken je Objekt',
+  'A ZIP with a folder of black and white PNG files for each object. Times are in masks.json.':
+    'Ein ZIP mit einem Ordner schwarz-weißer PNG-Dateien je Objekt. Die Zeiten stehen in masks.json.',
+  'Transparent cut-out': 'Freigestellt, transparent',
+  'WebM, for editors': 'WebM, für den Schnitt',
+  'Green screen': 'Grüner Hintergrund',
+  'MP4, for any editor': 'MP4, für jeden Schnitt',
+  'Blurred background': 'Unscharfer Hintergrund',
+  'MP4, to be shared': 'MP4, zum Teilen',
+  More: 'Mehr',
   'Mask of this frame': 'Maske dieses Bildes',
   'One PNG in the colours of the page.': 'Ein PNG in den Farben der Seite.',
   'Mask of this frame as PNG': 'Maske dieses Bildes als PNG',
