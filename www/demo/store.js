@@ -89,6 +89,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
+ * @property {boolean} pending whether the result was made with other settings than those chosen now
  * @property {boolean} asking whether a click asks why
  * @property {readonly File[]} queued clips that were opened together, for the queue
  */
@@ -140,6 +141,7 @@ const INITIAL = {
   smoothed: null,
   ground: { name: 'transparent', colour: '#f4f1ea', picture: null, trail: { copies: 0, spacing: 1 } },
   split: 50,
+  pending: false,
   queued: [],
 };
 

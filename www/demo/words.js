@@ -117,8 +117,8 @@ const DOING = {
   superpixels: 'Drawing the outlines',
   cut: 'Drawing the outlines',
   masks: 'Drawing the outlines',
-  boundaries: 'Looking at the picture',
-  imageEdges: 'Looking at the picture',
+  boundaries: 'Drawing the outlines',
+  imageEdges: 'Drawing the outlines',
   other: 'Finding what moves together',
 };
 

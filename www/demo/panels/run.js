@@ -35,13 +35,10 @@ export function runPanel({ app, store, keys }) {
 function connectQuestion() {
   const dialog = /** @type {HTMLDialogElement} */ (byId('ask'));
   connectDialog(dialog);
-  for (const id of ['ask-yes', 'ask-no']) byId(id).addEventListener('click', () => dialog.close(id));
   return () => {
     dialog.returnValue = '';
     dialog.showModal();
-    return new Promise((answer) =>
-      dialog.addEventListener('close', () => answer(dialog.returnValue === 'ask-yes'), { once: true }),
-    );
+    return new Promise((answer) => (dialog.onclose = () => answer(dialog.returnValue === 'yes')));
   };
 }
 

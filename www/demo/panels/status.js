@@ -36,7 +36,7 @@ export function statusPanel({ store }) {
   store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
   store.watch(['preview'], ({ preview }) => document.body.toggleAttribute('data-preview', preview !== null));
   store.watch(['source', 'found', 'streaming', 'job', 'phase'], showFacts);
-  store.watch(['phase', 'source', 'found', 'job', 'correcting'], showPrimary);
+  store.watch(['phase', 'source', 'found', 'job', 'correcting', 'pending'], showPrimary);
   // Last, so that whoever waits for the state finds everything else in place.
   store.watch(['phase', 'error'], showPhase, { last: true });
 }
@@ -85,19 +85,19 @@ function showFacts({ source, found, streaming, job }) {
 }
 
 /**
- * One button is the next step: to open a clip, to save what is found, or to end what was begun.
+ * One button is the next step, and looks like it.
  *
  * @param {Readonly<State>} state
  */
-function showPrimary({ phase, source, found, job, correcting }) {
+function showPrimary({ phase, source, found, job, correcting, pending }) {
   const hasOwn = source !== null && source.kind !== 'sample';
-  const isCheckable = phase === 'done' && hasOwn && found?.points?.hasMasks;
-  /** @type {Record<string, boolean>} */
-  const steps = { 'correct-done': correcting, resume: phase === 'stopped' || (job?.partial ?? false) };
-  const begun = Object.values(steps).some(Boolean);
-  steps['export-open'] = !begun && Boolean(isCheckable);
-  steps.open = !begun && !isCheckable && !(hasOwn && phase === 'running');
-  for (const [id, next] of Object.entries(steps)) byId(id).classList.toggle('primary', next);
+  let next = hasOwn && phase === 'running' ? '' : 'open';
+  if (phase === 'done' && hasOwn && found?.points?.hasMasks) next = 'export-open';
+  if (phase === 'stopped' || job?.partial) next = 'resume';
+  if (pending) next = 'again';
+  if (correcting) next = 'correct-done';
+  for (const id of ['open', 'export-open', 'resume', 'again', 'correct-done'])
+    byId(id).classList.toggle('primary', id === next);
 }
 
 /** @param {Readonly<State>} state */

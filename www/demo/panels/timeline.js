@@ -37,10 +37,8 @@ class Timeline {
     const buttons = {
       play: () => this.toggle(),
       loop: () => this.store.set({ loop: !this.store.state.loop }),
-      first: () => this.jump(0),
       back: () => this.step(-1),
       forward: () => this.step(1),
-      last: () => this.jump(this.last),
     };
     for (const [id, act] of Object.entries(buttons)) byId(id).addEventListener('click', act);
   }

@@ -3,8 +3,6 @@
 export default {
   // The heading.
   'TraceCut: what moves in this video?': 'TraceCut: Was bewegt sich in diesem Video?',
-  'Finds what moves in a video. It all happens in this page: nothing is uploaded.':
-    'Findet, was sich in einem Video bewegt. Alles geschieht auf dieser Seite: nichts wird hochgeladen.',
   'New version': 'Neue Version',
   'Close other tabs first': 'Erst andere Tabs schließen',
   'TraceCut is open in another tab, whose result would be lost. Close it, then click here again.':
@@ -80,7 +78,6 @@ export default {
   'Finding what moves together': 'Gemeinsam Bewegtes finden',
   'Following what moves': 'Bewegtes verfolgen',
   'Drawing the outlines': 'Umrisse zeichnen',
-  'Looking at the picture': 'Bild betrachten',
 
   // What was found.
   'moving object': 'bewegtes Objekt',
@@ -291,13 +288,11 @@ export default {
 
   // The timeline.
   Timeline: 'Zeitleiste',
-  'First frame': 'Erstes Bild',
   'One frame back': 'Ein Bild zurück',
   Play: 'Abspielen',
   'Play or pause': 'Abspielen oder anhalten',
   Pause: 'Anhalten',
   'One frame forward': 'Ein Bild vor',
-  'Last frame': 'Letztes Bild',
   Loop: 'Wiederholen',
   Frame: 'Bild',
   'Frame {0} of {1}{2}': 'Bild {0} von {1}{2}',
@@ -387,8 +382,8 @@ export default {
   hard: 'hart',
   on: 'an',
   off: 'aus',
-  'Of all masks, on screen and in what is saved. Specks are pieces up to that part of the frame: they are left out. Smoothed masks are those that most frames before and after agree on, along the motion.':
-    'Aller Masken, auf dem Bildschirm und beim Speichern. Flecken sind Stücke bis zu diesem Teil des Bildes: Sie entfallen. Geglättete Masken sind die, bei denen die meisten Bilder davor und danach übereinstimmen, entlang der Bewegung.',
+  'Specks are pieces up to that part of the frame: they are left out. Smoothed masks are what most frames before and after agree on.':
+    'Flecken sind Stücke bis zu diesem Teil des Bildes: Sie entfallen. Geglättete Masken sind die, bei denen die meisten Bilder davor und danach übereinstimmen.',
 
   // Layers.
   Picture: 'Bild',
@@ -485,8 +480,7 @@ export default {
   // The clip.
   'Settings and results': 'Einstellungen und Ergebnisse',
   Image: 'Bild',
-  'Drawn by the page itself: the camera pans over a landscape, while a balloon, a van and a walker go their own ways.':
-    'Von der Seite selbst gezeichnet: Die Kamera schwenkt über eine Landschaft, während ein Ballon, ein Lieferwagen und ein Fußgänger ihre eigenen Wege gehen.',
+  'Drawn by the page itself.': 'Von der Seite selbst gezeichnet.',
   Start: 'Anfang',
   Frames: 'Bilder',
   Every: 'Jedes',
