@@ -200,7 +200,10 @@ describe('work', () => {
     await opened(page);
     await addThing(page);
     const corrected = await masks(page);
-    await then(() => page.click('#again'));
+    await then(async () => {
+      await page.click('#again');
+      await page.click('#ask-yes');
+    });
     await then(() => page.click('#again'));
     assert.equal((await listed()).length, 2, 'the corrected work, and one for all runs after');
     await then(async () => {
