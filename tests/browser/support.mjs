@@ -10,7 +10,7 @@ import { useServerAndBrowser } from '../site.mjs';
 export { SMALL, bytesOf } from '../site.mjs';
 
 /** A run of the sample takes seconds; on a busy machine far more. */
-const PATIENCE_MS = Number(process.env.PAT ?? 180_000);
+const PATIENCE_MS = 180_000;
 
 /** Option of tests that are too slow for every time: `npm run test:long` runs the files that have them. */
 export const onlyLong = { skip: process.env.TRACECUT_LONG ? false : 'npm run test:long runs it' };
