@@ -23,6 +23,7 @@ const TABLES = [
   'REGIONS',
   'PREVIEW',
   'BRUSH_HELP',
+  'DOING',
   'KEYS',
   'TOUCHES',
 ];
@@ -71,7 +72,6 @@ export function textsOf({ name, tree }) {
     if (called === 'h') return [...node.arguments.slice(2).flatMap(stringsOf), ...attributesOf(node.arguments[1])];
     if (called === 'stream' && name.startsWith('result/')) return stringsOf(node.arguments[1]);
     if (called === 'key') return stringsOf(node.arguments[2]);
-    if (called === 'addBlock') return stringsOf(node.arguments[1]);
     if (called === 'toggle' && name.startsWith('layers/')) return stringsOf(node.arguments[0]);
     if (node.type === 'TaggedTemplateExpression' && node.tag.name === 'say') return [keyOf(node.quasi)];
     if (node.type === 'VariableDeclarator' && TABLES.includes(node.id.name)) return wordsIn(node.init);

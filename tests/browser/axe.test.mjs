@@ -7,6 +7,7 @@ import {
   accessibilityFaults,
   ended,
   inPhase,
+  openSave,
   plainFrame,
   pngFile,
   run,
@@ -51,7 +52,7 @@ describe('an accessibility checker finds nothing', () => {
       await page.keyboard.press('?');
       assert.deepEqual(await faultsOf(page, look), [], 'help');
       await page.click('#help-close');
-      await page.click('#export-open');
+      await openSave(page);
       await page.click('#recipe-box > summary');
       assert.deepEqual(await faultsOf(page, look), [], 'export');
       assert.equal(

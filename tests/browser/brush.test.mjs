@@ -45,7 +45,7 @@ function hands(page) {
   };
   const said = async () => {
     await page.waitForFunction(() =>
-      /^(In .*[.]|Corrected|That is not)/.test(document.querySelector('#correct-status').textContent),
+      /^(In .*[.]|Corrected|Undone|Done again|That is not)/.test(document.querySelector('#correct-status').textContent),
     );
     return text(page, '#correct-status');
   };

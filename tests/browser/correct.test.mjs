@@ -38,7 +38,9 @@ describe('a result is corrected', () => {
     }, FRAME);
   const status = () =>
     page
-      .waitForFunction(() => /^(Corrected|That is not)/.test(document.querySelector('#correct-status').textContent))
+      .waitForFunction(() =>
+        /^(Corrected|Undone|That is not)/.test(document.querySelector('#correct-status').textContent),
+      )
       .then(() => text(page, '#correct-status'));
 
   /** The picture gives way to what is above it; waits until it has. */
@@ -198,11 +200,12 @@ describe('a result is corrected', () => {
     assert.deepEqual(faults, []);
   });
 
-  test('another run begins without corrections', async () => {
+  test('another run begins without corrections, for those who say yes', async () => {
     await page.selectOption('#correct-object', '1');
     await corrected(() => page.click('#correct-background'));
     const shown = await picture(page);
     await page.click('#again');
+    await page.click('#ask-yes');
     await inPhase(page, 'running');
     assert.equal(await page.locator('#correct').isVisible(), false);
     assert.equal(await ended(page), 'done');

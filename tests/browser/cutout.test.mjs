@@ -6,6 +6,7 @@ import {
   accessibilityFaults,
   bytesOf,
   openSample,
+  openSave,
   plainFrame,
   pngFile,
   screenshot,
@@ -131,7 +132,7 @@ describe('the cut-out view', () => {
     });
     assert.deepEqual(smooth, wanted);
     await screenshot(page, 'smooth');
-    await page.keyboard.press('e');
+    await openSave(page);
     const coming = page.waitForEvent('download');
     await page.click('[data-export="png"]');
     const png = await bytesOf(await coming);
@@ -182,7 +183,7 @@ describe('the cut-out view', () => {
     assert.ok(soft.soft > 500 && Math.abs(soft.sum / plain.sum - 1) < 0.1, JSON.stringify([plain, soft]));
     assert.equal(await text(page, '#edge-feather-text'), '6\u00a0px');
     await screenshot(page, 'cutout-soft');
-    await page.click('#export-open');
+    await openSave(page);
     const coming = page.waitForEvent('download');
     await page.click('[data-export="cutout-webm"]');
     const bytes = [...(await bytesOf(await coming))];
@@ -220,7 +221,7 @@ describe('the cut-out view', () => {
     const [one, two] = await colors();
     assert.deepEqual(one.shown, [0, 0xb1, 0x40, 255]);
     assert.ok(near(two.shown, two.own));
-    await page.click('#export-open');
+    await openSave(page);
     assert.match(await text(page, '#export-kept'), /^Object 2, Object 3 of 3 objects are kept/);
     assert.equal(await text(page, '[data-export="cutout-webm"]'), 'Green WebM');
     const coming = page.waitForEvent('download');

@@ -3,16 +3,17 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import {
+  SMALL,
   accessibilityFaults,
   bytesOf,
   ended,
   gifFile,
   openSample,
+  openSave,
   plainFrame,
   pngFile,
   run,
   screenshot,
-  SMALL,
   text,
   useSite,
 } from './support.mjs';
@@ -163,7 +164,7 @@ describe('the page runs with the frames before the damage', () => {
     );
     const said = /^The file is cut off or damaged\. (\d+) frames/.exec(await text(page, '#notice'));
     assert.ok(said && Number(said[1]) >= 6 && Number(said[1]) < SMALL.frames, await text(page, '#notice'));
-    await page.click('#export-open');
+    await openSave(page);
     const [download] = await Promise.all([page.waitForEvent('download'), page.click('[data-export="coco"]')]);
     const coco = JSON.parse(await bytesOf(download));
     assert.equal(coco.images.length, Number(said[1]));

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import { adjustMask } from '../../dist/node/edit.js';
-import { bytesOf, openSample, screenshot, SMALL, useSite } from './support.mjs';
+import { SMALL, bytesOf, openSample, openSave, screenshot, useSite } from './support.mjs';
 
 const { width: WIDTH, height: HEIGHT, frames: FRAMES } = SMALL;
 const FRAME = 12;
@@ -35,7 +35,7 @@ describe('cut-out pictures', () => {
     const found = await page.evaluate((t) => [...globalThis.tracecutDemo.result.labels(t)], FRAME);
     // Specks are left out: less than 0.02 % of the frame.
     ({ labels } = adjustMask({ labels: Uint8Array.from(found), width: WIDTH, height: HEIGHT }, { smallest: 26 }));
-    await page.click('#export-open');
+    await openSave(page);
     const { name, bytes } = await save('cutout-zip');
     await screenshot(page, 'export-images');
     assert.equal(name, 'sample-clip-cutout.zip');

@@ -8,6 +8,7 @@ import {
   gifFile,
   onlyLong,
   openSample,
+  openSave,
   plainFrame,
   run,
   screenshot,
@@ -52,7 +53,7 @@ describe('exports at the size of the source', () => {
       assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
       assert.match(await text(page, '#subline'), new RegExp(`${count} frames of ${MASKS_AT} × 270`));
       await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(2));
-      await page.click('#export-open');
+      await openSave(page);
       await page.waitForFunction(() => !document.querySelector('#export-with-sound').hidden);
       assert.match(
         await text(page, '#export-facts'),
@@ -85,7 +86,7 @@ describe('exports at the size of the source', () => {
 
   test('or half of it, or as computed, or any other; without sound where none is wanted', async () => {
     const { page, faults } = sample;
-    await page.click('#export-open');
+    await openSave(page);
     assert.deepEqual(await page.locator('#export-size option').allTextContents(), [
       `As the source, ${WIDTH} × ${HEIGHT}`,
       `Half of it, ${WIDTH / 2} × ${HEIGHT / 2}`,
@@ -119,7 +120,7 @@ describe('exports at the size of the source', () => {
     const { page } = sample;
     const set = (name, value) => page.locator(`[data-setting="masks.${name}"]`).fill(value);
     const inside = async () => {
-      await page.click('#export-open');
+      await openSave(page);
       await page.selectOption('#export-size', 'working');
       await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
       await page.click('#export-close');
@@ -158,7 +159,7 @@ test('the delays of a GIF are kept on screen and in what is saved', async () => 
   for (let round = 0; round < 5 && !isOnTime(); round += 1) lasted = await page.evaluate(watchFrames, [1, 4]);
   assert.ok(isOnTime(), `frames 1 and 4 lasted ${lasted} ms`);
   await page.evaluate(prepare);
-  await page.click('#export-open');
+  await openSave(page);
   const saved = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
   times.forEach((time, t) => assert.ok(Math.abs(saved.times[t] - time) < 0.001, `frame ${t} at ${saved.times[t]} s`));
   // The last frame is on for five times as long as the one before.

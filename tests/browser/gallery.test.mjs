@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
-import { accessibilityFaults, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, ended, openFix, openSample, openSave, screenshot, text, useSite } from './support.mjs';
 
 const { clips } = JSON.parse(readFileSync(join(root, 'www', 'demo', 'gallery', 'index.json'), 'utf8'));
 const [first, second] = clips;
@@ -60,7 +60,7 @@ describe('the gallery', () => {
     await page.click('#play');
     await page.waitForFunction(() => globalThis.tracecutDemo.app.timeline.frame > 2);
     await page.click('#play');
-    await page.click('#export-open');
+    await openSave(page);
     const coming = page.waitForEvent('download');
     await page.click('[data-export="project"]');
     assert.match((await coming).suggestedFilename(), /\.tracecut$/);

@@ -1,31 +1,30 @@
-// The first steps: shown on the first visit, kept away afterwards, called back from the help.
+// The first steps and what is known of the result: in the help.
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { accessibilityFaults, ended, inPhase, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, ended, openSample, screenshot, text, useSite } from './support.mjs';
 
 describe('first steps', () => {
   const site = useSite();
 
-  test('are three sentences, whose words are those of the page, and go for good', async () => {
+  test('are three sentences behind the button of the help, whose words are those of the page', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
+    assert.equal(await page.locator('#guide').isVisible(), false);
+    await page.focus('#help-open');
+    await page.keyboard.press('Enter');
+    assert.equal(await page.locator('#guide').isVisible(), true);
     const words = await page.locator('#guide strong').allInnerTexts();
     assert.deepEqual(words, ['Objects', 'Fix', 'Save']);
+    assert.match(await text(page, '#summary'), /^Object \d/);
+    assert.equal(await page.locator('#stage-list').isVisible(), false);
+    await page.click('#stages summary');
+    assert.equal(await page.locator('#stage-list').isVisible(), true);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'guide');
+    await page.click('#help-close');
     assert.equal(await text(page, '#objects-title'), 'Objects');
     assert.equal(await text(page, '#correct-open'), 'Fix');
     assert.match(await text(page, '#export-open'), /^Save/);
-    assert.deepEqual(await accessibilityFaults(page), []);
-    await screenshot(page, 'guide');
-    await page.focus('#guide-close');
-    await page.keyboard.press('Enter');
-    assert.equal(await page.locator('#guide').isVisible(), false);
-    await page.reload();
-    await inPhase(page, 'done');
-    assert.equal(await page.locator('#guide').isVisible(), false);
-    await page.click('#help-open');
-    await page.click('#guide-open');
-    assert.equal(await page.locator('#guide').isVisible(), true);
-    assert.equal(await page.locator('#help').isVisible(), false);
     assert.deepEqual(faults, []);
   });
 

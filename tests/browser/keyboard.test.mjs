@@ -53,6 +53,8 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await tabTo('#correct-done');
   await page.keyboard.press('Enter');
   await page.keyboard.press('e');
+  await tabTo('#export-more > summary');
+  await page.keyboard.press('Enter');
   await tabTo('[data-export="coco"]');
   const [download] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
   assert.match(download.suggestedFilename(), /^frame0-coco\.json$/);

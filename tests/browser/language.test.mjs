@@ -7,6 +7,7 @@ import {
   ended,
   inPhase,
   openFix,
+  openSave,
   plainFrame,
   pngFile,
   run,
@@ -102,7 +103,7 @@ describe('the page in German', () => {
       }
       await seen('fix');
       await page.click('#correct-done');
-      await page.click('#export-open');
+      await openSave(page);
       await page.click('#recipe-box > summary');
       await inGerman(page, 'save');
       await seen('save');

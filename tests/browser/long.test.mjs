@@ -8,6 +8,7 @@ import {
   inPhase,
   layerNames,
   openFix,
+  openSave,
   paintedShare,
   plainFrame,
   pngFile,
@@ -79,7 +80,7 @@ describe('a clip of more than one window', () => {
     assert.deepEqual({ ...during, lanes: during.lanes > 0 }, { phase: 'running', lanes: true, counter: '1 / 130' });
     assert.equal(await ended(page), 'done', await page.evaluate(() => document.querySelector('#error').innerText));
     assert.match(await text(page, '#subline'), /^130 frames of 96 × 64 in [34] windows and 2 shots/);
-    assert.match(await text(page, '#notice'), /windows of 50 frames/);
+    assert.match(await text(page, '#facts'), /windows of 50 frames/);
     const { cuts, biggest } = await page.evaluate(() => {
       const { points, job } = globalThis.tracecutDemo.app;
       const middle = Array.from({ length: 130 }, (_, t) => {
@@ -152,7 +153,7 @@ describe('a clip of more than one window', () => {
     await page.click('#correct-merge');
     await page.waitForFunction(() => /^Corrected/.test(document.querySelector('#correct-status').textContent));
     await page.click('#correct-done');
-    await page.click('#export-open');
+    await openSave(page);
     const coco = JSON.parse(await save('coco'));
     assert.equal(coco.images.length, 130);
     assert.ok(coco.annotations.length > 100 && coco.annotations.every(({ track_id }) => track_id !== labels[1]));
@@ -183,7 +184,7 @@ describe('a clip of more than one window', () => {
     assert.match(await text(page, '#counter'), new RegExp(`/ ${part.length}$`));
     assert.equal(await page.locator('#correct-open').isVisible(), false, 'what is not whole cannot be corrected');
     await screenshot(page, 'long-stopped');
-    await page.click('#export-open');
+    await openSave(page);
     const ids = await page
       .locator('[data-export]:enabled')
       .evaluateAll((buttons) => buttons.map((button) => button.dataset.export));

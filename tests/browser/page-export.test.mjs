@@ -7,15 +7,16 @@ import { version } from '../../dist/node.js';
 import { adjustMask } from '../../dist/node/edit.js';
 import { fromCocoRle } from '../../dist/node/export.js';
 import {
+  SMALL,
   accessibilityFaults,
   bytesOf,
   ended,
   openSample,
+  openSave,
   plainFrame,
   pngFile,
   run,
   screenshot,
-  SMALL,
   text,
   useSite,
 } from './support.mjs';
@@ -42,6 +43,7 @@ describe('exports', () => {
     await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), FRAME);
     await page.keyboard.press('e');
     await page.locator('#export').waitFor();
+    await page.click('#export-more > summary');
     await screenshot(page, 'export');
     assert.deepEqual(await accessibilityFaults(page), []);
   });
@@ -172,13 +174,13 @@ describe('exports', () => {
   test('only the objects that are kept', async () => {
     await page.click('#export-close');
     await page.click('[data-object="1"] .keep');
-    await page.click('#export-open');
+    await openSave(page);
     assert.match(await text(page, '#export-kept'), /^Object 2.* of 3 objects are kept/);
     const coco = JSON.parse((await save('coco')).bytes);
     assert.ok(coco.annotations.length > 0 && coco.annotations.every(({ track_id }) => track_id !== 1));
     await page.click('#export-close');
     await page.click('#show-all');
-    await page.click('#export-open');
+    await openSave(page);
     assert.equal(await text(page, '#export-kept'), '');
   });
 
@@ -204,7 +206,7 @@ describe('exports', () => {
     await page.click('#export-close');
     await page.locator('#settings-few [data-parameter="trajectory.gridStep"] input').fill('12');
     await page.context().grantPermissions(['clipboard-read', 'clipboard-write']);
-    await page.click('#export-open');
+    await openSave(page);
     await page.click('#copy-link');
     await page.waitForFunction(() => /clipboard/.test(document.querySelector('#export-status').textContent));
     const link = await page.evaluate(() => navigator.clipboard.readText());
@@ -226,7 +228,7 @@ describe('exports', () => {
     await other.waitForFunction(() => /network does not answer/.test(document.querySelector('#notice').textContent));
     assert.equal(await other.locator('#export').isVisible(), false);
     await other.unroute('**/*');
-    await other.click('#export-open');
+    await openSave(other);
     await other.locator('#export').waitFor();
     await other.context().close();
   });

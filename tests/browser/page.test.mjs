@@ -105,7 +105,7 @@ describe('the page', () => {
     await inPhase(page, 'done');
     const heard = await page.evaluate(() => globalThis.heard.join('\n'));
     assert.match(heard, /Reading frames/);
-    assert.match(heard, /Optical flow/);
+    assert.match(heard, /Following what moves/);
     const rows = await page.locator('.stage-row').allInnerTexts();
     assert.ok(rows.length >= 10 && rows.every((row) => /\d+\.\d\ss/.test(row)), rows.join(' | '));
   });

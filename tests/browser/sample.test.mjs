@@ -82,7 +82,8 @@ describe('the sample', () => {
     assert.match(await text(page, '#readout'), words);
     await page.hover('#canvas', { position: await page.evaluate(middleOfObject, 0) });
     assert.match(await text(page, '#readout'), /^Background · .*saliency 0\.[0-4]/);
-    await page.hover('#canvas', { position: { x: 40, y: 200 } });
+    const { width, height } = await page.locator('#canvas').boundingBox();
+    await page.hover('#canvas', { position: { x: 0.09 * width, y: 0.8 * height } });
     assert.match(await text(page, '#readout'), /not foreground · no component$/);
   });
 

@@ -8,6 +8,7 @@ import {
   ended,
   inPhase,
   openFix,
+  openSave,
   plainFrame,
   pngFile,
   screenshot,
@@ -155,7 +156,7 @@ describe('work', () => {
     await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(5));
     await smooth(page);
     const edged = await alpha(page);
-    await page.click('#export-open');
+    await openSave(page);
     const [download] = await Promise.all([page.waitForEvent('download'), page.click('[data-export="project"]')]);
     assert.match(download.suggestedFilename(), /-project\.tracecut$/);
     const file = { name: 'work.tracecut', mimeType: 'application/zip', buffer: await bytesOf(download) };
@@ -199,7 +200,10 @@ describe('work', () => {
     await opened(page);
     await addThing(page);
     const corrected = await masks(page);
-    await then(() => page.click('#again'));
+    await then(async () => {
+      await page.click('#again');
+      await page.click('#ask-yes');
+    });
     await then(() => page.click('#again'));
     assert.equal((await listed()).length, 2, 'the corrected work, and one for all runs after');
     await then(async () => {

@@ -76,6 +76,13 @@ export async function openFix(page) {
   await page.waitForSelector('body[data-correcting]');
 }
 
+/** Opens the dialog that saves, with all that it has. */
+export async function openSave(page) {
+  await page.click('#export-open');
+  await page.waitForSelector('#export[open]');
+  await page.evaluate(() => (document.querySelector('#export-more').open = true));
+}
+
 /** Waits for one phase of the page (see demo/store.js). */
 export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);

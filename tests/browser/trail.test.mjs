@@ -9,6 +9,7 @@ import {
   inPhase,
   movingClip,
   openSample,
+  openSave,
   screenshot,
   text,
   useSite,
@@ -48,7 +49,7 @@ function unlike(a, b) {
 }
 
 async function saved(page, id) {
-  await page.click('#export-open');
+  await openSave(page);
   const coming = page.waitForEvent('download');
   await page.click(`[data-export="${id}"]`);
   const bytes = [...(await bytesOf(await coming))];

@@ -84,6 +84,7 @@ export async function save(page, id) {
   await page.call(catchDownload);
   await page.call(() => document.querySelector('#export').open || document.querySelector('#export-open').click());
   await until(page, (one) => document.querySelector('#export').open && document.querySelector(one) !== null, item(id));
+  await page.call(() => void (document.querySelector('#export-more').open = true));
   await press(page, item(id));
   const { name, text } = await until(page, () => globalThis.caught);
   await press(page, '#export-close');

@@ -11,6 +11,7 @@ const SAME = [
   ...['320 px', '480 px', '640 px', 'COCO JSON', 'Clip', 'Clips', 'Esc', 'Original', 'PNG', 'Pb', 'Superpixels', 'Tab'],
   ...[
     'TraceCut',
+    'ZIP',
     'Transparent',
     'Zoom',
     'beige',

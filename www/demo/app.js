@@ -22,6 +22,7 @@ import { lookPatch } from './saved/look.js';
 import { EXTENSION, readProjectFile } from './saved/work.js';
 import { fitTake, openFiles, sampleSource, usualTake } from './source.js';
 import { BLANK, errorPatch, phasePatch } from './store.js';
+import { doing } from './words.js';
 
 /** @typedef {import('./run/job.js').AnyJob} AnyJob */
 /** @typedef {import('./source.js').Source} Source */
@@ -47,6 +48,8 @@ export class App {
      */
     this.plans = new Map();
     this.changing = 0;
+    /** Asks before corrections go. */
+    this.asks = async () => true;
     store.watch(['take', 'changed'], () => this.onSettings());
   }
 
@@ -150,21 +153,38 @@ export class App {
   /**
    * Ends whatever is going on.
    *
+   * @param {AnyJob | null} [kept] what can be had back
    * @returns {number} the new visit
    */
-  leave() {
-    const { job, visit } = this.store.state;
+  leave(kept = null) {
+    const { job, before, visit } = this.store.state;
     this.abort?.abort();
     this.abort = null;
-    job?.close();
-    this.store.set({ ...BLANK, visit: visit + 1 });
+    for (const one of [job, before]) if (one !== kept) one?.close();
+    this.store.set({ ...BLANK, before: kept, visit: visit + 1 });
     return visit + 1;
+  }
+
+  /** Runs again. Whoever has corrected is asked first, and can have that back. */
+  async again() {
+    if (!isCorrected(this.store.state.job) || (await this.asks())) await this.start();
+  }
+
+  /** Takes back the run that took the place of corrections. */
+  async restore() {
+    const { before } = this.store.state;
+    if (!before) return;
+    this.leave(before);
+    const picture = { ...BLANK.picture, images: before.images };
+    this.store.set({ before: null, job: before, picture, ...phasePatch('running', say('Opening…'), '') });
+    await showResult(this.store, before);
   }
 
   /** Starts, or starts anew, with the settings as they are. */
   async start() {
     if (!this.store.state.source) return;
-    const visit = this.leave();
+    const { job: last, before } = this.store.state;
+    const visit = this.leave(isCorrected(last) ? last : before);
     const job = this.newJob(this.store.state.source);
     this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
     job.look();
@@ -197,7 +217,7 @@ export class App {
   async go(visit, job) {
     this.abort = new AbortController();
     const { signal } = this.abort;
-    this.store.set(phasePatch('running', say(job.current?.name ?? ''), ''));
+    this.store.set(phasePatch('running', doing(job.current?.id ?? ''), ''));
     if (job.settled > 0) showWindow(this.store, job);
     const progress = new Progress();
     const show = () => this.showRunning(job, progress);
@@ -268,9 +288,17 @@ export class App {
    */
   fail(visit, error) {
     if (visit !== this.store.state.visit) return;
-    this.leave();
+    this.leave(this.store.state.before);
     this.store.set(errorPatch(error));
   }
+}
+
+/**
+ * @param {AnyJob | null} job
+ * @returns {boolean} whether there is something in its result that another run would not have
+ */
+function isCorrected(job) {
+  return (job?.corrector?.count() ?? 0) > 0;
 }
 
 /**

@@ -58,20 +58,6 @@ export function icon(symbol) {
 }
 
 /**
- * A block of the side panel, put below the others.
- *
- * @param {string} id
- * @param {string} title
- * @param {Node} note beside the title
- * @param {...Node} content
- */
-export function addBlock(id, title, note, ...content) {
-  const head = h('div', { class: 'block-head' }, h('h2', { id: `${id}-title` }, title), note);
-  const block = h('section', { class: `block block-${id}`, 'aria-labelledby': `${id}-title` }, head, ...content);
-  byId('panel').append(block);
-}
-
-/**
  * One line of a legend: a mark and what it means.
  *
  * @param {'dot' | 'line' | 'thin'} kind

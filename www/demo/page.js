@@ -18,7 +18,7 @@ import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
 import { correctPanel, exportPanel, galleryPanel, queuePanel, whyPanel, webcamPanel } from './panels/on-demand.js';
 import { edgesPanel, smoothPanel } from './panels/edges.js';
-import { guidePanel, helpPanel } from './panels/help.js';
+import { helpPanel } from './panels/help.js';
 import { layersPanel } from './panels/layers.js';
 import { nothingPanel } from './panels/nothing.js';
 import { objectsPanel } from './panels/objects.js';
@@ -84,7 +84,6 @@ const PANELS = [
   whyPanel,
   exportPanel,
   helpPanel,
-  guidePanel,
   webcamPanel,
   savedPanel,
   queuePanel,

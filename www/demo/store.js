@@ -70,6 +70,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {Record<'clip' | 'still', number>} pace milliseconds that the last run took per pixel and frame
  * @property {ReadonlyMap<string, number | boolean | string>} changed parameters that differ from their defaults
  * @property {import('./run/job.js').AnyJob | null} job
+ * @property {import('./run/job.js').AnyJob | null} before corrected, until it was run again
  * @property {number} share of the run that is through, in 0..1
  * @property {{rows: StageRow[], ms: number}} stages of the run, and the time of all
  * @property {import('./run/preview.js').Preview | null} preview shown until there are masks
@@ -88,6 +89,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {number} split where the original ends under the slider, in percent
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
+ * @property {boolean} pending whether the result was made with other settings than those chosen now
  * @property {boolean} asking whether a click asks why
  * @property {readonly File[]} queued clips that were opened together, for the queue
  */
@@ -102,6 +104,7 @@ export const NOWHERE = { x: -1, y: -1, object: -1, trajectory: -1 };
 export const BLANK = {
   notice: '',
   job: null,
+  before: null,
   preview: null,
   streaming: false,
   picture: { width: 16, height: 9, images: NO_FRAMES },
@@ -138,6 +141,7 @@ const INITIAL = {
   smoothed: null,
   ground: { name: 'transparent', colour: '#f4f1ea', picture: null, trail: { copies: 0, spacing: 1 } },
   split: 50,
+  pending: false,
   queued: [],
 };
 

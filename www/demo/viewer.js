@@ -181,8 +181,8 @@ export class Viewer {
   /** Sizes the canvas to the largest rectangle of the clip's shape inside the box. */
   fit() {
     const { canvas, view } = this;
-    const { clientWidth, clientHeight } = this.box;
-    const zoom = Math.min(clientWidth / view.width, clientHeight / view.height);
+    const { width, height } = this.box.getBoundingClientRect();
+    const zoom = Math.min(width / view.width, height / view.height);
     if (!(zoom > 0)) return;
     const density = Math.min(MAX_DENSITY, devicePixelRatio || 1);
     canvas.width = Math.max(1, Math.round(view.width * zoom * density));

@@ -108,6 +108,23 @@ const ADVICE = {
   memory: ['The computation ran out of memory', 'Choose fewer frames or a smaller working size under “Clip”.'],
 };
 
+/** What a run does, in the words of the headline, by stages. @type {Record<string, string>} */
+const DOING = {
+  frames: 'Reading frames',
+  windows: 'Finding what moves',
+  flow: 'Following what moves',
+  trajectories: 'Following what moves',
+  superpixels: 'Drawing the outlines',
+  cut: 'Drawing the outlines',
+  masks: 'Drawing the outlines',
+  boundaries: 'Drawing the outlines',
+  imageEdges: 'Drawing the outlines',
+  other: 'Finding what moves together',
+};
+
+/** @param {string} stage its id */
+export const doing = (stage) => say(DOING[stage] ?? DOING.other);
+
 /** What the page says about an image that is alone. */
 export const STILL = {
   headline: 'A still image, and its boundaries',

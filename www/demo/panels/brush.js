@@ -62,6 +62,11 @@ export class Brush {
     return this.size.valueAsNumber / 2;
   }
 
+  /** The button keeps its place. @param {boolean} there */
+  offerStop(there) {
+    /** @type {HTMLButtonElement} */ (byId('brush-stop')).disabled = !there;
+  }
+
   /** Ends carrying; what was reached stays. */
   stop() {
     this.carrying?.abort();
@@ -134,7 +139,7 @@ export class Brush {
     const { host } = this;
     const carrying = new AbortController();
     this.carrying = carrying;
-    byId('brush-stop').hidden = false;
+    this.offerStop(true);
     const reach = () => plural(edit.frames.length, 'frame');
     try {
       await corrector.carry(edit, carrying.signal, () => same() && host.tell(say`Carried to ${reach()}…`));
@@ -142,7 +147,7 @@ export class Brush {
       if (!carrying.signal.aborted) throw error;
     } finally {
       this.carrying = null;
-      byId('brush-stop').hidden = true;
+      this.offerStop(false);
       if (same()) {
         host.show(edit.frames);
         const [first, last] = [Math.min(...edit.frames), Math.max(...edit.frames)];

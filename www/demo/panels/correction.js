@@ -20,8 +20,9 @@ import { say } from '../language.js';
 /** @typedef {'pick' | 'together' | 'apart' | import('./brush.js').BrushTool} Tool */
 
 export class Correction {
-  /** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'keys'>} page */
-  constructor({ store, viewer, keys }) {
+  /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys'>} page */
+  constructor({ app, store, viewer, keys }) {
+    this.app = app;
     this.store = store;
     this.viewer = viewer;
     this.busy = false;
@@ -55,7 +56,11 @@ export class Correction {
     viewer.painters.push((ctx, view) => this.draw(ctx, view));
     viewer.onPick((spot) => this.pick(spot));
     const correcting = () => this.on;
-    keys.on('Ctrl+z', () => this.undo(), correcting);
+    keys.on(
+      'Ctrl+z',
+      () => (this.on ? this.undo() : app.restore()),
+      () => this.on || store.state.before !== null,
+    );
     for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), correcting);
     store.watch(['visit'], () => this.leave());
     store.watch(['correcting'], ({ correcting }) => {
@@ -114,12 +119,13 @@ export class Correction {
     const objects = listed(found.facts).map(({ object }) => object);
     if (this.makesNew) objects.push(NEW_OBJECT);
     if (!objects.includes(this.object)) this.object = objects.find((object) => object > 0) ?? 0;
-    [this.other] = objects;
+    this.other = 0;
     const called = (/** @type {number} */ object) =>
       object === NEW_OBJECT ? say('New object') : nameAndColour(object);
     this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, called(object))));
-    objects.splice(objects.indexOf(NEW_OBJECT) >>> 0, 1);
-    this.into.replaceChildren(...objects.map((object) => h('option', { value: object }, objectName(object))));
+    // What becomes background has a button of its own.
+    const others = objects.filter((object) => object > 0);
+    this.into.replaceChildren(...others.map((object) => h('option', { value: object }, objectName(object))));
     this.update();
   }
 
@@ -191,7 +197,8 @@ export class Correction {
   showChoice() {
     const { object, into } = this;
     const facts = this.store.state.found?.facts ?? [];
-    if (this.other === object) this.other = listed(facts).find((one) => one.object !== object)?.object ?? 0;
+    if (this.other === object || this.other === 0)
+      this.other = listed(facts).find((one) => one.object > 0 && one.object !== object)?.object ?? 0;
     for (const option of into.options) option.hidden = option.disabled = option.value === String(object);
     into.value = String(this.other);
     this.list.value = String(object);
@@ -223,15 +230,14 @@ export class Correction {
     const { busy, object, tool, strokes } = this;
     disable('strokes-apply', busy || strokes.list.length < (tool === 'apart' ? 2 : 1));
     disable('strokes-clear', busy || strokes.list.length === 0);
-    disable('correct-merge', busy || object === 0);
-    disable('correct-into', busy || object === 0);
+    for (const id of ['correct-merge', 'correct-into']) disable(id, busy || object === 0 || this.other === 0);
     disable('correct-background', busy || object === 0);
     const lacksPlace = !this.place && (object === 0 || corrector.splitsAtPlace);
     const noPart = object === 0 && corrector.splitsAtPlace;
     disable('correct-split', busy || lacksPlace || noPart);
     byId('correct-split').title =
       lacksPlace || noPart ? say('Click the part of the object that is another thing first') : '';
-    disable('correct-undo', busy || corrector.count() === 0);
+    disable('correct-undo', busy || (corrector.count() === 0 && !this.store.state.before));
     disable('correct-redo', busy || corrector.redoable() === 0);
   }
 
@@ -243,16 +249,22 @@ export class Correction {
 
   async undo() {
     await this.brush.settled();
-    if (this.on && (this.corrector?.count() ?? 0) > 0) await this.apply((c) => c.undo());
+    if (!this.on) return;
+    // The first step may be the run that took the place of others.
+    if (this.corrector?.count() === 0) await this.app.restore();
+    else await this.apply((c) => c.undo(), say('Undone'));
   }
 
   async redo() {
     await this.brush.settled();
-    if (this.on && (this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo());
+    if (this.on && (this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), say('Done again'));
   }
 
-  /** @param {(corrector: Corrections) => Promise<number[] | null>} correct gives the frames that change */
-  async apply(correct) {
+  /**
+   * @param {(corrector: Corrections) => Promise<number[] | null>} correct gives the frames that change
+   * @param {string} [done] what is told then, in place of the time that it took
+   */
+  async apply(correct, done) {
     const { store, corrector } = this;
     if (!corrector || this.busy) return;
     const { visit } = store.state;
@@ -266,7 +278,8 @@ export class Correction {
       this.strokes.clear();
       this.place = null;
       showCorrected(store, frames ?? null);
-      this.tell(say`Corrected in ${seconds(performance.now() - began)}. ${store.state.headline}.`);
+      const words = done ?? say`Corrected in ${seconds(performance.now() - began)}`;
+      this.tell(`${words}. ${store.state.headline}.`);
     } catch (error) {
       const { title, detail } = explain(error);
       if (visit === store.state.visit) this.tell(say`That is not possible here: ${detail || title}.`, true);

@@ -8,7 +8,7 @@ import { h, byId, connectDialog } from '../dom.js';
 import { edgesOf } from '../saved/look.js';
 import { stemOf, subjectOf } from '../result/export.js';
 import { framesOf } from '../result/export-size.js';
-import { EXPORTS } from '../result/exports.js';
+import { EXPORTS, FIRST } from '../result/exports.js';
 import { objectName } from '../result/palette.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
 import { download, placeFor } from '../result/save-file.js';
@@ -38,8 +38,11 @@ export class ExportDialog {
     this.saved = null;
     const rows = EXPORTS.map((one) => this.row(one));
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
+    const first = FIRST.map((one, k) => this.card(one, k === 0));
+    byId('export-first').replaceChildren(...first.map(({ button }) => button));
+    this.named = rows.flatMap(({ choices }) => choices);
     /** The choices, with their buttons. */
-    this.choices = rows.flatMap(({ choices }) => choices);
+    this.choices = [...first, ...this.named];
     this.nameChoices();
     this.connect();
   }
@@ -75,6 +78,25 @@ export class ExportDialog {
     this.dialog.showModal();
   }
 
+  /**
+   * @param {import('../result/export.js').Export} one with one choice
+   * @param {boolean} isNext whether it is what most would save
+   */
+  card({ title, about, choices: [choice] }, isNext) {
+    const button = h(
+      'button',
+      {
+        type: 'button',
+        class: isNext ? 'card primary' : 'card',
+        'data-export': choice.id,
+        click: () => this.save(choice),
+      },
+      h('strong', {}, title),
+      h('span', {}, about),
+    );
+    return { choice, button };
+  }
+
   /** @param {import('../result/export.js').Export} one */
   row({ title, about, choices }) {
     const withButtons = choices.map((choice) => ({
@@ -100,7 +122,7 @@ export class ExportDialog {
   /** Buttons of cut-outs say on which ground. */
   nameChoices() {
     const { name } = this.store.state.ground;
-    for (const { title, choice, button } of this.choices) {
+    for (const { title, choice, button } of this.named) {
       button.textContent = typeof choice.label === 'string' ? say(choice.label) : choice.label(name);
       button.setAttribute('aria-label', choice.says ? say(choice.says) : `${say(title)}: ${button.textContent}`);
     }

@@ -1,4 +1,4 @@
-/** Help: the keys that the page has, and the first steps. @module */
+/** Help: the keys that the page has, and its language. @module */
 
 import { TOUCH, byId, connectDialog, h } from '../dom.js';
 import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
@@ -21,7 +21,6 @@ const KEYS = [
   [['Ctrl', 'Z'], 'undo'],
   [['Ctrl', 'Y'], 'do it again'],
   [['E'], 'save'],
-  [['R'], 'run again'],
   [['Esc'], 'cancel a run, close a dialog'],
   [['Tab'], 'next control'],
   [['?'], 'this list'],
@@ -63,39 +62,4 @@ function connectLanguages(list) {
   list.replaceChildren(...names.map(([code, name]) => h('option', { value: code, lang: code }, name)));
   list.value = shownLanguage();
   list.addEventListener('change', () => changeLanguage(/** @type {import('../language.js').Language} */ (list.value)));
-}
-
-/** Under which it is kept that they were read. */
-const KEY = 'tracecut-guide';
-
-export function guidePanel() {
-  const guide = byId('guide');
-  guide.hidden = wasRead();
-  byId('guide-close').addEventListener('click', () => {
-    guide.hidden = true;
-    keepRead();
-    byId('help-open').focus();
-  });
-  byId('guide-open').addEventListener('click', () => {
-    /** @type {HTMLDialogElement} */ (byId('help')).close();
-    guide.hidden = false;
-    byId('guide-close').focus();
-  });
-}
-
-/** A browser may refuse to keep anything: then they are shown each time. */
-function wasRead() {
-  try {
-    return localStorage.getItem(KEY) !== null;
-  } catch {
-    return false;
-  }
-}
-
-function keepRead() {
-  try {
-    localStorage.setItem(KEY, 'read');
-  } catch {
-    // Shown again next time.
-  }
 }

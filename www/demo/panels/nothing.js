@@ -22,7 +22,7 @@ export function nothingPanel({ store, app }) {
     const report = searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
     byId('nothing-where').textContent = whereWords(report);
     const tries = triesOf(state, report).map(({ id, label, patch }) =>
-      h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.start()) }, label),
+      h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.again()) }, label),
     );
     const adds = TOUCH ? say('Tap the object to add it') : say('Click the object to add it');
     tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, adds));

@@ -4,26 +4,30 @@
  */
 
 import { byId, h, icon } from '../dom.js';
-import { moveOf, nameAndColour, placeName, spanOf } from '../result/describe.js';
+import { moveOf, nameAndColour, placeName } from '../result/describe.js';
 import { objectColor, objectName, objectShape } from '../result/palette.js';
 import { listed } from '../result/selection.js';
 import { percent, plural } from '../words.js';
 import { say } from '../language.js';
+import { Lanes } from './lanes.js';
 
 /** @typedef {import('../result/presence.js').Facts} Facts */
 /** @typedef {import('../result/selection.js').Selection} Selection */
-/** @typedef {import('../result/presence.js').Times} Times */
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'viewer'>} page */
 export function objectsPanel({ store, selection, viewer }) {
   /** @type {ReturnType<typeof objectRow>[]} */
   let rows = [];
-  store.watch(['found'], ({ found, film }) => {
+  const list = byId('object-list');
+  const lanes = new Lanes(store, list);
+  store.watch(['found', 'film'], ({ found }) => {
     const motionsOf = (/** @type {number} */ object) => found?.points?.clustersOf(object) ?? 1;
-    rows = listed(found?.facts ?? []).map((one) => objectRow(one, motionsOf(one.object), film.times, selection));
-    byId('object-list').replaceChildren(...rows.map((row) => row.element));
+    lanes.strips = [];
+    rows = listed(found?.facts ?? []).map((one) => objectRow(one, motionsOf(one.object), selection, lanes));
+    list.replaceChildren(...rows.map((row) => row.element));
+    lanes.draw();
   });
-  store.watch(['found', 'hidden'], ({ hidden }) => {
+  store.watch(['found', 'film', 'hidden'], ({ hidden }) => {
     rows.forEach((row) => row.update());
     byId('show-all').hidden = hidden.size === 0;
   });
@@ -39,28 +43,25 @@ export function objectsPanel({ store, selection, viewer }) {
 /**
  * @param {Facts} facts
  * @param {number} motions
- * @param {Times} times
  * @param {Selection} selection
+ * @param {Lanes} lanes
  */
-function objectRow(facts, motions, times, selection) {
+function objectRow(facts, motions, selection, lanes) {
   const { object, share } = facts;
   const name = objectName(object);
   const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
   swatch.style.setProperty('--mark', objectColor(object));
-  const bar = h('span', { class: 'share-bar', 'aria-hidden': 'true' });
-  bar.style.setProperty('--mark', objectColor(object));
-  bar.style.setProperty('--share', String(share));
   const alone = h(
     'button',
     { type: 'button', class: 'object-main', title: say`Show ${name} alone`, click: () => selection.isolate(object) },
     swatch,
     h('span', { class: 'object-name' }, name, h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`)),
     h('span', { class: 'object-share' }, percent(share)),
-    bar,
-    h('span', { class: 'object-facts' }, factsOf(facts, motions, times)),
+    h('span', { class: 'object-facts' }, factsOf(facts, motions)),
   );
   const shows = object === 0 ? eyeOf(selection) : keepOf(object, selection);
   const element = h('li', { class: 'object', 'data-object': object }, alone, shows.element);
+  if (object > 0 && facts.first >= 0) element.append(lanes.add(facts));
   const update = () => {
     const shown = selection.has(object);
     element.classList.toggle('is-hidden', !shown);
@@ -107,12 +108,10 @@ function keepOf(object, selection) {
 /**
  * @param {Facts} facts
  * @param {number} motions
- * @param {Times} times
- * @returns {string} `top, moves left · 0.0–1.6 s`
+ * @returns {string} `top, moves left · 2 motions`
  */
-function factsOf(facts, motions, times) {
-  const parts =
-    facts.object > 0 && facts.first >= 0 ? [`${placeName(facts.from)}, ${moveOf(facts)}`, spanOf(facts, times)] : [];
+function factsOf(facts, motions) {
+  const parts = facts.object > 0 && facts.first >= 0 ? [`${placeName(facts.from)}, ${moveOf(facts)}`] : [];
   if (facts.first < 0) parts.push(say('not seen'));
   if (motions > 1) parts.push(plural(motions, 'motion'));
   return parts.join(' · ');

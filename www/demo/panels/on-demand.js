@@ -29,7 +29,7 @@ export function onDemand(store, importDialog) {
   };
 }
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'viewer' | 'keys'>} page */
+/** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys'>} page */
 export function correctPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./correction.js')).Correction(page));
   byId('correct-open').addEventListener('click', open);

@@ -1,9 +1,9 @@
 /** Opening, starting and cancelling, by buttons and files; how far a run is, and where its time went. @module */
 
-import { byId, addBlock, h } from '../dom.js';
+import { byId, connectDialog, h } from '../dom.js';
 import { areClips } from '../source.js';
 import { Countdown, timeLeft } from '../run/stage-clock.js';
-import { count, remaining, seconds } from '../words.js';
+import { count, doing, remaining, seconds } from '../words.js';
 import { say } from '../language.js';
 
 /** @typedef {import('../app.js').App} App */
@@ -14,17 +14,32 @@ export function runPanel({ app, store, keys }) {
   /** @type {[ids: string[], act: () => unknown][]} */
   const buttons = [
     [['sample', 'error-sample'], () => app.openSample()],
-    [['again', 'pending-run'], () => app.start()],
+    [['again', 'pending-run'], () => app.again()],
+    [['restore'], () => app.restore()],
     [['resume'], () => app.resume()],
     [['cancel'], () => app.cancel()],
   ];
   for (const [ids, act] of buttons) for (const id of ids) byId(id).addEventListener('click', act);
   keys.on('Escape', () => app.cancel());
-  keys.on('r', () => ['done', 'stopped'].includes(store.state.phase) && app.start());
+  const isKept = () => store.state.before !== null;
+  keys.on('Ctrl+z', () => app.restore(), isKept);
+  store.watch(['before'], () => (byId('restore').hidden = !isKept()));
+  app.asks = connectQuestion();
   const open = (/** @type {Iterable<File> | null | undefined} */ files) => openAll(app, store, files);
   connectPicker(open, keys);
   connectDrop(open);
   addEventListener('paste', (event) => open(event.clipboardData?.files));
+}
+
+/** @returns {() => Promise<boolean>} asks whether to run again, though corrections are not part of that */
+function connectQuestion() {
+  const dialog = /** @type {HTMLDialogElement} */ (byId('ask'));
+  connectDialog(dialog);
+  return () => {
+    dialog.returnValue = '';
+    dialog.showModal();
+    return new Promise((answer) => (dialog.onclose = () => answer(dialog.returnValue === 'yes')));
+  };
 }
 
 /** @typedef {(files: Iterable<File> | null | undefined) => void} Open */
@@ -87,7 +102,7 @@ export class Progress {
   of(clock, headline) {
     const stage = clock.current;
     if (!stage) return {};
-    const name = say(stage.name);
+    const name = doing(stage.id);
     const now = performance.now();
     const left = this.countdown.follow(timeLeft(clock, now), now);
     const words = [
@@ -133,18 +148,16 @@ export function stagesOf(clock, how) {
 
 /** @param {Pick<import('../page.js').Page, 'store'>} page */
 export function stagesPanel({ store }) {
-  const list = h('ol', { id: 'stage-list', class: 'stages' });
-  const total = h('p', { id: 'stage-total', class: 'block-note' });
-  addBlock('stages', 'Time by stage', total, list);
   /** @type {ReturnType<typeof stageRow>[]} */
   let shown = [];
   store.watch(['stages'], ({ stages: { rows, ms } }) => {
     if (shown.length !== rows.length) {
       shown = rows.map(stageRow);
-      list.replaceChildren(...shown.map(({ element }) => element));
+      byId('stage-list').replaceChildren(...shown.map(({ element }) => element));
     }
     rows.forEach((row, k) => shown[k].show(row));
-    total.textContent = rows.length > 0 ? seconds(ms) : '';
+    byId('stages').hidden = rows.length === 0;
+    byId('stage-total').textContent = rows.length > 0 ? seconds(ms) : '';
   });
 }
 

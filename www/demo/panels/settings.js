@@ -34,7 +34,8 @@ export function settingsPanel({ store, settings }) {
     for (const { element, group } of groups) element.hidden = !wanted(group.id);
   });
   store.watch(['source', 'changed'], showCount);
-  store.watch(['phase', 'job', 'take', 'source', 'changed'], showPending);
+  store.watch(['phase', 'job', 'take', 'source', 'changed'], (state) => store.set({ pending: isPending(state) }));
+  store.watch(['pending'], ({ pending }) => (byId('pending').hidden = !pending));
 }
 
 /** @param {Readonly<State>} state */
@@ -51,11 +52,9 @@ function showCount({ changed, source }) {
  *
  * @param {Readonly<State>} state
  */
-function showPending(state) {
+function isPending(state) {
   const { phase, job, take } = state;
-  const isPending = phase === 'done' && job !== null && !job.isFor(take, optionsOf(state));
-  byId('pending').hidden = !isPending;
-  document.body.toggleAttribute('data-pending', isPending);
+  return phase === 'done' && job !== null && !job.isFor(take, optionsOf(state));
 }
 
 /**

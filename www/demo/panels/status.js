@@ -27,7 +27,7 @@ const STATE = {
 export function statusPanel({ store }) {
   store.watch(['name'], ({ name }) => write('clip-name', name));
   store.watch(['headline'], ({ headline }) => write('headline', headline));
-  store.watch(['subline'], ({ subline }) => write('subline', subline));
+  for (const id of ['subline', 'facts']) store.watch(['subline'], ({ subline }) => write(id, subline));
   store.watch(['summary'], ({ summary }) => writeOrHide('summary', summary));
   store.watch(['notice'], ({ notice }) => writeOrHide('notice', notice));
   // Read aloud by screen readers when they are idle.
@@ -36,6 +36,7 @@ export function statusPanel({ store }) {
   store.watch(['phase', 'error'], ({ phase, error }) => phase === 'error' && showError(error));
   store.watch(['preview'], ({ preview }) => document.body.toggleAttribute('data-preview', preview !== null));
   store.watch(['source', 'found', 'streaming', 'job', 'phase'], showFacts);
+  store.watch(['phase', 'source', 'found', 'job', 'correcting', 'pending'], showPrimary);
   // Last, so that whoever waits for the state finds everything else in place.
   store.watch(['phase', 'error'], showPhase, { last: true });
 }
@@ -81,6 +82,22 @@ function showFacts({ source, found, streaming, job }) {
   body.toggleAttribute('data-masks', found?.points?.hasMasks ?? false);
   body.toggleAttribute('data-streaming', streaming);
   body.toggleAttribute('data-partial', job?.partial ?? false);
+}
+
+/**
+ * One button is the next step, and looks like it.
+ *
+ * @param {Readonly<State>} state
+ */
+function showPrimary({ phase, source, found, job, correcting, pending }) {
+  const hasOwn = source !== null && source.kind !== 'sample';
+  let next = hasOwn && phase === 'running' ? '' : 'open';
+  if (phase === 'done' && hasOwn && found?.points?.hasMasks) next = 'export-open';
+  if (phase === 'stopped' || job?.partial) next = 'resume';
+  if (pending) next = 'again';
+  if (correcting) next = 'correct-done';
+  for (const id of ['open', 'export-open', 'resume', 'again', 'correct-done'])
+    byId(id).classList.toggle('primary', id === next);
 }
 
 /** @param {Readonly<State>} state */

@@ -8,6 +8,7 @@ import { openPlayer, timeOf } from '../clip-player.js';
 import { byId, h } from '../dom.js';
 import { fitTake } from '../source.js';
 import { say } from '../language.js';
+import { explain } from '../words.js';
 
 /** @typedef {import('../source.js').Source} Source */
 /** @typedef {import('../source.js').Take} Take */
@@ -20,7 +21,7 @@ const SIDE = 112;
 /** @param {Pick<import('../page.js').Page, 'store' | 'app' | 'keys'>} page */
 export function trimPanel({ store, app, keys }) {
   const panel = new TrimPanel(store);
-  byId('trim-run').addEventListener('click', () => app.start());
+  byId('trim-run').addEventListener('click', () => app.again());
   keys.on(
     'p',
     () => panel.toggle(),
@@ -83,17 +84,19 @@ class TrimPanel {
    */
   async draw(source, signal) {
     const shape = source.width / source.height;
+    const side = Math.round(shape > 1 ? SIDE : SIDE / shape);
     const places = Array.from({ length: Math.min(PICTURES, source.count) }, () => h('canvas'));
     this.strip.replaceChildren(...places);
     try {
       let at = 0;
-      for await (const image of source.strip?.(PICTURES, shape > 1 ? SIDE : SIDE / shape, signal) ?? []) {
+      for await (const image of source.strip?.(PICTURES, side, signal) ?? []) {
         const canvas = places[at++];
         Object.assign(canvas, { width: image.width, height: image.height });
         canvas.getContext('2d')?.putImageData(image, 0, 0);
       }
-    } catch {
-      // What cannot be read is told by the run.
+    } catch (error) {
+      // What cannot be read is told by the run; what was asked wrongly is a fault of the page.
+      if (explain(error).code === 'param') throw error;
     }
     if (!signal.aborted) this.strip.dataset.ready = source.name;
   }

@@ -16,7 +16,7 @@ import { PageError } from '../words.js';
 /** @type {View[]} */
 const VIEWS = ['overlay', 'beside', 'slider', 'cutout'];
 
-/** Narrower windows have no room for two pictures side by side: one lies above the other. */
+/** Narrower windows have no room for two wide pictures side by side: one lies above the other. */
 const NARROW = matchMedia('(max-width: 599px)');
 
 /** @param {Pick<import('../page.js').Page, 'keys' | 'viewer'>} page */
@@ -58,7 +58,9 @@ export class Compare {
   /** The screen has the shape of one picture, or of two. */
   showShape() {
     const { view, picture } = this.store.state;
-    const two = view === 'beside' ? (NARROW.matches ? 0.5 : 2) : 1;
+    const stacks = NARROW.matches && picture.width > picture.height;
+    const two = view === 'beside' ? (stacks ? 0.5 : 2) : 1;
+    this.box.toggleAttribute('data-stacks', stacks);
     this.box.parentElement?.style.setProperty('--aspect', String((picture.width / picture.height) * two));
   }
 

@@ -45,6 +45,27 @@ export const cutoutVideo = {
 };
 
 /** @type {import('./export.js').Export} */
+export const transparentVideo = {
+  title: 'Transparent cut-out',
+  about: 'WebM, for editors',
+  choices: [video('transparent', 'WebM', 'cutout', 'webm', 'transparent')],
+};
+
+/** @type {import('./export.js').Export} */
+export const greenVideo = {
+  title: 'Green screen',
+  about: 'MP4, for any editor',
+  choices: [video('green', 'MP4', 'cutout', 'mp4', GREEN)],
+};
+
+/** @type {import('./export.js').Export} */
+export const blurredVideo = {
+  title: 'Blurred background',
+  about: 'MP4, to be shared',
+  choices: [video('blurred', 'MP4', 'cutout', 'mp4', 'blurred')],
+};
+
+/** @type {import('./export.js').Export} */
 export const maskVideo = {
   title: 'Mask video',
   about: 'White where objects are, black elsewhere, grey in between: a track matte for an editor.',
@@ -56,16 +77,17 @@ export const maskVideo = {
  * @param {import('./export.js').Choice['label']} label
  * @param {'overlay' | 'cutout' | 'alpha'} style
  * @param {'webm' | 'mp4'} format
+ * @param {import('../library.js').Ground} [own] a ground in place of that on screen
  * @returns {import('./export.js').Choice}
  */
-function video(id, label, style, format) {
+function video(id, label, style, format, own) {
   return {
     id,
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
       const { masks, frames, objects, look, quality, ground, trail, edges } = subject;
-      const background = format === 'mp4' && ground === 'transparent' ? GREEN : ground;
+      const background = own ?? (format === 'mp4' && ground === 'transparent' ? GREEN : ground);
       const sound = subject.sound(format);
       return encodeVideo(masks, frames(work.signal), {
         style,

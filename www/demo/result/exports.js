@@ -6,7 +6,7 @@
  */
 
 import { cocoRle, encodeImages, maskPng, masksZip, objectTable, objectTableCsv } from '../library.js';
-import { background, cutoutVideo, maskVideo, overlayVideo } from './export-video.js';
+import * as videos from './export-video.js';
 import { masksOf, rateOf, labelsOf } from './export.js';
 import { EXTENSION, Packer, projectFile } from '../saved/work.js';
 
@@ -63,13 +63,16 @@ function enlarged({ startFrame, offset, x, y }, across, down) {
 
 /** @type {import('./export.js').Export} */
 export const masks = {
-  title: 'Masks of all frames',
-  about:
-    'A ZIP of PNG files in the colours of the page, or a folder of black and white ones for each object. Times are in masks.json.',
-  choices: [
-    { id: 'zip', label: 'ZIP, in colours', file: () => 'masks.zip', make: zip(false) },
-    { id: 'zip-objects', label: 'ZIP, by object', file: () => 'objects.zip', make: zip(true) },
-  ],
+  title: 'Masks',
+  about: 'PNG files, in colours',
+  choices: [{ id: 'zip', label: 'ZIP', file: () => 'masks.zip', make: zip(false) }],
+};
+
+/** @type {import('./export.js').Export} */
+const objectMasks = {
+  title: 'Masks by object',
+  about: 'A ZIP with a folder of black and white PNG files for each object. Times are in masks.json.',
+  choices: [{ id: 'zip-objects', label: 'ZIP', file: () => 'objects.zip', make: zip(true) }],
 };
 
 /** @type {import('./export.js').Export} */
@@ -160,5 +163,11 @@ export const project = {
   ],
 };
 
+/** What most people want: a choice each. @type {import('./export.js').Export[]} */
+export const FIRST = [videos.transparentVideo, videos.greenVideo, videos.blurredVideo, masks];
+
 /** @type {import('./export.js').Export[]} */
-export const EXPORTS = [overlayVideo, cutoutVideo, images, maskVideo, masks, frameMask, background, data, project];
+export const EXPORTS = [
+  ...[videos.overlayVideo, videos.cutoutVideo, images, videos.maskVideo],
+  ...[objectMasks, frameMask, videos.background, data, project],
+];

@@ -44,7 +44,7 @@ const STAGES = [
 
 /** Those of a longer one. @type {StagePlan[]} */
 const WINDOW_STAGES = [
-  { id: 'windows', name: 'Segmenting window by window', share: 0.9 },
+  { id: 'windows', name: 'Finding what moves', share: 0.9 },
   { id: 'frames', name: 'Reading frames', share: 0.1 },
 ];
 
@@ -219,7 +219,7 @@ export class ClipJob extends Job {
     const result = corrections.over(found ?? this.masksAsResult());
     if (!found || !session)
       return {
-        ...{ result, presence, windows: true, numbers: [this.extent], headline: countObjects },
+        ...{ result, presence, windows: true, numbers: this.numbers, headline: countObjects },
         answers: this.answersOfPictures(),
         notice: (facts) => this.notice(facts),
       };
@@ -270,6 +270,10 @@ export class ClipJob extends Job {
     };
   }
 
+  get numbers() {
+    return this.inWindows ? [this.extent, LONG.remark(WINDOW)] : [this.extent];
+  }
+
   /** @returns {string} `120 frames of 480 × 270 in 3 windows and 2 shots` */
   get extent() {
     const shots = this.cuts.length + 1;
@@ -282,7 +286,7 @@ export class ClipJob extends Job {
   notice(facts) {
     if (this.partial) return LONG.partial(this.settled, this.take.frames);
     const some = facts.some(({ object, first }) => object > 0 && first >= 0);
-    return some || !this.masks ? LONG.remark(WINDOW) : say(LONG.nothing);
+    return some || !this.masks ? '' : say(LONG.nothing);
   }
 
   /**

@@ -3,15 +3,15 @@
 export default {
   // The heading.
   'TraceCut: what moves in this video?': 'TraceCut: Was bewegt sich in diesem Video?',
-  'Finds what moves in a video. It all happens in this page: nothing is uploaded.':
-    'Findet, was sich in einem Video bewegt. Alles geschieht auf dieser Seite: nichts wird hochgeladen.',
   'New version': 'Neue Version',
   'Close other tabs first': 'Erst andere Tabs schließen',
   'TraceCut is open in another tab, whose result would be lost. Close it, then click here again.':
     'TraceCut ist in einem weiteren Tab offen, dessen Ergebnis verloren ginge. Bitte schließen, dann noch einmal klicken.',
   'Loads the new version; the result on screen is lost':
     'Lädt die neue Version; das Ergebnis auf dem Bildschirm geht verloren',
-  'Help (?)': 'Hilfe (?)',
+  'Help and details': 'Hilfe und Einzelheiten',
+  'Help and details (?)': 'Hilfe und Einzelheiten (?)',
+  'This clip': 'Dieser Clip',
   Sample: 'Beispiel',
   Open: 'Öffnen',
   // “Open video…”: the button says „Öffnen…“.
@@ -26,12 +26,10 @@ export default {
   Language: 'Sprache',
 
   // First steps.
-  'First steps': 'Erste Schritte',
   'What moves is found by itself; keep in the list what you want.':
     'Was sich bewegt, wird von selbst gefunden; in der Liste behalten, was gewünscht ist.',
   'Paint, wipe away, or add what was missed.': 'Malen, wegwischen oder hinzufügen, was fehlt.',
   'A video, a cut-out or masks, as large as your clip.': 'Ein Video, Freisteller oder Masken, so groß wie der Clip.',
-  'Got it': 'Verstanden',
 
   // A run under way.
   'Loading…': 'Wird geladen…',
@@ -76,7 +74,10 @@ export default {
   Masks: 'Masken',
   Boundaries: 'Grenzen',
   'Pixel embedding': 'Pixel-Einbettung',
-  'Segmenting window by window': 'Fenster für Fenster',
+  'Finding what moves': 'Bewegtes finden',
+  'Finding what moves together': 'Gemeinsam Bewegtes finden',
+  'Following what moves': 'Bewegtes verfolgen',
+  'Drawing the outlines': 'Umrisse zeichnen',
 
   // What was found.
   'moving object': 'bewegtes Objekt',
@@ -221,7 +222,6 @@ export default {
   Hide: 'Ausblenden',
   Show: 'Zeigen',
   'not seen': 'nicht zu sehen',
-  'When each object is there': 'Wann jedes Objekt da ist',
   '{0}; go to where it is largest, {1}': '{0}; zum Bild gehen, in dem es am größten ist, {1}',
 
   // Work that is kept.
@@ -288,13 +288,11 @@ export default {
 
   // The timeline.
   Timeline: 'Zeitleiste',
-  'First frame': 'Erstes Bild',
   'One frame back': 'Ein Bild zurück',
   Play: 'Abspielen',
   'Play or pause': 'Abspielen oder anhalten',
   Pause: 'Anhalten',
   'One frame forward': 'Ein Bild vor',
-  'Last frame': 'Letztes Bild',
   Loop: 'Wiederholen',
   Frame: 'Bild',
   'Frame {0} of {1}{2}': 'Bild {0} von {1}{2}',
@@ -348,7 +346,14 @@ export default {
     'Jedes der Dinge übermalen, die nicht eins sind: ein Strich für jedes.',
   '{0} painted': '{0} gemalt',
   'Correcting…': 'Wird korrigiert…',
-  'Corrected in {0}. {1}.': 'Korrigiert in {0}. {1}.',
+  'Corrected in {0}': 'Korrigiert in {0}',
+  Undone: 'Rückgängig gemacht',
+  'Done again': 'Wiederhergestellt',
+  'Bring corrections back': 'Korrekturen zurückholen',
+  'Run again?': 'Neu berechnen?',
+  'The new result is without your corrections. Undo brings them back.':
+    'Im neuen Ergebnis fehlen die Korrekturen. Rückgängig holt sie zurück.',
+  'Keep this result': 'Dieses Ergebnis behalten',
   'That is not possible here: {0}.': 'Das geht hier nicht: {0}.',
   'In frame {0}.': 'In Bild {0}.',
   'In frame {0} alone: the picture changes too much.': 'Nur in Bild {0}: Das Bild ändert sich zu sehr.',
@@ -377,8 +382,8 @@ export default {
   hard: 'hart',
   on: 'an',
   off: 'aus',
-  'Of all masks, on screen and in what is saved. Specks are pieces up to that part of the frame: they are left out. Smoothed masks are those that most frames before and after agree on, along the motion.':
-    'Aller Masken, auf dem Bildschirm und beim Speichern. Flecken sind Stücke bis zu diesem Teil des Bildes: Sie entfallen. Geglättete Masken sind die, bei denen die meisten Bilder davor und danach übereinstimmen, entlang der Bewegung.',
+  'Specks are pieces up to that part of the frame: they are left out. Smoothed masks are what most frames before and after agree on.':
+    'Flecken sind Stücke bis zu diesem Teil des Bildes: Sie entfallen. Geglättete Masken sind die, bei denen die meisten Bilder davor und danach übereinstimmen.',
 
   // Layers.
   Picture: 'Bild',
@@ -475,8 +480,7 @@ export default {
   // The clip.
   'Settings and results': 'Einstellungen und Ergebnisse',
   Image: 'Bild',
-  'Drawn by the page itself: the camera pans over a landscape, while a balloon, a van and a walker go their own ways.':
-    'Von der Seite selbst gezeichnet: Die Kamera schwenkt über eine Landschaft, während ein Ballon, ein Lieferwagen und ein Fußgänger ihre eigenen Wege gehen.',
+  'Drawn by the page itself.': 'Von der Seite selbst gezeichnet.',
   Start: 'Anfang',
   Frames: 'Bilder',
   Every: 'Jedes',
@@ -588,7 +592,6 @@ export default {
     'Ein Video, ein GIF, die Bilder einer Folge oder ein einzelnes Bild öffnen: mit dem Knopf, durch Ablegen irgendwo auf der Seite oder durch Einfügen. Mehrere Videos kommen nacheinander an die Reihe.',
   'Click an object in the picture to see it alone; click it again, or the background, to see all.':
     'Ein Klick auf ein Objekt im Bild zeigt es allein; noch ein Klick darauf oder auf den Hintergrund zeigt wieder alle.',
-  'Show the first steps': 'Die ersten Schritte zeigen',
   Documentation: 'Dokumentation (englisch)',
   'Everything is computed on this device. Nothing is uploaded, and nothing is learned in advance: objects are told apart by their motion alone.':
     'Alles wird auf diesem Gerät berechnet. Nichts wird hochgeladen, und nichts ist vorher gelernt: Objekte werden allein an ihrer Bewegung unterschieden.',
@@ -612,7 +615,6 @@ export default {
   undo: 'rückgängig machen',
   'do it again': 'wiederherstellen',
   save: 'speichern',
-  'run again': 'neu berechnen',
   'cancel a run, close a dialog': 'eine Berechnung abbrechen, einen Dialog schließen',
   'next control': 'nächstes Bedienelement',
   'this list': 'diese Liste',
@@ -692,11 +694,17 @@ export default {
   'Mask video': 'Masken als Video',
   'White where objects are, black elsewhere, grey in between: a track matte for an editor.':
     'Weiß, wo Objekte sind, sonst schwarz, dazwischen grau: eine Maske für ein Schnittprogramm.',
-  'Masks of all frames': 'Masken aller Bilder',
-  'A ZIP of PNG files in the colours of the page, or a folder of black and white ones for each object. Times are in masks.json.':
-    'Ein ZIP mit PNG-Dateien in den Farben der Seite, oder je Objekt ein Ordner mit schwarz-weißen. Die Zeiten stehen in masks.json.',
-  'ZIP, in colours': 'ZIP, in Farben',
-  'ZIP, by object': 'ZIP, je Objekt',
+  'PNG files, in colours': 'PNG-Dateien, in Farben',
+  'Masks by object': 'Masken je Objekt',
+  'A ZIP with a folder of black and white PNG files for each object. Times are in masks.json.':
+    'Ein ZIP mit einem Ordner schwarz-weißer PNG-Dateien je Objekt. Die Zeiten stehen in masks.json.',
+  'Transparent cut-out': 'Freigestellt, transparent',
+  'WebM, for editors': 'WebM, für den Schnitt',
+  'Green screen': 'Grüner Hintergrund',
+  'MP4, for any editor': 'MP4, für jeden Schnitt',
+  'Blurred background': 'Unscharfer Hintergrund',
+  'MP4, to be shared': 'MP4, zum Teilen',
+  More: 'Mehr',
   'Mask of this frame': 'Maske dieses Bildes',
   'One PNG in the colours of the page.': 'Ein PNG in den Farben der Seite.',
   'Mask of this frame as PNG': 'Maske dieses Bildes als PNG',
