@@ -96,7 +96,6 @@ fn segment(frames: &[Frame], params: &Params) -> Result<Vec<Plane<u8>>, tracecut
         num_labels: clusters.count.max(1),
         objects: &objects.iter().map(|&label| label > 0).collect::<Vec<_>>(),
         evidence: &[],
-        flows: &flows,
     };
     let cut = gabriel_cut(&input, &params.cut).labels;
 

@@ -54,16 +54,16 @@ crate::params! {
     /// Boundary probability and contours.
     pub struct ContourParams {
         /// Contours are followed where Pb is above this value.
-        pub low: f32 = 0.01, in 0.0..=1.0, expert;
+        pub low: f32 = 0.03, in 0.0..=1.0, expert;
         /// A contour is kept if its Pb is above this value somewhere.
-        pub high: f32 = 0.02, in 0.0..=1.0;
+        pub high: f32 = 0.08, in 0.0..=1.0;
         /// Contours of fewer pixels that end in nothing are left out.
         pub min_chain: u32 = 8, in 1..=10000, expert;
         /// How far a line may be from the contour that it stands for, in pixels. Higher gives fewer lines.
         pub deviation: f32 = 1.5, in 0.1..=20.0, expert;
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them
         /// whole.
-        pub max_line: f32 = 50.0, in 0.0..=10000.0, expert;
+        pub max_line: f32 = 0.0, in 0.0..=10000.0, expert;
     }
 }
 

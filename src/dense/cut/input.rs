@@ -1,6 +1,5 @@
 //! What the cut is made from, and what it makes.
 
-use crate::flow::CompactFlow;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -27,8 +26,6 @@ pub struct CutInput<'a> {
     /// What else speaks for an object in each superpixel, numbered frame by frame, and against it where negative: a cost
     /// of the labels that are no objects, or of those that are; may be empty.
     pub evidence: &'a [f32],
-    /// Flow from each frame to the next, for `flow_weight`; may be empty.
-    pub flows: &'a [CompactFlow],
 }
 
 /// A label for each superpixel of each frame.

@@ -12,10 +12,7 @@ crate::params! {
         /// Whether borders count by their length, relative to the mean and within 0.05 to 4. The paper does not.
         pub by_length: bool = true, in 0..=1, expert;
         /// Weight of the share of common trajectories between superpixels of consecutive frames.
-        pub temporal_weight: f32 = 2.0, in 0.0..=1000.0;
-        /// Weight of the share of pixels that flow carries from one superpixel into another. Not in the paper;
-        /// docs/choices.md.
-        pub flow_weight: f32 = 1.0, in 0.0..=1000.0, expert;
+        pub temporal_weight: f32 = 1.0, in 0.0..=1000.0;
         /// How often the cut is made anew with what objects and the ground near them look like in the cut before.
         pub appearance_rounds: u32 = 1, in 0..=10, expert;
         /// Weight of the log-odds by appearance in those.
@@ -30,16 +27,14 @@ crate::params! {
 }
 
 impl CutParams {
-    /// The paper's energy, with its misprints resolved: nothing by length or flow, all weights 1, the 30 % rule for
+    /// The paper's energy, with its misprints resolved: nothing by length, all weights 1, the 30 % rule for
     /// ambiguous superpixels.
     ///
     /// From outside: `preset` = `paper`.
     pub(crate) fn paper() -> Self {
         Self {
             spatial_weight: 1.0,
-            temporal_weight: 1.0,
             by_length: false,
-            flow_weight: 0.0,
             stranger_weight: 0.0,
             appearance_rounds: 0,
             ambiguous_share: 0.3,

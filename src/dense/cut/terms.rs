@@ -7,8 +7,7 @@
 //!    zero, colour may stand in for the histogram, beyond the paper: the probability of the label by the colours of all
 //!    superpixels that have witnesses. Evidence from elsewhere is added as it is, beyond the paper.
 //! 3. Spatial: `exp(−mean Pb / scale)` along the common border, times its length.
-//! 4. Temporal: common trajectories by the larger number of trajectories; and, beyond the paper, pixels that flow
-//!    carries over by the larger number of pixels.
+//! 4. Temporal: common trajectories by the larger number of trajectories.
 //!
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536.
 
@@ -23,9 +22,6 @@ pub(super) const SCALE: f32 = 65536.0;
 
 /// Length of a border relative to the mean, least and most.
 const LENGTH_RANGE: (f32, f32) = (0.05, 4.0);
-
-/// Flow that carries over a smaller share of pixels than this is no link: it is the flow's error at the rim.
-const LEAST_FLOW_SHARE: f32 = 0.05;
 
 /// The energy whose least labelling is sought.
 pub(crate) fn energy(input: &CutInput, params: &CutParams) -> Potts {
@@ -181,7 +177,6 @@ fn add_spatial(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes:
 struct Link {
     to: u32,
     tracks: u32,
-    pixels: u32,
 }
 
 /// Step 4.
@@ -194,55 +189,18 @@ fn add_temporal(problem: &mut Potts, input: &CutInput, params: &CutParams, nodes
             if frames.contains(&t) && frames.contains(&(t + 1)) {
                 let p = input.tracks.point(i, t);
                 let (from, to) = (nodes.of_point[p], nodes.of_point[p + 1]);
-                found.push((from - nodes.base[t], Link { to: to - nodes.base[t + 1], tracks: 1, pixels: 0 }));
+                found.push((from - nodes.base[t], Link { to: to - nodes.base[t + 1], tracks: 1 }));
             }
         }
-        let by_flow = params.flow_weight > 0.0;
-        if let Some(flow) = input.flows.get(t).filter(|_| by_flow) {
-            let flow = flow.unpack(1.0, 1.0);
-            carry(&pair[0].label, &pair[1].label, &flow.u, &flow.v, &mut found);
-        }
-        let areas = if by_flow { [pair[0].areas(), pair[1].areas()] } else { Default::default() };
         for (from, link) in gathered(&found, pair[0].count) {
             let (p, q) = (nodes.base[t] + from, nodes.base[t + 1] + link.to);
             let most = nodes.num_tracks[p as usize].max(nodes.num_tracks[q as usize]).max(1);
-            let mut cost = params.temporal_weight * link.tracks as f32 / most as f32;
-            if link.pixels > 0 {
-                let share = link.pixels as f32 / areas[0][from as usize].max(areas[1][link.to as usize]) as f32;
-                cost += if share >= LEAST_FLOW_SHARE { params.flow_weight * share } else { 0.0 };
-            }
-            let weight = rounded(cost);
+            let weight = rounded(params.temporal_weight * link.tracks as f32 / most as f32);
             if weight > 0 {
                 problem.edges.push((p, q));
                 problem.weights.push(weight);
             }
         }
-    }
-}
-
-/// Where flow carries the pixels of `from` in `to`, one link for each run of pixels in a row that go the same way.
-fn carry(from: &Plane<u32>, to: &Plane<u32>, u: &Plane<f32>, v: &Plane<f32>, found: &mut Vec<(u32, Link)>) {
-    let (w, h) = (from.width(), from.height());
-    let sizes = [(to.width(), to.height()), (u.width(), u.height()), (v.width(), v.height())];
-    if w * h == 0 || sizes.iter().any(|&size| size != (w, h)) {
-        return;
-    }
-    for y in 0..h {
-        let (labels, u, v) = (from.row(y), u.row(y), v.row(y));
-        let mut run = (NOWHERE, Link::default());
-        for x in 0..w {
-            let (x1, y1) = (x as f32 + u[x] + 0.5, y as f32 + v[x] + 0.5);
-            if !(x1 >= 0.0 && y1 >= 0.0 && x1 < w as f32 && y1 < h as f32) {
-                continue;
-            }
-            let target = to.data()[y1 as usize * w + x1 as usize];
-            if (run.0, run.1.to) != (labels[x], target) {
-                found.extend((run.1.pixels > 0).then_some(run));
-                run = (labels[x], Link { to: target, tracks: 0, pixels: 0 });
-            }
-            run.1.pixels += 1;
-        }
-        found.extend((run.1.pixels > 0).then_some(run));
     }
 }
 
@@ -266,10 +224,7 @@ fn gathered(found: &[(u32, Link)], count: usize) -> Vec<(u32, Link)> {
         let own = links.len();
         for link in &sorted[begin[p] as usize..begin[p + 1] as usize] {
             match links[own..].iter_mut().find(|(_, known)| known.to == link.to) {
-                Some((_, known)) => {
-                    known.tracks += link.tracks;
-                    known.pixels += link.pixels;
-                }
+                Some((_, known)) => known.tracks += link.tracks,
                 None => links.push((p as u32, *link)),
             }
         }

@@ -2,7 +2,6 @@
 
 use super::ambiguous::ambiguous_shares;
 use super::*;
-use crate::flow::{CompactFlow, FlowField};
 use crate::superpixel::Border;
 use crate::trajectory::Trajectories;
 
@@ -30,7 +29,7 @@ fn standing(num_frames: usize, places: &[(usize, f32, f32)]) -> Trajectories {
 }
 
 fn input<'a>(superpixels: &'a [Superpixels], tracks: &'a Trajectories, label: &'a [u32], n: usize) -> CutInput<'a> {
-    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[], flows: &[] }
+    CutInput { superpixels, tracks, label, num_labels: n, objects: &[], evidence: &[] }
 }
 
 fn units(cost: f64) -> i32 {
@@ -97,22 +96,6 @@ fn points_outside_the_image_belong_to_the_nearest_pixel() {
     let tracks = standing(1, &[(0, -0.9, -0.9), (0, 11.9, 3.9), (0, 1e9, -1e9)]);
     let problem = energy(&input(&superpixels, &tracks, &[0, 0, 0], 2), &CutParams::default());
     assert_eq!(problem.unary, [0, units(1.0), 0, 0, 0, units(1.0)]);
-}
-
-#[test]
-fn flow_links_superpixels_without_trajectories_by_the_pixels_it_carries() {
-    let superpixels = [thirds(), thirds()];
-    let none = Trajectories::empty(2, (WIDTH, HEIGHT));
-    let shift = FlowField { u: Plane::filled(WIDTH, HEIGHT, 1.0), v: Plane::filled(WIDTH, HEIGHT, 0.0) };
-    let flows = [CompactFlow::new(&shift)];
-    let all = CutInput { flows: &flows, ..input(&superpixels, &none, &[], 2) };
-    let params = CutParams { flow_weight: 2.0, ..CutParams::default() };
-    let problem = energy(&all, &params);
-    assert_eq!(weight(&problem, 0, 3), Some(units(2.0 * 12.0 / 16.0)));
-    assert_eq!(weight(&problem, 0, 4), Some(units(2.0 * 4.0 / 16.0)));
-    assert_eq!(weight(&problem, 2, 5), Some(units(2.0 * 12.0 / 16.0)));
-    assert_eq!(problem.edges.len(), 4 + 5);
-    assert_eq!(energy(&all, &CutParams::paper()).edges.len(), 4);
 }
 
 #[test]

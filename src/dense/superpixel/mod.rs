@@ -7,12 +7,10 @@
 //!    gaps of contours where their geometry suggests it. (Gabriel and Sokal, "A New Statistical Approach to Geographic
 //!    Variation Analysis", 1969)
 //! 3. Every pixel goes to the face in which its centre lies.
-//! 4. Very small faces are joined with a neighbour, and neighbours with hardly any Pb between them with each other.
+//! 4. Only where a number of superpixels is asked for: faint contours count too, and neighbours with the least Pb between
+//!    them are joined down to that number.
 //!
-//! **Deviations.** The paper takes thresholded contours and leaves all faces as they are. Faint contours and step 4 are
-//! better: on 40 images of BSDS500 the under-segmentation error of some 740 superpixels falls from 0.086 to 0.062.
-//! `join_below` 0 and higher thresholds of the contours give the paper's. Points on the image border keep the regions
-//! along it apart.
+//! Points on the image border keep the regions along it apart.
 //!
 //! **Cost**: O(n log n) in the number of segments, and linear in pixels.
 
@@ -34,7 +32,7 @@ crate::params! {
     pub struct SuperpixelParams {
         /// Superpixels of areas p and q in pixels are joined while the mean Pb between them, times pq / (p + q), is
         /// below this. 0 leaves the faces of the Gabriel graph as they are.
-        pub join_below: f32 = 1.5, in 0.0..=1000000.0;
+        pub join_below: f32 = 0.0, in 0.0..=1000000.0;
     }
 }
 

@@ -22,19 +22,23 @@ use crate::trajectory::Trajectories;
 const LEAST_BELOW: f64 = 8.0;
 /// Slopes of the ground that are tried, as nearness by pixel: the first, the factor to the next, and their number.
 const SLOPES: (f64, f64, i32) = (3e-4, 1.1, 62);
-/// Two nearnesses are alike up to this factor.
-const ALIKE: f64 = 1.3;
+/// Nearness that is the ground's, up to this factor.
+const ALIKE: f64 = 1.2;
 /// The ground is seen in at least this many cells of this side.
 const CELL: f64 = 16.0;
 const LEAST_CELLS: usize = 5;
 /// A way across of more than this, and this part of the way along, is not the scene's; nor one towards the focus.
 const ACROSS: (f64, f64) = (1.0, 0.1);
 const TOWARDS: f64 = 1.0;
-/// Nearness that is not alike is seen where it makes this many pixels.
+/// Nearness below this part of the ground's, or above this one, is another where it makes this many pixels.
+const BELOW: f64 = 0.6;
+const ABOVE: f64 = 1.3;
 const VISIBLE: f64 = 2.0;
-/// Ground between a point and where it would stand is looked for this far to either side, and from this far below it.
+/// Ground between a point and where it would stand is looked for this far to either side, from this far below the point
+/// to this part of the way: ground beside what does stand there is seen too.
 const BESIDE: f64 = 10.0;
 const UNDER: f64 = 6.0;
+const WAY_DOWN: f64 = 0.85;
 /// Objects have this many trajectories at least.
 const LEAST_TRACKS: usize = 5;
 /// Neighbours that differ by more than this on their common way are not of one object.
@@ -130,13 +134,13 @@ fn is_astray(k: usize, pair: &Pair, goings: &[Going], slope: Option<f64>) -> boo
     let expected = slope * below;
     let is_visible = (going.nearness - expected).abs() * going.reach > VISIBLE;
     is_visible
-        && (ALIKE * going.nearness < expected || going.nearness > ALIKE * expected && floats(k, pair, goings, slope))
+        && (going.nearness < BELOW * expected || going.nearness > ABOVE * expected && floats(k, pair, goings, slope))
 }
 
 /// Whether it would be seen if a point were less near than the ground.
 fn is_telling(k: usize, pair: &Pair, goings: &[Going], slope: Option<f64>) -> bool {
     let below = pair.below(k);
-    below > LEAST_BELOW && slope.is_some_and(|slope| (1.0 - 1.0 / ALIKE) * slope * below * goings[k].reach > VISIBLE)
+    below > LEAST_BELOW && slope.is_some_and(|slope| (1.0 - BELOW) * slope * below * goings[k].reach > VISIBLE)
 }
 
 /// Whether the ground is seen where something that stood on it would hide it.
@@ -145,7 +149,7 @@ fn floats(k: usize, pair: &Pair, goings: &[Going], slope: f64) -> bool {
     let foot = goings[k].nearness / slope;
     let between = |j: usize| {
         let (other, lower) = (&pair.steps[j].1, pair.below(j));
-        (other.x - x).abs() < BESIDE && (below + UNDER..foot).contains(&lower)
+        (other.x - x).abs() < BESIDE && (below + UNDER..WAY_DOWN * foot).contains(&lower)
     };
     (0..goings.len()).any(|j| between(j) && is_ground(pair.below(j), &goings[j], slope))
 }

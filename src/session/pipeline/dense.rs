@@ -140,7 +140,7 @@ impl Terms {
         if let Some(background) = background {
             let (tracks, label) = clustered.counting(terms.voted.as_deref());
             let settings = &clip.params.background;
-            terms.evidence = background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
+            terms.evidence = background.evidence(superpixels, (tracks, label), &terms.is_object, settings);
             let is_told = |cluster: usize| recut.is_some_and(|recut| recut.is_open(objects.of_cluster[cluster]));
             add_doubts(&mut terms.evidence, superpixels, (tracks, label), &parts.doubts(is_told));
         }
@@ -149,15 +149,15 @@ impl Terms {
 
     /// The energy.
     fn moves(&self, parts: &Parts, recut: Option<&Recut>, evidence: &[f32], clip: &Clip) -> GabrielCut {
-        let (input, settings) = (self.input(parts, evidence, clip), &clip.params.cut);
+        let (input, settings) = (self.input(parts, evidence), &clip.params.cut);
         match recut {
             Some(recut) => recut.cut(&input, settings),
             None => GabrielCut::new(&input, settings),
         }
     }
 
-    fn input<'a>(&'a self, parts: &'a Parts, evidence: &'a [f32], clip: &'a Clip) -> CutInput<'a> {
-        parts.input(self.voted.as_deref(), &self.is_object, evidence, &clip.flows)
+    fn input<'a>(&'a self, parts: &'a Parts, evidence: &'a [f32]) -> CutInput<'a> {
+        parts.input(self.voted.as_deref(), &self.is_object, evidence)
     }
 
     /// The evidence with that of what the labels of a cut before look like.
@@ -185,7 +185,7 @@ impl Moving {
         if !is_last {
             let labels = self.moves.labels().labels;
             self.evidence = self.terms.evidence_with(&self.parts, &labels, clip);
-            self.moves.begin_again(&self.terms.input(&self.parts, &self.evidence, clip), &clip.params.cut);
+            self.moves.begin_again(&self.terms.input(&self.parts, &self.evidence), &clip.params.cut);
             (self.made, self.rounds) = (done, self.rounds - 1);
             return Turn::more(progress, self);
         }

@@ -119,7 +119,7 @@ mod tests {
             ("clip.seed", 3.0),
             ("flow.fixedPoints", 0.0),
             ("affinity.variationWeight", 1.0),
-            ("contour.maxLine", 0.0),
+            ("contour.maxLine", 50.0),
             ("cut.spatialWeight", 1.0),
             ("refine.band", 0.0),
             ("clip.reference", 0.0),

@@ -11,7 +11,6 @@ use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::{Known, strangeness};
-use crate::flow::CompactFlow;
 use crate::image::{Plane, sample_bilinear};
 use crate::mask::Runs;
 use crate::objects::Objects;
@@ -244,7 +243,6 @@ impl Parts {
         voted: Option<&'a [u32]>,
         is_object: &'a [bool],
         evidence: &'a [f32],
-        flows: &'a [CompactFlow],
     ) -> CutInput<'a> {
         let (tracks, label) = self.clustered.counting(voted);
         CutInput {
@@ -254,7 +252,6 @@ impl Parts {
             num_labels: self.clustered.clusters.count.max(1),
             objects: is_object,
             evidence,
-            flows,
         }
     }
 

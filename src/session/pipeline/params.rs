@@ -144,8 +144,6 @@ impl Params {
         params.discretize.method = DiscretizeMethod::RotationMerge;
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
-        (params.contour.low, params.contour.high) = (0.03, 0.08);
-        params.superpixel.join_below = 0.0;
         params.refine.band = 0;
         params.background.judge = false;
         params.clip.reference = 0;

@@ -63,7 +63,7 @@ impl Segmented {
     }
 
     fn sureness(&self, clip: &Clip) -> Sureness {
-        let input = found_input(self, clip);
+        let input = found_input(self);
         let margins = margins(&input, &clip.params.cut, &self.cut.labels, &self.cut.objects.of_cluster);
         let (mut said, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
         for (superpixels, labels) in self.parts.superpixels.iter().zip(&self.cut.labels.labels) {

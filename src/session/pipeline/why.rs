@@ -215,7 +215,7 @@ impl Asked<'_> {
     fn explanation(&self, at: (usize, usize)) -> Explanation {
         let Segmented { parts, cut, masks } = self.found;
         let (ground, params) = (&*cut.ground, &self.clip.params.cut);
-        let input = found_input(self.found, self.clip);
+        let input = found_input(self.found);
         let superpixel = parts.superpixels[self.t].label[self.pixel];
         let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
         let held = ground.region.iter().flat_map(|region| &region.held);
@@ -336,7 +336,7 @@ impl Asked<'_> {
 }
 
 /// What the cut in force was made from.
-pub(super) fn found_input<'a>(found: &'a Segmented, clip: &'a Clip) -> CutInput<'a> {
+pub(super) fn found_input(found: &Segmented) -> CutInput<'_> {
     let ground = &*found.cut.ground;
-    found.parts.input(ground.voted.as_deref(), &ground.is_object, &ground.evidence, &clip.flows)
+    found.parts.input(ground.voted.as_deref(), &ground.is_object, &ground.evidence)
 }
