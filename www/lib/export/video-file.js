@@ -287,7 +287,15 @@ async function addSound(media, output, { source, start, end }, format) {
       input.dispose();
       return null;
     }
-    if (!output.format.getSupportedAudioCodecs().includes(codec)) throw cannotHold(codec, format);
+    if (!output.format.getSupportedAudioCodecs().includes(codec)) {
+      const { conversionOf, converted } = await part(import('./sound-convert.js'));
+      const conversion = await conversionOf(track);
+      if (!conversion) throw cannotHold(codec, format);
+      const target = new media.EncodedAudioPacketSource('opus');
+      output.addAudioTrack(target);
+      const { write, close } = converted(media, track, { conversion, target, start, end });
+      return { write, close: () => (close(), input.dispose()) };
+    }
     const target = new media.EncodedAudioPacketSource(codec);
     output.addAudioTrack(target);
     return copied(media, input, { packets: packetsOf(media, track, start, end), target, decoderConfig, start });
@@ -364,6 +372,6 @@ function cannotHold(codec, format) {
   const [name, other] = format === 'mp4' ? ['MP4', 'webm'] : ['WebM', 'mp4'];
   return new TraceCutError(
     'unsupported',
-    `sound: ${name} files cannot hold ${codec} as it is; try format: '${other}', or leave the sound out (soundInfo says which formats can)`,
+    `sound: ${name} files cannot hold ${codec} as it is, and this browser does not turn it into Opus; try format: '${other}', or leave the sound out (soundInfo says which formats can)`,
   );
 }
