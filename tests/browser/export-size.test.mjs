@@ -39,6 +39,33 @@ async function save(page, id) {
   return bytesOf(await coming);
 }
 
+describe('exports of a clip whose sound WebM cannot hold', () => {
+  const sample = useSample(site);
+
+  test('have it as Opus in WebM, as the page says', async () => {
+    const { page, faults } = sample;
+    const times = Array.from({ length: 6 }, (_, k) => 0.04 * k);
+    await page.evaluate(prepare);
+    const made = await page.evaluate(makeClip, { width: 320, height: 180, times, isPlain: true });
+    const file = { name: 'clip.mp4', mimeType: 'video/mp4', buffer: Buffer.from(made, 'base64') };
+    assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
+    await openSave(page);
+    await page.waitForFunction(() => !document.querySelector('#export-with-sound').hidden);
+    assert.match(await text(page, '#export-sound-facts'), /^pcm-s16, as it is; in WebM as Opus\.$/);
+    for (const [id, codec] of [
+      ['transparent', 'opus'],
+      ['overlay-webm', 'opus'],
+      ['overlay-mp4', 'pcm-s16'],
+    ]) {
+      const clip = await page.evaluate(readClip, (await save(page, id)).toString('base64'));
+      assert.equal(clip.codec, codec, id);
+      assert.ok(Math.abs(clip.sound - 0.24) < 0.05, `${id}: sound of ${clip.sound} s`);
+    }
+    await page.click('#export-close');
+    assert.deepEqual(faults, []);
+  });
+});
+
 describe('exports at the size of the source', () => {
   const sample = useSample(site);
 
@@ -213,6 +240,18 @@ async function prepare() {
     await output.finalize();
     return new Blob([output.target.buffer]);
   };
+  /** The same as it is, in WAV. */
+  const plainTone = () => {
+    const [rate, count] = [44100, 44100];
+    const view = new DataView(new ArrayBuffer(44 + 2 * count));
+    const words = { 0: 'RIFF', 8: 'WAVEfmt ', 36: 'data' };
+    for (const [at, word] of Object.entries(words)) new Uint8Array(view.buffer).set(new TextEncoder().encode(word), at);
+    const longs = { 4: 36 + 2 * count, 16: 16, 24: rate, 28: 2 * rate, 40: 2 * count };
+    for (const [at, value] of Object.entries(longs)) view.setUint32(at, value, true);
+    for (const [at, value] of Object.entries({ 20: 1, 22: 1, 32: 2, 34: 16 })) view.setUint16(at, value, true);
+    for (let k = 0; k < count; k += 1) view.setInt16(44 + 2 * k, 9000 * Math.sin(k / 20), true);
+    return view.buffer;
+  };
   /** How long a player says that a file is, in seconds. */
   const played = (blob) =>
     new Promise((done, failed) => {
@@ -220,12 +259,12 @@ async function prepare() {
       Object.assign(video, { onloadedmetadata: () => done(video.duration), onerror: () => failed(video.error) });
       video.src = URL.createObjectURL(blob);
     });
-  globalThis.sized = { media, library, bytesOf, base64Of, tone, played };
+  globalThis.sized = { media, library, bytesOf, base64Of, tone, plainTone, played };
 }
 
 /** Runs in the page: a textured square that moves over a textured ground, with a tone. */
-async function makeClip({ width, height, times }) {
-  const { library, base64Of, tone } = globalThis.sized;
+async function makeClip({ width, height, times, isPlain = false }) {
+  const { library, base64Of, tone, plainTone } = globalThis.sized;
   const texture = (salt, side) => {
     const small = new ImageData(side, side);
     for (let p = 0; p < side * side; p += 1) {
@@ -249,7 +288,11 @@ async function makeClip({ width, height, times }) {
     }
   };
   const masks = { width: 16, height: 9, numFrames: times.length, labels: () => new Uint8Array(144), times };
-  const options = { format: 'mp4', quality: 'very-high', sound: { source: await tone(), end: 2 } };
+  const options = {
+    format: 'mp4',
+    quality: 'very-high',
+    sound: { source: isPlain ? plainTone() : await tone(), end: 2 },
+  };
   return base64Of(await library.encodeVideo(masks, frames(), options));
 }
 
@@ -271,6 +314,7 @@ async function readClip(base64) {
     times: times.sort((a, b) => a - b),
     end: await played(blob),
     sound,
+    codec: (await audio?.getCodec()) ?? null,
   };
 }
 

@@ -196,6 +196,37 @@ describe('exports', () => {
     assert.equal(downloads, 0);
   });
 
+  test('a video in the making says how much longer it takes', async () => {
+    const { shown, ended: end } = await page.evaluate(async () => {
+      const { encode } = VideoEncoder.prototype;
+      VideoEncoder.prototype.encode = function (...args) {
+        const until = performance.now() + 400;
+        while (performance.now() < until);
+        return encode.apply(this, args);
+      };
+      const shown = [];
+      const count = document.querySelector('#export-count');
+      new MutationObserver(() => shown.push([performance.now(), count.textContent])).observe(count, {
+        childList: true,
+      });
+      const begun = performance.now();
+      document.querySelector('[data-export="overlay-webm"]').click();
+      while (!/^Saved/.test(document.querySelector('#export-status').textContent))
+        await new Promise((done) => setTimeout(done, 20));
+      VideoEncoder.prototype.encode = encode;
+      return { shown: shown.map(([at, words]) => [at - begun, words]), ended: performance.now() - begun };
+    });
+    const said = shown.filter(([, words]) => /left$/.test(words));
+    assert.ok(said.length > 4, JSON.stringify(shown));
+    assert.ok(said[0][0] > 2000 && said[0][0] < 3500, `first after ${said[0][0]} ms`);
+    for (const [at, words] of said) {
+      const [, left] = words.match(/^\d+ of 16 frames, about (\d+)\ss left$/);
+      const real = (end - at) / 1000;
+      // Half a second is what rounding does.
+      assert.ok(left < 1.5 * real + 0.5 && left > real / 1.5 - 0.5, `${words}, in truth ${real} s`);
+    }
+  });
+
   test('the recipe names version, settings and a sum of the masks; the link carries the settings', async () => {
     await page.click('#recipe-box > summary');
     await page.waitForFunction(() => /sha256/.test(document.querySelector('#recipe').textContent));

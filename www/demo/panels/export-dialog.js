@@ -12,8 +12,9 @@ import { EXPORTS, FIRST } from '../result/exports.js';
 import { objectName } from '../result/palette.js';
 import { linkOf, recipeOf } from '../result/recipe.js';
 import { download, placeFor } from '../result/save-file.js';
+import { TimeLeft } from '../result/time-left.js';
 import { untilAborted } from '../run/stage-clock.js';
-import { bytes, count, explain, plural } from '../words.js';
+import { bytes, count, explain, plural, remaining } from '../words.js';
 import { ExportOptions } from './export-options.js';
 import { groundOf } from './views.js';
 import { say } from '../language.js';
@@ -152,6 +153,7 @@ export class ExportDialog {
     this.offer(null);
     this.abort = new AbortController();
     const { signal } = this.abort;
+    const timeLeft = new TimeLeft(performance.now());
     this.setBusy(true);
     this.tell(say`Making ${file}…`);
     try {
@@ -162,9 +164,10 @@ export class ExportDialog {
         download(made, file);
         return made.size;
       };
-      const whole = await this.smoothed(signal);
+      const whole = await this.smoothed(signal, timeLeft);
       if (whole) subject.masks = { ...found.masks, labels: (t) => whole.labels(t) };
-      const made = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress) });
+      if (whole) timeLeft.begin(performance.now());
+      const made = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress, timeLeft) });
       signal.throwIfAborted();
       const size = await save(made);
       if (made instanceof Blob) this.offer(new File([made], file, { type: made.type }));
@@ -201,12 +204,15 @@ export class ExportDialog {
 
   /**
    * @param {AbortSignal} signal
+   * @param {TimeLeft} timeLeft
    * @returns {Promise<import('../library.js').MaskSource | null>} the masks as they are on screen, when all of them
    *   are smoothed; null where none are to be
    */
-  async smoothed(signal) {
+  async smoothed(signal, timeLeft) {
     const { smoothed } = this.store.state;
-    const tick = setInterval(() => this.store.state.smoothed && showProgress(this.store.state.smoothed), TICK_MS);
+    const tick = setInterval(() => {
+      if (this.store.state.smoothed) showProgress(this.store.state.smoothed, timeLeft);
+    }, TICK_MS);
     try {
       return smoothed && (await untilAborted(smoothed.whole, signal));
     } finally {
@@ -268,13 +274,18 @@ function keptWords({ kept, all }) {
     : say`${names} of ${of} are kept: what is saved has no other.`;
 }
 
-/** @param {{done: number, total: number}} progress a total of 0 before the first step */
-function showProgress({ done, total }) {
+/**
+ * @param {{done: number, total: number}} progress a total of 0 before the first step
+ * @param {TimeLeft} [timeLeft] of the work
+ */
+function showProgress({ done, total }, timeLeft) {
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
   byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
   const words = total === 1 ? say`${done} of 1 frame` : say`${done} of ${count(total)} frames`;
-  byId('export-count').textContent = total > 0 ? words : '';
+  const left = timeLeft?.after({ done, total }, performance.now()) ?? null;
+  const shown = left === null ? words : `${words}, ${remaining(left)}`;
+  byId('export-count').textContent = total > 0 ? shown : '';
 }
 
 /** @param {unknown} error whether no file was chosen */

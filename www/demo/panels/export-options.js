@@ -106,9 +106,12 @@ export class ExportOptions {
     if (!sound) return '';
     const name = CODECS[sound.codec] ?? sound.codec;
     const without = Object.keys(FORMATS).filter((format) => !sound.formats.includes(/** @type {'mp4'} */ (format)));
-    if (without.length === 0) return say`${name}, as it is.`;
-    const names = without.map((format) => FORMATS[/** @type {'mp4'} */ (format)]);
-    const said = names.length > 1 ? say`${names[0]} and ${names[1]}` : names[0];
+    const names = (without.length > 0 ? without : sound.converted).map(
+      (format) => FORMATS[/** @type {'mp4'} */ (format)],
+    );
+    if (names.length === 0) return say`${name}, as it is.`;
+    const said = names.length > 1 ? say`${names[0]} and ${names[1]}` : String(names[0]);
+    if (without.length === 0) return say`${name}, as it is; in ${said} as Opus.`;
     return say`${name}, as it is. ${said} cannot hold it: such files are silent.`;
   }
 }

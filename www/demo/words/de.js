@@ -665,6 +665,7 @@ export default {
   'Other…': 'Andere…',
   'a video takes roughly {0}': 'ein Video braucht ungefähr {0}',
   '{0}, as it is.': '{0}, unverändert.',
+  '{0}, as it is; in {1} as Opus.': '{0}, unverändert; in {1} als Opus.',
   '{0}, as it is. {1} cannot hold it: such files are silent.':
     '{0}, unverändert. {1} kann ihn nicht aufnehmen: Solche Dateien sind stumm.',
   'No object': 'kein Objekt',

@@ -1,6 +1,7 @@
 // The sound of a clip, for videos that are made of it.
 
 import { illegal, isPlainObject, typeTag } from '../check/errors.js';
+import { part } from '../places.js';
 
 /**
  * Where sound is taken from.
@@ -11,14 +12,15 @@ import { illegal, isPlainObject, typeTag } from '../check/errors.js';
  */
 
 /**
- * The sound of a file: the codec, and the formats of `encodeVideo` that can hold it as it is.
+ * The sound of a file: the codec, and the formats of `encodeVideo` that can have it; in those of `converted` it is Opus,
+ * which this browser makes of it, in all others it is as in the file.
  * @typedef {{readonly codec: string, readonly channels: number, readonly sampleRate: number, readonly formats: ('webm'
  *   |
- *   'mp4')[]}} SoundInfo
+ *   'mp4')[], readonly converted: ('webm' | 'mp4')[]}} SoundInfo
  */
 
 /**
- * What a file's sound is, and which formats can hold it; null where it has none.
+ * What a file's sound is, and which formats can have it; null where it has none.
  * @param {Blob | ArrayBuffer | Uint8Array} source
  * @returns {Promise<SoundInfo | null>}
  */
@@ -30,12 +32,17 @@ export async function soundInfo(source) {
     const codec = await track?.getCodec();
     if (!track || !codec) return null;
     /** @type {('webm' | 'mp4')[]} */
-    const formats = ['webm', 'mp4'];
+    const all = ['webm', 'mp4'];
+    const others = all.filter((format) => !formatOf(media, format).getSupportedAudioCodecs().includes(codec));
+    const isConverted =
+      others.length > 0 && (await (await part(import('./sound-convert.js'))).conversionOf(track)) !== null;
+    const converted = isConverted ? others : [];
     return {
       codec,
       channels: await track.getNumberOfChannels(),
       sampleRate: await track.getSampleRate(),
-      formats: formats.filter((format) => formatOf(media, format).getSupportedAudioCodecs().includes(codec)),
+      formats: all.filter((format) => !others.includes(format) || converted.includes(format)),
+      converted,
     };
   } finally {
     input.dispose();

@@ -287,7 +287,15 @@ async function addSound(media, output, { source, start, end }, format) {
       input.dispose();
       return null;
     }
-    if (!output.format.getSupportedAudioCodecs().includes(codec)) throw cannotHold(codec, format);
+    if (!output.format.getSupportedAudioCodecs().includes(codec)) {
+      const { conversionOf, converted } = await part(import('./sound-convert.js'));
+      const conversion = await conversionOf(track);
+      if (!conversion) throw cannotHold(codec, format);
+      const target = new media.EncodedAudioPacketSource('opus');
+      output.addAudioTrack(target);
+      const { write, close } = converted(media, track, { conversion, target, start, end });
+      return { write, close: () => (close(), input.dispose()) };
+    }
     const target = new media.EncodedAudioPacketSource(codec);
     output.addAudioTrack(target);
     return copied(media, input, { packets: packetsOf(media, track, start, end), target, decoderConfig, start });
@@ -327,7 +335,7 @@ function copied(media, input, { packets, target, decoderConfig, start }) {
 
 /**
  * Packets of which more than half lies in the stretch that is wanted: each lasts some hundredths of a second, so the
- * sound is as long as the video to within one of them.
+ * sound is as long as the video to within one of them. Those of plain samples may last longer and are cut.
  * @param {typeof import('../vendor/media.js')} media
  * @param {import('mediabunny').InputAudioTrack} track
  * @param {number} start
@@ -336,11 +344,29 @@ function copied(media, input, { packets, target, decoderConfig, start }) {
 async function* packetsOf(media, track, start, end) {
   const sink = new media.EncodedPacketSink(track);
   const first = (await sink.getPacket(start)) ?? (await sink.getFirstPacket()) ?? undefined;
-  for await (const packet of sink.packets(first)) {
+  const isPlain = /^(pcm|[au]law)/.test(String(await track.getCodec()));
+  const rate = await track.getSampleRate();
+  for await (const whole of sink.packets(first)) {
+    const packet = isPlain ? cutTo(whole, rate, start, end) : whole;
     const middle = packet.timestamp + packet.duration / 2;
     if (middle >= end) return;
     if (middle >= start) yield packet;
   }
+}
+
+/**
+ * @param {import('mediabunny').EncodedPacket} packet of plain samples
+ * @param {number} rate samples a second
+ * @param {number} start
+ * @param {number} end
+ */
+function cutTo(packet, rate, start, end) {
+  const count = Math.round(packet.duration * rate);
+  const [from, to] = [start, end].map((at) => Math.min(count, Math.max(0, Math.round((at - packet.timestamp) * rate))));
+  if (from === undefined || to === undefined || from >= to || to - from === count) return packet;
+  const bytes = packet.data.byteLength / count;
+  const data = packet.data.subarray(from * bytes, to * bytes);
+  return packet.clone({ data, timestamp: packet.timestamp + from / rate, duration: (to - from) / rate });
 }
 
 /**
@@ -364,6 +390,6 @@ function cannotHold(codec, format) {
   const [name, other] = format === 'mp4' ? ['MP4', 'webm'] : ['WebM', 'mp4'];
   return new TraceCutError(
     'unsupported',
-    `sound: ${name} files cannot hold ${codec} as it is; try format: '${other}', or leave the sound out (soundInfo says which formats can)`,
+    `sound: ${name} files cannot hold ${codec} as it is, and this browser does not turn it into Opus; try format: '${other}', or leave the sound out (soundInfo says which formats can)`,
   );
 }

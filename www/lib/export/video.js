@@ -42,8 +42,8 @@ import { checkedSound } from './sound.js';
  * @property {number} [outlineWidth] in pixels of the video; 2 if not given
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
  * @property {import('./quality.js').VideoQuality} [quality] `high` if not given
- * @property {import('./sound.js').SoundOptions} [sound] kept in the video as it is, packet by packet; none if not given.
- *   The format has to be one that can hold it, see `soundInfo`
+ * @property {import('./sound.js').SoundOptions} [sound] kept in the video: packet by packet where the format can hold it
+ *   as it is, converted to Opus where not; none if not given. Whether this browser can do it, `soundInfo` says
  * @property {import('../check/options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: the promise rejects with its reason
