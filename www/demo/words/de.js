@@ -231,6 +231,8 @@ export default {
   'All kept works…': 'Alle aufbewahrten Arbeiten…',
   'Go on with it': 'Damit weitermachen',
   Discard: 'Verwerfen',
+  'The run of {0} was cut off.': 'Die Berechnung von {0} wurde abgebrochen.',
+  'Run again: {0}': 'Neu berechnen: {0}',
   'Your work on {0} was kept.': 'Die Arbeit an {0} wurde aufbewahrt.',
   'Each clip that you work on is kept in this browser, the last eight of them.':
     'Jeder bearbeitete Clip wird in diesem Browser aufbewahrt, die letzten acht.',
