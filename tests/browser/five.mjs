@@ -1,7 +1,7 @@
 // A project of a clip with five objects, made in the page: opened at once, without a run.
 
 /** Runs in the page: the video and its project, of this size, as bytes. */
-async function makeFive({ width, height, frames }) {
+async function makeFive({ width, height, frames, parts = 0 }) {
   const media = await import('/dist/vendor/media.js');
   const { saveProject } = await import('/dist/edit.js');
   const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
@@ -9,7 +9,9 @@ async function makeFive({ width, height, frames }) {
   output.addVideoTrack(video);
   await output.start();
   const side = Math.round(Math.min(width, height) / 7);
-  const placeOf = (k, t) => [
+  // The first ones side by side, if there are parts of one thing; all others stand apart and move the other way.
+  const placeOf = (k, t) => (k < parts ? [20 + k * side + 3 * t, 4 + t] : apart(k, parts > 0 ? -2 * t : t));
+  const apart = (k, t) => [
     Math.round(((k + 0.5) * (width - side)) / 5.5 + t),
     Math.round((k * (height - side)) / 5 + t),
   ];
@@ -39,6 +41,23 @@ async function makeFive({ width, height, frames }) {
     }
     return mask;
   };
+  // Lines of points over the ground, which stands still, and over each object.
+  const lines = [];
+  for (let y = 4; y < height; y += 16)
+    for (let x = 4; x < width; x += 16) {
+      const label = labels(0)[y * width + x];
+      const [left, top] = placeOf(label - 1, 0);
+      const at = (t) => (label === 0 ? [x, y] : placeOf(label - 1, t).map((v, axis) => v + [x - left, y - top][axis]));
+      lines.push({ label, points: Array.from({ length: frames }, (_, t) => at(t)) });
+    }
+  const trajectories = {
+    count: lines.length,
+    startFrame: new Uint32Array(lines.length),
+    offset: Uint32Array.from({ length: lines.length + 1 }, (_, k) => k * frames),
+    x: Float32Array.from(lines.flatMap(({ points }) => points.map(([x]) => x))),
+    y: Float32Array.from(lines.flatMap(({ points }) => points.map(([, y]) => y))),
+    label: Uint8Array.from(lines, ({ label }) => label),
+  };
   const times = Float64Array.from({ length: frames }, (_, t) => t / 10);
   const source = {
     width,
@@ -48,6 +67,7 @@ async function makeFive({ width, height, frames }) {
     times,
     end: frames / 10,
     labels,
+    ...(parts > 0 ? { trajectories } : {}),
   };
   const take = { start: 0, frames, step: 1, side: Math.max(width, height) };
   const about = { name: 'five.webm', take, changed: [], types: { 'five.webm': 'video/webm' } };
@@ -57,7 +77,7 @@ async function makeFive({ width, height, frames }) {
 
 /**
  * @param {import('playwright-core').Page} page
- * @param {{width: number, height: number, frames: number}} size
+ * @param {{width: number, height: number, frames: number, parts?: number}} size `parts` of the objects touch and move alike
  * @returns {Promise<{video: object, project: object}>} files for `setInputFiles`
  */
 export async function fiveObjects(page, size) {

@@ -132,6 +132,23 @@ export class App {
   }
 
   /**
+   * Runs again what was cut off, with the settings that it had.
+   *
+   * @param {import('./saved/cut-off.js').Run} run
+   */
+  async openRun({ name, files, about }) {
+    await this.open(
+      name,
+      () => openFiles(files),
+      async () => {
+        const { source } = this.store.state;
+        if (source) this.store.set({ take: fitTake(about.take, source), changed: new Map(about.changed) });
+        await this.start();
+      },
+    );
+  }
+
+  /**
    * @param {string} name shown until the source tells its own
    * @param {() => Promise<Source>} opener
    * @param {() => Promise<void>} next

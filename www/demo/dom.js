@@ -71,6 +71,11 @@ export function key(kind, color, text) {
   return h('span', { class: 'key' }, mark, text);
 }
 
+/** @param {MouseEvent | KeyboardEvent} event */
+export function choosesMore({ shiftKey, ctrlKey, metaKey }) {
+  return shiftKey || ctrlKey || metaKey;
+}
+
 /**
  * A click beside a dialog closes it.
  *

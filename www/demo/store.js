@@ -78,6 +78,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {Picture} picture
  * @property {Found | null} found
  * @property {ReadonlySet<number>} hidden objects
+ * @property {ReadonlySet<number>} chosen objects that are to be joined, into the first
  * @property {Film} film
  * @property {number} frame on screen
  * @property {boolean} playing
@@ -110,6 +111,7 @@ export const BLANK = {
   picture: { width: 16, height: 9, images: NO_FRAMES },
   found: null,
   hidden: new Set(),
+  chosen: new Set(),
   film: { numFrames: 0, fps: 25, times: new Times(null), cuts: [] },
   frame: 0,
   playing: false,

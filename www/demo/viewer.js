@@ -2,7 +2,7 @@
  * The canvas: fits the clip into its box, draws the layers over each other, finds what lies under the pointer. @module
  */
 
-import { byId } from './dom.js';
+import { byId, choosesMore } from './dom.js';
 import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
@@ -85,9 +85,9 @@ export class Viewer {
     });
   }
 
-  /** @param {(spot: Spot) => void} pick told where the picture is clicked */
+  /** @param {(spot: Spot, more: boolean) => void} pick told where the picture is clicked, and if more are to be chosen */
   onPick(pick) {
-    this.canvas.addEventListener('click', (event) => pick(this.spotAt(event)));
+    this.canvas.addEventListener('click', (event) => pick(this.spotAt(event), choosesMore(event)));
   }
 
   /** @param {Readonly<State>} state */

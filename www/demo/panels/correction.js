@@ -20,11 +20,12 @@ import { say } from '../language.js';
 /** @typedef {'pick' | 'together' | 'apart' | import('./brush.js').BrushTool} Tool */
 
 export class Correction {
-  /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys'>} page */
-  constructor({ app, store, viewer, keys }) {
+  /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>} page */
+  constructor({ app, store, viewer, keys, selection }) {
     this.app = app;
     this.store = store;
     this.viewer = viewer;
+    this.selection = selection;
     this.busy = false;
     /** @type {number} The object that is meant. */
     this.object = 1;
@@ -54,14 +55,11 @@ export class Correction {
     // Who opens it may have chosen a tool before it was fetched.
     const chosen = this.tools.find(({ checked }) => checked)?.value;
     viewer.painters.push((ctx, view) => this.draw(ctx, view));
-    viewer.onPick((spot) => this.pick(spot));
-    const correcting = () => this.on;
-    keys.on(
-      'Ctrl+z',
-      () => (this.on ? this.undo() : app.restore()),
-      () => this.on || store.state.before !== null,
-    );
-    for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), correcting);
+    viewer.onPick((spot, more) => this.pick(spot, more));
+    const undoable = () => this.on || store.state.before !== null || (this.corrector?.count() ?? 0) > 0;
+    const redoable = () => this.on || (this.corrector?.redoable() ?? 0) > 0;
+    keys.on('Ctrl+z', () => this.undo(), undoable);
+    for (const key of ['Ctrl+y', 'Ctrl+Shift+z']) keys.on(key, () => this.redo(), redoable);
     store.watch(['visit'], () => this.leave());
     store.watch(['correcting'], ({ correcting }) => {
       document.body.toggleAttribute('data-correcting', correcting);
@@ -74,8 +72,8 @@ export class Correction {
     /** @type {Record<string, () => unknown>} */
     const buttons = {
       'correct-done': () => this.toggle(false),
-      'correct-merge': () => this.apply((c) => c.merge(this.other, this.object)),
-      'correct-background': () => this.apply((c) => c.merge(0, this.object)),
+      'correct-merge': () => this.apply((c) => c.join(this.other, [this.object])),
+      'correct-background': () => this.apply((c) => c.join(0, [this.object])),
       'correct-split': () => this.apply((c) => c.split(this.object, this.place ?? undefined)),
       'correct-undo': () => this.undo(),
       'correct-redo': () => this.redo(),
@@ -165,9 +163,13 @@ export class Correction {
     this.fill();
   }
 
-  /** @param {Spot} spot */
-  pick({ object, x, y }) {
+  /**
+   * @param {Spot} spot
+   * @param {boolean} more whether it is chosen with others
+   */
+  pick({ object, x, y }, more) {
     if (!this.on || this.busy) return;
+    if (this.tool === 'pick' && more) return this.selection.choose(object);
     if (this.tool === 'add') this.brush.add({ x, y });
     if (this.tool === 'pick' && object >= 0) this.choose(object, { t: this.store.state.frame, x, y });
   }
@@ -249,15 +251,14 @@ export class Correction {
 
   async undo() {
     await this.brush.settled();
-    if (!this.on) return;
     // The first step may be the run that took the place of others.
-    if (this.corrector?.count() === 0) await this.app.restore();
+    if (!this.corrector?.count()) await this.app.restore();
     else await this.apply((c) => c.undo(), say('Undone'));
   }
 
   async redo() {
     await this.brush.settled();
-    if (this.on && (this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), say('Done again'));
+    if ((this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), say('Done again'));
   }
 
   /**
@@ -345,7 +346,7 @@ function disable(id, disabled) {
  * @param {number} object
  * @returns {[left: number, top: number, right: number, bottom: number] | null} where it is in the frame, in pixels
  */
-function boxOf({ points, frame, width, height }, object) {
+export function boxOf({ points, frame, width, height }, object) {
   const mask = points?.mask(frame);
   if (!mask) return null;
   let [left, top, right, bottom] = [width, height, -1, -1];
@@ -365,7 +366,7 @@ function boxOf({ points, frame, width, height }, object) {
  * @param {import('../layers/layer.js').View} view
  * @param {[number, number, number, number] | null} box
  */
-function drawFrame(ctx, { unit }, box) {
+export function drawFrame(ctx, { unit }, box) {
   if (!box) return;
   const [left, top, right, bottom] = box;
   const room = 4 * unit;

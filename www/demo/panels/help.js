@@ -18,6 +18,7 @@ const KEYS = [
   [['P'], 'play the clip as it is'],
   [['O'], 'open a file'],
   [['M'], 'fix the result'],
+  [['Shift', 'Enter'], 'on an object of the list: choose it with others; Shift and a click does it too'],
   [['Ctrl', 'Z'], 'undo'],
   [['Ctrl', 'Y'], 'do it again'],
   [['E'], 'save'],

@@ -3,7 +3,7 @@
  * @module
  */
 
-import { byId, h, icon } from '../dom.js';
+import { byId, choosesMore, h, icon } from '../dom.js';
 import { moveOf, nameAndColour, placeName } from '../result/describe.js';
 import { objectColor, objectName, objectShape } from '../result/palette.js';
 import { listed } from '../result/selection.js';
@@ -27,13 +27,14 @@ export function objectsPanel({ store, selection, viewer }) {
     list.replaceChildren(...rows.map((row) => row.element));
     lanes.draw();
   });
-  store.watch(['found', 'film', 'hidden'], ({ hidden }) => {
+  store.watch(['found', 'film', 'hidden', 'chosen'], ({ hidden }) => {
     rows.forEach((row) => row.update());
     byId('show-all').hidden = hidden.size === 0;
   });
   byId('show-all').addEventListener('click', () => selection.reset());
-  viewer.onPick(({ object }) => {
+  viewer.onPick(({ object }, more) => {
     if (store.state.correcting || store.state.asking) return;
+    if (more) return selection.choose(object);
     if (object > 0) selection.isolate(object);
     // The background brings all back.
     else if (object === 0) selection.reset();
@@ -51,11 +52,27 @@ function objectRow(facts, motions, selection, lanes) {
   const name = objectName(object);
   const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
   swatch.style.setProperty('--mark', objectColor(object));
+  const chosen = h('span', { class: 'visually-hidden' });
+  const choose = (/** @type {MouseEvent | KeyboardEvent} */ event) => {
+    event.preventDefault();
+    selection.choose(object);
+  };
   const alone = h(
     'button',
-    { type: 'button', class: 'object-main', title: say`Show ${name} alone`, click: () => selection.isolate(object) },
+    {
+      ...{ type: 'button', class: 'object-main', title: say`Show ${name} alone` },
+      click: (/** @type {MouseEvent} */ event) => (choosesMore(event) ? choose(event) : selection.isolate(object)),
+      // Not every browser says of the click by a key that shift is held.
+      keydown: (/** @type {KeyboardEvent} */ event) => event.key === 'Enter' && event.shiftKey && choose(event),
+    },
     swatch,
-    h('span', { class: 'object-name' }, name, h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`)),
+    h(
+      'span',
+      { class: 'object-name' },
+      name,
+      h('span', { class: 'visually-hidden' }, `, ${nameAndColour(object)}`),
+      chosen,
+    ),
     h('span', { class: 'object-share' }, percent(share)),
     h('span', { class: 'object-facts' }, factsOf(facts, motions)),
   );
@@ -66,6 +83,7 @@ function objectRow(facts, motions, selection, lanes) {
     const shown = selection.has(object);
     element.classList.toggle('is-hidden', !shown);
     alone.setAttribute('aria-pressed', String(selection.isAlone(object)));
+    chosen.textContent = selection.isChosen(object) ? `, ${say('chosen')}` : '';
     shows.update(shown);
   };
   return { element, update };

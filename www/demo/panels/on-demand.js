@@ -12,9 +12,10 @@ const PROBE = './favicon.svg';
  *
  * @param {import('../store.js').Store} store
  * @param {() => Promise<{open: () => void}>} importDialog
+ * @param {() => boolean} [isWanted] whether the user waits for it
  * @returns {() => Promise<void>}
  */
-export function onDemand(store, importDialog) {
+export function onDemand(store, importDialog, isWanted = () => true) {
   /** @type {Promise<{open: () => void}> | undefined} */
   let fetched;
   return async () => {
@@ -23,17 +24,40 @@ export function onDemand(store, importDialog) {
       await fetched;
     } catch {
       fetched = undefined;
+      if (!isWanted()) return;
       store.set({ notice: say('The network does not answer, so this could not be opened. Please try again.') });
     }
     (await fetched)?.open();
   };
 }
 
-/** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys'>} page */
+/** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>} page */
 export function correctPanel(page) {
-  const open = onDemand(page.store, async () => new (await import('./correction.js')).Correction(page));
+  const { store } = page;
+  let [fetched, opens] = [false, false];
+  const importFix = async () => {
+    const [{ Correction }, { JoinBar }] = await Promise.all([import('./correction.js'), import('./join.js')]);
+    const correction = new Correction(page);
+    new JoinBar(page, correction);
+    fetched = true;
+    return {
+      open: () => {
+        if (opens) correction.open();
+        opens = false;
+      },
+    };
+  };
+  const fetching = onDemand(store, importFix, () => opens || store.state.chosen.size > 0);
+  const open = () => {
+    opens = true;
+    return fetching();
+  };
   byId('correct-open').addEventListener('click', open);
   page.keys.on('m', () => void open());
+  store.watch(['chosen', 'phase'], ({ chosen, phase, source }) => {
+    // Objects of one's own clip may look like one.
+    if (!fetched && (chosen.size > 0 || (phase === 'done' && source?.files))) void fetching();
+  });
 }
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */

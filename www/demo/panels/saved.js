@@ -7,7 +7,7 @@
 import { h, byId, connectDialog } from '../dom.js';
 import { SavedJob } from '../run/clip-job.js';
 import { Packer, isWork, reopened } from '../saved/work.js';
-import { keep, bytesOf, forget, kept } from '../saved/storage.js';
+import { keep, bytesOf, forget, kept, stored } from '../saved/storage.js';
 import { bytes } from '../words.js';
 import { say, shownLanguage } from '../language.js';
 
@@ -15,6 +15,9 @@ import { say, shownLanguage } from '../language.js';
 
 /** Changes within this time are kept together, in milliseconds. */
 const WAIT_MS = 700;
+
+/** A run that takes no longer need not be remembered, in milliseconds. */
+const LONG_MS = 1000;
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
 export function savedPanel({ store, app }) {
@@ -59,7 +62,37 @@ export function savedPanel({ store, app }) {
     const underWay = phase === 'running' && (job?.settled ?? 0) > 0 && source?.files && !source.gallery;
     if (pending || underWay) event.preventDefault();
   });
+  rememberRuns(store);
   works.offer();
+}
+
+/**
+ * Remembers the run that goes on, as long as it does.
+ *
+ * @param {import('../store.js').Store} store
+ */
+function rememberRuns(store) {
+  let timer = 0;
+  let isKnown = false;
+  /** @type {Promise<unknown>} One after the other; without storage nothing is remembered. */
+  let doing = Promise.resolve();
+  const then = (/** @type {(runs: typeof import('../saved/cut-off.js')) => unknown} */ act) => {
+    doing = doing.then(() => import('../saved/cut-off.js').then(act)).catch(() => {});
+  };
+  store.watch(['phase', 'job'], ({ phase, job, source }) => {
+    clearTimeout(timer);
+    const goesOn = phase === 'running' && source?.files && !source.gallery && !(job instanceof SavedJob);
+    if (goesOn)
+      timer = window.setTimeout(() => {
+        isKnown = true;
+        const { state } = store;
+        then((runs) => runs.remember(state));
+      }, LONG_MS);
+    else if (isKnown) {
+      isKnown = false;
+      then((runs) => runs.forgetRun());
+    }
+  });
 }
 
 /**
@@ -103,8 +136,8 @@ function worksList({ store, app }) {
     opened = saved.id;
     await app.openWork(saved.name, () => reopened(saved));
   };
-  const drop = async (/** @type {Saved} */ saved) => {
-    await forget(saved.id);
+  const drop = async (/** @type {{id: string}} */ { id }) => {
+    await forget(id);
     await update();
   };
   const update = async () => {
@@ -122,19 +155,29 @@ function worksList({ store, app }) {
   byId('works-close').addEventListener('click', () => dialog.close());
   connectDialog(dialog);
 
-  /** Offers the last, unless something was opened meanwhile. */
+  /** Offers the run that was cut off, or else the last work, unless something was opened meanwhile. */
   const offer = async () => {
     const works = await update();
-    const [last] = works;
-    if (!last || isWork(store.state)) return;
-    byId('saved-text').textContent = say`Your work on ${last.name} was kept.`;
-    byId('saved-all').hidden = works.length < 2;
+    const runs = (await stored()).length > works.length ? await import('../saved/cut-off.js') : null;
+    const run = await runs?.cutOff();
+    const last = run ?? works[0];
+    if (!last || store.state.source?.files) return;
+    const { name } = last;
+    byId('saved-text').textContent = run ? say`The run of ${name} was cut off.` : say`Your work on ${name} was kept.`;
+    if (run) byId('saved-open').textContent = say`Run again: ${name}`;
+    byId('saved-all').hidden = works.length < (run ? 1 : 2);
     byId('saved').hidden = false;
-    byId('saved-open').addEventListener('click', () => open(last));
+    byId('saved-open').addEventListener('click', () => (run ? again(run) : open(works[0])));
     byId('saved-forget').addEventListener('click', () => {
       byId('saved').hidden = true;
       drop(last);
     });
+  };
+  const again = async (/** @type {import('../saved/cut-off.js').Run} */ run) => {
+    byId('saved').hidden = true;
+    // The new run is remembered by itself.
+    await forget(run.id);
+    await app.openRun(run);
   };
   const takeOpened = () => {
     const id = opened;

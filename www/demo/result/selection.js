@@ -72,6 +72,24 @@ export class Selection {
     return { kept: objects.filter((object) => this.has(object)), all: objects.length };
   }
 
+  /**
+   * Chooses an object with others, to be joined with them; or leaves it out again.
+   *
+   * @param {number} object
+   */
+  choose(object) {
+    const { phase, found, job } = this.store.state;
+    if (object < 1 || phase !== 'done' || !found?.points?.hasMasks || !job?.corrector) return;
+    const chosen = new Set(this.store.state.chosen);
+    if (!chosen.delete(object)) chosen.add(object);
+    this.store.set({ chosen });
+  }
+
+  /** @param {number} object */
+  isChosen(object) {
+    return this.store.state.chosen.has(object);
+  }
+
   get count() {
     return countOf(this.store.state.found?.facts ?? []);
   }

@@ -3,7 +3,7 @@
 import { readsAreNoisy } from '../video.js';
 import { stagesOf } from '../panels/run.js';
 import { kindOf } from '../source.js';
-import { phasePatch, withinFilm } from '../store.js';
+import { BLANK, phasePatch, withinFilm } from '../store.js';
 import { COVERED } from '../run/preview.js';
 import { turn } from '../run/stage-clock.js';
 import { PREVIEW, damageWords, seconds } from '../words.js';
@@ -146,6 +146,7 @@ function foundPatch({ hidden, source }, job, film) {
       preview: null,
       found: { points, facts, windows, answers },
       hidden: hiddenAmong(hidden, facts),
+      chosen: BLANK.chosen,
       notice: remark,
     },
   };

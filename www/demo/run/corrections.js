@@ -102,20 +102,32 @@ export class Corrections {
   }
 
   /**
-   * Object `b` becomes part of `a`.
+   * Objects become part of `into`, in one step.
    *
-   * @param {number} a
-   * @param {number} b
+   * @param {number} into
+   * @param {number[]} others
    */
-  merge(a, b) {
+  join(into, others) {
     const { session, result } = this.of;
+    const map = Object.fromEntries(others.map((one) => [one, into]));
     // Of what was painted the session knows nothing.
-    if (this.byHand) return this.edited((editor) => editor.relabel({ [b]: a }), null);
-    if (session) return this.asked(session, (one) => one.merge(a, b));
+    if (this.byHand) return this.edited((editor) => editor.relabel(map), null);
+    if (session) {
+      let joined = 0;
+      const undo = async () => {
+        for (; joined > 0; joined -= 1) this.of.result = await session.undo();
+      };
+      const all = async () => {
+        for (; joined < others.length; joined += 1) this.of.result = await session.merge(into, others[joined]);
+      };
+      // What is refused on the way leaves nothing half done.
+      const act = () => all().catch((error) => undo().then(() => Promise.reject(error)));
+      return this.step({ do: act, undo, frames: null });
+    }
     // The trajectories too take the other label.
     const before = /** @type {VideoResult} */ (result);
     return this.step({
-      do: () => (this.of.result = before.merge(a, b)),
+      do: () => (this.of.result = before.relabel(map)),
       undo: () => (this.of.result = before),
       frames: null,
     });

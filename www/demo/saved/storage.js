@@ -32,7 +32,7 @@ const MOST_BYTES = 2 ** 31;
 
 /** @param {Saved} saved */
 export async function keep(saved) {
-  await request('readwrite', (table) => table.put(saved, saved.id));
+  await put(saved);
   let bytes = 0;
   for (const [k, work] of (await kept()).entries()) {
     bytes += bytesOf(work);
@@ -40,8 +40,21 @@ export async function keep(saved) {
   }
 }
 
+/** @param {{id: string}} record */
+export async function put(record) {
+  await request('readwrite', (table) => table.put(record, record.id));
+}
+
+/** Names of runs that go on begin so. */
+export const RUN = 'run-';
+
 /** @returns {Promise<Saved[]>} the newest first; none where there is no storage */
 export async function kept() {
+  return (await stored()).filter(({ id }) => !id.startsWith(RUN));
+}
+
+/** @returns {Promise<Saved[]>} works, and runs that go on or were cut off */
+export async function stored() {
   try {
     const [works, keys] = await Promise.all([
       request('readonly', (table) => table.getAll()),

@@ -65,11 +65,20 @@ export class Packer {
       };
       this.packed = { masks, project: await saveProject(source, { frameRate: film.fps }) };
     }
-    const files = (state.source?.files ?? []).filter(Boolean);
-    const bytes = files.reduce((sum, { size }) => sum + size, 0);
-    if (bytes > MOST_BYTES) throw new PageError('too-large-to-keep', stemOf(state.name));
+    const files = filesOf(state);
     return { id, name: state.name, at: Date.now(), files, project: this.packed.project, edits, about: aboutOf(state) };
   }
+}
+
+/**
+ * @param {import('../store.js').State} state
+ * @returns {File[]} of the clip, unless they are too large to be kept
+ */
+export function filesOf({ source, name }) {
+  const files = (source?.files ?? []).filter(Boolean);
+  const bytes = files.reduce((sum, { size }) => sum + size, 0);
+  if (bytes > MOST_BYTES) throw new PageError('too-large-to-keep', stemOf(name));
+  return files;
 }
 
 /**
