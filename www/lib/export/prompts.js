@@ -22,7 +22,10 @@ import { breath } from '../worker/pause.js';
  * @property {import('../check/options.js').WasmSource} [decoder] where `decoder_bg.wasm` is, when not beside the package
  */
 
-/** @typedef {{info: {description: string, version: string}, width: number, height: number, prompts: ObjectPrompt[]}} PromptList */
+/**
+ * The prompts of a clip, with the size of its masks in pixels.
+ * @typedef {{info: {description: string, version: string}, width: number, height: number, prompts: ObjectPrompt[]}} PromptList
+ */
 
 /** @typedef {[object: number, frame: number, box: Uint32Array, inside: Uint32Array, outside: Uint32Array, counts: string]} Entry */
 
