@@ -8,7 +8,8 @@
 //!    trajectories that surely move frames do not count for the plate.
 //! 2. What is known of a cluster is how far its trajectories are from the plate ([`Background::unlike_plate`]); what that is
 //!    worth is fitted (`evidence`).
-//! 3. Each superpixel has a *cue*, its mean distance from the plate, worth log-odds that rise with it. What lies under trajectories of a cluster that is hardly an object is doubted
+//! 3. Each superpixel has two *cues*, its mean distance from the plate and the mean length of its flow, each worth
+//!    log-odds that rise with it. What lies under trajectories of a cluster that is hardly an object is doubted
 //!    (`add_doubts`), here and where the camera moves.
 //!
 //! **Where the camera moves.**
@@ -36,6 +37,7 @@ pub(crate) use stand_out::{Clustering, StandOut};
 
 use crate::camera::Camera;
 use crate::discretize::Clusters;
+use crate::flow::CompactFlow;
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -47,8 +49,12 @@ crate::params! {
     pub struct BackgroundParams {
         /// Whether clips are judged by their background. Not in the paper.
         pub judge: bool = true, in 0..=1;
+        /// Where the camera stands still: motion that is as much object as background, in pixels a frame.
+        pub motion: f32 = 0.4, in 0.01..=100.0, expert;
         /// Where the camera stands still: weight of the log-odds by the distance from the plate.
         pub plate_weight: f32 = 0.8, in 0.0..=100.0, expert;
+        /// Where the camera stands still: weight of the log-odds by motion.
+        pub motion_weight: f32 = 0.3, in 0.0..=100.0, expert;
         /// Where the camera moves: weight of which motion explains a superpixel in other frames, the scene's or the
         /// objects'.
         pub account_weight: f32 = 2.5, in 0.0..=100.0, expert;
@@ -214,6 +220,7 @@ impl Background {
     pub(crate) fn evidence(
         &self,
         superpixels: &[Superpixels],
+        flows: &[CompactFlow],
         (tracks, label): (&Trajectories, &[u32]),
         is_object: &[bool],
         params: &BackgroundParams,
@@ -235,8 +242,12 @@ impl Background {
             return evidence;
         }
         for (t, s) in superpixels.iter().enumerate() {
-            let cues = self.distance.get(t).map_or_else(|| vec![0.0; s.count], |map| means(s, map));
-            evidence.extend(cues.into_iter().map(|cue| params.plate_weight * log_odds(cue)));
+            let unknown = || vec![0.0; s.count];
+            let by_plate = self.distance.get(t).map_or_else(unknown, |map| means(s, map));
+            let flow = flows.get(t).or(flows.last());
+            let by_motion = flow.map_or_else(unknown, |flow| means(s, &motion(flow, params.motion)));
+            let sum = |(plate, motion)| params.plate_weight * log_odds(plate) + params.motion_weight * log_odds(motion);
+            evidence.extend(by_plate.into_iter().zip(by_motion).map(sum));
         }
         evidence
     }
@@ -265,6 +276,15 @@ fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32>
         }
     }
     sums.iter().map(|v| v.value().max(v.strangeness(strange))).collect()
+}
+
+/// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
+fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
+    let flow = flow.unpack(1.0, 1.0);
+    Plane::from_fn(flow.u.width(), flow.u.height(), |x, y| {
+        let sq = flow.u[(x, y)] * flow.u[(x, y)] + flow.v[(x, y)] * flow.v[(x, y)];
+        (254.0 * sq / (sq + half * half)) as u8
+    })
 }
 
 /// Takes from the evidence what speaks against the clusters of the trajectories in each superpixel, in the mean; `doubts`
@@ -414,7 +434,7 @@ mod tests {
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
         let superpixels = vec![Superpixels { label: plane, count: 2, ..Superpixels::default() }; 10];
-        let found = background.evidence(&superpixels, (&tracks, &label), &[false, true], &params);
+        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
     }
 
@@ -435,7 +455,7 @@ mod tests {
         let (tracks, label) = followed();
         let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
         background.account((&tracks, &label), &[false, false]);
-        let found = background.evidence(&vec![halves(); 10], (&tracks, &label), &[false, false], &params);
+        let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
         assert_eq!(found, vec![0.0; 30]);
     }
 
@@ -457,7 +477,7 @@ mod tests {
         let label: Vec<u32> = (0..10).map(|i| i % 2).collect();
         let superpixels = vec![halves(); 10];
         let params = BackgroundParams::default();
-        let found = background.evidence(&superpixels, (&tracks, &label), &[true, false], &params);
+        let found = background.evidence(&superpixels, &[], (&tracks, &label), &[true, false], &params);
         assert_eq!(found.len(), 30);
         // In the first frame the square is on the left, in the last on the right; above there is nothing at any time.
         assert!(found[0] < 0.0 && found[27] < 0.0, "{found:?}");

@@ -140,7 +140,7 @@ impl Terms {
         if let Some(background) = background {
             let (tracks, label) = clustered.counting(terms.voted.as_deref());
             let settings = &clip.params.background;
-            terms.evidence = background.evidence(superpixels, (tracks, label), &terms.is_object, settings);
+            terms.evidence = background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
             let is_told = |cluster: usize| recut.is_some_and(|recut| recut.is_open(objects.of_cluster[cluster]));
             add_doubts(&mut terms.evidence, superpixels, (tracks, label), &parts.doubts(is_told));
         }
