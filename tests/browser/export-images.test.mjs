@@ -34,7 +34,10 @@ describe('cut-out pictures', () => {
     ({ page, faults } = await openSample(site, { acceptDownloads: true }));
     const found = await page.evaluate((t) => [...globalThis.tracecutDemo.result.labels(t)], FRAME);
     // Specks are left out: less than 0.02 % of the frame.
-    ({ labels } = adjustMask({ labels: Uint8Array.from(found), width: WIDTH, height: HEIGHT }, { smallest: 26 }));
+    ({ labels } = adjustMask(
+      { labels: Uint8Array.from(found), width: WIDTH, height: HEIGHT },
+      { smallest: Math.ceil(0.0002 * WIDTH * HEIGHT) },
+    ));
     await openSave(page);
     const { name, bytes } = await save('cutout-zip');
     await screenshot(page, 'export-images');
