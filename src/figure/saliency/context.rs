@@ -1,6 +1,6 @@
 //! From the saliency of points to the saliency of trajectories, alone and in the context of the embedding (section 3).
 
-use super::params::SaliencyParams;
+use super::params::{Neighborhood, SaliencyParams};
 use crate::discontinuity::Discontinuities;
 use crate::embedding::Embedding;
 use crate::image::Plane;
@@ -59,8 +59,8 @@ pub fn trajectory_saliency(tracks: &Trajectories, of_points: &[f32]) -> Vec<f32>
 /// The context-aware saliency of each trajectory from its saliency alone.
 ///
 /// The neighbourhood of `i` is all trajectories `j` of the clip, near or far, alive together or not, with
-/// `Ŵ_ij > ℓ min(δ_i, δ_j)`. The paper prints `max(Ŵ_ij / δ_i, Ŵ_ji / δ_j) < ℓ`, which would average over all that is
-/// *unlike* `i`; its sign is turned here. Ŵ and δ are those of the discontinuities.
+/// `Ŵ_ij > ℓ max(δ_i, δ_j)` (or `min`). The paper prints `max(Ŵ_ij / δ_i, Ŵ_ji / δ_j) < ℓ`, which would average over
+/// all that is *unlike* `i`; with the sign turned it is the form `min`. Ŵ and δ are those of the discontinuities.
 ///
 /// Trajectories that are not embedded, and those of no density, have no such neighbourhood and keep their own saliency.
 /// Cost: O(n² K), in single precision and without branches, for vector registers: under 0.1 s in wasm for n = 5000, K =
@@ -119,6 +119,7 @@ struct Rows {
     /// `ℓ δ`.
     bound: Vec<f32>,
     saliency: Vec<f32>,
+    strict: bool,
 }
 
 impl Rows {
@@ -134,7 +135,7 @@ impl Rows {
         let scaled = (0..dimensions).flat_map(|k| column(k, embedding.eigenvalues[k])).collect();
         let bound = ids.iter().map(|&i| (params.neighborhood * found.density[i as usize]) as f32).collect();
         let saliency = ids.iter().map(|&i| alone[i as usize]).collect();
-        Self { dimensions, plain, scaled, bound, saliency, ids }
+        Self { dimensions, plain, scaled, bound, saliency, strict: params.form == Neighborhood::Max, ids }
     }
 
     /// The mean over the neighbourhood of row `i`.
@@ -166,7 +167,8 @@ impl Rows {
         let (bounds, saliency) = (&self.bound[block.clone()], &self.saliency[block]);
         let mut add = |w: &[f32], bounds: &[f32], saliency: &[f32]| {
             for l in 0..w.len() {
-                let least = if bounds[l] > own { own } else { bounds[l] };
+                let exceeds = bounds[l] > own;
+                let least = if exceeds == self.strict { bounds[l] } else { own };
                 let is_near = if w[l] > least { 1.0 } else { 0.0 };
                 sums[l] += is_near * saliency[l];
                 counts[l] += is_near;

@@ -28,4 +28,4 @@ mod tests;
 
 pub use context::{Saliency, context_saliency, look_up, trajectory_saliency};
 pub use maps::SaliencyMaps;
-pub use params::{Compensation, SaliencyParams};
+pub use params::{Compensation, Neighborhood, SaliencyParams};

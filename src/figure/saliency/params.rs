@@ -12,6 +12,16 @@ crate::choices! {
     }
 }
 
+crate::choices! {
+    /// Which of two trajectories' densities an affinity is compared with.
+    pub enum Neighborhood {
+        /// The greater, as discontinuities do: both must be as near as the denser of them has its neighbours.
+        Max = "max",
+        /// The smaller, as the paper prints it: it is enough to be as near as the sparser has them.
+        Min = "min",
+    }
+}
+
 crate::params! {
     /// Saliency, and the foreground that follows from it.
     pub struct SaliencyParams {
@@ -28,15 +38,18 @@ crate::params! {
         pub prior: f32 = 0.2, in 0.001..=0.999, expert;
         /// ℓ: trajectories count as close in the embedding while their embedding affinity is above this part of their
         /// density (section 3; the value is not given there). Higher averages over fewer.
-        pub neighborhood: f64 = 0.7, in 0.0..=1.0, expert;
+        pub neighborhood: f64 = 0.4, in 0.0..=1.0, expert;
+        /// Which of two trajectories' densities that is (the paper: min).
+        pub form: Neighborhood = Neighborhood::Max, in 0..=1, expert;
         /// Trajectories of a context-aware saliency above this are foreground (section 3: 0.5).
         pub threshold: f64 = 0.5, in 0.0..=1.0;
     }
 }
 
 impl SaliencyParams {
-    /// As the paper has it: the magnitude of the flow as it is, in bins over 0 to 15 pixels.
+    /// As the paper has it: the magnitude of the flow as it is, in bins over 0 to 15 pixels, and the neighbourhood as it is printed with its sign
+    /// turned.
     pub(crate) fn paper() -> Self {
-        Self { compensation: Compensation::Off, ..Self::default() }
+        Self { compensation: Compensation::Off, neighborhood: 0.7, form: Neighborhood::Min, ..Self::default() }
     }
 }
