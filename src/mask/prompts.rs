@@ -69,13 +69,14 @@ impl Prompts {
 }
 
 fn prompt(object: u8, Best { frame, mask, .. }: Best) -> Prompt {
-    let mask = largest_part(&mask);
+    let whole = mask;
+    let mask = largest_part(&whole);
     let bounds @ [left, top, right, bottom] = bounds(&mask);
     let (width, height) = (right - left + 1, bottom - top + 1);
     let (x, y) = (left.saturating_sub(width / 2), top.saturating_sub(height / 2));
     let around = (x, y, (right + width / 2 + 1).min(mask.width()), (bottom + height / 2 + 1).min(mask.height()));
     let inside = farthest(&mask, 1, (left, top, right + 1, bottom + 1));
-    let outside = farthest(&mask, 0, around);
+    let outside = farthest(&whole, 0, around);
     Prompt { object, frame, bounds, inside, outside, mask }
 }
 
@@ -213,6 +214,7 @@ mod tests {
         assert_eq!(prompt.bounds, [12, 0, 29, 8]);
         assert!(prompt.mask.data().iter().map(|&p| usize::from(p)).sum::<usize>() == 18 * 9);
         assert!(prompt.inside.iter().all(|&(x, _)| x >= 12));
+        assert!(prompt.outside.len() == 3 && prompt.outside.iter().all(|&(x, y)| !parts(x, y)), "{prompt:?}");
     }
 
     #[test]

@@ -5,7 +5,6 @@ mod filter;
 mod frame;
 mod plane;
 
-pub(crate) use crate::error::check_size;
 pub use crate::error::{MAX_PIXELS, MAX_SIDE};
 pub(crate) use filter::weigh;
 #[doc(hidden)]

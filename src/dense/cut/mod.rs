@@ -1,7 +1,8 @@
 //! The Gabriel cut (section 4.2): from labelled trajectories and superpixels to a label for every superpixel of the
 //! clip.
 //!
-//! In: [`CutInput`], the superpixels of all frames, trajectories with the labels of their clusters. Out: [`CutLabels`]. The labelling f has little energy
+//! In: [`CutInput`], the superpixels of all frames, trajectories with the labels of their clusters. Out: [`CutLabels`].
+//! The labelling f has little energy
 //!
 //! ```text
 //! E(f) = Σ_r λ_r (1 − h_r(f_r)) + Σ_spatial w_pq [f_p ≠ f_q] + Σ_temporal fl_pq [f_p ≠ f_q]
@@ -15,8 +16,9 @@
 //! strong contours dear to cut; its Figure 6 says the contrary, so the cost falls with Pb here. Its temporal
 //! neighbourhood bears the spatial one's name.
 //!
-//! **Beyond the paper**, each with its own parameter: borders count by their length; colours speak where there are no trajectories; short trajectories that move like nothing around
-//! them count for all objects; and the cut is made anew with what its objects look like (`appearance`).
+//! **Beyond the paper**, each with its own parameter: borders count by their length; colours speak where there are no
+//! trajectories; short trajectories that move like nothing around them count for all objects; and the cut is made anew
+//! with what its objects look like (`appearance`).
 //! [`Params::paper`](crate::Params::paper) has none of this. All numbers are whole once the terms are made,
 //! and the terms use no function of the standard library that differs between machines: labels are the same everywhere.
 

@@ -7,10 +7,10 @@
 //!    gaps of contours where their geometry suggests it. (Gabriel and Sokal, "A New Statistical Approach to Geographic
 //!    Variation Analysis", 1969)
 //! 3. Every pixel goes to the face in which its centre lies.
-//! 4. Only where a number of superpixels is asked for: faint contours count too, and neighbours with the least Pb between
-//!    them are joined down to that number.
+//! 4. Faces without a pixel are joined with a neighbour.
 //!
-//! Points on the image border keep the regions along it apart.
+//! **Beyond the paper.** Where a number of superpixels is asked for, fainter contours count too, and neighbours with the
+//! least Pb between them are joined down to that number; `join_below` joins without a number.
 //!
 //! **Cost**: O(n log n) in the number of segments, and linear in pixels.
 

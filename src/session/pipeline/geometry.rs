@@ -1,7 +1,7 @@
 //! Input size, working size and the way between them.
 
 use crate::Error;
-use crate::image::check_size;
+use crate::error::check_size;
 use crate::trajectory::Trajectories;
 
 /// Size of the input and size at which it is processed, in pixels.

@@ -53,7 +53,7 @@ async function canHold(id) {
 }
 
 /**
- * Holds a name as long as this page is there: whoever cannot hold it is told so by nobody.
+ * Holds a name as long as this page is there. Where another page holds it, this one waits in line.
  *
  * @param {string} id
  */
