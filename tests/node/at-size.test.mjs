@@ -102,7 +102,7 @@ function wav(seconds, sampleRate = 8000) {
 
 test('the sound of a file, and which videos can hold it', async () => {
   const bytes = wav(0.5);
-  const expected = { codec: 'pcm-s16', channels: 1, sampleRate: 8000, formats: ['mp4'] };
+  const expected = { codec: 'pcm-s16', channels: 1, sampleRate: 8000, formats: ['mp4'], converted: [] };
   assert.deepEqual(await soundInfo(new Blob([bytes])), expected);
   assert.deepEqual(await soundInfo(new Uint8Array(bytes)), expected);
   assert.equal(await soundInfo(new Blob(['no file of sound at all'])), null);

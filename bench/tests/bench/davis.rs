@@ -52,7 +52,7 @@ fn masks_at_source_are_scored_beside_those_of_the_nearest_pixels() {
     let root = folder("davis-source");
     sequence(&root.join("toy/JPEGImages"), &root.join("toy/Annotations"), &|label| label);
     let file = root.join("scores.json");
-    let output = davis(&root, &["--at-source", "--set", "clip.maxSide=112", "--json", file.to_str().unwrap()]);
+    let output = davis(&root, &["--at-source", "--set", "clip.maxSide=120", "--json", file.to_str().unwrap()]);
     assert_done(&output);
     let toy = row(&text(&output.stdout), "toy").iter().skip(11).map(|v| v.parse().unwrap()).collect::<Vec<f64>>();
     assert_eq!(toy.len(), 7, "J, F and fine F of both, and milliseconds");
