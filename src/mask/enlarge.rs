@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use crate::rng::Rng;
 
-    /// A picture of `colours` mixed as `share` says of each pixel, with noise of so many levels to either side.
+    /// A picture of `colours` mixed as `share` says of each pixel, with noise of that number of levels to either side.
     fn mixed(size: (usize, usize), noise: usize, share: impl Fn(usize, usize) -> f32) -> Frame {
         let mut rng = Rng::for_stage(3, "enlarge");
         let (outside, inside) = ([60.0_f32, 90.0, 50.0], [170.0_f32, 110.0, 120.0]);

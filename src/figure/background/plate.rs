@@ -10,7 +10,7 @@ use crate::order;
 const MOST_SOURCES: usize = 25;
 /// Fewer sources than these say nothing of a pixel.
 const ENOUGH: usize = 3;
-/// Least noise, in grey levels: that of rounding and of compression.
+/// Least noise, in grey levels: what rounding and compression leave.
 const LEAST_NOISE: f32 = 1.5;
 /// Distance that is as much object as background, in standard deviations of the noise.
 const HALF: f32 = 5.0;
@@ -24,7 +24,7 @@ pub(super) type Picture = Plane<[u8; 3]>;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plate {
     colour: Picture,
-    /// Variance of the noise at each pixel and around it, in grey levels squared, that of the clip with it.
+    /// Variance of the noise at each pixel and around it, with the variance over the clip, in grey levels squared.
     variance: Plane<f32>,
     /// Whether enough frames show the scene there.
     is_known: Plane<bool>,

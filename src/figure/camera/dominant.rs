@@ -1,4 +1,4 @@
-//! The dominant motion of a frame: that of the camera, where the world seen behind the objects is near to a plane or
+//! The dominant motion of a frame: the camera's, where the world seen behind the objects is near to a plane or
 //! far away.
 //!
 //! In: a flow field. Out: a [`DominantMotion`], affine or a homography, which predicts the flow of each pixel that

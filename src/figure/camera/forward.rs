@@ -23,11 +23,12 @@ const MOST_OFF: f64 = 2.0;
 /// A point surely goes away from the focus if it does by more than this, and by this part of that at most across.
 const LEAST_WAY: f64 = 1.0;
 const ACROSS: (f64, f64) = (0.3, 0.1);
-/// At least this share of the points surely do in a camera that goes forward, to so many of the eight sides, some each;
-/// and the focus keeps this part of the frame's sides from its rim.
+/// Before a camera that goes forward at least this share of the points surely do.
 const LEAST_SHARE: f64 = 0.5;
+/// They do on at least four of the eight sides of the focus, five points on each.
 const LEAST_SIDES: usize = 4;
 const SOME: usize = 5;
+/// The focus keeps this part of the frame's sides from its rim.
 const MARGIN: f64 = 0.1;
 
 /// A point of one frame and its way to another, in units of a frame whose longest side has 480.

@@ -189,7 +189,7 @@ impl Clip {
     }
 }
 
-/// Checks that trajectories are of so many frames, and that their points lie in them.
+/// Checks that trajectories have this number of frames, and that their points lie in them.
 fn fits(tracks: &Trajectories, frames: usize) -> Result<(), Error> {
     let reason = if tracks.num_frames == frames {
         let (width, height) = tracks.size;

@@ -6,7 +6,7 @@
 //! window 1                         [40 ============================ 89]     settles 45..
 //! ```
 //!
-//! A window is full when it has so many frames and one more comes. It is run; then all but its last frames are dropped,
+//! A window is full when it has all its frames and one more comes. It is run; then all but its last frames are dropped,
 //! and the new frame is the next. Neighbours share the masks of the frames that they have in common by halves: each is
 //! settled by the window that sees more of what goes on around it. A frame that begins a new shot ends the window, which
 //! then settles all it has. Where the clip's length is known, the last window is full too: it reaches further back.
@@ -46,7 +46,7 @@ pub struct Windows<I, E = Error> {
     threads: usize,
     /// Frames that are still to come, where that is known.
     left: Option<usize>,
-    /// Whether so many frames are read ahead as show in time where the clip ends.
+    /// Whether frames are read ahead, enough to show in time where the clip ends.
     looks_ahead: bool,
     /// Read already, and not looked at yet.
     queue: VecDeque<Result<Frame, E>>,
@@ -62,7 +62,7 @@ pub struct Windows<I, E = Error> {
 enum Next {
     /// More frames.
     Frames,
-    /// The session goes on with so many frames of the window that was run.
+    /// The session goes on with this number of frames of the window that was run.
     Advance(usize),
     /// It has gone on with them; the frame that was read ahead is to be taken.
     Ahead(usize),
@@ -115,7 +115,7 @@ where
         Self { looks_ahead: true, ..self }
     }
 
-    /// Runs on so many threads, with the same results; see [`Session::run_on`].
+    /// Runs on this number of threads, with the same results; see [`Session::run_on`].
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads: threads.max(1), ..self }
@@ -161,7 +161,7 @@ where
         self.rerun_while(self.threads, always).map(|_done| ())
     }
 
-    /// The same on so many threads, as long as `report` gives true; gives whether all is done.
+    /// The same on this number of threads, as long as `report` gives true; gives whether all is done.
     ///
     /// # Errors
     /// As [`Windows::rerun`].

@@ -10,7 +10,7 @@ use crate::Error;
 use crate::cut::{CutInput, Link, Reasons, STEPS_PER_UNIT, STRANGER};
 use serde::{Serialize, Serializer};
 
-/// Of a trajectory's affinities the greatest so many are told.
+/// How many of a trajectory's affinities are told, the greatest first.
 const MOST_AFFINITIES: usize = 8;
 
 /// What gave a pixel its label.

@@ -13,7 +13,7 @@ use crate::order;
 use crate::trajectory::Trajectories;
 use serde::{Deserialize, Serialize};
 
-/// An object takes over a label only with at least one in so many of the points that bear it in the common frames:
+/// An object takes over a label only with at least one in ten of the points that bear it in the common frames:
 /// fewer are strays.
 const LEAST_SHARE: u64 = 10;
 /// Who resembles another as much as this is the same.
