@@ -28,6 +28,8 @@ export class Works {
     this.app = app;
     this.onRoom = onRoom;
     this.packer = new Packer();
+    /** Whether there was no room for what was to be kept last. */
+    this.isFull = false;
     /** @type {WeakMap<import('../source.js').Source, Promise<string>>} */
     this.ids = new WeakMap();
     /** Addresses of the small pictures in the list. @type {string[]} */
@@ -65,6 +67,8 @@ export class Works {
         go: () => this.list(),
         lists: false,
       });
+    else if (this.isFull) byId('saved').hidden = true;
+    this.isFull = !isKept;
     return isKept;
   }
 
@@ -116,15 +120,25 @@ export class Works {
   async update() {
     const works = await kept();
     byId('works-open').hidden = works.length === 0;
-    for (const url of this.urls.splice(0)) URL.revokeObjectURL(url);
-    byId('works-list').replaceChildren(...works.map((slot) => this.lineOf(slot)));
-    if (works.length === 0) this.dialog.close();
+    if (this.dialog.open) this.show(works);
     return works;
   }
 
+  /** @param {Saved[]} works */
+  show(works) {
+    for (const url of this.urls.splice(0)) URL.revokeObjectURL(url);
+    const held = document.activeElement?.getAttribute('aria-label');
+    byId('works-list').replaceChildren(...works.map((slot) => this.lineOf(slot)));
+    if (works.length === 0) return this.dialog.close();
+    // The keyboard's place stays where it was.
+    const buttons = [...this.dialog.querySelectorAll('button')];
+    buttons.find((button) => held && button.getAttribute('aria-label') === held)?.focus();
+  }
+
   async list() {
-    await this.update();
+    const works = await this.update();
     if (!this.dialog.open) this.dialog.showModal();
+    this.show(works);
   }
 
   /** Offers the run that was cut off, or else the last work, unless something was opened meanwhile. */
