@@ -18,7 +18,7 @@ import { download } from '../result/save-file.js';
 import { TimeLeft } from '../result/time-left.js';
 import { lookOf } from '../saved/look.js';
 import { smallPicture } from '../saved/picture.js';
-import { keep } from '../saved/storage.js';
+import { keep } from '../saved/slots.js';
 import { clipId, reopened } from '../saved/work.js';
 import { openVideo } from '../video.js';
 import { say } from '../language.js';
@@ -178,7 +178,12 @@ export class Queue {
     const file = 'clips-masks.zip';
     /** @type {Parameters<typeof clipsZip>[0]} */
     const clips = [];
-    for (const { file: { name }, saved, words, damage } of this.lines) {
+    for (const {
+      file: { name },
+      saved,
+      words,
+      damage,
+    } of this.lines) {
       const about = { result: words, ...(damage ? { damage: damageWords(damage) } : {}) };
       try {
         const masks = saved && (await this.making(saved, file, signal, masksOf));

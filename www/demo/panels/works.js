@@ -7,7 +7,8 @@
 import { byId, connectDialog, h } from '../dom.js';
 import { SavedJob } from '../run/clip-job.js';
 import { Packer, clipId, filesOf, reopened } from '../saved/work.js';
-import { bytesOf, forget, keep, kept, put, stored } from '../saved/storage.js';
+import { bytesOf, keep, kept } from '../saved/slots.js';
+import { forget, put, stored } from '../saved/storage.js';
 import { bytes } from '../words.js';
 import { say, shownLanguage } from '../language.js';
 
