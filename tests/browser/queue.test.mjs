@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
 import { unzipSync } from '../../dist/vendor/zip.js';
-import { accessibilityFaults, bytesOf, openSample, screenshot, text, useSite } from './support.mjs';
+import { accessibilityFaults, bytesOf, ended, openFix, openSample, screenshot, text, useSite } from './support.mjs';
 
 /** Runs in the page: the frames of the sample, there and back, as a video. */
 async function makeVideo(count) {
@@ -75,6 +75,94 @@ describe('a queue of clips', () => {
     await page.click('#queue-close');
     assert.equal(await page.locator('#queue').isVisible(), false);
     assert.deepEqual(faults, []);
+  });
+
+  /** The size and frames of a video, and which part of its first frame is clear. */
+  const looked = (page, bytes) =>
+    page.evaluate(
+      async (all) => {
+        const { videoInfo } = await import('/dist/index.js');
+        const file = new Blob([new Uint8Array(all)], { type: 'video/webm' });
+        const { width, height, numFrames } = await videoInfo(file);
+        const video = document.createElement('video');
+        video.muted = true;
+        video.src = URL.createObjectURL(file);
+        await new Promise((done) => (video.onloadeddata = done));
+        video.currentTime = 0.01;
+        await new Promise((done) => (video.onseeked = done));
+        const context = new OffscreenCanvas(width, height).getContext('2d');
+        context.drawImage(video, 0, 0);
+        const { data } = context.getImageData(0, 0, width, height);
+        const alpha = Array.from({ length: width * height }, (_, p) => data[4 * p + 3]);
+        return { numFrames, width, height, clear: alpha.filter((a) => a < 128).length / alpha.length };
+      },
+      [...bytes],
+    );
+
+  test('a clip that is through opens with a click while the others go on, is corrected, and all are saved as cut-outs', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    await page.setInputFiles('#file', [
+      file('one.webm', videos[8]),
+      file('two.webm', videos[24]),
+      file('three.webm', videos[12]),
+    ]);
+    await page.waitForSelector('[data-open]');
+    await page.selectOption('#queue-kind', { label: 'Transparent cut-out' });
+    // By keyboard alone.
+    await page.focus('.queued [data-open]');
+    await page.keyboard.press('Enter');
+    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'one.webm');
+    assert.equal(await ended(page), 'done');
+    assert.notDeepEqual(await states(page), ['done', 'done', 'done'], 'the queue goes on');
+    assert.equal(await page.locator('.queued[aria-current]').count(), 1);
+    assert.equal(await page.evaluate(() => globalThis.tracecutDemo.app.points.result.numFrames), 8);
+    // A bar over the whole width becomes an object.
+    await openFix(page);
+    await page.check('#correct-tools [value="paint"]', { force: true });
+    await page.selectOption('#correct-object', '-1');
+    await page.$eval('#brush-size', (range) => (range.value = 90));
+    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100))));
+    const box = await page.locator('#canvas').boundingBox();
+    await page.mouse.move(box.x + 1, box.y + 0.1 * box.height);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width - 1, box.y + 0.1 * box.height, { steps: 4 });
+    await page.mouse.up();
+    await page.waitForFunction(() => /^In .*[.]$/.test(document.querySelector('#correct-status').textContent));
+    const part = await page.evaluate(() => {
+      const mask = globalThis.tracecutDemo.app.points.mask(0);
+      return mask.filter((label) => label === 0).length / mask.length;
+    });
+    assert.ok(part < 0.8, 'the bar covers a fifth at least');
+    await page.click('#correct-done');
+    await page.waitForFunction(() => /corrected/.test(document.querySelector('.queued-words').textContent));
+    const saved = [];
+    page.on('download', (download) => saved.push(download));
+    await through(page);
+    assert.deepEqual(await states(page), ['done', 'done', 'done']);
+    assert.match(await text(page, '#queue-status'), /^Saved 3 files, \d/);
+    const names = saved.map((download) => download.suggestedFilename());
+    assert.deepEqual(names, ['one-cutout.webm', 'two-cutout.webm', 'three-cutout.webm']);
+    const [one, two] = await Promise.all(saved.map(bytesOf));
+    const first = await looked(page, one);
+    assert.deepEqual([first.numFrames, first.width, first.height], [8, 192, 108]);
+    assert.ok(Math.abs(first.clear - part) < 0.02, `${first.clear} is clear, ${part} is background`);
+    assert.equal((await looked(page, two)).numFrames, 24);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    assert.equal(await page.locator('.queued img').count(), 3);
+    await page.setViewportSize({ width: 1440, height: 900 });
+    await screenshot(page, 'queue-open');
+    await page.setViewportSize({ width: 390, height: 844 });
+    await screenshot(page, 'queue-open-phone');
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true);
+    // Each is kept as work; sessions of the queue are gone.
+    await page.click('#works-open');
+    await page.waitForSelector('#works[open]');
+    assert.deepEqual(
+      (await page.locator('.works .work-name').allInnerTexts()).map((name) => name.split('\n')[0]).sort(),
+      [...['one.webm', 'three.webm', 'two.webm']],
+    );
+    assert.deepEqual(faults, []);
+    await page.context().close();
   });
 
   test('one is cancelled, then all; what is dropped meanwhile is added', async () => {

@@ -183,85 +183,166 @@ describe('work', () => {
     await page.context().close();
   });
 
-  test('is not replaced by the next clip, nor by a run over corrections: all are in a list, to open and to delete', async () => {
+  const works = (page) =>
+    page.evaluate(async () => {
+      const { kept } = await import('/demo/saved/slots.js');
+      return (await kept()).map(({ name, corrected, picture, earlier }) => ({
+        name,
+        corrected,
+        picture: picture?.size ?? 0,
+        earlier: earlier.length,
+      }));
+    });
+  const facts = async (page) => (await works(page)).map(({ corrected, earlier }) => `${corrected} ${earlier}`);
+
+  test('takes one place a clip, with a small picture; a new run of it leaves what was corrected beside it', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     const then = async (act) => {
       const before = Number(await page.evaluate(() => document.body.dataset.kept ?? 0));
       await act();
       await keptAfter(page, before);
     };
-    const listed = async () => {
-      await page.click('#works-open');
-      await page.waitForSelector('#works[open]');
-      const names = await page.locator('.work-name').allInnerTexts();
-      await page.keyboard.press('Escape');
-      return names;
-    };
+    const open = (files) =>
+      then(async () => {
+        await page.setInputFiles('#file', files);
+        await inPhase(page, 'running');
+      });
     await opened(page);
     await addThing(page);
     const corrected = await masks(page);
+    // Run again: the same clip, and its corrections.
     await then(async () => {
       await page.click('#again');
       await page.click('#ask-yes');
     });
-    await then(() => page.click('#again'));
-    assert.equal((await listed()).length, 2, 'the corrected work, and one for all runs after');
-    await then(async () => {
-      await page.setInputFiles('#file', [...clip(9, 96, 64)]);
-      await inPhase(page, 'running');
-    });
-    const names = await listed();
-    assert.equal(names.length, 3);
-    assert.match(names[0], /frame000\.png … frame008\.png\n.* · 9 frames · \d/);
-    assert.match(names[2], /12 frames, corrected/);
+    assert.deepEqual(await facts(page), ['true 0']);
+    await page.waitForTimeout(5);
+    await open([...clip(9, 96, 64)]);
+    assert.deepEqual(await facts(page), ['false 0', 'true 0']);
+    // The first clip once more, as new files: its work is there, and stays.
+    await open(clip(12, 96, 64));
+    await page.waitForSelector('#saved', { state: 'visible' });
+    assert.match(await text(page, '#saved-text'), /^Your corrected work on frame000.* was kept\.$/);
+    assert.deepEqual(await facts(page), ['false 1', 'false 0']);
+    assert.notEqual(await masks(page), corrected);
+    await addThing(page);
+    assert.deepEqual(await facts(page), ['true 1', 'false 0'], 'both that were corrected');
+    await page.click('#correct-done');
+    assert.ok((await works(page)).every(({ picture }) => picture > 500));
+
     await page.click('#works-open');
     await page.waitForSelector('#works[open]');
+    assert.equal(await page.locator('.works > .work').count(), 2);
+    // Each has its picture, with colours of objects in it.
+    await page.waitForFunction(() => [...document.querySelectorAll('.works img')].every((image) => image.naturalWidth));
+    assert.equal(await page.locator('.works img').count(), 3);
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'works');
-    await page.click('.work:nth-child(3) [data-open]');
-    await page.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
+    await page.setViewportSize({ width: 390, height: 844 });
+    await screenshot(page, 'works-phone');
+    assert.equal(await page.$eval('#works', (dialog) => dialog.scrollWidth <= dialog.clientWidth), true);
+    await page.setViewportSize({ width: 1280, height: 800 });
+    // The earlier one, by keyboard.
+    await page.focus('.versions [data-open]');
+    await page.keyboard.press('Enter');
+    await page.waitForFunction(() => /opened again/.test(document.querySelector('#facts, #subline').textContent));
     assert.equal(await ended(page), 'done');
-    // What was painted follows the masks.
     for (let tries = 0; tries < 50 && (await masks(page)) !== corrected; tries += 1) await page.waitForTimeout(200);
     assert.ok((await masks(page)) === corrected, 'the corrected masks are back');
-    // Kept again under its own name.
-    await then(async () => {
-      await openFix(page);
-      await page.click('#correct-undo');
-    });
-    await page.click('#correct-done');
-    assert.equal((await listed()).length, 3);
+    await page.waitForFunction(() => !('unkept' in document.body.dataset));
+    assert.deepEqual(await facts(page), ['true 1', 'false 0'], 'opened again, each has its place');
     await page.click('#works-open');
-    await page.waitForSelector('#works[open]');
-    const remove = page.locator('.work:nth-child(1) button').last();
+    const remove = page.locator('.works > .work:nth-child(2) > button').last();
     await remove.focus();
     await page.keyboard.press('Enter');
     assert.equal(await remove.innerText(), 'Delete for good?');
     await page.keyboard.press('Enter');
-    await page.waitForFunction(() => document.querySelectorAll('.work').length === 2);
+    await page.waitForFunction(() => document.querySelectorAll('.works > .work').length === 1);
     await page.keyboard.press('Escape');
-
-    const again = await page.context().newPage();
-    await again.goto(page.url());
-    await again.waitForSelector('#saved-all:not([hidden])', { timeout: 180_000 });
-    await again.click('#saved-all');
-    await again.waitForSelector('#works[open]');
-    assert.equal(await again.locator('.work').count(), 2);
     assert.deepEqual(faults, []);
     await page.context().close();
   });
 
+  test('of a clip that was left at once is kept too', async () => {
+    const { page, faults } = await site.open({ bypassCSP: true });
+    await opened(page);
+    await openFix(page);
+    await page.selectOption('#correct-object', '1');
+    // In one go: the next clip comes before the first is kept.
+    await page.evaluate(() => {
+      document.querySelector('#correct-background').click();
+      document.querySelector('#correct-done').click();
+    });
+    await page.waitForFunction(() => document.querySelectorAll('.object').length === 1);
+    await page.click('#sample');
+    await page.waitForFunction(() => !('unkept' in document.body.dataset));
+    assert.deepEqual(await facts(page), ['true 0']);
+    // Nothing was painted: the correction is in the masks.
+    await page.click('#works-open');
+    assert.match(await text(page, '.work-name'), /12 frames, corrected/);
+    await page.click('[data-open]');
+    await page.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);
+    assert.equal(await ended(page), 'done');
+    await page.click('#again');
+    assert.equal(await page.locator('#ask[open]').isVisible(), true, 'it is still corrected work');
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  /** Works of so many clips in the storage, every one corrected or none. */
+  const fill = (page, count, corrected) =>
+    page.evaluate(
+      async ([many, isCorrected]) => {
+        const { keep, kept } = await import('/demo/saved/slots.js');
+        const take = { start: 0, frames: 2, step: 1, side: 480 };
+        const kinds = [];
+        for (let at = 1; at <= many; at += 1)
+          kinds.push(
+            await keep({
+              ...{ id: `w${at}`, name: `n${at}`, at, files: [], project: new Uint8Array(3), edits: null },
+              ...{ corrected: isCorrected && at <= 8, picture: null, earlier: [] },
+              about: { name: `n${at}`, take, changed: [], run: `r${at}` },
+            }),
+          );
+        return { ids: (await kept()).map(({ id }) => id), kinds };
+      },
+      [count, corrected],
+    );
+
   test('goes, the oldest first, when there are more than eight', async () => {
     const { page } = await site.open();
     await ended(page);
-    const ids = await page.evaluate(async () => {
-      const { keep, kept } = await import('/demo/saved/storage.js');
-      const about = { name: 'n', take: { start: 0, frames: 2, step: 1, side: 480 }, changed: [] };
-      for (let at = 1; at <= 10; at += 1)
-        await keep({ id: `w${at}`, name: 'n', at, files: [], project: new Uint8Array(3), edits: null, about });
-      return (await kept()).map(({ id }) => id);
-    });
+    const { ids } = await fill(page, 10, false);
     assert.deepEqual(ids, ['w10', 'w9', 'w8', 'w7', 'w6', 'w5', 'w4', 'w3']);
+    await page.context().close();
+  });
+
+  test('that was corrected never goes by itself: where there is no room the page says so and asks', async () => {
+    const { page, faults } = await site.open({ bypassCSP: true });
+    await ended(page);
+    const { ids, kinds } = await fill(page, 9, true);
+    assert.deepEqual(ids, ['w8', 'w7', 'w6', 'w5', 'w4', 'w3', 'w2', 'w1']);
+    assert.equal(kinds[8], false);
+    await page.setInputFiles('#file', clip(12, 96, 64));
+    await inPhase(page, 'running');
+    assert.equal(await ended(page), 'done');
+    await page.waitForSelector('#saved', { state: 'visible' });
+    assert.match(await text(page, '#saved-text'), /^There is no room to keep this work/);
+    assert.equal(await page.evaluate(() => 'unkept' in document.body.dataset), true, 'leaving is asked about');
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await screenshot(page, 'works-full');
+    await page.focus('#saved-open');
+    await page.keyboard.press('Enter');
+    await page.waitForSelector('#works[open]');
+    const remove = page.locator('.works > .work:nth-child(8) > button').last();
+    await remove.focus();
+    await page.keyboard.press('Enter');
+    await page.keyboard.press('Enter');
+    await page.waitForFunction(() => !('unkept' in document.body.dataset));
+    assert.equal((await works(page)).length, 8);
+    assert.match((await works(page))[0].name, /frame000/);
+    assert.equal(await page.locator('#saved').isVisible(), false);
+    assert.deepEqual(faults, []);
     await page.context().close();
   });
 });

@@ -18,14 +18,15 @@ import { showPreview, showResult, showWindow } from './result/show-result.js';
 import { ClipJob, SavedJob } from './run/clip-job.js';
 import { StillJob } from './run/still-job.js';
 import { optionsOf } from './settings.js';
-import { lookPatch } from './saved/look.js';
-import { EXTENSION, readProjectFile } from './saved/work.js';
+import { EXTENSION, lookPatch } from './saved/look.js';
 import { fitTake, openFiles, sampleSource, usualTake } from './source.js';
 import { BLANK, errorPatch, phasePatch } from './store.js';
 import { doing } from './words.js';
 
 /** @typedef {import('./run/job.js').AnyJob} AnyJob */
 /** @typedef {import('./source.js').Source} Source */
+
+/** A result, and its objects that are not kept. @typedef {{job: ClipJob, hidden: ReadonlySet<number>}} Taken */
 
 /** How often the progress of a run is shown, in milliseconds. */
 const TICK_MS = 100;
@@ -48,8 +49,14 @@ export class App {
      */
     this.plans = new Map();
     this.changing = 0;
-    /** Asks before corrections go. */
+    /** Asks before a corrected result goes. */
     this.asks = async () => true;
+    /** What the next result takes over from the last, as far as it applies. @type {Taken | null} */
+    this.taken = null;
+    /** What each result has taken over. @type {WeakMap<AnyJob, ReturnType<typeof carriedOver>>} */
+    this.carried = new WeakMap();
+    /** The objects of `before` that were not kept. @type {ReadonlySet<number>} */
+    this.hiddenBefore = new Set();
     store.watch(['take', 'changed'], () => this.onSettings());
   }
 
@@ -77,7 +84,7 @@ export class App {
   async openFiles(files) {
     const [file] = files;
     if (files.length === 1 && file.name.endsWith(EXTENSION))
-      return this.openWork(file.name, () => readProjectFile(file));
+      return this.openWork(file.name, async () => (await import('./saved/work.js')).readProjectFile(file));
     await this.open(
       files[0]?.name ?? '',
       () => openFiles(files),
@@ -124,7 +131,7 @@ export class App {
         });
         const { visit, take } = this.store.state;
         const options = optionsOf(this.store.state);
-        const job = new SavedJob([source, { ...take }, options, SavedJob.stagesFor()], project);
+        const job = new SavedJob([source, { ...take }, options, SavedJob.stagesFor()], project, about);
         this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
         await this.go(visit, job);
       },
@@ -155,6 +162,7 @@ export class App {
    */
   async open(name, opener, next) {
     const visit = this.leave();
+    this.taken = null;
     this.store.state.source?.close();
     this.store.set({ source: null, name, ...phasePatch('opening', say('Opening…'), '') });
     try {
@@ -184,7 +192,7 @@ export class App {
 
   /** Runs again. Whoever has corrected is asked first, and can have that back. */
   async again() {
-    if (!isCorrected(this.store.state.job) || (await this.asks())) await this.start();
+    if (!this.store.state.job?.isCorrected || (await this.asks())) await this.start();
   }
 
   /** Takes back the run that took the place of corrections. */
@@ -192,16 +200,25 @@ export class App {
     const { before } = this.store.state;
     if (!before) return;
     this.leave(before);
+    this.taken = null;
+    // There is nothing before this one any more: what it took over can be undone step by step.
+    if (before.corrections) before.corrections.carried = 0;
     const picture = { ...BLANK.picture, images: before.images };
-    this.store.set({ before: null, job: before, picture, ...phasePatch('running', say('Opening…'), '') });
+    const hidden = this.hiddenBefore;
+    this.store.set({ before: null, job: before, hidden, picture, ...phasePatch('running', say('Opening…'), '') });
     await showResult(this.store, before);
   }
 
   /** Starts, or starts anew, with the settings as they are. */
   async start() {
     if (!this.store.state.source) return;
-    const { job: last, before } = this.store.state;
-    const visit = this.leave(isCorrected(last) ? last : before);
+    const { job: last, before, hidden, phase } = this.store.state;
+    // A run that is begun anew still has to take it over.
+    if (phase === 'done' && last instanceof ClipJob && !last.partial)
+      this.taken = last.isCorrected || hidden.size > 0 ? { job: last, hidden } : null;
+    const isWorth = last && this.taken?.job === last && (last.isCorrected || !before);
+    if (isWorth) this.hiddenBefore = hidden;
+    const visit = this.leave(isWorth ? last : before);
     const job = this.newJob(this.store.state.source);
     this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
     job.look();
@@ -260,6 +277,14 @@ export class App {
    */
   async conclude(job) {
     const { measured } = job;
+    const { visit } = this.store.state;
+    if (this.taken && job instanceof ClipJob && !job.partial && !this.carried.has(job))
+      this.carried.set(job, carriedOver(this.taken, job));
+    const carried = await this.carried.get(job);
+    // Whoever cancels meanwhile goes on here.
+    if (carried && (visit !== this.store.state.visit || this.store.state.phase !== 'running')) return;
+    if (carried) this.store.set({ hidden: carried });
+    if (!job.partial) this.taken = null;
     if (measured) this.plans.set(kindFor(job.source).stagesFor(job.take), measured);
     await showResult(this.store, job);
   }
@@ -311,11 +336,18 @@ export class App {
 }
 
 /**
- * @param {AnyJob | null} job
- * @returns {boolean} whether there is something in its result that another run would not have
+ * @param {Taken} taken
+ * @param {ClipJob} job
+ * @returns {Promise<ReadonlySet<number>>} the objects of the new result that are not kept
  */
-function isCorrected(job) {
-  return (job?.corrector?.count() ?? 0) > 0;
+async function carriedOver(taken, job) {
+  const { carryOver } = await import('./run/carry-over.js');
+  const { hidden, lost } = await carryOver(taken, job);
+  if (lost.length > 0)
+    job.lost = say`These corrections no longer apply; undo brings back the result that has them: ${lost.join('; ')}.`;
+  // It has all that the one before had, and takes its place.
+  else job.id = taken.job.id;
+  return hidden;
 }
 
 /**

@@ -93,6 +93,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {boolean} pending whether the result was made with other settings than those chosen now
  * @property {boolean} asking whether a click asks why
  * @property {readonly File[]} queued clips that were opened together, for the queue
+ * @property {import('./saved/storage.js').Saved | null} kept work as it was kept last
  */
 
 /** @type {Frames} */
@@ -145,6 +146,7 @@ const INITIAL = {
   split: 50,
   pending: false,
   queued: [],
+  kept: null,
 };
 
 export class Store {

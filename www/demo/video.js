@@ -93,7 +93,7 @@ export async function openVideo(file, kind = 'video') {
     },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
-      const frames = videoFrames(file, { ...start, maxFrames: 1, size: side });
+      const frames = videoFrames(file, { ...start, maxFrames: 1, size: side, onDamage() {} });
       for await (const one of frames) return pixelsOf(one);
       throw new PageError('no-frames', file.name);
     },

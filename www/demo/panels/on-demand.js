@@ -85,12 +85,13 @@ export function webcamPanel({ app, store }) {
   byId('camera-open').addEventListener('click', open);
 }
 
-/** @param {Pick<import('../page.js').Page, 'store'>} page */
-export function queuePanel({ store }) {
+/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
+export function queuePanel(page) {
+  const { store } = page;
   /** @type {File[]} Others may be opened while it is fetched. */
   const waiting = [];
   const open = onDemand(store, async () => {
-    const queue = new (await import('./queue-list.js')).Queue(store);
+    const queue = new (await import('./queue-list.js')).Queue(page);
     return { open: () => queue.add(waiting.splice(0)) };
   });
   store.watch(['queued'], ({ queued }) => {

@@ -24,6 +24,12 @@ export function runPanel({ app, store, keys }) {
   const isKept = () => store.state.before !== null;
   keys.on('Ctrl+z', () => app.restore(), isKept);
   store.watch(['before'], () => (byId('restore').hidden = !isKept()));
+  store.watch(['phase'], ({ phase, job, live }) => {
+    if (phase !== 'done' || !job?.lost) return;
+    // It is said above the panel, which may be elsewhere.
+    byId('notice').scrollIntoView({ block: 'nearest' });
+    if (!live.includes(job.lost)) store.set({ live: `${live}. ${job.lost}` });
+  });
   app.asks = connectQuestion();
   const open = (/** @type {Iterable<File> | null | undefined} */ files) => openAll(app, store, files);
   connectPicker(open, keys);

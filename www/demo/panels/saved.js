@@ -1,17 +1,13 @@
 /**
- * Work on clips is kept in the browser as it goes; the last is offered when the page opens, all are in a list, to open
- * or to delete.
+ * Work on clips is kept in the browser as it goes; what was kept, and a run that was cut off, are offered. The rest is
+ * fetched when there is something to keep or to offer.
  * @module
  */
 
-import { h, byId, connectDialog } from '../dom.js';
 import { SavedJob } from '../run/clip-job.js';
-import { Packer, isWork, reopened } from '../saved/work.js';
-import { keep, bytesOf, forget, kept, stored } from '../saved/storage.js';
-import { bytes } from '../words.js';
-import { say, shownLanguage } from '../language.js';
+import { stored } from '../saved/storage.js';
 
-/** @typedef {import('../saved/storage.js').Saved} Saved */
+/** @typedef {import('../store.js').State} State */
 
 /** Changes within this time are kept together, in milliseconds. */
 const WAIT_MS = 700;
@@ -21,49 +17,55 @@ const LONG_MS = 1000;
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
 export function savedPanel({ store, app }) {
-  const packer = new Packer();
-  const works = worksList({ store, app });
-  const names = new Names(() => works.takeOpened());
+  /** @type {Promise<import('./works.js').Works> | undefined} */
+  let made;
+  const works = () =>
+    (made ??= import('./works.js').then(({ Works }) => new Works({ store, app }, () => last && keepSoon(last))));
   let timer = 0;
-  /** Of all changes, how many there were; and whether the last is still to be kept. */
-  let changes = 0;
-  let pending = false;
-  const isPending = (/** @type {boolean} */ now) => {
-    pending = now;
-    document.body.toggleAttribute('data-unkept', now);
-  };
+  /** Work as it is now, which is still to be kept: another clip may be on screen by then. @type {State | null} */
+  let last = null;
+  const isPending = (/** @type {boolean} */ now) => document.body.toggleAttribute('data-unkept', now);
   /** @type {Promise<void>} One after the other. */
   let keeping = Promise.resolve();
-  const keepNow = async () => {
-    const { state } = store;
-    const upTo = changes;
-    if (!isWork(state)) return;
+  const keepNow = async (/** @type {State} */ state) => {
     try {
-      await keep(await packer.pack(state, names.of(state)));
-      works.update();
+      if (!(await (await works()).keep(state))) return;
     } catch {
       // No storage, or too little: leaving is asked about.
       return;
     }
     document.body.dataset.kept = String(Date.now());
     // What changed while it was packed is kept by the next.
-    if (upTo === changes) isPending(false);
+    if (last !== state) return;
+    last = null;
+    isPending(false);
   };
+  const keepSoon = (/** @type {State} */ state) => (keeping = keeping.then(() => keepNow(state)));
   store.watch(['phase', 'found', 'edges', 'hidden', 'ground'], (state) => {
     if (!isWork(state)) return;
-    changes += 1;
+    if (last && last.job !== state.job) keepSoon(last);
+    last = state;
     isPending(true);
-    byId('saved').hidden = true;
     clearTimeout(timer);
-    timer = window.setTimeout(() => (keeping = keeping.then(keepNow)), WAIT_MS);
+    timer = window.setTimeout(() => keepSoon(state), WAIT_MS);
   });
   addEventListener('beforeunload', (event) => {
     const { phase, job, source } = store.state;
     const underWay = phase === 'running' && (job?.settled ?? 0) > 0 && source?.files && !source.gallery;
-    if (pending || underWay) event.preventDefault();
+    if (last || underWay) event.preventDefault();
   });
   rememberRuns(store);
-  works.offer();
+  store.watch(['kept'], async ({ kept }) => kept && (await works()).update());
+  stored().then(async (all) => all.length > 0 && (await works()).offer());
+}
+
+/**
+ * @param {State} state
+ * @returns {boolean} whether there is work: masks of a clip of the user's own, or one of the gallery's with corrections
+ */
+function isWork({ phase, found, source, job }) {
+  if (source?.gallery && !job?.isCorrected) return false;
+  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.result && source?.files);
 }
 
 /**
@@ -93,138 +95,4 @@ function rememberRuns(store) {
       then((runs) => runs.forgetRun());
     }
   });
-}
-
-/**
- * Which work a run belongs to: a run of the same clip takes the place of the one before, unless that was corrected by
- * hand; what was opened again is the work that it was.
- */
-class Names {
-  /** @param {() => string | null} opened the work that was opened again last */
-  constructor(opened) {
-    this.opened = opened;
-    /** @type {WeakMap<object, string>} */
-    this.ofJob = new WeakMap();
-    /** @type {{job: import('../run/job.js').AnyJob, id: string, corrected: boolean} | null} */
-    this.last = null;
-  }
-
-  /**
-   * @param {import('../store.js').State} state with work
-   * @returns {string}
-   */
-  of({ job: anyJob }) {
-    const job = /** @type {import('../run/job.js').AnyJob} */ (anyJob);
-    const again = this.last && this.last.job.source === job.source && !this.last.corrected ? this.last.id : null;
-    const opened = job instanceof SavedJob ? this.opened() : null;
-    const id = this.ofJob.get(job) ?? opened ?? again ?? `work-${Date.now()}`;
-    this.ofJob.set(job, id);
-    const corrected = (job.corrector?.count() ?? 0) > 0;
-    this.last = { job, id, corrected };
-    return id;
-  }
-}
-
-/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
-function worksList({ store, app }) {
-  const dialog = /** @type {HTMLDialogElement} */ (byId('works'));
-  /** @type {string | null} The work that was opened again and is not on screen yet. */
-  let opened = null;
-  const open = async (/** @type {Saved} */ saved) => {
-    dialog.close();
-    byId('saved').hidden = true;
-    opened = saved.id;
-    await app.openWork(saved.name, () => reopened(saved));
-  };
-  const drop = async (/** @type {{id: string}} */ { id }) => {
-    await forget(id);
-    await update();
-  };
-  const update = async () => {
-    const works = await kept();
-    byId('works-open').hidden = works.length === 0;
-    byId('works-list').replaceChildren(...works.map((saved) => lineOf(saved, open, drop)));
-    if (works.length === 0) dialog.close();
-    return works;
-  };
-  const list = async () => {
-    await update();
-    if (!dialog.open) dialog.showModal();
-  };
-  for (const id of ['works-open', 'saved-all']) byId(id).addEventListener('click', list);
-  byId('works-close').addEventListener('click', () => dialog.close());
-  connectDialog(dialog);
-
-  /** Offers the run that was cut off, or else the last work, unless something was opened meanwhile. */
-  const offer = async () => {
-    const works = await update();
-    const runs = (await stored()).length > works.length ? await import('../saved/cut-off.js') : null;
-    const run = await runs?.cutOff();
-    const last = run ?? works[0];
-    if (!last || store.state.source?.files) return;
-    const { name } = last;
-    byId('saved-text').textContent = run ? say`The run of ${name} was cut off.` : say`Your work on ${name} was kept.`;
-    if (run) byId('saved-open').textContent = say`Run again: ${name}`;
-    byId('saved-all').hidden = works.length < (run ? 1 : 2);
-    byId('saved').hidden = false;
-    byId('saved-open').addEventListener('click', () => (run ? again(run) : open(works[0])));
-    byId('saved-forget').addEventListener('click', () => {
-      byId('saved').hidden = true;
-      drop(last);
-    });
-  };
-  const again = async (/** @type {import('../saved/cut-off.js').Run} */ run) => {
-    byId('saved').hidden = true;
-    // The new run is remembered by itself.
-    await forget(run.id);
-    await app.openRun(run);
-  };
-  const takeOpened = () => {
-    const id = opened;
-    opened = null;
-    return id;
-  };
-  return { offer, update, takeOpened };
-}
-
-/**
- * @param {Saved} saved
- * @param {(saved: Saved) => void} open
- * @param {(saved: Saved) => void} drop
- */
-function lineOf(saved, open, drop) {
-  const when = new Date(saved.at).toLocaleString(shownLanguage(), { dateStyle: 'medium', timeStyle: 'short' });
-  const { frames } = saved.about.take;
-  const facts = [
-    when,
-    saved.edits ? say`${frames} frames, corrected` : say`${frames} frames`,
-    bytes(bytesOf(saved)),
-  ].join(' · ');
-  const name = h('span', { class: 'work-name' }, saved.name, h('span', { class: 'work-facts' }, facts));
-  const opener = h(
-    'button',
-    { type: 'button', 'aria-label': say`Open ${saved.name}`, 'data-open': saved.id, click: () => open(saved) },
-    'Open',
-  );
-  // Deleting is done by the second press.
-  const deleter = h(
-    'button',
-    {
-      type: 'button',
-      'aria-label': say`Delete ${saved.name}`,
-      click: () => {
-        if (deleter.dataset.sure) return drop(saved);
-        deleter.dataset.sure = 'asked';
-        deleter.textContent = say('Delete for good?');
-        deleter.setAttribute('aria-label', say`Delete ${saved.name} for good?`);
-      },
-      blur: () => {
-        delete deleter.dataset.sure;
-        deleter.textContent = say('Delete');
-        deleter.setAttribute('aria-label', say`Delete ${saved.name}`);
-      },
-    },
-    'Delete',
-  );
-  return h('li', { class: 'work' }, name, opener, deleter);
 }

@@ -44,7 +44,7 @@ export function sizesOf(source, working) {
 /**
  * The frames of a result, at another size.
  *
- * @param {import('../run/job.js').AnyJob} job
+ * @param {Pick<import('../run/job.js').AnyJob, 'source' | 'take'>} job
  * @param {{numFrames: number, times: ArrayLike<number> | null}} masks
  * @param {number} side the longer one, in pixels
  */

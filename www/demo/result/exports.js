@@ -8,7 +8,8 @@
 import { cocoRle, encodeImages, maskPng, masksZip, objectTable, objectTableCsv } from '../library.js';
 import * as videos from './export-video.js';
 import { masksOf, rateOf, labelsOf } from './export.js';
-import { EXTENSION, Packer, projectFile } from '../saved/work.js';
+import { EXTENSION } from '../saved/look.js';
+import { Packer, projectFile } from '../saved/work.js';
 
 /** @type {import('./export.js').Export} */
 export const data = {

@@ -136,7 +136,7 @@ function foundPatch({ hidden, source }, job, film) {
     points?.presence.facts(object, points.scene),
   ).filter((one) => one !== undefined);
   const damage = job.source.damage ? damageWords(job.source.damage) : '';
-  const said = [damage, notice(facts)].filter(Boolean).join(' ');
+  const said = [damage, notice(facts), job.lost].filter(Boolean).join(' ');
   const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? say(NOISE_REMARK) : '');
   return {
     headline: headline(facts),

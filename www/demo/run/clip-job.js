@@ -88,6 +88,12 @@ export class ClipJob extends Job {
     this.found = undefined;
     /** @type {Corrections} */
     this.corrections = new Corrections(this);
+    /** Whether corrections of an earlier visit are in the masks themselves. */
+    this.holdsOthers = false;
+  }
+
+  get isCorrected() {
+    return !this.partial && (this.holdsOthers || this.corrections.done.length > 0);
   }
 
   /** @returns {Result | VideoResult | null} as corrected, but for what was done by hand */
@@ -341,10 +347,13 @@ export class SavedJob extends ClipJob {
   /**
    * @param {ConstructorParameters<typeof ClipJob>} parts
    * @param {import('../library.js').Project} project
+   * @param {import('../saved/storage.js').About} about
    */
-  constructor(parts, project) {
+  constructor(parts, project, { run, within = false }) {
     super(...parts);
     this.project = project;
+    this.id = run ?? this.id;
+    this.holdsOthers = within;
   }
 
   async work() {

@@ -16,7 +16,22 @@ import { PageError } from '../words.js';
 /** @typedef {import('../library.js').VideoResult} VideoResult */
 /** @typedef {import('../panels/brush.js').Stroke} Stroke */
 
-/** @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null}} Step `frames` that change, null for all */
+/**
+ * `frames` that change, null for all; `what` is done, for another result of the clip, and what `was` before.
+ *
+ * @typedef {{do: () => unknown, undo: () => unknown, frames: number[] | null, what: What, was?: Was}} Step
+ */
+
+/** Masks with so many of the edits. @typedef {{masks: import('../library.js').MaskSource, edits: number}} Was */
+
+/**
+ * What a step does: what is asked of the result, with the object or the strokes that are meant; or edits by hand.
+ *
+ * @typedef {{ask: 'join', into: number, others: number[]}
+ *   | {ask: 'split', label: number, at?: {t: number, x: number, y: number}}
+ *   | {ask: 'apart' | 'together', strokes: Stroke[]}
+ *   | {ask: 'edits', edits: Edit[]}} What
+ */
 
 /**
  * What the corrections are of: `result` is the run's own as it is now, and takes what a correction makes of it.
@@ -32,14 +47,17 @@ export class Corrections {
     this.done = [];
     /** @type {Step[]} */
     this.undone = [];
+    /** How many come from the run before and are one step with this one. */
+    this.carried = 0;
     /** @type {MaskEditor | null} */
     this.editor = null;
     /** @type {Promise<ImageEngine> | null} */
     this.engine = null;
   }
 
+  /** How many can be undone. */
   count() {
-    return this.done.length;
+    return this.done.length - this.carried;
   }
 
   redoable() {
@@ -51,6 +69,11 @@ export class Corrections {
     return (this.editor?.undoable ?? 0) > 0;
   }
 
+  /** Whether masks were changed otherwise. */
+  get changesResult() {
+    return this.done.some(({ what }) => what.ask !== 'edits');
+  }
+
   /** The masks with all corrections; null as long as there are none. */
   get masks() {
     return this.byHand ? this.editor : this.of.result;
@@ -58,15 +81,24 @@ export class Corrections {
 
   /** @param {Step} step */
   async step(step) {
+    const was = this.now;
     await step.do();
-    this.done.push(step);
+    this.done.push({ ...step, was });
     this.undone = [];
     return step.frames;
   }
 
+  /** @returns {Was | undefined} */
+  get now() {
+    const { result } = this.of;
+    if (!result) return undefined;
+    const masks = 'masks' in result && result.masks ? compact(result, result.masks) : result;
+    return { masks, edits: this.editor?.undoable ?? 0 };
+  }
+
   /** @returns {Promise<number[] | null>} the frames that changed, null for all */
   async undo() {
-    const step = this.done.pop();
+    const step = this.count() > 0 && this.done.pop();
     if (!step) return [];
     await step.undo();
     this.undone.push(step);
@@ -86,10 +118,12 @@ export class Corrections {
    * What the session decides.
    *
    * @param {Session} session
+   * @param {What} what
    * @param {(session: Session) => Promise<import('../library.js').Result>} correct
    */
-  asked(session, correct) {
+  asked(session, what, correct) {
     return this.step({
+      what,
       do: async () => void (this.of.result = await correct(session)),
       undo: async () => void (this.of.result = await session.undo()),
       frames: null,
@@ -110,6 +144,7 @@ export class Corrections {
   join(into, others) {
     const { session, result } = this.of;
     const map = Object.fromEntries(others.map((one) => [one, into]));
+    const what = /** @type {const} */ ({ ask: 'join', into, others });
     // Of what was painted the session knows nothing.
     if (this.byHand) return this.edited((editor) => editor.relabel(map), null);
     if (session) {
@@ -122,11 +157,12 @@ export class Corrections {
       };
       // What is refused on the way leaves nothing half done.
       const act = () => all().catch((error) => undo().then(() => Promise.reject(error)));
-      return this.step({ do: act, undo, frames: null });
+      return this.step({ what, do: act, undo, frames: null });
     }
     // The trajectories too take the other label.
     const before = /** @type {VideoResult} */ (result);
     return this.step({
+      what,
       do: () => (this.of.result = before.relabel(map)),
       undo: () => (this.of.result = before),
       frames: null,
@@ -172,19 +208,22 @@ export class Corrections {
   }
 
   /**
-   * @param {(editor: MaskEditor) => unknown} edit the first time
+   * One step of one edit by hand or of several.
+   *
+   * @param {(editor: MaskEditor) => Edit | Edit[]} edit the first time
    * @param {number[] | null} frames
    */
   edited(edit, frames) {
     const editor = this.opened;
-    let first = true;
+    /** @type {Edit[]} */
+    const edits = [];
     return this.step({
+      what: { ask: 'edits', edits },
       do: () => {
-        if (first) edit(editor);
-        else editor.redo();
-        first = false;
+        if (edits.length === 0) edits.push(...[edit(editor)].flat());
+        else edits.forEach(() => editor.redo());
       },
-      undo: () => editor.undo(),
+      undo: () => edits.forEach(() => editor.undo()),
       frames,
     });
   }
@@ -248,7 +287,10 @@ export class Corrections {
   adopt(saved) {
     const editor = this.opened;
     editor.restore(saved);
-    this.done = editor.edits.map((edit) => ({
+    const masks = /** @type {import('../library.js').MaskSource} */ (this.of.result);
+    this.done = editor.edits.map((edit, edits) => ({
+      was: { masks, edits },
+      what: { ask: 'edits', edits: [edit] },
       do: () => editor.redo(),
       undo: () => editor.undo(),
       frames: edit.parts ? [...edit.parts.keys()] : null,
@@ -271,7 +313,7 @@ export class Corrections {
    */
   async split(label, at) {
     const { session } = this.of;
-    if (session) return this.asked(session, (one) => one.split(label, at));
+    if (session) return this.asked(session, { ask: 'split', label, at }, (one) => one.split(label, at));
     // The background hangs together everywhere.
     if (!at || label === 0) throw new PageError('no-place');
     const { width, height } = this.opened;
@@ -288,7 +330,7 @@ export class Corrections {
    */
   async apart(strokes) {
     const { session } = this.of;
-    if (session) return this.asked(session, (one) => one.apart(strokes));
+    if (session) return this.asked(session, { ask: 'apart', strokes }, (one) => one.apart(strokes));
     const [{ t }] = strokes;
     if (strokes.some((stroke) => stroke.t !== t)) throw new PageError('other-frame');
     const { width, height } = this.opened;
@@ -304,7 +346,7 @@ export class Corrections {
    */
   async together(strokes) {
     const { session } = this.of;
-    if (session) return this.asked(session, (one) => one.together(strokes));
+    if (session) return this.asked(session, { ask: 'together', strokes }, (one) => one.together(strokes));
     const { width, height } = this.opened;
     /** @type {Set<number>} */
     const covered = new Set();
@@ -327,22 +369,42 @@ export class Corrections {
    * @param {import('../library.js').Region[]} regions
    */
   async divided(t, label, regions) {
-    const editor = this.opened;
     /** @type {Edit[]} */
-    const edits = [];
-    let first = true;
-    const changed = await this.step({
-      do: () => {
-        for (const region of regions) {
-          if (first) edits.push(editor.paint({ label: editor.newLabel(), over: [label], t, region }));
-          else editor.redo();
-        }
-        first = false;
-      },
-      undo: () => regions.forEach(() => editor.undo()),
-      frames: null,
-    });
+    let edits = [];
+    const changed = await this.edited(
+      (editor) =>
+        (edits = regions.map((region) => editor.paint({ label: editor.newLabel(), over: [label], t, region }))),
+      null,
+    );
     for (const edit of edits) await this.carry({ edit, frames: [] }, new AbortController().signal, () => {});
     return changed;
   }
+}
+
+/**
+ * The masks of a session's result, which are large, as runs of equal labels: each correction keeps those before it.
+ *
+ * @param {{width: number, height: number, numFrames: number}} size
+ * @param {Uint8Array} masks of all frames
+ * @returns {import('../library.js').MaskSource}
+ */
+function compact({ width, height, numFrames }, masks) {
+  const size = width * height;
+  const frames = Array.from({ length: numFrames }, (_, t) => {
+    const end = (t + 1) * size;
+    /** @type {number[]} */
+    const runs = [];
+    for (let from = t * size, to = from; from < end; from = to) {
+      while (to < end && masks[to] === masks[from]) to++;
+      runs.push(to - t * size, masks[from]);
+    }
+    return Uint32Array.from(runs);
+  });
+  const labels = (/** @type {number} */ t) => {
+    const found = new Uint8Array(size);
+    for (let k = 0, from = 0; k < frames[t].length; from = frames[t][k], k += 2)
+      found.fill(frames[t][k + 1], from, frames[t][k]);
+    return found;
+  };
+  return { width, height, numFrames, labels };
 }

@@ -36,6 +36,9 @@ import { StageClock } from './stage-clock.js';
  * @typedef {import('./clip-job.js').ClipJob | import('./still-job.js').StillJob} AnyJob
  */
 
+/** Runs of this page. */
+let runs = 0;
+
 export class Job extends StageClock {
   /**
    * @param {Source} source
@@ -45,6 +48,8 @@ export class Job extends StageClock {
    */
   constructor(source, take, options, plan) {
     super(plan);
+    /** Which run the result is of, in this page and others. */
+    this.id = `${Date.now()}-${(runs += 1)}`;
     this.source = source;
     this.take = take;
     this.options = options;
@@ -60,6 +65,8 @@ export class Job extends StageClock {
     this.cuts = [];
     /** @type {import('./corrections.js').Corrections | null} Of the result, where it can be corrected. */
     this.corrections = null;
+    /** What of the corrections of the run before no longer applies, in words. */
+    this.lost = '';
     /** @type {import('../result/presence.js').Presence | null} Where objects are, as far as that is counted. */
     this.presence = null;
   }
@@ -72,6 +79,11 @@ export class Job extends StageClock {
   /** What corrects the result on screen; a part of a clip stays as it is. */
   get corrector() {
     return this.partial ? null : this.corrections;
+  }
+
+  /** Whether there is something in the result that another run would not have. */
+  get isCorrected() {
+    return false;
   }
 
   /** Frames that are settled while others are still to come. */

@@ -11,6 +11,9 @@
  * @typedef {{smallest: number, grow: number, feather: number, smooth: number}} EdgeChoice
  */
 
+/** A project file's extension. */
+export const EXTENSION = '.tracecut';
+
 /** Specks are nobody's wish. @type {EdgeChoice} */
 export const DEFAULT_EDGES = { smallest: 0.02, grow: 0, feather: 0, smooth: 0 };
 

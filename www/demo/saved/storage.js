@@ -1,57 +1,41 @@
-/**
- * The last few works, kept in the browser's own storage: they survive a reload and a closed tab. None takes the place of
- * another; the oldest go when there are too many. @module
- */
+/** The browser's own storage, where works are kept and runs remembered: they survive a reload and a closed tab. @module */
 
 const DATABASE = 'tracecut';
 const TABLE = 'work';
 
-/** Works that are kept, and how many bytes of all together: the newest is kept however large it is. */
-const MOST_WORKS = 8;
-const MOST_BYTES = 2 ** 31;
-
 /**
- * Work as it is kept.
+ * A clip's work as it is kept.
  *
  * @typedef {object} Saved
- * @property {string} id of the work: kept again it takes its own place
+ * @property {string} id of the clip: kept again it takes its own place
  * @property {string} name of the clip
  * @property {number} at when it was kept, milliseconds since 1970
  * @property {File[]} files that the clip was opened from
  * @property {Uint8Array} project masks before edits, as `saveProject` made them
  * @property {import('../library.js').SavedEdits | null} edits
  * @property {About} about
+ * @property {boolean} corrected
+ * @property {Blob | null} picture a small one: a frame with its masks
+ * @property {Version[]} earlier runs of the clip that were corrected, the newest first
  */
+
+/** One of several results of a clip. @typedef {Omit<Saved, 'id' | 'name' | 'files' | 'corrected' | 'earlier'>} Version */
 
 /**
  * What it takes to open the clip as it was, and to show the result as it was; works of earlier versions have no `look`.
+ * `run` says which run the result is of, `within` that there are corrections in the masks themselves.
  *
  * @typedef {{name: string, take: import('../source.js').Take, changed: [string, number | boolean | string][],
- *   look?: import('./look.js').Look}} About
+ *   look?: import('./look.js').Look, run?: string, within?: boolean}} About
  */
 
-/** @param {Saved} saved */
-export async function keep(saved) {
-  await put(saved);
-  let bytes = 0;
-  for (const [k, work] of (await kept()).entries()) {
-    bytes += bytesOf(work);
-    if (k > 0 && (k >= MOST_WORKS || bytes > MOST_BYTES)) await forget(work.id);
-  }
-}
-
-/** @param {{id: string}} record */
+/** @param {Saved | import('./cut-off.js').Run} record */
 export async function put(record) {
   await request('readwrite', (table) => table.put(record, record.id));
 }
 
 /** Names of runs that go on begin so. */
 export const RUN = 'run-';
-
-/** @returns {Promise<Saved[]>} the newest first; none where there is no storage */
-export async function kept() {
-  return (await stored()).filter(({ id }) => !id.startsWith(RUN));
-}
 
 /** @returns {Promise<Saved[]>} works, and runs that go on or were cut off */
 export async function stored() {
@@ -71,11 +55,6 @@ export async function stored() {
 /** @param {string} id */
 export async function forget(id) {
   await request('readwrite', (table) => table.delete(id));
-}
-
-/** @param {Saved} saved */
-export function bytesOf({ files, project }) {
-  return files.reduce((sum, { size }) => sum + size, project.byteLength);
 }
 
 /**

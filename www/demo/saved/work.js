@@ -4,32 +4,22 @@ import { editMasks, openProject, saveProject } from '../library.js';
 import { stemOf } from '../result/export.js';
 import { PageError } from '../words.js';
 import { lookOf } from './look.js';
+import { smallPicture } from './picture.js';
 
 /** @typedef {import('./storage.js').About} About */
 /** @typedef {import('./storage.js').Saved} Saved */
 /** Clips that are larger are not kept with the work, in bytes. */
 const MOST_BYTES = 2 ** 30;
 
-/** A project file's extension. */
-export const EXTENSION = '.tracecut';
-
-/**
- * @param {import('../store.js').State} state
- * @returns {boolean} whether there is work: masks of a clip of the user's own, or one of the gallery's with corrections
- */
-export function isWork({ phase, found, source, job }) {
-  if (source?.gallery && !job?.corrector?.count()) return false;
-  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.result && source?.files);
-}
-
 /**
  * @param {import('../store.js').State} state with work
  * @returns {About}
  */
 function aboutOf(state) {
-  const { job, changed, name } = state;
-  const { take } = /** @type {import('../run/job.js').AnyJob} */ (job);
-  return { name, take, changed: [...changed], look: lookOf(state) };
+  const { changed, name } = state;
+  const { take, id, holdsOthers, corrections } = /** @type {import('../run/clip-job.js').ClipJob} */ (state.job);
+  const within = holdsOthers || corrections.changesResult;
+  return { name, take, changed: [...changed], look: lookOf(state), run: id, within };
 }
 
 /** Makes work of what is on screen; masks that have not changed since are not packed again. */
@@ -65,8 +55,13 @@ export class Packer {
       };
       this.packed = { masks, project: await saveProject(source, { frameRate: film.fps }) };
     }
-    const files = filesOf(state);
-    return { id, name: state.name, at: Date.now(), files, project: this.packed.project, edits, about: aboutOf(state) };
+    const { project } = this.packed;
+    const about = aboutOf(state);
+    const shown = /** @type {import('../library.js').MaskSource} */ (corrections.masks);
+    const picture = await smallPicture(shown, (t) => corrections.of.images.open(t), about.look?.hidden);
+    const corrected = job?.isCorrected ?? false;
+    const [files, at] = [filesOf(state), Date.now()];
+    return { id, name: state.name, at, files, project, edits, about, corrected, picture, earlier: [] };
   }
 }
 
@@ -79,6 +74,29 @@ export function filesOf({ source, name }) {
   const bytes = files.reduce((sum, { size }) => sum + size, 0);
   if (bytes > MOST_BYTES) throw new PageError('too-large-to-keep', stemOf(name));
   return files;
+}
+
+/** What is read of a clip to know it again, in bytes: all of a small one. */
+const MOST_READ = 2 ** 24;
+
+/**
+ * Which clip files are: the same for the same content, whatever their names. Of large ones the two ends are looked at.
+ *
+ * @param {File[]} files
+ * @returns {Promise<string>}
+ */
+export async function clipId(files) {
+  const each = Math.floor(MOST_READ / Math.max(1, files.length));
+  const ends = files.flatMap((file) =>
+    file.size <= each
+      ? [String(file.size), file]
+      : [String(file.size), file.slice(0, each / 2), file.slice(file.size - each / 2)],
+  );
+  const bytes = await new Blob(ends).arrayBuffer();
+  // Only pages that came safely may ask for it.
+  if (!crypto.subtle) return `clip-${files.map(({ name, size, lastModified }) => [name, size, lastModified]).join()}`;
+  const digest = new Uint8Array(await crypto.subtle.digest('SHA-256', bytes));
+  return `clip-${Array.from(digest.subarray(0, 16), (byte) => byte.toString(16).padStart(2, '0')).join('')}`;
 }
 
 /**
@@ -124,7 +142,7 @@ export async function readProjectFile(file) {
 }
 
 /**
- * @param {Saved} saved
+ * @param {Pick<Saved, 'files' | 'about' | 'project' | 'edits'>} saved
  * @returns {Promise<{files: File[], about: About, project: import('../library.js').Project}>}
  */
 export async function reopened({ files, about, project, edits }) {

@@ -129,6 +129,8 @@ export default {
   images: 'Bilder',
   clip: 'Clip',
   clips: 'Clips',
+  file: 'Datei',
+  files: 'Dateien',
   object: 'Objekt',
   objects: 'Objekte',
   motion: 'Bewegung',
@@ -234,8 +236,13 @@ export default {
   'The run of {0} was cut off.': 'Die Berechnung von {0} wurde abgebrochen.',
   'Run again: {0}': 'Neu berechnen: {0}',
   'Your work on {0} was kept.': 'Die Arbeit an {0} wurde aufbewahrt.',
-  'Each clip that you work on is kept in this browser, the last eight of them.':
-    'Jeder bearbeitete Clip wird in diesem Browser aufbewahrt, die letzten acht.',
+  'Each clip that you work on is kept in this browser, the last eight of them. What you have corrected stays until you delete it.':
+    'Jeder bearbeitete Clip wird in diesem Browser aufbewahrt, die letzten acht. Korrigierte bleiben, bis sie gelöscht werden.',
+  'Your corrected work on {0} was kept.': 'Die korrigierte Arbeit an {0} wurde aufbewahrt.',
+  'There is no room to keep this work: all others are corrected, and none of those goes by itself.':
+    'Für diese Arbeit ist kein Platz: Alle anderen sind korrigiert, und keine davon geht von selbst.',
+  'Choose what to delete…': 'Wählen, was gelöscht wird…',
+  'Before: {0}': 'Davor: {0}',
   '{0} frames, corrected': '{0} Bilder, korrigiert',
   'Open {0}': '{0} öffnen',
   Delete: 'Löschen',
@@ -244,7 +251,11 @@ export default {
   'Delete {0} for good?': '{0} endgültig löschen?',
 
   // Several clips.
-  'Save all masks': 'Alle Masken speichern',
+  'Save all as': 'Alle speichern als',
+  'Save all': 'Alle speichern',
+  'Nothing was saved.': 'Nichts wurde gespeichert.',
+  '{0}: {1} of {2} frames': '{0}: {1} von {2} Bildern',
+  corrected: 'korrigiert',
   'Cancel all': 'Alle abbrechen',
   'Cancel {0}': '{0} abbrechen',
   Close: 'Schließen',
@@ -254,7 +265,6 @@ export default {
   'Frame {0} of {1}': 'Bild {0} von {1}',
   '{0}, window {1}': '{0}, Fenster {1}',
   '{0}, up to the damage': '{0} bis zur Beschädigung',
-  'Bringing masks to full size': 'Masken auf volle Größe bringen',
 
   // The picture.
   Viewer: 'Anzeige',
@@ -362,8 +372,21 @@ export default {
   'Done again': 'Wiederhergestellt',
   'Bring corrections back': 'Korrekturen zurückholen',
   'Run again?': 'Neu berechnen?',
-  'The new result is without your corrections. Undo brings them back.':
-    'Im neuen Ergebnis fehlen die Korrekturen. Rückgängig holt sie zurück.',
+  'Your corrections stay where they still apply. Undo brings this result back.':
+    'Die Korrekturen bleiben, wo sie noch passen. Rückgängig holt dieses Ergebnis zurück.',
+  'These corrections no longer apply; undo brings back the result that has them: {0}.':
+    'Diese Korrekturen passen nicht mehr; Rückgängig holt das Ergebnis zurück, das sie hat: {0}.',
+  'what was corrected before the clip was opened again': 'was korrigiert war, bevor der Clip wieder geöffnet wurde',
+  'leaving out {0}': '{0} weglassen',
+  'splitting {0}': '{0} teilen',
+  'the object made in frame {0}': 'das Objekt aus Bild {0}',
+  'a new object': 'ein neues Objekt',
+  'what is apart in frame {0}': 'was in Bild {0} getrennt ist',
+  'what belongs together in frame {0}': 'was in Bild {0} zusammengehört',
+  'what was wiped away in frame {0}': 'was in Bild {0} weggewischt wurde',
+  'what was painted in frame {0}': 'was in Bild {0} gemalt wurde',
+  'joining {0}': '{0} verbinden',
+  'making {0} background': '{0} zum Hintergrund machen',
   'Keep this result': 'Dieses Ergebnis behalten',
   'That is not possible here: {0}.': 'Das geht hier nicht: {0}.',
   'In frame {0}.': 'In Bild {0}.',

@@ -1,0 +1,174 @@
+// Running again keeps what was corrected and chosen, as far as it applies to the new result, and is one step of undo.
+
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { accessibilityFaults, ended, inPhase, movingClip, openFix, screenshot, text, useSite } from './support.mjs';
+
+describe('running again', () => {
+  const site = useSite({ sample: 'tiny' });
+  const clip = movingClip(16, [96, 64]);
+
+  /** For each frame how many pixels each label has, and where the middle of them is. */
+  const objects = (page) =>
+    page.evaluate(() => {
+      const { points } = globalThis.tracecutDemo.app;
+      const { width, numFrames } = points.result;
+      return Array.from({ length: numFrames }, (_, t) => {
+        const found = {};
+        points.mask(t).forEach((label, p) => {
+          const one = (found[label] ??= { n: 0, x: 0, y: 0 });
+          one.n += 1;
+          one.x += p % width;
+          one.y += Math.floor(p / width);
+        });
+        for (const one of Object.values(found)) Object.assign(one, { x: one.x / one.n, y: one.y / one.n });
+        return found;
+      });
+    });
+  const masks = (page) =>
+    page.evaluate(() => {
+      const { points } = globalThis.tracecutDemo.app;
+      return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
+    });
+  const labels = async (page) => Object.keys((await objects(page))[4]).join();
+
+  async function opened(files = clip) {
+    const { page, faults } = await site.open({ bypassCSP: true });
+    assert.equal(await ended(page), 'done');
+    await page.setInputFiles('#file', files);
+    await inPhase(page, 'running');
+    assert.equal(await ended(page), 'done');
+    return { page, faults };
+  }
+
+  /** Paints a line in a frame, from and to parts of the picture; waits until it is done. */
+  async function paint(page, { tool, frame, from, to, object, carries = true }) {
+    await openFix(page);
+    await page.check(`#correct-tools [value="${tool}"]`, { force: true });
+    if (object) await page.selectOption('#correct-object', object);
+    await page.setChecked('#brush-carry', carries);
+    await page.evaluate((t) => globalThis.tracecutDemo.app.timeline.seek(t), frame);
+    await page.evaluate(() => {
+      document.querySelector('#correct-status').textContent = '';
+      return new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100)));
+    });
+    const box = await page.locator('#canvas').boundingBox();
+    const at = ([x, y]) => [box.x + x * box.width, box.y + y * box.height];
+    await page.mouse.move(...at(from));
+    await page.mouse.down();
+    await page.mouse.move(...at(to), { steps: 4 });
+    await page.mouse.up();
+    await page.waitForFunction(() => /^In .*[.]$/.test(document.querySelector('#correct-status').textContent));
+    await page.click('#correct-done');
+  }
+
+  /** Runs again, whether that is asked or not. */
+  async function again(page) {
+    await page.click('#again');
+    if (await page.locator('#ask[open]').isVisible()) await page.click('#ask-yes');
+    await inPhase(page, 'running');
+    assert.equal(await ended(page), 'done');
+  }
+
+  const disc = { tool: 'paint', object: '-1', frame: 4, from: [0.75, 0.2], to: [0.83, 0.24] };
+
+  test('keeps what was painted, joined and left out, in the same objects; undo is one step', async () => {
+    const { page, faults } = await opened();
+    assert.equal(await labels(page), '0,1');
+    await paint(page, disc);
+    await paint(page, { ...disc, from: [0.1, 0.1], to: [0.2, 0.1] });
+    assert.equal(await labels(page), '0,1,2,3');
+    // Two of them are one thing.
+    for (const object of [3, 2]) await page.click(`[data-object="${object}"] .object-main`, { modifiers: ['Shift'] });
+    await page.click('#join-do');
+    await page.waitForFunction(() => document.querySelectorAll('.object').length === 3);
+    const joined = await labels(page);
+    await page.uncheck('[data-object="1"] input');
+    const before = await masks(page);
+    await again(page);
+    assert.equal(await masks(page), before);
+    assert.equal(await labels(page), joined);
+    assert.equal(await page.isChecked('[data-object="1"] input'), false);
+    assert.equal(await page.locator('#notice').isVisible(), false);
+    // What comes after can be undone by itself; then the run is.
+    await paint(page, { tool: 'erase', object: '1', frame: 4, from: [0.3, 0.5], to: [0.3, 0.7] });
+    assert.notEqual(await masks(page), before);
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(() => /^Undone/.test(document.querySelector('#correct-status').textContent));
+    assert.equal(await masks(page), before);
+    assert.equal(await page.locator('#restore').isVisible(), true);
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(() => document.querySelector('#restore').hidden);
+    assert.equal(await ended(page), 'done');
+    assert.equal(await masks(page), before);
+    assert.equal(await page.isChecked('[data-object="1"] input'), false);
+    await openFix(page);
+    await page.click('#correct-undo');
+    await page.waitForFunction(() => document.querySelectorAll('.object').length === 4);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('of another part of the clip goes on with what still applies, and lists the rest in a sentence', async () => {
+    const { page, faults } = await opened();
+    await paint(page, disc);
+    await paint(page, { tool: 'erase', object: '1', frame: 1, from: [0.2, 0.5], to: [0.3, 0.5], carries: false });
+    const [before, was] = [await masks(page), await objects(page)];
+    await page.fill('#take-start', '3');
+    await again(page);
+    const now = await objects(page);
+    assert.equal(now.length, was.length - 3);
+    // The frame at hand was the fifth of the clip.
+    const [one, other] = [was[4], now[1]];
+    assert.deepEqual(Object.keys(other), ['0', '1', '2']);
+    assert.deepEqual(other[2], one[2]);
+    assert.ok(Math.abs(other[1].x - one[1].x) < 2 && Math.abs(other[1].y - one[1].y) < 2);
+    assert.equal(
+      await text(page, '#notice'),
+      'These corrections no longer apply; undo brings back the result that has them: what was wiped away in frame 2.',
+    );
+    await screenshot(page, 'again-lost');
+    assert.deepEqual(await accessibilityFaults(page), []);
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(() => document.querySelector('#restore').hidden);
+    assert.equal(await ended(page), 'done');
+    assert.equal(await masks(page), before);
+    assert.equal(await page.locator('#notice').isVisible(), false);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('at another size has the same places', async () => {
+    const { page, faults } = await opened(movingClip(8, [400, 260]));
+    await page.$eval('#brush-size', (range) => (range.value = 90));
+    await paint(page, { ...disc, from: [0.5, 0.7], to: [0.8, 0.7] });
+    const [was] = (await objects(page)).slice(4);
+    const label = Math.max(...Object.keys(was));
+    await page.selectOption('#take-side', '320');
+    await again(page);
+    const [now] = (await objects(page)).slice(4);
+    const painted = now[Math.max(...Object.keys(now))];
+    assert.ok(Math.abs(painted.n / (0.64 * was[label].n) - 1) < 0.05, `${painted.n} of ${was[label].n} pixels`);
+    for (const axis of ['x', 'y']) assert.ok(Math.abs(painted[axis] - 0.8 * was[label][axis]) < 1);
+    assert.doesNotMatch(await page.textContent('#notice'), /no longer/);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('that is begun anew or cancelled on the way still keeps it', async () => {
+    const { page, faults } = await opened();
+    await paint(page, disc);
+    const before = await masks(page);
+    await page.click('#again');
+    await page.click('#ask-yes');
+    await inPhase(page, 'running');
+    await page.keyboard.press('Escape');
+    await inPhase(page, 'stopped');
+    await page.click('#again');
+    await page.waitForFunction(() => document.body.dataset.phase !== 'stopped');
+    assert.equal(await ended(page), 'done');
+    assert.equal(await masks(page), before);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+});
