@@ -85,9 +85,12 @@ export class Viewer {
     });
   }
 
-  /** @param {(spot: Spot, more: boolean) => void} pick told where the picture is clicked, and if more are to be chosen */
+  /**
+   * @param {(spot: Spot, more: boolean, away: boolean) => void} pick told where the picture is clicked, if more are to be
+   *   chosen, and if what is there is to be taken away
+   */
   onPick(pick) {
-    this.canvas.addEventListener('click', (event) => pick(this.spotAt(event), choosesMore(event)));
+    this.canvas.addEventListener('click', (event) => pick(this.spotAt(event), choosesMore(event), event.altKey));
   }
 
   /** @param {Readonly<State>} state */

@@ -360,8 +360,11 @@ export default {
   'Everything that is no object.': 'Alles, was kein Objekt ist.',
   'Paint what belongs to the object.': 'Malen, was zum Objekt gehört.',
   'Wipe away what does not belong to the object.': 'Wegwischen, was nicht zum Objekt gehört.',
-  'Tap a thing that was missed; each tap adds a piece.': 'Antippen, was fehlt; jedes Tippen fügt ein Stück hinzu.',
-  'Click a thing that was missed; each click adds a piece.': 'Anklicken, was fehlt; jeder Klick fügt ein Stück hinzu.',
+  'Tap a thing that was missed; a tap beside it adds to it.': 'Antippen, was fehlt; ein Tippen daneben fügt hinzu.',
+  'Click a thing that was missed; a click beside it adds to it, with Alt it takes away.':
+    'Anklicken, was fehlt; ein Klick daneben fügt hinzu, mit Alt nimmt er weg.',
+  Smaller: 'Kleiner',
+  Larger: 'Größer',
   'Paint over what is one thing.': 'Übermalen, was ein und dasselbe ist.',
   'Paint over each of the things that are not one: a stroke for each.':
     'Jedes der Dinge übermalen, die nicht eins sind: ein Strich für jedes.',
