@@ -31,7 +31,9 @@ for (const [width, height] of [
 ])
   test(`a cut-out moves before anything is computed, ${width}x${height}`, async () => {
     const page = await openIdle({ viewport: { width, height }, reducedMotion: 'no-preference' });
-    await page.waitForFunction(() => [...document.querySelectorAll('#welcome img')].every((image) => image.naturalWidth));
+    await page.waitForFunction(() =>
+      [...document.querySelectorAll('#welcome img')].every((image) => image.naturalWidth),
+    );
     const before = await page.evaluate(looks);
     await page.waitForTimeout(500);
     const after = await page.evaluate(looks);
