@@ -186,7 +186,8 @@ export class Viewer {
     const { canvas, view } = this;
     const { width, height } = this.box.getBoundingClientRect();
     const zoom = Math.min(width / view.width, height / view.height);
-    if (!(zoom > 0)) return;
+    // Less than a pixel, while a window changes, shows nothing.
+    if (!(zoom > 0 && Math.min(width, height) >= 1)) return;
     const density = Math.min(MAX_DENSITY, devicePixelRatio || 1);
     canvas.width = Math.max(1, Math.round(view.width * zoom * density));
     canvas.height = Math.max(1, Math.round(view.height * zoom * density));

@@ -18,9 +18,16 @@ export default {
   video: '',
   'Video, animated GIF, images of a sequence, or one image':
     'Video, animiertes GIF, Bilder einer Folge oder ein einzelnes Bild',
+  'Open or drop a video: what moves is cut out, on this device.':
+    'Video öffnen oder hierher ziehen: Was sich bewegt, wird freigestellt, auf diesem Gerät.',
   'Drop a video, several videos, a GIF, the images of a sequence, or one image':
     'Ein Video, mehrere Videos, ein GIF, die Bilder einer Folge oder ein einzelnes Bild hier ablegen',
   'Sample clip': 'Beispielclip',
+  'True size': 'Echte Größe',
+  Preview: 'Vorschau',
+  'Preview of this frame': 'Vorschau dieses Bildes',
+  'As it is saved, {0} × {1}': 'So wird es gespeichert, {0} × {1}',
+  'No preview of this one.': 'Davon gibt es keine Vorschau.',
   Camera: 'Kamera',
   '{0} files': '{0} Dateien',
   Language: 'Sprache',
