@@ -136,9 +136,7 @@ function readStamps(force) {
 /** What reads files, with the library's own features; in a fast build it holds all that JavaScript calls. */
 function compileDecoder(kind) {
   const { profile } = KINDS[kind];
-  // Small code: its hot loops wait for memory, and it has a budget too.
-  const small = ['--config', `profile.${profile}.package.tracecut.opt-level="s"`];
-  const which = kind === 'fast' ? ['--features', 'tracecut/wasm'] : small;
+  const which = kind === 'fast' ? ['--features', 'tracecut/wasm'] : [];
   return during('compiling what reads files, and all crates', 60, () =>
     cargo(kind, 'build', ['--package', 'tracecut-decoder', ...which]),
   );

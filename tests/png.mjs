@@ -50,21 +50,32 @@ export function pngParts(bytes) {
   return parts;
 }
 
-/** A PNG file of one byte a pixel, its rows as they are or as differences from those above. */
+/** What a row's filter takes a pixel for, from those to its left, above it and above that one. */
+const GUESSES = [
+  () => 0,
+  (left) => left,
+  (left, above) => above,
+  (left, above) => (left + above) >> 1,
+  (left, above, corner) => {
+    const [a, b, c] = [above - corner, left - corner, left + above - 2 * corner].map(Math.abs);
+    return a <= b && a <= c ? left : b <= c ? above : corner;
+  },
+];
+
+/** A PNG file of one byte a pixel. */
 export function readPng(bytes) {
   const parts = pngParts(bytes);
   const order = parts.map(({ type }) => type).join(' ');
-  const { IHDR, PLTE = null, tRNS = null, IDAT } = Object.fromEntries(parts.map(({ type, data }) => [type, data]));
+  const { IHDR, PLTE = null, tRNS = null } = Object.fromEntries(parts.map(({ type, data }) => [type, data]));
   const [width, height] = [Buffer.from(IHDR).readUInt32BE(0), Buffer.from(IHDR).readUInt32BE(4)];
-  const rows = inflateSync(IDAT);
+  const rows = inflateSync(Buffer.concat(parts.filter(({ type }) => type === 'IDAT').map(({ data }) => data)));
   if (rows.length !== height * (width + 1)) throw new Error(`${rows.length} bytes of rows`);
   const pixels = new Uint8Array(width * height);
   for (let y = 0; y < height; y += 1) {
-    const filter = rows[y * (width + 1)];
-    if (filter !== 0 && filter !== 2) throw new Error(`filter ${filter}`);
-    for (let x = 0; x < width; x += 1) {
-      const above = filter === 2 && y > 0 ? pixels[(y - 1) * width + x] : 0;
-      pixels[y * width + x] = rows[y * (width + 1) + 1 + x] + above;
+    const guess = GUESSES[rows[y * (width + 1)]];
+    for (let x = 0, p = y * width; x < width; x += 1, p += 1) {
+      const [left, above] = [x > 0 ? pixels[p - 1] : 0, y > 0 ? pixels[p - width] : 0];
+      pixels[p] = rows[p + y + 1] + guess(left, above, x > 0 && y > 0 ? pixels[p - width - 1] : 0);
     }
   }
   return { width, height, depth: IHDR[8], colorType: IHDR[9], order, palette: PLTE, alpha: tRNS, pixels };

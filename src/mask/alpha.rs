@@ -105,14 +105,14 @@ impl Part {
         let near = radius / MIXED_SHARE;
         let counts = sums(vec![1_u32; n], self.width, near);
         let insides = sums(self.inside.clone(), self.width, near);
-        let is_pure = |p: usize| u32::from(insides[p] == 0 || insides[p] == counts[p]);
-        let pure: Vec<u32> = (0..n).map(is_pure).collect();
-        let within: Vec<u32> = (0..n).map(|p| pure[p] * self.inside[p]).collect();
-        let sum = |value: &dyn Fn(usize) -> u32| sums((0..n).map(value).collect(), self.width, radius);
-        let (all, inner) = (sum(&|p| pure[p]), sum(&|p| within[p]));
-        let colours: [_; 3] = std::array::from_fn(|c| sum(&|p| pure[p] * self.colours[c][p]));
-        let inner_colours: [_; 3] = std::array::from_fn(|c| sum(&|p| within[p] * self.colours[c][p]));
-        let squares: [_; 6] = PAIRS.map(|(c, d)| sum(&|p| pure[p] * self.colours[c][p] * self.colours[d][p]));
+        let is_pure = |(&inside, &count): (&u32, &u32)| u32::from(inside == 0 || inside == count);
+        let pure: Vec<u32> = insides.iter().zip(&counts).map(is_pure).collect();
+        let sum = |values: Vec<u32>| sums(values, self.width, radius);
+        let within = product(&pure, &self.inside);
+        let of_pure = self.colours.each_ref().map(|colour| product(&pure, colour));
+        let inner_colours = self.colours.each_ref().map(|colour| sum(product(&within, colour)));
+        let squares = PAIRS.map(|(c, d)| sum(product(&of_pure[c], &self.colours[d])));
+        let (all, inner, colours) = (sum(pure), sum(within), of_pure.map(sum));
         let mut fits: [Vec<f64>; 5] = std::array::from_fn(|_| vec![0.0; n]);
         for p in (0..n).filter(|&p| inner[p] > 0 && inner[p] < all[p]) {
             let (count, inner) = (f64::from(all[p]), f64::from(inner[p]));
@@ -136,34 +136,43 @@ impl Part {
     }
 }
 
+fn product(a: &[u32], b: &[u32]) -> Vec<u32> {
+    a.iter().zip(b).map(|(a, b)| a * b).collect()
+}
+
+/// Rows that are summed at once: each sum waits for the one before it.
+const ROWS: usize = 4;
+
 /// Sums over windows of this radius, as far as they are in the image.
 fn sums<T: Copy + Default + AddAssign + SubAssign>(values: Vec<T>, width: usize, radius: usize) -> Vec<T> {
     let height = values.len() / width;
     let mut along = values;
-    let mut line = vec![T::default(); width];
-    for row in along.chunks_exact_mut(width) {
-        line.copy_from_slice(row);
-        let mut sum = T::default();
-        line.iter().take(radius).for_each(|&v| sum += v);
+    let mut lines = vec![[T::default(); ROWS]; width];
+    for rows in along.chunks_mut(ROWS * width) {
+        for (k, row) in rows.chunks_exact(width).enumerate() {
+            lines.iter_mut().zip(row).for_each(|(line, &v)| line[k] = v);
+        }
+        let mut sum = [T::default(); ROWS];
+        lines.iter().take(radius).for_each(|line| add(&mut sum, line));
         for x in 0..width {
-            if let Some(&next) = line.get(x + radius) {
-                sum += next;
+            if let Some(next) = lines.get(x + radius) {
+                add(&mut sum, next);
             }
             if x > radius {
-                sum -= line[x - radius - 1];
+                sum.iter_mut().zip(lines[x - radius - 1]).for_each(|(sum, v)| *sum -= v);
             }
-            row[x] = sum;
+            rows.chunks_exact_mut(width).zip(sum).for_each(|(row, sum)| row[x] = sum);
         }
     }
-    line.fill(T::default());
+    let mut line = vec![T::default(); width];
     let mut down = Vec::with_capacity(along.len());
     let row = |y: usize| &along[y * width..][..width];
     for y in 0..radius.min(height) {
-        line.iter_mut().zip(row(y)).for_each(|(sum, &v)| *sum += v);
+        add(&mut line, row(y));
     }
     for y in 0..height {
         if y + radius < height {
-            line.iter_mut().zip(row(y + radius)).for_each(|(sum, &v)| *sum += v);
+            add(&mut line, row(y + radius));
         }
         if y > radius {
             line.iter_mut().zip(row(y - radius - 1)).for_each(|(sum, &v)| *sum -= v);
@@ -171,6 +180,10 @@ fn sums<T: Copy + Default + AddAssign + SubAssign>(values: Vec<T>, width: usize,
         down.extend_from_slice(&line);
     }
     down
+}
+
+fn add<T: Copy + AddAssign>(sums: &mut [T], values: &[T]) {
+    sums.iter_mut().zip(values).for_each(|(sum, &v)| *sum += v);
 }
 
 /// `(S + NOISE · 1)⁻¹ t`, of the matrix S its upper triangle.

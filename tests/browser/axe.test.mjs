@@ -50,6 +50,7 @@ describe('an accessibility checker finds nothing', () => {
       await page.evaluate(() => globalThis.tracecutDemo.app.compare.choose('slider'));
       assert.deepEqual(await faultsOf(page, look), [], 'all layers and settings open');
       await page.keyboard.press('?');
+      await page.waitForSelector('#help[open]');
       assert.deepEqual(await faultsOf(page, look), [], 'help');
       await page.click('#help-close');
       await openSave(page);

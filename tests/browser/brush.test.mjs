@@ -112,6 +112,76 @@ describe('masks changed by hand', () => {
     await page.context().close();
   });
 
+  test('what was missed is added whole by a click, made larger or smaller, and taken away with Alt', async () => {
+    const { page, faults } = await openSample(site, { bypassCSP: true });
+    const { masks, labelAt, place, use, click, press } = hands(page);
+    const whole = await masks();
+    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await openFix(page);
+    /** The middle of the largest object, and how much of its pixels and of any the label there has. */
+    const thing = await page.evaluate(() => {
+      const { points } = globalThis.tracecutDemo.app;
+      const mask = Array.from(points.mask(12));
+      const areas = Map.groupBy(mask.keys(), (p) => mask[p]);
+      areas.delete(0);
+      const [label, pixels] = [...areas].sort((a, b) => b[1].length - a[1].length)[0];
+      const { width } = points.result;
+      const mean = (of) => Math.round(pixels.reduce((sum, p) => sum + of(p), 0) / pixels.length);
+      return { label, pixels, x: mean((p) => p % width), y: mean((p) => Math.floor(p / width)) };
+    });
+    const added = async () => {
+      const { own, both } = await page.evaluate(({ x, y, pixels }) => {
+        const { points } = globalThis.tracecutDemo.app;
+        const mask = points.mask(12);
+        const label = mask[y * points.result.width + x];
+        const all = mask.reduce((sum, one) => sum + Number(label > 0 && one === label), 0);
+        return { own: all, both: pixels.filter((p) => label > 0 && mask[p] === label).length };
+      }, thing);
+      return { own, overlap: both / (own + thing.pixels.length - both) };
+    };
+    await page.selectOption('#correct-object', String(thing.label));
+    await press('#correct-background');
+    assert.equal(await labelAt(12, thing.x, thing.y), 0);
+    const missed = await masks();
+
+    await use('add');
+    const start = performance.now();
+    assert.match(await click(thing.x, thing.y), /^In \d+ frames/);
+    const first = await added();
+    assert.ok(
+      first.overlap > 0.6,
+      `overlap ${first.overlap.toFixed(2)} after ${Math.round(performance.now() - start)} ms`,
+    );
+    const label = await labelAt(12, thing.x, thing.y);
+    const sizes = [first.own];
+    for (const [button, sign] of [
+      ['#add-larger', 1],
+      ['#add-smaller', -1],
+    ]) {
+      if (await page.locator(button).isDisabled()) continue;
+      assert.match(await press(button), /^In \d+ frames?|^In frame/);
+      const { own } = await added();
+      assert.ok(sign * (own - sizes.at(-1)) > 0, `${button}: ${sizes.at(-1)} to ${own} pixels`);
+      assert.equal(await labelAt(12, thing.x, thing.y), label, 'it is the same object');
+      sizes.push(own);
+    }
+    assert.ok(sizes.length > 1, 'there are sizes to choose from');
+
+    const [u, v] = await place(thing.x, thing.y);
+    await page.evaluate(() => (document.querySelector('#correct-status').textContent = ''));
+    await page.keyboard.down('Alt');
+    await page.mouse.click(u, v);
+    await page.keyboard.up('Alt');
+    await page.waitForFunction(() => /^In /.test(document.querySelector('#correct-status').textContent));
+    assert.equal(await labelAt(12, thing.x, thing.y), 0);
+    for (const _ of [0, 1]) await press('#correct-undo');
+    assert.equal(await masks(), missed, 'a change of size is no step of its own');
+    await press('#correct-undo');
+    assert.equal(await masks(), whole);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
   test('in a clip of three windows things are added and painted all the same', async () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
     await page.setInputFiles('#file', movingClip(110, [96, 64]));

@@ -80,12 +80,14 @@ describe('devices', () => {
   test('the help tells touches where there are fingers, and only there', async () => {
     const { page } = await openSample(site, PHONE);
     await page.click('#help-open');
+    await page.waitForSelector('#help[open]');
     assert.match(await text(page, '#help-touch'), /Tap an object[^]*Two fingers/);
     assert.doesNotMatch(await text(page, '#help'), /Click/);
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'help-phone');
     const { page: desk } = await openSample(site);
     await desk.click('#help-open');
+    await desk.waitForSelector('#help[open]');
     assert.equal(await desk.locator('#help-touch').isVisible(), false);
     assert.match(await text(desk, '#help'), /Click an object/);
   });

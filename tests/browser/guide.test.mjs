@@ -12,7 +12,7 @@ describe('first steps', () => {
     assert.equal(await page.locator('#guide').isVisible(), false);
     await page.focus('#help-open');
     await page.keyboard.press('Enter');
-    assert.equal(await page.locator('#guide').isVisible(), true);
+    await page.waitForSelector('#guide', { state: 'visible' });
     const words = await page.locator('#guide strong').allInnerTexts();
     assert.deepEqual(words, ['Objects', 'Fix', 'Save']);
     assert.match(await text(page, '#summary'), /^Object \d/);

@@ -76,6 +76,7 @@ describe('joining', () => {
     await page.click('#correct-undo');
     await until(page, '0,1,2,3,4,5');
     await page.keyboard.press('?');
+    await page.waitForSelector('#help[open]');
     assert.match(await text(page, '#help-keys'), /Shift Enter\s+on an object of the list: choose it with others/);
     assert.deepEqual(faults, []);
     await page.context().close();

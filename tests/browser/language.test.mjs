@@ -93,6 +93,7 @@ describe('the page in German', () => {
       };
       await seen('done');
       await page.click('#help-open');
+      await page.waitForSelector('#help[open]');
       await inGerman(page, 'help');
       await seen('help');
       await page.click('#help-close');
@@ -149,6 +150,7 @@ describe('the language of the page', () => {
     const shown = (code) => page.waitForFunction((wanted) => document.documentElement.lang === wanted, code);
     const choose = async (code) => {
       await page.click('#help-open');
+      await page.waitForSelector('#help[open]');
       await Promise.all([page.waitForNavigation(), page.selectOption('#language', code)]);
     };
     await shown('de');

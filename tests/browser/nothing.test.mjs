@@ -31,8 +31,11 @@ function shifting(count, speed, { width = 96, height = 64, half = false } = {}) 
 }
 
 const take = (page) => page.evaluate(() => globalThis.tracecutDemo.take);
-const tries = (page) =>
-  page.evaluate(() => [...document.querySelectorAll('[data-try]')].map((button) => button.dataset.try));
+/** What is offered is fetched when it is first needed. */
+const tries = async (page) => {
+  await page.waitForSelector('[data-try]');
+  return page.evaluate(() => [...document.querySelectorAll('[data-try]')].map((button) => button.dataset.try));
+};
 
 describe('a clip in which nothing is found', () => {
   const site = useSite();
@@ -41,6 +44,7 @@ describe('a clip in which nothing is found', () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
     assert.equal(await page.locator('#nothing').isVisible(), false, 'the sample has objects');
     assert.equal(await run(page, shifting(30, 2)), 'done');
+    await page.waitForSelector('[data-try]');
     const where = await text(page, '#nothing-where');
     assert.match(where, /^Followed \d.* points over [89]\d.% of the picture, through 30 frames/);
     assert.match(where, /the camera moves, about 2\.0 px a frame/);
@@ -57,6 +61,7 @@ describe('a clip in which nothing is found', () => {
   test('offers the whole clip after a part, a finer size where there is one, weaker texture where little was followed', async () => {
     const { page } = await openSample(site);
     assert.equal(await run(page, shifting(6, 0, { width: 400, height: 40, half: true })), 'done');
+    await page.waitForSelector('[data-try]');
     assert.match(await text(page, '#nothing-where'), /the camera stands still/);
     assert.deepEqual(await tries(page), ['weak', 'add']);
     await page.selectOption('#take-side', '320');

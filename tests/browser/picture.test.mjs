@@ -239,6 +239,7 @@ describe('words', () => {
     assert.equal(await page.locator('#subline').isVisible(), false);
     assert.equal(await page.locator('#facts').isVisible(), false);
     await page.click('#help-open');
+    await page.waitForSelector('#help[open]');
     assert.match(await text(page, '#facts'), /trajector/);
     await page.click('#help-close');
     await page.evaluate(() => {

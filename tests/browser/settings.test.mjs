@@ -185,7 +185,7 @@ describe('views and words', () => {
     const { page } = sample;
     const before = await picture(page);
     await page.keyboard.press('?');
-    assert.equal(await page.locator('#help').isVisible(), true);
+    await page.waitForSelector('#help[open]');
     await page.keyboard.press('1');
     await page.keyboard.press('Escape');
     assert.equal(await page.locator('#help').isVisible(), false);

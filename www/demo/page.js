@@ -16,11 +16,18 @@ import { withinFilm } from './store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
-import { correctPanel, exportPanel, galleryPanel, queuePanel, whyPanel, webcamPanel } from './panels/on-demand.js';
+import {
+  correctPanel,
+  exportPanel,
+  galleryPanel,
+  helpPanel,
+  nothingPanel,
+  queuePanel,
+  whyPanel,
+  webcamPanel,
+} from './panels/on-demand.js';
 import { edgesPanel, smoothPanel } from './panels/edges.js';
-import { helpPanel } from './panels/help.js';
 import { layersPanel } from './panels/layers.js';
-import { nothingPanel } from './panels/nothing.js';
 import { objectsPanel } from './panels/objects.js';
 import { readoutPanel } from './panels/readout.js';
 import { runPanel, stagesPanel } from './panels/run.js';

@@ -85,9 +85,12 @@ export class Viewer {
     });
   }
 
-  /** @param {(spot: Spot, more: boolean) => void} pick told where the picture is clicked, and if more are to be chosen */
+  /**
+   * @param {(spot: Spot, more: boolean, away: boolean) => void} pick told where the picture is clicked, if more are to be
+   *   chosen, and if what is there is to be taken away
+   */
   onPick(pick) {
-    this.canvas.addEventListener('click', (event) => pick(this.spotAt(event), choosesMore(event)));
+    this.canvas.addEventListener('click', (event) => pick(this.spotAt(event), choosesMore(event), event.altKey));
   }
 
   /** @param {Readonly<State>} state */
@@ -183,7 +186,8 @@ export class Viewer {
     const { canvas, view } = this;
     const { width, height } = this.box.getBoundingClientRect();
     const zoom = Math.min(width / view.width, height / view.height);
-    if (!(zoom > 0)) return;
+    // Less than a pixel, while a window changes, shows nothing.
+    if (!(zoom > 0 && Math.min(width, height) >= 1)) return;
     const density = Math.min(MAX_DENSITY, devicePixelRatio || 1);
     canvas.width = Math.max(1, Math.round(view.width * zoom * density));
     canvas.height = Math.max(1, Math.round(view.height * zoom * density));

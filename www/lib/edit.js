@@ -11,6 +11,11 @@ export { regionOf, strokeRegion } from './edit/regions.js';
 // These are loaded when they are first called.
 /** @type {typeof import('./edit/carry.js').carryEdit} */
 export const carryEdit = async (...args) => (await part(import('./edit/carry.js'))).carryEdit(...args);
+/**
+ * @param {Parameters<typeof import('./edit/grow.js').grownRegions>} args
+ * @returns {Promise<import('./edit/grow.js').Grown[]>}
+ */
+export const grownRegions = async (...args) => (await part(import('./edit/grow.js'))).grownRegions(...args);
 /** @type {typeof import('./edit/smooth.js').smoothMasks} */
 export const smoothMasks = async (...args) => (await part(import('./edit/smooth.js'))).smoothMasks(...args);
 /** @type {typeof import('./edit/at-size.js').masksAtSize} */
@@ -21,6 +26,8 @@ export const saveProject = async (...args) => (await part(import('./edit/project
 export const openProject = async (...args) => (await part(import('./edit/project.js'))).openProject(...args);
 
 /** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
+/** @typedef {import('./edit/grow.js').Grounds} Grounds */
+/** @typedef {import('./edit/grow.js').Grown} Grown */
 /** @typedef {import('./edit/editor.js').Edit} Edit */
 /** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */
 /** @typedef {import('./edit/smooth.js').SmoothMasksOptions} SmoothMasksOptions */

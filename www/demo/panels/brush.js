@@ -1,6 +1,6 @@
 /**
- * Painting on the canvas: strokes, a brush and an eraser for the object that is chosen, and things that were missed,
- * added by clicking their superpixels. What is done in one frame is carried to the others, as far as the picture
+ * Painting on the canvas: strokes, a brush and an eraser for the object that is chosen, and things that were missed, which
+ * grow from a click. What is done in one frame is carried to the others, as far as the picture
  * agrees.
  * @module
  */
@@ -20,8 +20,8 @@ export const BRUSH_HELP = {
   paint: 'Paint what belongs to the object.',
   erase: 'Wipe away what does not belong to the object.',
   add: TOUCH
-    ? 'Tap a thing that was missed; each tap adds a piece.'
-    : 'Click a thing that was missed; each click adds a piece.',
+    ? 'Tap a thing that was missed; a tap beside it adds to it.'
+    : 'Click a thing that was missed; a click beside it adds to it, with Alt it takes away.',
 };
 
 /**
@@ -33,6 +33,14 @@ export function isBrush(tool) {
 }
 
 /**
+ * Regions that a click may mean, the smallest first, which of them is in force, in frame t, and how: `count` steps of
+ * correction are done with it.
+ *
+ * @typedef {{regions: import('../library.js').Region[], at: number, t: number, painted:
+ *   Pick<import('../run/job.js').ToPaint, 'label' | 'over'>, count?: number}} Offer
+ */
+
+/**
  * What a brush needs of the panel that it is in.
  *
  * @typedef {object} Host
@@ -40,7 +48,7 @@ export function isBrush(tool) {
  * @property {() => Corrections | null} corrector
  * @property {() => number} object the one that is meant
  * @property {(object: number) => void} choose
- * @property {(frames: number[]) => void} show
+ * @property {(frames: number[] | null) => void} show
  * @property {(text: string, wrong?: boolean) => void} tell
  */
 
@@ -52,9 +60,13 @@ export class Brush {
     this.working = Promise.resolve();
     /** @type {AbortController | null} Of what is being carried. */
     this.carrying = null;
+    /** @type {Offer | null} The sizes that the thing added last may have. */
+    this.offer = null;
     this.size = /** @type {HTMLInputElement} */ (byId('brush-size'));
     this.others = /** @type {HTMLInputElement} */ (byId('brush-carry'));
     byId('brush-stop').addEventListener('click', () => this.stop());
+    byId('add-smaller').addEventListener('click', () => this.resize(-1));
+    byId('add-larger').addEventListener('click', () => this.resize(1));
   }
 
   /** Half the width of the brush, in CSS pixels. */
@@ -91,23 +103,75 @@ export class Brush {
   }
 
   /**
-   * A click on what was missed: the superpixel there.
+   * A click on what was missed: the region that grows from there becomes an object, or goes to the one that is clicked or
+   * was added last.
    *
    * @param {{x: number, y: number}} place in clip pixels
+   * @param {number} clicked the object there
+   * @param {boolean} away whether it is taken away
    */
-  async add({ x, y }) {
+  async add(place, clicked, away) {
     const { host } = this;
-    const { found, frame, picture, visit } = host.store.state;
-    const superpixels = await found?.answers.superpixels?.(frame);
-    if (!superpixels || visit !== host.store.state.visit) return;
-    const region = pieceAt(superpixels, x, y, picture);
-    const object = host.object();
-    this.edit({ label: object > 0 ? object : NEW_OBJECT, t: frame, region });
+    const { frame, visit } = host.store.state;
+    this.take(null);
+    try {
+      const grown = await host.corrector()?.grown(frame, place);
+      if (!grown || visit !== host.store.state.visit) return;
+      const { regions, likeliest } = grown;
+      const meant = Math.max(0, clicked) || host.object();
+      /** @type {Pick<import('../run/job.js').ToPaint, 'label' | 'over'>} */
+      const painted = away
+        ? { label: 0, ...(clicked > 0 ? { over: [clicked] } : {}) }
+        : { label: meant > 0 ? meant : NEW_OBJECT, over: [0] };
+      this.offer = { regions, at: likeliest, t: frame, painted };
+      this.paintOffer();
+    } catch (error) {
+      if (visit === host.store.state.visit) this.refuse(error);
+    }
+  }
+
+  /**
+   * The thing that was added last becomes smaller or larger.
+   *
+   * @param {-1 | 1} by
+   */
+  async resize(by) {
+    const { host, offer } = this;
+    const corrector = host.corrector();
+    if (!offer || !corrector || !offer.regions[offer.at + by]) return;
+    this.take(null);
+    await this.settled();
+    // Something else was done since.
+    if (corrector.count() !== offer.count) return;
+    const label = this.painted ?? offer.painted.label;
+    host.show(await corrector.undo());
+    this.offer = { ...offer, at: offer.at + by, painted: { ...offer.painted, label } };
+    this.paintOffer();
+  }
+
+  paintOffer() {
+    const { offer } = this;
+    if (!offer) return;
+    const { regions, at, t, painted } = offer;
+    this.edit({ ...painted, t, region: regions[at] });
+  }
+
+  /** @param {Offer | null} offer */
+  take(offer) {
+    this.offer = offer;
+    const { regions = [], at = 0 } = offer ?? {};
+    /** @type {HTMLButtonElement} */ (byId('add-smaller')).disabled = !regions[at - 1];
+    /** @type {HTMLButtonElement} */ (byId('add-larger')).disabled = !regions[at + 1];
   }
 
   /** @param {import('../run/job.js').ToPaint} painted with `NEW_OBJECT` for a label that nothing has */
   edit(painted) {
     this.working = this.working.then(() => this.work(painted)).catch(() => {});
+  }
+
+  /** @param {unknown} error */
+  refuse(error) {
+    this.host.tell(say`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
   }
 
   /** @param {import('../run/job.js').ToPaint} painted */
@@ -121,12 +185,15 @@ export class Brush {
       const label = painted.label === NEW_OBJECT ? corrector.newLabel() : painted.label;
       const edit = await corrector.paint({ ...painted, label });
       if (!same()) return;
+      this.painted = label;
+      const isOffered = this.offer?.regions.some((region) => region === painted.region);
+      this.take(this.offer && isOffered ? { ...this.offer, count: corrector.count() } : null);
       host.show(edit.frames);
       if (label > 0) host.choose(label);
       if (this.others.checked) await this.carry(corrector, edit, same);
       else host.tell(say`In frame ${edit.frames[0] + 1}.`);
     } catch (error) {
-      if (same()) host.tell(say`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
+      if (same()) this.refuse(error);
     }
   }
 
@@ -159,31 +226,6 @@ export class Brush {
       }
     }
   }
-}
-
-/**
- * @param {import('../layers/layer.js').Superpixels} superpixels
- * @param {number} x clip pixels
- * @param {number} y
- * @param {{width: number, height: number}} clip
- * @returns {Uint32Array<ArrayBuffer>} the clip's pixels of the superpixel there, as runs
- */
-function pieceAt({ label, width, height, scaleX, scaleY }, x, y, clip) {
-  const column = (/** @type {number} */ at) => Math.min(width - 1, Math.max(0, Math.floor((at + 0.5) / scaleX)));
-  const row = (/** @type {number} */ at) => Math.min(height - 1, Math.max(0, Math.floor((at + 0.5) / scaleY)));
-  const wanted = label[row(y) * width + column(x)];
-  /** @type {number[]} */
-  const runs = [];
-  for (let v = 0; v < clip.height; v++) {
-    for (let u = 0; u < clip.width; u++) {
-      if (label[row(v) * width + column(u)] !== wanted) continue;
-      const p = v * clip.width + u;
-      const end = runs.length > 0 ? runs[runs.length - 2] + runs[runs.length - 1] : -1;
-      if (end === p) runs[runs.length - 1] += 1;
-      else runs.push(p, 1);
-    }
-  }
-  return Uint32Array.from(runs);
 }
 
 /**

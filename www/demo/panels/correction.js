@@ -55,7 +55,7 @@ export class Correction {
     // Who opens it may have chosen a tool before it was fetched.
     const chosen = this.tools.find(({ checked }) => checked)?.value;
     viewer.painters.push((ctx, view) => this.draw(ctx, view));
-    viewer.onPick((spot, more) => this.pick(spot, more));
+    viewer.onPick((spot, more, away) => this.pick(spot, more, away));
     const undoable = () => this.on || store.state.before !== null || (this.corrector?.count() ?? 0) > 0;
     const redoable = () => this.on || (this.corrector?.redoable() ?? 0) > 0;
     keys.on('Ctrl+z', () => this.undo(), undoable);
@@ -156,7 +156,7 @@ export class Correction {
   /**
    * Shows what was done by hand.
    *
-   * @param {number[]} frames those that changed
+   * @param {number[] | null} frames those that changed, null for all
    */
   show(frames) {
     showCorrected(this.store, frames);
@@ -166,11 +166,12 @@ export class Correction {
   /**
    * @param {Spot} spot
    * @param {boolean} more whether it is chosen with others
+   * @param {boolean} away whether what is there is taken away
    */
-  pick({ object, x, y }, more) {
+  pick({ object, x, y }, more, away) {
     if (!this.on || this.busy) return;
     if (this.tool === 'pick' && more) return this.selection.choose(object);
-    if (this.tool === 'add') this.brush.add({ x, y });
+    if (this.tool === 'add') this.brush.add({ x, y }, object, away);
     if (this.tool === 'pick' && object >= 0) this.choose(object, { t: this.store.state.frame, x, y });
   }
 
@@ -218,6 +219,7 @@ export class Correction {
     byId('stroke-actions').hidden = picking || brushing;
     byId('brush-actions').hidden = !brushing;
     byId('brush-width').hidden = tool === 'add';
+    byId('add-sizes').hidden = tool !== 'add';
     byId('stroke-help').hidden = picking;
     byId('stroke-help').textContent = isBrush(tool)
       ? say(BRUSH_HELP[tool])

@@ -16,6 +16,7 @@ import { TimeLeft } from '../result/time-left.js';
 import { untilAborted } from '../run/stage-clock.js';
 import { bytes, count, explain, plural, remaining } from '../words.js';
 import { ExportOptions } from './export-options.js';
+import { SavePreview } from './save-preview.js';
 import { groundOf } from './views.js';
 import { say } from '../language.js';
 
@@ -41,6 +42,11 @@ export class ExportDialog {
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
     const first = FIRST.map((one, k) => this.card(one, k === 0));
     byId('export-first').replaceChildren(...first.map(({ button }) => button));
+    this.first = first;
+    this.preview = new SavePreview(
+      first.map(({ choice }) => choice),
+      () => this.subjectNow(),
+    );
     this.named = rows.flatMap(({ choices }) => choices);
     /** The choices, with their buttons. */
     this.choices = [...first, ...this.named];
@@ -57,8 +63,41 @@ export class ExportDialog {
     );
     byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, say('The recipe is on the clipboard.')));
     this.recipeBox.addEventListener('toggle', () => this.showRecipe());
-    this.dialog.addEventListener('close', () => this.abort?.abort());
+    byId('export-more').addEventListener('change', () => {
+      const { choice } = this.preview;
+      this.preview.begin();
+      if (choice) this.look(choice);
+    });
+    this.connectShown();
+    this.dialog.addEventListener('close', () => {
+      this.abort?.abort();
+      this.preview.begin();
+    });
     connectDialog(this.dialog);
+  }
+
+  /** Whoever is at a choice sees what it would save; fingers choose that beside the picture. */
+  connectShown() {
+    for (const { choice, button } of this.first)
+      for (const kind of ['pointerenter', 'focus']) button.addEventListener(kind, () => this.look(choice));
+    const looks = this.first.map(({ choice, button }) =>
+      h(
+        'label',
+        {},
+        h('input', { type: 'radio', name: 'look', value: choice.id, input: () => this.look(choice) }),
+        h('span', {}, button.firstElementChild?.textContent ?? ''),
+      ),
+    );
+    byId('export-looks').append(...looks);
+  }
+
+  /** @param {import('../result/export.js').Choice} choice */
+  look(choice) {
+    if (this.abort || !this.dialog.open) return;
+    this.preview.show(choice);
+    for (const { choice: one, button } of this.first) button.toggleAttribute('data-looked', one === choice);
+    const radio = /** @type {HTMLInputElement | null} */ (byId('export-looks').querySelector(`[value="${choice.id}"]`));
+    if (radio) radio.checked = true;
   }
 
   /** What there is to save; null without a result. */
@@ -76,7 +115,12 @@ export class ExportDialog {
     this.offer(null);
     this.setBusy(false);
     this.recipeBox.open = false;
+    this.preview.begin();
+    // What is shown is one frame.
+    this.store.set({ playing: false });
+    byId('export-preview').style.setProperty('--aspect', String(found.source.width / found.source.height));
     this.dialog.showModal();
+    this.look(this.first[0].choice);
   }
 
   /**
@@ -129,16 +173,15 @@ export class ExportDialog {
     }
   }
 
-  /** @param {import('../result/export.js').Choice} choice */
-  async save(choice) {
+  /** @returns {import('../result/export.js').Subject | null} as it is chosen to be saved */
+  subjectNow() {
     const found = this.subject();
     const { job } = this.store.state;
-    if (!found || !job || this.abort) return;
+    if (!found || !job) return null;
     const { side, quality } = this.options.chosen;
     const frames = framesOf(job, found.masks, side);
-    const subject = {
+    return {
       ...found,
-      masks: found.masks,
       frames: frames.all,
       image: frames.one,
       look: this.viewer.maskLook(side),
@@ -149,6 +192,14 @@ export class ExportDialog {
       sound: (/** @type {'webm' | 'mp4'} */ format) => this.options.soundFor(format),
       objects: (/** @type {number} */ object) => object > 0 && this.selection.has(object),
     };
+  }
+
+  /** @param {import('../result/export.js').Choice} choice */
+  async save(choice) {
+    const subject = this.subjectNow();
+    if (!subject || this.abort) return;
+    this.preview.stop();
+    const { masks } = subject;
     const file = `${stemOf(subject.name)}-${choice.file(subject)}`;
     this.offer(null);
     this.abort = new AbortController();
@@ -165,7 +216,7 @@ export class ExportDialog {
         return made.size;
       };
       const whole = await this.smoothed(signal, timeLeft);
-      if (whole) subject.masks = { ...found.masks, labels: (t) => whole.labels(t) };
+      if (whole) subject.masks = { ...masks, labels: (t) => whole.labels(t) };
       if (whole) timeLeft.begin(performance.now());
       const made = await choice.make(subject, { signal, onProgress: (progress) => showProgress(progress, timeLeft) });
       signal.throwIfAborted();

@@ -36,25 +36,28 @@ const TOUCHES = [
   ['Drag below the picture', 'go through the clip; the handles of the filmstrip choose a part'],
 ];
 
-/** @param {Pick<import('../page.js').Page, 'keys' | 'store'>} page */
-export function helpPanel({ keys, store }) {
-  const dialog = /** @type {HTMLDialogElement} */ (byId('help'));
-  const entries = KEYS.flatMap(([names, what]) => [
-    h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
-    h('dd', {}, what),
-  ]);
-  const open = () => dialog.open || dialog.showModal();
-  byId('help-keys').replaceChildren(...entries);
-  byId('help-touch').replaceChildren(...TOUCHES.flatMap(([touch, what]) => [h('dt', {}, touch), h('dd', {}, what)]));
-  for (const id of ['help-touch', 'help-touch-title', 'help-keys-title']) byId(id).hidden = !TOUCH;
-  byId('help-pick').hidden = TOUCH;
-  byId('help-open').addEventListener('click', open);
-  byId('help-close').addEventListener('click', () => dialog.close());
-  const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog());
-  byId('about-open').addEventListener('click', about);
-  keys.on('?', open);
-  connectDialog(dialog);
-  connectLanguages(/** @type {HTMLSelectElement} */ (byId('language')));
+export class Help {
+  /** @param {Pick<import('../page.js').Page, 'store'>} page */
+  constructor({ store }) {
+    this.dialog = /** @type {HTMLDialogElement} */ (byId('help'));
+    const entries = KEYS.flatMap(([names, what]) => [
+      h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
+      h('dd', {}, what),
+    ]);
+    byId('help-keys').replaceChildren(...entries);
+    byId('help-touch').replaceChildren(...TOUCHES.flatMap(([touch, what]) => [h('dt', {}, touch), h('dd', {}, what)]));
+    for (const id of ['help-touch', 'help-touch-title', 'help-keys-title']) byId(id).hidden = !TOUCH;
+    byId('help-pick').hidden = TOUCH;
+    byId('help-close').addEventListener('click', () => this.dialog.close());
+    const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog());
+    byId('about-open').addEventListener('click', about);
+    connectDialog(this.dialog);
+    connectLanguages(/** @type {HTMLSelectElement} */ (byId('language')));
+  }
+
+  open() {
+    if (!this.dialog.open) this.dialog.showModal();
+  }
 }
 
 /** @param {HTMLSelectElement} list of all languages, each by its own name */

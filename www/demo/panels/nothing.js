@@ -12,22 +12,19 @@ import { percent, plural } from '../words.js';
 /** @typedef {import('../store.js').State} State */
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
-export function nothingPanel({ store, app }) {
-  store.watch(['phase', 'found', 'correcting'], (state) => {
-    const nothing = foundNothing(state) && !state.correcting;
-    byId('nothing').hidden = !nothing;
-    const result = state.found?.points?.result;
-    if (!nothing || !result) return;
-    // Of many windows there are no clusters but the objects.
-    const report = searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
-    byId('nothing-where').textContent = whereWords(report);
-    const tries = triesOf(state, report).map(({ id, label, patch }) =>
-      h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.again()) }, label),
-    );
-    const adds = TOUCH ? say('Tap the object to add it') : say('Click the object to add it');
-    tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, adds));
-    byId('nothing-tries').replaceChildren(...tries);
-  });
+export function showNothing({ store, app }) {
+  const { state } = store;
+  const result = state.found?.points?.result;
+  if (!result) return;
+  // Of many windows there are no clusters but the objects.
+  const report = searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
+  byId('nothing-where').textContent = whereWords(report);
+  const tries = triesOf(state, report).map(({ id, label, patch }) =>
+    h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.again()) }, label),
+  );
+  const adds = TOUCH ? say('Tap the object to add it') : say('Click the object to add it');
+  tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, adds));
+  byId('nothing-tries').replaceChildren(...tries);
 }
 
 /** Goes to the tool with which a click adds a thing. */
@@ -50,15 +47,6 @@ const WEAK = { 'trajectory.structureFloor': 0.005, 'trajectory.structureMean': 0
 
 /** Steps beyond this see too little that is alike. */
 const LARGEST_STEP = 3;
-
-/**
- * @param {State} state
- * @returns {boolean} whether a run has ended in which no object was found, nor made by hand
- */
-function foundNothing({ phase, found, job }) {
-  if (phase !== 'done' || !found?.points?.hasMasks || !job || job.partial) return false;
-  return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
-}
 
 /**
  * @param {import('../library.js').SearchReport} report

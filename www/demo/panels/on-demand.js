@@ -60,6 +60,13 @@ export function correctPanel(page) {
   });
 }
 
+/** @param {Pick<import('../page.js').Page, 'store' | 'keys'>} page */
+export function helpPanel(page) {
+  const open = onDemand(page.store, async () => new (await import('./help.js')).Help(page));
+  byId('help-open').addEventListener('click', open);
+  page.keys.on('?', open);
+}
+
 /** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */
 export function whyPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./why-panel.js')).WhyPanel(page));
@@ -74,6 +81,33 @@ export function exportPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
   byId('export-open').addEventListener('click', open);
   page.keys.on('e', open);
+}
+
+/** @param {Pick<import('../page.js').Page, 'app' | 'store'>} page */
+export function nothingPanel(page) {
+  const { store } = page;
+  const isNothing = () => foundNothing(store.state);
+  const show = onDemand(
+    store,
+    async () => {
+      const { showNothing } = await import('./nothing.js');
+      return { open: () => isNothing() && showNothing(page) };
+    },
+    isNothing,
+  );
+  store.watch(['phase', 'found', 'correcting'], () => {
+    byId('nothing').hidden = !isNothing();
+    if (isNothing()) void show();
+  });
+}
+
+/**
+ * @param {import('../store.js').State} state
+ * @returns {boolean} whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one
+ */
+function foundNothing({ phase, found, job, correcting }) {
+  if (phase !== 'done' || correcting || !found?.points?.hasMasks || !job || job.partial) return false;
+  return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
 }
 
 /** @param {Pick<import('../page.js').Page, 'app' | 'store'>} page */

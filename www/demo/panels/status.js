@@ -37,6 +37,7 @@ export function statusPanel({ store }) {
   store.watch(['preview'], ({ preview }) => document.body.toggleAttribute('data-preview', preview !== null));
   store.watch(['source', 'found', 'streaming', 'job', 'phase'], showFacts);
   store.watch(['phase', 'source', 'found', 'job', 'correcting', 'pending'], showPrimary);
+  store.watch(['phase', 'source', 'found'], endWelcome);
   // Last, so that whoever waits for the state finds everything else in place.
   store.watch(['phase', 'error'], showPhase, { last: true });
 }
@@ -98,6 +99,16 @@ function showPrimary({ phase, source, found, job, correcting, pending }) {
   if (correcting) next = 'correct-done';
   for (const id of ['open', 'export-open', 'resume', 'again', 'correct-done'])
     byId(id).classList.toggle('primary', id === next);
+}
+
+/**
+ * What shows what the page does has done so when there is something of one's own, or the sample's objects.
+ *
+ * @param {Readonly<State>} state
+ */
+function endWelcome({ phase, source, found }) {
+  const isFirst = (phase === 'opening' || phase === 'running') && !found && (source?.kind ?? 'sample') === 'sample';
+  if (!isFirst) document.getElementById('welcome')?.remove();
 }
 
 /** @param {Readonly<State>} state */

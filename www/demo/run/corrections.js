@@ -5,7 +5,15 @@
  * @module
  */
 
-import { carryEdit, createImageEngine, divideRegions, editMasks, pieceRegion, strokeRegion } from '../library.js';
+import {
+  carryEdit,
+  createImageEngine,
+  divideRegions,
+  editMasks,
+  grownRegions,
+  pieceRegion,
+  strokeRegion,
+} from '../library.js';
 import { PageError } from '../words.js';
 
 /** @typedef {import('../library.js').Edit} Edit */
@@ -200,6 +208,29 @@ export class Corrections {
         onFrame(t);
       },
     });
+  }
+
+  /**
+   * What may be meant by a click, the smallest first.
+   *
+   * @param {number} t
+   * @param {{x: number, y: number}} place in pixels of the masks
+   * @returns {Promise<{regions: import('../library.js').Region[], likeliest: number}>}
+   */
+  async grown(t, place) {
+    this.engine ??= createImageEngine();
+    const engine = await this.engine;
+    const { numFrames } = this.opened;
+    // Motion to the frame after, or the one before where that is another shot or none.
+    const isLast = t + 1 >= numFrames || this.of.cuts.includes(t + 1);
+    const beside = isLast && t > 0 && !this.of.cuts.includes(t) ? t - 1 : Math.min(t + 1, numFrames - 1);
+    const [picture, other] = [await this.pixels(t), await this.pixels(beside)];
+    const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, other)];
+    const grown = (await grownRegions({ superpixels, picture, flow }, place)).map(({ region }) => region);
+    const area = (/** @type {import('../library.js').Region} */ region) =>
+      region.reduce((sum, number, k) => sum + (k % 2) * number, 0);
+    const regions = [...grown].sort((a, b) => area(a) - area(b));
+    return { regions, likeliest: regions.indexOf(grown[0]) };
   }
 
   /** @returns {number} a label that nothing has */

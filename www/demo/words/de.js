@@ -18,9 +18,16 @@ export default {
   video: '',
   'Video, animated GIF, images of a sequence, or one image':
     'Video, animiertes GIF, Bilder einer Folge oder ein einzelnes Bild',
+  'Open or drop a video: what moves is cut out, on this device.':
+    'Video öffnen oder hierher ziehen: Was sich bewegt, wird freigestellt, auf diesem Gerät.',
   'Drop a video, several videos, a GIF, the images of a sequence, or one image':
     'Ein Video, mehrere Videos, ein GIF, die Bilder einer Folge oder ein einzelnes Bild hier ablegen',
   'Sample clip': 'Beispielclip',
+  'True size': 'Echte Größe',
+  Preview: 'Vorschau',
+  'Preview of this frame': 'Vorschau dieses Bildes',
+  'As it is saved, {0} × {1}': 'So wird es gespeichert, {0} × {1}',
+  'No preview of this one.': 'Davon gibt es keine Vorschau.',
   Camera: 'Kamera',
   '{0} files': '{0} Dateien',
   Language: 'Sprache',
@@ -360,8 +367,11 @@ export default {
   'Everything that is no object.': 'Alles, was kein Objekt ist.',
   'Paint what belongs to the object.': 'Malen, was zum Objekt gehört.',
   'Wipe away what does not belong to the object.': 'Wegwischen, was nicht zum Objekt gehört.',
-  'Tap a thing that was missed; each tap adds a piece.': 'Antippen, was fehlt; jedes Tippen fügt ein Stück hinzu.',
-  'Click a thing that was missed; each click adds a piece.': 'Anklicken, was fehlt; jeder Klick fügt ein Stück hinzu.',
+  'Tap a thing that was missed; a tap beside it adds to it.': 'Antippen, was fehlt; ein Tippen daneben fügt hinzu.',
+  'Click a thing that was missed; a click beside it adds to it, with Alt it takes away.':
+    'Anklicken, was fehlt; ein Klick daneben fügt hinzu, mit Alt nimmt er weg.',
+  Smaller: 'Kleiner',
+  Larger: 'Größer',
   'Paint over what is one thing.': 'Übermalen, was ein und dasselbe ist.',
   'Paint over each of the things that are not one: a stroke for each.':
     'Jedes der Dinge übermalen, die nicht eins sind: ein Strich für jedes.',

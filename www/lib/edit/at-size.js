@@ -5,6 +5,7 @@ import { MAX_LABEL, checkMasks, chosenLabels, labelsOf, timesOf } from '../check
 import { decodeRuns, encodeRuns } from '../session/objects.js';
 import { breath } from '../worker/pause.js';
 import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
+import { ahead } from './ahead.js';
 import { enlargeMask } from './enlarge.js';
 
 /** @typedef {import('../check/masks.js').MaskSource} MaskSource */
@@ -43,17 +44,19 @@ export async function masksAtSize(masks, frames, options) {
   const size = { width: 0, height: 0 };
   /** @type {Uint32Array<ArrayBuffer>[]} */
   const runs = [];
-  for await (const item of frames) {
+  const take = async (/** @type {EncodeFrame} */ item, /** @type {number} */ t) => {
     signal?.throwIfAborted();
-    const t = runs.length;
     const picture = await pixelsOf(item, t);
     if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
     checkSize(picture, size, t);
     const { width, height } = masks;
-    const { labels } = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how, decoder);
-    runs.push(encodeRuns(labels));
-    onProgress?.({ done: t + 1, total: numFrames });
-    if (t + 1 === numFrames) break;
+    const mask = maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, all, how, decoder);
+    return { picture: null, mask };
+  };
+  for await (const { mask } of ahead(frames, numFrames, take)) {
+    signal?.throwIfAborted();
+    runs.push(encodeRuns(mask.labels));
+    onProgress?.({ done: runs.length, total: numFrames });
     await breath();
   }
   if (runs.length < numFrames) throw tooFew(runs.length, numFrames);

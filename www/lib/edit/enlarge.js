@@ -1,4 +1,4 @@
-// Masks at the size of the source: what the caller gives, and the worker that it goes to where there are workers.
+// Masks at the size of the source: what the caller gives, and the workers that it goes to where there are workers.
 
 import { TraceCutError, checkedOptions, illegal, typeTag, wholeNumber } from '../check/errors.js';
 import { chosenLabels } from '../check/masks.js';
@@ -29,12 +29,15 @@ import { RemoteEngine } from '../worker/remote.js';
  */
 
 const MAX_SIDE = 16384;
-/** How long a worker stays that has nothing to do: frames of a clip come one after the other. */
+/** How long workers stay that have nothing to do: frames of a clip come one after the other. */
 const IDLE_MS = 5000;
+/** Most workers at once: each holds a picture and its masks. */
+const MOST_WORKERS = 4;
 
 /**
  * A mask at the size of its picture, which is larger than the mask or as large: borders come to where the picture parts
- * its colours, and are as soft as they are there. In browsers it runs in a worker; in Node on the calling thread.
+ * its colours, and are as soft as they are there. In browsers it runs in a worker, as many at once as there are cores, four
+ * at most; in Node on the calling thread.
  *
  * ```js
  * const { width, height, labels, alpha } = await enlargeMask({ labels, width: 480, height: 270 }, bitmap);
@@ -98,11 +101,17 @@ function copied(mask) {
   return { labels: new Uint8Array(labels), width };
 }
 
-/** @type {RemoteEngine | undefined} */
-let engine;
-let underWay = 0;
+/** @typedef {{engine: RemoteEngine, underWay: number}} Enlarger */
+
+/** @type {Enlarger[]} */
+let enlargers = [];
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let ending;
+
+/** @returns {number} how many masks workers enlarge at once; 0 where none do it if nobody asks for one */
+export function enlargedAtOnce() {
+  return workerStarter(undefined) ? Math.min(MOST_WORKERS, platform.cores() ?? 1) : 0;
+}
 
 /**
  * Enlarges in a worker, which all calls share; its memory goes with it.
@@ -111,22 +120,33 @@ let ending;
  */
 async function inWorker(task, startWorker) {
   clearTimeout(ending);
-  engine ??= new RemoteEngine(startWorker());
-  const mine = engine;
-  underWay += 1;
+  const mine = freest(startWorker);
+  mine.underWay += 1;
   try {
-    return await mine.enlarge(task);
+    return await mine.engine.enlarge(task);
   } catch (error) {
     // A worker that could not start, or was lost, is of no more use; one that refuses a mask is.
-    if (mine.ended && engine === mine) engine = undefined;
+    if (mine.engine.ended) enlargers = enlargers.filter((one) => one !== mine);
     throw error;
   } finally {
-    underWay -= 1;
-    if (underWay === 0) ending = setTimeout(end, IDLE_MS);
+    mine.underWay -= 1;
+    if (enlargers.every(({ underWay }) => underWay === 0)) ending = setTimeout(end, IDLE_MS);
   }
 }
 
+/**
+ * One that has nothing to do, a new one where all have and there may be more, else the one with the least.
+ * @param {() => Worker} startWorker
+ */
+function freest(startWorker) {
+  const [first] = [...enlargers].sort((a, b) => a.underWay - b.underWay);
+  if (first && (first.underWay === 0 || enlargers.length >= Math.max(1, enlargedAtOnce()))) return first;
+  const made = { engine: new RemoteEngine(startWorker()), underWay: 0 };
+  enlargers.push(made);
+  return made;
+}
+
 function end() {
-  engine?.close();
-  engine = undefined;
+  for (const { engine } of enlargers) engine.close();
+  enlargers = [];
 }

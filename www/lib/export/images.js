@@ -1,10 +1,11 @@
 // Objects cut out of their frames, or their opacity, as PNG files in an archive or as one animated PNG: written while
-// they are read, so that no more than a frame or two is in memory.
+// they are read, so that only a few frames are in memory.
 
 import { TraceCutError, checkedOptions, illegal, isIterable, oneOf } from '../check/errors.js';
 import { checkMasks, chosenLabels, endOf, labelsOf, timesOf } from '../check/masks.js';
 import { checkedTrail } from '../draw/cutout.js';
 import { checkedEdges } from '../edit/adjust.js';
+import { ahead } from '../edit/ahead.js';
 import { checkSize, maskAtSize, pixelsOf, tooFew } from '../edit/at-size.js';
 import { VERSION } from '../parameters.js';
 import { Encoder } from '../text.js';
@@ -50,7 +51,7 @@ const LEVEL = 3;
 
 /**
  * Objects cut out of their frames as PNG files with alpha, in an archive or as one animated PNG, or their opacity as grey
- * ones: written while the stream is read and no sooner, a frame or two in memory. The pictures have the frames' size;
+ * ones: written while the stream is read and no sooner, a few frames in memory. The pictures have the frames' size;
  * masks that are smaller are enlarged by the frames (`enlargeMask`).
  *
  * ```js
@@ -116,12 +117,19 @@ async function* paint(masks, frames, { style, chosen, edges, trails, decoder }, 
   const { width, height, numFrames } = masks;
   const size = { width: 0, height: 0 };
   let t = 0;
-  for await (const item of frames) {
+  const take = async (/** @type {import('./video.js').EncodeFrame} */ item, /** @type {number} */ at) => {
     signal?.throwIfAborted();
-    const picture = await pixelsOf(item, t);
-    if (t === 0) Object.assign(size, { width: picture.width, height: picture.height });
-    checkSize(picture, size, t);
-    const mask = await maskAtSize({ labels: labelsOf(masks, t), width, height }, picture, chosen, edges, decoder);
+    const { data, width: across, height: down } = await pixelsOf(item, at);
+    const picture = { data: data.slice(), width: across, height: down };
+    if (at === 0) Object.assign(size, { width: picture.width, height: picture.height });
+    checkSize(picture, size, at);
+    return {
+      picture,
+      mask: maskAtSize({ labels: labelsOf(masks, at), width, height }, picture, chosen, edges, decoder),
+    };
+  };
+  for await (const { picture, mask } of ahead(frames, numFrames, take)) {
+    signal?.throwIfAborted();
     const { data, alpha } = trails?.next(t, picture, mask.alpha) ?? { data: picture.data, alpha: mask.alpha };
     const rgba = style === 'cutout';
     const chunk = (/** @type {number | undefined} */ sequence) => {
@@ -131,7 +139,6 @@ async function* paint(masks, frames, { style, chosen, edges, trails, decoder }, 
     yield { ...size, rgba, t, chunk };
     t += 1;
     onProgress?.({ done: t, total: numFrames });
-    if (t === numFrames) break;
   }
   signal?.throwIfAborted();
   if (t < numFrames) throw tooFew(t, numFrames);

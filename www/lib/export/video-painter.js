@@ -2,13 +2,14 @@
 
 import { illegal } from '../check/errors.js';
 import { labelsOf } from '../check/masks.js';
-import { GROUNDS, drawGround, isOfFrame } from '../draw/cutout.js';
+import { GROUNDS, boxOf, drawGround, isOfFrame } from '../draw/cutout.js';
 import { drawLabels } from '../draw/labels.js';
 import { checkSize, context2d, drawable, maskAtSize } from '../edit/at-size.js';
 import { Trails } from './trails.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('../edit/at-size.js').Drawable} Drawable */
+/** @typedef {import('../edit/at-size.js').MaskAtSize} MaskAtSize */
 
 /**
  * How many of their surrounding pixels cut-out objects keep under a transparent mask: colours are coded for blocks of
@@ -34,7 +35,7 @@ export class Painter {
     /** @type {OffscreenCanvasRenderingContext2D | undefined} The objects' shape. */
     this.shape = undefined;
     this.size = { width: 0, height: 0 };
-    /** @type {import('../edit/at-size.js').MaskAtSize | null} That of the frame painted last, at the video's size. */
+    /** @type {MaskAtSize | null} That of the frame painted last, at the video's size. */
     this.mask = null;
     /** The objects with their trail; null where they have none. */
     this.trails = plan.trail && plan.style === 'cutout' ? new Trails(plan.trail, masks.shots) : null;
@@ -62,62 +63,61 @@ export class Painter {
   }
 
   /**
+   * A copy of a frame, and its mask at the size of the frame.
    * @param {EncodeFrame | {frame: EncodeFrame} | null} item
-   * @param {number} t
+   * @param {number} t frames come in order
+   * @returns {Promise<import('../edit/ahead.js').Taken<ImageBitmap | null>>}
    */
-  async paint(item, t) {
+  async take(item, t) {
     const frame = item === null ? null : await drawable(item, t);
     try {
-      await this.paintStyle(frame, t);
+      const { width, height } = frame ?? this.masks;
+      if (t === 0) this.begin(width, height);
+      checkSize({ width, height }, this.size, t);
+      const picture = frame && (await this.copyOf(frame));
+      return { picture, mask: this.maskOf(picture, t), close: () => picture?.close() };
     } finally {
       frame?.close?.();
     }
-    this.pad();
   }
 
-  /**
-   * @param {Drawable | null} frame
-   * @param {number} t
-   */
-  async paintStyle(frame, t) {
-    const { width, height } = frame ?? this.masks;
-    if (t === 0) this.begin(width, height);
-    checkSize({ width, height }, this.size, t);
+  /** @param {Drawable} frame */
+  copyOf({ image, width, height }) {
     this.context.globalCompositeOperation = 'source-over';
-    if (this.plan.style === 'alpha') {
-      if (frame) this.context.drawImage(frame.image, 0, 0, width, height);
-      this.mask = await this.maskOf(t);
-      this.paintAlpha(this.mask);
-      return;
-    }
-    if (this.plan.style === 'masks' || !frame) {
-      this.paintMasks(t);
-      return;
-    }
-    this.context.drawImage(frame.image, 0, 0, width, height);
-    this.mask = await this.maskOf(t);
-    if (this.plan.style === 'overlay') this.paintOverlay(this.mask);
-    else if (this.trails) this.paintTrail(frame, this.trails, this.mask, t);
-    else this.paintCutout(frame, this.mask);
+    this.context.drawImage(image, 0, 0, width, height);
+    return createImageBitmap(this.canvas, 0, 0, width, height);
   }
 
   /**
-   * The mask of frame `t` at the size of the frame, which is painted already.
+   * @param {ImageBitmap | null} picture
    * @param {number} t
    */
-  async maskOf(t) {
-    const { context, masks, plan, size } = this;
+  async maskOf(picture, t) {
+    const { masks, plan, size } = this;
+    // Without a picture a mask stays as it is.
+    const frame = picture ?? { ...size, data: new Uint8Array(0) };
     const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
-    const isLike = mask.width === size.width && mask.height === size.height;
-    // Nothing of the picture is needed where the mask has its size.
-    const picture = isLike
-      ? { ...size, data: new Uint8Array(0) }
-      : await createImageBitmap(context.canvas, 0, 0, size.width, size.height);
-    try {
-      return await maskAtSize(mask, picture, plan.chosen, plan.edges, plan.decoder);
-    } finally {
-      if ('close' in picture) picture.close();
+    return maskAtSize(mask, frame, plan.chosen, plan.edges, plan.decoder);
+  }
+
+  /**
+   * @param {ImageBitmap | null} picture as it was taken
+   * @param {MaskAtSize} mask
+   * @param {number} t
+   */
+  paint(picture, mask, t) {
+    const { context, plan, trails } = this;
+    this.mask = mask;
+    context.globalCompositeOperation = 'source-over';
+    if (plan.style === 'alpha') this.paintAlpha(mask);
+    else if (plan.style === 'masks' || !picture) this.paintMasks(t);
+    else {
+      context.drawImage(picture, 0, 0);
+      if (plan.style === 'overlay') this.paintOverlay(mask);
+      else if (trails) this.paintTrail(picture, trails, mask, t);
+      else this.paintCutout(picture, mask);
     }
+    this.pad();
   }
 
   /**
@@ -139,7 +139,7 @@ export class Painter {
     drawLabels(this.context, this.masks, t, { ...this.drawing(), opacity: 1, outline: false });
   }
 
-  /** @param {import('../edit/at-size.js').MaskAtSize} mask */
+  /** @param {MaskAtSize} mask */
   paintAlpha({ alpha, width, height }) {
     const picture = new ImageData(width, height);
     const pixels = new Uint32Array(picture.data.buffer);
@@ -147,7 +147,7 @@ export class Painter {
     this.context.putImageData(picture, 0, 0);
   }
 
-  /** @param {import('../edit/at-size.js').MaskAtSize} mask */
+  /** @param {MaskAtSize} mask */
   paintOverlay({ labels, width, height }) {
     const { outlineWidth, maskOpacity } = this.plan;
     const { context, aside } = this;
@@ -165,26 +165,25 @@ export class Painter {
   }
 
   /**
-   * @param {Drawable} frame
-   * @param {import('../edit/at-size.js').MaskAtSize} mask
+   * @param {ImageBitmap} picture
+   * @param {MaskAtSize} mask
    */
-  paintCutout({ image }, mask) {
-    const { width, height } = this.size;
+  paintCutout(picture, mask) {
     const { aside, context, plan } = this;
     this.paintMask(mask, plan.alpha ? MARGIN : 0);
     aside.globalCompositeOperation = 'source-in';
-    aside.drawImage(image, 0, 0, width, height);
-    drawGround(context, image, this.size, plan.alpha ? BLACK : plan.background);
+    aside.drawImage(picture, 0, 0);
+    drawGround(context, picture, this.size, plan.alpha ? BLACK : plan.background);
     context.drawImage(aside.canvas, 0, 0);
   }
 
   /**
-   * @param {Drawable} frame
+   * @param {ImageBitmap} picture
    * @param {Trails} trails
-   * @param {import('../edit/at-size.js').MaskAtSize} mask
+   * @param {MaskAtSize} mask
    * @param {number} t
    */
-  paintTrail({ image }, trails, mask, t) {
+  paintTrail(picture, trails, mask, t) {
     const { width, height } = this.size;
     const { context, plan } = this;
     const { data, alpha } = trails.next(t, context.getImageData(0, 0, width, height), mask.alpha);
@@ -192,41 +191,50 @@ export class Painter {
     if (!plan.alpha) for (let p = 0; p < alpha.length; p += 1) data[4 * p + 3] = Number(alpha[p]);
     this.mask = { ...mask, alpha };
     this.spread(new ImageData(data, width, height), plan.alpha ? MARGIN : 0);
-    drawGround(context, image, this.size, plan.alpha ? BLACK : plan.background);
+    drawGround(context, picture, this.size, plan.alpha ? BLACK : plan.background);
     context.drawImage(this.aside.canvas, 0, 0);
   }
 
   /**
    * Paints the objects white on nothing, aside.
-   * @param {import('../edit/at-size.js').MaskAtSize} mask
+   * @param {MaskAtSize} mask
    * @param {number} margin how many pixels wider on all sides
    */
   paintMask({ alpha, width, height }, margin) {
-    const picture = new ImageData(width, height);
+    // One clear pixel where there is no object.
+    const box = boxOf(alpha, width, height) ?? { x: 0, y: 0, width: 1, height: 1 };
+    const picture = new ImageData(box.width, box.height);
     const pixels = new Uint32Array(picture.data.buffer);
     // The alpha is the last of the four bytes, on all machines that browsers run on the highest.
     // With a margin it says where colours are wanted at all: also under what is nearly clear.
     const full = margin > 0;
-    for (let p = 0; p < pixels.length; p += 1)
-      pixels[p] = 0xffffff + 0x1000000 * (full && alpha[p] ? 255 : Number(alpha[p]));
-    this.spread(picture, margin);
+    for (let y = 0, p = 0; y < box.height; y += 1) {
+      const row = (box.y + y) * width + box.x;
+      for (let at = row; at < row + box.width; at += 1, p += 1)
+        pixels[p] = 0xffffff + 0x1000000 * (full && alpha[at] ? 255 : Number(alpha[at]));
+    }
+    this.spread(picture, margin, box);
   }
 
   /**
    * Paints a picture on nothing, aside.
-   * @param {ImageData} picture
+   * @param {ImageData} picture at most as large as the frame
    * @param {number} margin how many pixels wider on all sides
+   * @param {{x: number, y: number}} [place] in the frame
    */
-  spread(picture, margin) {
-    const { aside } = this;
-    this.shape ??= context2d(new OffscreenCanvas(picture.width, picture.height));
-    this.shape.putImageData(picture, 0, 0);
+  spread(picture, margin, { x, y } = { x: 0, y: 0 }) {
+    const { aside, size } = this;
+    const { width, height } = picture;
+    const shape = (this.shape ??= context2d(new OffscreenCanvas(size.width, size.height)));
+    shape.putImageData(picture, 0, 0);
     aside.globalCompositeOperation = 'source-over';
-    aside.clearRect(0, 0, picture.width, picture.height);
+    aside.clearRect(0, 0, size.width, size.height);
+    const lay = (/** @type {number} */ dx, /** @type {number} */ dy) =>
+      aside.drawImage(shape.canvas, 0, 0, width, height, x + dx, y + dy, width, height);
     const steps = margin > 0 ? [-margin, 0, margin] : [];
-    for (const dy of steps) for (const dx of steps) aside.drawImage(this.shape.canvas, dx, dy);
+    for (const dy of steps) for (const dx of steps) lay(dx, dy);
     // Its own colours lie over those of its margin.
-    aside.drawImage(this.shape.canvas, 0, 0);
+    lay(0, 0);
   }
 
   /** @returns {Uint8Array<ArrayBuffer>} how opaque each pixel of the frame painted last is, 0 to 255 */

@@ -4,6 +4,7 @@ import { TraceCutError, checkFlag, checkNumber, checkedOptions, illegal, isItera
 import { checkMasks, chosenLabels, endOf, timesOf } from '../check/masks.js';
 import { GROUNDS, checkedTrail, isGround } from '../draw/cutout.js';
 import { checkedEdges } from '../edit/adjust.js';
+import { ahead } from '../edit/ahead.js';
 import { tooFew } from '../edit/at-size.js';
 import { breath } from '../worker/pause.js';
 import { QUALITIES } from './quality.js';
@@ -100,15 +101,19 @@ export async function encodeVideo(masks, frames, options = {}) {
   const painter = new Painter(masks, plan);
   let t = 0;
   try {
-    for await (const item of frames && plan.style !== 'masks' ? frames : blanks(masks.numFrames)) {
+    const items = frames && plan.style !== 'masks' ? frames : blanks(masks.numFrames);
+    const take = (/** @type {EncodeFrame} */ item, /** @type {number} */ at) => {
       signal?.throwIfAborted();
-      await painter.paint(item, t);
+      return painter.take(item, at);
+    };
+    for await (const { picture, mask } of ahead(items, masks.numFrames, take)) {
+      signal?.throwIfAborted();
+      painter.paint(picture, mask, t);
       file ??= await openFile(painter, plan);
       const { time, duration } = plan.timing(t);
       await file.add(time, duration);
       t += 1;
       onProgress?.({ done: t, total: masks.numFrames });
-      if (t === masks.numFrames) break;
     }
     if (t < masks.numFrames) throw tooFew(t, masks.numFrames);
     signal?.throwIfAborted();

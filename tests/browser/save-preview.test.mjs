@@ -1,0 +1,212 @@
+// The frame on screen as it will be saved: what stands in the dialog is what stands in the file.
+
+import assert from 'node:assert/strict';
+import { describe, test } from 'node:test';
+import { UPRIGHT, WIDE, fiveObjects } from './five.mjs';
+import { accessibilityFaults, bytesOf, openSample, screenshot, useSite } from './support.mjs';
+
+const CHOICES = ['transparent', 'green', 'blurred', 'zip'];
+
+/** Opens the project of a clip with five objects, and the dialog at one of its frames. */
+async function openAt(site, frame, options = {}, shape = WIDE) {
+  const { page, faults } = await openSample(site, options);
+  const { project } = await fiveObjects(page, shape);
+  await page.setInputFiles('#file', [project]);
+  await page.waitForFunction(
+    () => globalThis.tracecutDemo.source?.name === 'five.webm' && document.body.dataset.state === 'done',
+  );
+  await openDialog(page, frame);
+  return { page, faults };
+}
+
+async function openDialog(page, frame) {
+  await page.evaluate((t) => globalThis.tracecutDemo.app.timeline.seek(t), frame);
+  await page.evaluate(() => document.querySelector('#export-open').click());
+  await page.waitForSelector('#export[open]');
+}
+
+/** Waits for the preview of a choice. */
+function shown(page, id) {
+  return page.waitForFunction((wanted) => {
+    const { dataset, firstElementChild: one } = document.querySelector('#export-preview');
+    return dataset.shows === wanted && dataset.waits === undefined && one && (one.naturalWidth || one.videoWidth);
+  }, id);
+}
+
+/** Runs in the page: the pixels that the preview shows, over nothing. */
+function previewPixels() {
+  const one = document.querySelector('#export-preview').firstElementChild;
+  const [width, height] = [one.videoWidth ?? one.naturalWidth, one.videoHeight ?? one.naturalHeight];
+  const canvas = new OffscreenCanvas(width, height);
+  const context = canvas.getContext('2d');
+  context.drawImage(one, 0, 0);
+  return { width, height, data: [...context.getImageData(0, 0, width, height).data] };
+}
+
+/** Runs in the page: the same of a frame of a file that was saved. */
+async function savedPixels({ bytes, frame, type }) {
+  const file = new Blob([new Uint8Array(bytes)], { type });
+  const canvas = new OffscreenCanvas(1, 1);
+  const draw = (one, width, height) => {
+    Object.assign(canvas, { width, height });
+    canvas.getContext('2d').drawImage(one, 0, 0);
+  };
+  if (type === 'application/zip') {
+    const { unzipSync } = await import('/dist/vendor/zip.js');
+    const files = unzipSync(new Uint8Array(bytes));
+    const names = Object.keys(files).filter((name) => name.endsWith('.png'));
+    const image = await createImageBitmap(new Blob([files[names.sort()[frame]]], { type: 'image/png' }));
+    draw(image, image.width, image.height);
+  } else {
+    const video = document.createElement('video');
+    Object.assign(video, { muted: true, src: URL.createObjectURL(file) });
+    await new Promise((done) => video.addEventListener('loadeddata', done, { once: true }));
+    const seeked = new Promise((done) => video.addEventListener('seeked', done, { once: true }));
+    video.currentTime = (frame + 0.5) / 10;
+    await seeked;
+    draw(video, video.videoWidth, video.videoHeight);
+  }
+  const { width, height } = canvas;
+  return { width, height, data: [...canvas.getContext('2d').getImageData(0, 0, width, height).data] };
+}
+
+/** How far two pictures are from each other: the mean over all bytes. */
+function distance(a, b) {
+  assert.deepEqual([a.width, a.height], [b.width, b.height]);
+  return a.data.reduce((sum, value, k) => sum + Math.abs(value - b.data[k]), 0) / a.data.length;
+}
+
+describe('the preview of what is saved', () => {
+  const site = useSite({ sample: 'tiny' });
+
+  test('is what the file has, for each choice', async () => {
+    const { page, faults } = await openAt(site, 5, { bypassCSP: true });
+    const seen = {};
+    for (const id of CHOICES) {
+      await page.hover(`[data-export="${id}"]`);
+      await shown(page, id);
+      seen[id] = await page.evaluate(previewPixels);
+      assert.deepEqual([seen[id].width, seen[id].height], [WIDE.width, WIDE.height]);
+      await screenshot(page, `preview-${id}`);
+    }
+    assert.match(await page.innerText('#export-preview-text'), /^As it is saved, 480 × 270$/);
+    assert.deepEqual(await accessibilityFaults(page), []);
+    for (const [k, id] of CHOICES.entries()) {
+      const coming = page.waitForEvent('download');
+      await page.click(`[data-export="${id}"]`);
+      const type = { transparent: 'video/webm', zip: 'application/zip' }[id] ?? 'video/mp4';
+      const saved = await page.evaluate(savedPixels, { bytes: [...(await bytesOf(await coming))], frame: 5, type });
+      await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
+      const [own, other] = [distance(seen[id], saved), distance(seen[CHOICES[(k + 1) % 4]], saved)];
+      console.log(`${id}: ${own.toFixed(2)} from what is saved, ${other.toFixed(2)} from what another choice saves`);
+      assert.ok(own < 3 && own < other / 4, `${id}: ${own}, ${other}`);
+    }
+    const corner = seen.transparent.data.slice(0, 4);
+    assert.ok(corner[3] < 8, `${corner[3]}: transparent where there is no object`);
+    assert.deepEqual(faults, []);
+  });
+
+  test('follows the frame and the settings, and shows true pixels that can be dragged', async () => {
+    const { page } = await openAt(site, 0);
+    await shown(page, 'transparent');
+    const first = await page.evaluate(previewPixels);
+    await page.keyboard.press('Escape');
+    await openDialog(page, 7);
+    await shown(page, 'transparent');
+    assert.ok(distance(first, await page.evaluate(previewPixels)) > 2, 'another frame');
+    await page.click('#export-true');
+    const wide = () => page.evaluate(() => document.querySelector('#export-preview > *').getBoundingClientRect().width);
+    assert.equal(await wide(), WIDE.width / (await page.evaluate(() => devicePixelRatio)));
+    await page.click('#export-preview');
+    assert.equal(await page.getAttribute('#export-true', 'aria-pressed'), 'false', 'a click shows the whole again');
+    await page.click('#export-more > summary');
+    await page.selectOption('#export-size', 'half');
+    await page.waitForFunction(() => /240 × 135/.test(document.querySelector('#export-preview-text').textContent));
+    const half = await page.evaluate(previewPixels);
+    assert.deepEqual([half.width, half.height], [240, 135]);
+  });
+
+  test('has a trail where one is chosen, of the frames before', async () => {
+    const { page } = await openAt(site, 7);
+    await shown(page, 'transparent');
+    const without = await page.evaluate(previewPixels);
+    await page.keyboard.press('Escape');
+    await page.check('[name="view"][value="cutout"]', { force: true });
+    await page.selectOption('#trail', '4 2');
+    await openDialog(page, 7);
+    await shown(page, 'transparent');
+    const { data } = await page.evaluate(previewPixels);
+    const opaque = (pixels) => pixels.filter((value, k) => k % 4 === 3 && value > 20).length;
+    assert.ok(opaque(data) > 1.05 * opaque(without.data), `${opaque(without.data)}, ${opaque(data)}`);
+  });
+
+  test('is true to the pixel where the clip is larger than the place', async () => {
+    const { page } = await openAt(site, 2, {}, { width: 1280, height: 720, frames: 4 });
+    await shown(page, 'transparent');
+    const place = await page.locator('#export-preview').boundingBox();
+    assert.ok(place.width < 800);
+    await page.mouse.click(place.x + place.width / 4, place.y + place.height / 4);
+    const look = () =>
+      page.evaluate(() => {
+        const box = document.querySelector('#export-preview');
+        return { wide: box.firstElementChild.getBoundingClientRect().width, left: box.scrollLeft, top: box.scrollTop };
+      });
+    const before = await look();
+    assert.equal(before.wide, 1280);
+    // What was under the pointer stays there.
+    assert.ok(Math.abs(before.left - (1280 - place.width) / 4) < 20, JSON.stringify(before));
+    await page.mouse.move(place.x + 200, place.y + 200);
+    await page.mouse.down();
+    await page.mouse.move(place.x + 150, place.y + 160, { steps: 5 });
+    await page.mouse.up();
+    const after = await look();
+    assert.deepEqual([after.wide, after.left - before.left, after.top - before.top].map(Math.round), [1280, 50, 40]);
+    await page.focus('#export-preview');
+    await page.keyboard.press('ArrowRight');
+    await page.waitForFunction((left) => document.querySelector('#export-preview').scrollLeft > left, after.left);
+  });
+
+  for (const [name, options, shape] of [
+    ['1440x900', { viewport: { width: 1440, height: 900 } }, WIDE],
+    ['1366x768', { viewport: { width: 1366, height: 768 } }, UPRIGHT],
+    ['390x844', { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true }, WIDE],
+    ['390x844 upright', { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true }, UPRIGHT],
+    ['844x390', { viewport: { width: 844, height: 390 }, isMobile: true, hasTouch: true }, WIDE],
+  ])
+    test(`stands above the choices, all in view, ${name}`, async () => {
+      const { page, faults } = await openAt(site, 3, { ...options, bypassCSP: true }, shape);
+      await shown(page, 'transparent');
+      if (options.hasTouch) {
+        await page.locator('#export-looks label').nth(1).tap();
+        await shown(page, 'green');
+      } else {
+        await page.focus('[data-export="green"]');
+        await shown(page, 'green');
+      }
+      const { height } = options.viewport;
+      const boxes = await page.evaluate(() =>
+        ['#export-preview', ...['transparent', 'green', 'blurred', 'zip'].map((id) => `[data-export="${id}"]`)].map(
+          (one) => {
+            const { top, bottom, left, right } = document.querySelector(one).getBoundingClientRect();
+            return { top, bottom, left, right };
+          },
+        ),
+      );
+      await screenshot(page, `save-${name}`);
+      for (const { top, bottom } of boxes) assert.ok(top >= 0 && bottom <= height, JSON.stringify(boxes));
+      const [place, ...choices] = boxes;
+      const isClear = choices.every(({ top, left }) => place.bottom <= top || place.right <= left);
+      assert.ok(
+        isClear && (place.bottom - place.top > 0.3 * height || place.right - place.left > 300),
+        JSON.stringify(boxes),
+      );
+      assert.equal(
+        await page.evaluate(
+          () => document.querySelector('#export').scrollWidth <= document.querySelector('#export').clientWidth,
+        ),
+        true,
+      );
+      assert.deepEqual(await accessibilityFaults(page), []);
+      assert.deepEqual(faults, []);
+    });
+});
