@@ -35,6 +35,8 @@ export class Works {
     this.ids = new WeakMap();
     /** Addresses of the small pictures in the list. @type {string[]} */
     this.urls = [];
+    /** What the list has. */
+    this.shown = '';
     this.dialog = /** @type {HTMLDialogElement} */ (byId('works'));
     for (const id of ['works-open', 'saved-all']) byId(id).addEventListener('click', () => this.list());
     byId('works-close').addEventListener('click', () => this.dialog.close());
@@ -127,6 +129,9 @@ export class Works {
 
   /** @param {Saved[]} works */
   show(works) {
+    const shown = works.map(({ id, at, earlier }) => [id, at, earlier.length]).join();
+    if (shown === this.shown) return;
+    this.shown = shown;
     for (const url of this.urls.splice(0)) URL.revokeObjectURL(url);
     const held = document.activeElement?.getAttribute('aria-label');
     byId('works-list').replaceChildren(...works.map((slot) => this.lineOf(slot)));

@@ -5,15 +5,7 @@
  * @module
  */
 
-import {
-  carryEdit,
-  createImageEngine,
-  divideRegions,
-  editMasks,
-  grownRegions,
-  pieceRegion,
-  strokeRegion,
-} from '../library.js';
+import { carryEdit, createImageEngine, editMasks } from '../library.js';
 import { PageError } from '../words.js';
 
 /** @typedef {import('../library.js').Edit} Edit */
@@ -210,29 +202,6 @@ export class Corrections {
     });
   }
 
-  /**
-   * What may be meant by a click, the smallest first.
-   *
-   * @param {number} t
-   * @param {{x: number, y: number}} place in pixels of the masks
-   * @returns {Promise<{regions: import('../library.js').Region[], likeliest: number}>}
-   */
-  async grown(t, place) {
-    this.engine ??= createImageEngine();
-    const engine = await this.engine;
-    const { numFrames } = this.opened;
-    // Motion to the frame after, or the one before where that is another shot or none.
-    const isLast = t + 1 >= numFrames || this.of.cuts.includes(t + 1);
-    const beside = isLast && t > 0 && !this.of.cuts.includes(t) ? t - 1 : Math.min(t + 1, numFrames - 1);
-    const [picture, other] = [await this.pixels(t), await this.pixels(beside)];
-    const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, other)];
-    const grown = (await grownRegions({ superpixels, picture, flow }, place)).map(({ region }) => region);
-    const area = (/** @type {import('../library.js').Region} */ region) =>
-      region.reduce((sum, number, k) => sum + (k % 2) * number, 0);
-    const regions = [...grown].sort((a, b) => area(a) - area(b));
-    return { regions, likeliest: regions.indexOf(grown[0]) };
-  }
-
   /** @returns {number} a label that nothing has */
   newLabel() {
     return this.opened.newLabel();
@@ -343,15 +312,7 @@ export class Corrections {
    * @param {{t: number, x: number, y: number}} [at]
    */
   async split(label, at) {
-    const { session } = this.of;
-    if (session) return this.asked(session, { ask: 'split', label, at }, (one) => one.split(label, at));
-    // The background hangs together everywhere.
-    if (!at || label === 0) throw new PageError('no-place');
-    const { width, height } = this.opened;
-    const mask = { width, height, labels: this.opened.labels(at.t) };
-    if (mask.labels[Math.round(at.y) * width + Math.round(at.x)] !== label) throw new PageError('no-place');
-    const region = pieceRegion(mask, at);
-    return this.divided(at.t, label, [region]);
+    return (await byRegion()).split(this, label, at);
   }
 
   /**
@@ -360,14 +321,7 @@ export class Corrections {
    * @param {Stroke[]} strokes
    */
   async apart(strokes) {
-    const { session } = this.of;
-    if (session) return this.asked(session, { ask: 'apart', strokes }, (one) => one.apart(strokes));
-    const [{ t }] = strokes;
-    if (strokes.some((stroke) => stroke.t !== t)) throw new PageError('other-frame');
-    const { width, height } = this.opened;
-    const mask = { width, height, labels: this.opened.labels(t) };
-    const { label, regions } = divideRegions(mask, strokes);
-    return this.divided(t, label, regions.slice(1));
+    return (await byRegion()).apart(this, strokes);
   }
 
   /**
@@ -376,40 +330,23 @@ export class Corrections {
    * @param {Stroke[]} strokes
    */
   async together(strokes) {
-    const { session } = this.of;
-    if (session) return this.asked(session, { ask: 'together', strokes }, (one) => one.together(strokes));
-    const { width, height } = this.opened;
-    /** @type {Set<number>} */
-    const covered = new Set();
-    for (const stroke of strokes) {
-      const labels = this.opened.labels(stroke.t);
-      const region = strokeRegion(stroke, width, height);
-      for (let k = 0; k < region.length; k += 2)
-        for (let p = region[k]; p < region[k] + region[k + 1]; p++) if (labels[p] > 0) covered.add(labels[p]);
-    }
-    const [into, ...others] = [...covered].sort((a, b) => a - b);
-    if (others.length === 0) throw new PageError('one-object');
-    return this.edited((editor) => editor.relabel(Object.fromEntries(others.map((one) => [one, into]))), null);
+    return (await byRegion()).together(this, strokes);
   }
 
   /**
-   * Gives each region a label of its own, and carries it to the other frames.
+   * What may be meant by a click, the smallest first.
    *
    * @param {number} t
-   * @param {number} label that they have
-   * @param {import('../library.js').Region[]} regions
+   * @param {{x: number, y: number}} place in pixels of the masks
    */
-  async divided(t, label, regions) {
-    /** @type {Edit[]} */
-    let edits = [];
-    const changed = await this.edited(
-      (editor) =>
-        (edits = regions.map((region) => editor.paint({ label: editor.newLabel(), over: [label], t, region }))),
-      null,
-    );
-    for (const edit of edits) await this.carry({ edit, frames: [] }, new AbortController().signal, () => {});
-    return changed;
+  async grown(t, place) {
+    return (await byRegion()).grown(this, t, place);
   }
+}
+
+/** Fetched when it is first asked for. */
+function byRegion() {
+  return import('./by-region.js');
 }
 
 /**
