@@ -252,6 +252,7 @@ describe('work', () => {
     await page.waitForFunction(() => !('unkept' in document.body.dataset));
     assert.deepEqual(await facts(page), ['true 1', 'false 0'], 'opened again, each has its place');
     await page.click('#works-open');
+    await page.waitForSelector('#works[open]');
     const remove = page.locator('.works > .work:nth-child(2) > button').last();
     await remove.focus();
     await page.keyboard.press('Enter');
@@ -279,6 +280,7 @@ describe('work', () => {
     assert.deepEqual(await facts(page), ['true 0']);
     // Nothing was painted: the correction is in the masks.
     await page.click('#works-open');
+    await page.waitForSelector('#works[open]');
     assert.match(await text(page, '.work-name'), /12 frames, corrected/);
     await page.click('[data-open]');
     await page.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 12);

@@ -15,7 +15,7 @@
 import { say } from './language.js';
 import { Progress, stagesOf } from './panels/run.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
-import { ClipJob, SavedJob } from './run/clip-job.js';
+import { ClipJob } from './run/clip-job.js';
 import { StillJob } from './run/still-job.js';
 import { optionsOf } from './settings.js';
 import { EXTENSION, lookPatch } from './saved/look.js';
@@ -115,10 +115,11 @@ export class App {
   async openWork(name, read) {
     /** @type {Awaited<ReturnType<typeof read>> | null} */
     let work = null;
+    const fetched = import('./run/saved-job.js');
     await this.open(
       name,
       async () => {
-        work = await read();
+        [work] = await Promise.all([read(), fetched]);
         return Object.assign(await openFiles(work.files), { gallery: work.gallery });
       },
       async () => {
@@ -131,6 +132,7 @@ export class App {
         });
         const { visit, take } = this.store.state;
         const options = optionsOf(this.store.state);
+        const { SavedJob } = await fetched;
         const job = new SavedJob([source, { ...take }, options, SavedJob.stagesFor()], project, about);
         this.store.set({ job, picture: { ...BLANK.picture, images: job.images } });
         await this.go(visit, job);

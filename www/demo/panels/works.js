@@ -5,7 +5,7 @@
  */
 
 import { byId, connectDialog, h } from '../dom.js';
-import { SavedJob } from '../run/clip-job.js';
+import { SavedJob } from '../run/saved-job.js';
 import { Packer, clipId, filesOf, reopened } from '../saved/work.js';
 import { bytesOf, keep, kept } from '../saved/slots.js';
 import { forget, put, stored } from '../saved/storage.js';
