@@ -127,6 +127,9 @@ describe('running again', () => {
       await text(page, '#notice'),
       'These corrections no longer apply; undo brings back the result that has them: what was wiped away in frame 2.',
     );
+    await page.setViewportSize({ width: 390, height: 844 });
+    await screenshot(page, 'again-lost-phone');
+    await page.setViewportSize({ width: 1440, height: 900 });
     await screenshot(page, 'again-lost');
     assert.deepEqual(await accessibilityFaults(page), []);
     await page.keyboard.press('Control+z');
@@ -151,6 +154,26 @@ describe('running again', () => {
     assert.ok(Math.abs(painted.n / (0.64 * was[label].n) - 1) < 0.05, `${painted.n} of ${was[label].n} pixels`);
     for (const axis of ['x', 'y']) assert.ok(Math.abs(painted[axis] - 0.8 * was[label][axis]) < 1);
     assert.doesNotMatch(await page.textContent('#notice'), /no longer/);
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('of a clip that takes several windows', async () => {
+    const { page, faults } = await opened(movingClip(110, [96, 64]));
+    await paint(page, { ...disc, carries: false });
+    const of = await labels(page);
+    await openFix(page);
+    await page.selectOption('#correct-object', '1');
+    await page.click('#correct-background');
+    await page.waitForFunction(() => document.querySelectorAll('.object').length === 2);
+    await page.click('#correct-done');
+    assert.notEqual(await labels(page), of);
+    const before = await masks(page);
+    await again(page);
+    assert.equal(await masks(page), before);
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(() => document.querySelector('#restore').hidden);
+    assert.equal(await masks(page), before);
     assert.deepEqual(faults, []);
     await page.context().close();
   });

@@ -115,6 +115,9 @@ describe('a queue of clips', () => {
     assert.equal(await ended(page), 'done');
     assert.notDeepEqual(await states(page), ['done', 'done', 'done'], 'the queue goes on');
     assert.equal(await page.locator('.queued[aria-current]').count(), 1);
+    await page.setViewportSize({ width: 1440, height: 900 });
+    await screenshot(page, 'queue-goes-on');
+    await page.setViewportSize({ width: 1280, height: 800 });
     assert.equal(await page.evaluate(() => globalThis.tracecutDemo.app.points.result.numFrames), 8);
     // A bar over the whole width becomes an object.
     await openFix(page);
@@ -135,9 +138,14 @@ describe('a queue of clips', () => {
     assert.ok(part < 0.8, 'the bar covers a fifth at least');
     await page.click('#correct-done');
     await page.waitForFunction(() => /corrected/.test(document.querySelector('.queued-words').textContent));
+    // The queue saves by itself when it is through; here the correction may come later than that.
+    await through(page);
     const saved = [];
     page.on('download', (download) => saved.push(download));
+    await page.click('#queue-save');
+    await page.waitForSelector('#queue-close', { state: 'hidden' });
     await through(page);
+    await page.waitForFunction(() => /^Saved/.test(document.querySelector('#queue-status').textContent));
     assert.deepEqual(await states(page), ['done', 'done', 'done']);
     assert.match(await text(page, '#queue-status'), /^Saved 3 files, \d/);
     const names = saved.map((download) => download.suggestedFilename());

@@ -1,6 +1,6 @@
 /** The clips of the gallery: their posters, and opening them as work that is done. @module */
 
-import { byId, h } from '../dom.js';
+import { byId, h, toPicture } from '../dom.js';
 import { readProjectFile } from '../saved/work.js';
 import { plural } from '../words.js';
 import { say } from '../language.js';
@@ -117,9 +117,4 @@ class Opener {
       if (!signal.aborted) tell(say`“${title}” comes by the network, which does not answer.`);
     }
   }
-}
-
-/** Where the picture is above the panel, it is brought back into sight. */
-function toPicture() {
-  if (matchMedia('(max-width: 899px)').matches) byId('stage').scrollIntoView();
 }

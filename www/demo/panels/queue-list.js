@@ -7,7 +7,7 @@
  */
 
 import { clipsZip, saveProject, segmentEach } from '../library.js';
-import { byId, h } from '../dom.js';
+import { byId, h, toPicture } from '../dom.js';
 import { optionsOf } from '../settings.js';
 import { DEFAULT_TAKE } from '../store.js';
 import { bytes, count, damageWords, explain, plural, remaining } from '../words.js';
@@ -137,7 +137,9 @@ export class Queue {
    * @param {Line} line
    */
   async open({ saved }) {
-    if (saved) await this.app.openWork(saved.name, () => reopened(saved));
+    if (!saved) return;
+    toPicture();
+    await this.app.openWork(saved.name, () => reopened(saved));
   }
 
   cancel() {

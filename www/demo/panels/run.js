@@ -27,7 +27,7 @@ export function runPanel({ app, store, keys }) {
   store.watch(['phase'], ({ phase, job, live }) => {
     if (phase !== 'done' || !job?.lost) return;
     // It is said above the panel, which may be elsewhere.
-    byId('notice').scrollIntoView({ block: 'nearest' });
+    byId('restore').scrollIntoView({ block: 'nearest' });
     if (!live.includes(job.lost)) store.set({ live: `${live}. ${job.lost}` });
   });
   app.asks = connectQuestion();
