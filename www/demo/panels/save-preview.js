@@ -182,6 +182,8 @@ function oneOf(subject) {
     if (!images.has(t)) images.set(t, image(t));
     return /** @type {Promise<ImageData>} */ (images.get(t));
   };
+  // Read while what encodes is fetched.
+  imageOf(from).catch(() => {});
   const alone = {
     ...subject,
     masks: {
