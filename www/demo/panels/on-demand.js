@@ -62,8 +62,10 @@ export function correctPanel(page) {
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'keys'>} page */
 export function helpPanel(page) {
-  const open = onDemand(page.store, async () => new (await import('./help.js')).Help(page));
+  const open = onDemand(page.store, async () => new (await import('./help.js')).Help());
+  const about = onDemand(page.store, async () => new (await import('./about-dialog.js')).AboutDialog());
   byId('help-open').addEventListener('click', open);
+  byId('about-open').addEventListener('click', about);
   page.keys.on('?', open);
 }
 
