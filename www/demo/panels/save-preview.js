@@ -4,6 +4,7 @@
  * @module
  */
 
+import { encodeVideo } from '../library.js';
 import { byId } from '../dom.js';
 import { say } from '../language.js';
 
@@ -148,6 +149,12 @@ export class SavePreview {
       scale * (clientY - before.y) - (clientY - place.y),
     );
   }
+}
+
+/** Starts what the first preview would wait for, with a picture of nothing: the worker that moves borders, and the encoder. */
+export async function warmUp() {
+  const mask = { width: 8, height: 8, numFrames: 1, labels: () => new Uint8Array(64) };
+  await encodeVideo(mask, [new ImageData(16, 16)], { style: 'cutout' });
 }
 
 /** @typedef {{subject: Subject, last: number}} One `last` of its frames is the one on screen */
