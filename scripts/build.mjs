@@ -141,7 +141,7 @@ function compileEngine(kind) {
 
 /** The files of the library that it needs are compiled with it. */
 function compileDecoder(kind) {
-  return during('compiling what reads files', 15, () => cargo(kind, 'build', ['--package', 'tracecut-decoder']));
+  return during('compiling what reads files', 25, () => cargo(kind, 'build', ['--package', 'tracecut-decoder']));
 }
 
 /** Compiles to wasm; messages name a crate's files from its name on, so that the bytes are the same anywhere. */
@@ -192,7 +192,7 @@ async function buildWasm(cargoWasm, name, kind) {
     rmSync(dirname(kept), { recursive: true, force: true });
     mkdirSync(dirname(kept), { recursive: true });
     const options = ['-O3', '--converge', ...wasmFeatures];
-    await during(`optimising ${name}_bg.wasm`, name === 'decoder' ? 12 : 45, () =>
+    await during(`optimising ${name}_bg.wasm`, name === 'decoder' ? 12 : 60, () =>
       runBeside(process.execPath, [bin('binaryen/bin/wasm-opt'), ...options, wasm, '-o', kept]),
     );
   }
