@@ -7,6 +7,7 @@
 
 #![cfg(target_arch = "wasm32")]
 #![allow(dead_code, unused_imports, unreachable_pub, reason = "of the library's files not all is called here")]
+#![allow(clippy::needless_range_loop, reason = "as in the library")]
 
 mod cut;
 #[path = "../src/base/error.rs"]
