@@ -2,13 +2,31 @@
 //! run lengths, prompts and a table; see `www/lib/worker/decode.js`, `www/lib/edit/enlarge.js`, and `coco.js`,
 //! `prompts.js` and `table.js` of `www/lib/export`.
 
-#![cfg(target_arch = "wasm32")]
+//!
+//! It compiles these files of the library, a tenth of it, and not the library: nobody waits for that twice.
 
+#![cfg(target_arch = "wasm32")]
+#![allow(dead_code, unused_imports, unreachable_pub, reason = "of the library's files not all is called here")]
+#![allow(clippy::needless_range_loop, reason = "as in the library")]
+
+mod cut;
+#[path = "../src/base/error.rs"]
+mod error;
+#[path = "../src/base/image/mod.rs"]
+mod image;
+mod mask;
+#[path = "../src/base/params/mod.rs"]
+mod params;
+#[path = "../src/base/sets.rs"]
+mod sets;
+#[path = "../src/motion/trajectory/trajectories.rs"]
+mod trajectory;
+
+use crate::error::Error;
+use crate::image::{Frame, Plane};
+use crate::mask::ObjectRow;
+use crate::trajectory::Trajectories;
 use js_sys::{Array, Reflect, Uint8Array};
-use tracecut::Error;
-use tracecut::image::{Frame, Plane};
-use tracecut::mask::{self, ObjectRow};
-use tracecut::trajectory::Trajectories;
 use wasm_bindgen::prelude::*;
 
 /// RGBA bytes, width and height of a PNG or JPEG file of at most `max_pixels` pixels.

@@ -40,7 +40,7 @@ const wasmFeatures = [
   'simd',
 ].map((feature) => `--enable-${feature}`);
 
-/** How the wasm files are made. A fast build compiles the library once: one file is all that JavaScript calls, twice. */
+/** How the wasm files are made. */
 const KINDS = {
   release: { profile: 'wasm', optimise: true },
   fast: { profile: 'wasm-fast', optimise: false },
@@ -65,24 +65,25 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   const kind = fast ? 'fast' : 'release';
   const { profile } = KINDS[kind];
   const decoder = wasmFile('tracecut_decoder', profile);
-  const engine = fast ? decoder : wasmFile('tracecut', profile);
+  const engine = wasmFile('tracecut', profile);
   fetchCrates();
   const bindgen = during('making the tool for the glue', 40, () => ensureOwnTool('bindgen'));
-  await compileDecoder(kind);
-  const decoderMade = bindgen.then(() =>
-    step(stamps, 'decoder', [decoder, lock, ...making], async () => {
-      await buildWasm(decoder, 'decoder', kind);
-      editDecoder();
+  // The library first: to optimise it takes longest, and the other is compiled meanwhile.
+  await compileEngine(kind);
+  const engineMade = bindgen.then(() =>
+    step(stamps, 'wasm', [engine, lock, ...making], async () => {
+      await buildWasm(engine, 'tracecut', kind);
+      await buildGlue();
+      await writeParameters(dist);
     }),
   );
-  if (!fast) await compileEngine(kind);
+  await compileDecoder(kind);
   await bindgen;
-  await step(stamps, 'wasm', [engine, lock, ...making], async () => {
-    await buildWasm(engine, 'tracecut', kind);
-    await buildGlue();
-    await writeParameters(dist);
+  await step(stamps, 'decoder', [decoder, lock, ...making], async () => {
+    await buildWasm(decoder, 'decoder', kind);
+    editDecoder();
   });
-  await decoderMade;
+  await engineMade;
   await step(stamps, 'vendor', [...vendored, lock, ...scripts], () => Promise.all(vendored.map(buildVendored)));
   writeExpected();
   const sources = libraryFiles().map((name) => join(lib, name));
@@ -133,18 +134,14 @@ function readStamps(force) {
   return stamps;
 }
 
-/** What reads files, with the library's own features; in a fast build it holds all that JavaScript calls. */
-function compileDecoder(kind) {
-  const { profile } = KINDS[kind];
-  const which = kind === 'fast' ? ['--features', 'tracecut/wasm'] : [];
-  return during('compiling what reads files, and all crates', 60, () =>
-    cargo(kind, 'build', ['--package', 'tracecut-decoder', ...which]),
-  );
-}
-
 function compileEngine(kind) {
   const which = ['--package', 'tracecut', '--lib', '--crate-type', 'cdylib', '--features', 'wasm'];
-  return during('compiling the library', 30, () => cargo(kind, 'rustc', which));
+  return during('compiling the library and what it needs', 60, () => cargo(kind, 'rustc', which));
+}
+
+/** The files of the library that it needs are compiled with it. */
+function compileDecoder(kind) {
+  return during('compiling what reads files', 25, () => cargo(kind, 'build', ['--package', 'tracecut-decoder']));
 }
 
 /** Compiles to wasm; messages name a crate's files from its name on, so that the bytes are the same anywhere. */
@@ -195,7 +192,7 @@ async function buildWasm(cargoWasm, name, kind) {
     rmSync(dirname(kept), { recursive: true, force: true });
     mkdirSync(dirname(kept), { recursive: true });
     const options = ['-O3', '--converge', ...wasmFeatures];
-    await during(`optimising ${name}_bg.wasm`, name === 'decoder' ? 12 : 45, () =>
+    await during(`optimising ${name}_bg.wasm`, name === 'decoder' ? 12 : 60, () =>
       runBeside(process.execPath, [bin('binaryen/bin/wasm-opt'), ...options, wasm, '-o', kept]),
     );
   }

@@ -2,12 +2,18 @@
 // Options: --port N (default 5173), --no-open.
 
 import { spawn } from 'node:child_process';
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { build } from './build.mjs';
 import { serve } from './serve.mjs';
-import { fail } from './tools.mjs';
+import { fail, root } from './tools.mjs';
 
 const { port, open } = options();
+if (!existsSync(join(root, 'dist', 'stamps.json')))
+  console.log(
+    'The first start compiles the library to WebAssembly and optimises it: two to three minutes on two idle cores, longer beside other work. The next one takes a second.',
+  );
 await build({ overBudget: 'warn', onlyPage: true });
 const { url } = await serve({ port }).catch((error) =>
   fail(

@@ -53,6 +53,12 @@ test('a clip is opened, segmented, corrected and saved by keyboard alone', async
   await tabTo('#correct-done');
   await page.keyboard.press('Enter');
   await page.keyboard.press('e');
+  await page.waitForSelector('#export[open]');
+  await tabTo('[data-export="transparent"]');
+  const [video] = await Promise.all([page.waitForEvent('download'), page.keyboard.press('Enter')]);
+  assert.equal(video.suggestedFilename(), 'frame0-cutout.webm');
+  await page.waitForFunction(() => /^Saved/.test(document.querySelector('#export-status').textContent));
+  assert.equal(await page.evaluate(() => document.activeElement.dataset.export), 'transparent', 'its place is kept');
   await tabTo('#export-more > summary');
   await page.keyboard.press('Enter');
   await tabTo('[data-export="coco"]');

@@ -62,6 +62,7 @@ describe('the picture', () => {
         const told = `${state}: ${JSON.stringify(box)}`;
         assert.ok(box.down >= down && box.across >= across, told);
         assert.ok(box.top >= 0 && box.top + box.height <= height, `all of it is in view, ${told}`);
+        await screenshot(page, `${name}, ${state}`, { whole: false });
         boxes.push([box.width, box.height, box.left, box.top].map(Math.round).join());
       };
       await page.setInputFiles('#file', [video]);
@@ -72,7 +73,6 @@ describe('the picture', () => {
       await measure('running');
       await openFive(page, project);
       await measure('done');
-      await screenshot(page, `picture-${name}`);
       await openFix(page);
       await measure('fix');
       for (const tool of ['paint', 'add', 'apart', 'pick']) {
@@ -85,6 +85,7 @@ describe('the picture', () => {
       await page.check('[name="view"][value="overlay"]', { force: true });
       await page.click('#export-open');
       await page.waitForSelector('#export[open]');
+      await page.waitForSelector('#export-preview > *');
       await measure('save');
       await page.click('#export-close');
       await page.setInputFiles('#file', [video, { ...video, name: 'two.webm' }]);

@@ -172,12 +172,14 @@ export async function accessibilityFaults(page, only = null) {
   }, only);
 }
 
-/** With `TRACECUT_SCREENS=1`, writes a picture of the page to out/screens/, for people to look at. */
-export async function screenshot(page, name) {
+/**
+ * With `TRACECUT_SCREENS=1`, writes a picture of the page, or of what is in view of it, to out/screens/, for people to look at.
+ */
+export async function screenshot(page, name, { whole = true } = {}) {
   if (!process.env.TRACECUT_SCREENS) return;
   const folder = join(root, 'out', 'screens');
   mkdirSync(folder, { recursive: true });
-  await page.screenshot({ path: join(folder, `${name}.png`), fullPage: true });
+  await page.screenshot({ path: join(folder, `${name}.png`), fullPage: whole });
 }
 
 /**

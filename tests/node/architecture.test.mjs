@@ -105,6 +105,19 @@ test('a room imports only from the rooms above it in the table', () => {
   assert.ok(place.get('cut') > place.get('flow'));
 });
 
+test('what reads files is compiled without the library, of the files of the rooms that the table names', () => {
+  assert.doesNotMatch(read('decoder/Cargo.toml'), /^tracecut\b/m);
+  const taken = codeIn('decoder').flatMap((file) =>
+    [...read(file).matchAll(/#\[path = "\.\.\/(src\/[^"]+)"\]/g)].map(([, name]) => name),
+  );
+  const may = unquoted(/^\| `decoder` \|.*\|(.*)\|$/m.exec(architecture)[1]);
+  assert.ok(taken.length > 10, taken.join());
+  assert.deepEqual(
+    taken.filter((file) => !may.includes(roomOf(file)) && !may.includes(file.split('/')[1])),
+    [],
+  );
+});
+
 test('the package imports nothing of the page, and the page takes the package from library.js', () => {
   const imported = (folder) =>
     codeIn(folder).flatMap((file) => {

@@ -12,7 +12,9 @@ export { regionOf, strokeRegion } from './edit/regions.js';
 /** @type {typeof import('./edit/carry.js').carryEdit} */
 export const carryEdit = async (...args) => (await part(import('./edit/carry.js'))).carryEdit(...args);
 /**
- * @param {Parameters<typeof import('./edit/grow.js').grownRegions>} args
+ * Regions that may be meant by a click, the likeliest first, at most three of clearly different sizes: each grows from the
+ * superpixel at the place, over weak boundaries, to like colours and like motion.
+ * @param {Parameters<typeof import('./edit/grow.js').grownRegions>} args what the frame shows, and the place in pixels
  * @returns {Promise<import('./edit/grow.js').Grown[]>}
  */
 export const grownRegions = async (...args) => (await part(import('./edit/grow.js'))).grownRegions(...args);

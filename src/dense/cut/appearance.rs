@@ -4,7 +4,7 @@
 //! them says nothing of their borders, and nothing is said of it. Models and cuts in turn are those of Rother, Kolmogorov
 //! and Blake, "GrabCut", 2004. Not in the paper.
 
-use super::colour::{ClipColours, UNSEEN};
+use super::colour::{Colour, Histogram, UNSEEN};
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 
@@ -69,6 +69,48 @@ fn widen(reach: usize, len: usize, set: impl Fn(usize) -> bool, mut mark: impl F
     };
     line(&|k| k);
     line(&|k| len - 1 - k);
+}
+
+/// The colours of each label over the whole clip.
+struct ClipColours {
+    /// Mean colour of each superpixel, frame by frame.
+    mean: Vec<Colour>,
+    /// Number of pixels of each superpixel.
+    area: Vec<f32>,
+    labels: Vec<Histogram>,
+}
+
+impl ClipColours {
+    /// No label has any colour yet; `None` unless every frame has the size of its superpixels.
+    fn new(superpixels: &[Superpixels], frames: &[Frame], num_labels: usize) -> Option<Self> {
+        let (mut mean, mut area) = (Vec::new(), Vec::new());
+        for (t, s) in superpixels.iter().enumerate() {
+            let frame = frames.get(t).filter(|f| (f.width(), f.height()) == (s.label.width(), s.label.height()))?;
+            let mut sums = vec![[0_u32; 4]; s.count];
+            for (&p, rgb) in s.label.data().iter().zip(frame.rgb().chunks_exact(3)) {
+                let sum = &mut sums[p as usize];
+                for c in 0..3 {
+                    sum[c] += u32::from(rgb[c]);
+                }
+                sum[3] += 1;
+            }
+            for [r, g, b, count] in sums {
+                mean.push(Colour::of(&[r, g, b].map(|v| (v / count.max(1)) as u8)));
+                area.push(count as f32);
+            }
+        }
+        Some(Self { mean, area, labels: vec![Histogram::new(); num_labels] })
+    }
+
+    /// The superpixel `node` has `label`, to this share.
+    fn add(&mut self, node: usize, label: usize, share: f32) {
+        self.labels[label].add(self.mean[node], share * self.area[node]);
+    }
+
+    /// The share of `label` that has the colour of superpixel `node`.
+    fn share(&self, node: usize, label: usize) -> f32 {
+        self.labels[label].share(self.mean[node])
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Which colours a label has: histograms in three dimensions, with linear interpolation in both directions.
 
-use crate::image::Frame;
-use crate::superpixel::Superpixels;
 use serde::{Deserialize, Serialize};
 
 /// Bins along one axis: 0 to 255 in steps of 16, both ends included.
@@ -90,48 +88,6 @@ impl Histogram {
 
 /// Share of a colour that was never seen.
 pub(crate) const UNSEEN: f32 = 2e-4;
-
-/// The colours of each label over the whole clip.
-pub(super) struct ClipColours {
-    /// Mean colour of each superpixel, frame by frame.
-    mean: Vec<Colour>,
-    /// Number of pixels of each superpixel.
-    area: Vec<f32>,
-    labels: Vec<Histogram>,
-}
-
-impl ClipColours {
-    /// No label has any colour yet; `None` unless every frame has the size of its superpixels.
-    pub(crate) fn new(superpixels: &[Superpixels], frames: &[Frame], num_labels: usize) -> Option<Self> {
-        let (mut mean, mut area) = (Vec::new(), Vec::new());
-        for (t, s) in superpixels.iter().enumerate() {
-            let frame = frames.get(t).filter(|f| (f.width(), f.height()) == (s.label.width(), s.label.height()))?;
-            let mut sums = vec![[0_u32; 4]; s.count];
-            for (&p, rgb) in s.label.data().iter().zip(frame.rgb().chunks_exact(3)) {
-                let sum = &mut sums[p as usize];
-                for c in 0..3 {
-                    sum[c] += u32::from(rgb[c]);
-                }
-                sum[3] += 1;
-            }
-            for [r, g, b, count] in sums {
-                mean.push(Colour::of(&[r, g, b].map(|v| (v / count.max(1)) as u8)));
-                area.push(count as f32);
-            }
-        }
-        Some(Self { mean, area, labels: vec![Histogram::new(); num_labels] })
-    }
-
-    /// The superpixel `node` has `label`, to this share.
-    pub(crate) fn add(&mut self, node: usize, label: usize, share: f32) {
-        self.labels[label].add(self.mean[node], share * self.area[node]);
-    }
-
-    /// The share of `label` that has the colour of superpixel `node`.
-    pub(crate) fn share(&self, node: usize, label: usize) -> f32 {
-        self.labels[label].share(self.mean[node])
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -38,6 +38,13 @@ pub struct Potts {
 
 /// Largest cost: capacities of an arc and its sister add up below `i32::MAX`.
 pub(crate) const MAX_WEIGHT: i32 = 1 << 29;
+/// Steps per unit of cost: fine enough for any weight, and sums over a clip stay far below 2^63.
+pub(super) const SCALE: f32 = 65536.0;
+
+/// `cost` in whole steps.
+pub(crate) fn rounded(cost: f32) -> i32 {
+    ((cost * SCALE + 0.5) as i32).clamp(0, MAX_WEIGHT)
+}
 
 impl Potts {
     /// The energy of `label`.

@@ -3,10 +3,10 @@
 //! Terms are whole numbers of steps, as the solver has them. All other superpixels keep their labels: what a label
 //! costs here is its own cost and what the links to superpixels of other labels cost.
 
-use super::expansion::{MAX_WEIGHT, Potts};
+use super::expansion::{MAX_WEIGHT, Potts, SCALE};
 use super::input::{CutInput, CutLabels};
 use super::params::CutParams;
-use super::terms::{Nodes, SCALE, energy, heard, votes};
+use super::terms::{Nodes, energy, heard, votes};
 
 /// Steps of the solver in a unit of cost.
 pub(crate) const STEPS_PER_UNIT: i32 = SCALE as i32;

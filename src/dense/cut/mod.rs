@@ -38,6 +38,7 @@ mod votes;
 
 pub(crate) use appearance::appearance;
 pub(crate) use colour::{Colour, Histogram, UNSEEN};
+pub(crate) use expansion::rounded;
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};
 #[cfg(test)]
@@ -46,7 +47,7 @@ pub(crate) use explain::{Link, Reasons, STEPS_PER_UNIT, margins};
 pub use input::{CutInput, CutLabels, STRANGER, UNKNOWN};
 pub use params::CutParams;
 pub(crate) use region::Region;
-pub(crate) use terms::{pixel_of, rounded};
+pub(crate) use terms::pixel_of;
 pub(crate) use votes::{VOTE_MOTION, VOTE_RADIUS, motion_difference_sq};
 pub use votes::{forget_strangers, labels_for};
 

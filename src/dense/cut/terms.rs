@@ -12,13 +12,10 @@
 //! Costs are computed in floating point, one at a time, and rounded to 1/65536.
 
 use super::ambiguous::ambiguous_shares;
-use super::expansion::{MAX_WEIGHT, Potts};
+use super::expansion::{Potts, rounded};
 use super::input::{CutInput, STRANGER};
 use super::params::CutParams;
 use crate::image::Plane;
-
-/// Steps per unit of cost: fine enough for any weight, and sums over a clip stay far below 2^63.
-pub(super) const SCALE: f32 = 65536.0;
 
 /// Length of a border relative to the mean, least and most.
 const LENGTH_RANGE: (f32, f32) = (0.05, 4.0);
@@ -40,11 +37,6 @@ pub(crate) fn energy(input: &CutInput, params: &CutParams) -> Potts {
 /// What each label costs each superpixel, alone; links do not depend on evidence.
 pub(super) fn own_costs(input: &CutInput, params: &CutParams) -> Vec<i32> {
     unary(input, params, &Nodes::new(input))
-}
-
-/// `cost` in whole steps.
-pub(crate) fn rounded(cost: f32) -> i32 {
-    ((cost * SCALE + 0.5) as i32).clamp(0, MAX_WEIGHT)
 }
 
 /// The pixel nearest to a point.

@@ -20,6 +20,9 @@ import { SavePreview } from './save-preview.js';
 import { groundOf } from './views.js';
 import { say } from '../language.js';
 
+/** What the choices with a preview are called where there is little room. @type {Record<string, string>} */
+const LOOKS = { transparent: 'Cut-out', green: 'Green', blurred: 'Blurred', zip: 'Masks' };
+
 /** How often progress is looked at, in milliseconds. */
 const TICK_MS = 200;
 
@@ -80,12 +83,12 @@ export class ExportDialog {
   connectShown() {
     for (const { choice, button } of this.first)
       for (const kind of ['pointerenter', 'focus']) button.addEventListener(kind, () => this.look(choice));
-    const looks = this.first.map(({ choice, button }) =>
+    const looks = this.first.map(({ choice }) =>
       h(
         'label',
         {},
         h('input', { type: 'radio', name: 'look', value: choice.id, input: () => this.look(choice) }),
-        h('span', {}, button.firstElementChild?.textContent ?? ''),
+        h('span', {}, say(LOOKS[choice.id] ?? choice.id)),
       ),
     );
     byId('export-looks').append(...looks);
@@ -204,6 +207,7 @@ export class ExportDialog {
     this.offer(null);
     this.abort = new AbortController();
     const { signal } = this.abort;
+    const pressed = /** @type {HTMLElement | null} */ (document.activeElement);
     const timeLeft = new TimeLeft(performance.now());
     this.setBusy(true);
     this.tell(say`Making ${file}…`);
@@ -229,6 +233,8 @@ export class ExportDialog {
     } finally {
       this.abort = null;
       this.setBusy(false);
+      // A button that cannot be pressed for a while loses the keyboard's place.
+      if (document.activeElement === document.body && this.dialog.open) pressed?.focus();
     }
   }
 

@@ -2,7 +2,6 @@
 
 import { TOUCH, byId, connectDialog, h } from '../dom.js';
 import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
-import { onDemand } from './on-demand.js';
 
 /** @type {[keys: string[], what: string][]} */
 const KEYS = [
@@ -37,8 +36,7 @@ const TOUCHES = [
 ];
 
 export class Help {
-  /** @param {Pick<import('../page.js').Page, 'store'>} page */
-  constructor({ store }) {
+  constructor() {
     this.dialog = /** @type {HTMLDialogElement} */ (byId('help'));
     const entries = KEYS.flatMap(([names, what]) => [
       h('dt', {}, ...names.flatMap((name) => [h('kbd', {}, name), ' '])),
@@ -49,8 +47,6 @@ export class Help {
     for (const id of ['help-touch', 'help-touch-title', 'help-keys-title']) byId(id).hidden = !TOUCH;
     byId('help-pick').hidden = TOUCH;
     byId('help-close').addEventListener('click', () => this.dialog.close());
-    const about = onDemand(store, async () => new (await import('./about-dialog.js')).AboutDialog());
-    byId('about-open').addEventListener('click', about);
     connectDialog(this.dialog);
     connectLanguages(/** @type {HTMLSelectElement} */ (byId('language')));
   }

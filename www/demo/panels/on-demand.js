@@ -62,8 +62,10 @@ export function correctPanel(page) {
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'keys'>} page */
 export function helpPanel(page) {
-  const open = onDemand(page.store, async () => new (await import('./help.js')).Help(page));
+  const open = onDemand(page.store, async () => new (await import('./help.js')).Help());
+  const about = onDemand(page.store, async () => new (await import('./about-dialog.js')).AboutDialog());
   byId('help-open').addEventListener('click', open);
+  byId('about-open').addEventListener('click', about);
   page.keys.on('?', open);
 }
 
@@ -79,7 +81,11 @@ export function whyPanel(page) {
 /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
+  const warm = async () => (await import('./save-preview.js')).warmUp();
   byId('export-open').addEventListener('click', open);
+  // Whoever is about to open it does not wait for workers and codecs.
+  const near = () => void Promise.all([import('./export-dialog.js'), warm()]).catch(() => {});
+  for (const kind of ['pointerenter', 'focus']) byId('export-open').addEventListener(kind, near);
   page.keys.on('e', open);
 }
 

@@ -4,6 +4,7 @@
  * @module
  */
 
+import { encodeVideo } from '../library.js';
 import { byId } from '../dom.js';
 import { say } from '../language.js';
 
@@ -150,6 +151,12 @@ export class SavePreview {
   }
 }
 
+/** Starts what the first preview would wait for, with a picture of nothing: the worker that moves borders, and the encoder. */
+export async function warmUp() {
+  const mask = { width: 8, height: 8, numFrames: 1, labels: () => new Uint8Array(64) };
+  await encodeVideo(mask, [new ImageData(16, 16)], { style: 'cutout' });
+}
+
 /** @typedef {{subject: Subject, last: number}} One `last` of its frames is the one on screen */
 
 /**
@@ -182,6 +189,8 @@ function oneOf(subject) {
     if (!images.has(t)) images.set(t, image(t));
     return /** @type {Promise<ImageData>} */ (images.get(t));
   };
+  // Read while what encodes is fetched.
+  imageOf(from).catch(() => {});
   const alone = {
     ...subject,
     masks: {

@@ -1,0 +1,52 @@
+// The page's thread is never busy for long while a clip runs: no task takes more than a tenth of a second of the processor.
+// Not by the clock, which says how busy the machine is.
+
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { unzipSync } from 'fflate';
+import { root } from '../../scripts/tools.mjs';
+import { useServerAndBrowser } from '../site.mjs';
+import { ended } from './support.mjs';
+
+const MOST_MS = 100;
+const site = useServerAndBrowser();
+
+/** The processor's time of the longest tasks of the page's thread, in milliseconds. */
+function longest(trace) {
+  const { traceEvents } = JSON.parse(trace);
+  const isMain = new Set(
+    traceEvents.filter(({ name, args }) => name === 'thread_name' && args.name === 'CrRendererMain').map(threadOf),
+  );
+  const tasks = traceEvents.filter((event) => /RunTask$/.test(event.name) && event.tdur && isMain.has(threadOf(event)));
+  assert.ok(tasks.length > 200, `only ${tasks.length} tasks were seen`);
+  return tasks
+    .map(({ tdur }) => Math.round(tdur / 1000))
+    .sort((a, b) => b - a)
+    .slice(0, 5);
+}
+
+const threadOf = ({ pid, tid }) => `${pid} ${tid}`;
+
+test('the sample and a video leave the page’s thread free', async () => {
+  const context = await site.browser.newContext({ viewport: { width: 1440, height: 900 }, serviceWorkers: 'block' });
+  const page = await context.newPage();
+  page.setDefaultTimeout(180_000);
+  const traced = async (what, act) => {
+    await site.browser.startTracing(page, { categories: ['toplevel', 'devtools.timeline'] });
+    await act();
+    assert.equal(await ended(page), 'done');
+    const times = longest(await site.browser.stopTracing());
+    console.log(`${what}: the longest tasks took ${times.join(', ')} ms of the processor`);
+    assert.ok(times[0] <= MOST_MS, `${what}: ${times[0]} ms`);
+  };
+  await traced('sample', () => page.goto(site.url));
+  const project = unzipSync(readFileSync(join(root, 'www', 'demo', 'gallery', 'street.tracecut')));
+  const video = { name: 'street.webm', mimeType: 'video/webm', buffer: Buffer.from(project['files/street.webm']) };
+  await traced('video', async () => {
+    await page.setInputFiles('#file', [video]);
+    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'street.webm');
+  });
+  await context.close();
+});
