@@ -41,6 +41,8 @@ describe('without a network', () => {
       ),
       'done',
     );
+    // What is fetched ahead would be cut off.
+    await page.waitForLoadState('networkidle');
     await page.goto(`${page.url().replace(/[?#].*/, '')}?from=a-link`);
     assert.equal(await ended(page), 'done');
     assert.deepEqual(faults, []);
