@@ -6,6 +6,9 @@ import { byId } from '../dom.js';
 /** What is fetched to see whether the network answers; the service worker has it too. */
 const PROBE = './favicon.svg';
 
+/** A worker without work stays for longer than that, in milliseconds. */
+const WARM_MS = 4000;
+
 /**
  * What opens a dialog. Where the network does not answer the page says so, and the next call tries again. That is seen
  * before the dialog is imported: some browsers never fetch a module again that they could not import.
@@ -13,15 +16,16 @@ const PROBE = './favicon.svg';
  * @param {import('../store.js').Store} store
  * @param {() => Promise<{open: () => void}>} importDialog
  * @param {() => boolean} [isWanted] whether the user waits for it
- * @returns {() => Promise<void>}
+ * @returns {(() => Promise<void>) & {prepare: () => Promise<unknown>}} `prepare` fetches it and opens nothing; gives
+ *   nothing where that fails
  */
 export function onDemand(store, importDialog, isWanted = () => true) {
   /** @type {Promise<{open: () => void}> | undefined} */
   let fetched;
-  return async () => {
+  const prepare = () => (fetched ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog));
+  const open = async () => {
     try {
-      fetched ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog);
-      await fetched;
+      await prepare();
     } catch {
       fetched = undefined;
       if (!isWanted()) return;
@@ -29,6 +33,7 @@ export function onDemand(store, importDialog, isWanted = () => true) {
     }
     (await fetched)?.open();
   };
+  return Object.assign(open, { prepare: () => prepare().catch(() => void (fetched = undefined)) });
 }
 
 /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>} page */
@@ -81,11 +86,16 @@ export function whyPanel(page) {
 /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
-  const warm = async () => (await import('./save-preview.js')).warmUp();
   byId('export-open').addEventListener('click', open);
   // Whoever is about to open it does not wait for workers and codecs.
-  const near = () => void Promise.all([import('./export-dialog.js'), warm()]).catch(() => {});
-  for (const kind of ['pointerenter', 'focus']) byId('export-open').addEventListener(kind, near);
+  let warmed = -Infinity;
+  const near = async () => {
+    if (performance.now() - warmed < WARM_MS) return;
+    warmed = performance.now();
+    if (await open.prepare()) await (await import('./save-preview.js')).warmUp();
+  };
+  for (const kind of ['pointerenter', 'focus'])
+    byId('export-open').addEventListener(kind, () => void near().catch(() => {}));
   page.keys.on('e', open);
 }
 
