@@ -189,7 +189,7 @@ fn changes(embedding: &PixelEmbedding, grouping: Grouping) -> Changes {
     }
     for planes in [&mut changes.d, &mut changes.spectral] {
         for (plane, normal) in planes.iter_mut().zip(normals()) {
-            *plane = mean_along(plane, *width, normal);
+            *plane = mean_along(plane, *width, normal, 1.0);
         }
     }
     changes

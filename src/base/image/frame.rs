@@ -93,6 +93,23 @@ impl Frame {
             .unwrap_or_default()
     }
 
+    /// A copy of half the size, of means of 2×2 pixels; the last row or column of an odd side counts twice.
+    pub(crate) fn halved(&self) -> Self {
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let row = |y: usize| &self.rgb[3 * self.width * y.min(self.height - 1)..][..3 * self.width];
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for y in 0..height {
+            for (top, bottom) in row(2 * y).chunks(6).zip(row(2 * y + 1).chunks(6)) {
+                let right = top.len() - 3;
+                let sum = |c: usize| {
+                    [top[c], top[right + c], bottom[c], bottom[right + c]].map(u16::from).iter().sum::<u16>()
+                };
+                rgb.extend([0, 1, 2].map(|c| ((sum(c) + 2) / 4) as u8));
+            }
+        }
+        Self { rgb, width, height }
+    }
+
     /// A copy of `width × height` pixels, each the mean of the area that it covers. Meant for making frames smaller.
     pub(crate) fn resized(&self, width: usize, height: usize) -> Self {
         if (width, height) == (self.width, self.height) {
@@ -153,6 +170,13 @@ mod tests {
         let rgb: Vec<u8> = [0, 20, 40, 60, 10, 30, 50, 70].iter().flat_map(|&v| [v, v, v]).collect();
         let half = Frame::from_rgb(rgb, 4, 2).unwrap().resized(2, 1);
         assert_eq!(half.rgb(), [15, 15, 15, 55, 55, 55]);
+    }
+
+    #[test]
+    fn halving_counts_the_last_pixels_of_odd_sides_twice() {
+        let rgb: Vec<u8> = [0, 20, 40, 10, 30, 50, 90, 100, 200].iter().flat_map(|&v| [v, 0, v]).collect();
+        let half = Frame::from_rgb(rgb, 3, 3).unwrap().halved();
+        assert_eq!(half.rgb(), [15, 0, 15, 45, 0, 45, 95, 0, 95, 200, 0, 200]);
     }
 
     #[test]

@@ -40,7 +40,25 @@ pub(super) fn oriented_strength(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
     }
     let mut strength = pyramid.finish();
     for (plane, normal) in strength.iter_mut().zip(normals()) {
-        *plane = mean_along(plane, w, normal);
+        *plane = mean_along(plane, w, normal, 1.0);
+    }
+    strength
+}
+
+/// The same of a frame whose half is `small`, in planes of the half's size: brightness, too, has no more detail.
+pub(super) fn oriented_strength_of_half(small: &Frame) -> [Vec<f32>; ORIENTATIONS] {
+    let (w, h) = (small.width(), small.height());
+    let mut pyramid = Pyramid::of_half(w, h);
+    let [brightness, a, b] = lab(small);
+    for (channel, weight) in [(&brightness, 1.0), (&a, COLOUR_WEIGHT), (&b, COLOUR_WEIGHT)] {
+        pyramid.add_channel(channel, weight, 1);
+    }
+    for shares in textons(&brightness, w) {
+        pyramid.add_bin(shares, 1.0, 1);
+    }
+    let mut strength = pyramid.finish();
+    for (plane, normal) in strength.iter_mut().zip(normals()) {
+        *plane = mean_along(plane, w, normal, 0.5);
     }
     strength
 }
@@ -48,6 +66,8 @@ pub(super) fn oriented_strength(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
 /// Tensors at three scales. Those of colour and texture at the finest scale are kept at half size: in most images and
 /// videos colour has no more detail.
 struct Pyramid {
+    /// The finest level has the size of the next: nothing is known at full size.
+    is_half: bool,
     sides: [(usize, usize); LEVELS],
     tensors: [Tensors; LEVELS],
     coarse_finest: Tensors,
@@ -58,8 +78,17 @@ struct Pyramid {
 
 impl Pyramid {
     fn new(w: usize, h: usize) -> Self {
-        let sides = [(w, h), (half(w), half(h)), (half(half(w)), half(half(h)))];
+        Self::of_levels([(w, h), (half(w), half(h)), (half(half(w)), half(half(h)))], false)
+    }
+
+    /// Of a frame whose half has `w × h` pixels.
+    fn of_half(w: usize, h: usize) -> Self {
+        Self::of_levels([(w, h), (w, h), (half(w), half(h))], true)
+    }
+
+    fn of_levels(sides: [(usize, usize); LEVELS], is_half: bool) -> Self {
         Self {
+            is_half,
             sides,
             tensors: sides.map(|(w, h)| Tensors::zero(w * h)),
             coarse_finest: Tensors::zero(sides[1].0 * sides[1].1),
@@ -103,11 +132,13 @@ impl Pyramid {
 
     /// Mean over the scales of the change along each direction.
     fn finish(mut self) -> [Vec<f32>; ORIENTATIONS] {
+        let to_finest = if self.is_half { add } else { add_doubled };
         for (fine, coarse) in self.tensors[0].0.iter_mut().zip(&self.coarse_finest.0) {
-            add_doubled(coarse, fine, self.sides[0].0);
+            to_finest(coarse, fine, self.sides[0].0);
         }
-        let mut blur = Blur::new(TENSOR_BLUR * SIGMA);
-        for (tensors, (w, _)) in self.tensors.iter_mut().zip(self.sides) {
+        let wide = TENSOR_BLUR * SIGMA;
+        for (level, (tensors, (w, _))) in self.tensors.iter_mut().zip(self.sides).enumerate() {
+            let mut blur = Blur::new(if self.is_half && level == 0 { 0.5 * wide } else { wide });
             tensors.0.iter_mut().for_each(|part| blur.apply(part, w));
         }
         normals().map(|normal| {
@@ -116,19 +147,25 @@ impl Pyramid {
             self.tensors[1].add_change_along(normal, &mut middle);
             add_doubled(&coarse, &mut middle, self.sides[1].0);
             self.tensors[0].add_change_along(normal, &mut fine);
-            add_doubled(&middle, &mut fine, self.sides[0].0);
+            to_finest(&middle, &mut fine, self.sides[0].0);
             fine.iter_mut().for_each(|v| *v *= 1.0 / LEVELS as f32);
             fine
         })
     }
 }
 
-/// Weighted mean of each pixel and those along the line across `normal`; borders are mirrored.
-pub(crate) fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32)) -> Vec<f32> {
+/// Adds a plane of the same size.
+fn add(plane: &[f32], out: &mut [f32], _: usize) {
+    out.iter_mut().zip(plane).for_each(|(o, v)| *o += v);
+}
+
+/// Weighted mean of each pixel and those along the line across `normal`; borders are mirrored. `size` is that of the
+/// plane as a part of the frame's.
+pub(crate) fn mean_along(plane: &[f32], width: usize, (nx, ny): (f32, f32), size: f32) -> Vec<f32> {
     let height = plane.len() / width;
     let weights = ALONG_STEPS.map(|s| libm::expf(-0.5 * s * s / (ALONG_SIGMA * ALONG_SIGMA)));
     let total: f32 = weights.iter().sum();
-    let steps = ALONG_STEPS.map(|s| (libm::roundf(-ny * s) as isize, libm::roundf(nx * s) as isize));
+    let steps = ALONG_STEPS.map(|s| s * size).map(|s| (libm::roundf(-ny * s) as isize, libm::roundf(nx * s) as isize));
     let reach = 6;
     let mut padded = Vec::new();
     let mut out = vec![0.0; plane.len()];

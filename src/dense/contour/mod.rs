@@ -26,6 +26,11 @@
 //! and textons that are clusters of filter responses of the image. The tensor needs one pass for all directions, and
 //! fixed textons do not jump between frames.
 //!
+//! **Frames of clips** with a side of at least `half_from` pixels are measured at half size by windows of the same width:
+//! brightness is then as coarse as colour, and steps 2 to 5 take less than half of the time. The strongest and its
+//! direction are enlarged before step 6. Of 40 images of BSDS500 the best F falls from .69 to .68, and with two pixels
+//! of tolerance from .58 to .54; masks do not get worse, as their borders are refined.
+//!
 //! **Calibration.** The logistic's two numbers are fitted to 40 images of BSDS500 such that Pb is the probability that
 //! a person drew an outline within two pixels (a square of five by five). The best single threshold there is about
 //! 0.13.
@@ -64,6 +69,9 @@ crate::params! {
         /// Longer lines are broken, in pixels, so that edges that bridge a gap can begin in their middle; 0 leaves them
         /// whole.
         pub max_line: f32 = 0.0, in 0.0..=10000.0, expert;
+        /// Pb of a clip's frames with a side of so many pixels is measured at half size, in less than half of the time;
+        /// in smaller frames, where things are small, and in single images at full size.
+        pub half_from: u32 = 400, in 1..=65536, expert;
     }
 }
 
@@ -102,6 +110,22 @@ pub fn boundary_map(frame: &Frame) -> BoundaryMap {
     from_strengths(&strengths, (frame.width(), frame.height()), OF_PB)
 }
 
+/// Pb of a frame of a clip. In large ones strengths are measured at half size; the strongest is enlarged, and thinned at
+/// full size.
+pub(crate) fn frame_boundaries(frame: &Frame, params: &ContourParams) -> BoundaryMap {
+    let (w, h) = (frame.width(), frame.height());
+    if w.max(h) < params.half_from as usize {
+        return boundary_map(frame);
+    }
+    let small = frame.halved();
+    let (small, orientation) = largest(&gradient::oriented_strength_of_half(&small), (small.width(), small.height()));
+    let mut strength = Plane::filled(w, h, 0.0);
+    blur::add_doubled(small.data(), strength.data_mut(), w);
+    let orientation = Plane::from_fn(w, h, |x, y| orientation[(x / 2, y / 2)]);
+    let ridges = thin(&strength, &orientation);
+    probabilities(&strength, &ridges, OF_PB)
+}
+
 /// How much the histograms of `frame` change along each direction: what [`from_strengths`] makes Pb of.
 pub(crate) fn strengths_of(frame: &Frame) -> [Vec<f32>; ORIENTATIONS] {
     gradient::oriented_strength(frame)
@@ -113,16 +137,27 @@ pub(crate) fn from_strengths(
     size: (usize, usize),
     logistic: Logistic,
 ) -> BoundaryMap {
-    let (strength, thin) = strongest(strengths, size);
+    let (strength, ridges) = strongest(strengths, size);
+    probabilities(&strength, &ridges, logistic)
+}
+
+fn probabilities(strength: &Plane<f32>, ridges: &Plane<f32>, logistic: Logistic) -> BoundaryMap {
     let probability = Probability::new(logistic);
     let probability = |s: f32| probability.at(s);
     let pb = strength.map(probability);
-    let thin = thin.map(|s| if s > 0.0 { probability(s) } else { 0.0 });
+    let thin = ridges.map(|s| if s > 0.0 { probability(s) } else { 0.0 });
     BoundaryMap { pb, thin }
 }
 
 /// The largest strength over all directions, and the same on its ridges across the direction that has it.
-pub(crate) fn strongest(strengths: &[Vec<f32>; ORIENTATIONS], (w, h): (usize, usize)) -> (Plane<f32>, Plane<f32>) {
+pub(crate) fn strongest(strengths: &[Vec<f32>; ORIENTATIONS], size: (usize, usize)) -> (Plane<f32>, Plane<f32>) {
+    let (strength, orientation) = largest(strengths, size);
+    let ridges = thin(&strength, &orientation);
+    (strength, ridges)
+}
+
+/// The largest strength over all directions, and which it is.
+fn largest(strengths: &[Vec<f32>; ORIENTATIONS], (w, h): (usize, usize)) -> (Plane<f32>, Plane<u8>) {
     let mut strength = Plane::filled(w, h, 0.0_f32);
     let mut orientation = Plane::filled(w, h, 0_u8);
     for (k, plane) in strengths.iter().enumerate() {
@@ -131,8 +166,7 @@ pub(crate) fn strongest(strengths: &[Vec<f32>; ORIENTATIONS], (w, h): (usize, us
             *best = v.max(*best);
         }
     }
-    let ridges = thin(&strength, &orientation);
-    (strength, ridges)
+    (strength, orientation)
 }
 
 /// A logistic function, which turns strengths into probabilities.

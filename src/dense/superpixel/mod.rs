@@ -21,7 +21,7 @@ mod tests;
 
 pub use gabriel::{Edge, EdgeKind};
 
-use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, contour_segments};
+use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, contour_segments, frame_boundaries};
 use crate::image::{Frame, Plane, Runs};
 use crate::order;
 use gabriel::{Graph, Side};
@@ -161,6 +161,11 @@ pub fn superpixels_of(
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
     superpixels_in(&boundary_map(frame), count, contour, superpixel)
+}
+
+/// The superpixels of a frame of a clip.
+pub(crate) fn frame_superpixels(frame: &Frame, contour: &ContourParams, superpixel: &SuperpixelParams) -> Superpixels {
+    superpixels_in(&frame_boundaries(frame, contour), None, contour, superpixel)
 }
 
 #[doc(hidden)]

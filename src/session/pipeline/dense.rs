@@ -13,7 +13,7 @@ use crate::cut::{CutInput, GabrielCut, appearance, paint};
 use crate::image::Plane;
 use crate::mask::refine;
 use crate::objects::Objects;
-use crate::superpixel::{Superpixels, superpixels_of};
+use crate::superpixel::{Superpixels, frame_superpixels};
 use std::sync::{Arc, OnceLock};
 
 /// Superpixels being made, frame by frame.
@@ -35,7 +35,7 @@ impl Dividing {
     pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Cutting>> {
         let t = self.superpixels.len();
         let made = clip.ledger.superpixels.collect(t);
-        let make = || superpixels_of(&clip.frames[t], None, &clip.params.contour, &clip.params.superpixel);
+        let make = || frame_superpixels(&clip.frames[t], &clip.params.contour, &clip.params.superpixel);
         self.superpixels.push(made.unwrap_or_else(make));
         let progress = Progress { stage: Stage::Superpixels, done: t as u32 + 1, total: clip.frames.len() as u32 };
         if t + 1 < clip.frames.len() {

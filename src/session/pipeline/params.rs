@@ -130,10 +130,10 @@ tree! {
 const PRESET: &str = "preset";
 
 impl Params {
-    /// Saliency and connectedness as the paper has them,
-    /// and the dense half: contours above a threshold that is not low, superpixels as the Gabriel graph leaves them,
-    /// the energy of the paper, masks from the clustered trajectories alone, borders where the superpixels
-    /// have them, and no background of still cameras. Everything else is as by default.
+    /// Saliency and connectedness as the paper has them, and the dense half: Pb at full size, contours above a threshold
+    /// that is not low, superpixels as the Gabriel graph leaves them, the energy of the paper, masks from the clustered
+    /// trajectories alone, borders where the superpixels have them, and no background of still cameras. Everything else
+    /// is as by default.
     pub fn paper() -> Self {
         let mut params = Self {
             saliency: SaliencyParams::paper(),
@@ -144,6 +144,7 @@ impl Params {
         params.discretize.method = DiscretizeMethod::RotationMerge;
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
+        params.contour.half_from = 65536;
         params.refine.band = 0;
         params.background.judge = false;
         params.clip.reference = 0;

@@ -12,7 +12,7 @@ use super::session::{Phase, Session};
 use crate::flow::FlowScratch;
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
-use crate::superpixel::{Superpixels, superpixels_of};
+use crate::superpixel::{Superpixels, frame_superpixels};
 
 /// Which piece of which run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +65,7 @@ impl Piece {
         match &self.work {
             Work::Pair(from, to) => Made::Pair(Box::new(PairFlow::new(from, to, &params.flow, scratch))),
             Work::Superpixels(frame) => {
-                Made::Superpixels(superpixels_of(frame, None, &params.contour, &params.superpixel))
+                Made::Superpixels(frame_superpixels(frame, &params.contour, &params.superpixel))
             }
             Work::Mask(frame, labels) => {
                 Made::Mask(refine(labels, frame, &params.for_size((frame.width(), frame.height())).refine))

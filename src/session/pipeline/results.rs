@@ -8,7 +8,7 @@ use crate::affinity::affinities;
 use crate::background::{PlateInput, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
-use crate::contour::{BoundaryMap, boundary_map};
+use crate::contour::{BoundaryMap, frame_boundaries};
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::{
     Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
@@ -189,8 +189,9 @@ impl Session {
     /// # Errors
     /// [`Error::State`] when there is no such frame.
     pub fn boundaries(&self, t: usize) -> Result<BoundaryMap, Error> {
-        match self.clip().and_then(|clip| clip.frames.get(t)) {
-            Some(frame) => Ok(boundary_map(frame)),
+        let clip = self.clip();
+        match clip.and_then(|clip| Some((clip.frames.get(t)?, clip))) {
+            Some((frame, clip)) => Ok(frame_boundaries(frame, &clip.params.contour)),
             None => Err(missing_frame("boundary map", t, self.frames().len())),
         }
     }
