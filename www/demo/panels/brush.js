@@ -184,9 +184,9 @@ export class Brush {
       const edit = await corrector.paint({ ...painted, label });
       if (!same()) return;
       const { offer } = this;
-      const isOffered = offer?.regions.some((region) => region === painted.region);
+      const offered = offer?.regions.some((region) => region === painted.region) ? offer : null;
       // Of another size it has the same label.
-      this.take(isOffered ? { ...offer, painted: { label, over: painted.over }, count: corrector.count() } : null);
+      this.take(offered && { ...offered, painted: { label, over: painted.over }, count: corrector.count() });
       host.show(edit.frames);
       if (label > 0) host.choose(label);
       if (this.others.checked) await this.carry(corrector, edit, same);
