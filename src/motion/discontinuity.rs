@@ -84,15 +84,24 @@ pub struct Discontinuities {
 /// ```
 #[must_use]
 pub fn neighborhoods(tracks: &Trajectories) -> Neighborhoods {
+    neighborhoods_by(tracks, |frame| delaunay_edges(&points_in(tracks, frame)))
+}
+
+/// The points of the trajectories alive in `frame`, by trajectory.
+pub(crate) fn points_in(tracks: &Trajectories, frame: usize) -> Vec<(f32, f32)> {
+    tracks.alive(frame).map(|(_, x, y)| (x, y)).collect()
+}
+
+/// The same from the Delaunay edges of each frame's points, in the order of [`points_in`].
+pub(crate) fn neighborhoods_by(
+    tracks: &Trajectories,
+    mut edges: impl FnMut(usize) -> Vec<(u32, u32)>,
+) -> Neighborhoods {
     let mut keys: Vec<u64> = Vec::new();
     let mut frame_offset = vec![0_u32];
-    let alive = alive_by_frame(tracks);
-    let mut points = Vec::new();
-    for (frame, ids) in alive.iter().enumerate() {
-        points.clear();
-        points.extend(ids.iter().filter_map(|&i| tracks.at(i as usize, frame)));
+    for (frame, ids) in alive_by_frame(tracks).iter().enumerate() {
         // Ids increase, so the order of an edge's ends is kept.
-        keys.extend(delaunay_edges(&points).iter().map(|&(a, b)| order::pair(ids[a as usize], ids[b as usize])));
+        keys.extend(edges(frame).iter().map(|&(a, b)| order::pair(ids[a as usize], ids[b as usize])));
         frame_offset.push(keys.len() as u32);
     }
     let mut unique = keys.clone();

@@ -18,7 +18,7 @@ const HALF: f32 = 5.0;
 const DEVIATION: f32 = 1.4826;
 
 /// A frame reduced, a colour a pixel.
-pub(super) type Picture = Plane<[u8; 3]>;
+pub(crate) type Picture = Plane<[u8; 3]>;
 
 /// The plate.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,9 +124,7 @@ fn median(values: &[u8]) -> u8 {
 
 /// The noise of the pixel in the middle, when all are ordered by it.
 fn clip_noise(noise: &Plane<f32>) -> f32 {
-    let mut sorted = noise.data().to_vec();
-    order::sort_by_key(&mut sorted, |&n| order::double(f64::from(n)));
-    sorted[sorted.len() / 2].max(LEAST_NOISE)
+    order::nth(noise.data(), noise.data().len() / 2).max(LEAST_NOISE)
 }
 
 /// The largest value of the 3×3 pixels around each: beside what moves a little the plate is not sure either.

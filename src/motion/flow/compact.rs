@@ -1,6 +1,6 @@
 //! A flow field in four bytes a pixel, to keep those of a whole clip.
 
-use super::field::FlowField;
+use super::field::{Field, FlowField};
 use crate::image::Plane;
 
 /// Steps per pixel. 16 bits then reach ±512 pixels, twice what the largest default frame can use, with an error of
@@ -26,6 +26,17 @@ impl CompactFlow {
     pub fn unpack(&self, scale_u: f32, scale_v: f32) -> FlowField {
         let unpack = |plane: &Plane<i16>, scale: f32| plane.map(|d| f32::from(d) * (scale / SCALE));
         FlowField { u: unpack(&self.u, scale_u), v: unpack(&self.v, scale_v) }
+    }
+}
+
+impl Field for CompactFlow {
+    fn size(&self) -> (usize, usize) {
+        (self.u.width(), self.u.height())
+    }
+
+    fn at(&self, x: usize, y: usize) -> (f32, f32) {
+        let unpack = |d: i16| f32::from(d) * (1.0 / SCALE);
+        (unpack(self.u[(x, y)]), unpack(self.v[(x, y)]))
     }
 }
 
