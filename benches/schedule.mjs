@@ -22,8 +22,9 @@ function timed(work) {
  */
 export function shares(glue, clip, width, height) {
   const [session, helper] = [new glue.Session({}), new glue.Session({})];
-  for (const { data } of clip) session.pushRgba(data, width, height);
   const found = { stages: {}, transfers: 0, pieces: 0 };
+  const push = ({ data }) => session.pushRgba(data, width, height);
+  [, found.stages.frames] = timed(() => clip.forEach(push));
   for (let stage; ; ) {
     for (;;) {
       const [piece, given] = timed(() => session.takePiece(clip.length));
@@ -38,12 +39,21 @@ export function shares(glue, clip, width, height) {
     stage = progress?.stage ?? stage;
     found.stages[stage] = (found.stages[stage] ?? 0) + seconds;
     if (progress) continue;
+    [, found.stages.results] = timed(() => read(session, clip.length));
     for (const each of [session, helper]) each.free();
     return found;
   }
 }
 
-/** Seconds on the wall from the first frame to the masks on so many cores. */
+/** What the package reads of a session at the end of a run. */
+function read(session, frames) {
+  const names = ['trajectories', 'clusters', 'thresholdClusters', 'embedding', 'edges', 'saliency', 'components'];
+  for (const name of names) session[name]();
+  const labels = [];
+  for (let t = 0; t < frames; t += 1) labels.push(session.labels(t).slice());
+}
+
+/** Seconds on the wall from the first frame to the result on so many cores. */
 export function wall(glue, clip, width, height, cores) {
   const [session, worker] = [new glue.Session({}), new glue.Session({})];
   const helpers = Array.from({ length: cores - 1 }, () => ({ free: 0, hands: [] }));
@@ -89,6 +99,7 @@ export function wall(glue, clip, width, height, cores) {
         pause = true;
         if (!here(() => session.makePiece(ahead))) now = Math.max(now, first());
       } else if (!here(() => session.step())) {
+        here(() => read(session, clip.length));
         for (const each of [session, worker]) each.free();
         return now;
       }

@@ -37,7 +37,7 @@ pub(crate) use stand_out::{Clustering, StandOut};
 
 use crate::camera::Camera;
 use crate::discretize::Clusters;
-use crate::flow::CompactFlow;
+use crate::flow::{CompactFlow, Field};
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -281,20 +281,27 @@ fn moved(tracks: &Trajectories, i: usize) -> f32 {
 fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32> {
     let (w, h) = (superpixels.label.width(), superpixels.label.height());
     let mut sums = vec![Verdict::default(); superpixels.count];
+    let columns = columns(w, map.width());
     for y in 0..h {
         let line = map.row(y * map.height() / h);
-        for (x, &s) in superpixels.label.row(y).iter().enumerate() {
-            sums[s as usize].add(line[x * map.width() / w]);
+        for (&s, &x) in superpixels.label.row(y).iter().zip(&columns) {
+            sums[s as usize].add(line[x]);
         }
     }
     sums.iter().map(|v| v.value().max(v.strangeness(strange))).collect()
 }
 
+/// The column of a map of width `to` for each of a frame of width `from`.
+fn columns(from: usize, to: usize) -> Vec<usize> {
+    (0..from).map(|x| x * to / from).collect()
+}
+
 /// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
 fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
-    let flow = flow.unpack(1.0, 1.0);
-    Plane::from_fn(flow.u.width(), flow.u.height(), |x, y| {
-        let sq = flow.u[(x, y)] * flow.u[(x, y)] + flow.v[(x, y)] * flow.v[(x, y)];
+    let (width, height) = flow.size();
+    Plane::from_fn(width, height, |x, y| {
+        let (u, v) = flow.at(x, y);
+        let sq = u * u + v * v;
         (254.0 * sq / (sq + half * half)) as u8
     })
 }
@@ -346,10 +353,11 @@ fn object_shares(
 fn means(superpixels: &Superpixels, map: &Plane<u8>) -> Vec<f32> {
     let (w, h) = (superpixels.label.width(), superpixels.label.height());
     let mut sums = vec![(0_u32, 0_u32); superpixels.count];
+    let columns = columns(w, map.width());
     for y in 0..h {
         let line = map.row(y * map.height() / h);
-        for (x, &s) in superpixels.label.row(y).iter().enumerate() {
-            let (sum, value) = (&mut sums[s as usize], line[x * map.width() / w]);
+        for (&s, &x) in superpixels.label.row(y).iter().zip(&columns) {
+            let (sum, value) = (&mut sums[s as usize], line[x]);
             if value != UNKNOWN {
                 *sum = (sum.0 + u32::from(value), sum.1 + 1);
             }

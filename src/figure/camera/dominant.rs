@@ -136,7 +136,8 @@ impl Residuals {
 }
 
 fn displacement(p: &[f64; 8], x: f64, y: f64) -> (f64, f64) {
-    let scale = 1.0 / (1.0 + p[6] * x + p[7] * y);
+    // Of an affine motion it is 1 without dividing.
+    let scale = if p[6] == 0.0 && p[7] == 0.0 { 1.0 } else { 1.0 / (1.0 + p[6] * x + p[7] * y) };
     (((1.0 + p[0]) * x + p[1] * y + p[2]) * scale - x, (p[3] * x + (1.0 + p[4]) * y + p[5]) * scale - y)
 }
 
@@ -274,16 +275,18 @@ fn least_squares(samples: &[Sample], p: &[f64; 8], count: usize, tau_sq: f64) ->
     for s in samples {
         let weight = (tau_sq / (residual_sq(s, p) + tau_sq)).powi(2);
         let (to_x, to_y) = (s.x + s.u, s.y + s.v);
+        // Each row without its three zeros: the numbers of the motion that it tells of, and what it has for them.
         let rows = [
-            ([s.x, s.y, 1.0, 0.0, 0.0, 0.0, -s.x * to_x, -s.y * to_x], s.u),
-            ([0.0, 0.0, 0.0, s.x, s.y, 1.0, -s.x * to_y, -s.y * to_y], s.v),
+            ([0, 1, 2, 6, 7], [s.x, s.y, 1.0, -s.x * to_x, -s.y * to_x], s.u),
+            ([3, 4, 5, 6, 7], [s.x, s.y, 1.0, -s.x * to_y, -s.y * to_y], s.v),
         ];
-        for (row, value) in rows {
-            for i in 0..count {
+        for (places, row, value) in rows {
+            for i in 0..count - 3 {
+                let weighted = weight * row[i];
                 for j in 0..=i {
-                    normal[i][j] += weight * row[i] * row[j];
+                    normal[places[i]][places[j]] += weighted * row[j];
                 }
-                right[i] += weight * row[i] * value;
+                right[places[i]] += weighted * value;
             }
         }
     }

@@ -341,7 +341,11 @@ pub(super) fn clusters_of(
 
 /// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.
 pub(super) fn to_input<T: Copy>(mask: &Plane<T>, scale: Scale) -> Plane<T> {
-    Plane::from_fn(scale.input.0, scale.input.1, |x, y| mask[place(scale, x, y)])
+    let (width, height) = scale.input;
+    let columns: Vec<usize> = (0..width).map(|x| place(scale, x, 0).0).collect();
+    let rows = (0..height).map(|y| mask.row(place(scale, 0, y).1));
+    let data = rows.flat_map(|row| columns.iter().map(|&x| row[x])).collect();
+    Plane::from_vec(width, height, data).unwrap_or_else(|| mask.clone())
 }
 
 /// The working pixel that covers the centre of an input pixel.
