@@ -43,32 +43,37 @@ pub(crate) fn appearance(
 fn near_objects(superpixels: &Superpixels, is_object: &[bool]) -> Vec<bool> {
     let label = &superpixels.label;
     let (w, h) = (label.width(), label.height());
-    let reach = (NEAR * w.max(h) as f32) as usize;
+    let reach = (NEAR * w.max(h) as f32) as u32 + 1;
+    // One more than how far the column still is near, after the last pixel of a row that is near an object in it.
+    let mut left = vec![0_u32; w];
     let mut near = Plane::filled(w, h, false);
     for y in 0..h {
-        let row = label.row(y);
-        widen(reach, w, |x| is_object[row[x] as usize], |x| near.row_mut(y)[x] = true);
+        let (row, near) = (label.row(y), near.row_mut(y));
+        widen(reach, near.iter_mut().zip(row).map(|(near, &s)| (near, is_object[s as usize])));
+        widen(reach, near.iter_mut().zip(row).rev().map(|(near, &s)| (near, is_object[s as usize])));
     }
     let mut found = vec![false; superpixels.count];
-    for x in 0..w {
-        widen(reach, h, |y| near[(x, y)], |y| found[label[(x, y)] as usize] = true);
-    }
-    found
-}
-
-/// Calls `mark` for all places of a line, some twice, that are within `reach` of one that is `set`.
-fn widen(reach: usize, len: usize, set: impl Fn(usize) -> bool, mut mark: impl FnMut(usize)) {
-    let mut line = |place: &dyn Fn(usize) -> usize| {
-        let mut left = 0;
-        for k in 0..len {
-            left = if set(place(k)) { reach + 1 } else { usize::saturating_sub(left, 1) };
-            if left > 0 {
-                mark(place(k));
+    let mut pass = |rows: &mut dyn Iterator<Item = usize>| {
+        left.fill(0);
+        for y in rows {
+            for ((left, &near), &s) in left.iter_mut().zip(near.row(y)).zip(label.row(y)) {
+                *left = if near { reach } else { left.saturating_sub(1) };
+                found[s as usize] |= *left > 0;
             }
         }
     };
-    line(&|k| k);
-    line(&|k| len - 1 - k);
+    pass(&mut (0..h));
+    pass(&mut (0..h).rev());
+    found
+}
+
+/// Marks all places of a line, some twice, that come fewer than `reach` after one that is set, and these.
+fn widen<'a>(reach: u32, line: impl Iterator<Item = (&'a mut bool, bool)>) {
+    let mut left = 0_u32;
+    for (near, is_set) in line {
+        left = if is_set { reach } else { left.saturating_sub(1) };
+        *near |= left > 0;
+    }
 }
 
 /// The colours of each label over the whole clip.
