@@ -113,7 +113,7 @@ fn add_own(
     truth: &[mat::Annotation],
 ) -> Result<()> {
     let ours = superpixels_in(map, count, &params.contour, &params.superpixel);
-    row.add(&ours.label, ours.count, truth)
+    row.add(&ours.label(), ours.count, truth)
 }
 
 /// A label map from a grey PNG file.

@@ -49,8 +49,9 @@ fn write_labels(path: &Path, found: &Superpixels) -> Result<()> {
         let reason = format!("cannot hold {} superpixels (at most 65536; --count asks for fewer)", found.count);
         return Err(Failure::about(path.display(), reason));
     }
-    let bytes: Vec<u8> = found.label.data().iter().flat_map(|&l| (l as u16).to_ne_bytes()).collect();
-    write_png(path, &bytes, (found.label.width(), found.label.height()), ExtendedColorType::L16)
+    let label = found.label();
+    let bytes: Vec<u8> = label.data().iter().flat_map(|&l| (l as u16).to_ne_bytes()).collect();
+    write_png(path, &bytes, (label.width(), label.height()), ExtendedColorType::L16)
 }
 
 /// The enlarged image with the edges that separate something; RGB, width, height.

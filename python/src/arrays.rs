@@ -80,7 +80,7 @@ pub(crate) fn superpixels<'py>(py: Python<'py>, s: &Superpixels) -> Result<Bound
     let along = |of: fn(&Border) -> f32| list(py, s.borders.iter().map(of).collect());
     let fields = PyDict::new(py);
     fields.set_item("count", s.count)?;
-    fields.set_item("label", plane(py, s.label.clone()))?;
+    fields.set_item("label", plane(py, s.label()))?;
     fields.set_item("border_pair", matrix::<u32>(py, s.borders.len(), 2, sides))?;
     fields.set_item("border_length", along(|b| b.length))?;
     fields.set_item("border_pb", along(|b| b.pb))?;

@@ -9,7 +9,6 @@ mod coco;
 mod confidence;
 mod enlarge;
 mod prompts;
-mod runs;
 mod table;
 
 pub use crate::objects::{Objects, find_objects};
@@ -21,5 +20,4 @@ pub(crate) use confidence::{Said, confidence};
 pub use enlarge::{Enlarged, enlarge};
 #[doc(hidden)] // For the command line, and the packages for Python and JavaScript.
 pub use prompts::{Prompt, Prompts};
-pub(crate) use runs::Runs;
 pub use table::{ObjectRow, object_rows, object_table};

@@ -200,11 +200,12 @@ pub(super) fn image_discontinuities(found: &ImageDiscontinuities, input: (usize,
 
 /// `{width, height, count, label, borders: {a, b, length, pb}, edges: {x0, y0, x1, y1, kind}}`.
 pub(super) fn superpixels(s: &Superpixels) -> JsValue {
+    let label = s.label();
     object([
-        ("width", s.label.width().into()),
-        ("height", s.label.height().into()),
+        ("width", label.width().into()),
+        ("height", label.height().into()),
         ("count", s.count.into()),
-        ("label", words(s.label.data())),
+        ("label", words(label.data())),
         ("borders", borders(&s.borders)),
         ("edges", edges(&s.edges)),
     ])

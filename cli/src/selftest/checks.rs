@@ -137,7 +137,7 @@ fn images(frames: &[Frame]) -> Vec<Check> {
             .floats(map.pb.data())
             .floats(map.thin.data())
             .check("boundaries", "boundary probability of an image"),
-        Bytes::default().words(cells.label.data().iter().copied()).check("superpixels", "superpixels of an image"),
+        Bytes::default().words(cells.label().data().iter().copied()).check("superpixels", "superpixels of an image"),
         Bytes::default().bytes(halves).check("discontinuities", "discontinuities of an image, to the nearest half"),
     ]
 }

@@ -4,6 +4,7 @@ mod decode;
 mod filter;
 mod frame;
 mod plane;
+mod runs;
 
 pub use crate::error::{MAX_PIXELS, MAX_SIDE};
 pub(crate) use filter::{Spot, weigh};
@@ -11,3 +12,4 @@ pub(crate) use filter::{Spot, weigh};
 pub use filter::{gaussian_blur, sample_bilinear};
 pub use frame::Frame;
 pub use plane::Plane;
+pub(crate) use runs::Runs;

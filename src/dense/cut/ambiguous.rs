@@ -21,16 +21,17 @@ pub(crate) fn ambiguous_shares(superpixels: &Superpixels, tracks: &Trajectories,
             labels.push(l);
         }
     }
-    let mut covered = vec![false; superpixels.label.data().len()];
+    let (width, height) = superpixels.runs().size();
+    let mut covered = vec![false; width * height];
     for [a, b, c] in constrained_delaunay(&points, &[]).triangles {
         let of = |corner: u32| labels[corner as usize];
         if of(a) != of(b) || of(a) != of(c) {
             let corners = [a, b, c].map(|corner| points[corner as usize]);
-            fill(corners, superpixels.label.width(), &mut covered);
+            fill(corners, width, &mut covered);
         }
     }
     let mut counts = vec![0_u32; superpixels.count];
-    for (&p, _) in superpixels.label.data().iter().zip(&covered).filter(|(_, covered)| **covered) {
+    for (&p, _) in superpixels.label().data().iter().zip(&covered).filter(|(_, covered)| **covered) {
         counts[p as usize] += 1;
     }
     counts.iter().zip(superpixels.areas()).map(|(&count, area)| count as f32 / area.max(1) as f32).collect()

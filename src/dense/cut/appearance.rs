@@ -41,7 +41,7 @@ pub(crate) fn appearance(
 
 /// Whether any pixel of each superpixel is near a pixel of an object.
 fn near_objects(superpixels: &Superpixels, is_object: &[bool]) -> Vec<bool> {
-    let label = &superpixels.label;
+    let label = superpixels.label();
     let (w, h) = (label.width(), label.height());
     let reach = (NEAR * w.max(h) as f32) as u32 + 1;
     // One more than how far the column still is near, after the last pixel of a row that is near an object in it.
@@ -90,9 +90,9 @@ impl ClipColours {
     fn new(superpixels: &[Superpixels], frames: &[Frame], num_labels: usize) -> Option<Self> {
         let (mut mean, mut area) = (Vec::new(), Vec::new());
         for (t, s) in superpixels.iter().enumerate() {
-            let frame = frames.get(t).filter(|f| (f.width(), f.height()) == (s.label.width(), s.label.height()))?;
+            let frame = frames.get(t).filter(|f| (f.width(), f.height()) == s.runs().size())?;
             let mut sums = vec![[0_u32; 4]; s.count];
-            for (&p, rgb) in s.label.data().iter().zip(frame.rgb().chunks_exact(3)) {
+            for (&p, rgb) in s.label().data().iter().zip(frame.rgb().chunks_exact(3)) {
                 let sum = &mut sums[p as usize];
                 for c in 0..3 {
                     sum[c] += u32::from(rgb[c]);
@@ -126,7 +126,7 @@ mod tests {
     fn columns(greys: [u8; 10]) -> (Superpixels, Frame) {
         let label = Plane::from_fn(100, 20, |x, _| x as u32 / 10);
         let rgb = (0..100 * 20).flat_map(|i| [greys[i % 100 / 10]; 3]).collect();
-        (Superpixels { label, count: 10, ..Superpixels::default() }, Frame::from_rgb(rgb, 100, 20).unwrap())
+        (Superpixels::from(&label), Frame::from_rgb(rgb, 100, 20).unwrap())
     }
 
     #[test]
@@ -162,13 +162,13 @@ mod tests {
         let mut rng = crate::rng::Rng::for_stage(3, "near");
         for _ in 0..20 {
             let label = Plane::from_fn(40, 30, |x, y| (x / 4 + y / 3 * 10) as u32);
-            let superpixels = Superpixels { label, count: 100, ..Superpixels::default() };
+            let superpixels = Superpixels::from(&label);
             let object: Vec<bool> = (0..100).map(|_| rng.below(30) == 0).collect();
             let found = near_objects(&superpixels, &object);
             let places = || (0..40 * 30).map(|i| (i % 40, i / 40));
             for s in 0..100_u32 {
-                let own = |&(x, y): &(usize, usize)| superpixels.label[(x, y)] == s;
-                let of_object = |&(x, y): &(usize, usize)| object[superpixels.label[(x, y)] as usize];
+                let own = |&(x, y): &(usize, usize)| label[(x, y)] == s;
+                let of_object = |&(x, y): &(usize, usize)| object[label[(x, y)] as usize];
                 let is_near = places()
                     .filter(own)
                     .any(|(x, y)| places().filter(of_object).any(|(a, b)| x.abs_diff(a) <= 4 && y.abs_diff(b) <= 4));

@@ -152,8 +152,8 @@ fn counts(input: &CutInput) -> Vec<usize> {
 /// let label = Plane::from_fn(6, 3, |x, y| u32::from(rows[y].as_bytes()[x] - b'0'));
 /// // A weak border between 0 and 1, a strong one between 1 and 2.
 /// let border = |a: u32, pb: f32| Border { a, b: a + 1, length: 3.0, pb };
-/// let superpixels =
-///     [Superpixels { label, count: 3, borders: vec![border(0, 0.01), border(1, 0.9)], edges: Vec::new() }];
+/// let mut superpixels = [Superpixels::from(&label)];
+/// superpixels[0].borders = vec![border(0, 0.01), border(1, 0.9)];
 /// let mut tracks = Trajectories::empty(1, (6, 3));
 /// tracks.push(0, [(0.0, 1.0, 0.0)]);
 /// tracks.push(0, [(5.0, 1.0, 0.0)]);
@@ -183,10 +183,10 @@ pub fn gabriel_cut(input: &CutInput, params: &CutParams) -> CutLabels {
 /// use tracecut::superpixel::Superpixels;
 ///
 /// let label = Plane::from_fn(4, 1, |x, _| x as u32 / 2);
-/// let superpixels = Superpixels { label, count: 2, ..Superpixels::default() };
+/// let superpixels = Superpixels::from(&label);
 /// assert_eq!(paint(&superpixels, &[7, 3]).data(), [7, 7, 3, 3]);
 /// ```
 #[must_use]
 pub fn paint(superpixels: &Superpixels, labels: &[u32]) -> Plane<u32> {
-    superpixels.label.map(|p| labels[p as usize])
+    superpixels.runs().map(|p| labels[p as usize])
 }

@@ -15,7 +15,6 @@ use super::ambiguous::ambiguous_shares;
 use super::expansion::{Potts, rounded};
 use super::input::{CutInput, STRANGER};
 use super::params::CutParams;
-use crate::image::Plane;
 
 /// Length of a border relative to the mean, least and most.
 const LENGTH_RANGE: (f32, f32) = (0.05, 4.0);
@@ -40,11 +39,11 @@ pub(super) fn own_costs(input: &CutInput, params: &CutParams) -> Vec<i32> {
 }
 
 /// The pixel nearest to a point.
-pub(crate) fn pixel_of<T: Copy>(plane: &Plane<T>, x: f32, y: f32) -> usize {
+pub(crate) fn pixel_of((width, height): (usize, usize), x: f32, y: f32) -> usize {
     // A float-to-integer cast saturates, at zero from below.
-    let x = ((x + 0.5) as usize).min(plane.width() - 1);
-    let y = ((y + 0.5) as usize).min(plane.height() - 1);
-    y * plane.width() + x
+    let x = ((x + 0.5) as usize).min(width - 1);
+    let y = ((y + 0.5) as usize).min(height - 1);
+    y * width + x
 }
 
 /// No superpixel: a point in a frame that has none.
@@ -68,13 +67,12 @@ impl Nodes {
         }
         let mut num_tracks = vec![0; base[base.len() - 1] as usize];
         let mut of_point = vec![NOWHERE; input.tracks.x.len()];
-        for i in 0..input.tracks.len() {
-            for (p, t) in input.tracks.points(i).zip(input.tracks.frames(i)) {
-                if let Some(s) = input.superpixels.get(t).filter(|s| s.count > 0) {
-                    let pixel = pixel_of(&s.label, input.tracks.x[p], input.tracks.y[p]);
-                    of_point[p] = base[t] + s.label.data()[pixel];
-                    num_tracks[of_point[p] as usize] += 1;
-                }
+        for (t, s) in input.superpixels.iter().enumerate().filter(|(_, s)| s.count > 0) {
+            let label = s.label();
+            for (i, x, y) in input.tracks.alive(t) {
+                let node = base[t] + label.data()[pixel_of(s.runs().size(), x, y)];
+                of_point[input.tracks.point(i, t)] = node;
+                num_tracks[node as usize] += 1;
             }
         }
         Self { base, of_point, num_tracks }

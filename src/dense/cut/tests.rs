@@ -11,12 +11,9 @@ const HEIGHT: usize = 4;
 /// Three superpixels of 4 x 4 pixels side by side.
 fn thirds() -> Superpixels {
     let border = |a, pb| Border { a, b: a + 1, length: 4.0, pb };
-    Superpixels {
-        label: Plane::from_fn(WIDTH, HEIGHT, |x, _| (x / 4) as u32),
-        count: 3,
-        borders: vec![border(0, 0.0), border(1, 0.06)],
-        edges: Vec::new(),
-    }
+    let mut thirds = Superpixels::from(&Plane::from_fn(WIDTH, HEIGHT, |x, _| (x / 4) as u32));
+    thirds.borders = vec![border(0, 0.0), border(1, 0.06)];
+    thirds
 }
 
 /// Each track stands still where it is, from its first frame to the last of `num_frames`.
@@ -168,7 +165,7 @@ fn without_trajectories_or_labels_everything_is_label_zero() {
 
 #[test]
 fn one_superpixel_a_frame_takes_the_label_of_most() {
-    let whole = Superpixels { label: Plane::filled(WIDTH, HEIGHT, 0), count: 1, ..Superpixels::default() };
+    let whole = Superpixels::from(&Plane::filled(WIDTH, HEIGHT, 0));
     let tracks = standing(1, &[(0, 1.0, 1.0), (0, 5.0, 1.0), (0, 9.0, 1.0)]);
     let one = std::slice::from_ref(&whole);
     for params in [CutParams::default(), CutParams::paper()] {

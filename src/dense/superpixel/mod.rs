@@ -22,7 +22,7 @@ mod tests;
 pub use gabriel::{Edge, EdgeKind};
 
 use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, contour_segments};
-use crate::image::{Frame, Plane};
+use crate::image::{Frame, Plane, Runs};
 use crate::order;
 use gabriel::{Graph, Side};
 use merge::Regions;
@@ -51,12 +51,12 @@ pub struct Border {
 
 /// A partition of an image.
 ///
-/// Law: `label` holds the numbers `0..count`, each at least once, in the order of first occurrence row by row;
+/// Law: [`label`](Self::label) holds the numbers `0..count`, each at least once, in the order of first occurrence row by row;
 /// `borders` are sorted by `(a, b)`, `a < b`, each pair once.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Superpixels {
-    /// The superpixel of each pixel.
-    pub label: Plane<u32>,
+    /// The superpixel of each pixel: less than a quarter of what a plane holds.
+    runs: Runs<u32>,
     /// Number of superpixels.
     pub count: usize,
     /// Which superpixels touch, and how.
@@ -66,13 +66,33 @@ pub struct Superpixels {
 }
 
 impl Superpixels {
+    pub(crate) fn new(runs: Runs<u32>, borders: Vec<Border>, edges: Vec<Edge>) -> Self {
+        let count = runs.ends().iter().fold(0, |count, &(_, label)| count.max(label as usize + 1));
+        Self { runs, count, borders, edges }
+    }
+
+    /// The superpixel of each pixel; made anew with each call.
+    pub fn label(&self) -> Plane<u32> {
+        self.runs.plane()
+    }
+
+    /// The same in little memory.
+    pub(crate) fn runs(&self) -> &Runs<u32> {
+        &self.runs
+    }
+
     /// Number of pixels of each superpixel.
     pub(crate) fn areas(&self) -> Vec<u32> {
         let mut areas = vec![0; self.count];
-        for &p in self.label.data() {
-            areas[p as usize] += 1;
-        }
+        self.runs.lengths().for_each(|(length, p)| areas[p as usize] += length);
         areas
+    }
+}
+
+/// A partition made elsewhere, which keeps the law; without borders nothing parts its superpixels.
+impl From<&Plane<u32>> for Superpixels {
+    fn from(label: &Plane<u32>) -> Self {
+        Self::new(Runs::of(label), Vec::new(), Vec::new())
     }
 }
 
@@ -99,7 +119,7 @@ impl Superpixels {
 /// let segments = contour_segments(&map, &ContourParams::default());
 /// let superpixels = gabriel_superpixels(&segments, &map, &SuperpixelParams::default());
 /// assert!(superpixels.count >= 2);
-/// assert_ne!(superpixels.label[(42, 36)], superpixels.label[(6, 6)]);
+/// assert_ne!(superpixels.label()[(42, 36)], superpixels.label()[(6, 6)]);
 /// # Ok::<(), tracecut::Error>(())
 /// ```
 #[must_use]
@@ -128,8 +148,9 @@ const SHORT: f32 = 6.0;
 /// let rgb = (0..60).flat_map(|y| (0..84).flat_map(move |x| [grey(x, y); 3])).collect();
 /// let frame = Frame::from_rgb(rgb, 84, 60)?;
 /// let found = superpixels_of(&frame, Some(3), &ContourParams::default(), &SuperpixelParams::default());
-/// assert!(found.label.data().iter().all(|&label| (label as usize) < found.count));
-/// assert_ne!(found.label[(42, 36)], found.label[(6, 6)]);
+/// let label = found.label();
+/// assert!(label.data().iter().all(|&label| (label as usize) < found.count));
+/// assert_ne!(label[(42, 36)], label[(6, 6)]);
 /// # Ok::<(), tracecut::Error>(())
 /// ```
 #[must_use]
@@ -200,8 +221,7 @@ fn partition(
             edge.kind = EdgeKind::Deleted;
         }
     }
-    let count = numbers.iter().filter(|&&n| n != u32::MAX).count();
-    Superpixels { label, count, borders: borders(parts), edges }
+    Superpixels::new(Runs::of(&label), borders(parts), edges)
 }
 
 /// Replaces faces by the numbers of their regions, in the order of first occurrence; returns the number of each region.

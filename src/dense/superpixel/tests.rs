@@ -6,9 +6,10 @@ use crate::rng::Rng;
 
 /// Checks what [`Superpixels`] promises.
 fn check(s: &Superpixels, width: usize, height: usize) {
-    assert_eq!((s.label.width(), s.label.height()), (width, height));
+    let labels = s.label();
+    assert_eq!((labels.width(), labels.height()), (width, height));
     let mut seen = 0;
-    for &label in s.label.data() {
+    for &label in labels.data() {
         assert!(label <= seen, "label {label} before {seen}");
         seen += u32::from(label == seen);
     }
@@ -70,7 +71,7 @@ fn a_contour_across_the_image_separates_its_sides() {
     let s = superpixels_in(&map, Some(2), &ContourParams::default(), &SuperpixelParams::default());
     check(&s, 40, 30);
     // Pixels on the line go to its right.
-    assert_eq!(s.label, Plane::from_fn(40, 30, |x, _| u32::from(x >= 17)));
+    assert_eq!(s.label(), Plane::from_fn(40, 30, |x, _| u32::from(x >= 17)));
     assert_eq!(s.borders.len(), 1);
     let Border { length, pb, .. } = s.borders[0];
     assert!((length - 30.0).abs() < 1e-3 && (pb - 0.5).abs() < 1e-6, "length {length}, pb {pb}");
@@ -234,7 +235,7 @@ fn faces_equal_a_brute_force_construction_on_random_segments() {
         check(&found, width, height);
         // Superpixel and face of each pixel whose centre is inside a triangle name each other.
         let mut pairs = Vec::new();
-        for (i, &label) in found.label.data().iter().enumerate() {
+        for (i, &label) in found.label().data().iter().enumerate() {
             let centre = ((i % width) as i64 * UNIT, (i / width) as i64 * UNIT);
             let holds = |&t: &usize| {
                 let [a, b, c] = graph.triangulation.triangles[t].map(|i| graph.points[i as usize]);

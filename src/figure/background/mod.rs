@@ -36,6 +36,7 @@ pub(crate) use rigid::{Parted, part_rigid};
 pub(crate) use stand_out::{Clustering, StandOut};
 
 use crate::camera::Camera;
+use crate::cut::pixel_of;
 use crate::discretize::Clusters;
 use crate::flow::{CompactFlow, Field};
 use crate::image::{Frame, Plane};
@@ -279,12 +280,13 @@ fn moved(tracks: &Trajectories, i: usize) -> f32 {
 
 /// What accounts of its pixels come to for each superpixel; the map may be smaller.
 fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32> {
-    let (w, h) = (superpixels.label.width(), superpixels.label.height());
+    let superpixel = superpixels.label();
+    let (w, h) = (superpixel.width(), superpixel.height());
     let mut sums = vec![Verdict::default(); superpixels.count];
     let columns = columns(w, map.width());
     for y in 0..h {
         let line = map.row(y * map.height() / h);
-        for (&s, &x) in superpixels.label.row(y).iter().zip(&columns) {
+        for (&s, &x) in superpixel.row(y).iter().zip(&columns) {
             sums[s as usize].add(line[x]);
         }
     }
@@ -319,10 +321,10 @@ pub(crate) fn add_doubts(
     }
     let mut first = 0;
     for (t, s) in superpixels.iter().enumerate() {
-        let mut sums = vec![(0.0, 0.0_f32); s.count];
+        let (superpixel, mut sums) = (s.label(), vec![(0.0, 0.0_f32); s.count]);
         for (i, x, y) in tracks.alive(t) {
             let Some(doubt) = label.get(i).and_then(|&l| doubts.get(l as usize)) else { continue };
-            let sum = &mut sums[s.label.data()[crate::cut::pixel_of(&s.label, x, y)] as usize];
+            let sum = &mut sums[superpixel.data()[pixel_of(s.runs().size(), x, y)] as usize];
             *sum = (sum.0 + doubt, sum.1 + 1.0);
         }
         for (evidence, (sum, count)) in evidence[first..].iter_mut().zip(sums) {
@@ -340,10 +342,10 @@ fn object_shares(
     label: &[u32],
     is_object: &[bool],
 ) -> Vec<f32> {
-    let mut found = vec![(0.0, 0.0_f32); superpixels.count];
+    let (superpixel, mut found) = (superpixels.label(), vec![(0.0, 0.0_f32); superpixels.count]);
     for (i, x, y) in tracks.alive(t) {
         let Some(object) = label.get(i).and_then(|&l| object(l, is_object)) else { continue };
-        let sums = &mut found[superpixels.label.data()[crate::cut::pixel_of(&superpixels.label, x, y)] as usize];
+        let sums = &mut found[superpixel.data()[pixel_of(superpixels.runs().size(), x, y)] as usize];
         *sums = (sums.0 + if object { 1.0 } else { 0.0 }, sums.1 + 1.0);
     }
     found.iter().map(|&(objects, all): &(f32, f32)| objects / all.max(1.0)).collect()
@@ -351,12 +353,13 @@ fn object_shares(
 
 /// The mean of a map over each superpixel, 0 to 1, of what is known of it; the map may be smaller.
 fn means(superpixels: &Superpixels, map: &Plane<u8>) -> Vec<f32> {
-    let (w, h) = (superpixels.label.width(), superpixels.label.height());
+    let superpixel = superpixels.label();
+    let (w, h) = (superpixel.width(), superpixel.height());
     let mut sums = vec![(0_u32, 0_u32); superpixels.count];
     let columns = columns(w, map.width());
     for y in 0..h {
         let line = map.row(y * map.height() / h);
-        for (&s, &x) in superpixels.label.row(y).iter().zip(&columns) {
+        for (&s, &x) in superpixel.row(y).iter().zip(&columns) {
             let (sum, value) = (&mut sums[s as usize], line[x]);
             if value != UNKNOWN {
                 *sum = (sum.0 + u32::from(value), sum.1 + 1);
@@ -383,7 +386,7 @@ mod tests {
 
     fn halves() -> Superpixels {
         let label = Plane::from_fn(40, 20, |x, y| if y < 7 { 0 } else { 1 + u32::from(x < 20) });
-        Superpixels { label, count: 3, ..Superpixels::default() }
+        Superpixels::from(&label)
     }
 
     #[test]
@@ -459,7 +462,7 @@ mod tests {
         // The square of frame 4, and all around it.
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
-        let superpixels = vec![Superpixels { label: plane, count: 2, ..Superpixels::default() }; 10];
+        let superpixels = vec![Superpixels::from(&plane); 10];
         let found = background.evidence(&superpixels, &[], (&tracks, &label), &[false, true], &params);
         assert!(found[8] < -1.0 && found[9] > 1.0, "{found:?}");
     }

@@ -176,7 +176,7 @@ impl Terms {
         let tracked = &clustered.embedded.tracked;
         let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
         if let (Some(denser), Some(voted), Some(recut)) = (&tracked.denser, &mut voted, recut) {
-            recut.vote(denser, voted, &superpixels[0].label);
+            recut.vote(denser, voted, superpixels[0].runs().size());
         }
         let mut terms = Self { voted, is_object, evidence: Vec::new() };
         if let Some(background) = background {

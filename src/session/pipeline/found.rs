@@ -11,8 +11,7 @@ use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::{Known, strangeness};
-use crate::image::{Plane, sample_bilinear};
-use crate::mask::Runs;
+use crate::image::{Plane, Runs, sample_bilinear};
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
@@ -337,7 +336,7 @@ pub(super) struct Corrections {
 pub(super) struct Snapshot {
     clusters: Clusters,
     cut: Cut,
-    masks: Vec<Runs>,
+    masks: Vec<Runs<u8>>,
     held: Vec<Held>,
 }
 
@@ -358,6 +357,6 @@ impl Snapshot {
     pub(super) fn restore(self, mut parts: Parts) -> Segmented {
         parts.clustered.clusters = self.clusters;
         parts.corrections.held = self.held;
-        Segmented { parts, cut: self.cut, masks: self.masks.iter().map(Runs::mask).collect() }
+        Segmented { parts, cut: self.cut, masks: self.masks.iter().map(Runs::plane).collect() }
     }
 }

@@ -98,11 +98,11 @@ impl Recut {
     }
 
     /// The denser trajectories that strokes were painted over have their labels, by the largest cluster of each.
-    pub(super) fn vote(&self, tracks: &Trajectories, label: &mut [u32], frame: &Plane<u32>) {
+    pub(super) fn vote(&self, tracks: &Trajectories, label: &mut [u32], size: (usize, usize)) {
         for held in &self.held {
             let Some(cluster) = self.objects.of_cluster.iter().position(|&l| l == held.label) else { continue };
             for (i, x, y) in tracks.alive(held.t) {
-                if held.pixels.binary_search(&(pixel_of(frame, x, y) as u32)).is_ok() {
+                if held.pixels.binary_search(&(pixel_of(size, x, y) as u32)).is_ok() {
                     label[i] = cluster as u32;
                 }
             }
@@ -112,10 +112,10 @@ impl Recut {
     /// The superpixels of frame `t` that strokes lie over to a good part of the stroke or of the superpixel, where
     /// these agree on the label.
     fn held_superpixels(&self, t: usize, superpixels: &Superpixels) -> Vec<(u32, u8)> {
-        let area = superpixels.areas();
+        let (label, area) = (superpixels.label(), superpixels.areas());
         let mut under: Vec<(u32, u8)> = Vec::new();
         for held in self.held.iter().filter(|h| h.t == t) {
-            let mut of_stroke: Vec<u32> = held.pixels.iter().map(|&p| superpixels.label.data()[p as usize]).collect();
+            let mut of_stroke: Vec<u32> = held.pixels.iter().map(|&p| label.data()[p as usize]).collect();
             sort_by_key(&mut of_stroke, |&s| s.into());
             let good = |pixels: &&[u32]| {
                 let count = pixels.len() as f32;
@@ -153,7 +153,7 @@ impl Recut {
                 }
             }
         }
-        for (label, &s) in mask.data_mut().iter_mut().zip(superpixels.label.data()) {
+        for (label, &s) in mask.data_mut().iter_mut().zip(superpixels.label().data()) {
             if !used[usize::from(*label)] {
                 // Without a cluster of the background there is none.
                 *label = if used[0] { 0 } else { now[s as usize] };
@@ -184,9 +184,10 @@ impl Change<'_> {
     /// moved a border, follow the nearest of their label; those without any keep it as long as it is in use.
     fn mask(&self, used: &[bool]) -> Plane<u8> {
         let (width, height) = (self.old.width(), self.old.height());
+        let superpixel = self.superpixels.label();
         let mut mask = self.old.clone();
         let mut strays = Vec::new();
-        for (p, &s) in self.superpixels.label.data().iter().enumerate() {
+        for (p, &s) in superpixel.data().iter().enumerate() {
             if self.old.data()[p] == self.had[s as usize] {
                 mask.data_mut()[p] = self.now[s as usize];
             } else {
@@ -219,7 +220,7 @@ impl Change<'_> {
             }
         }
         for p in strays.into_iter().filter(|&p| !used[usize::from(self.old.data()[p])]) {
-            mask.data_mut()[p] = self.now[self.superpixels.label.data()[p] as usize];
+            mask.data_mut()[p] = self.now[superpixel.data()[p] as usize];
         }
         mask
     }

@@ -49,8 +49,9 @@ impl Segmented {
         let sure = self.cut.sure.get_or_init(|| self.sureness(clip));
         let (mask, superpixels) = (&self.masks[t], &self.parts.superpixels[t]);
         let first: usize = self.parts.superpixels[..t].iter().map(|s| s.count).sum();
+        let superpixel = superpixels.label();
         let margin = Plane::from_fn(mask.width(), mask.height(), |x, y| {
-            let superpixel = superpixels.label[(x, y)] as usize;
+            let superpixel = superpixel[(x, y)] as usize;
             let by_cut = self.label_of(self.cut.labels.labels[t][superpixel]) == mask[(x, y)];
             if by_cut { sure.margins[first + superpixel] } else { 0.0 }
         });

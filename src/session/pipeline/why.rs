@@ -216,7 +216,7 @@ impl Asked<'_> {
         let Segmented { parts, cut, masks } = self.found;
         let (ground, params) = (&*cut.ground, &self.clip.params.cut);
         let input = found_input(self.found);
-        let superpixel = parts.superpixels[self.t].label[self.pixel];
+        let superpixel = parts.superpixels[self.t].label()[self.pixel];
         let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
         let held = ground.region.iter().flat_map(|region| &region.held);
         held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.hold(&held.2));

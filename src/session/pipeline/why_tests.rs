@@ -110,7 +110,7 @@ fn what_is_behind_the_terms_agrees_with_the_other_results() {
         let (t, x, y) = (rng.below(FRAMES), rng.below(SIZE.0), rng.below(SIZE.1));
         let why = session.explain(t, x, y).unwrap();
         assert_eq!(why.label, session.labels(t).unwrap()[(x, y)]);
-        assert_eq!(why.superpixel, session.superpixels(t).unwrap().label[(x, y)]);
+        assert_eq!(why.superpixel, session.superpixels(t).unwrap().label()[(x, y)]);
         let of_cluster = &session.objects().unwrap().of_cluster;
         assert_eq!(why.costs.iter().map(|cost| cost.label).collect::<Vec<_>>(), *of_cluster);
         let by_cut = of_cluster[why.cluster as usize];

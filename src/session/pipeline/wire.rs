@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! piece: epoch, kind, t, width, height | pixels
-//! made:  epoch, kind, t, width, height | planes, or a list of borders and one of edges after the labels
+//! made:  epoch, kind, t, width, height | planes; or superpixels as runs, borders, edges
 //! ```
 //!
 //! What has no frame has the size 0, and a list of numbers.
@@ -16,7 +16,7 @@ use crate::background::{Lattice, Other, Sought};
 use crate::camera::{Forward, Ways};
 use crate::discretize::RowsOf;
 use crate::flow::FlowField;
-use crate::image::{Frame, Plane};
+use crate::image::{Frame, Plane, Runs};
 use crate::saliency::Asked;
 use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
 use crate::trajectory::Trajectories;
@@ -78,7 +78,9 @@ impl Piece {
                 words.extend([*seed, params.horizon, params.far_sampling, params.min_overlap]);
                 words.extend([lambda, noise_floor, variation_weight, local_radius, *radius].map(f32::to_bits));
                 words.extend(tracks.start_frame.iter().chain(&tracks.offset));
-                [&tracks.x, &tracks.y, &tracks.variation].map(|v| words.extend(v.iter().map(|v| v.to_bits())));
+                for values in [&tracks.x, &tracks.y, &tracks.variation] {
+                    words.extend(values.iter().map(|v| v.to_bits()));
+                }
             }
             Work::Ways(ways) => words.extend(ways.points.as_flattened().iter().map(|v| v.to_bits())),
             Work::Rotation(rows) => put_doubles(&mut words, &rows.rows),
@@ -128,9 +130,10 @@ impl Made {
                 words
             }
             Self::Superpixels(found) => {
-                let mut words = id.head(found.label.width(), found.label.height());
-                words.extend(found.label.data());
-                words.extend([found.count as u32, found.borders.len() as u32]);
+                let ((width, height), runs) = (found.runs().size(), found.runs().ends());
+                let mut words = id.head(width, height);
+                words.extend([runs.len() as u32, found.borders.len() as u32]);
+                words.extend(runs.iter().flat_map(|&(end, label)| [end, label]));
                 for Border { a, b, length, pb } in &found.borders {
                     words.extend([*a, *b, length.to_bits(), pb.to_bits()]);
                 }
@@ -177,8 +180,10 @@ impl Made {
                 Self::Pair(Box::new(PairFlow { forward, backward, variation: variation?, structure: structure? }))
             }
             PieceKind::Superpixels => {
-                let label = Plane::from_vec(width, height, reader.take(width * height)?.to_vec())?;
-                let &[count, num_borders] = reader.take(2)? else { return None };
+                let &[num_runs, num_borders] = reader.take(2)? else { return None };
+                let runs = reader.take(2 * num_runs as usize)?.as_chunks().0.iter().map(|&[end, label]| (end, label));
+                let runs = Runs::from_vec(width, height, runs.collect())?;
+                runs.ends().iter().all(|&(_, label)| label < num_runs).then_some(())?;
                 let borders = reader.take(4 * num_borders as usize)?.chunks_exact(4);
                 let border = |w: &[u32]| Border { a: w[0], b: w[1], length: float(w[2]), pb: float(w[3]) };
                 let edge = |w: &[u32]| {
@@ -188,7 +193,7 @@ impl Made {
                 };
                 let borders = borders.map(border).collect();
                 let edges = reader.left.chunks_exact(5).map(edge).collect::<Option<_>>()?;
-                Self::Superpixels(Superpixels { label, count: count as usize, borders, edges })
+                Self::Superpixels(Superpixels::new(runs, borders, edges))
             }
             PieceKind::Mask => Self::Mask(reader.bytes()?),
             PieceKind::Saliency => Self::Saliency(reader.left.iter().map(|&w| float(w)).collect()),

@@ -19,7 +19,7 @@ pub fn any_image(choices: &mut Choices<'_>) {
     let found = superpixels_in(&map, wanted, &params.contour, &params.superpixel);
     check_superpixels(&found);
     assert_eq!(found, superpixels_of(&frame, wanted, &params.contour, &params.superpixel));
-    let mask = found.label.map(|label| (label % 4) as u8);
+    let mask = found.label().map(|label| (label % 4) as u8);
     if choices.once_in(4) {
         let picture = super::clips::image(choices);
         // Refused unless the picture is a larger one of the same shape.

@@ -165,7 +165,7 @@ pub fn check_boundaries(map: &BoundaryMap) {
 /// The law of superpixels.
 pub fn check_superpixels(found: &Superpixels) {
     let mut next = 0;
-    for &label in found.label.data() {
+    for &label in found.label().data() {
         assert!(label <= next, "label {label} before {next}");
         next += u32::from(label == next);
     }

@@ -123,7 +123,8 @@ pub fn results(session: &Session) -> Results {
     let tracks = session.trajectories().map_or(Vec::new(), |t| t.x.iter().chain(&t.y).map(|v| v.to_bits()).collect());
     let labels = session.clusters().map_or(Vec::new(), |clusters| clusters.label.clone());
     let frames = 0..session.num_frames();
-    let superpixels = frames.clone().filter_map(|t| Some(session.superpixels(t).ok()?.label.data().to_vec())).collect();
+    let superpixels =
+        frames.clone().filter_map(|t| Some(session.superpixels(t).ok()?.label().data().to_vec())).collect();
     let masks = frames.filter_map(|t| session.labels(t).ok()).collect();
     Results { tracks, labels, superpixels, masks }
 }
