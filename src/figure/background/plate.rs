@@ -70,14 +70,17 @@ impl Plate {
     /// How far each pixel is from the plate, in 255ths: one half at [`HALF`] standard deviations of the noise there;
     /// [`UNKNOWN`] where the plate is not known.
     pub(super) fn distance(&self, picture: &Picture) -> Plane<u8> {
-        Plane::from_fn(picture.width(), picture.height(), |x, y| {
-            if !self.is_known[(x, y)] {
-                return UNKNOWN;
-            }
-            let apart = f32::from(apart(picture[(x, y)], self.colour[(x, y)]));
-            let half = HALF * HALF * self.variance[(x, y)];
-            (254.0 * apart * apart / (apart * apart + half)) as u8
-        })
+        let apart: Vec<u8> = picture.data().iter().zip(self.colour.data()).map(|(&a, &b)| apart(a, b)).collect();
+        let of = |(&apart, &variance): (&u8, &f32)| {
+            let (apart, half) = (f32::from(apart), HALF * HALF * variance);
+            // Below 255, and cut as a wide number: many at a time.
+            (254.0 * apart * apart / (apart * apart + half)) as i32 as u8
+        };
+        let mut distance: Vec<u8> = apart.iter().zip(self.variance.data()).map(of).collect();
+        for (distance, _) in distance.iter_mut().zip(self.is_known.data()).filter(|(_, known)| !**known) {
+            *distance = UNKNOWN;
+        }
+        Plane::from_vec(picture.width(), picture.height(), distance).unwrap_or_default()
     }
 }
 

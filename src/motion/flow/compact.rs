@@ -21,7 +21,10 @@ impl CompactFlow {
     /// Rounds `flow`.
     pub fn new(flow: &FlowField) -> Self {
         // A float-to-integer cast saturates, which is what is wanted at both ends, and cuts towards 0.
-        let pack = |plane: &Plane<f32>| plane.map(|d| (d * SCALE + BELOW_HALF.copysign(d)) as i16);
+        let pack = |plane: &Plane<f32>| {
+            let limits = (i32::from(i16::MIN), i32::from(i16::MAX));
+            plane.map(|d| ((d * SCALE + BELOW_HALF.copysign(d)) as i32).clamp(limits.0, limits.1) as i16)
+        };
         Self { u: pack(&flow.u), v: pack(&flow.v) }
     }
 

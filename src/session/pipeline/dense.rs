@@ -343,8 +343,11 @@ pub(super) fn clusters_of(
 pub(super) fn to_input<T: Copy>(mask: &Plane<T>, scale: Scale) -> Plane<T> {
     let (width, height) = scale.input;
     let columns: Vec<usize> = (0..width).map(|x| place(scale, x, 0).0).collect();
-    let rows = (0..height).map(|y| mask.row(place(scale, 0, y).1));
-    let data = rows.flat_map(|row| columns.iter().map(|&x| row[x])).collect();
+    let mut data = Vec::with_capacity(width * height);
+    for y in 0..height {
+        let row = mask.row(place(scale, 0, y).1);
+        data.extend(columns.iter().map(|&x| row[x]));
+    }
     Plane::from_vec(width, height, data).unwrap_or_else(|| mask.clone())
 }
 

@@ -54,6 +54,7 @@ impl Ledger {
     }
 
     /// Forgets all of other kinds.
+    #[cfg(not(target_arch = "wasm32"))] // For forks.
     pub(super) fn keep_only(&mut self, kept: &[PieceKind]) {
         for kind in PieceKind::ALL.into_iter().filter(|kind| !kept.contains(kind)) {
             self.0[kind as usize].clear();

@@ -78,11 +78,9 @@ impl Piece {
                 words.extend([*seed, params.horizon, params.far_sampling, params.min_overlap]);
                 words.extend([lambda, noise_floor, variation_weight, local_radius, *radius].map(f32::to_bits));
                 words.extend(tracks.start_frame.iter().chain(&tracks.offset));
-                for values in [&tracks.x, &tracks.y, &tracks.variation] {
-                    words.extend(values.iter().map(|v| v.to_bits()));
-                }
+                [&tracks.x, &tracks.y, &tracks.variation].into_iter().for_each(|v| put_floats(&mut words, v));
             }
-            Work::Ways(ways) => words.extend(ways.points.as_flattened().iter().map(|v| v.to_bits())),
+            Work::Ways(ways) => put_floats(&mut words, ways.points.as_flattened()),
             Work::Rotation(rows) => put_doubles(&mut words, &rows.rows),
             Work::Accounts(sought) => {
                 put_bytes(&mut words, sought.picture.data().as_flattened());
@@ -125,7 +123,7 @@ impl Made {
                 let PairFlow { forward, backward, variation, structure } = pair.as_ref();
                 let mut words = id.head(forward.u.width(), forward.u.height());
                 for plane in [&forward.u, &forward.v, &backward.u, &backward.v, variation, structure] {
-                    words.extend(plane.data().iter().map(|v| v.to_bits()));
+                    put_floats(&mut words, plane.data());
                 }
                 words
             }
@@ -148,7 +146,11 @@ impl Made {
                 put_bytes(&mut words, mask.data());
                 words
             }
-            Self::Saliency(found) => id.with(found.iter().map(|v| v.to_bits())),
+            Self::Saliency(found) => {
+                let mut words = id.head(0, 0);
+                put_floats(&mut words, found);
+                words
+            }
             Self::Graph(edges) => id.with(edges.iter().flat_map(|&(a, b)| [a, b])),
             Self::Affinities(entries) => id.with(entries.iter().flat_map(|&(i, j, w)| [i, j, w.to_bits()])),
             Self::Ways(found) => {
@@ -159,7 +161,7 @@ impl Made {
                 }
                 words
             }
-            Self::Rotation(labels) => id.with(labels.iter().copied()),
+            Self::Rotation(labels) => [&id.head(0, 0), labels.as_slice()].concat(),
             Self::Accounts(made) => {
                 let mut words = id.head(made.width(), made.height());
                 put_bytes(&mut words, made.data().as_flattened());
@@ -196,7 +198,7 @@ impl Made {
                 Self::Superpixels(Superpixels::new(runs, borders, edges))
             }
             PieceKind::Mask => Self::Mask(reader.bytes()?),
-            PieceKind::Saliency => Self::Saliency(reader.left.iter().map(|&w| float(w)).collect()),
+            PieceKind::Saliency => Self::Saliency(reader.singles(reader.left.len())?),
             PieceKind::Graph => Self::Graph(reader.pairs(|w| w)),
             PieceKind::Affinities => {
                 Self::Affinities(reader.left.as_chunks().0.iter().map(|&[i, j, w]| (i, j, float(w))).collect())
@@ -217,6 +219,7 @@ fn float(word: u32) -> f32 {
 }
 
 /// Four bytes a word, the last filled up.
+#[inline(never)]
 fn put_bytes(words: &mut Vec<u32>, bytes: &[u8]) {
     let (fours, rest) = bytes.as_chunks::<4>();
     words.extend(fours.iter().map(|&four| u32::from_le_bytes(four)));
@@ -227,11 +230,18 @@ fn put_bytes(words: &mut Vec<u32>, bytes: &[u8]) {
     }
 }
 
+#[inline(never)] // Called from several places: wasm has a budget.
+fn put_floats(words: &mut Vec<u32>, values: &[f32]) {
+    words.extend(values.iter().map(|v| v.to_bits()));
+}
+
+#[inline(never)]
 fn put_points(words: &mut Vec<u32>, points: &[(f32, f32)]) {
     words.extend(points.iter().flat_map(|&(x, y)| [x.to_bits(), y.to_bits()]));
 }
 
 /// Each in two words, the lower one first.
+#[inline(never)]
 fn put_doubles(words: &mut Vec<u32>, values: &[f64]) {
     words.extend(values.iter().flat_map(|v| [v.to_bits() as u32, (v.to_bits() >> 32) as u32]));
 }
@@ -255,7 +265,7 @@ impl<'a> Reader<'a> {
     }
 
     fn floats(&mut self, (width, height): (usize, usize)) -> Option<Plane<f32>> {
-        Plane::from_vec(width, height, self.take(width * height)?.iter().map(|&w| float(w)).collect())
+        Plane::from_vec(width, height, self.singles(width * height)?)
     }
 
     /// All that is left, two by two.
@@ -269,6 +279,7 @@ impl<'a> Reader<'a> {
         self.left.as_chunks().0.iter().map(double).collect()
     }
 
+    #[inline(never)]
     fn singles(&mut self, count: usize) -> Option<Vec<f32>> {
         Some(self.take(count)?.iter().map(|&w| float(w)).collect())
     }
@@ -300,8 +311,8 @@ impl<'a> Reader<'a> {
 
     fn lattice(&mut self) -> Option<Lattice> {
         let (columns, rows) = Lattice::size(self.size);
-        let points = self.take(2 * columns * rows)?.as_chunks().0;
-        Some(Lattice(points.iter().map(|&[x, y]| (float(x), float(y))).collect()))
+        let left = self.take(2 * columns * rows)?;
+        Some(Lattice(Reader { size: self.size, left }.pairs(float)))
     }
 
     /// A plane of pixels of some bytes each.
@@ -314,6 +325,7 @@ impl<'a> Reader<'a> {
         self.take(N)?.try_into().ok()
     }
 
+    #[inline(never)]
     fn raw(&mut self, count: usize) -> Option<Vec<u8>> {
         let mut bytes: Vec<u8> = self.take(count.div_ceil(4))?.iter().flat_map(|w| w.to_le_bytes()).collect();
         bytes.truncate(count);
