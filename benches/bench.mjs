@@ -3,7 +3,8 @@
 //   --quick          the smallest size only
 //   --clip DIR       the PNG and JPEG files of a folder, in the order of their names, in place of made clips
 //   --frames N       the first of them
-//   --threads N      also runs the package on 1 and on N threads: seconds on the wall and of all processors, least of three
+//   --threads N      also runs the package on 1 and on N threads: seconds on the wall and of all processors, least of three;
+//                    what only the session itself can do, stage by stage; and the wall on any number of cores, simulated
 //   --json FILE      also writes the figures
 //   --compare FILE   also prints the ratio of each stage to what --json wrote there; both want a machine as idle
 
@@ -12,6 +13,7 @@ import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
+import { shares, wall } from './schedule.mjs';
 
 const SPARSE = [
   'flow',
@@ -31,6 +33,10 @@ const SIZES = [
   [640, 360, 30],
 ];
 const LARGEST = [640, 480, 50];
+/** In a frame of a file. */
+const MOST_PIXELS = 2 ** 26;
+/** Cores that a run is simulated on. */
+const CORES = [1, 2, 4, 8, 16];
 
 const { values: options } = parseArgs({
   options: {
@@ -120,7 +126,7 @@ async function read(folder, most) {
   decoder.initSync({ module: readFileSync(new URL('../dist/decoder_bg.wasm', import.meta.url)) });
   const names = readdirSync(folder).filter((name) => /\.(png|jpe?g)$/i.test(name));
   const decoded = names.sort().slice(0, most);
-  const frames = decoded.map((name) => decoder.decode(readFileSync(join(folder, name))));
+  const frames = decoded.map((name) => decoder.decode(readFileSync(join(folder, name)), MOST_PIXELS));
   const [, width, height] = frames[0];
   return [frames.map(([data]) => ({ data })), width, height];
 }
@@ -132,28 +138,55 @@ async function share(threads) {
     ? await read(options.clip, Number(options.frames))
     : [render(...SIZES[1]), ...SIZES[1]];
   const least = { 1: [Infinity, Infinity], [threads]: [Infinity, Infinity] };
+  const cores = Object.fromEntries(CORES.map((count) => [count, Infinity]));
+  let serial;
   // One after the other, so that what else the machine does is shared out.
   for (let round = 0; round < 3; round += 1) {
     for (const count of [1, threads]) {
       const session = await createSession({ threads: count });
-      const [wall, processors] = [performance.now(), process.cpuUsage()];
+      const [before, processors] = [performance.now(), process.cpuUsage()];
       for (const { data } of clip) await session.push({ data, width, height });
       await session.run();
       const { user, system } = process.cpuUsage(processors);
-      const seconds = [(performance.now() - wall) / 1000, (user + system) / 1e6];
+      const seconds = [(performance.now() - before) / 1000, (user + system) / 1e6];
       least[count] = least[count].map((value, k) => Math.min(value, seconds[k]));
       session.close();
     }
+    for (const count of CORES) cores[count] = Math.min(cores[count], wall(fresh(), clip, width, height, count));
+    const found = shares(fresh(), clip, width, height);
+    if (!serial || alone(found) < alone(serial)) serial = found;
   }
-  for (const [count, [wall, processors]] of Object.entries(least))
-    console.log(`${count} threads: ${wall.toFixed(2)} s on the wall, ${processors.toFixed(2)} s of all processors`);
-  console.log(`wall: ${(least[threads][0] / least[1][0]).toFixed(2)} of one thread's`);
+  for (const [count, [seconds, processors]] of Object.entries(least))
+    console.log(`${count} threads: ${seconds.toFixed(2)} s on the wall, ${processors.toFixed(2)} s of all processors`);
+  const ratio = least[threads][0] / least[1][0];
+  const simulated = CORES.map((count) => `${count}: ${cores[count].toFixed(2)} s, ${of(cores[count])}`);
+  console.log(`wall: ${ratio.toFixed(3)} of one thread's; simulated on so many cores: ${simulated.join('; ')}`);
+  const stages = Object.entries(serial.stages).map(([stage, seconds]) => `${stage} ${of(seconds)}`);
+  console.log(`serial: ${of(alone(serial))} of one thread's (${stages.join(', ')}, transfers ${of(serial.transfers)})`);
+  rows.push({ width, height, frames: clip.length, threads, wall: least, ratio, simulated: cores, serial });
+
+  function of(seconds) {
+    return (seconds / cores[1]).toFixed(3);
+  }
+}
+
+/** Seconds in which nobody can help. */
+function alone({ stages, transfers }) {
+  return Object.values(stages).reduce((sum, seconds) => sum + seconds, transfers);
+}
+
+/** An instance with a memory of its own. */
+function fresh() {
+  glue.__wbg_reset_state();
+  glue.initSync();
+  return glue;
 }
 
 /** Ratios to the figures of an earlier run, stage by stage. */
 function compare(earlier) {
   for (const row of rows) {
-    const same = ({ width, height, frames }) => width === row.width && height === row.height && frames === row.frames;
+    const same = ({ width, height, frames, seconds }) =>
+      seconds && width === row.width && height === row.height && frames === row.frames;
     const before = earlier.find(same);
     if (!before) continue;
     const ratio = (stage) => `${stage} ${(row.seconds[stage] / before.seconds[stage]).toFixed(2)}`;

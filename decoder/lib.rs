@@ -1,7 +1,6 @@
 //! What goes in and comes out as files, for JavaScript: image files to pixels, masks to the size of their pictures, to
 //! run lengths, prompts and a table; see `www/lib/worker/decode.js`, `www/lib/edit/enlarge.js`, and `coco.js`,
 //! `prompts.js` and `table.js` of `www/lib/export`.
-
 //!
 //! It compiles these files of the library, a tenth of it, and not the library: nobody waits for that twice.
 

@@ -5,8 +5,20 @@ pub(crate) struct Grid {
     side: f32,
     columns: usize,
     rows: usize,
-    cells: Vec<Vec<(u32, f32, f32)>>,
+    /// The first and the last point of each cell, [`NONE`] in empty ones.
+    cells: Vec<(u32, u32)>,
+    points: Vec<Point>,
 }
+
+/// A point, and the next one in its cell.
+struct Point {
+    number: u32,
+    x: f32,
+    y: f32,
+    next: u32,
+}
+
+const NONE: u32 = u32::MAX;
 
 impl Grid {
     /// Without points, over `size` pixels. `side` is the side of a cell, in pixels: the largest distance that can be
@@ -14,7 +26,7 @@ impl Grid {
     pub(crate) fn new(size: (usize, usize), side: f32) -> Self {
         let cells = |length: usize| (length as f32 / side) as usize + 1;
         let (columns, rows) = (cells(size.0), cells(size.1));
-        Self { side, columns, rows, cells: vec![Vec::new(); columns * rows] }
+        Self { side, columns, rows, cells: vec![(NONE, NONE); columns * rows], points: Vec::new() }
     }
 
     /// Column and row of a point; those outside belong to the outermost cells.
@@ -25,11 +37,19 @@ impl Grid {
 
     pub(crate) fn add(&mut self, number: u32, x: f32, y: f32) {
         let (column, row) = self.cell(x, y);
-        self.cells[row * self.columns + column].push((number, x, y));
+        let (first, last) = &mut self.cells[row * self.columns + column];
+        let place = self.points.len() as u32;
+        match self.points.get_mut(*last as usize) {
+            Some(before) => before.next = place,
+            None => *first = place,
+        }
+        *last = place;
+        self.points.push(Point { number, x, y, next: NONE });
     }
 
     pub(crate) fn clear(&mut self) {
-        self.cells.iter_mut().for_each(Vec::clear);
+        self.cells.fill((NONE, NONE));
+        self.points.clear();
     }
 
     /// All points nearer than the side of a cell, and some that are not: the number of each and its squared distance.
@@ -39,8 +59,23 @@ impl Grid {
         let columns = column.saturating_sub(1)..(column + 2).min(self.columns);
         let rows = row.saturating_sub(1)..(row + 2).min(self.rows);
         rows.flat_map(move |r| &self.cells[r * self.columns..][columns.clone()])
-            .flatten()
-            .map(move |&(number, px, py)| (number, (px - x) * (px - x) + (py - y) * (py - y)))
+            .flat_map(|&(first, _)| self.chain(first))
+            .map(move |p| (p.number, (p.x - x) * (p.x - x) + (p.y - y) * (p.y - y)))
+    }
+
+    /// A point and all after it in its cell.
+    fn chain(&self, first: u32) -> impl Iterator<Item = &Point> {
+        std::iter::successors(self.points.get(first as usize), |p| self.points.get(p.next as usize))
+    }
+
+    /// Whether no point is nearer than the side of a cell.
+    pub(crate) fn is_free(&self, x: f32, y: f32) -> bool {
+        let is_far = |distance_sq: f32| distance_sq >= self.side * self.side;
+        // In its own cell there most likely is one.
+        let (column, row) = self.cell(x, y);
+        let mut own = self.chain(self.cells[row * self.columns + column].0);
+        own.all(|p| is_far((p.x - x) * (p.x - x) + (p.y - y) * (p.y - y)))
+            && self.around(x, y).all(|(_, distance_sq)| is_far(distance_sq))
     }
 }
 

@@ -14,8 +14,9 @@
 //! of He, Sun and Tang ("Guided Image Filtering", PAMI 2013); that one fits the mask itself, which made hard borders soft.
 //! Sums over pixels are in whole numbers. Not in the paper.
 
+use super::border::border_box;
 use crate::image::{Frame, Plane};
-use std::ops::{AddAssign, SubAssign};
+use std::ops::{AddAssign, Range, SubAssign};
 
 /// The longer side of the picture in radii of the windows.
 const RADII_A_SIDE: usize = 140;
@@ -36,17 +37,19 @@ pub(super) fn opacity(inside: &Plane<bool>, picture: &Frame) -> Plane<u8> {
     let mut alpha = inside.map(|inside| if inside { 255 } else { 0 });
     let radius = (w.max(h) / RADII_A_SIDE).clamp(MIXED_SHARE, MAX_RADIUS);
     let (tile, halo) = (TILE_RADII * radius, 2 * radius);
+    let reach = |at: usize, by: usize, end: usize| at.saturating_sub(by)..(at + tile + by).min(end);
     for top in (0..h).step_by(tile) {
         for left in (0..w).step_by(tile) {
-            let (x, y) = (left.saturating_sub(halo), top.saturating_sub(halo));
-            let size = ((left + tile + halo).min(w) - x, (top + tile + halo).min(h) - y);
-            let first = inside[(x, y)];
-            if (y..y + size.1).all(|v| inside.row(v)[x..x + size.0].iter().all(|&is| is == first)) {
-                continue;
-            }
+            let Some(border) = border_box(inside, reach(left, radius, w), reach(top, radius, h)) else { continue };
+            // What is further from a border than a window reaches is as it was.
+            let near = |of: &Range<usize>, from: usize, end: usize| {
+                from.max(of.start.saturating_sub(radius))..(from + tile).min(of.end + radius).min(end)
+            };
+            let (columns, rows) = (near(&border.0, left, w), near(&border.1, top, h));
+            let (x, y) = (columns.start.saturating_sub(halo), rows.start.saturating_sub(halo));
+            let size = ((columns.end + halo).min(w) - x, (rows.end + halo).min(h) - y);
             let soft = Part::new(inside, picture, (x, y), size).opacity(radius);
-            for v in top..(top + tile).min(h) {
-                let columns = left..(left + tile).min(w);
+            for v in rows {
                 alpha.row_mut(v)[columns.clone()]
                     .copy_from_slice(&soft[(v - y) * size.0..][columns.start - x..columns.end - x]);
             }
@@ -55,7 +58,7 @@ pub(super) fn opacity(inside: &Plane<bool>, picture: &Frame) -> Plane<u8> {
     alpha
 }
 
-/// A tile, and around it all that is seen from it.
+/// A part of the picture, and around it all that is seen from it.
 struct Part {
     width: usize,
     /// 1 inside, 0 outside.
@@ -68,13 +71,14 @@ const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 
 
 impl Part {
     fn new(inside: &Plane<bool>, picture: &Frame, (x, y): (usize, usize), (width, height): (usize, usize)) -> Self {
-        let places = || (y..y + height).flat_map(|v| (x..x + width).map(move |u| (u, v)));
-        let value = |c: usize, (u, v)| u32::from(picture.rgb()[3 * (v * picture.width() + u) + c]);
-        Self {
-            width,
-            inside: places().map(|place| u32::from(inside[place])).collect(),
-            colours: std::array::from_fn(|c| places().map(|place| value(c, place)).collect()),
-        }
+        let row = |v: usize| &picture.rgb()[3 * (v * picture.width() + x)..][..3 * width];
+        let of_row = |v: usize| inside.row(v)[x..x + width].iter().map(|&is| u32::from(is));
+        let channel = |c: usize| {
+            let mut values = Vec::with_capacity(width * height);
+            (y..y + height).for_each(|v| values.extend(row(v).chunks_exact(3).map(|rgb| u32::from(rgb[c]))));
+            values
+        };
+        Self { width, inside: (y..y + height).flat_map(of_row).collect(), colours: std::array::from_fn(channel) }
     }
 
     /// Steps 3 and 4.

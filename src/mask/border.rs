@@ -17,6 +17,7 @@
 
 use crate::cut::{Colour, Expansion, Histogram, Potts, UNSEEN, rounded};
 use crate::image::{Frame, Plane};
+use std::ops::Range;
 
 crate::params! {
     /// Borders to the pixel.
@@ -79,7 +80,8 @@ pub(crate) fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, 
         return mask.clone();
     }
     let mut refined = mask.clone();
-    let Some(part) = Part::around_borders(mask, params.band.max(LEAST_SAMPLE_DEPTH) as usize) else { return refined };
+    let whole = Part { left: 0, top: 0, width: size.0, height: size.1 };
+    let Some(part) = whole.around_borders(mask, params.band as usize) else { return refined };
     // Labels are shared out only among pixels that had one label before: elsewhere the border was there already, and
     // the user may have drawn it.
     let mut shared = vec![false; 1 << 16];
@@ -88,7 +90,7 @@ pub(crate) fn refine_since(mask: &Plane<u8>, before: &Plane<u8>, frame: &Frame, 
     let (mask, before) = (&part.of(mask), &part.of(before));
     for (p, label) in changes(mask, before, &part.of_frame(frame), params, 1.0) {
         if shared[pair(before.data()[p], label)] {
-            refined[(part.left + p % part.width, part.top + p / part.width)] = label;
+            refined[part.place(p)] = label;
         }
     }
     refined
@@ -115,103 +117,112 @@ pub(super) fn changes(
 }
 
 /// A part of the image, whole tiles as far as the image goes.
-struct Part {
-    left: usize,
-    top: usize,
-    width: usize,
-    height: usize,
+pub(super) struct Part {
+    pub(super) left: usize,
+    pub(super) top: usize,
+    pub(super) width: usize,
+    pub(super) height: usize,
 }
 
 impl Part {
-    /// All that has to be seen where borders between labels may move by `reach`; `None` where there is no border.
-    fn around_borders(mask: &Plane<u8>, reach: usize) -> Option<Self> {
-        let (w, h) = (mask.width(), mask.height());
-        let (mut columns, mut rows) = ((w, 0), (h, 0));
-        let mut cover = |x: usize, y: usize| {
-            columns = (columns.0.min(x), columns.1.max(x + 1));
-            rows = (rows.0.min(y), rows.1.max(y + 1));
-        };
-        for y in 0..h {
-            let (row, below) = (mask.row(y), mask.row((y + 1).min(h - 1)));
-            let right = &row[1.min(w)..];
-            for other in [right, below] {
-                let differs = |(a, b): (&u8, &u8)| a != b;
-                if let Some(first) = row.iter().zip(other).position(differs) {
-                    let last = other.len() - 1 - row[..other.len()].iter().zip(other).rev().position(differs)?;
-                    cover(first, y);
-                    cover((last + 1).min(w - 1), (y + 1).min(h - 1));
-                }
-            }
-        }
+    /// What of it has to be seen where borders between labels may move by `band`; `None` where there is no border.
+    pub(super) fn around_borders(&self, mask: &Plane<u8>, band: usize) -> Option<Self> {
+        let (x, y) = (self.left..self.left + self.width, self.top..self.top + self.height);
+        let (columns, rows) = border_box(mask, x, y)?;
+        let reach = band.max(LEAST_SAMPLE_DEPTH as usize);
         // A tile more than borders can move, from which colours are gathered.
-        let widened = |(from, to): (usize, usize), end: usize| {
-            let from = (from.saturating_sub(reach) / TILE).saturating_sub(1) * TILE;
-            (from, (to + reach).next_multiple_of(TILE).saturating_add(TILE).min(end))
+        let widened = |border: Range<usize>, start: usize, size: usize| {
+            let from = ((border.start - start).saturating_sub(reach) / TILE).saturating_sub(1) * TILE;
+            let end = (border.end - start + reach).next_multiple_of(TILE).saturating_add(TILE).min(size);
+            (start + from, end - from)
         };
-        let ((left, right), (top, bottom)) = (widened(columns, w), widened(rows, h));
-        (rows.1 > 0).then(|| Self { left, top, width: right - left, height: bottom - top })
+        let ((left, width), (top, height)) =
+            (widened(columns, self.left, self.width), widened(rows, self.top, self.height));
+        Some(Self { left, top, width, height })
     }
 
-    fn of(&self, plane: &Plane<u8>) -> Plane<u8> {
+    pub(super) fn of(&self, plane: &Plane<u8>) -> Plane<u8> {
         Plane::from_fn(self.width, self.height, |x, y| plane[(self.left + x, self.top + y)])
     }
 
-    fn of_frame(&self, frame: &Frame) -> Frame {
+    pub(super) fn of_frame(&self, frame: &Frame) -> Frame {
         let row = |y: usize| &frame.rgb()[3 * ((self.top + y) * frame.width() + self.left)..][..3 * self.width];
-        let rgb = (0..self.height).flat_map(|y| row(y).iter().copied()).collect();
-        Frame::from_rgb(rgb, self.width, self.height).expect("a part of a legal frame is one")
+        let rows: Vec<&[u8]> = (0..self.height).map(row).collect();
+        Frame::from_rgb(rows.concat(), self.width, self.height).expect("a part of a legal frame is one")
+    }
+
+    /// Where in the image its pixel `p` is.
+    pub(super) fn place(&self, p: usize) -> (usize, usize) {
+        (self.left + p % self.width, self.top + p / self.width)
     }
 }
 
+/// Columns and rows of the pixels in a window that have a neighbour of another value in it, above, below or beside them;
+/// `None` where there are none.
+pub(super) fn border_box<T: Copy + PartialEq>(
+    plane: &Plane<T>,
+    columns: Range<usize>,
+    rows: Range<usize>,
+) -> Option<(Range<usize>, Range<usize>)> {
+    let (mut across, mut down) = (columns.end..columns.start, rows.end..rows.start);
+    for y in rows.clone() {
+        let row = &plane.row(y)[columns.clone()];
+        let below = &plane.row((y + 1).min(rows.end - 1))[columns.clone()];
+        for other in [&row[1.min(row.len())..], below] {
+            let row = &row[..other.len()];
+            // Nearly all rows are alike, which is seen fastest without a look at each pixel.
+            if !row.iter().zip(other).fold(false, |found, (a, b)| found | (a != b)) {
+                continue;
+            }
+            let differ = |&k: &usize| row[k] != other[k];
+            let Some(first) = (0..row.len()).find(differ) else { continue };
+            let last = (0..row.len()).rfind(differ).unwrap_or(first);
+            across.start = across.start.min(columns.start + first);
+            across.end = across.end.max((columns.start + last + 2).min(columns.end));
+            down = down.start.min(y)..down.end.max((y + 2).min(rows.end));
+        }
+    }
+    (!down.is_empty()).then_some((across, down))
+}
+
 /// Step 1: the chessboard distance of each pixel to the nearest one of another label that had the same label before;
-/// `limit + 1` for all that are further away.
+/// `limit + 1` for all that are further away. Other labels between them are no hindrance.
 fn depths(mask: &Plane<u8>, before: &Plane<u8>, limit: u32) -> Plane<u32> {
     let (w, h) = (mask.width(), mask.height());
-    let far = limit + 1;
-    let mut depth = Plane::filled(w, h, far);
+    let mut depth = Plane::filled(w, h, limit + 1);
+    let mut reached = Vec::new();
     for y in 0..h {
-        let rows = [y.saturating_sub(1), y, (y + 1).min(h - 1)].map(|y| (mask.row(y), before.row(y)));
-        let out = depth.row_mut(y);
+        let rows = [y, (y + 1).min(h - 1)];
+        let [row, below] = rows.map(|y| mask.row(y));
         for x in 0..w {
-            let near = [x.saturating_sub(1), x, (x + 1).min(w - 1)];
-            let (own, had) = (rows[1].0[x], rows[1].1[x]);
-            // The first question alone is enough nearly everywhere, and reads only one of the masks.
-            if rows.iter().any(|(row, _)| near.iter().any(|&k| row[k] != own))
-                && rows.iter().any(|(row, before)| near.iter().any(|&k| row[k] != own && before[k] == had))
-            {
-                out[x] = 1;
+            let columns = [x, (x + 1).min(w - 1)];
+            let [own, right, down, across] = [row[x], row[columns[1]], below[x], below[columns[1]]];
+            if (own == right) & (own == down) & (own == across) {
+                continue;
+            }
+            let corners = [(columns[0], y), (columns[1], y), (columns[0], rows[1]), (columns[1], rows[1])];
+            for (k, &a) in corners.iter().enumerate() {
+                for &b in &corners[k + 1..] {
+                    if mask[a] != mask[b] && before[a] == before[b] {
+                        reached.extend([a, b].into_iter().filter(|&at| std::mem::replace(&mut depth[at], 1) != 1));
+                    }
+                }
             }
         }
     }
-    // Two sweeps carry distances everywhere. They may pass through other labels, whose pixels there are as near to the
-    // border.
-    for y in 0..h {
-        for x in 0..w {
-            let mut least = depth[(x, y)];
-            if x > 0 {
-                least = least.min(depth[(x - 1, y)] + 1);
-            }
-            if y > 0 {
-                for k in x.saturating_sub(1)..(x + 2).min(w) {
-                    least = least.min(depth[(k, y - 1)] + 1);
+    for distance in 2..=limit {
+        let mut next = Vec::new();
+        for (x, y) in reached {
+            for v in y.saturating_sub(1)..(y + 2).min(h) {
+                for u in x.saturating_sub(1)..(x + 2).min(w) {
+                    if depth[(u, v)] > distance {
+                        depth[(u, v)] = distance;
+                        next.push((u, v));
+                    }
                 }
             }
-            depth[(x, y)] = least;
         }
-    }
-    for y in (0..h).rev() {
-        for x in (0..w).rev() {
-            let mut least = depth[(x, y)];
-            if x + 1 < w {
-                least = least.min(depth[(x + 1, y)] + 1);
-            }
-            if y + 1 < h {
-                for k in x.saturating_sub(1)..(x + 2).min(w) {
-                    least = least.min(depth[(k, y + 1)] + 1);
-                }
-            }
-            depth[(x, y)] = least;
-        }
+        reached = next;
     }
     depth
 }
@@ -286,7 +297,14 @@ impl Band {
         let mut pairs: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(4 * self.pixels.len());
         let mut total = 0_u64;
         for y in 0..self.height {
+            let row = |y: usize| &self.node[y * self.width..][..self.width];
+            let (own, under) = (row(y), row((y + 1).min(self.height - 1)));
             for x in 0..self.width {
+                let (before, after) = (x.saturating_sub(1), (x + 1).min(self.width - 1));
+                // Nearly all pixels lie off the band: of `BEYOND` all bits are set.
+                if own[x] & own[after] & under[before] & under[x] & under[after] == BEYOND {
+                    continue;
+                }
                 let p = y * self.width + x;
                 let (right, down, left) = (x + 1 < self.width, y + 1 < self.height, x > 0);
                 let below = p + self.width;

@@ -15,7 +15,7 @@
 
 use super::RefineParams;
 use super::alpha::opacity;
-use super::border::{TILE, changes};
+use super::border::{Part, TILE, changes};
 use crate::Error;
 use crate::image::{Frame, Plane};
 
@@ -102,6 +102,10 @@ fn voted(mask: &Plane<u8>, width: usize, height: usize) -> Plane<u8> {
     for (top, bottom, down) in neighbours(mask.height(), height) {
         let (above, below) = (mask.row(top), mask.row(bottom));
         let (up, down) = (2 * height as u64 - down, down);
+        if above.iter().chain(below).all(|&label| label == above[0]) {
+            data.resize(data.len() + width, above[0]);
+            continue;
+        }
         for &(left, right, of_right) in &columns {
             let around = [above[left], above[right], below[left], below[right]];
             if around == [around[0]; 4] {
@@ -139,15 +143,12 @@ fn with_borders(mask: &Plane<u8>, picture: &Frame) -> Plane<u8> {
             // A tile more on each side: what borders there look like is seen from both blocks.
             let (x, y) = (left.saturating_sub(TILE), top.saturating_sub(TILE));
             let (width, height) = ((left + BLOCK + TILE).min(w) - x, (top + BLOCK + TILE).min(h) - y);
-            let part = Plane::from_fn(width, height, |u, v| mask[(x + u, y + v)]);
-            if part.data().iter().all(|&label| label == part.data()[0]) {
-                continue;
-            }
-            let frame = part_of(picture, (x, y), (width, height));
+            let block = Part { left: x, top: y, width, height };
+            let Some(part) = block.around_borders(mask, BORDERS.band as usize) else { continue };
             // Nothing was parted before, and every border may move.
-            let before = Plane::filled(width, height, 0);
-            for (p, label) in changes(&part, &before, &frame, &BORDERS, CONTRAST) {
-                let (u, v) = (x + p % width, y + p / width);
+            let before = Plane::filled(part.width, part.height, 0);
+            for (p, label) in changes(&part.of(mask), &before, &part.of_frame(picture), &BORDERS, CONTRAST) {
+                let (u, v) = part.place(p);
                 if (left..left + BLOCK).contains(&u) && (top..top + BLOCK).contains(&v) {
                     moved[(u, v)] = label;
                 }
@@ -155,12 +156,6 @@ fn with_borders(mask: &Plane<u8>, picture: &Frame) -> Plane<u8> {
         }
     }
     moved
-}
-
-fn part_of(picture: &Frame, (x, y): (usize, usize), (width, height): (usize, usize)) -> Frame {
-    let row = |v: usize| &picture.rgb()[3 * ((y + v) * picture.width() + x)..][..3 * width];
-    let rgb = (0..height).flat_map(|v| row(v).iter().copied()).collect();
-    Frame::from_rgb(rgb, width, height).expect("a part of a legal frame is one")
 }
 
 #[cfg(test)]

@@ -75,37 +75,50 @@ pub fn affinities(tracks: &Trajectories, spacing: f32, params: &AffinityParams, 
     rows.finish()
 }
 
-/// The computation of [`affinities`] in blocks of rows, for progress and cancelling.
+/// The computation of [`affinities`] in blocks of rows, for progress, for cancelling and for others to help with.
 #[derive(Debug, Clone)]
 pub(crate) struct AffinityRows {
     /// Number of trajectories.
     count: usize,
-    motions: Motions,
-    radius_sq: f32,
-    lambda: f32,
-    far_sampling: u64,
-    far_weight: f32,
-    min_overlap: usize,
-    seed: u64,
+    /// Once they are needed: all rows may be made elsewhere.
+    motions: Option<Motions>,
+    params: AffinityParams,
+    radius: f32,
+    seed: u32,
     next: usize,
     upper: Vec<(u32, u32, f32)>,
 }
 
+/// Some rows of the upper triangle, and all that they are made from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Rows {
+    /// Those of the rows and all after them.
+    pub(crate) tracks: Trajectories,
+    /// The number of the first one, and how many rows are wanted.
+    pub(crate) first: usize,
+    pub(crate) count: usize,
+    pub(crate) params: AffinityParams,
+    /// In pixels, within which all pairs count.
+    pub(crate) radius: f32,
+    pub(crate) seed: u32,
+}
+
+impl Rows {
+    /// The entries of these rows.
+    pub(crate) fn entries(&self) -> Vec<(u32, u32, f32)> {
+        let motions = Motions::new(&self.tracks, &self.params);
+        let pairs = Pairs::new(&self.tracks, &motions, self.first, (&self.params, self.radius, self.seed));
+        let mut upper = Vec::new();
+        (0..self.count.min(self.tracks.len())).for_each(|i| pairs.row(i, &mut upper));
+        upper
+    }
+}
+
 impl AffinityRows {
-    /// Prepares velocities; no pair is compared yet.
+    /// No pair is compared yet.
     pub(crate) fn new(tracks: &Trajectories, spacing: f32, params: &AffinityParams, seed: u32) -> Self {
-        Self {
-            count: tracks.len(),
-            motions: Motions::new(tracks, params),
-            radius_sq: (params.local_radius * spacing).powi(2),
-            lambda: params.lambda,
-            far_sampling: u64::from(params.far_sampling),
-            far_weight: params.far_sampling as f32,
-            min_overlap: (params.min_overlap as usize).min(tracks.num_frames.max(2)),
-            seed: mix(u64::from(seed) ^ 0xaff1),
-            next: 0,
-            upper: Vec::new(),
-        }
+        let radius = params.local_radius * spacing;
+        Self { count: tracks.len(), motions: None, params: params.clone(), radius, seed, next: 0, upper: Vec::new() }
     }
 
     /// Rows done so far.
@@ -116,39 +129,24 @@ impl AffinityRows {
     /// Compares the next `rows` trajectories with all later ones. Returns whether any are left.
     pub(crate) fn advance(&mut self, tracks: &Trajectories, rows: usize) -> bool {
         let end = self.next.saturating_add(rows).min(tracks.len());
-        for i in self.next..end {
-            self.row(tracks, i);
-        }
+        let motions = self.motions.get_or_insert_with(|| Motions::new(tracks, &self.params));
+        let pairs = Pairs::new(tracks, motions, 0, (&self.params, self.radius, self.seed));
+        (self.next..end).for_each(|i| pairs.row(i, &mut self.upper));
         self.next = end;
         end < tracks.len()
     }
 
-    fn row(&mut self, tracks: &Trajectories, i: usize) {
-        let frames = tracks.frames(i);
-        for j in i + 1..tracks.len() {
-            let start = (tracks.start_frame[j] as usize).max(frames.start);
-            let end = frames.end.min(tracks.frames(j).end);
-            if end < start + self.min_overlap {
-                continue;
-            }
-            let middle = (start + end) / 2;
-            let p = tracks.point(i, middle);
-            let q = tracks.point(j, middle);
-            let apart = (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2);
-            let scale = if apart <= self.radius_sq {
-                1.0
-            } else if self.far_sampling > 0
-                && mix(self.seed ^ ((i as u64) << 32 | j as u64)).is_multiple_of(self.far_sampling)
-            {
-                self.far_weight
-            } else {
-                continue;
-            };
-            let w = libm::expf(-self.lambda * self.motions.distance_sq(tracks, i, j, start..end));
-            if w >= NEGLIGIBLE {
-                self.upper.push((i as u32, j as u32, w * scale));
-            }
-        }
+    /// The rows from `first` on, to be made elsewhere.
+    pub(crate) fn rows(&self, tracks: &Trajectories, first: usize, count: usize) -> Rows {
+        let tracks = tracks.from_number(first);
+        Rows { tracks, first, count, params: self.params.clone(), radius: self.radius, seed: self.seed }
+    }
+
+    /// Takes the next `rows`, which were made elsewhere. Returns whether any are left.
+    pub(crate) fn accept(&mut self, entries: Vec<(u32, u32, f32)>, rows: usize) -> bool {
+        self.upper.extend(entries);
+        self.next = self.next.saturating_add(rows).min(self.count);
+        self.next < self.count
     }
 
     /// The matrix, once [`AffinityRows::advance`] has returned false.
@@ -162,6 +160,70 @@ impl AffinityRows {
             return Err(Error::Data { reason });
         }
         Ok(SymCsr::from_upper(self.count, &self.upper))
+    }
+}
+
+/// What pairs of trajectories are compared with.
+struct Pairs<'a> {
+    tracks: &'a Trajectories,
+    motions: &'a Motions,
+    /// The number of the first trajectory in the clip.
+    first: usize,
+    radius_sq: f32,
+    lambda: f32,
+    far_sampling: u64,
+    min_overlap: usize,
+    seed: u64,
+}
+
+impl<'a> Pairs<'a> {
+    fn new(
+        tracks: &'a Trajectories,
+        motions: &'a Motions,
+        first: usize,
+        (params, radius, seed): (&AffinityParams, f32, u32),
+    ) -> Self {
+        Self {
+            tracks,
+            motions,
+            first,
+            radius_sq: radius.powi(2),
+            lambda: params.lambda,
+            far_sampling: u64::from(params.far_sampling),
+            min_overlap: (params.min_overlap as usize).min(tracks.num_frames.max(2)),
+            seed: mix(u64::from(seed) ^ 0xaff1),
+        }
+    }
+
+    /// Compares trajectory `i` with all later ones.
+    fn row(&self, i: usize, upper: &mut Vec<(u32, u32, f32)>) {
+        let tracks = self.tracks;
+        let frames = tracks.frames(i);
+        for j in i + 1..tracks.len() {
+            let start = (tracks.start_frame[j] as usize).max(frames.start);
+            let end = frames.end.min(tracks.frames(j).end);
+            if end < start + self.min_overlap {
+                continue;
+            }
+            let middle = (start + end) / 2;
+            let p = tracks.point(i, middle);
+            let q = tracks.point(j, middle);
+            let apart = (tracks.x[p] - tracks.x[q]).powi(2) + (tracks.y[p] - tracks.y[q]).powi(2);
+            let pair = (self.first + i, self.first + j);
+            let scale = if apart <= self.radius_sq {
+                1.0
+            } else if self.far_sampling > 0
+                && mix(self.seed ^ ((pair.0 as u64) << 32 | pair.1 as u64)).is_multiple_of(self.far_sampling)
+            {
+                self.far_sampling as f32
+            } else {
+                continue;
+            };
+            let w = libm::expf(-self.lambda * self.motions.distance_sq(tracks, i, j, start..end));
+            if w >= NEGLIGIBLE {
+                upper.push((pair.0 as u32, pair.1 as u32, w * scale));
+            }
+        }
     }
 }
 

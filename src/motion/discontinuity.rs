@@ -84,22 +84,43 @@ pub struct Discontinuities {
 /// ```
 #[must_use]
 pub fn neighborhoods(tracks: &Trajectories) -> Neighborhoods {
-    let mut keys: Vec<u64> = Vec::new();
+    neighborhoods_by(tracks, |frame| delaunay_edges(&points_in(tracks, frame)))
+}
+
+/// The points of the trajectories alive in `frame`, by trajectory.
+pub(crate) fn points_in(tracks: &Trajectories, frame: usize) -> Vec<(f32, f32)> {
+    tracks.alive(frame).map(|(_, x, y)| (x, y)).collect()
+}
+
+/// The same from the Delaunay edges of each frame's points, in the order of [`points_in`].
+pub(crate) fn neighborhoods_by(
+    tracks: &Trajectories,
+    mut edges: impl FnMut(usize) -> Vec<(u32, u32)>,
+) -> Neighborhoods {
+    let mut all: Vec<(u32, u32)> = Vec::new();
     let mut frame_offset = vec![0_u32];
-    let alive = alive_by_frame(tracks);
-    let mut points = Vec::new();
-    for (frame, ids) in alive.iter().enumerate() {
-        points.clear();
-        points.extend(ids.iter().filter_map(|&i| tracks.at(i as usize, frame)));
+    for (frame, ids) in alive_by_frame(tracks).iter().enumerate() {
         // Ids increase, so the order of an edge's ends is kept.
-        keys.extend(delaunay_edges(&points).iter().map(|&(a, b)| order::pair(ids[a as usize], ids[b as usize])));
-        frame_offset.push(keys.len() as u32);
+        all.extend(edges(frame).iter().map(|&(a, b)| (ids[a as usize], ids[b as usize])));
+        frame_offset.push(all.len() as u32);
     }
-    let mut unique = keys.clone();
-    order::sort_by_key(&mut unique, |&k| k);
-    unique.dedup();
-    let frame_edges = keys.iter().filter_map(|k| unique.binary_search(k).ok()).map(|p| p as u32).collect();
-    let pairs = unique.iter().map(|&k| ((k >> 32) as u32, k as u32)).collect();
+    // Who has whom as a neighbour of a higher number, of which there are few.
+    let mut near: Vec<Vec<u32>> = vec![Vec::new(); tracks.len()];
+    for &(i, j) in &all {
+        let near = &mut near[i as usize];
+        if !near.contains(&j) {
+            near.push(j);
+        }
+    }
+    let mut pairs = Vec::new();
+    let mut first = Vec::with_capacity(near.len());
+    for (i, near) in (0..).zip(&mut near) {
+        order::sort_by_key(near, |&j| u64::from(j));
+        first.push(pairs.len() as u32);
+        pairs.extend(near.iter().map(|&j| (i, j)));
+    }
+    let place = |&(i, j): &(u32, u32)| Some(first[i as usize] + near[i as usize].binary_search(&j).ok()? as u32);
+    let frame_edges = all.iter().filter_map(place).collect();
     Neighborhoods { pairs, frame_offset, frame_edges }
 }
 

@@ -11,12 +11,7 @@ export { regionOf, strokeRegion } from './edit/regions.js';
 // These are loaded when they are first called.
 /** @type {typeof import('./edit/carry.js').carryEdit} */
 export const carryEdit = async (...args) => (await part(import('./edit/carry.js'))).carryEdit(...args);
-/**
- * Regions that may be meant by a click, the likeliest first, at most three of clearly different sizes: each grows from the
- * superpixel at the place, over weak boundaries, to like colours and like motion.
- * @param {Parameters<typeof import('./edit/grow.js').grownRegions>} args what the frame shows, and the place in pixels
- * @returns {Promise<import('./edit/grow.js').Grown[]>}
- */
+/** @type {typeof import('./edit/grow.js').grownRegions} */
 export const grownRegions = async (...args) => (await part(import('./edit/grow.js'))).grownRegions(...args);
 /** @type {typeof import('./edit/smooth.js').smoothMasks} */
 export const smoothMasks = async (...args) => (await part(import('./edit/smooth.js'))).smoothMasks(...args);
@@ -29,7 +24,6 @@ export const openProject = async (...args) => (await part(import('./edit/project
 
 /** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
 /** @typedef {import('./edit/grow.js').Grounds} Grounds */
-/** @typedef {import('./edit/grow.js').Grown} Grown */
 /** @typedef {import('./edit/editor.js').Edit} Edit */
 /** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */
 /** @typedef {import('./edit/smooth.js').SmoothMasksOptions} SmoothMasksOptions */

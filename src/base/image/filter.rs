@@ -69,13 +69,37 @@ fn add_two_pairs(out: &mut [f32], pairs: [&[f32]; 4], v: f32, w: f32) {
 
 /// The value at `(x, y)` by bilinear interpolation; coordinates outside are clamped to the border.
 pub fn sample_bilinear(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
-    let (x0, fx) = split(x, plane.width());
-    let (y0, fy) = split(y, plane.height());
-    let x1 = (x0 + 1).min(plane.width() - 1);
-    let (top, bottom) = (plane.row(y0), plane.row((y0 + 1).min(plane.height() - 1)));
-    let above = top[x0] + fx * (top[x1] - top[x0]);
-    let below = bottom[x0] + fx * (bottom[x1] - bottom[x0]);
-    above + fy * (below - above)
+    Spot::new((plane.width(), plane.height()), x, y).of(plane)
+}
+
+/// A place between pixels, for several planes of one size.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spot {
+    /// The left pixel above, and how far it is to the right one and to those below.
+    first: usize,
+    right: usize,
+    below: usize,
+    share: (f32, f32),
+}
+
+impl Spot {
+    /// In planes of this size; coordinates outside are clamped to the border.
+    pub(crate) fn new((width, height): (usize, usize), x: f32, y: f32) -> Self {
+        let ((x, fx), (y, fy)) = (split(x, width), split(y, height));
+        let right = usize::from(x + 1 < width);
+        let below = if y + 1 < height { width } else { 0 };
+        Self { first: y * width + x, right, below, share: (fx, fy) }
+    }
+
+    /// The value there.
+    #[inline]
+    pub(crate) fn of(&self, plane: &Plane<f32>) -> f32 {
+        let Self { first, right, below, share } = *self;
+        let (top, bottom) = (&plane.data()[first..], &plane.data()[first + below..]);
+        let above = top[0] + share.0 * (top[right] - top[0]);
+        let below = bottom[0] + share.0 * (bottom[right] - bottom[0]);
+        above + share.1 * (below - above)
+    }
 }
 
 fn split(position: f32, length: usize) -> (usize, f32) {

@@ -128,10 +128,12 @@ impl Frame {
                 }
             }
             for column in &columns {
-                for c in 0..3 {
-                    let value: f32 = column.iter().map(|&(x, weight)| weight * line[3 * x + c]).sum();
-                    rgb.push((value + 0.5) as u8);
+                let mut sums = [0.0; 3];
+                for &(x, weight) in column {
+                    let pixel = &line[3 * x..3 * x + 3];
+                    (0..3).for_each(|c| sums[c] += weight * pixel[c]);
                 }
+                rgb.extend(sums.map(|value: f32| (value + 0.5) as u8));
             }
         }
         Self { rgb, width, height }

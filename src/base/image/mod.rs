@@ -7,7 +7,7 @@ mod plane;
 mod runs;
 
 pub use crate::error::{MAX_PIXELS, MAX_SIDE};
-pub(crate) use filter::weigh;
+pub(crate) use filter::{Spot, weigh};
 #[doc(hidden)]
 pub use filter::{gaussian_blur, sample_bilinear};
 pub use frame::Frame;

@@ -43,32 +43,43 @@ pub(crate) fn appearance(
 fn near_objects(superpixels: &Superpixels, is_object: &[bool]) -> Vec<bool> {
     let label = superpixels.label();
     let (w, h) = (label.width(), label.height());
-    let reach = (NEAR * w.max(h) as f32) as usize;
+    let reach = (NEAR * w.max(h) as f32) as u16 + 1;
+    // Near an object in its row; then also in its column, above.
     let mut near = Plane::filled(w, h, false);
+    let mut is_set = vec![false; w];
     for y in 0..h {
-        let row = label.row(y);
-        widen(reach, w, |x| is_object[row[x] as usize], |x| near.row_mut(y)[x] = true);
+        is_set.iter_mut().zip(label.row(y)).for_each(|(set, &s)| *set = is_object[s as usize]);
+        let near = near.row_mut(y);
+        widen(reach, near.iter_mut().zip(&is_set));
+        widen(reach, near.iter_mut().zip(&is_set).rev());
     }
+    let mut of_row = vec![0_u16; w];
+    let mut below = near.clone();
+    for y in 0..h {
+        for ((left, near), below) in of_row.iter_mut().zip(near.row(y)).zip(below.row_mut(y)) {
+            *left = if *near { reach } else { left.saturating_sub(1) };
+            *below = *left > 0;
+        }
+    }
+    of_row.fill(0);
     let mut found = vec![false; superpixels.count];
-    for x in 0..w {
-        widen(reach, h, |y| near[(x, y)], |y| found[label[(x, y)] as usize] = true);
+    for y in (0..h).rev() {
+        for ((left, near), (below, &s)) in of_row.iter_mut().zip(near.row(y)).zip(below.row(y).iter().zip(label.row(y)))
+        {
+            *left = if *near { reach } else { left.saturating_sub(1) };
+            found[s as usize] |= *below || *left > 0;
+        }
     }
     found
 }
 
-/// Calls `mark` for all places of a line, some twice, that are within `reach` of one that is `set`.
-fn widen(reach: usize, len: usize, set: impl Fn(usize) -> bool, mut mark: impl FnMut(usize)) {
-    let mut line = |place: &dyn Fn(usize) -> usize| {
-        let mut left = 0;
-        for k in 0..len {
-            left = if set(place(k)) { reach + 1 } else { usize::saturating_sub(left, 1) };
-            if left > 0 {
-                mark(place(k));
-            }
-        }
-    };
-    line(&|k| k);
-    line(&|k| len - 1 - k);
+/// Marks all places of a line, some twice, that come fewer than `reach` after one that is set, and these.
+fn widen<'a>(reach: u16, line: impl Iterator<Item = (&'a mut bool, &'a bool)>) {
+    let mut left = 0_u16;
+    for (near, is_set) in line {
+        left = if *is_set { reach } else { left.saturating_sub(1) };
+        *near |= left > 0;
+    }
 }
 
 /// The colours of each label over the whole clip.
@@ -86,15 +97,14 @@ impl ClipColours {
         let (mut mean, mut area) = (Vec::new(), Vec::new());
         for (t, s) in superpixels.iter().enumerate() {
             let frame = frames.get(t).filter(|f| (f.width(), f.height()) == s.runs().size())?;
-            let mut sums = vec![[0_u32; 4]; s.count];
-            for (&p, rgb) in s.label().data().iter().zip(frame.rgb().chunks_exact(3)) {
-                let sum = &mut sums[p as usize];
-                for c in 0..3 {
-                    sum[c] += u32::from(rgb[c]);
-                }
-                sum[3] += 1;
+            // Two sums in each number.
+            let mut sums = vec![[0_u64; 2]; s.count];
+            for (&p, rgb) in s.label().data().iter().zip(frame.rgb().as_chunks::<3>().0) {
+                let (sum, [r, g, b]) = (&mut sums[p as usize], rgb.map(u64::from));
+                *sum = [sum[0] + (r | g << 32), sum[1] + (b | 1 << 32)];
             }
-            for [r, g, b, count] in sums {
+            for [red_green, blue_count] in sums {
+                let [r, g, b, count] = [red_green, red_green >> 32, blue_count, blue_count >> 32].map(|v| v as u32);
                 mean.push(Colour::of(&[r, g, b].map(|v| (v / count.max(1)) as u8)));
                 area.push(count as f32);
             }

@@ -108,12 +108,14 @@ fn asks_in(tracks: &Trajectories, i: usize, t: usize) -> bool {
 /// By how much both move differently around frame `t`, in pixels per frame squared; `None` without a second common
 /// frame.
 pub(crate) fn motion_difference_sq(a: &Trajectories, i: usize, b: &Trajectories, j: usize, t: usize) -> Option<f32> {
-    let begin = a.frames(i).start.max(b.frames(j).start).max(t.saturating_sub(HORIZON));
-    let end = (a.frames(i).end.min(b.frames(j).end) - 1).min(t + HORIZON);
-    let ((ax0, ay0), (bx0, by0)) = (a.at(i, begin)?, b.at(j, begin)?);
-    let ((ax1, ay1), (bx1, by1)) = (a.at(i, end)?, b.at(j, end)?);
-    let frames = (end > begin).then_some((end - begin) as f32)?;
-    let (dx, dy) = ((ax1 - ax0) - (bx1 - bx0), (ay1 - ay0) - (by1 - by0));
+    let (of_a, of_b) = (a.frames(i), b.frames(j));
+    let begin = of_a.start.max(of_b.start).max(t.saturating_sub(HORIZON));
+    let end = (of_a.end.min(of_b.end) - 1).min(t + HORIZON);
+    let length = end.checked_sub(begin).filter(|&length| length > 0)?;
+    let (p, q) = (a.point(i, begin), b.point(j, begin));
+    let dx = (a.x[p + length] - a.x[p]) - (b.x[q + length] - b.x[q]);
+    let dy = (a.y[p + length] - a.y[p]) - (b.y[q + length] - b.y[q]);
+    let frames = length as f32;
     Some((dx * dx + dy * dy) / (frames * frames))
 }
 

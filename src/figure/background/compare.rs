@@ -22,41 +22,70 @@ const LEAST_POINTS: usize = 3;
 
 /// How far each pixel of a frame is from what other frames show of it, in grey levels, if it is the scene's and if it is
 /// an object's.
-pub(super) type Accounts = Plane<[u8; 2]>;
+pub(crate) type Accounts = Plane<[u8; 2]>;
 
-/// Both accounts of frame `t`. `pictures` are the frames reduced by `step`; `is_object` says what each label of the
-/// trajectories is. Where nothing can be told both are 0.
-pub(super) fn accounts(
-    pictures: &[Picture],
-    step: usize,
-    t: usize,
-    camera: &Camera,
-    (tracks, label): (&Trajectories, &[u32]),
-    is_object: &[bool],
-) -> Accounts {
-    let of = |i: usize| label.get(i).and_then(|&l| object(l, is_object));
-    let picture = &pictures[t];
-    let pixels = picture.data().len();
-    let (mut by_scene, mut by_object) = (Differences::new(pixels), Differences::new(pixels));
-    let others = AWAY.iter().flat_map(|&k| [t.checked_sub(k), Some(t + k).filter(|&s| s < pictures.len())]).flatten();
-    for s in others {
-        let points = |wanted: bool| -> Vec<_> {
-            let common = tracks.alive(t).filter(|&(i, ..)| of(i) == Some(wanted));
-            common.filter_map(|(i, x, y)| tracks.at(i, s).map(|to| ((x, y), to))).collect()
+/// What the accounts of a frame are made from: what it shows, and what others show where the scene and the objects have
+/// gone to.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sought {
+    pub(crate) picture: Picture,
+    pub(crate) others: Vec<Other>,
+}
+
+/// Another frame.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Other {
+    pub(crate) picture: Picture,
+    pub(crate) scene: Lattice,
+    /// `None` where too little is known of them.
+    pub(crate) object: Option<Lattice>,
+}
+
+impl Sought {
+    /// Of frame `t`. `pictures` are the frames reduced by `step`; `is_object` says what each label of the trajectories is.
+    pub(super) fn new(
+        pictures: &[Picture],
+        step: usize,
+        t: usize,
+        camera: &Camera,
+        (tracks, label): (&Trajectories, &[u32]),
+        is_object: &[bool],
+    ) -> Self {
+        let picture = pictures[t].clone();
+        let of = |i: usize| label.get(i).and_then(|&l| object(l, is_object));
+        let known: Vec<_> = tracks.alive(t).filter_map(|(i, x, y)| Some((i, (x, y), of(i)?))).collect();
+        let near = AWAY.iter().flat_map(|&k| [t.checked_sub(k), Some(t + k)]).flatten();
+        let other = |s: usize| {
+            let points = |wanted: bool| -> Vec<_> {
+                let own = known.iter().filter(|&&(.., object)| object == wanted);
+                own.filter_map(|&(i, from, _)| tracks.at(i, s).map(|to| (from, to))).collect()
+            };
+            let (way, size) = (camera.between(t, s), (picture.width(), picture.height()));
+            let lattice = |points: Vec<_>| Lattice::new(size, step, &Warp::new(tracks.size, way, points.into_iter()));
+            let object = Some(points(true)).filter(|points| points.len() >= LEAST_POINTS);
+            Other { picture: pictures[s].clone(), scene: lattice(points(false)), object: object.map(lattice) }
         };
-        let (scene, object) = (points(false), points(true));
-        let way = camera.between(t, s);
-        by_scene.add(picture, &pictures[s], step, &Warp::new(tracks.size, way, scene.into_iter()));
-        if object.len() >= LEAST_POINTS {
-            by_object.add(picture, &pictures[s], step, &Warp::new(tracks.size, way, object.into_iter()));
-        }
+        let others = near.filter(|&s| s < pictures.len()).map(other).collect();
+        Self { picture, others }
     }
-    let (scene, object) = (by_scene.representative(), by_object.representative());
-    let value = |i: usize| match (scene[i], object[i]) {
-        (Some(scene), Some(object)) => [scene, object],
-        _ => [0, 0],
-    };
-    Plane::from_fn(picture.width(), picture.height(), |x, y| value(y * picture.width() + x))
+
+    /// Both accounts. Where nothing can be told both are 0.
+    pub(crate) fn accounts(&self) -> Accounts {
+        let Self { picture, others } = self;
+        let (mut by_scene, mut by_object) = (Differences::default(), Differences::default());
+        for other in others {
+            by_scene.add(picture, &other.picture, &other.scene);
+            other.object.iter().for_each(|object| by_object.add(picture, &other.picture, object));
+        }
+        let mut at = 0;
+        Plane::from_fn(picture.width(), picture.height(), |_, _| {
+            at += 1;
+            match (by_scene.representative(at - 1), by_object.representative(at - 1)) {
+                (Some(scene), Some(object)) => [scene, object],
+                _ => [0, 0],
+            }
+        })
+    }
 }
 
 /// What accounts of some pixels come to.
@@ -95,70 +124,66 @@ impl Verdict {
 const GONE: u8 = 255;
 
 /// How far each pixel is from what other frames show of it, frame by frame; [`GONE`] where it has left the frame.
-struct Differences {
-    of_frame: Vec<Vec<u8>>,
-    pixels: usize,
-}
+#[derive(Default)]
+struct Differences(Vec<Vec<u8>>);
 
 impl Differences {
-    fn new(pixels: usize) -> Self {
-        Self { of_frame: Vec::new(), pixels }
-    }
-
-    fn add(&mut self, picture: &Picture, other: &Picture, step: usize, warp: &Warp) {
+    fn add(&mut self, picture: &Picture, other: &Picture, lattice: &Lattice) {
         let (right, bottom) = ((picture.width() - 1) as f32, (picture.height() - 1) as f32);
-        let lattice = Lattice::new((picture.width(), picture.height()), step, warp);
-        let mut found = Vec::with_capacity(self.pixels);
+        let mut found = Vec::with_capacity(picture.data().len());
+        let mut row = Vec::new();
         for y in 0..picture.height() {
-            let row = lattice.row(y);
-            found.extend(picture.row(y).iter().enumerate().map(|(x, &own)| {
-                let (to_x, to_y) = row.at(x);
-                let inside = to_x >= 0.0 && to_y >= 0.0 && to_x <= right && to_y <= bottom;
-                if inside { apart(own, sampled(other, to_x, to_y)).min(GONE - 1) } else { GONE }
+            lattice.row(y, picture.width(), &mut row);
+            found.extend(picture.row(y).iter().zip(places(&row)).map(|(&own, (x, y))| {
+                let inside = x >= 0.0 && y >= 0.0 && x <= right && y <= bottom;
+                if inside { apart(own, sampled(other, x, y)).min(GONE - 1) } else { GONE }
             }));
         }
-        self.of_frame.push(found);
+        self.0.push(found);
     }
 
-    /// The difference that counts for each pixel; `None` where it is in no other frame.
-    fn representative(&self) -> Vec<Option<u8>> {
-        let one = |i: usize| {
-            let mut seen = [GONE; 2 * AWAY.len()];
-            let mut count = 0;
-            for frame in self.of_frame.iter().filter(|frame| frame[i] != GONE) {
-                let mut place = count;
-                while place > 0 && seen[place - 1] > frame[i] {
-                    seen[place] = seen[place - 1];
-                    place -= 1;
-                }
-                seen[place] = frame[i];
-                count += 1;
+    /// The difference that counts for pixel `i`; `None` where it is in no other frame.
+    fn representative(&self, i: usize) -> Option<u8> {
+        let mut seen = [GONE; 2 * AWAY.len()];
+        let mut count = 0;
+        for frame in self.0.iter().filter(|frame| frame[i] != GONE) {
+            let mut place = count;
+            while place > 0 && seen[place - 1] > frame[i] {
+                seen[place] = seen[place - 1];
+                place -= 1;
             }
-            (count > 0).then(|| seen[(COUNTS * (count - 1) as f32 + 0.5) as usize])
-        };
-        (0..self.pixels).map(one).collect()
+            seen[place] = frame[i];
+            count += 1;
+        }
+        (count > 0).then(|| seen[(COUNTS * (count - 1) as f32 + 0.5) as usize])
     }
 }
 
 /// Where points of a reduced frame go, a few pixels apart.
-struct Lattice {
-    columns: usize,
-    points: Vec<(f32, f32)>,
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Lattice(pub(crate) Vec<(f32, f32)>);
+
+fn mix(a: (f32, f32), b: (f32, f32), share: f32) -> (f32, f32) {
+    (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
 }
 
-/// A row of pixels among them.
-struct Row<'a> {
-    above: &'a [(f32, f32)],
-    below: &'a [(f32, f32)],
-    share: f32,
+/// Where the pixels of a row go, by those of them that are on the lattice's columns.
+fn places(columns: &[(f32, f32)]) -> impl Iterator<Item = (f32, f32)> + '_ {
+    let shares = || (0..Lattice::GAP).map(|k| k as f32 / Lattice::GAP as f32);
+    columns.windows(2).flat_map(move |ends| shares().map(|share| mix(ends[0], ends[1], share)))
 }
 
 impl Lattice {
     /// Pixels from point to point.
     const GAP: usize = 8;
 
-    fn new((w, h): (usize, usize), step: usize, warp: &Warp) -> Self {
-        let (columns, rows) = (w / Self::GAP + 2, h / Self::GAP + 2);
+    /// Columns and rows for a reduced frame of this size.
+    pub(crate) fn size((w, h): (usize, usize)) -> (usize, usize) {
+        (w / Self::GAP + 2, h / Self::GAP + 2)
+    }
+
+    fn new(size: (usize, usize), step: usize, warp: &Warp) -> Self {
+        let (columns, rows) = Self::size(size);
         // Pixel centres are at whole numbers.
         let full = |k: usize| ((k * Self::GAP) as f32 + 0.5) * step as f32 - 0.5;
         let small = |v: f32| (v + 0.5) / step as f32 - 0.5;
@@ -169,26 +194,16 @@ impl Lattice {
                 (small(x), small(y))
             }));
         }
-        Self { columns, points }
+        Self(points)
     }
 
-    fn row(&self, y: usize) -> Row<'_> {
-        let line = |k: usize| &self.points[k * self.columns..(k + 1) * self.columns];
-        let k = y / Self::GAP;
-        Row { above: line(k), below: line(k + 1), share: (y % Self::GAP) as f32 / Self::GAP as f32 }
-    }
-}
-
-impl Row<'_> {
-    fn at(&self, x: usize) -> (f32, f32) {
-        let (k, share) = (x / Lattice::GAP, (x % Lattice::GAP) as f32 / Lattice::GAP as f32);
-        let mix = |a: f32, b: f32, share: f32| a + share * (b - a);
-        let down = |k: usize| {
-            let (a, b) = (self.above[k], self.below[k]);
-            (mix(a.0, b.0, self.share), mix(a.1, b.1, self.share))
-        };
-        let (left, right) = (down(k), down(k + 1));
-        (mix(left.0, right.0, share), mix(left.1, right.1, share))
+    /// Where those pixels of row `y` go that are on columns, in a frame of this width.
+    fn row(&self, y: usize, width: usize, into: &mut Vec<(f32, f32)>) {
+        let columns = Self::size((width, 0)).0;
+        let line = |k: usize| &self.0[k * columns..(k + 1) * columns];
+        let (k, share) = (y / Self::GAP, (y % Self::GAP) as f32 / Self::GAP as f32);
+        into.clear();
+        into.extend(line(k).iter().zip(line(k + 1)).map(|(&a, &b)| mix(a, b, share)));
     }
 }
 

@@ -38,12 +38,16 @@ pub(crate) use stand_out::{Clustering, StandOut};
 use crate::camera::Camera;
 use crate::cut::pixel_of;
 use crate::discretize::Clusters;
-use crate::flow::CompactFlow;
+use crate::flow::{CompactFlow, Field};
 use crate::image::{Frame, Plane};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
-use compare::{Accounts, Verdict, accounts, object};
-use plate::{Picture, Plate, UNKNOWN, picture};
+pub(crate) use compare::{Accounts, Sought};
+#[cfg(any(feature = "wasm", test))]
+pub(crate) use compare::{Lattice, Other};
+use compare::{Verdict, object};
+pub(crate) use plate::Picture;
+use plate::{Plate, UNKNOWN, picture};
 
 crate::params! {
     /// The background.
@@ -166,11 +170,19 @@ impl Background {
         stand_out::stand_out(before, denser, salient, spacing)
     }
 
-    /// Accounts for the pixels of all frames by these trajectories, whose labels are objects or not.
-    pub(crate) fn account(&mut self, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
-        let frames = if is_object.contains(&true) { 0..self.pictures.len() } else { 0..0 };
-        let (pictures, camera) = (&self.pictures, &self.camera);
-        self.accounts = frames.map(|t| accounts(pictures, self.step, t, camera, labelled, is_object)).collect();
+    /// Of how many frames accounts are made where labels are objects or not: none where no label is one.
+    pub(crate) fn num_accounts(&self, is_object: &[bool]) -> usize {
+        if !self.is_still() && is_object.contains(&true) { self.pictures.len() } else { 0 }
+    }
+
+    /// What the accounts of the pixels of frame `t` are made from by these trajectories.
+    pub(crate) fn sought(&self, t: usize, labelled: (&Trajectories, &[u32]), is_object: &[bool]) -> Sought {
+        Sought::new(&self.pictures, self.step, t, &self.camera, labelled, is_object)
+    }
+
+    /// Takes the accounts of all frames, or none, by these trajectories.
+    pub(crate) fn account(&mut self, made: Vec<Accounts>, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
+        self.accounts = made;
         let mut scene = Verdict::default();
         for (i, &label) in labelled.1.iter().enumerate() {
             if object(label, is_object) == Some(false) {
@@ -271,20 +283,27 @@ fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32>
     let superpixel = superpixels.label();
     let (w, h) = (superpixel.width(), superpixel.height());
     let mut sums = vec![Verdict::default(); superpixels.count];
+    let columns = columns(w, map.width());
     for y in 0..h {
         let line = map.row(y * map.height() / h);
-        for (x, &s) in superpixel.row(y).iter().enumerate() {
-            sums[s as usize].add(line[x * map.width() / w]);
+        for (&s, &x) in superpixel.row(y).iter().zip(&columns) {
+            sums[s as usize].add(line[x]);
         }
     }
     sums.iter().map(|v| v.value().max(v.strangeness(strange))).collect()
 }
 
+/// The column of a map of width `to` for each of a frame of width `from`.
+fn columns(from: usize, to: usize) -> Vec<usize> {
+    (0..from).map(|x| x * to / from).collect()
+}
+
 /// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
 fn motion(flow: &CompactFlow, half: f32) -> Plane<u8> {
-    let flow = flow.unpack(1.0, 1.0);
-    Plane::from_fn(flow.u.width(), flow.u.height(), |x, y| {
-        let sq = flow.u[(x, y)] * flow.u[(x, y)] + flow.v[(x, y)] * flow.v[(x, y)];
+    let (width, height) = flow.size();
+    Plane::from_fn(width, height, |x, y| {
+        let (u, v) = flow.at(x, y);
+        let sq = u * u + v * v;
         (254.0 * sq / (sq + half * half)) as u8
     })
 }
@@ -337,10 +356,11 @@ fn means(superpixels: &Superpixels, map: &Plane<u8>) -> Vec<f32> {
     let superpixel = superpixels.label();
     let (w, h) = (superpixel.width(), superpixel.height());
     let mut sums = vec![(0_u32, 0_u32); superpixels.count];
+    let columns = columns(w, map.width());
     for y in 0..h {
         let line = map.row(y * map.height() / h);
-        for (x, &s) in superpixel.row(y).iter().enumerate() {
-            let (sum, value) = (&mut sums[s as usize], line[x * map.width() / w]);
+        for (&s, &x) in superpixel.row(y).iter().zip(&columns) {
+            let (sum, value) = (&mut sums[s as usize], line[x]);
             if value != UNKNOWN {
                 *sum = (sum.0 + u32::from(value), sum.1 + 1);
             }
@@ -427,12 +447,18 @@ mod tests {
         (tracks, label)
     }
 
+    fn account(background: &mut Background, labelled: (&Trajectories, &[u32]), is_object: &[bool]) {
+        let frames = 0..background.num_accounts(is_object);
+        let made = frames.map(|t| background.sought(t, labelled, is_object).accounts()).collect();
+        background.account(made, labelled, is_object);
+    }
+
     #[test]
     fn before_a_moving_camera_superpixels_go_with_what_explains_them() {
         let params = BackgroundParams::default();
         let (tracks, label) = followed();
         let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
-        background.account((&tracks, &label), &[false, true]);
+        account(&mut background, (&tracks, &label), &[false, true]);
         // The square of frame 4, and all around it.
         let inside = |x: usize, y: usize| (24..48).contains(&x) && (20..44).contains(&y);
         let plane = Plane::from_fn(96, 64, |x, y| u32::from(inside(x, y)));
@@ -457,7 +483,7 @@ mod tests {
         let params = BackgroundParams::default();
         let (tracks, label) = followed();
         let mut background = Background::new(&panned(), Camera::panning(-2.0, 10), (&tracks, 1.0));
-        background.account((&tracks, &label), &[false, false]);
+        account(&mut background, (&tracks, &label), &[false, false]);
         let found = background.evidence(&vec![halves(); 10], &[], (&tracks, &label), &[false, false], &params);
         assert_eq!(found, vec![0.0; 30]);
     }

@@ -18,7 +18,7 @@ const HALF: f32 = 5.0;
 const DEVIATION: f32 = 1.4826;
 
 /// A frame reduced, a colour a pixel.
-pub(super) type Picture = Plane<[u8; 3]>;
+pub(crate) type Picture = Plane<[u8; 3]>;
 
 /// The plate.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,13 @@ impl Plate {
         let mut is_known = Plane::filled(size.width(), size.height(), true);
         let mut seen = Vec::with_capacity(count);
         for y in 0..size.height() {
+            let rows: Vec<&[[u8; 3]]> = sources.iter().map(|&t| frames[t].row(y)).collect();
+            let (middle, apart) = median_row(&rows);
             for x in 0..size.width() {
+                if !sources.iter().any(|&t| hidden(t, x, y)) {
+                    (colour.row_mut(y)[x], noise.row_mut(y)[x]) = (middle[x], DEVIATION * f32::from(apart[x]));
+                    continue;
+                }
                 seen.clear();
                 seen.extend(sources.iter().filter(|&&t| !hidden(t, x, y)).map(|&t| frames[t][(x, y)]));
                 if seen.len() < ENOUGH.min(count) {
@@ -64,14 +70,17 @@ impl Plate {
     /// How far each pixel is from the plate, in 255ths: one half at [`HALF`] standard deviations of the noise there;
     /// [`UNKNOWN`] where the plate is not known.
     pub(super) fn distance(&self, picture: &Picture) -> Plane<u8> {
-        Plane::from_fn(picture.width(), picture.height(), |x, y| {
-            if !self.is_known[(x, y)] {
-                return UNKNOWN;
-            }
-            let apart = f32::from(apart(picture[(x, y)], self.colour[(x, y)]));
-            let half = HALF * HALF * self.variance[(x, y)];
-            (254.0 * apart * apart / (apart * apart + half)) as u8
-        })
+        let apart: Vec<u8> = picture.data().iter().zip(self.colour.data()).map(|(&a, &b)| apart(a, b)).collect();
+        let of = |(&apart, &variance): (&u8, &f32)| {
+            let (apart, half) = (f32::from(apart), HALF * HALF * variance);
+            // Below 255, and cut as a wide number: many at a time.
+            (254.0 * apart * apart / (apart * apart + half)) as i32 as u8
+        };
+        let mut distance: Vec<u8> = apart.iter().zip(self.variance.data()).map(of).collect();
+        for (distance, _) in distance.iter_mut().zip(self.is_known.data()).filter(|(_, known)| !**known) {
+            *distance = UNKNOWN;
+        }
+        Plane::from_vec(picture.width(), picture.height(), distance).unwrap_or_default()
     }
 }
 
@@ -100,6 +109,36 @@ pub(super) fn sampled(picture: &Picture, x: f32, y: f32) -> [u8; 3] {
     })
 }
 
+/// For each pixel of a row the median of each channel over all frames, and the median distance from it.
+fn median_row(frames: &[&[[u8; 3]]]) -> (Vec<[u8; 3]>, Vec<u8>) {
+    let flat: Vec<&[u8]> = frames.iter().map(|row| row.as_flattened()).collect();
+    let middle = medians(&flat).as_chunks().0.to_vec();
+    let apart_from = |row: &&[[u8; 3]]| row.iter().zip(&middle).map(|(&a, &b)| apart(a, b)).collect();
+    let distances: Vec<Vec<u8>> = frames.iter().map(apart_from).collect();
+    let distances: Vec<&[u8]> = distances.iter().map(Vec::as_slice).collect();
+    let noise = medians(&distances);
+    (middle, noise)
+}
+
+/// [`median`] of what all rows have at a place, place by place: many at a time in vector registers.
+fn medians(rows: &[&[u8]]) -> Vec<u8> {
+    let half = (rows.len() / 2) as u8;
+    let mut low = vec![0; rows.first().map_or(0, |row| row.len())];
+    let mut less = vec![0_u8; low.len()];
+    for bit in (0..8).rev().map(|bit| 1_u8 << bit) {
+        less.fill(0);
+        for row in rows {
+            for ((less, low), value) in less.iter_mut().zip(&low).zip(*row) {
+                *less += u8::from(*value < low | bit);
+            }
+        }
+        for (low, less) in low.iter_mut().zip(&less) {
+            *low |= if *less <= half { bit } else { 0 };
+        }
+    }
+    low
+}
+
 /// The median of each channel of at most [`MOST_SOURCES`] colours, and the standard deviation that the median distance
 /// from it stands for.
 pub(super) fn median_of(seen: &[[u8; 3]]) -> ([u8; 3], f32) {
@@ -124,9 +163,7 @@ fn median(values: &[u8]) -> u8 {
 
 /// The noise of the pixel in the middle, when all are ordered by it.
 fn clip_noise(noise: &Plane<f32>) -> f32 {
-    let mut sorted = noise.data().to_vec();
-    order::sort_by_key(&mut sorted, |&n| order::double(f64::from(n)));
-    sorted[sorted.len() / 2].max(LEAST_NOISE)
+    order::nth(noise.data(), noise.data().len() / 2).max(LEAST_NOISE)
 }
 
 /// The largest value of the 3×3 pixels around each: beside what moves a little the plate is not sure either.

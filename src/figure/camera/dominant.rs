@@ -15,7 +15,7 @@
 //! All in `f64` with sums in a fixed order; only `+ - * /`, square roots and comparisons.
 
 use super::Homography;
-use crate::flow::FlowField;
+use crate::flow::Field;
 use crate::rng::Rng;
 
 /// Samples along the longer side of the frame. More would be slower and change the motion by less than the flow is
@@ -49,8 +49,9 @@ struct Coordinates {
 }
 
 impl Coordinates {
-    fn of(flow: &FlowField) -> Self {
-        let (width, height) = (flow.u.width() as f64, flow.u.height() as f64);
+    fn of(flow: &impl Field) -> Self {
+        let (width, height) = flow.size();
+        let (width, height) = (width as f64, height as f64);
         Self { center: (0.5 * (width - 1.0), 0.5 * (height - 1.0)), unit: 0.5 * width.max(height).max(1.0) }
     }
 }
@@ -75,7 +76,7 @@ struct Sample {
 
 impl DominantMotion {
     /// No motion in frames of this flow's size.
-    pub(crate) fn none(flow: &FlowField) -> Self {
+    pub(crate) fn none(flow: &impl Field) -> Self {
         Self { p: [0.0; 8], frame: Coordinates::of(flow) }
     }
 
@@ -96,35 +97,52 @@ impl DominantMotion {
         (u * self.frame.unit, v * self.frame.unit)
     }
 
-    /// Fills `magnitudes` with how far the flow of each of the pixels `(x0 + k step, y)` is from this motion, in
-    /// pixels.
-    pub(crate) fn residuals(&self, flow: &FlowField, y: usize, (x0, step): (usize, usize), magnitudes: &mut [f32]) {
+    /// What tells how far the flow of the pixels of row `y` is from this motion.
+    pub(crate) fn along(&self, y: usize) -> Residuals {
         let p = &self.p;
         let unit = self.frame.unit;
         let row = (y as f64 - self.frame.center.1) / unit;
-        // Numerators and denominator along the row: each is a start and a slope.
-        let begin = [p[1] * row + p[2], (1.0 + p[4]) * row + p[5], 1.0 + p[7] * row].map(|v| v as f32);
-        let slope = [1.0 + p[0], p[3], p[6]].map(|v| v as f32);
-        let (left, unit, row) = (self.frame.center.0 as f32, unit as f32, row as f32);
-        let (u, v) = (&flow.u.row(y)[x0..], &flow.v.row(y)[x0..]);
-        let samples = u.chunks(step).zip(v.chunks(step));
-        for (k, (magnitude, (u, v))) in magnitudes.iter_mut().zip(samples).enumerate() {
-            let x = ((x0 + k * step) as f32 - left) / unit;
-            let scale = 1.0 / (begin[2] + slope[2] * x);
-            let du = u[0] - unit * ((begin[0] + slope[0] * x) * scale - x);
-            let dv = v[0] - unit * ((begin[1] + slope[1] * x) * scale - row);
-            *magnitude = (du * du + dv * dv).sqrt();
+        Residuals {
+            begin: [p[1] * row + p[2], (1.0 + p[4]) * row + p[5], 1.0 + p[7] * row].map(|v| v as f32),
+            slope: [1.0 + p[0], p[3], p[6]].map(|v| v as f32),
+            left: self.frame.center.0 as f32,
+            unit: unit as f32,
+            row: row as f32,
         }
     }
 }
 
+/// A motion along a row of pixels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Residuals {
+    /// Numerators and denominator: each is a start and a slope.
+    begin: [f32; 3],
+    slope: [f32; 3],
+    left: f32,
+    unit: f32,
+    row: f32,
+}
+
+impl Residuals {
+    /// How far the flow of pixel `x` is from the motion, in pixels.
+    pub(crate) fn at(&self, x: usize, (u, v): (f32, f32)) -> f32 {
+        let Self { begin, slope, left, unit, row } = self;
+        let x = (x as f32 - left) / unit;
+        let scale = 1.0 / (begin[2] + slope[2] * x);
+        let du = u - unit * ((begin[0] + slope[0] * x) * scale - x);
+        let dv = v - unit * ((begin[1] + slope[1] * x) * scale - row);
+        (du * du + dv * dv).sqrt()
+    }
+}
+
 fn displacement(p: &[f64; 8], x: f64, y: f64) -> (f64, f64) {
-    let scale = 1.0 / (1.0 + p[6] * x + p[7] * y);
+    // Of an affine motion it is 1 without dividing.
+    let scale = if p[6] == 0.0 && p[7] == 0.0 { 1.0 } else { 1.0 / (1.0 + p[6] * x + p[7] * y) };
     (((1.0 + p[0]) * x + p[1] * y + p[2]) * scale - x, (p[3] * x + (1.0 + p[4]) * y + p[5]) * scale - y)
 }
 
 /// The dominant motion of `flow`; `before` is that of the frame before, and takes part in the choice.
-pub(crate) fn dominant_motion(flow: &FlowField, search: &Search, before: Option<&DominantMotion>) -> DominantMotion {
+pub(crate) fn dominant_motion(flow: &impl Field, search: &Search, before: Option<&DominantMotion>) -> DominantMotion {
     let frame = Coordinates::of(flow);
     let samples = samples(flow, &frame);
     let tau_sq = (search.tolerance / frame.unit).powi(2);
@@ -138,14 +156,15 @@ pub(crate) fn dominant_motion(flow: &FlowField, search: &Search, before: Option<
 }
 
 /// Step 1.
-fn samples(flow: &FlowField, frame: &Coordinates) -> Vec<Sample> {
-    let (width, height) = (flow.u.width(), flow.u.height());
+fn samples(flow: &impl Field, frame: &Coordinates) -> Vec<Sample> {
+    let (width, height) = flow.size();
     let step = width.max(height).div_ceil(GRID).max(1);
     let places = |side: usize| (step / 2).min(side.saturating_sub(1))..side;
     let mut samples = Vec::new();
     for y in places(height).step_by(step) {
         for x in places(width).step_by(step) {
-            let (u, v) = (f64::from(flow.u[(x, y)]), f64::from(flow.v[(x, y)]));
+            let (u, v) = flow.at(x, y);
+            let (u, v) = (f64::from(u), f64::from(v));
             if !(u.is_finite() && v.is_finite()) {
                 continue;
             }
@@ -256,16 +275,18 @@ fn least_squares(samples: &[Sample], p: &[f64; 8], count: usize, tau_sq: f64) ->
     for s in samples {
         let weight = (tau_sq / (residual_sq(s, p) + tau_sq)).powi(2);
         let (to_x, to_y) = (s.x + s.u, s.y + s.v);
+        // Each row without its three zeros: the numbers of the motion that it tells of, and what it has for them.
         let rows = [
-            ([s.x, s.y, 1.0, 0.0, 0.0, 0.0, -s.x * to_x, -s.y * to_x], s.u),
-            ([0.0, 0.0, 0.0, s.x, s.y, 1.0, -s.x * to_y, -s.y * to_y], s.v),
+            ([0, 1, 2, 6, 7], [s.x, s.y, 1.0, -s.x * to_x, -s.y * to_x], s.u),
+            ([3, 4, 5, 6, 7], [s.x, s.y, 1.0, -s.x * to_y, -s.y * to_y], s.v),
         ];
-        for (row, value) in rows {
-            for i in 0..count {
+        for (places, row, value) in rows {
+            for i in 0..count - 3 {
+                let weighted = weight * row[i];
                 for j in 0..=i {
-                    normal[i][j] += weight * row[i] * row[j];
+                    normal[places[i]][places[j]] += weighted * row[j];
                 }
-                right[i] += weight * row[i] * value;
+                right[places[i]] += weighted * value;
             }
         }
     }
@@ -303,6 +324,7 @@ fn solve(mut a: [[f64; 8]; 8], mut x: [f64; 8], count: usize) -> Option<[f64; 8]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::FlowField;
     use crate::image::Plane;
 
     const SEARCH: Search = Search { perspective: false, tolerance: 0.5 };
@@ -356,13 +378,12 @@ mod tests {
     fn residuals_are_the_distances_from_the_motion() {
         let flow = field(50, 40, |x, y| (0.1 * x, 0.02 * x * y));
         let motion = dominant_motion(&flow, &Search { perspective: true, ..SEARCH }, None);
-        let mut row = [0.0; 10];
-        motion.residuals(&flow, 7, (2, 5), &mut row);
-        for (k, &r) in row.iter().enumerate() {
-            let x = 2.0 + 5.0 * k as f64;
+        for x in 0..50 {
+            let r = motion.along(7).at(x, Field::at(&flow, x, 7));
+            let x = x as f64;
             let (u, v) = motion.at(x, 7.0);
             let expected = ((0.1 * x - u).powi(2) + (0.14 * x - v).powi(2)).sqrt();
-            assert!((f64::from(r) - expected).abs() < 1e-4, "{k}: {r} not {expected}");
+            assert!((f64::from(r) - expected).abs() < 1e-4, "{x}: {r} not {expected}");
         }
     }
 

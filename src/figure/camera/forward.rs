@@ -85,6 +85,19 @@ pub(crate) struct Going {
 }
 
 impl Forward {
+    /// The numbers that it is.
+    #[cfg(any(feature = "wasm", test))]
+    pub(crate) fn numbers(&self) -> [f64; 7] {
+        let ((fx, fy), [x, y, roll], (mx, my)) = (self.focus, self.turn, self.middle);
+        [fx, fy, x, y, roll, mx, my]
+    }
+
+    /// From these.
+    #[cfg(any(feature = "wasm", test))]
+    pub(crate) fn from_numbers([fx, fy, x, y, roll, mx, my]: [f64; 7]) -> Self {
+        Self { focus: (fx, fy), turn: [x, y, roll], middle: (mx, my) }
+    }
+
     /// The motion that explains these steps best. `None` for fewer than 40, or where all focuses are as bad.
     pub(crate) fn fit(steps: &[Step], units: Units) -> Option<Self> {
         if steps.len() < ENOUGH {

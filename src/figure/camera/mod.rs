@@ -18,10 +18,10 @@ mod homography;
 mod travel;
 mod warp;
 
-pub(crate) use dominant::{DominantMotion, Search, dominant_motion};
-pub(crate) use forward::{Going, Units};
+pub(crate) use dominant::{DominantMotion, Residuals, Search, dominant_motion};
+pub(crate) use forward::{Forward, Going, Units};
 pub(crate) use homography::Homography;
-pub(crate) use travel::{Pair, Travel};
+pub(crate) use travel::{Pair, Travel, Ways};
 pub(crate) use warp::Warp;
 
 use crate::image::{Frame, Plane, gaussian_blur, sample_bilinear};
@@ -65,11 +65,11 @@ impl Camera {
         let starts = (0..pairs).map(|k| if pairs > 1 { k * (last - apart) / (pairs - 1) } else { 0 });
         let (mut chain, mut none) = (Vec::new(), Vec::new());
         for t in starts {
-            let pair = [&frames[t], &frames[t + apart]].map(Slopes::of);
-            let scale = frames[t].width() as f64 / pair[0].x.width() as f64;
+            let pair = Edges::new(&frames[t], &frames[t + apart]);
+            let scale = frames[t].width() as f64 / pair.first.x.width() as f64;
             let chained = motions[t..t + apart].iter().fold(Homography::IDENTITY, |way, m| m.homography().after(&way));
-            chain.push(share_alike(&pair, &chained.rescaled(scale)));
-            none.push(share_alike(&pair, &Homography::IDENTITY));
+            chain.push(pair.share_alike(&chained.rescaled(scale)));
+            none.push(pair.share_alike(&Homography::IDENTITY));
         }
         let (chain, none) = (median(chain), median(none));
         let still = travel.is_none() && none >= LEAST_AGREEMENT && none >= AS_GOOD * chain;
@@ -136,28 +136,44 @@ impl Slopes {
     }
 }
 
-/// Share of the first frame's edges that `motion` puts on the same slope in the second; those that it takes out of the
-/// frame do not count. 0 without edges.
-fn share_alike([first, second]: &[Slopes; 2], motion: &Homography) -> f64 {
-    let (w, h) = (first.x.width(), first.x.height());
-    let steep = Plane::from_fn(w, h, |x, y| first.steepness_sq(x, y));
-    let mut sorted = steep.data().to_vec();
-    order::sort_by_key(&mut sorted, |&s| order::double(f64::from(s)));
-    let bound = sorted[((1.0 - STEEPEST) * (w * h - 1) as f64) as usize].max(LEAST_SLOPE * LEAST_SLOPE);
-    let (mut alike, mut all) = (0_u32, 0_u32);
-    for y in 0..h {
-        for x in (0..w).filter(|&x| steep[(x, y)] >= bound) {
+/// The edges of a frame, and the slopes of another.
+struct Edges {
+    first: Slopes,
+    second: Slopes,
+    /// Where the edges are, and how steep.
+    steep: Vec<(usize, usize, f32)>,
+}
+
+impl Edges {
+    fn new(first: &Frame, second: &Frame) -> Self {
+        let [first, second] = [first, second].map(Slopes::of);
+        let (w, h) = (first.x.width(), first.x.height());
+        let steep = Plane::from_fn(w, h, |x, y| first.steepness_sq(x, y));
+        let bound = order::nth(steep.data(), ((1.0 - STEEPEST) * (w * h - 1) as f64) as usize);
+        let bound = bound.max(LEAST_SLOPE * LEAST_SLOPE);
+        let places = (0..h).flat_map(|y| (0..w).map(move |x| (x, y)));
+        let steep = places.map(|(x, y)| (x, y, steep[(x, y)])).filter(|&(.., steep)| steep >= bound).collect();
+        Self { first, second, steep }
+    }
+
+    /// Share of the edges that `motion` puts on the same slope in the second frame; those that it takes out of the frame
+    /// do not count. 0 without edges.
+    fn share_alike(&self, motion: &Homography) -> f64 {
+        let Self { first, second, steep } = self;
+        let (right, bottom) = ((first.x.width() - 1) as f64, (first.x.height() - 1) as f64);
+        let (mut alike, mut all) = (0_u32, 0_u32);
+        for &(x, y, steep) in steep {
             let (px, py) = motion.apply(x as f64, y as f64);
-            if !(px >= 0.0 && py >= 0.0 && px <= (w - 1) as f64 && py <= (h - 1) as f64) {
+            if !(px >= 0.0 && py >= 0.0 && px <= right && py <= bottom) {
                 continue;
             }
             let dx = sample_bilinear(&second.x, px as f32, py as f32) - first.x[(x, y)];
             let dy = sample_bilinear(&second.y, px as f32, py as f32) - first.y[(x, y)];
             all += 1;
-            alike += u32::from(dx * dx + dy * dy < ALIKE * ALIKE * steep[(x, y)]);
+            alike += u32::from(dx * dx + dy * dy < ALIKE * ALIKE * steep);
         }
+        if all == 0 { 0.0 } else { f64::from(alike) / f64::from(all) }
     }
-    if all == 0 { 0.0 } else { f64::from(alike) / f64::from(all) }
 }
 
 #[cfg(test)]

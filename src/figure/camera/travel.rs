@@ -31,19 +31,61 @@ impl Travel {
     pub(crate) const SPAN: usize = SPAN;
 
     /// What the trajectories tell. `None` unless the camera surely goes forward in most pairs.
+    #[cfg(test)]
     pub(crate) fn of(tracks: &Trajectories) -> Option<Self> {
+        Self::by(tracks, |_, ways| ways.forward())
+    }
+
+    /// The same, where it is told elsewhere how the camera goes in each pair: the motion, and whether it is sure.
+    pub(crate) fn by(
+        tracks: &Trajectories,
+        mut forward: impl FnMut(usize, Ways) -> Option<(Forward, bool)>,
+    ) -> Option<Self> {
         let units = Units::new(tracks.size);
-        let starts = (0..tracks.num_frames.saturating_sub(SPAN)).step_by(STRIDE);
         let (mut pairs, mut sure) = (Vec::new(), 0);
-        for start in starts {
-            let step = |(i, x, y)| Some((i, units.step((x, y), tracks.at(i, start + SPAN)?)));
-            let steps: Vec<(usize, Step)> = tracks.alive(start).filter_map(step).collect();
-            let alone: Vec<Step> = steps.iter().map(|&(_, step)| step).collect();
-            let Some(forward) = Forward::fit(&alone, units) else { continue };
-            sure += usize::from(forward.is_sure(&alone, units));
+        for k in 0..Self::num_pairs(tracks) {
+            let start = k * STRIDE;
+            let Some((forward, is_sure)) = forward(k, Ways::new(tracks, k)) else { continue };
+            sure += usize::from(is_sure);
+            let steps = common(tracks, start).map(|(i, from, to)| (i, units.step(from, to))).collect();
             pairs.push(Pair { start, steps, forward });
         }
         (sure > 0 && sure as f64 >= LEAST_SURE * pairs.len() as f64).then_some(Self { units, pairs })
+    }
+
+    /// How many pairs of frames are compared.
+    pub(crate) fn num_pairs(tracks: &Trajectories) -> usize {
+        tracks.num_frames.saturating_sub(SPAN).div_ceil(STRIDE)
+    }
+}
+
+/// The trajectories that are in the first frame of a pair and in the second, and where.
+fn common(tracks: &Trajectories, start: usize) -> impl Iterator<Item = (usize, (f32, f32), (f32, f32))> + '_ {
+    tracks.alive(start).filter_map(move |(i, x, y)| Some((i, (x, y), tracks.at(i, start + SPAN)?)))
+}
+
+/// The ways of all points in a pair of frames, which tell how the camera goes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Ways {
+    /// Of the frames, in pixels.
+    pub(crate) size: (usize, usize),
+    /// From and to.
+    pub(crate) points: Vec<[f32; 4]>,
+}
+
+impl Ways {
+    /// In the `k`th pair.
+    pub(crate) fn new(tracks: &Trajectories, k: usize) -> Self {
+        let points = common(tracks, k * STRIDE).map(|(_, from, to)| [from.0, from.1, to.0, to.1]).collect();
+        Self { size: tracks.size, points }
+    }
+
+    /// How the camera goes, and whether it surely goes forward.
+    pub(crate) fn forward(&self) -> Option<(Forward, bool)> {
+        let units = Units::new(self.size);
+        let steps: Vec<Step> = self.points.iter().map(|&[x, y, u, v]| units.step((x, y), (u, v))).collect();
+        let forward = Forward::fit(&steps, units)?;
+        Some((forward, forward.is_sure(&steps, units)))
     }
 }
 

@@ -42,7 +42,8 @@ pub(crate) use clusters::canonical;
 use kmeans::k_means;
 use median::median;
 use merge::merge_clusters;
-pub(crate) use rotation::rotate;
+use rotation::labels_of;
+pub(crate) use rotation::{RowsOf, rotate};
 
 crate::choices! {
     /// From embedding to labels.
@@ -121,15 +122,39 @@ crate::params! {
 /// ```
 #[must_use]
 pub fn discretize(embedding: &Embedding, known: &Known, params: &DiscretizeParams, seed: u32) -> Clusters {
-    let count = cluster_count(embedding, params);
+    discretize_by(embedding, known, params, seed, |count| RowsOf::new(embedding, count).turned())
+}
+
+/// The same with the labels that the rotation of so many of the embedding's columns gives to its rows.
+pub(crate) fn discretize_by(
+    embedding: &Embedding,
+    known: &Known,
+    params: &DiscretizeParams,
+    seed: u32,
+    mut turned: impl FnMut(usize) -> Vec<u32>,
+) -> Clusters {
     if params.method != DiscretizeMethod::RotationEvidence {
-        return discretize_into(embedding, known, count, params, seed);
+        return discretize_into(embedding, known, cluster_count(embedding, params), params, seed);
     }
-    let counts = EIGHTHS.map(|eighths| (eighths * count / 8).max(2));
-    median(counts.map(|count| discretize_into(embedding, known, count, params, seed)).into())
+    let mut found: Vec<(usize, Clusters)> = Vec::new();
+    for count in rotation_counts(embedding, params) {
+        // Of few eigenvectors some parts are equal.
+        let made = found.last().filter(|(before, _)| *before == count).map(|(_, clusters)| clusters.clone());
+        let make = || merged(labels_of(embedding, turned(count)), known, params);
+        found.push((count, made.unwrap_or_else(make)));
+    }
+    median(found.into_iter().map(|(_, clusters)| clusters).collect())
+}
+
+/// How many clusters rotations are made for, most first; none where it is done otherwise.
+pub(crate) fn rotation_counts(embedding: &Embedding, params: &DiscretizeParams) -> Vec<usize> {
+    let count = cluster_count(embedding, params);
+    let parts = EIGHTHS.iter().map(|eighths| (eighths * count / 8).max(2));
+    parts.filter(|_| params.method == DiscretizeMethod::RotationEvidence).collect()
 }
 
 /// Parts of the number of eigenvectors by which a clip is clustered.
+pub(crate) const MOST_ROTATIONS: usize = EIGHTHS.len();
 const EIGHTHS: [usize; 5] = [8, 7, 6, 5, 4];
 
 /// The over-segmentation: labels by the method and the count that `params` name, before any merging. Trajectories that are

@@ -23,27 +23,48 @@ const MAX_ITERATIONS: usize = 20;
 /// One label in `0..count` for every embedded trajectory, by the leading `count` eigenvectors; the others stay
 /// unlabelled. Labels may be missing.
 pub(crate) fn rotate(embedding: &Embedding, count: usize) -> Vec<u32> {
-    let k = count.min(embedding.dimensions);
-    let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
-    let rows = normalised_rows(embedding, &embedded, k);
-    let mut best: Option<(f64, Vec<u32>)> = None;
-    for start in STARTS {
-        if embedded.is_empty() || k == 0 {
-            break;
-        }
-        let first = ((embedded.len() as f64 * start) as usize).min(embedded.len() - 1);
-        let (fit, labels) = fit_rotation(&rows, k, initial_rotation(&rows, k, first));
-        if best.as_ref().is_none_or(|b| fit > b.0) {
-            best = Some((fit, labels));
-        }
-    }
+    labels_of(embedding, RowsOf::new(embedding, count).turned())
+}
+
+/// The labels of all trajectories from those of the embedded ones.
+pub(crate) fn labels_of(embedding: &Embedding, labels: Vec<u32>) -> Vec<u32> {
     let mut label = vec![UNLABELLED; embedding.num_rows];
-    if let Some((_, labels)) = best {
-        for (&i, l) in embedded.iter().zip(labels) {
-            label[i] = l;
-        }
+    for (label, l) in label.iter_mut().zip(&embedding.embedded).filter(|(_, e)| **e).map(|(l, _)| l).zip(labels) {
+        *label = l;
     }
     label
+}
+
+/// What a rotation is looked for: the leading numbers of the embedded rows, scaled to length one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct RowsOf {
+    /// Numbers a row.
+    pub(crate) k: usize,
+    pub(crate) rows: Vec<f64>,
+}
+
+impl RowsOf {
+    /// The leading `count` numbers, or all there are.
+    pub(crate) fn new(embedding: &Embedding, count: usize) -> Self {
+        let k = count.min(embedding.dimensions);
+        let embedded: Vec<usize> = (0..embedding.num_rows).filter(|&i| embedding.embedded[i]).collect();
+        Self { k, rows: normalised_rows(embedding, &embedded, k) }
+    }
+
+    /// The label of each row; none without any number.
+    pub(crate) fn turned(&self) -> Vec<u32> {
+        let Self { k, rows } = self;
+        let count = rows.len().checked_div(*k).unwrap_or(0);
+        let mut best: Option<(f64, Vec<u32>)> = None;
+        for start in STARTS.iter().filter(|_| count > 0) {
+            let first = ((count as f64 * start) as usize).min(count - 1);
+            let (fit, labels) = fit_rotation(rows, *k, initial_rotation(rows, *k, first));
+            if best.as_ref().is_none_or(|b| fit > b.0) {
+                best = Some((fit, labels));
+            }
+        }
+        best.map_or_else(Vec::new, |(_, labels)| labels)
+    }
 }
 
 /// The first `k` numbers of the rows of `V`, scaled to length one; a zero row stays zero.

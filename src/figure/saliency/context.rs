@@ -28,11 +28,19 @@ pub struct Saliency {
 /// Notes the saliency of the points of frame `t`, whose map this is: of each the value of the pixel nearest to it.
 /// `of_points` has one number for each point of `tracks`, and keeps those of other frames.
 pub fn look_up(map: &Plane<f32>, tracks: &Trajectories, t: usize, of_points: &mut [f32]) {
-    let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
-    for (i, x, y) in tracks.alive(t) {
-        let point = tracks.points(i).start + t - tracks.start_frame[i] as usize;
-        of_points[point] = map[(place(x, map.width()), place(y, map.height()))];
+    for (point, pixel) in pixels_at(tracks, t, (map.width(), map.height())) {
+        of_points[point] = map[pixel];
     }
+}
+
+/// The points of frame `t`, of `size` pixels, and the pixel that each is nearest to.
+pub(crate) fn pixels_at(
+    tracks: &Trajectories,
+    t: usize,
+    size: (usize, usize),
+) -> impl Iterator<Item = (usize, (usize, usize))> + '_ {
+    let place = |v: f32, limit: usize| ((v + 0.5).max(0.0) as usize).min(limit - 1);
+    tracks.alive(t).map(move |(i, x, y)| (tracks.point(i, t), (place(x, size.0), place(y, size.1))))
 }
 
 /// `s_i`: the greatest saliency of a trajectory's points (section 3).

@@ -2,8 +2,8 @@
 
 use super::params::{Compensation, SaliencyParams};
 use super::surround::{Contrast, surround};
-use crate::camera::{DominantMotion, Search, dominant_motion};
-use crate::flow::FlowField;
+use crate::camera::{DominantMotion, Residuals, Search, dominant_motion};
+use crate::flow::{Field, FlowField};
 use crate::image::Plane;
 
 /// Longest side of the maps that windows are laid over, in pixels; saliency is looked up for every pixel. Higher is
@@ -56,6 +56,11 @@ impl SaliencyMaps {
     /// Takes note of the next frame's flow: its dominant motion and its magnitudes. Call once for each flow of the
     /// clip, in order.
     pub fn look_at(&mut self, flow: &FlowField) {
+        self.look(flow);
+    }
+
+    /// The same for a field however it is kept.
+    pub(crate) fn look(&mut self, flow: &impl Field) {
         let search = Search {
             perspective: self.params.compensation == Compensation::Homography,
             tolerance: self.params.tolerance,
@@ -96,44 +101,73 @@ impl SaliencyMaps {
     /// Windows are laid over magnitudes of every few pixels, but each pixel is looked up by its own, so that outlines
     /// are those of the flow.
     pub fn map(&self, t: usize, flow: &FlowField) -> Plane<f32> {
+        self.whole(t, flow)
+    }
+
+    /// The same of a field however it is kept.
+    pub(crate) fn whole(&self, t: usize, flow: &impl Field) -> Plane<f32> {
+        let (width, height) = flow.size();
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let found = self.asked(t, flow, pixels).answer(&self.params);
+        Plane::from_vec(width, height, found).unwrap_or_default()
+    }
+
+    /// What the saliency of these pixels of frame `t`, whose flow this is, is made from.
+    pub(crate) fn asked(&self, t: usize, flow: &impl Field, pixels: impl Iterator<Item = (usize, usize)>) -> Asked {
         let motion = self.motions.get(t).copied().unwrap_or_else(|| DominantMotion::none(flow));
         let reduced = self.reduced(flow, &motion);
         let scale = (f64::from(self.params.bins) / self.range()) as f32;
         let last = (self.params.bins - 1) as u8;
         // Casts saturate, and take what is no number for 0.
         let bin = |magnitude: f32| ((magnitude * scale) as u8).min(last);
-        let contrast = Contrast { num_bins: self.params.bins as usize, prior: self.params.prior };
-        let found = surround(&reduced.map(bin), &contrast);
-        let (step, across, size) = (self.step(flow), reduced.width(), reduced.data().len());
-        let mut map = Plane::filled(flow.u.width(), flow.u.height(), 0.0);
-        let mut magnitudes = vec![0.0; map.width()];
-        for y in 0..map.height() {
-            motion.residuals(flow, y, (0, 1), &mut magnitudes);
-            let line = &found[(y / step) * across..];
-            for (x, (s, &magnitude)) in map.row_mut(y).iter_mut().zip(&magnitudes).enumerate() {
-                *s = line[usize::from(bin(magnitude)) * size + x / step];
-            }
-        }
-        map
-    }
-
-    /// Pixels of the flow a pixel of the reduced maps.
-    fn step(&self, flow: &FlowField) -> usize {
-        flow.u.width().max(flow.u.height()).div_ceil(MAP_SIDE).max(1)
+        let rows: Vec<Residuals> = (0..flow.size().1).map(|y| motion.along(y)).collect();
+        let (step, across) = (step(flow), reduced.width());
+        let pixel = |(x, y): (usize, usize)| {
+            let place = (y / step) * across + x / step;
+            (place as u32) << 8 | u32::from(bin(rows[y].at(x, flow.at(x, y))))
+        };
+        Asked { pixels: pixels.map(pixel).collect(), bins: reduced.map(bin) }
     }
 
     /// What is left of the flow's magnitude at every few pixels.
-    fn reduced(&self, flow: &FlowField, motion: &DominantMotion) -> Plane<f32> {
-        let step = self.step(flow);
-        let (width, height) = (flow.u.width().div_ceil(step), flow.u.height().div_ceil(step));
-        let mut magnitudes = Plane::filled(width, height, 0.0);
+    fn reduced(&self, flow: &impl Field, motion: &DominantMotion) -> Plane<f32> {
+        let (step, (width, height)) = (step(flow), flow.size());
+        let mut magnitudes = Plane::filled(width.div_ceil(step), height.div_ceil(step), 0.0);
         // In the middle of each step, where the frame reaches as far.
-        let first = (step / 2).min((flow.u.width() - 1) % step);
-        for y in 0..height {
-            let row = (y * step + step / 2).min(flow.u.height() - 1);
-            motion.residuals(flow, row, (first, step), magnitudes.row_mut(y));
+        let first = (step / 2).min((width - 1) % step);
+        for y in 0..magnitudes.height() {
+            let row = (y * step + step / 2).min(height - 1);
+            let residuals = motion.along(row);
+            for (k, magnitude) in magnitudes.row_mut(y).iter_mut().enumerate() {
+                let x = first + k * step;
+                *magnitude = residuals.at(x, flow.at(x, row));
+            }
         }
         magnitudes
+    }
+}
+
+/// Pixels of the flow a pixel of the reduced maps.
+fn step(flow: &impl Field) -> usize {
+    let (width, height) = flow.size();
+    width.max(height).div_ceil(MAP_SIDE).max(1)
+}
+
+/// Some pixels of a frame whose saliency is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Asked {
+    /// The bin of every few pixels, which windows are laid over.
+    pub(crate) bins: Plane<u8>,
+    /// Of each pixel wanted the place among these, and its own bin in the lowest eight bits.
+    pub(crate) pixels: Vec<u32>,
+}
+
+impl Asked {
+    /// The saliency of each, in `0.0..=1.0`.
+    pub(crate) fn answer(&self, params: &SaliencyParams) -> Vec<f32> {
+        let contrast = Contrast { num_bins: params.bins as usize, prior: params.prior };
+        let (found, size) = (surround(&self.bins, &contrast), self.bins.data().len());
+        self.pixels.iter().map(|pixel| found[(pixel & 0xff) as usize * size + (pixel >> 8) as usize]).collect()
     }
 }
 

@@ -26,6 +26,8 @@ mod surround;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use context::pixels_at;
 pub use context::{Saliency, context_saliency, look_up, trajectory_saliency};
+pub(crate) use maps::Asked;
 pub use maps::SaliencyMaps;
 pub use params::{Compensation, Neighborhood, SaliencyParams};

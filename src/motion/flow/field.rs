@@ -13,6 +13,24 @@ pub struct FlowField {
     pub v: Plane<f32>,
 }
 
+/// A field that is read pixel by pixel, however it is kept.
+pub(crate) trait Field {
+    /// Width and height.
+    fn size(&self) -> (usize, usize);
+    /// The displacement of a pixel.
+    fn at(&self, x: usize, y: usize) -> (f32, f32);
+}
+
+impl Field for FlowField {
+    fn size(&self) -> (usize, usize) {
+        (self.u.width(), self.u.height())
+    }
+
+    fn at(&self, x: usize, y: usize) -> (f32, f32) {
+        (self.u[(x, y)], self.v[(x, y)])
+    }
+}
+
 impl FlowField {
     /// No motion anywhere.
     pub(super) fn still(width: usize, height: usize) -> Self {

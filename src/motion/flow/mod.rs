@@ -39,6 +39,7 @@ mod variation;
 mod warp;
 
 pub use compact::CompactFlow;
+pub(crate) use field::Field;
 pub use field::FlowField;
 pub use params::FlowParams;
 pub use pyramid::FlowPyramid;

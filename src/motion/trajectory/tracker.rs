@@ -4,7 +4,7 @@ use super::params::TrajectoryParams;
 use super::trajectories::Trajectories;
 use crate::flow::FlowField;
 use crate::grid::Grid;
-use crate::image::{Plane, sample_bilinear};
+use crate::image::{Plane, Spot, sample_bilinear};
 use crate::order;
 use serde::{Deserialize, Serialize};
 
@@ -129,11 +129,14 @@ impl Tracker {
                 if x >= w - MARGIN {
                     break;
                 }
+                if !occupied.is_free(x, y) {
+                    continue;
+                }
                 let border = libm::expf(-0.1 * x.min(y).min(w - x).min(h - y));
                 let lambda = sample_bilinear(structure, 0.5 * (x - 0.5), 0.5 * (y - 0.5));
                 let structured = lambda > self.params.structure_mean * mean * (1.0 + 10.0 * border)
                     && lambda > self.params.structure_floor * (1.0 + border);
-                if structured && occupied.around(x, y).all(|(_, distance_sq)| distance_sq >= step * step) {
+                if structured {
                     let points = vec![(x, y, 0.0)];
                     self.found.live.push(Live { number: self.found.next, start: self.found.frame, points, past: 0 });
                     self.found.next = self.found.next.wrapping_add(1);
@@ -221,23 +224,27 @@ impl Tracker {
 /// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion
 /// boundary.
 fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f32, f32)> {
-    let at = |p: &Plane<f32>, dx: f32, dy: f32| sample_bilinear(p, x + dx, y + dy);
-    let (u, v) = (at(&forward.u, 0.0, 0.0), at(&forward.v, 0.0, 0.0));
+    let size = (forward.u.width(), forward.u.height());
+    let at = |field: &FlowField, x: f32, y: f32| {
+        let spot = Spot::new(size, x, y);
+        (spot.of(&field.u), spot.of(&field.v))
+    };
+    let (u, v) = at(forward, x, y);
     let (nx, ny) = (x + u, y + v);
-    let (right, bottom) = ((forward.u.width() - 1) as f32, (forward.u.height() - 1) as f32);
+    let (right, bottom) = ((size.0 - 1) as f32, (size.1 - 1) as f32);
     if !(0.0..=right).contains(&nx) || !(0.0..=bottom).contains(&ny) {
         return None;
     }
-    let (bu, bv) = (sample_bilinear(&backward.u, nx, ny), sample_bilinear(&backward.v, nx, ny));
+    let (bu, bv) = at(backward, nx, ny);
     let mismatch = (u + bu).powi(2) + (v + bv).powi(2);
     let energy = u * u + v * v;
     if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE {
         return None;
     }
-    let gradient: f32 = [&forward.u, &forward.v]
-        .iter()
-        .map(|p| (at(p, 1.0, 0.0) - at(p, -1.0, 0.0)).powi(2) + (at(p, 0.0, 1.0) - at(p, 0.0, -1.0)).powi(2))
-        .sum();
+    let [east, west, south, north] =
+        [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(dx, dy)| at(forward, x + dx, y + dy));
+    let gradient = ((east.0 - west.0).powi(2) + (south.0 - north.0).powi(2))
+        + ((east.1 - west.1).powi(2) + (south.1 - north.1).powi(2));
     if 0.25 * gradient > BOUNDARY_RELATIVE * energy + BOUNDARY_ABSOLUTE {
         return None;
     }

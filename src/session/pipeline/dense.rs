@@ -1,16 +1,18 @@
 //! The last stages: superpixels frame by frame, the cut over the whole clip, masks frame by frame.
 
 use super::clip::Clip;
-use super::figure::{figure_and_ground, voted};
+use super::figure::{Figure, voted};
 use super::found::{Clustered, Corrections, Cut, CutGround, Found, Parts, Segmented};
 use super::geometry::Scale;
+use super::ledger::Ledger;
+use super::piece::{Made, PieceKind, Work};
 use super::recut::{Recut, Wanted};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
-use crate::background::{Background, add_doubts};
-use crate::camera::{Camera, Travel};
+use crate::background::{Background, BackgroundParams, add_doubts};
+use crate::camera::{Camera, Forward, Travel, Ways};
 use crate::cut::{CutInput, GabrielCut, appearance, paint};
-use crate::image::Plane;
+use crate::image::{Frame, Plane};
 use crate::mask::refine;
 use crate::objects::Objects;
 use crate::superpixel::{Superpixels, frame_superpixels};
@@ -34,19 +36,24 @@ impl Dividing {
 
     pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Cutting>> {
         let t = self.superpixels.len();
-        let made = clip.ledger.superpixels.collect(t);
-        let make = || frame_superpixels(&clip.frames[t], &clip.params.contour, &clip.params.superpixel);
-        self.superpixels.push(made.unwrap_or_else(make));
+        self.superpixels.push(match clip.ledger.collect(PieceKind::Superpixels, t) {
+            Some(Made::Superpixels(made)) => made,
+            _ => frame_superpixels(&clip.frames[t], &clip.params.contour, &clip.params.superpixel),
+        });
         let progress = Progress { stage: Stage::Superpixels, done: t as u32 + 1, total: clip.frames.len() as u32 };
         if t + 1 < clip.frames.len() {
             return Turn::more(progress, self);
         }
         let Self { clustered, superpixels } = *self;
-        let camera = camera_of(&clustered, clip);
+        let tells = |k: usize, ways: Ways| match clip.ledger.collect(PieceKind::Ways, k) {
+            Some(Made::Ways(forward)) => forward,
+            _ => ways.forward(),
+        };
+        let camera = camera_of(&clustered, (&clip.frames, &clip.params.background), tells);
         let background = camera.clone().and_then(|camera| background_of(camera, &clustered, clip));
         let corrections = Corrections::default();
         let parts = Parts { clustered, superpixels, camera, background, doubts: Vec::new(), corrections };
-        Turn::done(progress, Box::new(Cutting { parts, recut: None }))
+        Turn::done(progress, Box::new(Cutting { parts, recut: None, figure: None }))
     }
 
     pub(super) fn found(&self) -> Found<'_> {
@@ -60,6 +67,15 @@ pub(super) struct Cutting {
     pub(super) parts: Parts,
     /// What a correction asks for; `None` for the first cut.
     recut: Option<Recut>,
+    /// Once it is known which clusters are objects.
+    figure: Option<Figure>,
+}
+
+/// What a step towards a cut leads to.
+#[derive(Debug)]
+pub(super) enum Towards {
+    Energy(Box<Cutting>),
+    Moves(Box<Moving>),
 }
 
 /// A cut being made, move by move.
@@ -101,16 +117,33 @@ impl Cutting {
     /// The cut anew, where a correction asks for it.
     pub(super) fn again(found: Segmented, wanted: Wanted) -> Self {
         let (parts, recut) = Recut::new(found, wanted);
-        Self { parts, recut: Some(recut) }
+        Self { parts, recut: Some(recut), figure: None }
     }
 
-    /// The energy, and the first move.
-    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Moving>, Box<Masking>> {
-        let (objects, voted) = match &self.recut {
-            Some(recut) => (recut.objects.clone(), voted(&self.parts, clip)),
-            None => figure_and_ground(&mut self.parts, clip),
+    /// What is object, frame by frame where pixels are asked; with the last of them the energy, and the first move.
+    pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Towards, Box<Masking>> {
+        let Self { parts, recut, figure } = &mut *self;
+        let (objects, voted, made) = match recut {
+            Some(recut) => (recut.objects.clone(), voted(parts, clip), 0),
+            None => {
+                let known = match figure.take() {
+                    Some(mut known) => {
+                        known.step(parts, clip);
+                        known
+                    }
+                    None => Figure::new(parts, clip),
+                };
+                let (made, wanted) = (known.made(), known.wanted);
+                if made < wanted {
+                    *figure = Some(known);
+                    let progress = Progress { stage: Stage::Cut, done: made as u32 + 1, total: wanted as u32 + 2 };
+                    return Turn::more(progress, Towards::Energy(self));
+                }
+                let (objects, voted) = known.finish(parts, clip);
+                (objects, voted, wanted as u32)
+            }
         };
-        let Self { parts, recut } = *self;
+        let Self { parts, recut, .. } = *self;
         let terms = Terms::new(&parts, recut.as_ref(), &objects, voted, clip);
         let before = recut.as_ref().filter(|_| clip.params.cut.appearance_rounds > 0).map(Recut::present);
         let evidence = before.map(|before| terms.evidence_with(&parts, before, clip));
@@ -119,7 +152,16 @@ impl Cutting {
         // Without objects there is nothing to be learned.
         let is_once = recut.is_some() || !terms.is_object.contains(&true);
         let rounds = if is_once { 0 } else { clip.params.cut.appearance_rounds };
-        Box::new(Moving { parts, recut, objects, terms, evidence, moves, made: 0, rounds }).step(clip)
+        let moving = Box::new(Moving { parts, recut, objects, terms, evidence, moves, made, rounds });
+        moving.step(clip).map(Towards::Moves)
+    }
+
+    pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
+        self.figure.as_ref()?.take(&self.parts, clip)
+    }
+
+    pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
+        self.figure.as_ref().is_some_and(|figure| figure.awaits(ledger))
     }
 
     pub(super) fn found(&self) -> Found<'_> {
@@ -212,12 +254,15 @@ impl Masking {
         self.masks.len()
     }
 
-    pub(super) fn is_first(&self) -> bool {
-        self.recut.is_none()
+    /// One that is made for the first time.
+    pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
+        let left = if self.recut.is_none() { self.made()..clip.frames.len() } else { 0..0 };
+        let t = clip.ledger.take(PieceKind::Mask, left)?;
+        Some((PieceKind::Mask, t, Work::Mask(clip.frames[t].clone(), self.labels(t))))
     }
 
     /// The label of each pixel of a frame, from the clusters of its superpixels, before borders are refined.
-    pub(super) fn labels(&self, t: usize) -> Plane<u8> {
+    fn labels(&self, t: usize) -> Plane<u8> {
         // A clip without clusters is all background.
         let label = |cluster: u32| self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0);
         paint(&self.parts.superpixels[t], &self.cut.labels.labels[t]).map(label)
@@ -225,12 +270,12 @@ impl Masking {
 
     pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Segmented>> {
         let t = self.masks.len();
-        let made = clip.ledger.masks.collect(t);
+        let made = clip.ledger.collect(PieceKind::Mask, t);
         let (frame, superpixels, labels) = (&clip.frames[t], &self.parts.superpixels[t], &self.cut.labels.labels[t]);
         let mask = match (&self.recut, made) {
             (Some(recut), _) => recut.mask(t, frame, superpixels, labels, &clip.params),
-            (None, Some(made)) => made,
-            (None, None) => refine(&self.labels(t), frame, &clip.params.refine),
+            (None, Some(Made::Mask(made))) => made,
+            (None, _) => refine(&self.labels(t), frame, &clip.params.refine),
         };
         self.masks.push(mask);
         let progress = Progress { stage: Stage::Masks, done: t as u32 + 1, total: clip.frames.len() as u32 };
@@ -246,13 +291,16 @@ impl Masking {
     }
 }
 
-/// What the camera does.
-pub(super) fn camera_of(clustered: &Clustered, clip: &Clip) -> Option<Camera> {
+/// What the camera does; `tells` says of a pair of frames how it goes forward.
+pub(super) fn camera_of(
+    clustered: &Clustered,
+    (frames, settings): (&[Frame], &BackgroundParams),
+    tells: impl FnMut(usize, Ways) -> Option<(Forward, bool)>,
+) -> Option<Camera> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
-    let settings = &clip.params.background;
     let tracks = &clustered.embedded.tracked.tracks;
-    let travel = (settings.judge && settings.rigid).then(|| Travel::of(tracks)).flatten();
-    Some(Camera::new(motions, &clip.frames, travel))
+    let travel = (settings.judge && settings.rigid).then(|| Travel::by(tracks, tells)).flatten();
+    Some(Camera::new(motions, frames, travel))
 }
 
 /// What the background tells.
@@ -293,7 +341,14 @@ pub(super) fn clusters_of(
 
 /// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.
 pub(super) fn to_input<T: Copy>(mask: &Plane<T>, scale: Scale) -> Plane<T> {
-    Plane::from_fn(scale.input.0, scale.input.1, |x, y| mask[place(scale, x, y)])
+    let (width, height) = scale.input;
+    let columns: Vec<usize> = (0..width).map(|x| place(scale, x, 0).0).collect();
+    let mut data = Vec::with_capacity(width * height);
+    for y in 0..height {
+        let row = mask.row(place(scale, 0, y).1);
+        data.extend(columns.iter().map(|&x| row[x]));
+    }
+    Plane::from_vec(width, height, data).unwrap_or_else(|| mask.clone())
 }
 
 /// The working pixel that covers the centre of an input pixel.

@@ -5,7 +5,9 @@
 
 use super::clip::Clip;
 use super::found::{Clustered, Parts};
-use crate::background::{Background, Clustering, Parted, part_rigid};
+use super::ledger::Ledger;
+use super::piece::{Made, PieceKind, Work};
+use crate::background::{Accounts, Background, Clustering, Parted, Sought, part_rigid};
 use crate::cut::{forget_strangers, labels_for};
 use crate::evidence::Signs;
 use crate::objects::{Objects, find_objects, number_objects, signs};
@@ -14,16 +16,72 @@ use crate::window::portraits;
 /// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
 const LEAST: f64 = -1.5;
 
-/// The objects, and the labels of the denser trajectories; `None` without those. Clusters may be made anew.
-pub(super) fn figure_and_ground(parts: &mut Parts, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
-    let mut is_object = part_clusters(parts, clip);
-    let mut voted = voted(parts, clip);
-    let has_none = !is_object.contains(&true);
-    if let Some((labels, objects)) = has_none.then(|| stand_out(parts, voted.as_deref(), clip)).flatten() {
-        (voted, is_object) = (Some(labels), objects);
+/// Which clusters are objects, and what the pixels of the frames say to that, frame by frame.
+#[derive(Debug, Clone)]
+pub(super) struct Figure {
+    is_object: Vec<bool>,
+    /// The labels of the denser trajectories; `None` without those.
+    voted: Option<Vec<u32>>,
+    /// Of the frames so far.
+    accounts: Vec<Accounts>,
+    /// Of how many frames there will be accounts; 0 where the camera stands still or there is nothing to tell.
+    pub(super) wanted: usize,
+}
+
+impl Figure {
+    /// Clusters may be made anew.
+    pub(super) fn new(parts: &mut Parts, clip: &Clip) -> Self {
+        let mut is_object = part_clusters(parts, clip);
+        let mut voted = voted(parts, clip);
+        let has_none = !is_object.contains(&true);
+        if let Some((labels, objects)) = has_none.then(|| stand_out(parts, voted.as_deref(), clip)).flatten() {
+            (voted, is_object) = (Some(labels), objects);
+        }
+        let is_told = voted.is_some() && parts.clustered.embedded.tracked.denser.is_some();
+        let wanted = parts.background.as_ref().filter(|_| is_told).map_or(0, |b| b.num_accounts(&is_object));
+        Self { is_object, voted, accounts: Vec::new(), wanted }
     }
-    account(parts, voted.as_deref(), &is_object);
-    (objects_of(parts, &is_object, clip), voted)
+
+    /// Of how many frames there are accounts.
+    pub(super) fn made(&self) -> usize {
+        self.accounts.len()
+    }
+
+    fn sought(&self, t: usize, parts: &Parts) -> Option<Sought> {
+        let labelled = (parts.clustered.embedded.tracked.denser.as_ref()?, self.voted.as_deref()?);
+        Some(parts.background.as_ref()?.sought(t, labelled, &self.is_object))
+    }
+
+    pub(super) fn take(&self, parts: &Parts, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
+        let t = clip.ledger.take(PieceKind::Accounts, self.made()..self.wanted)?;
+        Some((PieceKind::Accounts, t, Work::Accounts(self.sought(t, parts)?)))
+    }
+
+    pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
+        self.made() < self.wanted && ledger.is_out(PieceKind::Accounts, self.made())
+    }
+
+    /// The accounts of the next frame.
+    pub(super) fn step(&mut self, parts: &Parts, clip: &mut Clip) {
+        let t = self.made();
+        let make = || self.sought(t, parts).map(|sought| sought.accounts()).unwrap_or_default();
+        let made = match clip.ledger.collect(PieceKind::Accounts, t) {
+            Some(Made::Accounts(made)) => made,
+            _ => make(),
+        };
+        self.accounts.push(made);
+    }
+
+    /// The objects, and the labels of the denser trajectories.
+    pub(super) fn finish(self, parts: &mut Parts, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
+        let Self { is_object, voted, accounts, .. } = self;
+        let Parts { clustered, background, .. } = parts;
+        let moving = background.as_mut().filter(|background| !background.is_still());
+        if let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, &voted) {
+            background.account(accounts, (denser, voted), &is_object);
+        }
+        (objects_of(parts, &is_object, clip), voted)
+    }
 }
 
 /// Objects that no cluster shows, as clusters of their own: the labels of the denser trajectories anew, and which clusters
@@ -91,15 +149,6 @@ fn log_odds(clustered: &Clustered, background: &Background, clip: &Clip) -> Vec<
     }
     let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
     signs(tracks, clusters, &clustered.strangeness(&clip.params.affinity)).iter().map(value).collect()
-}
-
-/// Where the camera moves: accounts of the pixels by these objects.
-fn account(parts: &mut Parts, voted: Option<&[u32]>, is_object: &[bool]) {
-    let Parts { clustered, background, .. } = parts;
-    let moving = background.as_mut().filter(|background| !background.is_still());
-    if let (Some(background), Some(denser), Some(voted)) = (moving, &clustered.embedded.tracked.denser, voted) {
-        background.account((denser, voted), is_object);
-    }
 }
 
 /// The objects, under the labels that they had in the window before.

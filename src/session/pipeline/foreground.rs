@@ -2,15 +2,19 @@
 
 use super::clip::Clip;
 use super::found::{Clustered, Embedded, Foreground, Found, Salient};
+use super::ledger::Ledger;
+use super::piece::{Made, PieceKind, Work};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
 use crate::connectedness::{ConnectednessMode, Separation, components, constrain};
 use crate::discontinuity::discontinuities;
-use crate::discretize::{discretize, with_background};
+use crate::discretize::{MOST_ROTATIONS, RowsOf, discretize_by, rotation_counts, with_background};
 use crate::embedding::{Embedding, embed};
 use crate::evidence::Known;
-use crate::saliency::{SaliencyMaps, context_saliency, look_up, trajectory_saliency};
+use crate::flow::Field;
+use crate::saliency::{Asked, SaliencyMaps, context_saliency, pixels_at, trajectory_saliency};
 use crate::sparse::SymCsr;
+use crate::trajectory::Trajectories;
 
 /// Flow being looked at, field by field.
 #[derive(Debug, Clone)]
@@ -19,7 +23,7 @@ pub(super) struct Looking {
     maps: SaliencyMaps,
 }
 
-/// Maps being made and looked up at the trajectories, one by one.
+/// The saliency of the trajectories' points, frame by frame.
 #[derive(Debug, Clone)]
 pub(super) struct Mapping {
     embedded: Embedded,
@@ -48,7 +52,7 @@ impl Looking {
 
     pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Mapping>> {
         let t = self.maps.motions().len();
-        self.maps.look_at(&clip.flows[t].unpack(1.0, 1.0));
+        self.maps.look(&clip.flows[t]);
         let progress = progress(clip, t + 1);
         if t + 1 < clip.flows.len() {
             return Turn::more(progress, self);
@@ -68,12 +72,35 @@ impl Mapping {
         Self { of_points: unknown(embedded.tracked.tracks.x.len()), of_denser, embedded, maps, mapped: 0 }
     }
 
-    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Averaging>> {
-        let (t, tracked) = (self.mapped, &self.embedded.tracked);
-        let map = self.maps.map(t, &clip.flows[t].unpack(1.0, 1.0));
-        look_up(&map, &tracked.tracks, t, &mut self.of_points);
+    pub(super) fn mapped(&self) -> usize {
+        self.mapped
+    }
+
+    /// The points of both sets of trajectories in frame `t`, those of the denser ones last.
+    fn asked(&self, t: usize, clip: &Clip) -> Asked {
+        let (tracked, flow) = (&self.embedded.tracked, &clip.flows[t]);
+        let at = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);
+        let sets: [Option<&Trajectories>; 2] = [Some(&tracked.tracks), tracked.denser.as_ref()];
+        self.maps.asked(t, flow, sets.into_iter().flatten().flat_map(at))
+    }
+
+    pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
+        let t = clip.ledger.take(PieceKind::Saliency, self.mapped..clip.flows.len())?;
+        Some((PieceKind::Saliency, t, Work::Saliency(self.asked(t, clip))))
+    }
+
+    pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Averaging>> {
+        let (t, size) = (self.mapped, clip.scale.working);
+        let found = match clip.ledger.collect(PieceKind::Saliency, t) {
+            Some(Made::Saliency(found)) => found,
+            _ => self.asked(t, clip).answer(&clip.params.saliency),
+        };
+        let tracked = &self.embedded.tracked;
+        let points = pixels_at(&tracked.tracks, t, size).zip(&found);
+        let count = points.map(|((point, _), &value)| self.of_points[point] = value).count();
         if let Some(denser) = &tracked.denser {
-            look_up(&map, denser, t, &mut self.of_denser);
+            let points = pixels_at(denser, t, size).zip(found.get(count..).unwrap_or_default());
+            points.for_each(|((point, _), &value)| self.of_denser[point] = value);
         }
         self.mapped += 1;
         let (pairs, progress) = (clip.flows.len(), progress(clip, clip.flows.len() + t + 1));
@@ -191,14 +218,40 @@ impl Renewing {
 }
 
 impl Connected {
+    /// The numbers of clusters that rotations are made for, each once.
+    fn counts(&self, clip: &Clip) -> Vec<usize> {
+        let mut counts = rotation_counts(&self.embedded.embedding, &clip.params.discretize);
+        counts.dedup();
+        counts
+    }
+
+    pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
+        let counts = self.counts(clip);
+        let k = clip.ledger.take(PieceKind::Rotation, 0..counts.len())?;
+        Some((PieceKind::Rotation, k, Work::Rotation(RowsOf::new(&self.embedded.embedding, counts[k]))))
+    }
+
+    pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
+        (0..MOST_ROTATIONS).any(|k| ledger.is_out(PieceKind::Rotation, k))
+    }
+
     /// The clusters; where the foreground stands alone the background is in one of its own.
-    pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Clustered>> {
+    pub(super) fn step(self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Clustered>> {
+        let counts = self.counts(clip);
         let Self { embedded, foreground } = *self;
         let (params, tracks) = (&clip.params, &embedded.tracked.tracks);
         let maps = foreground.as_ref().map(|found| &found.salient.maps);
         let separation = foreground.as_ref().and_then(|found| found.separation.as_ref());
         let known = Known::new(tracks, &embedded.discontinuities, &params.affinity, maps, separation);
-        let mut clusters = discretize(&embedded.embedding, &known, &params.discretize, params.clip.seed);
+        let (embedding, ledger) = (&embedded.embedding, &mut clip.ledger);
+        let turned = |count: usize| {
+            let place = counts.iter().position(|&c| c == count);
+            match place.and_then(|k| ledger.collect(PieceKind::Rotation, k)) {
+                Some(Made::Rotation(labels)) => labels,
+                _ => RowsOf::new(embedding, count).turned(),
+            }
+        };
+        let mut clusters = discretize_by(embedding, &known, &params.discretize, params.clip.seed, turned);
         if let (Some(foreground), ConnectednessMode::ForegroundOnly) = (&foreground, params.connectedness.mode) {
             clusters = with_background(tracks, clusters, &foreground.salient.saliency.foreground);
         }

@@ -2,8 +2,8 @@
 //! the time.
 
 use super::clip::Clip;
-use super::ledger::Jobs;
 use super::params::Params;
+use super::piece::PieceKind;
 use super::session::{Phase, Session};
 use super::spectral::Linking;
 use super::state::State;
@@ -70,15 +70,14 @@ impl Forks {
         } else {
             let mut begin = Box::new(self.begin.clone());
             begin.ledger = self.tracked.clip().map(|clip| clip.ledger.clone()).unwrap_or_default();
-            begin.ledger.pairs = Jobs::default();
+            begin.ledger.keep_only(&[PieceKind::Superpixels]);
             Session { params: params.clone(), phase: Phase::Frames(begin), epoch: 0 }
         };
         session.params = params.clone();
         if let Phase::Frames(clip) | Phase::Begun(clip, _) = &mut session.phase {
             clip.params = params.for_size(clip.scale.working);
-            if changed.iter().any(|name| OF_SUPERPIXELS.iter().any(|g| name.starts_with(g))) {
-                clip.ledger.superpixels = Jobs::default();
-            }
+            let are_others = changed.iter().any(|name| OF_SUPERPIXELS.iter().any(|g| name.starts_with(g)));
+            clip.ledger.keep_only(if are_others { &[] } else { &[PieceKind::Superpixels] });
         }
         if let Phase::Begun(clip, State::Affinities(linking)) = &mut session.phase {
             **linking = Linking::new(linking.tracked.clone(), clip);

@@ -4,6 +4,7 @@ use super::clip::Clip;
 use super::found::Tracked;
 use super::ledger::Ledger;
 use super::pair::{Forward, PairFlow, Seen};
+use super::piece::{Made, PieceKind};
 use super::stage::{Progress, Stage};
 use super::trackers::Trackers;
 use super::turn::Turn;
@@ -53,7 +54,7 @@ impl Motion {
         let settings = &clip.params.flow;
         match self.pair {
             Pair::Nothing => {
-                if let Some(made) = clip.ledger.pairs.collect(self.t) {
+                if let Some(Made::Pair(made)) = clip.ledger.collect(PieceKind::Pair, self.t) {
                     (self.pair, self.seen) = (Pair::Both(made), None);
                     return Turn::more(flow(2), self);
                 }
@@ -85,7 +86,7 @@ impl Motion {
 
     /// Whether the next step needs a pair that was given away.
     pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
-        matches!(self.pair, Pair::Nothing) && ledger.pairs.is_out(self.t)
+        matches!(self.pair, Pair::Nothing) && ledger.is_out(PieceKind::Pair, self.t)
     }
 
     /// The trajectories at the last frame.

@@ -1,17 +1,21 @@
-//! Pieces of a run that depend on a frame or two alone: any thread, worker or process can work on them, in any order.
+//! Pieces of a run that depend on little of it: any thread, worker or process can work on them, in any order.
 //!
 //! A session gives a [`Piece`] away by [`Session::take_piece`] and takes what became of it by [`Session::accept`]. Its
 //! steps use what is there; what is not back yet they make themselves, so nothing depends on who does the work, and a
 //! piece that never comes back is only late.
 
-use super::clip::Clip;
-use super::ledger::Ledger;
 use super::pair::PairFlow;
 use super::params::Params;
 use super::session::{Phase, Session};
+use crate::affinity::Rows;
+use crate::background::{Accounts, Sought};
+use crate::camera::{Forward, Ways};
+use crate::delaunay::delaunay_edges;
+use crate::discretize::RowsOf;
 use crate::flow::FlowScratch;
 use crate::image::{Frame, Plane};
 use crate::mask::refine;
+use crate::saliency::Asked;
 use crate::superpixel::{Superpixels, frame_superpixels};
 
 /// Which piece of which run.
@@ -20,7 +24,7 @@ pub(crate) struct PieceId {
     /// The window that the session was at.
     pub(super) epoch: u32,
     pub(super) kind: PieceKind,
-    /// Frame, or first frame of the pair.
+    /// Frame, or first frame of the pair; of other kinds a number.
     pub(super) t: u32,
 }
 
@@ -30,6 +34,32 @@ pub(crate) enum PieceKind {
     Pair = 0,
     Superpixels = 1,
     Mask = 2,
+    /// The saliency of the trajectories' points in a frame.
+    Saliency = 3,
+    /// The Delaunay graph of the trajectories in a frame.
+    Graph = 4,
+    /// A block of rows of affinities.
+    Affinities = 5,
+    /// How the camera goes in a pair of frames.
+    Ways = 6,
+    /// Clusters by a number of eigenvectors.
+    Rotation = 7,
+    /// How well the pixels of a frame are found again in others.
+    Accounts = 8,
+}
+
+impl PieceKind {
+    pub(super) const ALL: [Self; 9] = [
+        Self::Pair,
+        Self::Superpixels,
+        Self::Mask,
+        Self::Saliency,
+        Self::Graph,
+        Self::Affinities,
+        Self::Ways,
+        Self::Rotation,
+        Self::Accounts,
+    ];
 }
 
 /// A piece of work: what it needs, owned.
@@ -45,6 +75,12 @@ pub(super) enum Work {
     Superpixels(Frame),
     /// Borders of these labels are to be refined.
     Mask(Frame, Plane<u8>),
+    Saliency(Asked),
+    Graph(Vec<(f32, f32)>),
+    Affinities(Box<Rows>),
+    Ways(Ways),
+    Rotation(RowsOf),
+    Accounts(Sought),
 }
 
 /// What became of a piece.
@@ -53,6 +89,13 @@ pub(crate) enum Made {
     Pair(Box<PairFlow>),
     Superpixels(Superpixels),
     Mask(Plane<u8>),
+    Saliency(Vec<f32>),
+    Graph(Vec<(u32, u32)>),
+    Affinities(Vec<(u32, u32, f32)>),
+    /// The motion, and whether it is sure.
+    Ways(Option<(Forward, bool)>),
+    Rotation(Vec<u32>),
+    Accounts(Accounts),
 }
 
 impl Piece {
@@ -70,6 +113,12 @@ impl Piece {
             Work::Mask(frame, labels) => {
                 Made::Mask(refine(labels, frame, &params.for_size((frame.width(), frame.height())).refine))
             }
+            Work::Saliency(asked) => Made::Saliency(asked.answer(&params.saliency)),
+            Work::Graph(points) => Made::Graph(delaunay_edges(points)),
+            Work::Affinities(rows) => Made::Affinities(rows.entries()),
+            Work::Ways(ways) => Made::Ways(ways.forward()),
+            Work::Rotation(rows) => Made::Rotation(rows.turned()),
+            Work::Accounts(sought) => Made::Accounts(sought.accounts()),
         }
     }
 }
@@ -79,45 +128,43 @@ impl Session {
     /// at most `ahead` pairs from the one that is next, as what is made of a pair takes 20 bytes a pixel until then.
     pub(crate) fn take_piece(&mut self, ahead: usize) -> Option<Piece> {
         let epoch = self.epoch;
-        let piece = |kind, t: usize, work| Piece { id: PieceId { epoch, kind, t: t as u32 }, work };
-        let (clip, labels) = match &mut self.phase {
+        let (clip, state) = match &mut self.phase {
             Phase::Frames(clip) => (clip, None),
             Phase::Begun(clip, state) => (clip, Some(state)),
             Phase::Empty => return None,
         };
-        let Clip { ledger, frames, flows, params, .. } = clip.as_mut();
-        let pairs = flows.len()..frames.len().saturating_sub(1).min(flows.len() + ahead);
-        if let Some(t) = ledger.pairs.take(pairs) {
-            return Some(piece(PieceKind::Pair, t, Work::Pair(frames[t].clone(), frames[t + 1].clone())));
-        }
-        let is_dense = params.clip.dense;
-        if let Some(t) = ledger.superpixels.take(0..if is_dense { frames.len() } else { 0 }) {
-            return Some(piece(PieceKind::Superpixels, t, Work::Superpixels(frames[t].clone())));
-        }
-        let masking = labels.and_then(|state| state.masking())?;
-        let t = ledger.masks.take(masking.made()..frames.len())?;
-        Some(piece(PieceKind::Mask, t, Work::Mask(frames[t].clone(), masking.labels(t))))
+        let pairs = clip.flows.len()..clip.frames.len().saturating_sub(1).min(clip.flows.len() + ahead);
+        // What is waited for first is given away before what can wait.
+        let (kind, t, work) = if let Some(t) = clip.ledger.take(PieceKind::Pair, pairs) {
+            (PieceKind::Pair, t, Work::Pair(clip.frames[t].clone(), clip.frames[t + 1].clone()))
+        } else if let Some(taken) = state.and_then(|state| state.take(clip)) {
+            taken
+        } else {
+            let frames = 0..if clip.params.clip.dense { clip.frames.len() } else { 0 };
+            let t = clip.ledger.take(PieceKind::Superpixels, frames)?;
+            (PieceKind::Superpixels, t, Work::Superpixels(clip.frames[t].clone()))
+        };
+        Some(Piece { id: PieceId { epoch, kind, t: t as u32 }, work })
     }
 
     /// Takes what became of a piece. What nobody waits for any more, since the session was cleared or went on without
     /// it, is dropped.
     pub(crate) fn accept(&mut self, id: PieceId, made: Made) {
-        let Some(ledger) = self.ledger(id) else { return };
-        match made {
-            Made::Pair(made) => ledger.pairs.accept(id.t, Some(made)),
-            Made::Superpixels(made) => ledger.superpixels.accept(id.t, Some(made)),
-            Made::Mask(made) => ledger.masks.accept(id.t, Some(made)),
-        }
+        self.settle(id, Some(made));
     }
 
     /// The piece will not come back: the session makes it itself.
     #[cfg(any(feature = "wasm", test))]
     pub(crate) fn release(&mut self, id: PieceId) {
-        let Some(ledger) = self.ledger(id) else { return };
-        match id.kind {
-            PieceKind::Pair => ledger.pairs.accept(id.t, None),
-            PieceKind::Superpixels => ledger.superpixels.accept(id.t, None),
-            PieceKind::Mask => ledger.masks.accept(id.t, None),
+        self.settle(id, None);
+    }
+
+    fn settle(&mut self, id: PieceId, made: Option<Made>) {
+        match &mut self.phase {
+            Phase::Frames(clip) | Phase::Begun(clip, _) if id.epoch == self.epoch => {
+                clip.ledger.accept(id.kind, id.t, made);
+            }
+            _ => {}
         }
     }
 
@@ -137,13 +184,6 @@ impl Session {
         match &self.phase {
             Phase::Begun(clip, state) => state.awaits(&clip.ledger),
             _ => false,
-        }
-    }
-
-    fn ledger(&mut self, id: PieceId) -> Option<&mut Ledger> {
-        match &mut self.phase {
-            Phase::Frames(clip) | Phase::Begun(clip, _) if id.epoch == self.epoch => Some(&mut clip.ledger),
-            _ => None,
         }
     }
 }

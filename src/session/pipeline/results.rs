@@ -97,7 +97,7 @@ impl Session {
         let (frames, flows, salient) = (self.frames().len(), self.flows(), self.found().salient);
         let pair = t.min(flows.len().saturating_sub(1));
         match (salient, flows.get(pair)) {
-            (Some(salient), Some(flow)) if t < frames => Ok(salient.maps.map(pair, &flow.unpack(1.0, 1.0))),
+            (Some(salient), Some(flow)) if t < frames => Ok(salient.maps.whole(pair, flow)),
             (salient, _) => Err(missing_frame("saliency map", t, salient.map_or(0, |_| frames))),
         }
     }
@@ -262,7 +262,7 @@ impl Session {
     #[doc(hidden)]
     pub fn cluster_terms(&self) -> Option<(bool, Vec<Option<Vec<f64>>>)> {
         let (clip, Phase::Begun(_, State::Clustered(clustered))) = (self.clip()?, &self.phase) else { return None };
-        let camera = dense::camera_of(clustered, clip)?;
+        let camera = dense::camera_of(clustered, (&clip.frames, &clip.params.background), |_, ways| ways.forward())?;
         let (tracks, clusters) = (&clustered.embedded.tracked.tracks, &clustered.clusters);
         if camera.goes_forward() {
             return None;

@@ -2,11 +2,15 @@
 
 use super::clip::Clip;
 use super::found::{Embedded, Found, Linked, Placed, Tracked};
+use super::ledger::Ledger;
+use super::piece::{Made, PieceKind, Work};
 use super::stage::{Progress, Stage};
 use super::turn::Turn;
 use crate::Error;
 use crate::affinity::AffinityRows;
-use crate::discontinuity::{discontinuities, neighborhoods};
+use crate::camera::{Travel, Ways};
+use crate::delaunay::delaunay_edges;
+use crate::discontinuity::{discontinuities, neighborhoods_by, points_in};
 use crate::embedding::embed;
 
 /// Trajectories compared with all others in one step.
@@ -29,14 +33,31 @@ impl Linking {
         Self { tracked, rows }
     }
 
+    /// The number of the block that is next.
+    pub(super) fn block(&self) -> usize {
+        self.rows.done() / AFFINITY_BLOCK
+    }
+
+    pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
+        let tracks = self.tracked.lived();
+        clip.params.clip.check_trajectories(tracks.len()).ok()?;
+        let block = clip.ledger.take(PieceKind::Affinities, self.block()..tracks.len().div_ceil(AFFINITY_BLOCK))?;
+        let rows = self.rows.rows(tracks, block * AFFINITY_BLOCK, AFFINITY_BLOCK);
+        Some((PieceKind::Affinities, block, Work::Affinities(Box::new(rows))))
+    }
+
     /// One block of rows.
-    pub(super) fn step(mut self: Box<Self>, clip: &Clip) -> Attempt<Box<Self>, Box<Linked>> {
+    pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Attempt<Box<Self>, Box<Linked>> {
         let tracks = self.tracked.lived();
         if let Err(error) = clip.params.clip.check_trajectories(tracks.len()) {
             return Err((self, error));
         }
         let blocks = |rows: usize| rows.div_ceil(AFFINITY_BLOCK).max(1) as u32;
-        let more = self.rows.advance(tracks, AFFINITY_BLOCK);
+        let block = self.block();
+        let more = match clip.ledger.collect(PieceKind::Affinities, block) {
+            Some(Made::Affinities(entries)) => self.rows.accept(entries, AFFINITY_BLOCK),
+            _ => self.rows.advance(tracks, AFFINITY_BLOCK),
+        };
         let (done, total) = (blocks(self.rows.done()), blocks(tracks.len()));
         let progress = Progress { stage: Stage::Affinities, done, total };
         if more {
@@ -60,10 +81,32 @@ impl Linked {
     }
 }
 
+/// What needs nothing but trajectories: the graph of a frame; how the camera goes in a pair of frames.
+pub(super) fn take_ahead(tracked: &Tracked, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
+    let tracks = &tracked.tracks;
+    if let Some(t) = clip.ledger.take(PieceKind::Graph, 0..tracks.num_frames) {
+        return Some((PieceKind::Graph, t, Work::Graph(points_in(tracks, t))));
+    }
+    let settings = &clip.params.background;
+    let is_asked = clip.params.clip.dense && settings.judge && settings.rigid && !clip.frames.is_empty();
+    let pairs = if is_asked { Travel::num_pairs(tracks) } else { 0 };
+    let k = clip.ledger.take(PieceKind::Ways, 0..pairs)?;
+    Some((PieceKind::Ways, k, Work::Ways(Ways::new(tracks, k))))
+}
+
 impl Placed {
-    pub(super) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Embedded>> {
+    pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
+        (0..self.linked.tracked.tracks.num_frames).any(|t| ledger.is_out(PieceKind::Graph, t))
+    }
+
+    pub(super) fn step(self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Embedded>> {
         let Self { linked: Linked { tracked, affinities }, embedding } = *self;
-        let discontinuities = discontinuities(neighborhoods(&tracked.tracks), &embedding, &clip.params.discontinuity);
+        let graph = |t: usize| match clip.ledger.collect(PieceKind::Graph, t) {
+            Some(Made::Graph(found)) => found,
+            _ => delaunay_edges(&points_in(&tracked.tracks, t)),
+        };
+        let near = neighborhoods_by(&tracked.tracks, graph);
+        let discontinuities = discontinuities(near, &embedding, &clip.params.discontinuity);
         let embedded = Embedded { tracked, affinities, embedding, discontinuities };
         Turn::whole(Stage::Discontinuities, Box::new(embedded))
     }

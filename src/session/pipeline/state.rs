@@ -1,13 +1,14 @@
 //! The state table: which work follows which.
 
 use super::clip::Clip;
-use super::dense::{Cutting, Dividing, Masking, Moving};
+use super::dense::{Cutting, Dividing, Masking, Moving, Towards};
 use super::foreground::{Averaging, Connected, Connecting, Looking, Mapping, Reembedding, Renewing};
 use super::found::{Clustered, Embedded, Found, Linked, Parts, Placed, Segmented, Tracked};
 use super::ledger::Ledger;
 use super::motion::Motion;
+use super::piece::{PieceKind, Work};
 use super::recut::Wanted;
-use super::spectral::Linking;
+use super::spectral::{self, Linking};
 use super::stage::{Stage, Step};
 use super::turn::Turn;
 use crate::Error;
@@ -87,7 +88,13 @@ impl State {
             Self::Renewing(work) => work.step(clip).then(Self::Renewing, Self::Clusters),
             Self::Clusters(work) => work.step(clip).then(Self::Clusters, |clustered| Self::masks(clustered, clip)),
             Self::Superpixels(work) => work.step(clip).then(Self::Superpixels, Self::Energy),
-            Self::Energy(work) => work.step(clip).then(Self::Moves, Self::Masks),
+            Self::Energy(work) => {
+                let towards = |towards| match towards {
+                    Towards::Energy(work) => Self::Energy(work),
+                    Towards::Moves(work) => Self::Moves(work),
+                };
+                work.step(clip).then(towards, Self::Masks)
+            }
             Self::Moves(work) => work.step(clip).then(Self::Moves, Self::Masks),
             Self::Masks(work) => work.step(clip).then(Self::Masks, Self::Segmented),
             done @ (Self::Clustered(_) | Self::Segmented(_)) => return (Ok(Step::Done), done),
@@ -149,16 +156,27 @@ impl State {
     pub(super) fn awaits(&self, ledger: &Ledger) -> bool {
         match self {
             Self::Motion(work) => work.awaits(ledger),
-            Self::Superpixels(work) => ledger.superpixels.is_out(work.made()),
-            Self::Masks(work) => ledger.masks.is_out(work.made()),
+            Self::Affinities(work) => ledger.is_out(PieceKind::Affinities, work.block()),
+            Self::Discontinuities(found) => found.awaits(ledger),
+            Self::Mapping(work) => ledger.is_out(PieceKind::Saliency, work.mapped()),
+            Self::Clusters(work) => work.awaits(ledger),
+            Self::Superpixels(work) => ledger.is_out(PieceKind::Superpixels, work.made()),
+            Self::Energy(work) => work.awaits(ledger),
+            Self::Masks(work) => ledger.is_out(PieceKind::Mask, work.made()),
             _ => false,
         }
     }
 
-    /// Masks that are being made for the first time.
-    pub(super) fn masking(&self) -> Option<&Masking> {
+    /// A piece of what is at hand, or soon will be, that nobody has yet: its kind, its number and what it is made from.
+    pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
         match self {
-            Self::Masks(work) if work.is_first() => Some(work),
+            Self::Affinities(work) => work.take(clip).or_else(|| spectral::take_ahead(&work.tracked, clip)),
+            Self::Embedding(found) => spectral::take_ahead(&found.tracked, clip),
+            Self::Discontinuities(found) => spectral::take_ahead(&found.linked.tracked, clip),
+            Self::Mapping(work) => work.take(clip),
+            Self::Clusters(work) => work.take(clip),
+            Self::Energy(work) => work.take(clip),
+            Self::Masks(work) => work.take(clip),
             _ => None,
         }
     }

@@ -31,6 +31,15 @@ impl<W, O> Turn<W, O> {
         Self::done(Progress { stage, done: 1, total: 1 }, output)
     }
 
+    /// With what is left of the work as another.
+    pub(super) fn map<V>(self, of: impl FnOnce(W) -> V) -> Turn<V, O> {
+        let outcome = match self.outcome {
+            Outcome::More(work) => Outcome::More(of(work)),
+            Outcome::Done(output) => Outcome::Done(output),
+        };
+        Turn { progress: self.progress, outcome }
+    }
+
     /// How far it is, and what follows: `more` of the same, or `done`.
     pub(super) fn then<S>(self, more: impl FnOnce(W) -> S, done: impl FnOnce(O) -> S) -> (Progress, S) {
         match self.outcome {

@@ -5,13 +5,21 @@
 //! made:  epoch, kind, t, width, height | planes; or superpixels as runs, borders, edges
 //! ```
 //!
+//! What has no frame has the size 0, and a list of numbers.
+//!
 //! Both ends are of one version; what cannot be read, since it was cut short or tampered with, is nothing.
 
 use super::pair::PairFlow;
 use super::piece::{Made, Piece, PieceId, PieceKind, Work};
+use crate::affinity::{AffinityParams, Rows};
+use crate::background::{Lattice, Other, Sought};
+use crate::camera::{Forward, Ways};
+use crate::discretize::RowsOf;
 use crate::flow::FlowField;
 use crate::image::{Frame, Plane, Runs};
+use crate::saliency::Asked;
 use crate::superpixel::{Border, Edge, EdgeKind, Superpixels};
+use crate::trajectory::Trajectories;
 
 /// Words before the contents.
 const HEAD: usize = 5;
@@ -21,23 +29,68 @@ impl PieceId {
         vec![self.epoch, self.kind as u32, self.t, width as u32, height as u32]
     }
 
+    /// The words of what has no size.
+    fn with(self, numbers: impl Iterator<Item = u32>) -> Vec<u32> {
+        let mut words = self.head(0, 0);
+        words.extend(numbers);
+        words
+    }
+
     /// From the words of a piece, or the first of them.
     pub(crate) fn from_words(words: &[u32]) -> Option<Self> {
         let &[epoch, kind, t, ..] = words else { return None };
-        let kind = [PieceKind::Pair, PieceKind::Superpixels, PieceKind::Mask].get(kind as usize).copied()?;
+        let kind = PieceKind::ALL.get(kind as usize).copied()?;
         Some(Self { epoch, kind, t })
     }
 }
 
 impl Piece {
     pub(crate) fn to_words(&self) -> Vec<u32> {
-        let (Work::Pair(frame, _) | Work::Superpixels(frame) | Work::Mask(frame, _)) = &self.work;
-        let mut words = self.id.head(frame.width(), frame.height());
-        put_bytes(&mut words, frame.rgb());
+        let size = match &self.work {
+            Work::Pair(frame, _) | Work::Superpixels(frame) | Work::Mask(frame, _) => (frame.width(), frame.height()),
+            Work::Saliency(asked) => (asked.bins.width(), asked.bins.height()),
+            Work::Affinities(rows) => rows.tracks.size,
+            Work::Ways(ways) => ways.size,
+            Work::Rotation(rows) => (rows.k, 0),
+            Work::Accounts(sought) => (sought.picture.width(), sought.picture.height()),
+            Work::Graph(_) => (0, 0),
+        };
+        let mut words = self.id.head(size.0, size.1);
         match &self.work {
-            Work::Pair(_, to) => put_bytes(&mut words, to.rgb()),
-            Work::Mask(_, labels) => put_bytes(&mut words, labels.data()),
-            Work::Superpixels(_) => {}
+            Work::Pair(from, to) => {
+                put_bytes(&mut words, from.rgb());
+                put_bytes(&mut words, to.rgb());
+            }
+            Work::Superpixels(frame) => put_bytes(&mut words, frame.rgb()),
+            Work::Mask(frame, labels) => {
+                put_bytes(&mut words, frame.rgb());
+                put_bytes(&mut words, labels.data());
+            }
+            Work::Saliency(asked) => {
+                put_bytes(&mut words, asked.bins.data());
+                words.extend(&asked.pixels);
+            }
+            Work::Graph(points) => put_points(&mut words, points),
+            Work::Affinities(rows) => {
+                let Rows { tracks, first, count, params, radius, seed } = rows.as_ref();
+                let AffinityParams { lambda, noise_floor, variation_weight, local_radius, .. } = *params;
+                words.extend([tracks.num_frames, tracks.len(), *first, *count].map(|n| n as u32));
+                words.extend([*seed, params.horizon, params.far_sampling, params.min_overlap]);
+                words.extend([lambda, noise_floor, variation_weight, local_radius, *radius].map(f32::to_bits));
+                words.extend(tracks.start_frame.iter().chain(&tracks.offset));
+                [&tracks.x, &tracks.y, &tracks.variation].into_iter().for_each(|v| put_floats(&mut words, v));
+            }
+            Work::Ways(ways) => put_floats(&mut words, ways.points.as_flattened()),
+            Work::Rotation(rows) => put_doubles(&mut words, &rows.rows),
+            Work::Accounts(sought) => {
+                put_bytes(&mut words, sought.picture.data().as_flattened());
+                for Other { picture, scene, object } in &sought.others {
+                    put_bytes(&mut words, picture.data().as_flattened());
+                    put_points(&mut words, &scene.0);
+                    words.push(u32::from(object.is_some()));
+                    object.iter().for_each(|object| put_points(&mut words, &object.0));
+                }
+            }
         }
         words
     }
@@ -45,11 +98,19 @@ impl Piece {
     pub(crate) fn from_words(words: &[u32]) -> Option<Self> {
         let id = PieceId::from_words(words)?;
         let mut reader = Reader::new(words)?;
-        let frame = reader.frame()?;
         let work = match id.kind {
-            PieceKind::Pair => Work::Pair(frame, reader.frame()?),
-            PieceKind::Superpixels => Work::Superpixels(frame),
-            PieceKind::Mask => Work::Mask(frame, reader.bytes()?),
+            PieceKind::Pair => Work::Pair(reader.frame()?, reader.frame()?),
+            PieceKind::Superpixels => Work::Superpixels(reader.frame()?),
+            PieceKind::Mask => Work::Mask(reader.frame()?, reader.bytes()?),
+            PieceKind::Saliency => Work::Saliency(Asked { bins: reader.bytes()?, pixels: reader.left.to_vec() }),
+            PieceKind::Graph => Work::Graph(reader.pairs(float)),
+            PieceKind::Affinities => Work::Affinities(Box::new(reader.rows()?)),
+            PieceKind::Ways => {
+                let points = reader.left.as_chunks().0.iter().map(|point| point.map(float)).collect();
+                Work::Ways(Ways { size: reader.size, points })
+            }
+            PieceKind::Rotation => Work::Rotation(RowsOf { k: reader.size.0, rows: reader.doubles() }),
+            PieceKind::Accounts => Work::Accounts(reader.sought()?),
         };
         Some(Self { id, work })
     }
@@ -62,7 +123,7 @@ impl Made {
                 let PairFlow { forward, backward, variation, structure } = pair.as_ref();
                 let mut words = id.head(forward.u.width(), forward.u.height());
                 for plane in [&forward.u, &forward.v, &backward.u, &backward.v, variation, structure] {
-                    words.extend(plane.data().iter().map(|v| v.to_bits()));
+                    put_floats(&mut words, plane.data());
                 }
                 words
             }
@@ -83,6 +144,27 @@ impl Made {
             Self::Mask(mask) => {
                 let mut words = id.head(mask.width(), mask.height());
                 put_bytes(&mut words, mask.data());
+                words
+            }
+            Self::Saliency(found) => {
+                let mut words = id.head(0, 0);
+                put_floats(&mut words, found);
+                words
+            }
+            Self::Graph(edges) => id.with(edges.iter().flat_map(|&(a, b)| [a, b])),
+            Self::Affinities(entries) => id.with(entries.iter().flat_map(|&(i, j, w)| [i, j, w.to_bits()])),
+            Self::Ways(found) => {
+                let mut words = id.head(0, 0);
+                if let Some((forward, is_sure)) = found {
+                    put_doubles(&mut words, &forward.numbers());
+                    words.push(u32::from(*is_sure));
+                }
+                words
+            }
+            Self::Rotation(labels) => [&id.head(0, 0), labels.as_slice()].concat(),
+            Self::Accounts(made) => {
+                let mut words = id.head(made.width(), made.height());
+                put_bytes(&mut words, made.data().as_flattened());
                 words
             }
         }
@@ -116,6 +198,17 @@ impl Made {
                 Self::Superpixels(Superpixels::new(runs, borders, edges))
             }
             PieceKind::Mask => Self::Mask(reader.bytes()?),
+            PieceKind::Saliency => Self::Saliency(reader.singles(reader.left.len())?),
+            PieceKind::Graph => Self::Graph(reader.pairs(|w| w)),
+            PieceKind::Affinities => {
+                Self::Affinities(reader.left.as_chunks().0.iter().map(|&[i, j, w]| (i, j, float(w))).collect())
+            }
+            PieceKind::Ways => Self::Ways(match reader.left.split_last() {
+                Some((&is_sure, _)) => Some((Forward::from_numbers(reader.doubles().try_into().ok()?), is_sure == 1)),
+                None => None,
+            }),
+            PieceKind::Rotation => Self::Rotation(reader.left.to_vec()),
+            PieceKind::Accounts => Self::Accounts(reader.pixels()?),
         };
         Some((id, made))
     }
@@ -126,6 +219,7 @@ fn float(word: u32) -> f32 {
 }
 
 /// Four bytes a word, the last filled up.
+#[inline(never)]
 fn put_bytes(words: &mut Vec<u32>, bytes: &[u8]) {
     let (fours, rest) = bytes.as_chunks::<4>();
     words.extend(fours.iter().map(|&four| u32::from_le_bytes(four)));
@@ -134,6 +228,22 @@ fn put_bytes(words: &mut Vec<u32>, bytes: &[u8]) {
         last[..rest.len()].copy_from_slice(rest);
         words.push(u32::from_le_bytes(last));
     }
+}
+
+#[inline(never)] // Called from several places: wasm has a budget.
+fn put_floats(words: &mut Vec<u32>, values: &[f32]) {
+    words.extend(values.iter().map(|v| v.to_bits()));
+}
+
+#[inline(never)]
+fn put_points(words: &mut Vec<u32>, points: &[(f32, f32)]) {
+    words.extend(points.iter().flat_map(|&(x, y)| [x.to_bits(), y.to_bits()]));
+}
+
+/// Each in two words, the lower one first.
+#[inline(never)]
+fn put_doubles(words: &mut Vec<u32>, values: &[f64]) {
+    words.extend(values.iter().flat_map(|v| [v.to_bits() as u32, (v.to_bits() >> 32) as u32]));
 }
 
 /// What is left to read.
@@ -155,9 +265,67 @@ impl<'a> Reader<'a> {
     }
 
     fn floats(&mut self, (width, height): (usize, usize)) -> Option<Plane<f32>> {
-        Plane::from_vec(width, height, self.take(width * height)?.iter().map(|&w| float(w)).collect())
+        Plane::from_vec(width, height, self.singles(width * height)?)
     }
 
+    /// All that is left, two by two.
+    fn pairs<T>(&self, of: impl Fn(u32) -> T) -> Vec<(T, T)> {
+        self.left.as_chunks().0.iter().map(|&[a, b]| (of(a), of(b))).collect()
+    }
+
+    /// All that is left.
+    fn doubles(&self) -> Vec<f64> {
+        let double = |&[low, high]: &[u32; 2]| f64::from_bits(u64::from(low) | u64::from(high) << 32);
+        self.left.as_chunks().0.iter().map(double).collect()
+    }
+
+    #[inline(never)]
+    fn singles(&mut self, count: usize) -> Option<Vec<f32>> {
+        Some(self.take(count)?.iter().map(|&w| float(w)).collect())
+    }
+
+    fn rows(&mut self) -> Option<Rows> {
+        let [num_frames, len, first, count] = self.array()?.map(|n| n as usize);
+        let [seed, horizon, far_sampling, min_overlap] = self.array()?;
+        let [lambda, noise_floor, variation_weight, local_radius, radius] = self.array()?.map(float);
+        let (start_frame, offset) = (self.take(len)?.to_vec(), self.take(len.checked_add(1)?)?.to_vec());
+        let points = *offset.last()? as usize;
+        let [x, y, variation] = [(); 3].map(|()| self.singles(points));
+        let (x, y, variation) = (x?, y?, variation?);
+        let tracks = Trajectories { num_frames, size: self.size, start_frame, offset, x, y, variation };
+        let params =
+            AffinityParams { lambda, horizon, noise_floor, variation_weight, local_radius, far_sampling, min_overlap };
+        Some(Rows { tracks, first, count, params, radius, seed })
+    }
+
+    fn sought(&mut self) -> Option<Sought> {
+        let picture = self.pixels()?;
+        let mut others = Vec::new();
+        while !self.left.is_empty() {
+            let (picture, scene, [has_object]) = (self.pixels()?, self.lattice()?, self.array()?);
+            let object = if has_object == 1 { Some(self.lattice()?) } else { None };
+            others.push(Other { picture, scene, object });
+        }
+        Some(Sought { picture, others })
+    }
+
+    fn lattice(&mut self) -> Option<Lattice> {
+        let (columns, rows) = Lattice::size(self.size);
+        let left = self.take(2 * columns * rows)?;
+        Some(Lattice(Reader { size: self.size, left }.pairs(float)))
+    }
+
+    /// A plane of pixels of some bytes each.
+    fn pixels<const N: usize>(&mut self) -> Option<Plane<[u8; N]>> {
+        let (width, height) = self.size;
+        Plane::from_vec(width, height, self.raw(N * width * height)?.as_chunks().0.to_vec())
+    }
+
+    fn array<const N: usize>(&mut self) -> Option<[u32; N]> {
+        self.take(N)?.try_into().ok()
+    }
+
+    #[inline(never)]
     fn raw(&mut self, count: usize) -> Option<Vec<u8>> {
         let mut bytes: Vec<u8> = self.take(count.div_ceil(4))?.iter().flat_map(|w| w.to_le_bytes()).collect();
         bytes.truncate(count);

@@ -1,7 +1,6 @@
 /**
  * Painting on the canvas: strokes, a brush and an eraser for the object that is chosen, and things that were missed, which
- * grow from a click. What is done in one frame is carried to the others, as far as the picture
- * agrees.
+ * grow from a click. What is done in one frame is carried to the others, as far as the picture agrees.
  * @module
  */
 
@@ -114,15 +113,15 @@ export class Brush {
     const { host } = this;
     const { frame, visit } = host.store.state;
     this.take(null);
+    // From the background nothing is taken away.
+    if (away && clicked <= 0) return;
     try {
       const grown = await host.corrector()?.grown(frame, place);
       if (!grown || visit !== host.store.state.visit) return;
       const { regions, likeliest } = grown;
       const meant = Math.max(0, clicked) || host.object();
       /** @type {Pick<import('../run/job.js').ToPaint, 'label' | 'over'>} */
-      const painted = away
-        ? { label: 0, ...(clicked > 0 ? { over: [clicked] } : {}) }
-        : { label: meant > 0 ? meant : NEW_OBJECT, over: [0] };
+      const painted = away ? { label: 0, over: [clicked] } : { label: meant > 0 ? meant : NEW_OBJECT, over: [0] };
       this.offer = { regions, at: likeliest, t: frame, painted };
       this.paintOffer();
     } catch (error) {
@@ -143,9 +142,8 @@ export class Brush {
     await this.settled();
     // Something else was done since.
     if (corrector.count() !== offer.count) return;
-    const label = this.painted ?? offer.painted.label;
     host.show(await corrector.undo());
-    this.offer = { ...offer, at: offer.at + by, painted: { ...offer.painted, label } };
+    this.offer = { ...offer, at: offer.at + by };
     this.paintOffer();
   }
 
@@ -185,9 +183,10 @@ export class Brush {
       const label = painted.label === NEW_OBJECT ? corrector.newLabel() : painted.label;
       const edit = await corrector.paint({ ...painted, label });
       if (!same()) return;
-      this.painted = label;
-      const isOffered = this.offer?.regions.some((region) => region === painted.region);
-      this.take(this.offer && isOffered ? { ...this.offer, count: corrector.count() } : null);
+      const { offer } = this;
+      const offered = offer?.regions.some((region) => region === painted.region) ? offer : null;
+      // Of another size it has the same label.
+      this.take(offered && { ...offered, painted: { label, over: painted.over }, count: corrector.count() });
       host.show(edit.frames);
       if (label > 0) host.choose(label);
       if (this.others.checked) await this.carry(corrector, edit, same);

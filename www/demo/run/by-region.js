@@ -29,10 +29,10 @@ export async function grown(corrections, t, place) {
   const beside = isLast && t > 0 && !corrections.of.cuts.includes(t) ? t - 1 : Math.min(t + 1, numFrames - 1);
   const [picture, other] = [await corrections.pixels(t), await corrections.pixels(beside)];
   const [superpixels, flow] = [await engine.superpixels(picture), await engine.flow(picture, other)];
-  const grown = (await grownRegions({ superpixels, picture, flow }, place)).map(({ region }) => region);
+  const found = await grownRegions({ superpixels, picture, flow }, place);
   const area = (/** @type {Region} */ region) => region.reduce((sum, number, k) => sum + (k % 2) * number, 0);
-  const regions = [...grown].sort((a, b) => area(a) - area(b));
-  return { regions, likeliest: regions.indexOf(grown[0]) };
+  const regions = [...found].sort((a, b) => area(a) - area(b));
+  return { regions, likeliest: regions.indexOf(found[0]) };
 }
 
 /**

@@ -87,6 +87,11 @@ const SHAPE_TOLERANCE = 2;
 export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }, decoder) {
   const { width, height } = picture;
   const clean = withoutSpecks(mask, chosen, smallest);
+  const [only = 0] = clean.labels;
+  if (clean.labels.every((label) => label === only)) {
+    const filled = (/** @type {number} */ value) => new Uint8Array(width * height).fill(value);
+    return { width, height, labels: filled(only), alpha: filled(chosen[only] ? 255 : 0) };
+  }
   const [across, down] = [width / mask.width, height / mask.height];
   const scale = Math.sqrt(across * down);
   // Where the picture shows something else than the mask, its borders are of no use.

@@ -13,11 +13,6 @@ import { regionOf } from './regions.js';
  * @property {import('../session/engine.js').FlowField} flow
  */
 
-/**
- * A region, and how strong its border is: from 0 on, about 1 for a thing that moves.
- * @typedef {{readonly region: Region, readonly strength: number}} Grown
- */
-
 /** Colours that differ by as much or more are other ones, as a length in red, green and blue. */
 const OTHER_COLOUR = 110;
 /** Motions that differ by as much or more are other ones, in pixels a frame. */
@@ -44,11 +39,17 @@ const ALIKE = 0.7;
  * Regions that may be meant by a click, the likeliest first, at most three of clearly different sizes. A region grows from
  * the superpixel at the place by one superpixel after the other: over weak boundaries, to like colours and like motion.
  * Those on the way whose borders are strongest are given.
+ *
+ * ```js
+ * const grounds = { superpixels: await superpixels(now), flow: await flow(now, next), picture: now };
+ * const [region] = await grownRegions(grounds, { x: 120, y: 80 });
+ * editor.paint({ label: editor.newLabel(), t, region });
+ * ```
  * @param {Grounds} grounds
  * @param {{x: number, y: number}} place in pixels, pixel centres at whole numbers
- * @returns {Grown[]}
+ * @returns {Promise<Region[]>}
  */
-export function grownRegions({ superpixels, picture, flow }, { x, y }) {
+export async function grownRegions({ superpixels, picture, flow }, { x, y }) {
   const { label, width, height, count } = superpixels;
   for (const [name, other] of Object.entries({ picture, flow })) {
     if (other?.width !== width || other?.height !== height)
@@ -68,10 +69,10 @@ export function grownRegions({ superpixels, picture, flow }, { x, y }) {
     const isOther = best.every(({ area }) => Math.min(area, step.area) < ALIKE * Math.max(area, step.area));
     if (isOther && best.length < COUNT) best.push(step);
   }
-  return best.map(({ taken, strength }) => {
+  return best.map(({ taken }) => {
     const isIn = new Uint8Array(count);
     for (const piece of order.slice(0, taken)) isIn[piece] = 1;
-    return { region: regionOf(label.map((piece) => Number(isIn[piece]))), strength };
+    return regionOf(label.map((piece) => Number(isIn[piece])));
   });
 }
 
@@ -153,7 +154,7 @@ function growth(seed, pieces, links, pixels) {
     }
     const strength = Math.max(0, outer.sum) / Math.max(1, outer.length + region.rim);
     const score = strength + SIZE_WEIGHT * Math.sqrt(Math.sqrt(area / pixels));
-    steps.push({ taken: taken.size, area, strength, score });
+    steps.push({ taken: taken.size, area, score });
     if (area > MOST * pixels) break;
   }
   return { order: [...taken], steps };

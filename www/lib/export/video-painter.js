@@ -94,8 +94,11 @@ export class Painter {
    */
   async maskOf(picture, t) {
     const { masks, plan, size } = this;
+    const none = new Uint8Array(0);
+    // Painted as they are.
+    if (plan.style === 'masks') return { ...size, labels: none, alpha: none };
     // Without a picture a mask stays as it is.
-    const frame = picture ?? { ...size, data: new Uint8Array(0) };
+    const frame = picture ?? { ...size, data: none };
     const mask = { labels: labelsOf(masks, t), width: masks.width, height: masks.height };
     return maskAtSize(mask, frame, plan.chosen, plan.edges, plan.decoder);
   }

@@ -297,13 +297,15 @@ export class LocalEngine {
  */
 function allMasks(session, { numFrames, width, height }, known) {
   const labels = new Uint8Array(numFrames * width * height);
-  const counts = Array.from({ length: 256 }, () => new Uint32Array(numFrames));
+  const areas = Array.from(known, (label) => ({ label, areas: new Uint32Array(numFrames) }));
   for (let t = 0; t < numFrames; t += 1) {
     const mask = session.labels(t);
     labels.set(mask, t * width * height);
-    for (const label of mask) /** @type {any} */ (counts[label])[t] += 1;
+    const pixels = new Uint32Array(256);
+    for (const label of mask) /** @type {any} */ (pixels)[label] += 1;
+    for (const object of areas) object.areas[t] = /** @type {number} */ (pixels[object.label]);
   }
-  return { labels, areas: Array.from(known, (label) => ({ label, areas: /** @type {any} */ (counts[label]) })) };
+  return { labels, areas };
 }
 
 /**
