@@ -73,8 +73,9 @@ pub(super) fn halve(image: &[f32], width: usize, out: &mut Vec<f32>) {
     for y in 0..half(height) {
         let top = &image[2 * y * width..][..width];
         let bottom = &image[(2 * y + 1).min(height - 1) * width..][..width];
-        let sums = top.chunks(2).zip(bottom.chunks(2));
-        out.extend(sums.map(|(a, b)| 0.25 * ((a[0] + a[a.len() - 1]) + (b[0] + b[b.len() - 1]))));
+        let ((tops, end), (bottoms, below)) = (top.as_chunks::<2>(), bottom.as_chunks::<2>());
+        out.extend(tops.iter().zip(bottoms).map(|(a, b)| 0.25 * ((a[0] + a[1]) + (b[0] + b[1]))));
+        out.extend(end.iter().zip(below).map(|(a, b)| 0.25 * ((a + a) + (b + b))));
     }
 }
 
@@ -93,12 +94,12 @@ pub(super) fn add_doubled(image: &[f32], out: &mut [f32], width: usize) {
         }
         line[0] = line[1];
         line[small + 1] = line[small];
-        for (pair, around) in out.chunks_mut(2).zip(line.windows(3)) {
-            pair[0] += 0.75 * around[1] + 0.25 * around[0];
-            if let Some(right) = pair.get_mut(1) {
-                *right += 0.75 * around[1] + 0.25 * around[2];
-            }
+        let (pairs, end) = out.as_chunks_mut::<2>();
+        for (((pair, before), here), behind) in pairs.iter_mut().zip(&line).zip(&line[1..]).zip(&line[2..]) {
+            pair[0] += 0.75 * here + 0.25 * before;
+            pair[1] += 0.75 * here + 0.25 * behind;
         }
+        end.iter_mut().for_each(|last| *last += 0.75 * line[small] + 0.25 * line[small - 1]);
     }
 }
 

@@ -1,6 +1,7 @@
 //! How quickly local histograms change: the small-window limit of the chi-square distance between two half-discs.
 
 use super::blur::pad;
+use crate::order::larger;
 
 /// Added to a bin's share before dividing by it: changes of nearly empty bins count for less.
 const EMPTY: f32 = 0.02;
@@ -10,7 +11,7 @@ const EMPTY: f32 = 0.02;
 pub(super) fn share_of_bin(values: &[f32], b: usize, bins: usize, shares: &mut Vec<f32>) -> bool {
     let (scale, centre) = ((bins - 1) as f32, b as f32);
     shares.clear();
-    shares.extend(values.iter().map(|v| (1.0 - (v.clamp(0.0, 1.0) * scale - centre).abs()).max(0.0)));
+    shares.extend(values.iter().map(|v| larger(1.0 - (v.clamp(0.0, 1.0) * scale - centre).abs(), 0.0)));
     shares.iter().any(|&s| s > 0.0)
 }
 
@@ -50,7 +51,7 @@ impl Tensors {
         let [xx, xy, yy] = &self.0;
         let (a, b, c) = (nx * nx, 2.0 * nx * ny, ny * ny);
         for (((o, xx), xy), yy) in out.iter_mut().zip(xx).zip(xy).zip(yy) {
-            *o += (a * xx + b * xy + c * yy).max(0.0).sqrt();
+            *o += larger(a * xx + b * xy + c * yy, 0.0).sqrt();
         }
     }
 }

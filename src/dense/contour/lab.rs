@@ -10,19 +10,21 @@ const COLOR_RANGE: f32 = 40.0;
 /// Lightness, a and b of sRGB pixels under daylight D65: `L / 100`, `(a + 40) / 80`, `(b + 40) / 80`, row by row.
 /// Strong colours leave `0..=1`.
 pub(super) fn lab(frame: &Frame) -> [Vec<f32>; 3] {
-    let linear: Vec<f32> = (0..256).map(|v| linear(v as f32 / 255.0)).collect();
-    let roots: Vec<f32> = (0..=STEPS).map(|i| root(i as f32 / STEPS as f32)).collect();
+    let linear: [f32; 256] = std::array::from_fn(|v| linear(v as f32 / 255.0));
+    let roots: [f32; STEPS + 1] = std::array::from_fn(|i| root(i as f32 / STEPS as f32));
     let root = |t: f32| roots[((t * STEPS as f32 + 0.5) as usize).min(STEPS)];
-    let mut planes = [0; 3].map(|_| Vec::with_capacity(frame.width() * frame.height()));
-    for p in frame.rgb().chunks_exact(3) {
-        let [r, g, b] = [0, 1, 2].map(|c| linear[usize::from(p[c])]);
+    let mut planes = [0; 3].map(|_| vec![0.0; frame.width() * frame.height()]);
+    let [lightness, a, b] = &mut planes;
+    let values = lightness.iter_mut().zip(a).zip(b);
+    for (&[r, g, b], ((lightness, along_a), along_b)) in frame.rgb().as_chunks::<3>().0.iter().zip(values) {
+        let (r, g, b) = (linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)]);
         // To XYZ, each relative to white.
         let x = root(0.433_953 * r + 0.376_219 * g + 0.189_828 * b);
         let y = root(0.212_671 * r + 0.715_160 * g + 0.072_169 * b);
         let z = root(0.017_758 * r + 0.109_477 * g + 0.872_765 * b);
-        planes[0].push(1.16 * y - 0.16);
-        planes[1].push(0.5 + 500.0 / (2.0 * COLOR_RANGE) * (x - y));
-        planes[2].push(0.5 + 200.0 / (2.0 * COLOR_RANGE) * (y - z));
+        *lightness = 1.16 * y - 0.16;
+        *along_a = 0.5 + 500.0 / (2.0 * COLOR_RANGE) * (x - y);
+        *along_b = 0.5 + 200.0 / (2.0 * COLOR_RANGE) * (y - z);
     }
     planes
 }

@@ -54,6 +54,7 @@ pub(crate) use gradient::mean_along;
 pub use thin::{ORIENTATIONS, normals, thin};
 
 use crate::image::{Frame, Plane};
+use crate::order::larger;
 
 crate::params! {
     /// Boundary probability and contours.
@@ -163,7 +164,7 @@ fn largest(strengths: &[Vec<f32>; ORIENTATIONS], (w, h): (usize, usize)) -> (Pla
     for (k, plane) in strengths.iter().enumerate() {
         for ((best, o), &v) in strength.data_mut().iter_mut().zip(orientation.data_mut()).zip(plane) {
             *o = if v > *best { k as u8 } else { *o };
-            *best = v.max(*best);
+            *best = larger(v, *best);
         }
     }
     (strength, orientation)
@@ -205,7 +206,8 @@ impl Probability {
         let place = strength * self.per_unit;
         let whole = (place as usize).min(Self::STEPS - 1);
         let (low, high) = (self.table[whole], self.table[whole + 1]);
-        low + (place - whole as f32).min(1.0) * (high - low)
+        let part = place - whole as f32;
+        low + if part < 1.0 { part } else { 1.0 } * (high - low)
     }
 }
 

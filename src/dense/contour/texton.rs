@@ -6,6 +6,7 @@
 //! only where it is low.
 
 use super::blur::{mirror, pad};
+use crate::order::larger;
 
 /// Kinds of patterns.
 pub(super) const TEXTONS: usize = 9;
@@ -34,8 +35,8 @@ pub(super) fn textons(brightness: &[f32], width: usize) -> [Vec<f32>; TEXTONS] {
             let scale = 1.0 / (lines[0].abs() + lines[1].abs() + lines[2].abs() + lines[3].abs() + FLAT);
             out[0][x] = FLAT * scale;
             for k in 0..4 {
-                out[1 + k][x] = lines[k].max(0.0) * scale;
-                out[5 + k][x] = (-lines[k]).max(0.0) * scale;
+                out[1 + k][x] = larger(lines[k], 0.0) * scale;
+                out[5 + k][x] = larger(-lines[k], 0.0) * scale;
             }
         }
     }

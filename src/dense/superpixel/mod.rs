@@ -286,10 +286,10 @@ fn strongest_around(plane: &Plane<f32>) -> Plane<f32> {
     for y in 0..height {
         let (row, out) = (plane.row(y), across.row_mut(y));
         for x in 1..width {
-            out[x] = row[x].max(row[x - 1]);
+            out[x] = order::larger(row[x], row[x - 1]);
         }
         for x in 1..width {
-            out[x - 1] = out[x - 1].max(row[x]);
+            out[x - 1] = order::larger(out[x - 1], row[x]);
         }
     }
     let mut down = across.clone();
@@ -297,7 +297,7 @@ fn strongest_around(plane: &Plane<f32>) -> Plane<f32> {
         let out = down.row_mut(y);
         for other in [y.saturating_sub(1), (y + 1).min(height - 1)] {
             for (value, &beside) in out.iter_mut().zip(across.row(other)) {
-                *value = value.max(beside);
+                *value = order::larger(*value, beside);
             }
         }
     }
