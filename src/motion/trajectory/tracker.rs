@@ -241,8 +241,8 @@ fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f3
     if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE {
         return None;
     }
-    let [east, west, south, north] =
-        [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(dx, dy)| at(forward, x + dx, y + dy));
+    let (east, west) = (at(forward, x + 1.0, y), at(forward, x - 1.0, y));
+    let (south, north) = (at(forward, x, y + 1.0), at(forward, x, y - 1.0));
     let gradient = ((east.0 - west.0).powi(2) + (south.0 - north.0).powi(2))
         + ((east.1 - west.1).powi(2) + (south.1 - north.1).powi(2));
     if 0.25 * gradient > BOUNDARY_RELATIVE * energy + BOUNDARY_ABSOLUTE {
