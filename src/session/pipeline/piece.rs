@@ -104,6 +104,7 @@ impl Piece {
     }
 
     /// Does the work, under the parameters of the session that gave it away.
+    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn work(&self, params: &Params, scratch: &mut FlowScratch) -> Made {
         match &self.work {
             Work::Pair(from, to) => Made::Pair(Box::new(PairFlow::new(from, to, &params.flow, scratch))),
@@ -126,6 +127,7 @@ impl Piece {
 impl Session {
     /// A piece of work that is coming and that nobody has; `None` where there is none at present. Flow is given away for
     /// at most `ahead` pairs from the one that is next, as what is made of a pair takes 20 bytes a pixel until then.
+    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn take_piece(&mut self, ahead: usize) -> Option<Piece> {
         let epoch = self.epoch;
         let (clip, state) = match &mut self.phase {
