@@ -33,13 +33,13 @@ impl Travel {
     /// What the trajectories tell. `None` unless the camera surely goes forward in most pairs.
     #[cfg(test)]
     pub(crate) fn of(tracks: &Trajectories) -> Option<Self> {
-        Self::by(tracks, |_, ways| ways.forward())
+        Self::by(tracks, &mut |_, ways| ways.forward())
     }
 
     /// The same, where it is told elsewhere how the camera goes in each pair: the motion, and whether it is sure.
     pub(crate) fn by(
         tracks: &Trajectories,
-        mut forward: impl FnMut(usize, Ways) -> Option<(Forward, bool)>,
+        forward: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
     ) -> Option<Self> {
         let units = Units::new(tracks.size);
         let (mut pairs, mut sure) = (Vec::new(), 0);

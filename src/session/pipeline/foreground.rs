@@ -82,7 +82,7 @@ impl Mapping {
         let (tracked, flow) = (&self.embedded.tracked, &clip.flows[t]);
         let at = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);
         let sets: [Option<&Trajectories>; 2] = [Some(&tracked.tracks), tracked.denser.as_ref()];
-        self.maps.asked(t, flow, sets.into_iter().flatten().flat_map(at))
+        self.maps.asked(t, flow, &mut sets.into_iter().flatten().flat_map(at))
     }
 
     pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
