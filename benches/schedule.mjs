@@ -25,7 +25,7 @@ export function shares(glue, clip, width, height) {
   const found = { stages: {}, transfers: 0, pieces: 0 };
   const push = ({ data }) => session.pushRgba(data, width, height);
   [, found.stages.frames] = timed(() => clip.forEach(push));
-  for (let stage; ; ) {
+  for (let stage; ;) {
     for (;;) {
       const [piece, given] = timed(() => session.takePiece(clip.length));
       if (!piece) break;

@@ -117,6 +117,16 @@ mod tests {
     }
 
     #[test]
+    fn the_nth_value_is_that_of_sorted_values() {
+        let mut rng = crate::rng::Rng::for_stage(3, "nth");
+        let values: Vec<f32> = (0..500).map(|_| (rng.range(-2.0, 2.0) as f32 * 8.0).round() / 8.0 * 1e-3).collect();
+        let mut sorted = values.clone();
+        sorted.sort_by(f32::total_cmp);
+        (0..500).for_each(|n| assert_eq!(nth(&values, n).to_bits(), sorted[n].to_bits()));
+        assert_eq!((nth(&values, 500), nth(&[], 0)), (0.0, 0.0));
+    }
+
+    #[test]
     fn zeros_infinities_and_what_is_not_a_number_have_their_places() {
         let rising = [f32::NEG_INFINITY, -1.0, -0.0, 0.0, 1e-40, 2.0, f32::INFINITY, f32::NAN];
         assert!(rising.is_sorted_by_key(|&v| single(v)));

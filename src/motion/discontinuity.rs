@@ -84,7 +84,7 @@ pub struct Discontinuities {
 /// ```
 #[must_use]
 pub fn neighborhoods(tracks: &Trajectories) -> Neighborhoods {
-    neighborhoods_by(tracks, |frame| delaunay_edges(&points_in(tracks, frame)))
+    neighborhoods_by(tracks, &mut |frame| delaunay_edges(&points_in(tracks, frame)))
 }
 
 /// The points of the trajectories alive in `frame`, by trajectory.
@@ -95,7 +95,7 @@ pub(crate) fn points_in(tracks: &Trajectories, frame: usize) -> Vec<(f32, f32)> 
 /// The same from the Delaunay edges of each frame's points, in the order of [`points_in`].
 pub(crate) fn neighborhoods_by(
     tracks: &Trajectories,
-    mut edges: impl FnMut(usize) -> Vec<(u32, u32)>,
+    edges: &mut dyn FnMut(usize) -> Vec<(u32, u32)>,
 ) -> Neighborhoods {
     let mut all: Vec<(u32, u32)> = Vec::new();
     let mut frame_offset = vec![0_u32];

@@ -117,9 +117,9 @@ impl Frame {
         }
         let columns = coverage(self.width, width);
         let rows = coverage(self.height, height);
-        let mut rgb = Vec::with_capacity(3 * width * height);
+        let mut rgb = vec![0; 3 * width * height];
         let mut line = vec![0.0_f32; 3 * self.width];
-        for row in &rows {
+        for (row, rgb) in rows.iter().zip(rgb.chunks_exact_mut(3 * width)) {
             line.fill(0.0);
             for &(y, weight) in row {
                 let source = &self.rgb[3 * y * self.width..3 * (y + 1) * self.width];
@@ -127,13 +127,13 @@ impl Frame {
                     *sum += weight * f32::from(value);
                 }
             }
-            for column in &columns {
+            for (column, rgb) in columns.iter().zip(rgb.as_chunks_mut::<3>().0) {
                 let mut sums = [0.0; 3];
                 for &(x, weight) in column {
                     let pixel = &line[3 * x..3 * x + 3];
                     (0..3).for_each(|c| sums[c] += weight * pixel[c]);
                 }
-                rgb.extend(sums.map(|value: f32| (value + 0.5) as u8));
+                *rgb = sums.map(|value: f32| (value + 0.5) as u8);
             }
         }
         Self { rgb, width, height }

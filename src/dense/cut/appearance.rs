@@ -5,7 +5,7 @@
 //! and Blake, "GrabCut", 2004. Not in the paper.
 
 use super::colour::{Colour, Histogram, UNSEEN};
-use crate::image::{Frame, Plane};
+use crate::image::Frame;
 use crate::superpixel::Superpixels;
 
 /// Ground is near an object within this part of the frame's longer side, in columns and rows.
@@ -43,42 +43,52 @@ pub(crate) fn appearance(
 fn near_objects(superpixels: &Superpixels, is_object: &[bool]) -> Vec<bool> {
     let label = superpixels.label();
     let (w, h) = (label.width(), label.height());
-    let reach = (NEAR * w.max(h) as f32) as u16 + 1;
-    // Near an object in its row; then also in its column, above.
-    let mut near = Plane::filled(w, h, false);
-    let mut is_set = vec![false; w];
+    let reach = (NEAR * w.max(h) as f32) as usize;
+    // A bit a pixel.
+    let words = w.div_ceil(64);
+    let mut near = Vec::with_capacity(words * h);
     for y in 0..h {
-        is_set.iter_mut().zip(label.row(y)).for_each(|(set, &s)| *set = is_object[s as usize]);
-        let near = near.row_mut(y);
-        widen(reach, near.iter_mut().zip(&is_set));
-        widen(reach, near.iter_mut().zip(&is_set).rev());
+        let bits =
+            |labels: &[u32]| labels.iter().rev().fold(0, |bits, &s| bits << 1 | u64::from(is_object[s as usize]));
+        near.extend(label.row(y).chunks(64).map(bits));
     }
-    let mut of_row = vec![0_u16; w];
-    let mut below = near.clone();
-    for y in 0..h {
-        for ((left, near), below) in of_row.iter_mut().zip(near.row(y)).zip(below.row_mut(y)) {
-            *left = if *near { reach } else { left.saturating_sub(1) };
-            *below = *left > 0;
-        }
-    }
-    of_row.fill(0);
+    near.chunks_exact_mut(words).for_each(|row| doubling(reach, |by| shift(row, by)));
+    // Rows are words further on in one row of all.
+    doubling(reach, |by| shift(&mut near, 64 * words * by));
     let mut found = vec![false; superpixels.count];
-    for y in (0..h).rev() {
-        for ((left, near), (below, &s)) in of_row.iter_mut().zip(near.row(y)).zip(below.row(y).iter().zip(label.row(y)))
-        {
-            *left = if *near { reach } else { left.saturating_sub(1) };
-            found[s as usize] |= *below || *left > 0;
+    for y in 0..h {
+        for (labels, &bits) in label.row(y).chunks(64).zip(&near[y * words..]) {
+            let mut bits = bits;
+            while bits != 0 {
+                // Bits after the end of a row are of no pixel.
+                labels.get(bits.trailing_zeros() as usize).into_iter().for_each(|&s| found[s as usize] = true);
+                bits &= bits - 1;
+            }
         }
     }
     found
 }
 
-/// Marks all places of a line, some twice, that come fewer than `reach` after one that is set, and these.
-fn widen<'a>(reach: u16, line: impl Iterator<Item = (&'a mut bool, &'a bool)>) {
-    let mut left = 0_u16;
-    for (near, is_set) in line {
-        left = if *is_set { reach } else { left.saturating_sub(1) };
-        *near |= left > 0;
+/// Calls `add` with steps that add up to `reach`, each at most one more than all before it.
+fn doubling(reach: usize, mut add: impl FnMut(usize)) {
+    let mut done = 0;
+    while done < reach {
+        let by = (done + 1).min(reach - done);
+        add(by);
+        done += by;
+    }
+}
+
+/// Sets what is `by` bits before or after a set bit.
+fn shift(row: &mut [u64], by: usize) {
+    let (words, bits) = (by / 64, by % 64);
+    for k in (words..row.len()).rev() {
+        let carried = if bits > 0 && k > words { row[k - words - 1] >> (64 - bits) } else { 0 };
+        row[k] |= row[k - words] << bits | carried;
+    }
+    for k in 0..row.len().saturating_sub(words) {
+        let carried = if bits > 0 && k + words + 1 < row.len() { row[k + words + 1] << (64 - bits) } else { 0 };
+        row[k] |= row[k + words] >> bits | carried;
     }
 }
 
@@ -126,6 +136,7 @@ impl ClipColours {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Plane;
 
     /// Columns of ten pixels as superpixels of a frame of 100x20, with these greys.
     fn columns(greys: [u8; 10]) -> (Superpixels, Frame) {

@@ -54,12 +54,15 @@ pub use votes::{forget_strangers, labels_for};
 use crate::image::Plane;
 use crate::superpixel::Superpixels;
 use region::Part;
+use terms::Nodes;
+#[cfg(test)]
 use terms::energy;
 
 /// The Gabriel cut in steps, each one move of the expansion.
 #[derive(Debug, Clone)]
 pub(crate) struct GabrielCut {
     expansion: Expansion,
+    nodes: Nodes,
     counts: Vec<usize>,
     /// What the expansion is a part of: the labels of all superpixels, and which superpixels and labels take part.
     rest: Option<(Vec<u32>, Vec<u32>, Vec<u32>)>,
@@ -68,9 +71,10 @@ pub(crate) struct GabrielCut {
 impl GabrielCut {
     /// Makes the energy; the longest of all steps.
     pub(crate) fn new(input: &CutInput, params: &CutParams) -> Self {
-        let problem = energy(input, params);
+        let nodes = Nodes::new(input);
+        let problem = terms::energy_at(input, params, &nodes);
         let start = terms::first_labels(&problem);
-        Self { expansion: Expansion::new(problem, start), counts: counts(input), rest: None }
+        Self { expansion: Expansion::new(problem, start), nodes, counts: counts(input), rest: None }
     }
 
     /// The same in a part of the clip, from the labels there on.
@@ -78,12 +82,14 @@ impl GabrielCut {
         let part = Part::new(input, params, region);
         let start = part.present();
         let Part { problem, all, nodes, labels } = part;
-        Self { expansion: Expansion::new(problem, start), counts: counts(input), rest: Some((all, nodes, labels)) }
+        let rest = Some((all, nodes, labels));
+        let nodes = Nodes::new(input);
+        Self { expansion: Expansion::new(problem, start), nodes, counts: counts(input), rest }
     }
 
-    /// Begins anew with the same links: of `input` trajectories, their labels and what speaks for labels may be others.
+    /// Begins anew with the same links and trajectories: their labels and what speaks for labels may be others.
     pub(crate) fn begin_again(&mut self, input: &CutInput, params: &CutParams) {
-        self.expansion.begin_with(terms::own_costs(input, params), terms::first_labels);
+        self.expansion.begin_with(terms::own_costs(input, params, &self.nodes), terms::first_labels);
     }
 
     /// Makes one move. Returns whether any is left.

@@ -21,21 +21,20 @@ const LENGTH_RANGE: (f32, f32) = (0.05, 4.0);
 
 /// The energy whose least labelling is sought.
 pub(crate) fn energy(input: &CutInput, params: &CutParams) -> Potts {
-    let nodes = Nodes::new(input);
+    energy_at(input, params, &Nodes::new(input))
+}
+
+/// The same where it is known where superpixels and points are.
+pub(super) fn energy_at(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Potts {
     let mut problem = Potts {
         num_nodes: nodes.num_nodes(),
         num_labels: input.num_labels,
-        unary: unary(input, params, &nodes),
+        unary: own_costs(input, params, nodes),
         ..Potts::default()
     };
-    add_spatial(&mut problem, input, params, &nodes);
-    add_temporal(&mut problem, input, params, &nodes);
+    add_spatial(&mut problem, input, params, nodes);
+    add_temporal(&mut problem, input, params, nodes);
     problem
-}
-
-/// What each label costs each superpixel, alone; links do not depend on evidence.
-pub(super) fn own_costs(input: &CutInput, params: &CutParams) -> Vec<i32> {
-    unary(input, params, &Nodes::new(input))
 }
 
 /// The pixel nearest to a point.
@@ -50,6 +49,7 @@ pub(crate) fn pixel_of((width, height): (usize, usize), x: f32, y: f32) -> usize
 pub(super) const NOWHERE: u32 = u32::MAX;
 
 /// Where superpixels and points of trajectories are in the clip.
+#[derive(Debug, Clone)]
 pub(super) struct Nodes {
     /// First superpixel of each frame, and the number of all.
     pub(super) base: Vec<u32>,
@@ -84,7 +84,7 @@ impl Nodes {
 }
 
 /// Step 2, node by node, label by label.
-fn unary(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
+pub(super) fn own_costs(input: &CutInput, params: &CutParams, nodes: &Nodes) -> Vec<i32> {
     let mut costs = heard(input, params, nodes).0;
     for (costs, &evidence) in costs.chunks_exact_mut(input.num_labels.max(1)).zip(input.evidence) {
         for (label, cost) in costs.iter_mut().enumerate() {

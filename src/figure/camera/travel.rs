@@ -33,13 +33,13 @@ impl Travel {
     /// What the trajectories tell. `None` unless the camera surely goes forward in most pairs.
     #[cfg(test)]
     pub(crate) fn of(tracks: &Trajectories) -> Option<Self> {
-        Self::by(tracks, |_, ways| ways.forward())
+        Self::by(tracks, &mut |_, ways| ways.forward())
     }
 
     /// The same, where it is told elsewhere how the camera goes in each pair: the motion, and whether it is sure.
     pub(crate) fn by(
         tracks: &Trajectories,
-        mut forward: impl FnMut(usize, Ways) -> Option<(Forward, bool)>,
+        forward: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
     ) -> Option<Self> {
         let units = Units::new(tracks.size);
         let (mut pairs, mut sure) = (Vec::new(), 0);
@@ -75,12 +75,14 @@ pub(crate) struct Ways {
 
 impl Ways {
     /// In the `k`th pair.
+    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn new(tracks: &Trajectories, k: usize) -> Self {
         let points = common(tracks, k * STRIDE).map(|(_, from, to)| [from.0, from.1, to.0, to.1]).collect();
         Self { size: tracks.size, points }
     }
 
     /// How the camera goes, and whether it surely goes forward.
+    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn forward(&self) -> Option<(Forward, bool)> {
         let units = Units::new(self.size);
         let steps: Vec<Step> = self.points.iter().map(|&[x, y, u, v]| units.step((x, y), (u, v))).collect();

@@ -107,13 +107,13 @@ impl SaliencyMaps {
     /// The same of a field however it is kept.
     pub(crate) fn whole(&self, t: usize, flow: &impl Field) -> Plane<f32> {
         let (width, height) = flow.size();
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let found = self.asked(t, flow, pixels).answer(&self.params);
+        let mut pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let found = self.asked(t, flow, &mut pixels).answer(&self.params);
         Plane::from_vec(width, height, found).unwrap_or_default()
     }
 
     /// What the saliency of these pixels of frame `t`, whose flow this is, is made from.
-    pub(crate) fn asked(&self, t: usize, flow: &impl Field, pixels: impl Iterator<Item = (usize, usize)>) -> Asked {
+    pub(crate) fn asked(&self, t: usize, flow: &impl Field, pixels: &mut dyn Iterator<Item = (usize, usize)>) -> Asked {
         let motion = self.motions.get(t).copied().unwrap_or_else(|| DominantMotion::none(flow));
         let reduced = self.reduced(flow, &motion);
         let scale = (f64::from(self.params.bins) / self.range()) as f32;
@@ -164,6 +164,7 @@ pub(crate) struct Asked {
 
 impl Asked {
     /// The saliency of each, in `0.0..=1.0`.
+    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn answer(&self, params: &SaliencyParams) -> Vec<f32> {
         let contrast = Contrast { num_bins: params.bins as usize, prior: params.prior };
         let (found, size) = (surround(&self.bins, &contrast), self.bins.data().len());

@@ -221,14 +221,17 @@ impl Tracker {
     }
 }
 
+/// The flow at a place.
+#[inline(never)] // Called from six places: wasm has a budget.
+fn at(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
+    let spot = Spot::new((field.u.width(), field.u.height()), x, y);
+    (spot.of(&field.u), spot.of(&field.v))
+}
+
 /// Where the point goes, or `None` when it leaves the image, fails the forward–backward check or lies on a motion
 /// boundary.
 fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f32, f32)> {
     let size = (forward.u.width(), forward.u.height());
-    let at = |field: &FlowField, x: f32, y: f32| {
-        let spot = Spot::new(size, x, y);
-        (spot.of(&field.u), spot.of(&field.v))
-    };
     let (u, v) = at(forward, x, y);
     let (nx, ny) = (x + u, y + v);
     let (right, bottom) = ((size.0 - 1) as f32, (size.1 - 1) as f32);
@@ -241,8 +244,8 @@ fn step(x: f32, y: f32, forward: &FlowField, backward: &FlowField) -> Option<(f3
     if mismatch >= CONSISTENCY_RELATIVE * (energy + bu * bu + bv * bv) + CONSISTENCY_ABSOLUTE {
         return None;
     }
-    let [east, west, south, north] =
-        [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)].map(|(dx, dy)| at(forward, x + dx, y + dy));
+    let (east, west) = (at(forward, x + 1.0, y), at(forward, x - 1.0, y));
+    let (south, north) = (at(forward, x, y + 1.0), at(forward, x, y - 1.0));
     let gradient = ((east.0 - west.0).powi(2) + (south.0 - north.0).powi(2))
         + ((east.1 - west.1).powi(2) + (south.1 - north.1).powi(2));
     if 0.25 * gradient > BOUNDARY_RELATIVE * energy + BOUNDARY_ABSOLUTE {

@@ -45,11 +45,11 @@ impl Dividing {
             return Turn::more(progress, self);
         }
         let Self { clustered, superpixels } = *self;
-        let tells = |k: usize, ways: Ways| match clip.ledger.collect(PieceKind::Ways, k) {
+        let mut tells = |k: usize, ways: Ways| match clip.ledger.collect(PieceKind::Ways, k) {
             Some(Made::Ways(forward)) => forward,
             _ => ways.forward(),
         };
-        let camera = camera_of(&clustered, (&clip.frames, &clip.params.background), tells);
+        let camera = camera_of(&clustered, (&clip.frames, &clip.params.background), &mut tells);
         let background = camera.clone().and_then(|camera| background_of(camera, &clustered, clip));
         let corrections = Corrections::default();
         let parts = Parts { clustered, superpixels, camera, background, doubts: Vec::new(), corrections };
@@ -262,6 +262,7 @@ impl Masking {
     }
 
     /// The label of each pixel of a frame, from the clusters of its superpixels, before borders are refined.
+    #[inline(never)] // Called from two places: wasm has a budget.
     fn labels(&self, t: usize) -> Plane<u8> {
         // A clip without clusters is all background.
         let label = |cluster: u32| self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0);
@@ -295,7 +296,7 @@ impl Masking {
 pub(super) fn camera_of(
     clustered: &Clustered,
     (frames, settings): (&[Frame], &BackgroundParams),
-    tells: impl FnMut(usize, Ways) -> Option<(Forward, bool)>,
+    tells: &mut dyn FnMut(usize, Ways) -> Option<(Forward, bool)>,
 ) -> Option<Camera> {
     let motions = clustered.foreground.as_ref()?.salient.maps.motions();
     let tracks = &clustered.embedded.tracked.tracks;

@@ -77,11 +77,12 @@ impl Mapping {
     }
 
     /// The points of both sets of trajectories in frame `t`, those of the denser ones last.
+    #[inline(never)] // Called from two places: wasm has a budget.
     fn asked(&self, t: usize, clip: &Clip) -> Asked {
         let (tracked, flow) = (&self.embedded.tracked, &clip.flows[t]);
         let at = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);
         let sets: [Option<&Trajectories>; 2] = [Some(&tracked.tracks), tracked.denser.as_ref()];
-        self.maps.asked(t, flow, sets.into_iter().flatten().flat_map(at))
+        self.maps.asked(t, flow, &mut sets.into_iter().flatten().flat_map(at))
     }
 
     pub(super) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {

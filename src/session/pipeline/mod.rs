@@ -13,6 +13,7 @@ mod foreground;
 mod fork;
 mod found;
 mod geometry;
+mod give;
 #[cfg(test)]
 mod given_tests;
 #[cfg_attr(

@@ -262,7 +262,8 @@ impl Session {
     #[doc(hidden)]
     pub fn cluster_terms(&self) -> Option<(bool, Vec<Option<Vec<f64>>>)> {
         let (clip, Phase::Begun(_, State::Clustered(clustered))) = (self.clip()?, &self.phase) else { return None };
-        let camera = dense::camera_of(clustered, (&clip.frames, &clip.params.background), |_, ways| ways.forward())?;
+        let camera =
+            dense::camera_of(clustered, (&clip.frames, &clip.params.background), &mut |_, ways| ways.forward())?;
         let (tracks, clusters) = (&clustered.embedded.tracked.tracks, &clustered.clusters);
         if camera.goes_forward() {
             return None;

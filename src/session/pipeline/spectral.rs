@@ -101,11 +101,11 @@ impl Placed {
 
     pub(super) fn step(self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Embedded>> {
         let Self { linked: Linked { tracked, affinities }, embedding } = *self;
-        let graph = |t: usize| match clip.ledger.collect(PieceKind::Graph, t) {
+        let mut graph = |t: usize| match clip.ledger.collect(PieceKind::Graph, t) {
             Some(Made::Graph(found)) => found,
             _ => delaunay_edges(&points_in(&tracked.tracks, t)),
         };
-        let near = neighborhoods_by(&tracked.tracks, graph);
+        let near = neighborhoods_by(&tracked.tracks, &mut graph);
         let discontinuities = discontinuities(near, &embedding, &clip.params.discontinuity);
         let embedded = Embedded { tracked, affinities, embedding, discontinuities };
         Turn::whole(Stage::Discontinuities, Box::new(embedded))

@@ -14,8 +14,8 @@ impl Session {
     /// Steps until done on `threads` threads, this one included; `report` hears of each step. Results are the same bits
     /// for any number of threads.
     ///
-    /// Flow, superpixels and masks are made by all threads; what needs all of the clip is done by this one, while the
-    /// others go on with the superpixels. Memory grows by about 200 bytes a pixel of a frame for each further thread.
+    /// Pieces are made by all threads; what needs all of the clip is done by this one, while the others go on with the
+    /// superpixels. Memory grows by about 200 bytes a pixel of a frame for each further thread.
     ///
     /// # Errors
     /// As [`Session::step`].

@@ -29,13 +29,6 @@ impl PieceId {
         vec![self.epoch, self.kind as u32, self.t, width as u32, height as u32]
     }
 
-    /// The words of what has no size.
-    fn with(self, numbers: impl Iterator<Item = u32>) -> Vec<u32> {
-        let mut words = self.head(0, 0);
-        words.extend(numbers);
-        words
-    }
-
     /// From the words of a piece, or the first of them.
     pub(crate) fn from_words(words: &[u32]) -> Option<Self> {
         let &[epoch, kind, t, ..] = words else { return None };
@@ -151,8 +144,16 @@ impl Made {
                 put_floats(&mut words, found);
                 words
             }
-            Self::Graph(edges) => id.with(edges.iter().flat_map(|&(a, b)| [a, b])),
-            Self::Affinities(entries) => id.with(entries.iter().flat_map(|&(i, j, w)| [i, j, w.to_bits()])),
+            Self::Graph(edges) => {
+                let mut words = id.head(0, 0);
+                edges.iter().for_each(|&(a, b)| words.extend_from_slice(&[a, b]));
+                words
+            }
+            Self::Affinities(entries) => {
+                let mut words = id.head(0, 0);
+                entries.iter().for_each(|&(i, j, w)| words.extend_from_slice(&[i, j, w.to_bits()]));
+                words
+            }
             Self::Ways(found) => {
                 let mut words = id.head(0, 0);
                 if let Some((forward, is_sure)) = found {
@@ -237,13 +238,13 @@ fn put_floats(words: &mut Vec<u32>, values: &[f32]) {
 
 #[inline(never)]
 fn put_points(words: &mut Vec<u32>, points: &[(f32, f32)]) {
-    words.extend(points.iter().flat_map(|&(x, y)| [x.to_bits(), y.to_bits()]));
+    points.iter().for_each(|(x, y)| words.extend_from_slice(&[x.to_bits(), y.to_bits()]));
 }
 
 /// Each in two words, the lower one first.
 #[inline(never)]
 fn put_doubles(words: &mut Vec<u32>, values: &[f64]) {
-    words.extend(values.iter().flat_map(|v| [v.to_bits() as u32, (v.to_bits() >> 32) as u32]));
+    values.iter().map(|v| v.to_bits()).for_each(|v| words.extend_from_slice(&[v as u32, (v >> 32) as u32]));
 }
 
 /// What is left to read.

@@ -1,4 +1,4 @@
-// Helpers that work on pieces of a run: frame pairs, superpixels of a frame, masks. Each is a worker with an instance of
+// Helpers that work on pieces of a run, such as a frame pair or the superpixels of a frame. Each is a worker with an instance of
 // its own; pieces and what becomes of them go to and fro as arrays of words. The session makes what never comes back by
 // itself, so helpers may be slow, fail or die. A `Crew` starts them, a `Pool` gives them work.
 
