@@ -138,7 +138,7 @@ impl AffinityRows {
 
     /// The rows from `first` on, to be made elsewhere.
     pub(crate) fn rows(&self, tracks: &Trajectories, first: usize, count: usize) -> Rows {
-        let tracks = tracks.from_number(first);
+        let tracks = tracks.beginning_with(first);
         Rows { tracks, first, count, params: self.params.clone(), radius: self.radius, seed: self.seed }
     }
 

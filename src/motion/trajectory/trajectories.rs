@@ -80,7 +80,7 @@ impl Trajectories {
     }
 
     /// All trajectories from number `first` on.
-    pub(crate) fn from_number(&self, first: usize) -> Self {
+    pub(crate) fn beginning_with(&self, first: usize) -> Self {
         let first = first.min(self.len());
         let point = self.offset[first] as usize;
         Self {
