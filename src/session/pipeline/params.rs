@@ -151,13 +151,13 @@ impl Params {
         params
     }
 
-    /// For a first look, at half of the time: smaller frames, and flow that is less exact. Small and fast things may be
-    /// lost.
+    /// For a first look, at half of the time: smaller frames, contours at half size, and flow that is less exact. Small and
+    /// fast things may be lost.
     pub fn fast() -> Self {
         let mut params = Self::default();
-        params.clip.max_side = 360;
-        params.flow.search_level = 2;
+        params.clip.max_side = 400;
         params.flow.fixed_points = 3;
+        params.contour.half_from = 1;
         params
     }
 
