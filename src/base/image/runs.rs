@@ -26,8 +26,8 @@ impl<T: Copy + PartialEq> Runs<T> {
         Self { width: plane.width(), height: plane.height(), runs }
     }
 
-    #[cfg(any(feature = "wasm", test))]
     /// Takes over `runs`; `None` where they break the law.
+    #[cfg(any(feature = "wasm", test))]
     pub(crate) fn from_vec(width: usize, height: usize, runs: Vec<(u32, T)>) -> Option<Self> {
         let lawful = runs.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 != pair[1].1)
             && runs.first().is_none_or(|run| run.0 > 0)
