@@ -49,7 +49,6 @@ pub(crate) struct TriangulationEdge {
 ///
 /// Points on a line are joined in their order; a point at the very place of an earlier one is joined to that one only,
 /// so that no point is left without a neighbour. Coordinates must be finite. O(n log n).
-#[inline(never)] // Called from two places: wasm has a budget.
 pub(crate) fn delaunay_edges(points: &[(f32, f32)]) -> Vec<(u32, u32)> {
     let (sites, mut edges) = distinct(points);
     if let Ok(triangulation) = Spade::bulk_load(sites) {

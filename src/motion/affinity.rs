@@ -196,7 +196,6 @@ impl<'a> Pairs<'a> {
     }
 
     /// Compares trajectory `i` with all later ones.
-    #[inline(never)] // Called from two places: wasm has a budget.
     fn row(&self, i: usize, upper: &mut Vec<(u32, u32, f32)>) {
         let tracks = self.tracks;
         let frames = tracks.frames(i);
@@ -241,7 +240,6 @@ pub(crate) struct Motions {
 }
 
 impl Motions {
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn new(tracks: &Trajectories, params: &AffinityParams) -> Self {
         let points = tracks.x.len();
         let mut motions = Self {

@@ -43,7 +43,6 @@ pub(crate) struct Other {
 
 impl Sought {
     /// Of frame `t`. `pictures` are the frames reduced by `step`; `is_object` says what each label of the trajectories is.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(super) fn new(
         pictures: &[Picture],
         step: usize,
@@ -71,7 +70,6 @@ impl Sought {
     }
 
     /// Both accounts. Where nothing can be told both are 0.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn accounts(&self) -> Accounts {
         let Self { picture, others } = self;
         let (mut by_scene, mut by_object) = (Differences::default(), Differences::default());

@@ -75,14 +75,12 @@ pub(crate) struct Ways {
 
 impl Ways {
     /// In the `k`th pair.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn new(tracks: &Trajectories, k: usize) -> Self {
         let points = common(tracks, k * STRIDE).map(|(_, from, to)| [from.0, from.1, to.0, to.1]).collect();
         Self { size: tracks.size, points }
     }
 
     /// How the camera goes, and whether it surely goes forward.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn forward(&self) -> Option<(Forward, bool)> {
         let units = Units::new(self.size);
         let steps: Vec<Step> = self.points.iter().map(|&[x, y, u, v]| units.step((x, y), (u, v))).collect();

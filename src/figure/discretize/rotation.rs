@@ -52,7 +52,6 @@ impl RowsOf {
     }
 
     /// The label of each row; none without any number.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn turned(&self) -> Vec<u32> {
         let Self { k, rows } = self;
         let count = rows.len().checked_div(*k).unwrap_or(0);

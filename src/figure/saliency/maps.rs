@@ -164,7 +164,6 @@ pub(crate) struct Asked {
 
 impl Asked {
     /// The saliency of each, in `0.0..=1.0`.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn answer(&self, params: &SaliencyParams) -> Vec<f32> {
         let contrast = Contrast { num_bins: params.bins as usize, prior: params.prior };
         let (found, size) = (surround(&self.bins, &contrast), self.bins.data().len());

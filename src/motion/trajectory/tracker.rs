@@ -222,7 +222,6 @@ impl Tracker {
 }
 
 /// The flow at a place.
-#[inline(never)] // Called from six places: wasm has a budget.
 fn at(field: &FlowField, x: f32, y: f32) -> (f32, f32) {
     let spot = Spot::new((field.u.width(), field.u.height()), x, y);
     (spot.of(&field.u), spot.of(&field.v))

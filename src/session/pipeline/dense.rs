@@ -262,7 +262,6 @@ impl Masking {
     }
 
     /// The label of each pixel of a frame, from the clusters of its superpixels, before borders are refined.
-    #[inline(never)] // Called from two places: wasm has a budget.
     fn labels(&self, t: usize) -> Plane<u8> {
         // A clip without clusters is all background.
         let label = |cluster: u32| self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0);

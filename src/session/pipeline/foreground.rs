@@ -77,7 +77,6 @@ impl Mapping {
     }
 
     /// The points of both sets of trajectories in frame `t`, those of the denser ones last.
-    #[inline(never)] // Called from two places: wasm has a budget.
     fn asked(&self, t: usize, clip: &Clip) -> Asked {
         let (tracked, flow) = (&self.embedded.tracked, &clip.flows[t]);
         let at = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);

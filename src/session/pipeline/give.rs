@@ -6,7 +6,6 @@ use super::session::{Phase, Session};
 impl Session {
     /// A piece of work that is coming and that nobody has; `None` where there is none at present. Flow is given away for
     /// at most `ahead` pairs from the one that is next, as what is made of a pair takes 20 bytes a pixel until then.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn take_piece(&mut self, ahead: usize) -> Option<Piece> {
         let epoch = self.epoch;
         let (clip, state) = match &mut self.phase {

@@ -260,7 +260,6 @@ impl Params {
         (side / self.clip.reference.max(1) as f32).clamp(LEAST_SCALE, 1.0)
     }
 
-    #[inline(never)] // Large, and called from several places: wasm has a budget.
     fn scaled(&self, scale: f32, spacing: f32) -> ScaledParams {
         let mut params = self.clone();
         params.trajectory.grid_step = (params.trajectory.grid_step * scale).max(LEAST_GRID_STEP);

@@ -102,7 +102,6 @@ impl Piece {
     }
 
     /// Does the work, under the parameters of the session that gave it away.
-    #[inline(never)] // Called from two places: wasm has a budget.
     pub(crate) fn work(&self, params: &Params, scratch: &mut FlowScratch) -> Made {
         match &self.work {
             Work::Pair(from, to) => Made::Pair(Box::new(PairFlow::new(from, to, &params.flow, scratch))),

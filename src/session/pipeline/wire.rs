@@ -231,7 +231,6 @@ fn put_bytes(words: &mut Vec<u32>, bytes: &[u8]) {
     }
 }
 
-#[inline(never)] // Called from several places: wasm has a budget.
 fn put_floats(words: &mut Vec<u32>, values: &[f32]) {
     words.extend(values.iter().map(|v| v.to_bits()));
 }
