@@ -22,11 +22,12 @@
 //! Cost: about 100 operations a pixel and fixed point, 20 more a sweep. Memory: 32 bytes a pixel, and 64 a pixel of the
 //! wavefront's rows.
 
-use super::checkerboard::{Around, Checkerboard};
+use super::checkerboard::{Around, Bundle, Checkerboard, LANES, Rows};
 use super::params::FlowParams;
 use super::pyramid::{PAD, Padded};
 use super::warp::WarpRow;
 use crate::image::Plane;
+use wide::{CmpGt, f32x8};
 
 /// Weight of constant brightness.
 const BRIGHTNESS_WEIGHT: f32 = 5.0;
@@ -60,11 +61,11 @@ pub(super) struct Refiner {
     /// A row of each of the terms.
     rows: [Vec<f32>; 9],
     /// Of brightness, its slope across and its slope down: the coefficients `a, b, c` of the term `a u + b v + c`.
-    terms: [Checkerboard; 9],
+    terms: Bundle<9>,
     u: Checkerboard,
     v: Checkerboard,
     /// Inverse of each pixel's symmetric 2 x 2 matrix (three entries) and its right-hand side (two).
-    system: [Checkerboard; 5],
+    system: Bundle<5>,
     /// Smoothness weight of the edge to the right and of the edge below.
     edge_right: Checkerboard,
     edge_down: Checkerboard,
@@ -80,7 +81,7 @@ impl Refiner {
         v: &mut Plane<f32>,
         params: &FlowParams,
     ) {
-        self.resize(from.width, from.height, wavefront(params) + 2);
+        self.resize(from.width, from.height, Rows::last(wavefront(params) + 2, from.height));
         self.warp_back(from, to, u, v);
         self.differentiate();
         for y in 0..from.height {
@@ -94,18 +95,20 @@ impl Refiner {
         }
     }
 
-    /// Holds this number of `rows` of what only the wavefront looks at.
-    fn resize(&mut self, width: usize, height: usize, rows: usize) {
+    /// Holds these `rows` of what only the wavefront looks at.
+    fn resize(&mut self, width: usize, height: usize, rows: Rows) {
         for plane in [&mut self.mean, &mut self.difference, &mut self.slope_x, &mut self.slope_y] {
             plane.resize(width, height);
         }
         let Self { terms, u, v, system, edge_right, edge_down, .. } = self;
         for plane in [u, v] {
-            plane.resize(width, height);
+            plane.hold(width, Rows::all(height));
         }
-        for plane in terms.iter_mut().chain([edge_right, edge_down]).chain(system) {
-            plane.hold(width, rows.min(height + 2));
+        for plane in [edge_right, edge_down] {
+            plane.hold(width, rows);
         }
+        terms.hold(width, rows);
+        system.hold(width, rows);
         self.rows.iter_mut().for_each(|row| row.resize(width, 0.0));
         self.inside.resize(width * height, 0.0);
     }
@@ -153,9 +156,7 @@ impl Refiner {
         for term in [[x, y_, z], [xx, xy, xz], [yx, yy, yz]] {
             linearise(term, u.row(y), v.row(y), inside);
         }
-        for (row, plane) in self.rows.iter().zip(&mut self.terms) {
-            plane.write(y, row);
-        }
+        self.terms.write(y, &self.rows);
     }
 
     /// Steps 3 and 4 as one wavefront. Red are the pixels whose column and row have an even sum; black runs one row
@@ -172,7 +173,7 @@ impl Refiner {
                     if fixed_point == 0 {
                         self.take_terms(first, u, v);
                     }
-                    self.weigh_edges(first, width, height, params.smoothness);
+                    self.weigh_edges(first, height, params.smoothness);
                     self.set_up(first);
                 }
                 for sweep in 0..SWEEPS {
@@ -189,7 +190,7 @@ impl Refiner {
     }
 
     /// Step 3a: weights of the edges to the right of and below row `y`; none crosses the border.
-    fn weigh_edges(&mut self, y: usize, width: usize, height: usize, smoothness: f32) {
+    fn weigh_edges(&mut self, y: usize, height: usize, smoothness: f32) {
         let row = y as isize;
         for parity in 0..2 {
             let [here, right, below] = [
@@ -200,10 +201,9 @@ impl Refiner {
             let (edge_right, edge_down) = (self.edge_right.row_mut(y, parity), self.edge_down.row_mut(y, parity));
             smoothness_weights(edge_right, edge_down, here, right, below, smoothness);
             if y + 1 == height {
-                edge_down.fill(0.0);
+                edge_down.fill([0.0; LANES]);
             }
-            // From the last column on there is no right neighbour.
-            edge_right[(width - parity) / 2..].fill(0.0);
+            self.edge_right.beyond_right(y, parity).fill(0.0);
         }
     }
 
@@ -211,11 +211,9 @@ impl Refiner {
     fn set_up(&mut self, y: usize) {
         let row = y as isize;
         for parity in 0..2 {
-            let terms = self.terms.each_ref().map(|plane| plane.row(row, parity));
             let flow = [self.u.row(row, parity), self.v.row(row, parity)];
             let edges = edges(&self.edge_right, &self.edge_down, y, parity);
-            let system = self.system.each_mut().map(|plane| plane.row_mut(y, parity));
-            equations(system, terms, flow, edges);
+            equations(self.system.row_mut(y, parity), self.terms.row(y, parity), flow, edges);
         }
     }
 
@@ -224,8 +222,7 @@ impl Refiner {
         let (around_u, u) = self.u.around_mut(y, parity);
         let (around_v, v) = self.v.around_mut(y, parity);
         let edges = edges(&self.edge_right, &self.edge_down, y, parity);
-        let system = self.system.each_ref().map(|plane| plane.row(y as isize, parity));
-        relax_row(u, v, [around_u, around_v], edges, system, overrelaxation);
+        relax_row(u, v, [around_u, around_v], edges, self.system.row(y, parity), overrelaxation);
     }
 }
 
@@ -249,77 +246,102 @@ fn edges<'a>(edge_right: &'a Checkerboard, edge_down: &'a Checkerboard, y: usize
 }
 
 // The loops below are functions of their own, not inlined: their arguments tell the compiler that what they write does
-// not overlap what they read, and each becomes vector instructions.
+// not overlap what they read. Eight numbers at a time, so that one address serves for more than one instruction.
+
+/// [`LANES`] numbers of a row.
+type Lanes = [f32; LANES];
+
+#[inline(always)]
+fn load(lanes: &Lanes) -> f32x8 {
+    f32x8::new(*lanes)
+}
 
 /// `alpha / (2 |gradient of the flow|)`, from forward differences, for both edges of each pixel.
 #[inline(never)]
 fn smoothness_weights(
-    edge_right: &mut [f32],
-    edge_down: &mut [f32],
-    here: [&[f32]; 2],
-    right: [&[f32]; 2],
-    below: [&[f32]; 2],
+    edge_right: &mut [Lanes],
+    edge_down: &mut [Lanes],
+    here: [&[Lanes]; 2],
+    right: [&[Lanes]; 2],
+    below: [&[Lanes]; 2],
     smoothness: f32,
 ) {
     let n = edge_right.len();
     let edge_down = &mut edge_down[..n];
     let ([u, v], [ur, vr], [ud, vd]) = (here.map(|s| &s[..n]), right.map(|s| &s[..n]), below.map(|s| &s[..n]));
+    let (half, softening) = (f32x8::splat(0.5 * smoothness), f32x8::splat(SMOOTH_EPSILON_SQ));
     for i in 0..n {
-        let (ux, vx, uy, vy) = (ur[i] - u[i], vr[i] - v[i], ud[i] - u[i], vd[i] - v[i]);
-        let weight = 0.5 * smoothness / (ux * ux + vx * vx + uy * uy + vy * vy + SMOOTH_EPSILON_SQ).sqrt();
-        edge_right[i] = weight;
-        edge_down[i] = weight;
+        let (u, v) = (load(&u[i]), load(&v[i]));
+        let (ux, vx) = (load(&ur[i]) - u, load(&vr[i]) - v);
+        let (uy, vy) = (load(&ud[i]) - u, load(&vd[i]) - v);
+        let weight = half / (ux * ux + vx * vx + uy * uy + vy * vy + softening).sqrt();
+        edge_right[i] = weight.to_array();
+        edge_down[i] = weight.to_array();
     }
 }
 
 /// Robust weights of the data terms at the present flow, and from them matrix and right-hand side of each pixel.
 #[inline(never)]
-fn equations(system: [&mut [f32]; 5], terms: [&[f32]; 9], flow: [&[f32]; 2], edges: Around<'_>) {
-    let n = flow[0].len();
-    let [u, v] = flow.map(|s| &s[..n]);
-    let [m11, m12, m22, b1, b2] = system.map(|s| &mut s[..n]);
-    let [x, y, z, xx, xy, xz, yx, yy, yz] = terms.map(|s| &s[..n]);
+fn equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2], edges: Around<'_>) {
+    let n = system.len();
+    let ([u, v], terms) = (flow.map(|s| &s[..n]), &terms[..n]);
     let [el, er, eu, ed] = [edges.left, edges.right, edges.up, edges.down].map(|s| &s[..n]);
+    let [brightness_weight, slope_weight] = [BRIGHTNESS_WEIGHT, SLOPE_WEIGHT].map(|w| f32x8::splat(0.5 * w));
+    let [softening, stiffness, least] =
+        [DATA_EPSILON_SQ, LEAST_STIFFNESS, LEAST_DETERMINANT].map(f32x8::splat);
     for i in 0..n {
-        let brightness = z[i] + x[i] * u[i] + y[i] * v[i];
-        let slope_x = xz[i] + xx[i] * u[i] + xy[i] * v[i];
-        let slope_y = yz[i] + yx[i] * u[i] + yy[i] * v[i];
-        let w = 0.5 * BRIGHTNESS_WEIGHT / (brightness * brightness + DATA_EPSILON_SQ).sqrt();
-        let s = 0.5 * SLOPE_WEIGHT / (slope_x * slope_x + slope_y * slope_y + DATA_EPSILON_SQ).sqrt();
-        let smooth = (el[i] + er[i]) + (eu[i] + ed[i]) + LEAST_STIFFNESS;
-        let a11 = w * (x[i] * x[i]) + s * (xx[i] * xx[i] + yx[i] * yx[i]) + smooth;
-        let a22 = w * (y[i] * y[i]) + s * (xy[i] * xy[i] + yy[i] * yy[i]) + smooth;
-        let a12 = w * (x[i] * y[i]) + s * (xx[i] * xy[i] + yx[i] * yy[i]);
-        let (determinant, least) = (a11 * a22 - a12 * a12, LEAST_DETERMINANT * (a11 * a22));
-        let inverse = 1.0 / if determinant > least { determinant } else { least };
-        m11[i] = a22 * inverse;
-        m12[i] = -a12 * inverse;
-        m22[i] = a11 * inverse;
-        b1[i] = -(w * (z[i] * x[i]) + s * (xz[i] * xx[i] + yz[i] * yx[i]));
-        b2[i] = -(w * (z[i] * y[i]) + s * (xz[i] * xy[i] + yz[i] * yy[i]));
+        let (u, v) = (load(&u[i]), load(&v[i]));
+        let [x, y, z, xx, xy, xz, yx, yy, yz] = &terms[i];
+        let (x, y, z) = (load(x), load(y), load(z));
+        let (xx, xy, xz) = (load(xx), load(xy), load(xz));
+        let (yx, yy, yz) = (load(yx), load(yy), load(yz));
+        let brightness = z + x * u + y * v;
+        let slope_x = xz + xx * u + xy * v;
+        let slope_y = yz + yx * u + yy * v;
+        let w = brightness_weight / (brightness * brightness + softening).sqrt();
+        let s = slope_weight / (slope_x * slope_x + slope_y * slope_y + softening).sqrt();
+        let smooth = (load(&el[i]) + load(&er[i])) + (load(&eu[i]) + load(&ed[i])) + stiffness;
+        let a11 = w * (x * x) + s * (xx * xx + yx * yx) + smooth;
+        let a22 = w * (y * y) + s * (xy * xy + yy * yy) + smooth;
+        let a12 = w * (x * y) + s * (xx * xy + yx * yy);
+        let (determinant, least) = (a11 * a22 - a12 * a12, least * (a11 * a22));
+        // Where it is no number, the least.
+        let inverse = f32x8::ONE / determinant.cmp_gt(least).blend(determinant, least);
+        let b1 = -(w * (z * x) + s * (xz * xx + yz * yx));
+        let b2 = -(w * (z * y) + s * (xz * xy + yz * yy));
+        let [m11, m12, m22, r1, r2] = &mut system[i];
+        *m11 = (a22 * inverse).to_array();
+        *m12 = (-a12 * inverse).to_array();
+        *m22 = (a11 * inverse).to_array();
+        *r1 = b1.to_array();
+        *r2 = b2.to_array();
     }
 }
 
 #[inline(never)]
 fn relax_row(
-    u: &mut [f32],
-    v: &mut [f32],
+    u: &mut [Lanes],
+    v: &mut [Lanes],
     around: [Around<'_>; 2],
     edges: Around<'_>,
-    system: [&[f32]; 5],
+    system: &[[Lanes; 5]],
     overrelaxation: f32,
 ) {
     let n = u.len();
-    let v = &mut v[..n];
+    let (v, system) = (&mut v[..n], &system[..n]);
     let [ul, ur, uu, ud] = [around[0].left, around[0].right, around[0].up, around[0].down].map(|s| &s[..n]);
     let [vl, vr, vu, vd] = [around[1].left, around[1].right, around[1].up, around[1].down].map(|s| &s[..n]);
     let [el, er, eu, ed] = [edges.left, edges.right, edges.up, edges.down].map(|s| &s[..n]);
-    let [m11, m12, m22, b1, b2] = system.map(|s| &s[..n]);
+    let overrelaxation = f32x8::splat(overrelaxation);
     for i in 0..n {
-        let r1 = b1[i] + (el[i] * ul[i] + er[i] * ur[i]) + (eu[i] * uu[i] + ed[i] * ud[i]);
-        let r2 = b2[i] + (el[i] * vl[i] + er[i] * vr[i]) + (eu[i] * vu[i] + ed[i] * vd[i]);
-        u[i] += overrelaxation * (m11[i] * r1 + m12[i] * r2 - u[i]);
-        v[i] += overrelaxation * (m12[i] * r1 + m22[i] * r2 - v[i]);
+        let [m11, m12, m22, b1, b2] = &system[i];
+        let (el, er, eu, ed) = (load(&el[i]), load(&er[i]), load(&eu[i]), load(&ed[i]));
+        let r1 = load(b1) + (el * load(&ul[i]) + er * load(&ur[i])) + (eu * load(&uu[i]) + ed * load(&ud[i]));
+        let r2 = load(b2) + (el * load(&vl[i]) + er * load(&vr[i])) + (eu * load(&vu[i]) + ed * load(&vd[i]));
+        let (m11, m12, m22) = (load(m11), load(m12), load(m22));
+        let (u0, v0) = (load(&u[i]), load(&v[i]));
+        u[i] = (u0 + overrelaxation * (m11 * r1 + m12 * r2 - u0)).to_array();
+        v[i] = (v0 + overrelaxation * (m12 * r1 + m22 * r2 - v0)).to_array();
     }
 }
 
@@ -384,7 +406,7 @@ mod tests {
     ) -> Refiner {
         let (width, height) = (u.width(), u.height());
         let mut refiner = Refiner::default();
-        refiner.resize(width, height, height + 2);
+        refiner.resize(width, height, Rows::all(height));
         refiner.warp_back(pair[0], pair[1], u, v);
         refiner.differentiate();
         (0..height).for_each(|y| refiner.u.write(y, u.row(y)));
@@ -392,7 +414,7 @@ mod tests {
         (0..height).for_each(|y| refiner.take_terms(y, u, v));
         refiner.edge_down.clear_above();
         for _ in 0..params.fixed_points {
-            (0..height).for_each(|y| refiner.weigh_edges(y, width, height, params.smoothness));
+            (0..height).for_each(|y| refiner.weigh_edges(y, height, params.smoothness));
             (0..height).for_each(|y| refiner.set_up(y));
             for _ in 0..sweeps {
                 (0..height).for_each(|y| refiner.relax(y, y % 2, overrelaxation));
@@ -432,7 +454,8 @@ mod tests {
         (0..height).for_each(|y| refiner.relax(y, y % 2, 1.0));
         (0..height).for_each(|y| refiner.relax(y, 1 - y % 2, 1.0));
         for (y, parity) in (0..height as isize).flat_map(|y| [(y, 0), (y, 1)]) {
-            for (a, b) in before.row(y, parity).iter().zip(refiner.u.row(y, parity)) {
+            let [a, b] = [&before, &refiner.u].map(|plane| plane.row(y, parity).as_flattened());
+            for (a, b) in a.iter().zip(b) {
                 assert!((a - b).abs() < 1e-3, "one more sweep moves {a} to {b}");
             }
         }
