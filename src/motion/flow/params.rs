@@ -13,6 +13,9 @@ crate::params! {
         /// Finest level at which patches are searched, 0 being full size; in finer ones each pixel takes the motion near
         /// it that fits best. Higher is faster and loses what is small.
         pub search_level: u32 = 0, in 0..=4;
+        /// Longest side at which the flow of a clip is computed, in pixels; larger frames are reduced for it, and the field is
+        /// enlarged. Single pairs keep their size. Higher is slower.
+        pub max_side: u32 = 480, in 16..=4096, expert;
         /// Weight of smoothness in the refinement.
         pub smoothness: f32 = 25.0, in 0.001..=1000.0, expert;
         /// Times that the refinement renews its robust weights, at every level; 0 leaves it out. Higher is slower.

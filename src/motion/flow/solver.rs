@@ -163,7 +163,7 @@ impl Refiner {
     /// behind red. Row `y` gets its equations when no sweep has touched row `y` or `y + 1` yet, which [`LAG`] rows
     /// grant. `u` and `v` are the flow before.
     fn solve(&mut self, u: &Plane<f32>, v: &Plane<f32>, params: &FlowParams) {
-        let (width, height) = (self.mean.width, self.mean.height);
+        let height = self.mean.height;
         let fixed_points = params.fixed_points as usize;
         self.edge_down.clear_above();
         for front in 0..height + fixed_points * LAG {

@@ -59,8 +59,8 @@ impl Motion {
                     return Turn::more(flow(2), self);
                 }
                 let [from, to] = [self.t, self.t + 1].map(|t| &clip.frames[t]);
-                let from = self.seen.take().unwrap_or_else(|| Seen::new(from));
-                let forward = Forward::new(from, Seen::new(to), settings, &mut clip.scratch);
+                let from = self.seen.take().unwrap_or_else(|| Seen::new(from, settings));
+                let forward = Forward::new(from, Seen::new(to, settings), settings, &mut clip.scratch);
                 self.pair = Pair::Forward(Box::new(forward));
                 Turn::more(flow(1), self)
             }

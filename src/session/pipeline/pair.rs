@@ -1,5 +1,6 @@
 //! What two neighbouring frames tell: flow both ways, its variation, and where points of the second can be tracked.
 
+use super::geometry::Scale;
 use crate::flow::{FlowField, FlowParams, FlowPyramid, FlowScratch, flow_between_with, local_flow_variation};
 use crate::image::{Frame, Plane};
 use crate::trajectory::structure;
@@ -19,7 +20,8 @@ pub(crate) struct PairFlow {
 impl PairFlow {
     /// Of two frames of one size.
     pub(super) fn new(from: &Frame, to: &Frame, params: &FlowParams, scratch: &mut FlowScratch) -> Self {
-        Forward::new(Seen::new(from), Seen::new(to), params, scratch).finish(params, scratch).0
+        let [from, to] = [from, to].map(|frame| Seen::new(frame, params));
+        Forward::new(from, to, params, scratch).finish(params, scratch).0
     }
 }
 
@@ -31,9 +33,17 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    pub(super) fn new(frame: &Frame) -> Self {
+    pub(super) fn new(frame: &Frame, params: &FlowParams) -> Self {
         let luma = frame.luma();
-        Self { pyramid: FlowPyramid::new(&luma), luma }
+        let size = (frame.width(), frame.height());
+        let reduced = Scale::new(size, params.max_side as usize).working;
+        let small = (reduced != size).then(|| frame.resized(reduced.0, reduced.1).luma());
+        Self { pyramid: FlowPyramid::new(small.as_ref().unwrap_or(&luma)), luma }
+    }
+
+    /// The flow to another frame, at the size of the frames.
+    fn flow_to(&self, to: &Self, params: &FlowParams, scratch: &mut FlowScratch) -> FlowField {
+        flow_between_with(&self.pyramid, &to.pyramid, params, scratch).at_size(self.luma.width(), self.luma.height())
     }
 }
 
@@ -47,7 +57,7 @@ pub(super) struct Forward {
 
 impl Forward {
     pub(super) fn new(from: Seen, to: Seen, params: &FlowParams, scratch: &mut FlowScratch) -> Self {
-        let flow = flow_between_with(&from.pyramid, &to.pyramid, params, scratch);
+        let flow = from.flow_to(&to, params, scratch);
         Self { from, to, flow }
     }
 
@@ -60,7 +70,7 @@ impl Forward {
     /// The other half; with the second frame, which is the first of the next pair.
     pub(super) fn finish(self, params: &FlowParams, scratch: &mut FlowScratch) -> (PairFlow, Seen) {
         let Self { from, to, flow: forward } = self;
-        let backward = flow_between_with(&to.pyramid, &from.pyramid, params, scratch);
+        let backward = to.flow_to(&from, params, scratch);
         let variation = local_flow_variation(&forward);
         (PairFlow { forward, backward, variation, structure: structure(&to.luma) }, to)
     }

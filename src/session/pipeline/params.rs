@@ -144,6 +144,7 @@ impl Params {
         params.discretize.method = DiscretizeMethod::RotationMerge;
         params.trajectory.mask_step = params.trajectory.grid_step;
         params.trajectory.mask_min_length = params.trajectory.min_length;
+        params.flow.max_side = 4096;
         params.contour.half_from = 65536;
         params.refine.band = 0;
         params.background.judge = false;
