@@ -101,8 +101,9 @@ impl Frame {
         for y in 0..height {
             let ((tops, end), (bottoms, below)) = (row(2 * y).as_chunks::<6>(), row(2 * y + 1).as_chunks::<6>());
             for (top, bottom) in tops.iter().zip(bottoms) {
-                let sum = |c: usize| [top[c], top[c + 3], bottom[c], bottom[c + 3]].map(u16::from).iter().sum::<u16>();
-                rgb.extend([0, 1, 2].map(|c| ((sum(c) + 2) / 4) as u8));
+                let four = |c: usize| [top[c], top[c + 3], bottom[c], bottom[c + 3]].map(u16::from);
+                let mean = |[a, b, c, d]: [u16; 4]| ((a + b + c + d + 2) / 4) as u8;
+                rgb.extend([mean(four(0)), mean(four(1)), mean(four(2))]);
             }
             rgb.extend(end.iter().zip(below).map(|(&a, &b)| ((2 * (u16::from(a) + u16::from(b)) + 2) / 4) as u8));
         }
