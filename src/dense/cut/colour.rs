@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn extreme_colours_have_a_place_of_their_own() {
-        let mut corners = Vec::new();
+        let mut places = Vec::new();
         for r in [0, 255] {
             for g in [0, 255] {
                 for b in [0, 255] {
@@ -124,11 +124,11 @@ mod tests {
                     histogram.add(&corners([r, g, b]), 1.0);
                     assert!((histogram.bins.iter().sum::<f32>() - 1.0).abs() < 1e-6);
                     assert!(histogram.share(&corners([r, g, b])) > 0.1);
-                    corners.push(Colour::of(&[r, g, b]));
+                    places.push(Colour::of(&[r, g, b]));
                 }
             }
         }
-        corners.sort_by_key(|c| c.bin);
-        assert!(corners.windows(2).all(|pair| pair[0] != pair[1]));
+        places.sort_by_key(|c| c.bin);
+        assert!(places.windows(2).all(|pair| pair[0] != pair[1]));
     }
 }
