@@ -13,8 +13,8 @@
 //!    (`add_doubts`), here and where the camera moves.
 //!
 //! **Where the camera moves.**
-//! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
-//!    and if it goes with the objects.
+//! 1. Every second pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the
+//!    scene, and if it goes with the objects.
 //! 2. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
 //!    an object.
 //! 3. Where no cluster is an object, salient trajectories that move alike are tried (`stand_out`).
