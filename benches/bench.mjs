@@ -5,6 +5,7 @@
 //   --frames N       the first of them
 //   --threads N      also runs the package on 1 and on N threads: seconds on the wall and of all processors, least of three;
 //                    what only the session itself can do, stage by stage; and the wall on any number of cores, simulated
+//   --growth         only how the seconds of each stage grow with frames and with pixels, as exponents
 //   --json FILE      also writes the figures
 //   --compare FILE   also prints the ratio of each stage to what --json wrote there; both want a machine as idle
 
@@ -13,6 +14,7 @@ import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { gzipSync } from 'node:zlib';
 import { build } from '../scripts/build.mjs';
+import { growth } from './growth.mjs';
 import { shares, wall } from './schedule.mjs';
 
 const SPARSE = [
@@ -44,6 +46,7 @@ const { values: options } = parseArgs({
     clip: { type: 'string' },
     frames: { type: 'string', default: 'Infinity' },
     threads: { type: 'string' },
+    growth: { type: 'boolean', default: false },
     json: { type: 'string' },
     compare: { type: 'string' },
   },
@@ -53,6 +56,11 @@ const wasm = readFileSync(new URL('../dist/tracecut_bg.wasm', import.meta.url));
 const glue = await import('../dist/tracecut.js');
 const rows = [];
 glue.initSync({ module: wasm });
+if (options.growth) {
+  const params = { clip: { maxSide: 1024 } };
+  growth((...size) => measure(render(...size), size[0], size[1], params).seconds);
+  process.exit();
+}
 
 console.log(
   `\nNode ${process.versions.node}, ${process.platform} ${process.arch}, one thread; seconds of the process's own time`,
@@ -86,11 +94,11 @@ if (options.threads) await share(Number(options.threads));
 if (options.json) writeFileSync(options.json, `${JSON.stringify(rows, null, 2)}\n`);
 
 /** Runs one clip in an instance of its own, so that its memory is its own. */
-function measure(clip, width, height) {
+function measure(clip, width, height, params = {}) {
   const frames = clip.length;
   glue.__wbg_reset_state();
   const { memory } = glue.initSync();
-  const session = new glue.Session({});
+  const session = new glue.Session(params);
   for (const { data } of clip) session.pushRgba(data, width, height);
   const seconds = Object.fromEntries(STAGES.map((stage) => [stage, 0]));
   let before = process.cpuUsage();

@@ -15,7 +15,7 @@
 //! After Bai, Wang, Simons and Sapiro ("Video SnapCut", SIGGRAPH 2009) in that colours are local and are believed as
 //! far as they separate, and Rother, Kolmogorov and Blake ("GrabCut", SIGGRAPH 2004) in the energy. Not in the paper.
 
-use crate::cut::{Colour, Expansion, Histogram, Potts, UNSEEN, rounded};
+use crate::cut::{Colour, Corners, Expansion, Histogram, Potts, UNSEEN, rounded};
 use crate::image::{Frame, Plane};
 use std::ops::Range;
 
@@ -46,6 +46,8 @@ const LEAST_SAMPLE_DEPTH: u32 = 3;
 const TEST_STRIDE: usize = 4;
 /// Fewer samples than this make no model.
 const LEAST_SAMPLES: f32 = 8.0;
+/// Differences of colours below this, in squared levels, are weighed once for all pixels.
+const SMALL: usize = 1024;
 /// Cost of a label that is not there.
 const FORBIDDEN: f32 = 1000.0;
 
@@ -267,6 +269,7 @@ impl Band {
         let num_labels = self.labels.len();
         let mut unary = vec![0; self.pixels.len() * num_labels];
         let mut models = Models::new(num_labels);
+        let mut shares = vec![0.0; num_labels];
         for top in (0..self.height).step_by(TILE) {
             for left in (0..self.width).step_by(TILE) {
                 let rows = top..(top + TILE).min(self.height);
@@ -281,7 +284,8 @@ impl Band {
                     let costs = &mut unary[self.node[p] as usize * num_labels..][..num_labels];
                     let own = self.place[usize::from(mask.data()[p])] as usize;
                     let depth = depth.data()[p] as f32 / params.band as f32;
-                    models.costs(Colour::of(&frame.rgb()[3 * p..]), own, params.colour_weight, costs);
+                    let colour = Colour::of(&frame.rgb()[3 * p..]);
+                    models.costs(colour, own, params.colour_weight, (&mut *costs, &mut shares));
                     let keep = rounded(params.keep_weight * depth * depth);
                     for cost in costs.iter_mut().enumerate().filter(|(l, _)| *l != own).map(|(_, cost)| cost) {
                         *cost += keep;
@@ -322,9 +326,16 @@ impl Band {
         }
         // A perfectly flat band has no contrast to go by.
         let variance = (contrast * (total as f32 / pairs.len().max(1) as f32)).max(1.0);
+        let likeness = |difference: u32| libm::expf(-(difference as f32) / (2.0 * variance));
+        // Most differences are small, and come again and again.
+        let mut small = vec![None; SMALL];
         for (p, q, difference, diagonal) in pairs {
             let length = if diagonal { std::f32::consts::FRAC_1_SQRT_2 } else { 1.0 };
-            let weight = rounded(smoothness * length * libm::expf(-(difference as f32) / (2.0 * variance)));
+            let likeness = match small.get_mut(difference as usize) {
+                Some(known) => *known.get_or_insert_with(|| likeness(difference)),
+                None => likeness(difference),
+            };
+            let weight = rounded(smoothness * length * likeness);
             match (self.node[p as usize], self.node[q as usize]) {
                 (BEYOND, node) => self.bind(problem, node, mask.data()[p as usize], weight),
                 (node, BEYOND) => self.bind(problem, node, mask.data()[q as usize], weight),
@@ -353,7 +364,8 @@ fn difference_sq(rgb: &[u8], p: usize, q: usize) -> u32 {
 /// Step 2: the colours of each label around a tile.
 struct Models {
     histograms: Vec<Histogram>,
-    samples: Vec<(u32, Colour)>,
+    /// Some of them, to be asked how well colours tell the labels apart.
+    samples: Vec<(u32, Corners)>,
     /// How well colours tell the labels apart, 0 to 1.
     confidence: f32,
 }
@@ -374,15 +386,19 @@ impl Models {
     ) {
         self.samples.clear();
         self.histograms.iter_mut().for_each(Histogram::clear);
+        let mut count = 0;
         for y in (top.saturating_sub(MARGIN)..(top + TILE + MARGIN).min(band.height)).step_by(STRIDE) {
             for x in (left.saturating_sub(MARGIN)..(left + TILE + MARGIN).min(band.width)).step_by(STRIDE) {
                 let p = y * band.width + x;
                 let label = mask.data()[p];
                 if depth.data()[p] >= LEAST_SAMPLE_DEPTH && band.labels.contains(&label) {
                     let place = band.place[usize::from(label)];
-                    let colour = Colour::of(&frame.rgb()[3 * p..]);
-                    self.histograms[place as usize].add(colour, 1.0);
-                    self.samples.push((place, colour));
+                    let colour = Colour::of(&frame.rgb()[3 * p..]).corners();
+                    self.histograms[place as usize].add(&colour, 1.0);
+                    if count % TEST_STRIDE == 0 {
+                        self.samples.push((place, colour));
+                    }
+                    count += 1;
                 }
             }
         }
@@ -393,11 +409,13 @@ impl Models {
     /// nothing, 1 if they tell everything. Each label counts the same.
     fn separation(&self) -> f32 {
         let mut right = vec![(0.0, 0_u32); self.histograms.len()];
-        for &(label, colour) in self.samples.iter().step_by(TEST_STRIDE) {
+        let mut shares = vec![0.0; self.histograms.len()];
+        for (label, colour) in &self.samples {
+            let label = *label as usize;
             // A sample is no witness for itself.
-            let own = self.histograms[label as usize].share_of_others(colour) + UNSEEN;
-            let others = self.sum(colour) - self.share(label as usize, colour);
-            let (sum, count) = &mut right[label as usize];
+            let own = self.histograms[label].share_of_others(colour) + UNSEEN;
+            let others = self.shares(colour, &mut shares) - shares[label];
+            let (sum, count) = &mut right[label];
             *sum += own / (own + others);
             *count += 1;
         }
@@ -411,23 +429,22 @@ impl Models {
         ((mean - chance) / (1.0 - chance)).clamp(0.0, 1.0)
     }
 
-    fn share(&self, label: usize, colour: Colour) -> f32 {
-        let histogram = &self.histograms[label];
-        if histogram.total() >= LEAST_SAMPLES { histogram.share(colour) + UNSEEN } else { 0.0 }
-    }
-
-    fn sum(&self, colour: Colour) -> f32 {
-        (0..self.histograms.len()).map(|l| self.share(l, colour)).sum()
+    /// How often each label has a colour, 0 where it has no model; and the sum of that.
+    fn shares(&self, colour: &Corners, shares: &mut [f32]) -> f32 {
+        for (share, histogram) in shares.iter_mut().zip(&self.histograms) {
+            *share = if histogram.total() >= LEAST_SAMPLES { histogram.share(colour) + UNSEEN } else { 0.0 };
+        }
+        shares.iter().sum()
     }
 
     /// The cost of each label at a pixel of this colour and of label `own`. Without a model of both, a label is out of
-    /// the question.
-    fn costs(&self, colour: Colour, own: usize, weight: f32, costs: &mut [i32]) {
+    /// the question. `shares` is memory for a number a label.
+    fn costs(&self, colour: Colour, own: usize, weight: f32, (costs, shares): (&mut [i32], &mut [f32])) {
         let known = |l: usize| self.histograms[l].total() >= LEAST_SAMPLES;
-        let sum = self.sum(colour);
-        for (l, cost) in costs.iter_mut().enumerate() {
+        let sum = self.shares(&colour.corners(), shares);
+        for (l, (cost, share)) in costs.iter_mut().zip(shares).enumerate() {
             *cost = rounded(match known(l) && known(own) {
-                true => -weight * self.confidence * libm::logf(self.share(l, colour) / sum),
+                true => -weight * self.confidence * libm::logf(*share / sum),
                 false if l == own => 0.0,
                 false => FORBIDDEN,
             });

@@ -99,13 +99,13 @@ impl Frame {
         let row = |y: usize| &self.rgb[3 * self.width * y.min(self.height - 1)..][..3 * self.width];
         let mut rgb = Vec::with_capacity(3 * width * height);
         for y in 0..height {
-            for (top, bottom) in row(2 * y).chunks(6).zip(row(2 * y + 1).chunks(6)) {
-                let right = top.len() - 3;
-                let sum = |c: usize| {
-                    [top[c], top[right + c], bottom[c], bottom[right + c]].map(u16::from).iter().sum::<u16>()
-                };
-                rgb.extend([0, 1, 2].map(|c| ((sum(c) + 2) / 4) as u8));
+            let ((tops, end), (bottoms, below)) = (row(2 * y).as_chunks::<6>(), row(2 * y + 1).as_chunks::<6>());
+            for (top, bottom) in tops.iter().zip(bottoms) {
+                let four = |c: usize| [top[c], top[c + 3], bottom[c], bottom[c + 3]].map(u16::from);
+                let mean = |[a, b, c, d]: [u16; 4]| ((a + b + c + d + 2) / 4) as u8;
+                rgb.extend([mean(four(0)), mean(four(1)), mean(four(2))]);
             }
+            rgb.extend(end.iter().zip(below).map(|(&a, &b)| ((2 * (u16::from(a) + u16::from(b)) + 2) / 4) as u8));
         }
         Self { rgb, width, height }
     }

@@ -1,6 +1,7 @@
 //! Planes in little memory: runs of equal pixels. Superpixels are kept so, and what undoing needs.
 
 use super::Plane;
+use std::ops::Range;
 
 /// A plane as runs, row after row.
 ///
@@ -51,6 +52,18 @@ impl<T: Copy + PartialEq> Runs<T> {
         self.runs.iter().map(move |&(end, value)| (end - std::mem::replace(&mut begin, end), value))
     }
 
+    /// The runs of each row: the row, the columns, the value.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, Range<usize>, T)> {
+        let (width, mut begin) = (self.width.max(1), 0);
+        self.runs.iter().flat_map(move |&(end, value)| {
+            let (start, end) = (std::mem::replace(&mut begin, end as usize), end as usize);
+            (start / width..end.div_ceil(width)).map(move |y| {
+                let first = y * width;
+                (y, start.max(first) - first..end.min(first + width) - first, value)
+            })
+        })
+    }
+
     /// The plane again, with `f` applied to every value.
     pub(crate) fn map<U: Copy>(&self, mut f: impl FnMut(T) -> U) -> Plane<U> {
         let mut data = Vec::with_capacity(self.width * self.height);
@@ -76,6 +89,13 @@ mod tests {
                 let runs = Runs::of(&plane);
                 assert_eq!(runs.plane(), plane);
                 assert_eq!(runs.lengths().map(|(length, _)| length as usize).sum::<usize>(), w * h);
+                let mut seen = 0;
+                for (y, columns, value) in runs.rows() {
+                    assert_eq!(y * w + columns.start, seen);
+                    seen = y * w + columns.end;
+                    assert!(columns.end <= w && plane.row(y)[columns].iter().all(|&v| v == value));
+                }
+                assert_eq!(seen, w * h);
                 assert_eq!(Runs::from_vec(w, h, runs.ends().to_vec()), Some(runs));
             }
         }

@@ -1,6 +1,7 @@
 //! Gaussian blur with mirrored borders, and images of half the size; the same bits on every machine.
 
 use crate::image::weigh;
+use std::ops::Range;
 
 /// Weights at `0..=r`, `r = ceil(2.5 sigma)`, such that those at `-r..=r` sum to one; `[1]` for `sigma <= 0`.
 fn half_kernel(sigma: f32) -> Vec<f32> {
@@ -48,17 +49,61 @@ impl Blur {
 
     /// `image` holds rows of `width` values.
     pub(super) fn apply(&mut self, image: &mut [f32], width: usize) {
+        let mut spans = vec![0..width; image.len() / width];
+        self.apply_within(image, width, &mut spans);
+    }
+
+    /// The same of an image that is 0 outside of `spans`, which are those of the blurred one after that.
+    pub(super) fn apply_within(&mut self, image: &mut [f32], width: usize, spans: &mut Vec<Range<usize>>) {
         let radius = self.kernel.len() - 1;
         let height = image.len() / width;
+        self.across.clear();
         self.across.resize(image.len(), 0.0);
-        for (row, out) in image.chunks_exact(width).zip(self.across.chunks_exact_mut(width)) {
+        let rows = image.chunks_exact(width).zip(self.across.chunks_exact_mut(width));
+        for ((row, out), span) in rows.zip(&*spans).filter(|(_, span)| !span.is_empty()) {
             pad(row, radius, &mut self.padded);
-            weigh(out, &self.kernel, |k| &self.padded[(radius as isize + k) as usize..][..width]);
+            let span = wider(span, radius, width);
+            let from = |k: isize| (span.start + radius).wrapping_add_signed(k);
+            weigh(&mut out[span.clone()], &self.kernel, |k| &self.padded[from(k)..][..span.len()]);
         }
+        *spans = widened(spans, radius, width);
         for (y, out) in image.chunks_exact_mut(width).enumerate() {
-            weigh(out, &self.kernel, |k| &self.across[mirror(y as isize + k, height) * width..][..width]);
+            let span = &spans[y];
+            let row = |k: isize| mirror(y as isize + k, height) * width;
+            weigh(&mut out[span.clone()], &self.kernel, |k| &self.across[row(k) + span.start..][..span.len()]);
         }
     }
+}
+
+/// The columns from the first to the last value of each row that is not 0.
+pub(super) fn spans(image: &[f32], width: usize) -> Vec<Range<usize>> {
+    let span = |row: &[f32]| {
+        let first = row.iter().position(|&v| v != 0.0);
+        first.map_or(0..0, |first| first..row.iter().rposition(|&v| v != 0.0).unwrap_or(first) + 1)
+    };
+    image.chunks_exact(width).map(span).collect()
+}
+
+fn wider(span: &Range<usize>, reach: usize, width: usize) -> Range<usize> {
+    if span.is_empty() { 0..0 } else { span.start.saturating_sub(reach)..(span.end + reach).min(width) }
+}
+
+/// What holds all of some rows.
+fn joined(spans: &[Range<usize>]) -> Range<usize> {
+    let some = || spans.iter().filter(|span| !span.is_empty());
+    let (start, end) = (some().map(|span| span.start).min(), some().map(|span| span.end).max());
+    start.unwrap_or(0)..end.unwrap_or(0)
+}
+
+/// All that is at most `reach` rows and columns from what was in them, mirrored borders included.
+pub(super) fn widened(spans: &[Range<usize>], reach: usize, width: usize) -> Vec<Range<usize>> {
+    let near = |y: usize| &spans[y.saturating_sub(reach)..(y + reach + 1).min(spans.len())];
+    (0..spans.len()).map(|y| wider(&joined(near(y)), reach, width)).collect()
+}
+
+/// Those of the image of half the size.
+pub(super) fn spans_of_half(spans: &[Range<usize>]) -> Vec<Range<usize>> {
+    spans.chunks(2).map(joined).map(|span| span.start / 2..half(span.end)).collect()
 }
 
 /// Half of a side, rounded up.

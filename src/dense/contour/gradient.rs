@@ -1,6 +1,6 @@
 //! Strength of the change at each pixel across each of eight directions, over channels and scales.
 
-use super::blur::{Blur, add_doubled, half, halve};
+use super::blur::{Blur, add_doubled, half, halve, spans, spans_of_half};
 use super::histogram::{Tensors, share_of_bin};
 use super::lab::lab;
 use super::texton::textons;
@@ -113,20 +113,24 @@ impl Pyramid {
     fn add_bin(&mut self, mut shares: Vec<f32>, weight: f32, level: usize) {
         let width = self.sides[level].0;
         let weight = weight * SIGMA * SIGMA;
-        self.first[level].apply(&mut shares, width);
+        // Most bins have a share in a part of the image only.
+        let mut within = spans(&shares, width);
+        self.first[level].apply_within(&mut shares, width, &mut within);
         if level == 0 {
-            self.tensors[0].add_bin(&shares, width, weight);
+            self.tensors[0].add_bin(&shares, width, weight, &within);
         } else {
             // The same window as of the finest level, where slopes by pixel are half of those here.
-            self.coarse_finest.add_bin(&shares, width, 0.25 * weight);
+            self.coarse_finest.add_bin(&shares, width, 0.25 * weight, &within);
         }
         for coarse in 1..LEVELS {
             if coarse > level {
                 halve(&shares, self.sides[coarse - 1].0, &mut self.small);
                 std::mem::swap(&mut shares, &mut self.small);
+                within = spans_of_half(&within);
             }
-            self.next.apply(&mut shares, self.sides[coarse].0);
-            self.tensors[coarse].add_bin(&shares, self.sides[coarse].0, weight);
+            let width = self.sides[coarse].0;
+            self.next.apply_within(&mut shares, width, &mut within);
+            self.tensors[coarse].add_bin(&shares, width, weight, &within);
         }
     }
 

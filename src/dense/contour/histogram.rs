@@ -1,7 +1,8 @@
 //! How quickly local histograms change: the small-window limit of the chi-square distance between two half-discs.
 
-use super::blur::pad;
+use super::blur::{pad, widened};
 use crate::order::larger;
+use std::ops::Range;
 
 /// Added to a bin's share before dividing by it: changes of nearly empty bins count for less.
 const EMPTY: f32 = 0.02;
@@ -25,17 +26,19 @@ impl Tensors {
     }
 
     /// Adds `weight * g g^T / (h + EMPTY)` for the blurred shares `h` of one bin, `g` their gradient by central
-    /// differences.
-    pub(super) fn add_bin(&mut self, shares: &[f32], width: usize, weight: f32) {
+    /// differences. Outside of `spans`, a range of columns for each row, shares are 0.
+    pub(super) fn add_bin(&mut self, shares: &[f32], width: usize, weight: f32, spans: &[Range<usize>]) {
         let height = shares.len() / width;
         let mut padded = Vec::new();
-        for y in 0..height {
+        for (y, span) in widened(spans, 1, width).into_iter().enumerate().filter(|(_, span)| !span.is_empty()) {
             let row = |y: usize| &shares[y * width..][..width];
             pad(row(y), 1, &mut padded);
-            let (left, centre, right) = (&padded[..width], row(y), &padded[2..][..width]);
-            let (above, below) = (row(y.saturating_sub(1)), row((y + 1).min(height - 1)));
-            let [xx, xy, yy] = self.0.each_mut().map(|part| &mut part[y * width..][..width]);
-            for x in 0..width {
+            let n = span.len();
+            let (left, centre, right) =
+                (&padded[span.start..][..n], &row(y)[span.clone()], &padded[span.start + 2..][..n]);
+            let (above, below) = (&row(y.saturating_sub(1))[span.clone()], &row((y + 1).min(height - 1))[span.clone()]);
+            let [xx, xy, yy] = self.0.each_mut().map(|part| &mut part[y * width..][span.clone()]);
+            for x in 0..n {
                 let gx = 0.5 * (right[x] - left[x]);
                 let gy = 0.5 * (below[x] - above[x]);
                 let k = weight / (centre[x] + EMPTY);

@@ -111,12 +111,23 @@ pub fn boundary_map(frame: &Frame) -> BoundaryMap {
     from_strengths(&strengths, (frame.width(), frame.height()), OF_PB)
 }
 
-/// Pb of a frame of a clip. In large ones strengths are measured at half size; the strongest is enlarged, and thinned at
-/// full size.
+/// Pb of a frame of a clip.
 pub(crate) fn frame_boundaries(frame: &Frame, params: &ContourParams) -> BoundaryMap {
+    let (strength, ridges) = frame_strengths(frame, params);
+    probabilities(&strength, &ridges, OF_PB)
+}
+
+/// The thin map alone: it takes fewer probabilities.
+pub(crate) fn frame_ridges(frame: &Frame, params: &ContourParams) -> Plane<f32> {
+    on_ridges(&frame_strengths(frame, params).1, &Probability::new(OF_PB))
+}
+
+/// The largest strength of a frame of a clip, and the same on ridges. In large frames strengths are measured at half
+/// size; the strongest is enlarged, and thinned at full size.
+fn frame_strengths(frame: &Frame, params: &ContourParams) -> (Plane<f32>, Plane<f32>) {
     let (w, h) = (frame.width(), frame.height());
     if w.max(h) < params.half_from as usize {
-        return boundary_map(frame);
+        return strongest(&strengths_of(frame), (w, h));
     }
     let small = frame.halved();
     let (small, orientation) = largest(&gradient::oriented_strength_of_half(&small), (small.width(), small.height()));
@@ -124,7 +135,7 @@ pub(crate) fn frame_boundaries(frame: &Frame, params: &ContourParams) -> Boundar
     blur::add_doubled(small.data(), strength.data_mut(), w);
     let orientation = Plane::from_fn(w, h, |x, y| orientation[(x / 2, y / 2)]);
     let ridges = thin(&strength, &orientation);
-    probabilities(&strength, &ridges, OF_PB)
+    (strength, ridges)
 }
 
 /// How much the histograms of `frame` change along each direction: what [`from_strengths`] makes Pb of.
@@ -144,10 +155,11 @@ pub(crate) fn from_strengths(
 
 fn probabilities(strength: &Plane<f32>, ridges: &Plane<f32>, logistic: Logistic) -> BoundaryMap {
     let probability = Probability::new(logistic);
-    let probability = |s: f32| probability.at(s);
-    let pb = strength.map(probability);
-    let thin = ridges.map(|s| if s > 0.0 { probability(s) } else { 0.0 });
-    BoundaryMap { pb, thin }
+    BoundaryMap { pb: strength.map(|s| probability.at(s)), thin: on_ridges(ridges, &probability) }
+}
+
+fn on_ridges(ridges: &Plane<f32>, probability: &Probability) -> Plane<f32> {
+    ridges.map(|s| if s > 0.0 { probability.at(s) } else { 0.0 })
 }
 
 /// The largest strength over all directions, and the same on its ridges across the direction that has it.
@@ -235,6 +247,11 @@ pub(crate) const OF_PB: Logistic = Logistic { slope: 7.05, centre: 0.77 };
 /// ```
 #[must_use]
 pub fn contour_segments(map: &BoundaryMap, params: &ContourParams) -> Segments {
-    let chains = link::link(&map.thin, params.low, params.high, params.min_chain as usize);
+    ridge_segments(&map.thin, params)
+}
+
+/// The same of a thin map.
+pub(crate) fn ridge_segments(thin: &Plane<f32>, params: &ContourParams) -> Segments {
+    let chains = link::link(thin, params.low, params.high, params.min_chain as usize);
     fit::fit(&chains, params.deviation, params.max_line)
 }

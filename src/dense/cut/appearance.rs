@@ -124,12 +124,12 @@ impl ClipColours {
 
     /// The superpixel `node` has `label`, to this share.
     fn add(&mut self, node: usize, label: usize, share: f32) {
-        self.labels[label].add(self.mean[node], share * self.area[node]);
+        self.labels[label].add(&self.mean[node].corners(), share * self.area[node]);
     }
 
     /// The share of `label` that has the colour of superpixel `node`.
     fn share(&self, node: usize, label: usize) -> f32 {
-        self.labels[label].share(self.mean[node])
+        self.labels[label].share(&self.mean[node].corners())
     }
 }
 

@@ -23,18 +23,18 @@ impl Colour {
     }
 
     /// The eight bins around it and their weights, which sum to one.
-    fn corners(self) -> [(usize, f32); 8] {
-        let weight = |axis: usize, upper: usize| {
-            let f = f32::from(self.fraction[axis]) / 16.0;
-            if upper == 1 { f } else { 1.0 - f }
-        };
+    pub(crate) fn corners(self) -> Corners {
+        let [first, second, third] = self.fraction.map(|f| f32::from(f) / 16.0).map(|f| [1.0 - f, f]);
         std::array::from_fn(|k| {
             let (a, b, c) = (k / 4, k / 2 % 2, k % 2);
             let bin = usize::from(self.bin) + (a * SIDE + b) * SIDE + c;
-            (bin, weight(0, a) * weight(1, b) * weight(2, c))
+            (bin, first[a] * second[b] * third[c])
         })
     }
 }
+
+/// Bins and weights of a colour, which are made once and asked for in several histograms.
+pub(crate) type Corners = [(usize, f32); 8];
 
 /// How often colours occur.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -53,9 +53,9 @@ impl Histogram {
         self.total = 0.0;
     }
 
-    pub(crate) fn add(&mut self, colour: Colour, weight: f32) {
-        for (bin, share) in colour.corners() {
-            self.bins[bin] += weight * share;
+    pub(crate) fn add(&mut self, colour: &Corners, weight: f32) {
+        for (bin, share) in colour {
+            self.bins[*bin] += weight * share;
         }
         self.total += weight;
     }
@@ -66,8 +66,8 @@ impl Histogram {
     }
 
     /// Share of the weights at this colour, 0 to 1; 0 of an empty histogram.
-    pub(crate) fn share(&self, colour: Colour) -> f32 {
-        let at: f32 = colour.corners().iter().map(|&(bin, share)| share * self.bins[bin]).sum();
+    pub(crate) fn share(&self, colour: &Corners) -> f32 {
+        let at: f32 = colour.iter().map(|&(bin, share)| share * self.bins[bin]).sum();
         if self.total > 0.0 { at / self.total } else { 0.0 }
     }
 
@@ -79,9 +79,9 @@ impl Histogram {
     }
 
     /// The same as if this colour had been added once less, with weight 1.
-    pub(crate) fn share_of_others(&self, colour: Colour) -> f32 {
+    pub(crate) fn share_of_others(&self, colour: &Corners) -> f32 {
         let own = |(bin, share): &(usize, f32)| share * (self.bins[*bin] - share);
-        let at: f32 = colour.corners().iter().map(own).sum();
+        let at: f32 = colour.iter().map(own).sum();
         if self.total > 1.0 { at.max(0.0) / (self.total - 1.0) } else { 0.0 }
     }
 }
@@ -93,38 +93,42 @@ pub(crate) const UNSEEN: f32 = 2e-4;
 mod tests {
     use super::*;
 
+    fn corners(rgb: [u8; 3]) -> Corners {
+        Colour::of(&rgb).corners()
+    }
+
     #[test]
     fn a_colour_in_the_middle_of_a_bin_is_found_in_full_and_distant_ones_not_at_all() {
         let mut histogram = Histogram::new();
-        assert_eq!(histogram.share(Colour::of(&[1, 2, 3])), 0.0);
-        let grey = Colour::of(&[64, 64, 64]);
+        assert_eq!(histogram.share(&corners([1, 2, 3])), 0.0);
+        let grey = &corners([64, 64, 64]);
         histogram.add(grey, 3.0);
         assert_eq!(histogram.share(grey), 1.0);
-        assert_eq!(histogram.share(Colour::of(&[72, 72, 72])), 0.5);
-        assert_eq!(histogram.share(Colour::of(&[96, 96, 96])), 0.0);
-        histogram.add(Colour::of(&[250, 10, 10]), 1.0);
+        assert_eq!(histogram.share(&corners([72, 72, 72])), 0.5);
+        assert_eq!(histogram.share(&corners([96, 96, 96])), 0.0);
+        histogram.add(&corners([250, 10, 10]), 1.0);
         assert_eq!((histogram.share(grey), histogram.total()), (0.75, 4.0));
         assert_eq!(histogram.share_of_others(grey), 2.0 / 3.0);
-        assert_eq!(histogram.share_of_others(Colour::of(&[250, 10, 10])), 0.0);
+        assert_eq!(histogram.share_of_others(&corners([250, 10, 10])), 0.0);
         histogram.clear();
         assert_eq!((histogram.share(grey), histogram.total()), (0.0, 0.0));
     }
 
     #[test]
     fn extreme_colours_have_a_place_of_their_own() {
-        let mut corners = Vec::new();
+        let mut places = Vec::new();
         for r in [0, 255] {
             for g in [0, 255] {
                 for b in [0, 255] {
                     let mut histogram = Histogram::new();
-                    histogram.add(Colour::of(&[r, g, b]), 1.0);
+                    histogram.add(&corners([r, g, b]), 1.0);
                     assert!((histogram.bins.iter().sum::<f32>() - 1.0).abs() < 1e-6);
-                    assert!(histogram.share(Colour::of(&[r, g, b])) > 0.1);
-                    corners.push(Colour::of(&[r, g, b]));
+                    assert!(histogram.share(&corners([r, g, b])) > 0.1);
+                    places.push(Colour::of(&[r, g, b]));
                 }
             }
         }
-        corners.sort_by_key(|c| c.bin);
-        assert!(corners.windows(2).all(|pair| pair[0] != pair[1]));
+        places.sort_by_key(|c| c.bin);
+        assert!(places.windows(2).all(|pair| pair[0] != pair[1]));
     }
 }

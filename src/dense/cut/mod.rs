@@ -37,7 +37,7 @@ mod tests;
 mod votes;
 
 pub(crate) use appearance::appearance;
-pub(crate) use colour::{Colour, Histogram, UNSEEN};
+pub(crate) use colour::{Colour, Corners, Histogram, UNSEEN};
 pub(crate) use expansion::rounded;
 #[doc(hidden)]
 pub use expansion::{Expansion, Potts};

@@ -21,7 +21,7 @@ mod tests;
 
 pub use gabriel::{Edge, EdgeKind};
 
-use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, contour_segments, frame_boundaries};
+use crate::contour::{BoundaryMap, ContourParams, Segments, boundary_map, frame_ridges, ridge_segments};
 use crate::image::{Frame, Plane, Runs};
 use crate::order;
 use gabriel::{Graph, Side};
@@ -124,7 +124,7 @@ impl From<&Plane<u32>> for Superpixels {
 /// ```
 #[must_use]
 pub fn gabriel_superpixels(segments: &Segments, map: &BoundaryMap, params: &SuperpixelParams) -> Superpixels {
-    partition(segments, map, None, (0.0, params.join_below))
+    partition(segments, &map.thin, None, (0.0, params.join_below))
 }
 
 /// Longest line and widest gap between points of the frame where a wanted number of superpixels needs more than
@@ -165,7 +165,7 @@ pub fn superpixels_of(
 
 /// The superpixels of a frame of a clip.
 pub(crate) fn frame_superpixels(frame: &Frame, contour: &ContourParams, superpixel: &SuperpixelParams) -> Superpixels {
-    superpixels_in(&frame_boundaries(frame, contour), None, contour, superpixel)
+    superpixels_on(&frame_ridges(frame, contour), None, contour, superpixel)
 }
 
 #[doc(hidden)]
@@ -177,28 +177,38 @@ pub fn superpixels_in(
     contour: &ContourParams,
     superpixel: &SuperpixelParams,
 ) -> Superpixels {
+    superpixels_on(&map.thin, count, contour, superpixel)
+}
+
+fn superpixels_on(
+    thin: &Plane<f32>,
+    count: Option<usize>,
+    contour: &ContourParams,
+    superpixel: &SuperpixelParams,
+) -> Superpixels {
+    let join_below = superpixel.join_below;
     let Some(wanted) = count else {
-        return gabriel_superpixels(&contour_segments(map, contour), map, superpixel);
+        return partition(&ridge_segments(thin, contour), thin, None, (0.0, join_below));
     };
     let fine = ContourParams { low: 0.0, high: 0.01, ..contour.clone() };
-    let found = partition(&contour_segments(map, &fine), map, count, (0.0, superpixel.join_below));
+    let found = partition(&ridge_segments(thin, &fine), thin, count, (0.0, join_below));
     if found.count >= wanted {
         return found;
     }
     // Too few: shorter lines give more points that edges can join.
     let finer = ContourParams { high: 0.0, min_chain: 3, max_line: SHORT, ..fine };
-    partition(&contour_segments(map, &finer), map, count, (SHORT, superpixel.join_below))
+    partition(&ridge_segments(thin, &finer), thin, count, (SHORT, join_below))
 }
 
 /// Faces, joined down to `count`, or else where the cost is below `join_below`. Points on the image border are at most
 /// `frame_step` pixels apart; with 0 there are none but corners.
 fn partition(
     segments: &Segments,
-    map: &BoundaryMap,
+    thin: &Plane<f32>,
     count: Option<usize>,
     (frame_step, join_below): (f32, f32),
 ) -> Superpixels {
-    let (width, height) = (map.pb.width(), map.pb.height());
+    let (width, height) = (thin.width(), thin.height());
     if width == 0 || height == 0 {
         return Superpixels::default();
     }
@@ -208,7 +218,7 @@ fn partition(
     label.data().iter().for_each(|&f| area[f as usize] += 1);
     let mut edges: Vec<Edge> = graph.edges().collect();
     let sides = graph.sides();
-    let measure = along_edges(&sides, &edges, map);
+    let measure = along_edges(&sides, &edges, thin);
     let mut regions = Regions::new(area, &sides, &measure);
     regions.join_empty();
     match count {
@@ -258,8 +268,8 @@ fn borders(mut parts: Vec<Border>) -> Vec<Border> {
 }
 
 /// Length of each side in pixels, and mean Pb along it.
-fn along_edges(sides: &[Side], edges: &[Edge], map: &BoundaryMap) -> Vec<(f32, f32)> {
-    let strongest = strongest_around(&map.thin);
+fn along_edges(sides: &[Side], edges: &[Edge], thin: &Plane<f32>) -> Vec<(f32, f32)> {
+    let strongest = strongest_around(thin);
     sides.iter().map(|side| along(&edges[side.edge], &strongest)).collect()
 }
 

@@ -21,7 +21,7 @@ const HALF: f32 = 10.0;
 const LEAST_POINTS: usize = 3;
 
 /// How far each pixel of a frame is from what other frames show of it, in grey levels, if it is the scene's and if it is
-/// an object's.
+/// an object's; of every second pixel ([`is_sought`]), 0 of the others.
 pub(crate) type Accounts = Plane<[u8; 2]>;
 
 /// What the accounts of a frame are made from: what it shows, and what others show where the scene and the objects have
@@ -77,30 +77,48 @@ impl Sought {
             by_scene.add(picture, &other.picture, &other.scene);
             other.object.iter().for_each(|object| by_object.add(picture, &other.picture, object));
         }
+        let mut accounts = Plane::filled(picture.width(), picture.height(), [0; 2]);
         let mut at = 0;
-        Plane::from_fn(picture.width(), picture.height(), |_, _| {
-            at += 1;
-            match (by_scene.representative(at - 1), by_object.representative(at - 1)) {
-                (Some(scene), Some(object)) => [scene, object],
-                _ => [0, 0],
+        for y in 0..picture.height() {
+            for account in accounts.row_mut(y).iter_mut().skip(first_of_row(y)).step_by(2) {
+                let found = (by_scene.representative(at), by_object.representative(at));
+                if let (Some(scene), Some(object)) = found {
+                    *account = [scene, object];
+                }
+                at += 1;
             }
-        })
+        }
+        accounts
     }
 }
 
-/// What accounts of some pixels come to.
+/// The first pixel of a row that is looked for: every second one is, as on a chessboard.
+fn first_of_row(y: usize) -> usize {
+    y % 2
+}
+
+/// Whether a pixel is looked for.
+pub(super) fn is_sought(x: usize, y: usize) -> bool {
+    x % 2 == first_of_row(y)
+}
+
+/// What accounts of some pixels come to: sums of squares, and their number.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Verdict {
-    scene: f32,
-    object: f32,
-    pixels: f32,
+    scene: u64,
+    object: u64,
+    pixels: u64,
 }
 
 impl Verdict {
+    pub(super) fn of([scene, object, pixels]: [u64; 3]) -> Self {
+        Self { scene, object, pixels }
+    }
+
     pub(super) fn add(&mut self, [scene, object]: [u8; 2]) {
-        self.scene += f32::from(scene) * f32::from(scene);
-        self.object += f32::from(object) * f32::from(object);
-        self.pixels += 1.0;
+        let [scene, object] = [scene, object].map(u64::from);
+        (self.scene, self.object) = (self.scene + scene * scene, self.object + object * object);
+        self.pixels += 1;
     }
 
     /// From -1 to 1 how surely the pixels are none of the scene, whatever else they are; 0 at this mean square.
@@ -111,30 +129,33 @@ impl Verdict {
 
     /// Mean square of the differences if it is the scene's, in grey levels.
     pub(super) fn unlike_scene(&self) -> f32 {
-        self.scene / self.pixels.max(1.0)
+        self.scene as f32 / self.pixels.max(1) as f32
     }
 
     /// -1 where the scene's motion alone explains the pixels, 0 where both are alike, 1 where the objects' alone does.
     pub(super) fn value(&self) -> f32 {
-        (self.scene - self.object) / (self.scene + self.object + HALF * HALF * self.pixels).max(1.0)
+        let [scene, object, pixels] = [self.scene, self.object, self.pixels].map(|v| v as f32);
+        (scene - object) / (scene + object + HALF * HALF * pixels).max(1.0)
     }
 }
 
 /// No difference is known, since the pixel has left the frame.
 const GONE: u8 = 255;
 
-/// How far each pixel is from what other frames show of it, frame by frame; [`GONE`] where it has left the frame.
+/// How far each pixel that is sought is from what other frames show of it, frame by frame; [`GONE`] where it has left the frame.
 #[derive(Default)]
 struct Differences(Vec<Vec<u8>>);
 
 impl Differences {
     fn add(&mut self, picture: &Picture, other: &Picture, lattice: &Lattice) {
         let (right, bottom) = ((picture.width() - 1) as f32, (picture.height() - 1) as f32);
-        let mut found = Vec::with_capacity(picture.data().len());
+        let mut found = Vec::with_capacity(picture.data().len().div_ceil(2));
         let mut row = Vec::new();
         for y in 0..picture.height() {
             lattice.row(y, picture.width(), &mut row);
-            found.extend(picture.row(y).iter().zip(places(&row)).map(|(&own, (x, y))| {
+            let first = first_of_row(y);
+            let pixels = picture.row(y).iter().skip(first).step_by(2);
+            found.extend(pixels.zip(places(&row, first)).map(|(&own, (x, y))| {
                 let inside = x >= 0.0 && y >= 0.0 && x <= right && y <= bottom;
                 if inside { apart(own, sampled(other, x, y)).min(GONE - 1) } else { GONE }
             }));
@@ -167,9 +188,9 @@ fn mix(a: (f32, f32), b: (f32, f32), share: f32) -> (f32, f32) {
     (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
 }
 
-/// Where the pixels of a row go, by those of them that are on the lattice's columns.
-fn places(columns: &[(f32, f32)]) -> impl Iterator<Item = (f32, f32)> + '_ {
-    let shares = || (0..Lattice::GAP).map(|k| k as f32 / Lattice::GAP as f32);
+/// Where every second pixel of a row goes from `first` on, 0 or 1, by those that are on the lattice's columns.
+fn places(columns: &[(f32, f32)], first: usize) -> impl Iterator<Item = (f32, f32)> + '_ {
+    let shares = move || (first..Lattice::GAP).step_by(2).map(|k| k as f32 / Lattice::GAP as f32);
     columns.windows(2).flat_map(move |ends| shares().map(|share| mix(ends[0], ends[1], share)))
 }
 

@@ -13,8 +13,8 @@
 //!    (`add_doubts`), here and where the camera moves.
 //!
 //! **Where the camera moves.**
-//! 1. Each pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the scene,
-//!    and if it goes with the objects.
+//! 1. Every second pixel has two *accounts* (`compare`): how well it is found again in other frames if it goes with the
+//!    scene, and if it goes with the objects.
 //! 2. Superpixels have the verdict of their pixels. What is found again either way, since it is plain, is doubted to be
 //!    an object.
 //! 3. Where no cluster is an object, salient trajectories that move alike are tried (`stand_out`).
@@ -45,7 +45,7 @@ use crate::trajectory::Trajectories;
 pub(crate) use compare::{Accounts, Sought};
 #[cfg(any(feature = "wasm", test))]
 pub(crate) use compare::{Lattice, Other};
-use compare::{Verdict, object};
+use compare::{Verdict, is_sought, object};
 pub(crate) use plate::Picture;
 use plate::{Plate, UNKNOWN, picture};
 
@@ -199,7 +199,8 @@ impl Background {
             let (Some((x, y)), Some(map)) = (tracks.at(i, t), self.accounts.get(t)) else { continue };
             let (x, y) = (self.place(x, map.width()), self.place(y, map.height()));
             for y in y.saturating_sub(1)..(y + 2).min(map.height()) {
-                map.row(y)[x.saturating_sub(1)..(x + 2).min(map.width())].iter().for_each(|&a| sum.add(a));
+                let columns = x.saturating_sub(1)..(x + 2).min(map.width());
+                columns.filter(|&x| is_sought(x, y)).for_each(|x| sum.add(map[(x, y)]));
             }
         }
     }
@@ -280,22 +281,37 @@ fn moved(tracks: &Trajectories, i: usize) -> f32 {
 
 /// What accounts of its pixels come to for each superpixel; the map may be smaller.
 fn verdicts(superpixels: &Superpixels, map: &Accounts, strange: f32) -> Vec<f32> {
-    let superpixel = superpixels.label();
-    let (w, h) = (superpixel.width(), superpixel.height());
-    let mut sums = vec![Verdict::default(); superpixels.count];
-    let columns = columns(w, map.width());
-    for y in 0..h {
-        let line = map.row(y * map.height() / h);
-        for (&s, &x) in superpixel.row(y).iter().zip(&columns) {
-            sums[s as usize].add(line[x]);
-        }
-    }
-    sums.iter().map(|v| v.value().max(v.strangeness(strange))).collect()
+    let sums = sums(superpixels, map, |x, y| {
+        let [scene, object] = map[(x, y)].map(u32::from);
+        if is_sought(x, y) { [scene * scene, object * object, 1] } else { [0; 3] }
+    });
+    let verdicts = sums.into_iter().map(Verdict::of);
+    verdicts.map(|v| v.value().max(v.strangeness(strange))).collect()
 }
 
-/// The column of a map of width `to` for each of a frame of width `from`.
-fn columns(from: usize, to: usize) -> Vec<usize> {
-    (0..from).map(|x| x * to / from).collect()
+/// The sums over each superpixel of numbers of each pixel of a map, which may be smaller.
+fn sums<T: Copy, const N: usize>(
+    superpixels: &Superpixels,
+    map: &Plane<T>,
+    of: impl Fn(usize, usize) -> [u32; N],
+) -> Vec<[u64; N]> {
+    let (w, h) = superpixels.runs().size();
+    let mut sums = vec![[0; N]; superpixels.count];
+    // Of a row of the map, up to each column of the frame: a superpixel has few runs of many pixels.
+    let (mut upto, mut row) = (vec![[0; N]; w + 1], usize::MAX);
+    for (y, columns, s) in superpixels.runs().rows() {
+        let of_map = y * map.height() / h;
+        if of_map != row {
+            row = of_map;
+            for x in 0..w {
+                let (before, own) = (upto[x], of(x * map.width() / w, row));
+                upto[x + 1] = std::array::from_fn(|k| before[k] + own[k]);
+            }
+        }
+        let (from, to) = (upto[columns.start], upto[columns.end]);
+        sums[s as usize].iter_mut().zip(to.iter().zip(from)).for_each(|(sum, (to, from))| *sum += u64::from(to - from));
+    }
+    sums
 }
 
 /// How far the flow of each pixel is from none, in 255ths: one half at `half` pixels.
@@ -353,20 +369,10 @@ fn object_shares(
 
 /// The mean of a map over each superpixel, 0 to 1, of what is known of it; the map may be smaller.
 fn means(superpixels: &Superpixels, map: &Plane<u8>) -> Vec<f32> {
-    let superpixel = superpixels.label();
-    let (w, h) = (superpixel.width(), superpixel.height());
-    let mut sums = vec![(0_u32, 0_u32); superpixels.count];
-    let columns = columns(w, map.width());
-    for y in 0..h {
-        let line = map.row(y * map.height() / h);
-        for (&s, &x) in superpixel.row(y).iter().zip(&columns) {
-            let (sum, value) = (&mut sums[s as usize], line[x]);
-            if value != UNKNOWN {
-                *sum = (sum.0 + u32::from(value), sum.1 + 1);
-            }
-        }
-    }
-    sums.iter().map(|&(sum, count)| if count == 0 { NEUTRAL } else { sum as f32 / (255 * count) as f32 }).collect()
+    let of = |value| if value == UNKNOWN { [0; 2] } else { [u32::from(value), 1] };
+    let sums = sums(superpixels, map, |x, y| of(map[(x, y)]));
+    let mean = |[sum, count]: [u64; 2]| if count == 0 { NEUTRAL } else { sum as f32 / (255 * count) as f32 };
+    sums.into_iter().map(mean).collect()
 }
 
 #[cfg(test)]

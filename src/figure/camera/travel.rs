@@ -43,14 +43,20 @@ impl Travel {
     ) -> Option<Self> {
         let units = Units::new(tracks.size);
         let (mut pairs, mut sure) = (Vec::new(), 0);
-        for k in 0..Self::num_pairs(tracks) {
+        let is_enough = |sure: usize, pairs: usize| sure as f64 >= LEAST_SURE * pairs as f64;
+        let num_pairs = Self::num_pairs(tracks);
+        for k in 0..num_pairs {
+            // Not even if it were sure in all that are left.
+            if !is_enough(sure + num_pairs - k, pairs.len() + num_pairs - k) {
+                return None;
+            }
             let start = k * STRIDE;
             let Some((forward, is_sure)) = forward(k, Ways::new(tracks, k)) else { continue };
             sure += usize::from(is_sure);
             let steps = common(tracks, start).map(|(i, from, to)| (i, units.step(from, to))).collect();
             pairs.push(Pair { start, steps, forward });
         }
-        (sure > 0 && sure as f64 >= LEAST_SURE * pairs.len() as f64).then_some(Self { units, pairs })
+        (sure > 0 && is_enough(sure, pairs.len())).then_some(Self { units, pairs })
     }
 
     /// How many pairs of frames are compared.

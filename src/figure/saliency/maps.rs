@@ -166,8 +166,7 @@ impl Asked {
     /// The saliency of each, in `0.0..=1.0`.
     pub(crate) fn answer(&self, params: &SaliencyParams) -> Vec<f32> {
         let contrast = Contrast { num_bins: params.bins as usize, prior: params.prior };
-        let (found, size) = (surround(&self.bins, &contrast), self.bins.data().len());
-        self.pixels.iter().map(|pixel| found[(pixel & 0xff) as usize * size + (pixel >> 8) as usize]).collect()
+        surround(&self.bins, &contrast, &self.pixels)
     }
 }
 

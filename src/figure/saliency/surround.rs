@@ -1,8 +1,8 @@
 //! Centre-surround contrast (Rahtu, Kannala, Salo and Heikkilä, "Segmenting salient objects from images and videos",
 //! ECCV 2010) of one number a pixel, given as its bin.
 //!
-//! In: the bin of each pixel. Out: for each bin and each pixel how salient a pixel there would be if it were in this
-//! bin.
+//! In: the bin of each pixel, and pixels that are asked for with a bin of their own each. Out: how salient each of these
+//! is.
 //!
 //! 1. A window of [`SHAPES`] at every place of its grid: an inner rectangle K and a ring B around it, both cut at the
 //!    frame.
@@ -11,14 +11,15 @@
 //! 4. A pixel takes the greatest `S` of all windows whose K covers it.
 //!
 //! Exact, but not by writing windows: `S` depends on the bin alone, so each window is a row of numbers, one a bin,
-//! found from integral histograms, and step 4 is a sliding maximum over the windows' grid, bin by bin. The windows that
-//! cover a pixel are contiguous along either axis; the greatest of a run comes from two overlapping runs of a power of
-//! two, which doubling yields.
+//! found from integral histograms, and step 4 is a sliding maximum over the windows' grid, bin by bin, looked up for the
+//! pixels asked for. The windows that cover a pixel are contiguous along either axis; the greatest of a run comes from
+//! two overlapping runs of a power of two, which doubling yields.
 //!
 //! Windows may exceed the frame, where they are cut, as long as [`LEAST_INNER`] of K and [`LEAST_RING`] of B remain to
 //! be compared.
 
 use crate::image::Plane;
+use crate::order::larger;
 
 /// Rows and columns of K and the step of its grid, in parts of the frame's longer side (Rahtu et al.'s program).
 const SHAPES: [[f64; 3]; 4] = [[0.25, 0.10, 0.010], [0.30, 0.30, 0.015], [0.50, 0.50, 0.030], [0.70, 0.40, 0.040]];
@@ -92,6 +93,12 @@ impl Places {
     fn run(&self) -> usize {
         1 << (self.length / self.step).ilog2()
     }
+
+    /// Where the two runs begin that make up the places that cover pixel `x`.
+    fn runs(&self, x: usize) -> [usize; 2] {
+        let (first, last) = self.covering(x);
+        [first, (last + 1).saturating_sub(self.run()).max(first)]
+    }
 }
 
 /// Counts of the pixels of each bin left of and above a corner.
@@ -127,93 +134,134 @@ impl Integral {
         &self.sums[at..at + self.num_bins]
     }
 
-    /// Counts each bin's pixels in a rectangle, cut at the frame, and returns how many they are.
-    fn count(&self, (x, y): (isize, isize), (width, height): (usize, usize), counts: &mut [u32]) -> u32 {
-        let cut = |from: isize, length: usize, side: usize| {
-            (from.clamp(0, side as isize) as usize, (from + length as isize).clamp(0, side as isize) as usize)
+    /// A rectangle, cut at the frame.
+    fn cut(&self, (x, y): (isize, isize), (width, height): (usize, usize)) -> Cut {
+        let within = |from: isize, length: usize, side: usize| {
+            [from.clamp(0, side as isize) as usize, (from + length as isize).clamp(0, side as isize) as usize]
         };
-        let ((left, right), (top, bottom)) = (cut(x, width, self.size.0), cut(y, height, self.size.1));
+        Cut { columns: within(x, width, self.size.0), rows: within(y, height, self.size.1) }
+    }
+
+    /// Counts each bin's pixels in a rectangle.
+    fn count(&self, Cut { columns: [left, right], rows: [top, bottom] }: Cut, counts: &mut [u32]) {
         let [a, b, c, d] = [(left, top), (right, top), (left, bottom), (right, bottom)].map(|(x, y)| self.corner(x, y));
         for (((count, a), b), (c, d)) in counts.iter_mut().zip(a).zip(b).zip(c.iter().zip(d)) {
             *count = (d + a) - (b + c);
         }
-        ((right - left) * (bottom - top)) as u32
     }
 }
+
+/// Columns and rows of a rectangle: the first, and the first behind it.
+#[derive(Debug, Clone, Copy)]
+struct Cut {
+    columns: [usize; 2],
+    rows: [usize; 2],
+}
+
+impl Cut {
+    fn area(&self) -> usize {
+        (self.columns[1] - self.columns[0]) * (self.rows[1] - self.rows[0])
+    }
+}
+
+/// Bins that smoothing reaches to either side.
+const REACH: usize = 2;
 
 /// The saliency of each bin in a window, step by step.
 struct Posterior<'a> {
     contrast: &'a Contrast,
     /// Weights of the smoothing from the middle outwards.
-    kernel: Vec<f32>,
+    kernel: [f32; REACH + 1],
     inner: Vec<u32>,
     outer: Vec<u32>,
+    /// Counts with the outermost ones again beyond either end.
+    padded: Vec<u32>,
     smooth: [Vec<f32>; 2],
 }
 
 impl<'a> Posterior<'a> {
     fn new(contrast: &'a Contrast) -> Self {
-        let reach = (2.0 * SMOOTHING).ceil() as usize;
-        let kernel = (0..=reach).map(|k| libm::expf(-0.5 * (k as f32 / SMOOTHING).powi(2))).collect();
+        let kernel = std::array::from_fn(|k| libm::expf(-0.5 * (k as f32 / SMOOTHING).powi(2)));
         let n = contrast.num_bins;
-        Self { contrast, kernel, inner: vec![0; n], outer: vec![0; n], smooth: [vec![0.0; n], vec![0.0; n]] }
+        let (inner, outer, padded) = (vec![0; n], vec![0; n], vec![0; n + 2 * REACH]);
+        Self { contrast, kernel, inner, outer, padded, smooth: [vec![0.0; n], vec![0.0; n]] }
     }
 
     /// Writes `S` of each bin for the window that begins at `(x, y)`; zero for a window without a ring.
     fn of_window(&mut self, integral: &Integral, shape: &Shape, (x, y): (isize, isize), into: &mut [f32]) {
         let (width, height, ring) = (shape.width, shape.height, shape.ring);
-        let within = integral.count((x, y), (width, height), &mut self.inner);
-        let (left, top) = (x - ring as isize, y - ring as isize);
+        let inner = integral.cut((x, y), (width, height));
         let whole = (width + 2 * ring, height + 2 * ring);
-        let around = integral.count((left, top), whole, &mut self.outer) - within;
+        let outer = integral.cut((x - ring as isize, y - ring as isize), whole);
         let nominal = whole.0 * whole.1 - width * height;
-        let too_little = |part: u32, whole: usize, least: f64| f64::from(part) < least * whole as f64;
-        if too_little(within, width * height, LEAST_INNER) || too_little(around, nominal, LEAST_RING) {
+        let too_little = |part: usize, whole: usize, least: f64| (part as f64) < least * whole as f64;
+        let within = inner.area();
+        if too_little(within, width * height, LEAST_INNER) || too_little(outer.area() - within, nominal, LEAST_RING) {
             into.fill(0.0);
             return;
         }
+        integral.count(inner, &mut self.inner);
+        integral.count(outer, &mut self.outer);
         for (outer, inner) in self.outer.iter_mut().zip(&self.inner) {
             *outer -= inner;
         }
-        smooth(&self.inner, &self.kernel, &mut self.smooth[0]);
-        smooth(&self.outer, &self.kernel, &mut self.smooth[1]);
+        smooth(&self.inner, &self.kernel, &mut self.padded, &mut self.smooth[0]);
+        smooth(&self.outer, &self.kernel, &mut self.padded, &mut self.smooth[1]);
         let total = |v: &[f32]| v.iter().sum::<f32>();
         // Both histograms brought to the same sum, with the prior.
         let inside = self.contrast.prior * total(&self.smooth[1]);
         let outside = (1.0 - self.contrast.prior) * total(&self.smooth[0]);
         for (into, (k, b)) in into.iter_mut().zip(self.smooth[0].iter().zip(&self.smooth[1])) {
             let (k, b) = (k * inside, b * outside);
-            *into = if k > 0.0 { k / (k + b) } else { 0.0 };
+            let s = k / (k + b);
+            *into = if k > 0.0 { s } else { 0.0 };
         }
     }
 }
 
 /// `counts` smoothed by a kernel; beyond either end the outermost bin goes on.
-fn smooth(counts: &[u32], kernel: &[f32], into: &mut [f32]) {
-    let last = counts.len() - 1;
-    for (b, into) in into.iter_mut().enumerate() {
-        let mut sum = kernel[0] * counts[b] as f32;
-        for (k, weight) in kernel.iter().enumerate().skip(1) {
-            sum += weight * (counts[b.saturating_sub(k)] + counts[(b + k).min(last)]) as f32;
-        }
-        *into = sum;
+fn smooth(counts: &[u32], kernel: &[f32; REACH + 1], padded: &mut [u32], into: &mut [f32]) {
+    let n = counts.len();
+    padded[..REACH].fill(counts[0]);
+    padded[REACH..REACH + n].copy_from_slice(counts);
+    padded[REACH + n..].fill(counts[n - 1]);
+    let from = |k: usize| &padded[k..k + n];
+    let [far_left, left, own, right, far_right] = [0, 1, 2, 3, 4].map(from);
+    // Counts of a frame fit into signed numbers, which become floats faster.
+    let float = |count: u32| count as i32 as f32;
+    for (b, into) in into[..n].iter_mut().enumerate() {
+        let near = kernel[0] * float(own[b]) + kernel[1] * float(left[b] + right[b]);
+        *into = near + kernel[2] * float(far_left[b] + far_right[b]);
     }
 }
 
-/// For each bin and each pixel the saliency that a pixel of this bin has there: a plane for each bin, one after the
-/// other.
-pub(super) fn surround(bins: &Plane<u8>, contrast: &Contrast) -> Vec<f32> {
+/// The saliency of what is `asked`: a pixel's number, row by row, and before the lowest eight bits, which are its bin.
+pub(super) fn surround(bins: &Plane<u8>, contrast: &Contrast, asked: &[u32]) -> Vec<f32> {
     let (width, height) = (bins.width(), bins.height());
-    let mut found = vec![0.0_f32; contrast.num_bins * width * height];
+    let mut found = vec![0.0_f32; asked.len()];
+    let bin_of = |asked: u32| (asked & 0xff) as usize;
+    let mut is_asked = vec![false; contrast.num_bins];
+    asked.iter().for_each(|&asked| is_asked[bin_of(asked)] = true);
     let integral = Integral::new(bins, contrast.num_bins);
     let mut posterior = Posterior::new(contrast);
     for shape in Shape::all(width, height) {
         let across = Places::new(shape.width, shape.step, width);
         let down = Places::new(shape.height, shape.step, height);
-        let windows = evaluate(&integral, &mut posterior, &shape, (&across, &down));
-        let grids = windows.chunks_exact(across.count * down.count);
-        for (grid, found) in grids.zip(found.chunks_exact_mut(width * height)) {
-            spread(grid, (&across, &down), found, width);
+        let mut windows = evaluate(&integral, &mut posterior, &shape, (&across, &down));
+        let size = across.count * down.count;
+        for (grid, _) in windows.chunks_exact_mut(size).zip(&is_asked).filter(|(_, asked)| **asked) {
+            let runs = doubled(grid.to_vec(), across.count, down.run());
+            grid.copy_from_slice(&doubled(runs, 1, across.run()));
+        }
+        let columns: Vec<[usize; 2]> = (0..width).map(|x| across.runs(x)).collect();
+        let rows: Vec<[usize; 2]> = (0..height).map(|y| down.runs(y).map(|k| k * across.count)).collect();
+        for (found, &asked) in found.iter_mut().zip(asked) {
+            let grid = &windows[bin_of(asked) * size..][..size];
+            let pixel = (asked >> 8) as usize;
+            let (columns, rows) = (columns[pixel % width], rows[pixel / width]);
+            for row in rows {
+                columns.iter().for_each(|column| *found = larger(*found, grid[row + column]));
+            }
         }
     }
     found
@@ -240,41 +288,20 @@ fn evaluate(
     windows
 }
 
-/// Step 4 for one bin: raises each pixel of `found` to the greatest of the windows that cover it.
-fn spread(grid: &[f32], (across, down): (&Places, &Places), found: &mut [f32], width: usize) {
-    let columns = across.count;
-    let (tall, long) = (down.run(), across.run());
-    // `runs[j]` is the greatest of the rows `j..j + tall`.
-    let mut runs = grid.to_vec();
-    doubled(&mut runs, columns, tall);
-    let mut row = vec![0.0_f32; columns];
-    for (y, found) in found.chunks_exact_mut(width).enumerate() {
-        let (first, last) = down.covering(y);
-        let second = (last + 1).saturating_sub(tall).max(first);
-        let (a, b) = (&runs[first * columns..][..columns], &runs[second * columns..][..columns]);
-        for (row, (a, b)) in row.iter_mut().zip(a.iter().zip(b)) {
-            *row = a.max(*b);
-        }
-        doubled(&mut row, 1, long);
-        for (x, found) in found.iter_mut().enumerate() {
-            let (first, last) = across.covering(x);
-            let second = (last + 1).saturating_sub(long).max(first);
-            *found = found.max(row[first]).max(row[second]);
-        }
-    }
-}
-
 /// Each block of `size` values becomes the greatest, place by place, of itself and those after it, `length` blocks in
 /// all (a power of two); at the end of those that there are.
-fn doubled(values: &mut [f32], size: usize, length: usize) {
+fn doubled(mut values: Vec<f32>, size: usize, length: usize) -> Vec<f32> {
+    let mut greater = values.clone();
     let mut reach = 1;
     while reach < length {
-        let offset = reach * size;
-        for at in 0..values.len().saturating_sub(offset) {
-            values[at] = values[at].max(values[at + offset]);
+        let ahead = &values[(reach * size).min(values.len())..];
+        for (greater, (&own, &ahead)) in greater.iter_mut().zip(values.iter().zip(ahead)) {
+            *greater = larger(own, ahead);
         }
+        values.copy_from_slice(&greater);
         reach *= 2;
     }
+    values
 }
 
 #[cfg(test)]
@@ -339,11 +366,8 @@ mod tests {
     }
 
     fn looked_up(bins: &Plane<u8>, contrast: &Contrast) -> Plane<f32> {
-        let found = surround(bins, contrast);
-        let size = bins.width() * bins.height();
-        Plane::from_fn(bins.width(), bins.height(), |x, y| {
-            found[usize::from(bins[(x, y)]) * size + y * bins.width() + x]
-        })
+        let asked: Vec<u32> = bins.data().iter().zip(0..).map(|(&bin, pixel)| pixel << 8 | u32::from(bin)).collect();
+        Plane::from_vec(bins.width(), bins.height(), surround(bins, contrast, &asked)).unwrap()
     }
 
     #[test]
