@@ -191,7 +191,7 @@ async function buildWasm(cargoWasm, name, kind) {
   if (!existsSync(kept)) {
     rmSync(dirname(kept), { recursive: true, force: true });
     mkdirSync(dirname(kept), { recursive: true });
-    const options = ['-O3', '--converge', ...wasmFeatures];
+    const options = ['-O3', '--converge', ...wasmFeatures, '--strip-producers', '--strip-target-features'];
     await during(`optimising ${name}_bg.wasm`, name === 'decoder' ? 12 : 60, () =>
       runBeside(process.execPath, [bin('binaryen/bin/wasm-opt'), ...options, wasm, '-o', kept]),
     );

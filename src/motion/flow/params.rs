@@ -14,7 +14,7 @@ crate::params! {
         /// it that fits best. Higher is faster and loses what is small.
         pub search_level: u32 = 0, in 0..=4;
         /// Longest side at which the flow of a clip is computed, in pixels; larger frames are reduced for it, and the field is
-        /// enlarged. Single pairs keep their size. Higher is slower.
+        /// enlarged. Single pairs, and runs that end with the labels of trajectories, keep their size. Higher is slower.
         pub max_side: u32 = 480, in 16..=4096, expert;
         /// Weight of smoothness in the refinement.
         pub smoothness: f32 = 25.0, in 0.001..=1000.0, expert;

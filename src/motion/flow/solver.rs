@@ -287,8 +287,7 @@ fn equations(system: &mut [[Lanes; 5]], terms: &[[Lanes; 9]], flow: [&[Lanes]; 2
     let ([u, v], terms) = (flow.map(|s| &s[..n]), &terms[..n]);
     let [el, er, eu, ed] = [edges.left, edges.right, edges.up, edges.down].map(|s| &s[..n]);
     let [brightness_weight, slope_weight] = [BRIGHTNESS_WEIGHT, SLOPE_WEIGHT].map(|w| f32x8::splat(0.5 * w));
-    let [softening, stiffness, least] =
-        [DATA_EPSILON_SQ, LEAST_STIFFNESS, LEAST_DETERMINANT].map(f32x8::splat);
+    let [softening, stiffness, least] = [DATA_EPSILON_SQ, LEAST_STIFFNESS, LEAST_DETERMINANT].map(f32x8::splat);
     for i in 0..n {
         let (u, v) = (load(&u[i]), load(&v[i]));
         let [x, y, z, xx, xy, xz, yx, yy, yz] = &terms[i];

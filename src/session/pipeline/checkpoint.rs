@@ -103,8 +103,8 @@ impl Clip {
 
     /// The flow that leads to frame `t`, as the window before had it.
     fn flow_before(&mut self, t: usize) -> CompactFlow {
-        let settings = &self.params.flow;
-        let [from, to] = [t - 1, t].map(|t| Seen::new(&self.frames[t], &self.params.flow));
+        let settings = &self.params.for_flow();
+        let [from, to] = [t - 1, t].map(|t| Seen::new(&self.frames[t], settings));
         CompactFlow::new(Forward::new(from, to, settings, &mut self.scratch).field())
     }
 }

@@ -51,7 +51,7 @@ impl Motion {
     pub(super) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Tracked> {
         let (t, pairs) = (self.t as u32, clip.frames.len() as u32 - 1);
         let flow = |done| Progress { stage: Stage::Flow, done: 2 * t + done, total: 2 * pairs };
-        let settings = &clip.params.flow;
+        let settings = &clip.params.for_flow();
         match self.pair {
             Pair::Nothing => {
                 if let Some(Made::Pair(made)) = clip.ledger.collect(PieceKind::Pair, self.t) {

@@ -152,6 +152,13 @@ impl Params {
         params
     }
 
+    /// Those of the flow: at full size where no masks follow, whose borders are refined to the pixel afterwards, as points
+    /// beside borders are labelled by their flow alone.
+    pub(super) fn for_flow(&self) -> FlowParams {
+        let max_side = if self.clip.dense { self.flow.max_side } else { u32::MAX };
+        FlowParams { max_side, ..self.flow.clone() }
+    }
+
     /// For a first look, at half of the time: smaller frames, contours at half size, and flow that is less exact. Small and
     /// fast things may be lost.
     pub fn fast() -> Self {

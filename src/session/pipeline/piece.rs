@@ -104,7 +104,7 @@ impl Piece {
     /// Does the work, under the parameters of the session that gave it away.
     pub(crate) fn work(&self, params: &Params, scratch: &mut FlowScratch) -> Made {
         match &self.work {
-            Work::Pair(from, to) => Made::Pair(Box::new(PairFlow::new(from, to, &params.flow, scratch))),
+            Work::Pair(from, to) => Made::Pair(Box::new(PairFlow::new(from, to, &params.for_flow(), scratch))),
             Work::Superpixels(frame) => {
                 Made::Superpixels(frame_superpixels(frame, &params.contour, &params.superpixel))
             }
