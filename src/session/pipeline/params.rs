@@ -159,7 +159,7 @@ impl Params {
         FlowParams { max_side, ..self.flow.clone() }
     }
 
-    /// For a first look, at half of the time: smaller frames, contours at half size, and flow that is less exact. Small and
+    /// For a first look, at little more than half of the time: smaller frames, contours at half size, and flow that is less exact. Small and
     /// fast things may be lost.
     pub fn fast() -> Self {
         let mut params = Self::default();
