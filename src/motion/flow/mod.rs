@@ -22,8 +22,9 @@
 //! solves for both components of a pixel together. Forward and backward flow are each computed in full: one is never
 //! derived from the other, because their agreement is what tells occlusions.
 //!
-//! Measured: 0.31 px on these pairs at full size (OpenCV's DIS at its finest scale: 0.49 px). Sessions reduce frames to
-//! `max_side` first: at 480 pixels 0.44 px (Urban3 1.40, before 0.66), in half of the time; masks do not get worse.
+//! Measured: 0.31 px on these pairs at full size (OpenCV's DIS at its finest scale: 0.49 px). Sessions
+//! that make masks reduce frames to `max_side` first: at 480 pixels 0.44 px (Urban3 1.40, before 0.66); their masks do
+//! not get worse.
 //!
 //! **Limits.** Brightness only, no colour. Objects that move further than about half their own size in a frame are
 //! missed where the ground moves otherwise.

@@ -152,15 +152,15 @@ impl Params {
         params
     }
 
-    /// Those of the flow: at full size where no masks follow, whose borders are refined to the pixel afterwards, as points
-    /// beside borders are labelled by their flow alone.
+    /// Those of the flow. Borders of masks are refined to the pixel afterwards; points beside borders have their flow
+    /// alone, so where no masks follow it is computed at full size.
     pub(super) fn for_flow(&self) -> FlowParams {
         let max_side = if self.clip.dense { self.flow.max_side } else { u32::MAX };
         FlowParams { max_side, ..self.flow.clone() }
     }
 
-    /// For a first look, at little more than half of the time: smaller frames, contours at half size, and flow that is less exact. Small and
-    /// fast things may be lost.
+    /// For a first look, at little more than half of the time: smaller frames, contours at half size, and flow that is
+    /// less exact. Small and fast things may be lost.
     pub fn fast() -> Self {
         let mut params = Self::default();
         params.clip.max_side = 400;
