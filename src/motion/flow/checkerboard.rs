@@ -5,13 +5,14 @@
 //! ```
 //!
 //! All pixels of one colour in a row are then neighbours in memory, and so are the pixels to the left of them, to the
-//! right, above and below: a sweep over one colour is a plain loop over slices of equal length, which compiles to
-//! vector instructions.
+//! right, above and below: a sweep over one colour is a loop over slices of equal length, [`LANES`] numbers at a time.
 
 use std::iter;
 
-/// Numbers that a kernel takes at a time: half rows are as many times as long, rounded up.
+/// Numbers that a kernel takes at a time; the cells of a half row are a multiple of it.
 pub(super) const LANES: usize = 8;
+/// These numbers.
+pub(super) type Lanes = [f32; LANES];
 
 /// Empty cells before and after each half row.
 const MARGIN: usize = 1;
@@ -33,10 +34,10 @@ pub(super) struct Checkerboard {
 /// The four neighbours of each pixel of a half row, [`LANES`] at a time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Around<'a> {
-    pub(super) left: &'a [[f32; LANES]],
-    pub(super) right: &'a [[f32; LANES]],
-    pub(super) up: &'a [[f32; LANES]],
-    pub(super) down: &'a [[f32; LANES]],
+    pub(super) left: &'a [Lanes],
+    pub(super) right: &'a [Lanes],
+    pub(super) up: &'a [Lanes],
+    pub(super) down: &'a [Lanes],
 }
 
 // Called once a row: copies of them wherever they are called would only make the file larger.
@@ -54,13 +55,13 @@ impl Checkerboard {
 
     /// The columns of `parity` in row `y`, which counts from -1.
     #[inline(never)]
-    pub(super) fn row(&self, y: isize, parity: usize) -> &[[f32; LANES]] {
+    pub(super) fn row(&self, y: isize, parity: usize) -> &[Lanes] {
         self.cells(self.start(y, parity))
     }
 
     /// The same, to write.
     #[inline(never)]
-    pub(super) fn row_mut(&mut self, y: usize, parity: usize) -> &mut [[f32; LANES]] {
+    pub(super) fn row_mut(&mut self, y: usize, parity: usize) -> &mut [Lanes] {
         let (start, cells) = (self.start(y as isize, parity), self.half - 2 * MARGIN);
         self.data[start..][..cells].as_chunks_mut().0
     }
@@ -68,19 +69,19 @@ impl Checkerboard {
     /// The pixels to the left of those of `parity`. Even pixel `k` has the odd `k - 1` there, odd pixel `k` the even
     /// `k`.
     #[inline(never)]
-    pub(super) fn left_of(&self, y: isize, parity: usize) -> &[[f32; LANES]] {
+    pub(super) fn left_of(&self, y: isize, parity: usize) -> &[Lanes] {
         self.cells(self.start(y, 1 - parity) + parity - 1)
     }
 
     /// The pixels to the right of those of `parity`.
     #[inline(never)]
-    pub(super) fn right_of(&self, y: isize, parity: usize) -> &[[f32; LANES]] {
+    pub(super) fn right_of(&self, y: isize, parity: usize) -> &[Lanes] {
         self.cells(self.start(y, 1 - parity) + parity)
     }
 
     /// The columns of `parity` in row `y` to write, and their neighbours, in a plane that holds all rows.
     #[inline(never)]
-    pub(super) fn around_mut(&mut self, y: usize, parity: usize) -> (Around<'_>, &mut [[f32; LANES]]) {
+    pub(super) fn around_mut(&mut self, y: usize, parity: usize) -> (Around<'_>, &mut [Lanes]) {
         let (half, cells) = (self.half, self.half - 2 * MARGIN);
         let (above, rest) = self.data.split_at_mut((y + 1) * 2 * half);
         let (here, below) = rest.split_at_mut(2 * half);
@@ -134,7 +135,7 @@ impl Checkerboard {
         self.data[..2 * self.half].fill(0.0);
     }
 
-    fn cells(&self, start: usize) -> &[[f32; LANES]] {
+    fn cells(&self, start: usize) -> &[Lanes] {
         self.data[start..][..self.half - 2 * MARGIN].as_chunks().0
     }
 
@@ -177,7 +178,7 @@ impl Rows {
 /// one address serves all.
 #[derive(Debug, Clone)]
 pub(super) struct Bundle<const N: usize> {
-    data: Vec<[[f32; LANES]; N]>,
+    data: Vec<[Lanes; N]>,
     rows: Rows,
     half: usize,
 }
@@ -200,12 +201,12 @@ impl<const N: usize> Bundle<N> {
     }
 
     /// The columns of `parity` in row `y`.
-    pub(super) fn row(&self, y: usize, parity: usize) -> &[[[f32; LANES]; N]] {
+    pub(super) fn row(&self, y: usize, parity: usize) -> &[[Lanes; N]] {
         &self.data[(self.rows.place(y as isize) * 2 + parity) * self.half..][..self.half]
     }
 
     /// The same, to write.
-    pub(super) fn row_mut(&mut self, y: usize, parity: usize) -> &mut [[[f32; LANES]; N]] {
+    pub(super) fn row_mut(&mut self, y: usize, parity: usize) -> &mut [[Lanes; N]] {
         &mut self.data[(self.rows.place(y as isize) * 2 + parity) * self.half..][..self.half]
     }
 
@@ -252,7 +253,7 @@ mod tests {
             for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                 let (around, own) = plane.around_mut(y, x % 2);
                 assert_eq!(own.as_flattened()[x / 2], value(x, y));
-                let at = |cells: &[[f32; LANES]]| cells.as_flattened()[x / 2];
+                let at = |cells: &[Lanes]| cells.as_flattened()[x / 2];
                 let expected = |inside: bool, v: f32| if inside { v } else { 0.0 };
                 assert_eq!(at(around.left), expected(x > 0, value(x, y) - 1.0));
                 assert_eq!(at(around.right), expected(x + 1 < width, value(x, y) + 1.0));

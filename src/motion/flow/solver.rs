@@ -22,7 +22,7 @@
 //! Cost: about 100 operations a pixel and fixed point, 20 more a sweep. Memory: 32 bytes a pixel, and 64 a pixel of the
 //! wavefront's rows.
 
-use super::checkerboard::{Around, Bundle, Checkerboard, LANES, Rows};
+use super::checkerboard::{Around, Bundle, Checkerboard, LANES, Lanes, Rows};
 use super::params::FlowParams;
 use super::pyramid::{PAD, Padded};
 use super::warp::WarpRow;
@@ -247,9 +247,6 @@ fn edges<'a>(edge_right: &'a Checkerboard, edge_down: &'a Checkerboard, y: usize
 
 // The loops below are functions of their own, not inlined: their arguments tell the compiler that what they write does
 // not overlap what they read. Eight numbers at a time, so that one address serves for more than one instruction.
-
-/// [`LANES`] numbers of a row.
-type Lanes = [f32; LANES];
 
 #[inline(always)]
 fn load(lanes: &Lanes) -> f32x8 {
