@@ -105,9 +105,11 @@ export function useSample(site) {
   return shared;
 }
 
-/** Hands files to the page, which starts by itself; gives the state that the run ended in. */
+/** Hands files to the page, which looks into them and starts by itself; gives the state that the run ended in. */
 export async function run(page, files) {
+  const before = await page.evaluate(() => globalThis.tracecutDemo.visit);
   await page.setInputFiles('#file', files);
+  await page.waitForFunction((visit) => globalThis.tracecutDemo.visit > visit, before);
   return ended(page);
 }
 

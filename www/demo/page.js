@@ -136,6 +136,9 @@ function expose({ store, layers, viewer }) {
     get source() {
       return store.state.source;
     },
+    get visit() {
+      return store.state.visit;
+    },
   };
   Object.defineProperty(globalThis, 'tracecutDemo', { value });
 }

@@ -1,5 +1,6 @@
 /** What to take from the clip: first frame, number of frames, step and working size. @module */
 
+import { endOf, timeOf } from '../clip-player.js';
 import { byId } from '../dom.js';
 import { workingSize } from '../video.js';
 import { WINDOW } from '../run/clip-job.js';
@@ -90,8 +91,8 @@ class ClipPanel {
  * @param {Source} source
  * @returns {(frame: number) => string} `1.2 s`, `image 13`
  */
-function placeIn({ kind, fps }) {
-  return (frame) => (kind === 'video' ? `${(frame / fps).toFixed(1)}\u00a0s` : say`image ${frame + 1}`);
+function placeIn(source) {
+  return (frame) => (source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : say`image ${frame + 1}`);
 }
 
 /**
@@ -126,6 +127,6 @@ function facts(source) {
   const size = `${source.width} × ${source.height}`;
   if (source.kind === 'still') return size;
   if (source.kind === 'video')
-    return say`${size}, ${(source.count / source.fps).toFixed(1)} s at ${Number(source.fps.toFixed(2))} fps`;
+    return say`${size}, ${(endOf(source) - timeOf(source, 0)).toFixed(1)} s at ${Number(source.fps.toFixed(2))} fps`;
   return `${size}, ${plural(source.count, source.kind === 'images' ? 'image' : 'frame')}`;
 }

@@ -1,7 +1,7 @@
 /** Opening, starting and cancelling, by buttons and files; how far a run is, and where its time went. @module */
 
 import { byId, connectDialog, h } from '../dom.js';
-import { areClips } from '../source.js';
+import { clipsOf } from '../source.js';
 import { Countdown, timeLeft } from '../run/stage-clock.js';
 import { count, doing, remaining, seconds } from '../words.js';
 import { say } from '../language.js';
@@ -55,9 +55,10 @@ function connectQuestion() {
  * @param {import('../store.js').Store} store
  * @param {Iterable<File> | null | undefined} files several videos are queued
  */
-function openAll(app, store, files) {
+async function openAll(app, store, files) {
   const all = [...(files ?? [])];
-  if (areClips(all)) store.set({ queued: all });
+  const clips = await clipsOf(all);
+  if (clips) store.set({ queued: clips });
   else if (all.length > 0) app.openFiles(all);
 }
 

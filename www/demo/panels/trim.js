@@ -4,7 +4,7 @@
  * @module
  */
 
-import { openPlayer, timeOf } from '../clip-player.js';
+import { endOf, openPlayer, timeOf } from '../clip-player.js';
 import { byId, h } from '../dom.js';
 import { fitTake } from '../source.js';
 import { say } from '../language.js';
@@ -221,7 +221,7 @@ function partWords(source, first, last) {
 /** @param {Source} source */
 function lengthOf(source) {
   if (source.kind !== 'video') return say`${source.count} images`;
-  return `${(timeOf(source, source.count - 1) + 1 / source.fps).toFixed(1)}\u00a0s`;
+  return `${endOf(source).toFixed(1)}\u00a0s`;
 }
 
 /**
