@@ -304,7 +304,7 @@ describe('faults', { timeout: 240_000 }, () => {
     assert.equal(seen.empty.code, 'no-video');
     assert.match(seen.empty.message, /empty/);
     assert.equal(seen.text.code, 'no-video');
-    assert.match(seen.text.message, /neither a video nor an image/);
+    assert.match(seen.text.message, /not a video, nor an image/);
     assert.equal(seen.sound.code, 'no-video');
     assert.match(seen.sound.message, /only sound/);
   });

@@ -44,12 +44,24 @@ export async function openDemuxed(source, isCut = false) {
     }
     const track = await chooseTrack(media, input);
     if (track) return new TrackReader(media, input, track, isCut);
-    const rest = (await input.getAudioTracks()).length > 0 ? ', only sound' : '';
-    throw new TraceCutError('no-video', `the file has no video track${rest}`);
+    throw await withoutVideo(media, input);
   } catch (error) {
     input.dispose();
     throw readable(error, source);
   }
+}
+
+/**
+ * @param {Media} media
+ * @param {import('mediabunny').Input} input
+ */
+async function withoutVideo(media, input) {
+  const hasSound = (await input.getAudioTracks()).length > 0;
+  const mayLackIndex = [media.MP4, media.QTFF].includes(await input.getFormat());
+  if (hasSound || !mayLackIndex)
+    return new TraceCutError('no-video', `the file has no video track${hasSound ? ', only sound' : ''}`);
+  const words = 'the file is cut off: the index, which MP4 files may have at their end, is missing';
+  return new TraceCutError('truncated', words, { frames: 0 });
 }
 
 /**

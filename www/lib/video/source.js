@@ -94,7 +94,7 @@ const isMatroska = (found) => found?.type === 'video/webm' || found?.type === 'v
 function unreadable(found) {
   const words = found
     ? `files of the type ${found.type} cannot be read here; convert it to MP4 (H.264) or WebM`
-    : 'the file is neither a video nor an image, by its first bytes';
+    : 'the file is not a video, nor an image, by its content';
   throw new TraceCutError('no-video', words);
 }
 
