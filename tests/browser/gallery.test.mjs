@@ -91,9 +91,8 @@ describe('the gallery', () => {
     await page.context().close();
   });
 
-  test('speaks German, on a phone, and brings the picture back into sight', async () => {
+  test('on a phone, brings the picture back into sight', async () => {
     const { page, faults } = await openSample(site, {
-      query: '?lang=de',
       viewport: { width: 390, height: 844 },
       hasTouch: true,
       bypassCSP: true,
@@ -104,13 +103,13 @@ describe('the gallery', () => {
       wide: document.documentElement.scrollWidth,
     }));
     assert.ok(wide <= innerWidth, `${wide} px`);
-    assert.match(await text(page, '#gallery summary'), /^Galerie/);
-    assert.equal(await text(page, `[data-clip="coast"]`), 'An der Küste');
+    assert.match(await text(page, '#gallery summary'), /^Gallery/);
+    assert.equal(await text(page, `[data-clip="coast"]`), 'On the coast');
     assert.deepEqual(await accessibilityFaults(page), []);
     await screenshot(page, 'gallery-phone');
     await page.locator(`[data-clip="coast"]`).tap();
     await shown(page, 'coast');
-    assert.equal(await text(page, '#clip-name'), 'An der Küste');
+    assert.equal(await text(page, '#clip-name'), 'On the coast');
     const top = await page.evaluate(() => document.querySelector('#stage').getBoundingClientRect().top);
     assert.ok(Math.abs(top) < 60, `${top} px`);
     assert.deepEqual(faults, []);

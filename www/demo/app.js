@@ -12,7 +12,6 @@
  * @module
  */
 
-import { say } from './language.js';
 import { Progress, stagesOf } from './panels/run.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
 import { ClipJob } from './run/clip-job.js';
@@ -73,7 +72,7 @@ export class App {
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open(say('Sample clip'), sampleSource, () => this.start());
+    await this.open('Sample clip', sampleSource, () => this.start());
   }
 
   /**
@@ -99,7 +98,7 @@ export class App {
    */
   async openRecording(file) {
     await this.open(
-      say('Camera'),
+      'Camera',
       () => openFiles([file]),
       () => this.start(),
     );
@@ -166,7 +165,7 @@ export class App {
     const visit = this.leave();
     this.taken = null;
     this.store.state.source?.close();
-    this.store.set({ source: null, name, ...phasePatch('opening', say('Opening…'), '') });
+    this.store.set({ source: null, name, ...phasePatch('opening', 'Opening…', '') });
     try {
       const source = await opener();
       if (visit !== this.store.state.visit) return source.close();
@@ -207,7 +206,7 @@ export class App {
     if (before.corrections) before.corrections.carried = 0;
     const picture = { ...BLANK.picture, images: before.images };
     const hidden = this.hiddenBefore;
-    this.store.set({ before: null, job: before, hidden, picture, ...phasePatch('running', say('Opening…'), '') });
+    this.store.set({ before: null, job: before, hidden, picture, ...phasePatch('running', 'Opening…', '') });
     await showResult(this.store, before);
   }
 
@@ -322,8 +321,8 @@ export class App {
     if (phase !== 'running' || !job) return;
     this.abort?.abort();
     if (job.stop()) return void this.conclude(job);
-    const advice = say('Continue where it stopped, change the settings, or open something else.');
-    this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', say('Cancelled'), advice) });
+    const advice = 'Continue where it stopped, change the settings, or open something else.';
+    this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', 'Cancelled', advice) });
   }
 
   /**
@@ -346,7 +345,7 @@ async function carriedOver(taken, job) {
   const { carryOver } = await import('./run/carry-over.js');
   const { hidden, lost } = await carryOver(taken, job);
   if (lost.length > 0)
-    job.lost = say`These corrections no longer apply; undo brings back the result that has them: ${lost.join('; ')}.`;
+    job.lost = `These corrections no longer apply; undo brings back the result that has them: ${lost.join('; ')}.`;
   // It has all that the one before had, and takes its place.
   else job.id = taken.job.id;
   return hidden;

@@ -8,7 +8,6 @@ import { openImages } from './images.js';
 import { openVideo } from './video.js';
 import { DEFAULT_TAKE } from './store.js';
 import { PageError } from './words.js';
-import { say } from './language.js';
 
 /**
  * What to take from a source.
@@ -75,7 +74,7 @@ export async function sampleSource() {
   return {
     clip,
     kind: 'sample',
-    name: say('Sample clip'),
+    name: 'Sample clip',
     width: clip.width,
     height: clip.height,
     fps: 15,
@@ -102,7 +101,7 @@ export async function openFiles(files) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
   const areImages = kinds.every((kind) => kind === 'image');
-  if (!areImages && files.length > 1) throw new PageError('mixed-files', say`${files.length} files`);
+  if (!areImages && files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
   /** @type {Source} */
   const source = areImages ? await openImages(files) : await openVideo(files[0]);
   source.files = files;

@@ -4,7 +4,6 @@
  * @module
  */
 
-import { say } from './language.js';
 import { DEFAULT_EDGES } from './saved/look.js';
 import { Times } from './result/presence.js';
 
@@ -152,7 +151,7 @@ const INITIAL = {
 export class Store {
   constructor() {
     /** @type {Readonly<State>} */
-    this.state = { ...INITIAL, headline: say(INITIAL.headline) };
+    this.state = { ...INITIAL };
     /** @type {{keys: (keyof State)[], show: (state: Readonly<State>) => void, last: boolean}[]} */
     this.watchers = [];
   }
@@ -203,7 +202,7 @@ export function phasePatch(phase, headline, subline, summary = '') {
  * @returns {Partial<State>}
  */
 export function errorPatch(error) {
-  return { ...phasePatch('error', say('Nothing to show'), ''), live: '', error };
+  return { ...phasePatch('error', 'Nothing to show', ''), live: '', error };
 }
 
 /**

@@ -3,8 +3,6 @@
  * @module
  */
 
-import { say } from '../language.js';
-
 /** @typedef {import('../result/points.js').Points} Points */
 
 /** @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Canvas2D */
@@ -157,7 +155,7 @@ export function toggle(name, on) {
     min: 0,
     max: 1,
     step: 1,
-    text: (v) => (v > 0 ? say('on') : say('off')),
+    text: (v) => (v > 0 ? 'on' : 'off'),
     toggle: true,
   };
 }

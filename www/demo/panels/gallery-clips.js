@@ -3,7 +3,6 @@
 import { byId, h, toPicture } from '../dom.js';
 import { readProjectFile } from '../saved/work.js';
 import { plural } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {Pick<import('../page.js').Page, 'store' | 'app'>} Page */
 /** @typedef {{id: string, width: number, height: number, frames: number, seconds: number, objects: number}} Facts */
@@ -56,7 +55,7 @@ export async function showGallery(page) {
     markShown(page.store.state.source?.gallery);
     tell('');
   } catch {
-    tell(say('The gallery comes by the network, which does not answer. Everything else works without.'));
+    tell('The gallery comes by the network, which does not answer. Everything else works without.');
   }
 }
 
@@ -69,7 +68,7 @@ function card({ id, width, height, seconds, objects }, open) {
   const facts = [plural(objects, 'object'), `${seconds.toFixed(1)}\u00a0s`].join(', ');
   const poster = h('img', { alt: '', loading: 'lazy', width, height });
   poster.src = new URL(`demo/gallery/${id}.webp`, document.baseURI).href;
-  const label = `${say(title)}. ${say(about)} ${facts}`;
+  const label = `${title}. ${about} ${facts}`;
   const props = { type: 'button', class: 'gallery-card', 'data-clip': id, 'aria-label': label, title: about };
   return h('button', { ...props, click: () => open(id) }, poster, h('span', {}, title));
 }
@@ -101,8 +100,8 @@ class Opener {
     const { signal } = (this.abort = new AbortController());
     const { app, store } = this.page;
     const { visit } = store.state;
-    const title = say(wordsOf(id).title);
-    tell(say`Fetching “${title}”…`);
+    const title = wordsOf(id).title;
+    tell(`Fetching “${title}”…`);
     try {
       const bytes = await (await fetched(`${id}.tracecut`, { signal })).arrayBuffer();
       // Whoever has opened something else meanwhile wants that.
@@ -114,7 +113,7 @@ class Opener {
         return { ...work, about: { ...work.about, name: title }, gallery: id };
       });
     } catch {
-      if (!signal.aborted) tell(say`“${title}” comes by the network, which does not answer.`);
+      if (!signal.aborted) tell(`“${title}” comes by the network, which does not answer.`);
     }
   }
 }

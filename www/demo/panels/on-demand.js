@@ -1,6 +1,5 @@
 /** Dialogs and lists that are fetched when they are first opened, and what opens them. @module */
 
-import { say } from '../language.js';
 import { byId } from '../dom.js';
 
 /** What is fetched to see whether the network answers; the service worker has it too. */
@@ -29,7 +28,7 @@ export function onDemand(store, importDialog, isWanted = () => true) {
     } catch {
       fetched = undefined;
       if (!isWanted()) return;
-      store.set({ notice: say('The network does not answer, so this could not be opened. Please try again.') });
+      store.set({ notice: 'The network does not answer, so this could not be opened. Please try again.' });
     }
     (await fetched)?.open();
   };

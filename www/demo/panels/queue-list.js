@@ -21,7 +21,6 @@ import { smallPicture } from '../saved/picture.js';
 import { keep } from '../saved/slots.js';
 import { clipId, reopened } from '../saved/work.js';
 import { openVideo } from '../video.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../saved/storage.js').Saved} Saved */
 
@@ -126,7 +125,7 @@ export class Queue {
       await keep(saved).catch(() => false);
       this.store.set({ kept: saved });
     } catch (caught) {
-      if (line.stop.signal.aborted) line.end('cancelled', say('Cancelled'));
+      if (line.stop.signal.aborted) line.end('cancelled', 'Cancelled');
       else line.fail(caught);
     }
   }
@@ -164,7 +163,7 @@ export class Queue {
       const words = choice && choice.id !== MASKS ? await this.saveEach(choice, signal) : await this.saveMasks(signal);
       this.tell(words);
     } catch (error) {
-      this.tell(signal.aborted ? say('Cancelled; nothing was saved.') : explain(error).title);
+      this.tell(signal.aborted ? 'Cancelled; nothing was saved.' : explain(error).title);
     } finally {
       this.saving = null;
       this.show();
@@ -195,11 +194,11 @@ export class Queue {
         clips.push({ name, masks: null, error, about });
       }
     }
-    this.tell(say`Making ${file}…`);
+    this.tell(`Making ${file}…`);
     const zip = await clipsZip(clips, { signal });
     const blob = new Blob([zip], { type: 'application/zip' });
     download(blob, file);
-    return say`Saved ${file}, ${bytes(blob.size)}.`;
+    return `Saved ${file}, ${bytes(blob.size)}.`;
   }
 
   /**
@@ -229,7 +228,7 @@ export class Queue {
         failed.push(`${saved.name}: ${explain(error).title}`);
       }
     }
-    const words = files > 0 ? say`Saved ${plural(files, 'file')}, ${bytes(size)}.` : say('Nothing was saved.');
+    const words = files > 0 ? `Saved ${plural(files, 'file')}, ${bytes(size)}.` : 'Nothing was saved.';
     return [words, ...failed].join(' ');
   }
 
@@ -244,7 +243,7 @@ export class Queue {
   async making(saved, file, signal, make) {
     signal.throwIfAborted();
     const timeLeft = new TimeLeft(performance.now());
-    const begun = say`Making ${file}…`;
+    const begun = `Making ${file}…`;
     this.tell(begun);
     const { subject, close } = await keptSubject(saved, this.store.state, signal);
     try {
@@ -252,7 +251,7 @@ export class Queue {
         signal,
         onProgress: ({ done, total }) => {
           const left = timeLeft.after({ done, total }, performance.now());
-          const words = say`${saved.name}: ${done} of ${count(total)} frames`;
+          const words = `${saved.name}: ${done} of ${count(total)} frames`;
           byId('queue-progress').textContent = left === null ? words : `${words}, ${remaining(left)}`;
         },
       });
@@ -269,7 +268,7 @@ export class Queue {
 
   show() {
     const through = this.lines.filter(({ state }) => !['waiting', 'running'].includes(state)).length;
-    byId('queue-count').textContent = say`${through} of ${plural(this.lines.length, 'clip')} done`;
+    byId('queue-count').textContent = `${through} of ${plural(this.lines.length, 'clip')} done`;
     const button = (/** @type {string} */ id) => /** @type {HTMLButtonElement} */ (byId(id));
     button('queue-save').disabled = this.working || this.saving !== null || !this.lines.some(({ saved }) => saved);
     this.kind.disabled = this.saving !== null;
@@ -290,7 +289,7 @@ class Line {
     this.saved = null;
     /** @type {import('../library.js').Damage | null} */
     this.damage = null;
-    this.words = say('Waiting');
+    this.words = 'Waiting';
     this.bar = h('span', {
       class: 'bar',
       role: 'progressbar',
@@ -302,7 +301,7 @@ class Line {
     this.text = h('span', { class: 'queued-words' }, this.words);
     this.button = h(
       'button',
-      { type: 'button', class: 'link', 'aria-label': say`Cancel ${file.name}`, click: () => this.cancel() },
+      { type: 'button', class: 'link', 'aria-label': `Cancel ${file.name}`, click: () => this.cancel() },
       'Cancel',
     );
     this.picture = h('span', { class: 'work-picture' });
@@ -313,7 +312,7 @@ class Line {
 
   begin() {
     this.state = 'running';
-    this.show(0, say('Reading frames'));
+    this.show(0, 'Reading frames');
   }
 
   /**
@@ -323,8 +322,8 @@ class Line {
   progress({ done, total }, window) {
     if (this.state !== 'running') return;
     const share = total ? done / total : 0;
-    const frame = total ? say`Frame ${done} of ${total}` : say`Frame ${done}`;
-    this.show(share, say`${frame}, window ${window + 1}`);
+    const frame = total ? `Frame ${done} of ${total}` : `Frame ${done}`;
+    this.show(share, `${frame}, window ${window + 1}`);
   }
 
   /**
@@ -348,11 +347,11 @@ class Line {
   done(saved, objects, damage, open) {
     this.damage = damage;
     const frames = plural(saved.about.take.frames, 'frame');
-    const taken = damage ? say`${frames}, up to the damage` : frames;
+    const taken = damage ? `${frames}, up to the damage` : frames;
     const { file, button } = this;
     const opener = h(
       'button',
-      { type: 'button', class: 'link', 'aria-label': say`Open ${file.name}`, 'data-open': saved.id, click: open },
+      { type: 'button', class: 'link', 'aria-label': `Open ${file.name}`, 'data-open': saved.id, click: open },
       'Open',
     );
     const held = document.activeElement === button;
@@ -374,7 +373,7 @@ class Line {
     }
     this.saved = saved;
     const words = this.text.textContent?.replace(/ · .*$/, '') ?? '';
-    if (saved.corrected) this.words = this.text.textContent = `${words} · ${say('corrected')}`;
+    if (saved.corrected) this.words = this.text.textContent = `${words} · corrected`;
   }
 
   /** @param {boolean} shown whether it is the clip on screen */
@@ -394,7 +393,7 @@ class Line {
     if (this.state !== 'waiting' && this.state !== 'running') return;
     this.stop.abort(new DOMException('cancelled', 'AbortError'));
     // One under way ends when the queue hears of it.
-    if (this.state === 'waiting') this.end('cancelled', say('Cancelled'));
+    if (this.state === 'waiting') this.end('cancelled', 'Cancelled');
   }
 
   /**

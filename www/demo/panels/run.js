@@ -4,7 +4,6 @@ import { byId, connectDialog, h } from '../dom.js';
 import { areClips } from '../source.js';
 import { Countdown, timeLeft } from '../run/stage-clock.js';
 import { count, doing, remaining, seconds } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../app.js').App} App */
 /** @typedef {import('../run/stage-clock.js').StageClock} StageClock */
@@ -112,8 +111,8 @@ export class Progress {
     const now = performance.now();
     const left = this.countdown.follow(timeLeft(clock, now), now);
     const words = [
-      stage.total > 1 ? say`${count(stage.done)} of ${count(stage.total)}` : '',
-      say`${seconds(clock.ms + now - clock.markedAt)} so far`,
+      stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}` : '',
+      `${seconds(clock.ms + now - clock.markedAt)} so far`,
       left === null ? '' : remaining(left),
     ];
     return {
@@ -174,7 +173,7 @@ function stageRow() {
   const element = h('li', { class: 'stage-row' }, name, bar, time);
   /** @param {StageRow} row */
   const show = (row) => {
-    name.textContent = say(row.name);
+    name.textContent = row.name;
     bar.style.setProperty('--share', String(row.bar));
     time.textContent = row.ms > 0 ? seconds(row.ms) : '–';
     element.className = `stage-row ${row.underWay ? 'is-current' : ''} ${row.through ? 'is-through' : ''}`;

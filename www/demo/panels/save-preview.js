@@ -6,7 +6,6 @@
 
 import { encodeVideo } from '../library.js';
 import { byId } from '../dom.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../result/export.js').Choice} Choice */
 /** @typedef {import('../result/export.js').Subject} Subject */
@@ -119,14 +118,14 @@ export class SavePreview {
     this.box.toggleAttribute('data-waits', false);
     if (!shown) {
       this.box.replaceChildren();
-      byId('export-preview-text').textContent = say('No preview of this one.');
+      byId('export-preview-text').textContent = 'No preview of this one.';
       return;
     }
     const { width, height } = sizeOf(shown);
     this.box.dataset.shows = choice.id;
     this.box.replaceChildren(shown);
     shown.style.setProperty('--true', `${width / devicePixelRatio}px`);
-    byId('export-preview-text').textContent = say`As it is saved, ${width} × ${height}`;
+    byId('export-preview-text').textContent = `As it is saved, ${width} × ${height}`;
   }
 
   /**

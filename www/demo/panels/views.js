@@ -5,7 +5,6 @@
  */
 
 import { byId } from '../dom.js';
-import { say } from '../language.js';
 import { drawCutout } from '../library.js';
 import { fromCorner } from '../layers/layer.js';
 import { errorPatch } from '../store.js';
@@ -68,7 +67,7 @@ export class Compare {
   showSplit(percent) {
     this.split.value = String(percent);
     this.box.style.setProperty('--split', String(percent / 100));
-    this.split.setAttribute('aria-valuetext', say`Original up to ${percent} %`);
+    this.split.setAttribute('aria-valuetext', `Original up to ${percent} %`);
   }
 
   /**

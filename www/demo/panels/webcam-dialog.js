@@ -5,7 +5,6 @@
 
 import { byId, connectDialog } from '../dom.js';
 import { PageError, explain, plural } from '../words.js';
-import { say } from '../language.js';
 
 /** Containers and codecs in the order in which they are tried. */
 const TYPES = ['video/webm;codecs=vp9', 'video/webm;codecs=vp8', 'video/webm', 'video/mp4'];
@@ -42,7 +41,7 @@ export class WebcamDialog {
 
   async open() {
     const visit = ++this.visit;
-    this.tell(say('Waiting for the camera…'));
+    this.tell('Waiting for the camera…');
     this.button.disabled = true;
     this.dialog.showModal();
     try {
@@ -58,7 +57,7 @@ export class WebcamDialog {
       await this.preview.play();
       this.button.disabled = false;
       this.button.focus();
-      this.tell(say('Put something in motion in front of the camera. Nothing leaves this device.'));
+      this.tell('Put something in motion in front of the camera. Nothing leaves this device.');
     } catch (error) {
       if (visit === this.visit) this.fail(error);
     }
@@ -72,12 +71,12 @@ export class WebcamDialog {
     try {
       for (let left = COUNT_DOWN; left > 0; left--) {
         byId('camera-count').textContent = String(left);
-        this.tell(say`Recording starts in ${plural(left, 'second')}.`);
+        this.tell(`Recording starts in ${plural(left, 'second')}.`);
         await wait(1000);
         if (visit !== this.visit) return;
       }
       byId('camera-count').textContent = '';
-      this.tell(say`Recording ${plural(seconds, 'second')}…`);
+      this.tell(`Recording ${plural(seconds, 'second')}…`);
       const blob = await recorded(stream, 1000 * seconds);
       if (visit !== this.visit) return;
       if (blob.size === 0) throw new PageError('camera-busy');

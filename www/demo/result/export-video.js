@@ -6,7 +6,6 @@
 import { encodeVideo } from '../library.js';
 import { GREEN } from '../panels/views.js';
 import { rateOf, labelsOf } from './export.js';
-import { say } from '../language.js';
 
 /** @typedef {import('./export.js').Subject} Subject */
 
@@ -34,13 +33,8 @@ export const cutoutVideo = {
   about:
     'The objects alone, for an editor, on the ground of the view “Cut-out”. MP4 cannot be transparent: it is green then.',
   choices: [
-    video('cutout-webm', (ground) => say`${say(GROUNDS[ground])} WebM`, 'cutout', 'webm'),
-    video(
-      'cutout-mp4',
-      (ground) => say`${say(GROUNDS[ground === 'transparent' ? 'green' : ground])} MP4`,
-      'cutout',
-      'mp4',
-    ),
+    video('cutout-webm', (ground) => `${GROUNDS[ground]} WebM`, 'cutout', 'webm'),
+    video('cutout-mp4', (ground) => `${GROUNDS[ground === 'transparent' ? 'green' : ground]} MP4`, 'cutout', 'mp4'),
   ],
 };
 
