@@ -109,7 +109,7 @@ export class App {
    *
    * @param {string} name
    * @param {() => Promise<{files: File[], about: import('./saved/storage.js').About, project:
-   *   import('./library.js').Project, gallery?: string}>} read
+   *   import('./library.js').Project}>} read
    */
   async openWork(name, read) {
     /** @type {Awaited<ReturnType<typeof read>> | null} */
@@ -119,7 +119,7 @@ export class App {
       name,
       async () => {
         [work] = await Promise.all([read(), fetched]);
-        return Object.assign(await openFiles(work.files), { gallery: work.gallery });
+        return openFiles(work.files);
       },
       async () => {
         const { about, project } = /** @type {Awaited<ReturnType<typeof read>>} */ (work);

@@ -19,7 +19,6 @@ import { comparePanel, groundPanel } from './panels/views.js';
 import {
   correctPanel,
   exportPanel,
-  galleryPanel,
   helpPanel,
   nothingPanel,
   queuePanel,
@@ -94,7 +93,6 @@ const PANELS = [
   webcamPanel,
   savedPanel,
   queuePanel,
-  galleryPanel,
 ];
 
 /**

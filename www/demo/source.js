@@ -36,7 +36,6 @@ import { PageError } from './words.js';
  *   `frames` come before the damage, of `total`
  * @property {File} [file] the file of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
- * @property {string} [gallery] which clip of the gallery it is, if it is one
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:
  *   number | null}>} frames with their times, and when they end, in seconds; null where nothing says
  * @property {() => void} close

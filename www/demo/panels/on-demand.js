@@ -148,13 +148,3 @@ export function queuePanel(page) {
     if (waiting.length > 0) void open();
   });
 }
-
-/** @param {import('../page.js').Page} page */
-export function galleryPanel(page) {
-  const box = /** @type {HTMLDetailsElement} */ (byId('gallery'));
-  box.addEventListener('toggle', async () => {
-    if (!box.open) return;
-    const { showGallery } = await import('./gallery-clips.js');
-    await showGallery(page);
-  });
-}

@@ -79,7 +79,7 @@ export class Works {
     // What was offered was of another.
     byId('saved').hidden = true;
     const { source } = this.store.state;
-    if (!source?.files || source.gallery) return;
+    if (!source?.files) return;
     const id = await this.idOf(source);
     const slot = (await kept()).find((one) => one.id === id);
     const { state } = this.store;
