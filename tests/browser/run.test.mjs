@@ -103,6 +103,11 @@ describe('files', () => {
     ],
     'a damaged video': [[{ name: 'broken.mp4', mimeType: 'video/mp4', buffer: noise }], 'unreadable-video'],
     'an empty video': [[{ name: 'empty.webm', mimeType: 'video/webm', buffer: Buffer.alloc(0) }], 'unreadable-video'],
+    'two videos': [['a.mp4', 'b.mp4'].map((name) => ({ name, mimeType: 'video/mp4', buffer: noise })), 'many-videos'],
+    'a video and an image': [
+      [{ name: 'a.mp4', mimeType: 'video/mp4', buffer: noise }, pngFile('b.png', plainFrame(32, 32))],
+      'mixed-files',
+    ],
     'a truncated image': [
       [pngFile('a.png', plainFrame(32, 32)), { name: 'b.png', mimeType: 'image/png', buffer: noise.subarray(0, 40) }],
       'unreadable-image',

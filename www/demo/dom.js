@@ -82,8 +82,3 @@ export function connectDialog(dialog) {
     if (!inside) dialog.close();
   });
 }
-
-/** Where the picture is above the panel, it is brought back into sight. */
-export function toPicture() {
-  if (matchMedia('(max-width: 899px)').matches) byId('stage').scrollIntoView();
-}

@@ -100,19 +100,14 @@ export async function openFiles(files) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
   const areImages = kinds.every((kind) => kind === 'image');
-  if (!areImages && files.length > 1) throw new PageError('mixed-files', `${files.length} files`);
+  if (!areImages && files.length > 1) {
+    const code = kinds.includes('image') ? 'mixed-files' : 'many-videos';
+    throw new PageError(code, `${files.length} files`);
+  }
   /** @type {Source} */
   const source = areImages ? await openImages(files) : await openVideo(files[0]);
   source.files = files;
   return source;
-}
-
-/**
- * @param {File[]} files
- * @returns {boolean} whether they are several clips
- */
-export function areClips(files) {
-  return files.length > 1 && files.every((file) => fileKindOf(file) === 'video');
 }
 
 /**

@@ -91,8 +91,6 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {boolean} correcting
  * @property {boolean} pending whether the result was made with other settings than those chosen now
  * @property {boolean} asking whether a click asks why
- * @property {readonly File[]} queued clips that were opened together, for the queue
- * @property {import('./saved/storage.js').Saved | null} kept work as it was kept last
  */
 
 /** @type {Frames} */
@@ -144,8 +142,6 @@ const INITIAL = {
   ground: { name: 'transparent', colour: '#f4f1ea', picture: null, trail: { copies: 0, spacing: 1 } },
   split: 50,
   pending: false,
-  queued: [],
-  kept: null,
 };
 
 export class Store {

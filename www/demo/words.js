@@ -33,6 +33,10 @@ const ADVICE = {
     'Open a video (MP4, WebM, …), an animated GIF, several images of one sequence, or one image.',
   ],
   'mixed-files': ['These files do not go together', 'Open one video, or several images of one sequence, but not both.'],
+  'many-videos': [
+    'This page takes one video at a time',
+    'Open them one by one. The command line takes several: “tracecut segment a.mp4 b.mp4 --out masks”.',
+  ],
   'other-frames': ['The clip gives other frames than before', 'Run it again, then save it.'],
   'one-frame': [
     'There is only one frame',

@@ -51,7 +51,6 @@ export function keepWork({ store, app }) {
     if (last || underWay) event.preventDefault();
   });
   rememberRuns(store);
-  store.watch(['kept'], ({ kept }) => void (kept && works.update()));
   return works;
 }
 

@@ -18,7 +18,7 @@ const WARM_MS = 4000;
  * @returns {(() => Promise<void>) & {prepare: () => Promise<unknown>}} `prepare` fetches it and opens nothing; gives
  *   nothing where that fails
  */
-export function onDemand(store, importDialog, isWanted = () => true) {
+function onDemand(store, importDialog, isWanted = () => true) {
   /** @type {Promise<{open: () => void}> | undefined} */
   let fetched;
   const prepare = () => (fetched ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog));
@@ -132,19 +132,4 @@ export function webcamPanel({ app, store }) {
     return new WebcamDialog((file) => app.openRecording(file));
   });
   byId('camera-open').addEventListener('click', open);
-}
-
-/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
-export function queuePanel(page) {
-  const { store } = page;
-  /** @type {File[]} Others may be opened while it is fetched. */
-  const waiting = [];
-  const open = onDemand(store, async () => {
-    const queue = new (await import('./queue-list.js')).Queue(page);
-    return { open: () => queue.add(waiting.splice(0)) };
-  });
-  store.watch(['queued'], ({ queued }) => {
-    waiting.push(...queued);
-    if (waiting.length > 0) void open();
-  });
 }

@@ -1,11 +1,9 @@
 /** Opening, starting and cancelling, by buttons and files; how far a run is, and where its time went. @module */
 
 import { byId, connectDialog, h } from '../dom.js';
-import { areClips } from '../source.js';
 import { Countdown, timeLeft } from '../run/stage-clock.js';
 import { count, doing, remaining, seconds } from '../words.js';
 
-/** @typedef {import('../app.js').App} App */
 /** @typedef {import('../run/stage-clock.js').StageClock} StageClock */
 
 /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'keys'>} page */
@@ -30,7 +28,11 @@ export function runPanel({ app, store, keys }) {
     if (!live.includes(job.lost)) store.set({ live: `${live}. ${job.lost}` });
   });
   app.asks = connectQuestion();
-  const open = (/** @type {Iterable<File> | null | undefined} */ files) => openAll(app, store, files);
+  /** @type {Open} */
+  const open = (files) => {
+    const all = [...(files ?? [])];
+    if (all.length > 0) app.openFiles(all);
+  };
   connectPicker(open, keys);
   connectDrop(open);
   addEventListener('paste', (event) => open(event.clipboardData?.files));
@@ -48,17 +50,6 @@ function connectQuestion() {
 }
 
 /** @typedef {(files: Iterable<File> | null | undefined) => void} Open */
-
-/**
- * @param {App} app
- * @param {import('../store.js').Store} store
- * @param {Iterable<File> | null | undefined} files several videos are queued
- */
-function openAll(app, store, files) {
-  const all = [...(files ?? [])];
-  if (areClips(all)) store.set({ queued: all });
-  else if (all.length > 0) app.openFiles(all);
-}
 
 /**
  * @param {Open} open

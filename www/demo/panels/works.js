@@ -61,7 +61,7 @@ export class Works {
     filesOf(state);
     const id = await this.idOf(/** @type {import('../source.js').Source} */ (state.source));
     const saved = await this.packer.pack(state, id);
-    const isKept = await keep(saved).finally(() => this.store.set({ kept: saved }));
+    const isKept = await keep(saved).finally(() => void this.update());
     if (!isKept)
       this.ask({
         text: 'There is no room to keep this work: all others are corrected, and none of those goes by itself.',
