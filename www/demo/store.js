@@ -42,16 +42,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {Partial<import('./layers/layer.js').Answers>} answers
  */
 
-/**
- * @typedef {{name: import('./panels/views.js').GroundName, colour: string, picture: ImageBitmap | null, trail: Trail}}
- *   Ground
- */
-
-/**
- * Copies of the objects behind them, 0 for none, and how many frames lie between two of them.
- *
- * @typedef {{copies: number, spacing: number}} Trail
- */
+/** @typedef {{name: import('./panels/views.js').GroundName, colour: string, picture: ImageBitmap | null}} Ground */
 
 /**
  * @typedef {object} State
@@ -139,7 +130,7 @@ const INITIAL = {
   view: 'overlay',
   edges: DEFAULT_EDGES,
   smoothed: null,
-  ground: { name: 'transparent', colour: '#f4f1ea', picture: null, trail: { copies: 0, spacing: 1 } },
+  ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
   split: 50,
   pending: false,
 };

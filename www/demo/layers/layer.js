@@ -22,7 +22,6 @@
  * @property {(object: number) => boolean} visible
  * @property {() => ReturnType<typeof import('../library.js').adjustMask> | null} mask of the frame, its edges as
  *   they are wanted; null where there is none
- * @property {() => {cutout: import('../library.js').Cutout | null, opacity: number}[]} trail behind cut-out objects
  * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */

@@ -190,7 +190,6 @@ export class ExportDialog {
       quality,
       edges: edgesOf(this.store.state.edges, found.masks),
       ground: groundOf(this.store.state.ground),
-      trail: this.store.state.ground.trail,
       sound: (/** @type {'webm' | 'mp4'} */ format) => this.options.soundFor(format),
       objects: (/** @type {number} */ object) => object > 0 && this.selection.has(object),
     };

@@ -80,7 +80,7 @@ function video(id, label, style, format, own) {
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
-      const { masks, frames, objects, look, quality, ground, trail, edges } = subject;
+      const { masks, frames, objects, look, quality, ground, edges } = subject;
       const background = own ?? (format === 'mp4' && ground === 'transparent' ? GREEN : ground);
       const sound = subject.sound(format);
       return encodeVideo(masks, frames(work.signal), {
@@ -93,7 +93,7 @@ function video(id, label, style, format, own) {
         maskOpacity: look.opacity,
         outlineWidth: look.outline,
         ...work,
-        ...(style === 'cutout' ? { background, trail } : {}),
+        ...(style === 'cutout' ? { background } : {}),
         ...(sound ? { sound } : {}),
         ...rateOf(subject),
       });
