@@ -2,6 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
+import { WIDE, fiveObjects } from './five.mjs';
 import {
   ended,
   gifFile,
@@ -214,5 +215,30 @@ describe('files', () => {
     }, given);
     assert.equal(await ended(page), 'done');
     assert.match(await text(page, '#subline'), /8 frames of 96 × 64/);
+  });
+});
+
+describe('the camera', () => {
+  const site = useSite({ sample: 'tiny' });
+
+  test('of a phone records a video, which is segmented', async () => {
+    const { page, faults } = await openSample(site, { isMobile: true, hasTouch: true });
+    const { video } = await fiveObjects(page, WIDE);
+    const chooser = page.waitForEvent('filechooser');
+    await page.tap('#camera-open');
+    const input = (await chooser).element();
+    assert.equal(await input.getAttribute('capture'), 'environment');
+    assert.equal(await input.getAttribute('accept'), 'video/*');
+    await (await chooser).setFiles(video);
+    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'five.webm');
+    assert.equal(await ended(page), 'done');
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('of a computer has no button', async () => {
+    const { page } = await openSample(site);
+    assert.equal(await page.locator('#camera-open').isVisible(), false);
+    await page.context().close();
   });
 });

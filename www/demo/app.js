@@ -92,19 +92,6 @@ export class App {
   }
 
   /**
-   * Opens what the camera recorded, and runs it.
-   *
-   * @param {File} file
-   */
-  async openRecording(file) {
-    await this.open(
-      'Camera',
-      () => openFiles([file]),
-      () => this.start(),
-    );
-  }
-
-  /**
    * Opens work that was kept: frames are read again, masks and corrections are there.
    *
    * @param {string} name

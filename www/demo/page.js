@@ -16,7 +16,7 @@ import { withinFilm } from './store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
-import { correctPanel, exportPanel, helpPanel, nothingPanel, whyPanel, webcamPanel } from './panels/on-demand.js';
+import { correctPanel, exportPanel, helpPanel, nothingPanel, whyPanel } from './panels/on-demand.js';
 import { edgesPanel, smoothPanel } from './panels/edges.js';
 import { layersPanel } from './panels/layers.js';
 import { objectsPanel } from './panels/objects.js';
@@ -82,7 +82,6 @@ const PANELS = [
   whyPanel,
   exportPanel,
   helpPanel,
-  webcamPanel,
   savedPanel,
 ];
 

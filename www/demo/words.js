@@ -86,16 +86,6 @@ const ADVICE = {
   'no-video': ['There is no picture in this file', 'Open a video file: MP4, WebM, MOV or MKV.'],
   truncated: ['This file is cut off or damaged', 'Choose frames before the damage, or copy or convert the file again.'],
   fetch: ['The file cannot be read', 'Copy it to this device, and open it again.'],
-  'camera-denied': [
-    'The camera may not be used',
-    'Allow it for this page in the browser’s address bar, then open this again.',
-  ],
-  'no-camera': ['There is no camera', 'Connect one and open this again, or open a video file instead.'],
-  'camera-busy': ['The camera gives no picture', 'Close whatever else uses it, then open this again.'],
-  'camera-unsupported': [
-    'This browser cannot record here',
-    'Open the page over https or from localhost, or open a video file instead.',
-  ],
   'no-place': [
     'No part was chosen',
     'Click the part of the object that is another thing, then split; what was missed is added by “Add”.',

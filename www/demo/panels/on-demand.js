@@ -124,12 +124,3 @@ function foundNothing({ phase, found, job, correcting }) {
   if (phase !== 'done' || correcting || !found?.points?.hasMasks || !job || job.partial) return false;
   return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
 }
-
-/** @param {Pick<import('../page.js').Page, 'app' | 'store'>} page */
-export function webcamPanel({ app, store }) {
-  const open = onDemand(store, async () => {
-    const { WebcamDialog } = await import('./webcam-dialog.js');
-    return new WebcamDialog((file) => app.openRecording(file));
-  });
-  byId('camera-open').addEventListener('click', open);
-}

@@ -1,6 +1,6 @@
 /** Opening, starting and cancelling, by buttons and files; how far a run is, and where its time went. @module */
 
-import { byId, connectDialog, h } from '../dom.js';
+import { TOUCH, byId, connectDialog, h } from '../dom.js';
 import { Countdown, timeLeft } from '../run/stage-clock.js';
 import { count, doing, remaining, seconds } from '../words.js';
 
@@ -56,15 +56,28 @@ function connectQuestion() {
  * @param {import('../keyboard.js').Keys} keys
  */
 function connectPicker(open, keys) {
-  const picker = /** @type {HTMLInputElement} */ (byId('file'));
-  picker.addEventListener('change', () => {
-    const files = [...(picker.files ?? [])];
+  const pick = connectInput('file', open);
+  for (const id of ['open', 'error-open']) byId(id).addEventListener('click', pick);
+  keys.on('o', pick);
+  // Computers ignore `capture` and show the files again.
+  byId('camera-open').hidden = !TOUCH;
+  byId('camera-open').addEventListener('click', connectInput('camera', open));
+}
+
+/**
+ * @param {string} id of a file input
+ * @param {Open} open
+ * @returns {() => void} shows its files, or the camera
+ */
+function connectInput(id, open) {
+  const input = /** @type {HTMLInputElement} */ (byId(id));
+  input.addEventListener('change', () => {
+    const files = [...(input.files ?? [])];
     // The same file may be picked again.
-    picker.value = '';
+    input.value = '';
     open(files);
   });
-  for (const id of ['open', 'error-open']) byId(id).addEventListener('click', () => picker.click());
-  keys.on('o', () => picker.click());
+  return () => input.click();
 }
 
 /** @param {Open} open */
