@@ -56,10 +56,6 @@ const ADVICE = {
   ],
   'too-large-to-keep': ['The clip is too large to keep', 'Save the project as a file before you leave.'],
   'no-frames': ['No frame could be read', 'Choose an earlier start, or convert the video to MP4 (H.264) or WebM.'],
-  'stuck-video': [
-    'The video stopped answering',
-    'The browser did not reach one of the frames in 15 seconds. Try a shorter part, or convert the video to MP4 (H.264).',
-  ],
   unsupported: [
     'This browser is too old for TraceCut',
     'It needs WebAssembly with SIMD: Chrome or Edge 91, Firefox 89, Safari 16.4, or newer.',
