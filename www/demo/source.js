@@ -8,7 +8,6 @@ import { openImages } from './images.js';
 import { openVideo } from './video.js';
 import { DEFAULT_TAKE } from './store.js';
 import { PageError } from './words.js';
-import { say } from './language.js';
 
 /**
  * What to take from a source.
@@ -39,7 +38,6 @@ import { say } from './language.js';
  * @property {File} [file] the file of a video
  * @property {string} [type] its media type, by its content
  * @property {File[]} [files] all that it was opened from; the sample has none
- * @property {string} [gallery] which clip of the gallery it is, if it is one
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:
  *   number | null}>} frames with their times, and when they end, in seconds; null where nothing says
  * @property {() => void} close
@@ -77,7 +75,7 @@ export async function sampleSource() {
   return {
     clip,
     kind: 'sample',
-    name: say('Sample clip'),
+    name: 'Sample clip',
     width: clip.width,
     height: clip.height,
     fps: 15,
@@ -104,21 +102,13 @@ export async function openFiles(chosen) {
   const stranger = found.find(({ kind }) => kind === null);
   if (files.length === 0 || stranger) throw new PageError('unknown-file', stranger?.file.name ?? '');
   const areImages = found.every(({ kind }) => kind === 'image');
-  if (!areImages && files.length > 1) throw new PageError('mixed-files', say`${files.length} files`);
+  if (!areImages && files.length > 1) {
+    const code = found.some(({ kind }) => kind === 'image') ? 'mixed-files' : 'many-videos';
+    throw new PageError(code, `${files.length} files`);
+  }
   const type = found[0].type ?? '';
   const source = areImages ? await openImages(files, type) : await openVideo(files[0]);
   return Object.assign(source, { files, type });
-}
-
-/**
- * @param {File[]} chosen
- * @returns {Promise<File[] | null>} the clips, where they are several
- */
-export async function clipsOf(chosen) {
-  if (chosen.length < 2) return null;
-  const found = await sortFiles(chosen);
-  const areClips = found.length > 1 && found.every(({ kind }) => kind === 'video');
-  return areClips ? found.map(({ file }) => file) : null;
 }
 
 /**
