@@ -100,7 +100,7 @@ export async function openFiles(chosen) {
   const found = await sortFiles(chosen);
   const files = found.map(({ file }) => file);
   const stranger = found.find(({ kind }) => kind === null);
-  if (files.length === 0 || stranger) throw new PageError('unknown-file', stranger?.file.name ?? '');
+  if (files.length === 0 || stranger) throw new PageError('unknown-file', strangerWords(stranger?.file));
   const areImages = found.every(({ kind }) => kind === 'image');
   if (!areImages && files.length > 1) {
     const code = found.some(({ kind }) => kind === 'image') ? 'mixed-files' : 'many-videos';
@@ -110,6 +110,9 @@ export async function openFiles(chosen) {
   const source = areImages ? await openImages(files, type) : await openVideo(files[0]);
   return Object.assign(source, { files, type });
 }
+
+/** @param {File} [file] */
+const strangerWords = (file) => (file?.size === 0 ? `${file.name} is empty` : (file?.name ?? ''));
 
 /**
  * @param {Take} take
