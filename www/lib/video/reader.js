@@ -51,7 +51,7 @@ export const SLACK = 1e-6;
 
 /** What damage is called, and how many frames before it are worth having: motion needs two. */
 const DAMAGE = ['truncated', 'decode', 'frame-bytes'];
-const FEWEST = 2;
+export const FEWEST = 2;
 
 /**
  * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read. Where the take knows what to
