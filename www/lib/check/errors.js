@@ -29,6 +29,11 @@ export class TraceCutError extends Error {
     this.code = code;
     /** Number of whole frames before the damage (`truncated`); undefined where it is not known. @type {number | undefined} */
     this.frames = options?.frames;
+    /**
+     * The result of the frames before the damage, where `collect` met it.
+     * @type {import('../video/result.js').VideoResult | undefined}
+     */
+    this.result = undefined;
   }
 }
 
