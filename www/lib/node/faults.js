@@ -1,7 +1,12 @@
 // The place of damage: which decoded picture is the first that must not be given. `cli/src/ffmpeg/faults.rs` finds the same.
 
+import { picturesOf } from './listing.js';
+
 /** Times that differ by less are the same, in seconds: far below the spacing of pictures, far above rounding. */
 const SAME_TIME_S = 1e-6;
+
+/** Names of demuxers that cut packets out of a stream. */
+const STREAMS = ['mpegts', 'mpeg'];
 
 /**
  * Compares decoded pictures with the packets of the file. Four things are damage:
@@ -14,11 +19,11 @@ const SAME_TIME_S = 1e-6;
  */
 export class FaultFinder {
   #packets;
-  /** Listed times, in order. */
-  #times;
+  /** In the order of display. */
+  #listed;
   /** Pictures from one of these times on are damaged. */
   #damageTimes;
-  #isCutOff = false;
+  #isCutOff;
   #numRead = 0;
   #numDecoded = 0;
   #numFailed = 0;
@@ -29,11 +34,19 @@ export class FaultFinder {
   /** @type {number | null} */
   #lastTime = null;
 
-  /** @param {readonly import('./listing.js').Packet[]} packets in the order of the file */
-  constructor(packets) {
+  /**
+   * @param {import('./listing.js').Track} track
+   * @param {string} demuxer of its file, as ffmpeg calls it
+   */
+  constructor(track, demuxer) {
+    const { packets } = track;
     this.#packets = packets;
-    this.#times = timesOf(packets.filter(({ isShown }) => isShown)).sort((a, b) => a - b);
-    this.#damageTimes = timesOf(packets.filter(({ isCorrupt }) => isCorrupt));
+    this.#listed = picturesOf(track);
+    // Where packets are cut out of a stream, each is complete, and takes over its mark, when the next begins.
+    const late = STREAMS.includes(demuxer) ? 1 : 0;
+    const torn = packets.flatMap(({ isCorrupt }, index) => (isCorrupt ? [index + late] : []));
+    this.#damageTimes = torn.flatMap((index) => packets[index]?.time ?? []);
+    this.#isCutOff = torn.includes(packets.length);
   }
 
   /**
@@ -55,7 +68,7 @@ export class FaultFinder {
       this.#isCutOff ||= isEnd;
       return;
     }
-    const later = timesOf(this.#packets.slice(this.#numRead).filter(({ isShown }) => isShown));
+    const later = this.#packets.slice(this.#numRead).flatMap(({ isShown, time }) => (isShown ? (time ?? []) : []));
     if (later.length > 0) this.#damageTimes.push(later.reduce((least, time) => Math.min(least, time)));
     else this.#isCutOff = true;
   }
@@ -79,8 +92,19 @@ export class FaultFinder {
    */
   give({ time }) {
     if (time === null) return;
-    if (this.#lastTime === null) this.#numBeforeFirst = numBefore(this.#times, time - SAME_TIME_S);
+    if (this.#lastTime === null) this.#numBeforeFirst = this.#numBefore(time - SAME_TIME_S);
     this.#lastTime = time;
+  }
+
+  /**
+   * Returns the seconds that the picture at a time is shown; null where the file does not say.
+   * @param {number | null} time
+   */
+  durationAt(time) {
+    const picture = time === null ? undefined : this.#listed[this.#numBefore(time - SAME_TIME_S)];
+    return picture && Math.abs(picture.time - Number(time)) < SAME_TIME_S && picture.duration > 0
+      ? picture.duration
+      : null;
   }
 
   /** Returns true if nothing is missing after the last picture. */
@@ -106,27 +130,18 @@ export class FaultFinder {
    */
   #isMissingBetween(from, to) {
     if (this.#numFailed <= this.#numBeforeFirst) return false;
-    const next = this.#times[numBefore(this.#times, from)];
-    return next !== undefined && next <= to;
+    const next = this.#listed[this.#numBefore(from)];
+    return next !== undefined && next.time <= to;
   }
-}
 
-/**
- * Returns the number of times before `time`.
- * @param {number[]} times in order
- * @param {number} time
- */
-function numBefore(times, time) {
-  let [low, high] = [0, times.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (Number(times[middle]) < time) low = middle + 1;
-    else high = middle;
+  /** @param {number} time */
+  #numBefore(time) {
+    let [low, high] = [0, this.#listed.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (Number(this.#listed[middle]?.time) < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
   }
-  return low;
-}
-
-/** @param {readonly import('./listing.js').Packet[]} packets */
-function timesOf(packets) {
-  return packets.flatMap(({ time }) => (time === null ? [] : [time]));
 }

@@ -14,6 +14,12 @@ import { toSeconds } from './log.js';
  * @typedef {{position: number, codec: string, numPixels: number, packets: Packet[]}} Track
  */
 
+/** A picture that a packet holds; its duration is 0 where the file does not say. @typedef {{time: number, duration: number}} ListedPicture */
+
+/**
+ * Share of a duration by which steps between pictures may differ from it and be the same, for times in whole milliseconds.
+ */
+const STEP_TOLERANCE = 0.25;
 /** What ffmpeg prints as the time of a packet without one. */
 const NO_TIME = '-9223372036854775808';
 /** `AV_PKT_FLAG_CORRUPT`: the packet is not whole. */
@@ -86,6 +92,27 @@ const endsBeforeStart = ({ time, duration }) => time !== null && time < 0 && tim
  */
 export function numPicturesOf({ packets }) {
   return packets.filter((packet) => packet.isShown && !endsBeforeStart(packet)).length;
+}
+
+/**
+ * Returns the pictures whose time is known, in the order of display.
+ *
+ * ffmpeg 5 and 6 make up a duration of packets, the average of the track, where an MP4 file tells it by decoding times only.
+ * One that all packets have, while the pictures are not so far apart, counts as unknown.
+ * @param {Track} track
+ * @returns {ListedPicture[]}
+ */
+export function picturesOf({ packets }) {
+  const pictures = packets
+    .flatMap(({ time, duration, isShown }) => (isShown && time !== null ? [{ time, duration }] : []))
+    .sort((a, b) => a.time - b.time);
+  const average = pictures[0]?.duration ?? 0;
+  const isSteady = pictures.every(({ time }, k) => {
+    const next = pictures[k + 1];
+    return !next || Math.abs(next.time - time - average) <= STEP_TOLERANCE * average;
+  });
+  const isMadeUp = !isSteady && pictures.every(({ duration }) => duration === average);
+  return isMadeUp ? pictures.map(({ time }) => ({ time, duration: 0 })) : pictures;
 }
 
 /**

@@ -102,7 +102,9 @@ async function findVideo({ input, name }, { ffmpeg = 'ffmpeg', signal }) {
   const animation = animatedFormat(start);
   if (demuxer && track && !(animation && numPicturesOf(track) < 2)) return { demuxer, track };
   if (isMissing) throw new TraceCutError('no-video', `${name} is missing: there is no such file`);
-  if (animation) throw new TraceCutError('codec', `${name} is an animated ${animation}, which this ffmpeg cannot read`);
+  if (animation)
+    throw new TraceCutError('unsupported', `${name} is an animated ${animation}, which this ffmpeg cannot read`);
+  if (start === '') throw new TraceCutError('no-video', `${name} is empty`);
   if (!demuxer) throw withoutVideo(name, start);
   if (defaults.length === 0) throw new TraceCutError('no-video', `${name} has no video track`);
   if (tracks.length > 0) throw new TraceCutError('no-video', `${name} holds no picture (it may be cut off)`);
@@ -182,8 +184,7 @@ async function firstBytes(input) {
 async function* decodePictures(file, { track, demuxer }, { ffmpeg = 'ffmpeg', signal, maxPixels }) {
   const after = ['-map', `0:V:${track.position}`, ...WRITE];
   const run = new Ffmpeg({ program: ffmpeg, input: file.input, before: DECODE, after, signal });
-  const [log, faults, pixels] = [new LogReader(demuxer), new FaultFinder(track.packets), new ByteReader(run.output)];
-  const durations = new Map(track.packets.map(({ time, duration }) => [time, duration]));
+  const [log, faults, pixels] = [new LogReader(demuxer), new FaultFinder(track, demuxer), new ByteReader(run.output)];
   const kinds = new Set();
   let numGiven = 0;
   // Pictures after a faulty first one may be made of it, up to the next key picture.
@@ -199,7 +200,7 @@ async function* decodePictures(file, { track, demuxer }, { ffmpeg = 'ffmpeg', si
         faults.give(message);
         waitsForKey = false;
         numGiven += 1;
-        yield { frame, time: message.time, duration: durations.get(message.time) ?? null };
+        yield { frame, time: message.time, duration: faults.durationAt(message.time) };
       } else if (numGiven > 0) return true;
       else waitsForKey = true;
     }
