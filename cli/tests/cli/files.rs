@@ -288,7 +288,7 @@ fn a_failure_leaves_nothing_and_a_late_one_what_a_run_goes_on_with() {
     let file = input.join("late.y4m");
     let whole = long_y4m();
     fs::write(&file, &whole[..whole.len() - 5]).unwrap();
-    assert_refused(&segment(&file, &out, &WINDOWS), 3, &["late.y4m", "truncated", "--frames 33"]);
+    assert_refused(&segment(&file, &out, &WINDOWS), 3, &["late.y4m", "truncated", "frame 33"]);
     assert!(!out.exists() && beside(&out, ".partial").is_dir());
     fs::write(&file, &whole).unwrap();
     assert_done(&segment(&file, &out, &[&WINDOWS[..], &["--resume"]].concat()));
