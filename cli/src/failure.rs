@@ -23,14 +23,15 @@ pub struct Damage {
     pub reason: String,
 }
 
-/// Whose fault it is; the number is the exit code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Whose fault it is; the number is the exit code. `ending::CODES` tells users.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Results cannot be written, or a fault of the program.
+    /// A fault of the machine or the program, which may be gone later: a file that is missing, cannot be opened or cannot be
+    /// written, no `ffmpeg`.
     Other = 1,
-    /// Options that mean nothing, or not what lies there.
+    /// Options that mean nothing, or that do not fit what lies there.
     Usage = 2,
-    /// Frames or files that cannot be used.
+    /// Data that cannot be used, now or later.
     Input = 3,
     /// More than fits into memory.
     Memory = 4,
@@ -95,7 +96,7 @@ impl From<tracecut::Error> for Failure {
 }
 
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|e| Failure::about(path.display(), format_args!("cannot be read: {e}")))
+    std::fs::read(path).map_err(|e| cannot_read(path, &e))
 }
 
 pub fn read_text(path: &Path) -> Result<String> {
@@ -115,6 +116,10 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
 
 pub fn create_folder(path: &Path) -> Result<()> {
     std::fs::create_dir_all(path).map_err(|e| cannot_write(path, &e))
+}
+
+pub fn cannot_read(path: &Path, error: &io::Error) -> Failure {
+    Failure::new(format!("cannot be read: {error}")).of(path.display())
 }
 
 pub fn cannot_write(path: &Path, error: &io::Error) -> Failure {

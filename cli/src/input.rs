@@ -3,7 +3,7 @@
 //!
 //! Frames are read one at a time and once: no decoded clip is held, and none is kept in a file.
 
-use crate::failure::{Failure, Result, read};
+use crate::failure::{Failure, Result, cannot_read, read};
 use crate::ffmpeg;
 use crate::images;
 use crate::y4m::Y4m;
@@ -139,7 +139,7 @@ impl Kind {
             return Ok(Self::Y4m(path.to_owned()));
         }
         let mut start = Vec::new();
-        open(path)?.take(9).read_to_end(&mut start).map_err(|e| Failure::about(path.display(), e))?;
+        open(path)?.take(9).read_to_end(&mut start).map_err(|e| cannot_read(path, &e))?;
         let path = path.to_owned();
         Ok(if start.starts_with(b"GIF8") {
             Self::Gif(path)
@@ -152,8 +152,7 @@ impl Kind {
 }
 
 fn open(path: &Path) -> Result<BufReader<File>> {
-    let file = File::open(path).map_err(|e| Failure::about(path.display(), format_args!("cannot be read: {e}")))?;
-    Ok(BufReader::new(file))
+    File::open(path).map(BufReader::new).map_err(|e| cannot_read(path, &e))
 }
 
 /// Decodes an image file.
