@@ -2,7 +2,7 @@
 
 use crate::clock::{Clock, Seconds};
 use crate::failure::{Failure, Result};
-use crate::input::{Input, NamedFrame};
+use crate::input::{ClipFrame, Input};
 use crate::log::Log;
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage};
@@ -45,7 +45,7 @@ pub fn run(input: &Input, params: Params, threads: usize, log: &Log) -> Result<(
 
 /// Steps a session to its end over `frames`, whose number is `count` where known.
 pub fn run_frames(
-    frames: impl Iterator<Item = Result<NamedFrame>>,
+    frames: impl Iterator<Item = Result<ClipFrame>>,
     count: Option<usize>,
     params: Params,
     threads: usize,
@@ -56,7 +56,7 @@ pub fn run_frames(
     let mut session = Session::new(params)?;
     log.begin("reading", count.unwrap_or(0));
     for frame in frames {
-        let (name, frame) = frame?;
+        let ClipFrame { name, frame, .. } = frame?;
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
         log.advance();
     }

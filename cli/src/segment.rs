@@ -108,7 +108,7 @@ pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
         failed.push(failure.kind);
     }
     let reason = format!("{} of {} inputs failed", failed.len(), targets.len());
-    failed.first().map_or(Ok(()), |&kind| Err(Failure { kind, reason }))
+    failed.into_iter().min().map_or(Ok(()), |kind| Err(Failure { kind, reason, damage: None }))
 }
 
 /// Whether failures are told as lines of JSON.

@@ -4,7 +4,7 @@ use crate::checkpoint::{Origin, Saved};
 use crate::clock::{Clock, Seconds};
 use crate::ending::whole;
 use crate::failure::{Failure, Result};
-use crate::input::{Input, NamedFrame};
+use crate::input::{ClipFrame, Input};
 use crate::log::Log;
 use crate::output::Place;
 use crate::run::Timing;
@@ -91,7 +91,7 @@ pub(crate) struct Run<'a> {
 
 /// Frames that are checked, counted and perhaps kept as they are read.
 struct Source {
-    frames: Box<dyn Iterator<Item = Result<NamedFrame>>>,
+    frames: Box<dyn Iterator<Item = Result<ClipFrame>>>,
     size: (usize, usize),
     number: usize,
     keeps: bool,
@@ -104,7 +104,7 @@ impl Iterator for Source {
 
     fn next(&mut self) -> Option<Self::Item> {
         let clock = Clock::start();
-        let frame = self.frames.next()?.and_then(|(name, frame)| self.checked(&name, frame));
+        let frame = self.frames.next()?.and_then(|ClipFrame { name, frame, .. }| self.checked(&name, frame));
         self.reading.borrow_mut().add(clock.seconds());
         self.number += 1;
         if let (true, Ok(frame)) = (self.keeps, &frame) {
@@ -184,13 +184,13 @@ impl Run<'_> {
     /// Begins to read where `saved` was made, of the input that it was made of.
     fn open(&self, input: &Input, saved: Option<&Saved>, place: &Place) -> Result<Reading> {
         let mut frames = input.frames()?;
-        let (name, first) = frames.next().ok_or_else(|| too_few(0))??;
-        let size = (first.width(), first.height());
-        let origin = Origin::of(&first, input.num_frames());
+        let first = frames.next().ok_or_else(|| too_few(0))??;
+        let size = (first.frame.width(), first.frame.height());
+        let origin = Origin::of(&first.frame, input.num_frames());
         saved.map_or(Ok(()), |saved| saved.check(&origin, place))?;
         let begin = saved.map_or(0, |saved| saved.checkpoint.first_frame());
-        let frames: Box<dyn Iterator<Item = Result<NamedFrame>>> =
-            if begin == 0 { Box::new(once(Ok((name, first))).chain(frames)) } else { Box::new(frames.skip(begin - 1)) };
+        let frames: Box<dyn Iterator<Item = Result<ClipFrame>>> =
+            if begin == 0 { Box::new(once(Ok(first)).chain(frames)) } else { Box::new(frames.skip(begin - 1)) };
         let kept = Rc::new(RefCell::new(Kept { first: begin, ..Kept::default() }));
         let seconds = Rc::<RefCell<Seconds>>::default();
         let keeps = self.needs_frames || size.0.max(size.1) > self.params.clip.max_side as usize;

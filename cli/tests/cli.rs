@@ -136,7 +136,7 @@ fn missing_and_empty_folders_are_refused() {
     assert_refused(&segment(&input, &out, &[]), 3, &["holds no images"]);
     fs::write(input.join("masks.pgm"), "P5").unwrap();
     assert_refused(&segment(&input, &out, &[]), 3, &["holds no images"]);
-    assert_refused(&segment(&input.join("nowhere"), &out, &[]), 3, &["nowhere", "cannot be read"]);
+    assert_refused(&segment(&input.join("nowhere"), &out, &[]), 1, &["nowhere", "cannot be read"]);
     fs::write(input.join("film.mp4"), [0; 64]).unwrap();
     assert_refused(&segment(&input.join("film.mp4"), &out, &[]), 3, &["film.mp4", "ffmpeg"]);
 }
