@@ -159,6 +159,27 @@ describe('sources', { timeout: 240_000 }, () => {
     }
   });
 
+  test('a stream whose size changes on the way keeps the first one', async () => {
+    const sizes = await library.page.evaluate(async () => {
+      const canvas = Object.assign(document.createElement('canvas'), { width: 128, height: 64 });
+      const context = canvas.getContext('2d');
+      let k = 0;
+      const timer = setInterval(() => {
+        if (k === 4) Object.assign(canvas, { width: 64, height: 96 });
+        drawNumber(context, k++);
+      }, 70);
+      const found = { sizes: new Set(), numbers: [] };
+      for await (const { frame } of tracecut.videoFrames(canvas.captureStream(), { end: 1 })) {
+        found.sizes.add(`${frame.width}x${frame.height}`);
+        found.numbers.push(numberOf(frame));
+      }
+      clearInterval(timer);
+      return { sizes: [...found.sizes], last: found.numbers.at(-1) };
+    });
+    assert.deepEqual(sizes.sizes, ['128x64']);
+    assert.ok(sizes.last > 5, `the last frame is ${sizes.last}`);
+  });
+
   test('frames of a stream are closed once they are read, also those passed over', async () => {
     const states = await library.page.evaluate(async () => {
       const context = new OffscreenCanvas(128, 64).getContext('2d');
@@ -241,6 +262,23 @@ describe('addresses', { timeout: 240_000 }, () => {
     );
   });
 
+  test('a WebM that is cut off is told to be so, whether its server gives pieces or not', async () => {
+    for (const path of ['ranges?cut', 'whole?cut']) {
+      const seen = await library.page.evaluate(async (url) => {
+        const numbers = [];
+        const fault = await failure(
+          (async () => {
+            for await (const { frame } of tracecut.videoFrames(url)) numbers.push(numberOf(frame));
+          })(),
+        );
+        return { numbers, code: fault?.code };
+      }, address(path));
+      assert.equal(seen.code, 'truncated', path);
+      assert.ok(seen.numbers.length > 12 && seen.numbers.length < 30, `${seen.numbers.length}`);
+      assert.deepEqual(seen.numbers, upTo(seen.numbers.length));
+    }
+  });
+
   test('a site that does not allow it, and a missing file, are named', async () => {
     const [closed, missing] = await library.page.evaluate(
       (urls) => Promise.all(urls.map((url) => failure(numbersOf(url)))),
@@ -253,13 +291,14 @@ describe('addresses', { timeout: 240_000 }, () => {
   });
 });
 
-function serveClip(bytes, request, response, asked) {
+function serveClip(whole, request, response, asked) {
   const range = request.headers.range;
+  const bytes = request.url.endsWith('?cut') ? whole.subarray(0, Math.floor(0.7 * whole.length)) : whole;
   asked.push({ path: request.url, range });
   const headers = { 'Content-Type': 'video/webm' };
   if (request.url !== '/closed')
     Object.assign(headers, { 'Access-Control-Allow-Origin': '*', 'Access-Control-Expose-Headers': '*' });
-  const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.url === '/ranges' ? (range ?? '') : '') ?? [];
+  const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.url.startsWith('/ranges') ? (range ?? '') : '') ?? [];
   if (from === undefined) return response.writeHead(200, headers).end(bytes);
   const last = to ? Math.min(Number(to), bytes.length - 1) : bytes.length - 1;
   headers['Content-Range'] = `bytes ${from}-${last}/${bytes.length}`;
