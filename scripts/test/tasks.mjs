@@ -28,8 +28,8 @@ const CORES_OF_A_PAGE = 0.5;
 const WITH_SERVICE_WORKER = ['offline', 'gallery', 'documents', 'service-worker'].map(
   (name) => `tests/browser/${name}.test.mjs`,
 );
-/** What compares with native code, and so runs what Cargo built. */
-const WITH_NATIVE = ['differ', 'cluster'].map((name) => `tests/node/${name}.test.mjs`);
+/** Tests that run what Cargo built. */
+const WITH_NATIVE = ['differ', 'cluster', 'intake-command-line'].map((name) => `tests/node/${name}.test.mjs`);
 
 /**
  * The tasks of these parts.
@@ -89,11 +89,8 @@ function files(part, { cores = 1 } = {}) {
 
 /** Where Cargo put its test programs, by `package target`, and the Python module. */
 let programs = new Map();
-/** For tests that run what Cargo has built: the integration tests' program, and the command line. */
-const built = () => ({
-  TRACECUT_BUILT: programs.get('tracecut integration'),
-  TRACECUT_CLI: programs.get('command line'),
-});
+/** For tests that run what Cargo has built: the integration tests' program. */
+const built = () => ({ TRACECUT_BUILT: programs.get('tracecut integration') });
 
 /** The test programs of the crates; within one its tests run side by side. */
 export const RUST_PROGRAMS = [
@@ -155,7 +152,7 @@ function crateOf(id) {
   return folder ? `tracecut-${folder}` : 'tracecut';
 }
 
-/** The test programs, the command line and the Python module that Cargo's messages name. */
+/** The test programs and the Python module that Cargo's messages name. */
 function programsIn(messages) {
   const made = messages
     .split('\n')
@@ -163,12 +160,7 @@ function programsIn(messages) {
     .map((line) => JSON.parse(line));
   const tests = made.filter(({ executable, profile }) => executable && profile.test);
   const modules = made.filter(({ target }) => target.kind.includes('cdylib') && target.name === '_tracecut');
-  const commandLine = made.find(
-    ({ executable, profile, package_id, target }) =>
-      executable && !profile.test && target.name === 'tracecut' && crateOf(package_id) === 'tracecut-cli',
-  );
   return new Map([
-    ['command line', commandLine?.executable],
     ...tests.map(({ package_id, target, executable }) => [`${crateOf(package_id)} ${target.name}`, executable]),
     ...modules.map(({ filenames }) => ['tracecut-python', filenames.find((name) => /\.(so|dylib|dll)$/.test(name))]),
   ]);

@@ -21,7 +21,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
-import { commandLine } from '../command-line.mjs';
+import { hasFfmpeg } from '../intake/clips.mjs';
+import { commandLine } from '../native.mjs';
 
 const shardScript = join(root, 'deploy', 'shard.sh');
 const slurmScript = join(root, 'deploy', 'slurm.sbatch');
@@ -268,8 +269,7 @@ test('shellcheck has nothing to say', { skip: !hasShellcheck && 'there is no she
 });
 
 const command = commandLine();
-const hasFfmpeg = spawnSync('ffmpeg', ['-version']).status === 0;
-const missing = command ? !hasFfmpeg && 'there is no ffmpeg' : 'no command line was built: cargo build -p tracecut-cli';
+const missing = command ? !hasFfmpeg() && 'there is no ffmpeg' : 'no command line was built: cargo build -p tracecut-cli';
 if (missing) console.log(`!!! SKIPPED: shares by the command line: ${missing}`);
 const byCommand = (name, body) => test(`by the command line: ${name}`, { skip: missing }, body);
 
