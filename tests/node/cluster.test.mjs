@@ -269,7 +269,9 @@ test('shellcheck has nothing to say', { skip: !hasShellcheck && 'there is no she
 });
 
 const command = commandLine();
-const missing = command ? !hasFfmpeg() && 'there is no ffmpeg' : 'no command line was built: cargo build -p tracecut-cli';
+const missing = command
+  ? !hasFfmpeg() && 'there is no ffmpeg'
+  : 'no command line was built: cargo build -p tracecut-cli';
 if (missing) console.log(`!!! SKIPPED: shares by the command line: ${missing}`);
 const byCommand = (name, body) => test(`by the command line: ${name}`, { skip: missing }, body);
 
