@@ -189,20 +189,26 @@ fn truncated_files_are_named_with_the_reason() {
 
     let film = y4m(4);
     fs::write(input.join("clip.y4m"), &film[..film.len() - 5]).unwrap();
-    assert_refused(&segment(&input.join("clip.y4m"), &out, &[]), 3, &["clip.y4m", "truncated", "--frames 3"]);
+    assert_refused(&segment(&input.join("clip.y4m"), &out, &[]), 3, &["clip.y4m", "truncated", "after frame 2"]);
     assert_done(&segment(&input.join("clip.y4m"), &folder("truncated-three"), &["--frames", "3"]));
 
-    let mut gif = Vec::new();
-    let mut encoder = image::codecs::gif::GifEncoder::new(&mut gif);
+    let mut bytes = Vec::new();
+    let mut encoder = image::codecs::gif::GifEncoder::new(&mut bytes);
     for t in 0..4 {
         encoder.encode(&rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t)), SIZE.0, SIZE.1, ExtendedColorType::Rgb8).unwrap();
     }
     drop(encoder);
-    fs::write(input.join("clip.gif"), &gif[..gif.len() - 100]).unwrap();
-    assert_refused(&segment(&input.join("clip.gif"), &out, &[]), 3, &["clip.gif, frame 3", "--frames 3"]);
+    fs::write(input.join("clip.gif"), &bytes[..bytes.len() - 100]).unwrap();
+    let gif = segment(&input.join("clip.gif"), &out, &["--overwrite"]);
+    assert_refused(&gif, 3, &["clip.gif: frame 3 cannot be decoded", "after frame 2"]);
+    assert_eq!(json(&out.join("result.json"))["truncated"]["frames"], 3);
 
     fs::write(input.join("clip.bmf"), "5 1\nf0.ppm\nf1.ppm\n").unwrap();
-    assert_refused(&segment(&input.join("clip.bmf"), &out, &[]), 3, &["clip.bmf", "names 2 images (expected 5"]);
+    assert_refused(
+        &segment(&input.join("clip.bmf"), &out, &["--overwrite"]),
+        3,
+        &["clip.bmf", "names 2 images (expected 5"],
+    );
 }
 
 #[test]
