@@ -3,7 +3,7 @@
 use crate::checkpoint::Saved;
 use crate::clock::{Clock, Seconds};
 use crate::ending::whole;
-use crate::failure::{Damage, Failure, Result};
+use crate::failure::{Damage, Failure, MIN_FRAMES, Result};
 use crate::input::{ClipFrame, FrameTiming, Input};
 use crate::log::Log;
 use crate::output::Place;
@@ -21,9 +21,6 @@ use tracecut::embedding::Embedding;
 use tracecut::image::Frame;
 use tracecut::trajectory::Trajectories;
 use tracecut::{Error, Session, Window, Windows};
-
-/// Fewest frames of a clip: motion needs two.
-const MIN_FRAMES: usize = 2;
 
 /// A window that was run, with what of its frames files are made from.
 #[derive(Debug)]
@@ -127,7 +124,7 @@ struct Source {
     keeps: bool,
     kept: Rc<RefCell<Kept>>,
     reading: Rc<RefCell<Seconds>>,
-    damage: Rc<OnceCell<Damage>>,
+    damage: Rc<OnceCell<Failure>>,
 }
 
 impl Iterator for Source {
@@ -147,8 +144,8 @@ impl Iterator for Source {
                 self.kept.borrow_mut().frames.push_back(kept);
                 Some(Ok(frame))
             }
-            Err(Failure { damage: Some(damage), .. }) if self.number >= MIN_FRAMES => {
-                self.damage.get_or_init(|| damage);
+            Err(failure) if failure.is_after_clip() => {
+                self.damage.get_or_init(|| failure);
                 None
             }
             Err(failure) => Some(Err(failure)),
@@ -172,7 +169,7 @@ struct Reading<'a> {
     source: Source,
     kept: Rc<RefCell<Kept>>,
     seconds: Rc<RefCell<Seconds>>,
-    damage: Rc<OnceCell<Damage>>,
+    damage: Rc<OnceCell<Failure>>,
     provenance: Provenance<'a>,
 }
 
@@ -187,7 +184,11 @@ impl<'a> Run<'a> {
         mut write: impl FnMut(&Found<'_>, Timing) -> Result<()>,
     ) -> Result<Outcome<'a>> {
         let Reading { source, kept, seconds, damage, provenance } = self.open(input, saved.as_ref(), place)?;
-        let outcome = |windows| Outcome { windows, provenance: provenance.clone(), damage: damage.get().cloned() };
+        let outcome = |windows| Outcome {
+            windows,
+            provenance: provenance.clone(),
+            damage: damage.get().and_then(|failure| failure.damage.clone()),
+        };
         if let Some(tracks) = self.tracks.take() {
             self.at_once(tracks, source, &kept, log, write)?;
             return Ok(outcome(1));
@@ -239,7 +240,7 @@ impl<'a> Run<'a> {
         let frames: Box<dyn Iterator<Item = Result<ClipFrame>>> =
             if begin == 0 { Box::new(once(Ok(first)).chain(frames)) } else { Box::new(frames.skip(begin - 1)) };
         let kept = Rc::new(RefCell::new(Kept { first: begin, ..Kept::default() }));
-        let damage = Rc::<OnceCell<Damage>>::default();
+        let damage = Rc::<OnceCell<Failure>>::default();
         let source = Source {
             frames,
             size,

@@ -229,6 +229,12 @@ fn explain_says_in_numbers_what_the_library_does_and_refuses_what_is_not_there()
     }
     let margin = format!("costs {:.4} more", why.flip.unwrap().margin);
     assert!(words.contains(&margin), "{margin} is not in\n{words}");
+    // Of a clip that is cut off the frames before are explained.
+    let cut = input.join("cut.y4m");
+    fs::write(&cut, &y4m(FRAMES + 1)[..(FRAMES as usize + 1) * 12294]).unwrap();
+    let explained = tracecut(["explain", cut.to_str().unwrap(), "--at", "4,50,45"]);
+    assert_refused(&explained, 3, &["cut.y4m: is truncated: frame 10 has"]);
+    assert_eq!(text(&explained.stdout), words);
     assert_refused(&asked("4,128,0"), 2, &["128", "0..128"]);
     assert_refused(&asked("10,0,0"), 2, &["10", "0..10"]);
     assert_refused(&asked("4,x"), 2, &["three whole numbers"]);
