@@ -224,7 +224,7 @@ impl Job<'_> {
     /// Reads the report of complete results. Fails unless this run would give the same results.
     fn check_complete(&self, input: &Input) -> Result<Done> {
         let target = self.place.target();
-        let first = input.frames()?.next().ok_or_else(|| too_few(0))??;
+        let first = input.frames()?.next().ok_or_else(|| too_few(self.path, 0))??;
         let source = Origin::new(self.path, input.num_frames(), &first.frame);
         let report: Value = serde_json::from_str(&read_text(&target.join("result.json"))?).unwrap_or_default();
         Provenance { recipe: self.recipe, source }.check(target, &report)?;

@@ -208,7 +208,7 @@ impl<'a> Run<'a> {
                 timing.count(progress.stage, clock.lap().without(read));
                 log.step(progress);
             });
-            let Some(window) = next.transpose()? else { return Err(too_few(0)) };
+            let Some(window) = next.transpose()? else { return Err(too_few(self.path, 0)) };
             let settled = window.first_frame + window.settled.end;
             {
                 let kept = &kept.borrow();
@@ -218,7 +218,11 @@ impl<'a> Run<'a> {
             }
             log.event("window", json!({ "index": window.index, "shot": window.shot, "settled": settled }));
             let Some(checkpoint) = windows.checkpoint()? else {
-                return if settled < MIN_FRAMES { Err(too_few(settled)) } else { Ok(outcome(window.index + 1)) };
+                return if settled < MIN_FRAMES {
+                    Err(too_few(self.path, settled))
+                } else {
+                    Ok(outcome(window.index + 1))
+                };
             };
             kept.borrow_mut().drop_before(settled);
             let saved = Saved { provenance: provenance.to_json()?, checkpoint };
@@ -230,7 +234,7 @@ impl<'a> Run<'a> {
     fn open(&self, input: &Input, saved: Option<&Saved>, place: &Place) -> Result<Reading<'a>> {
         let clock = Clock::start();
         let mut frames = input.frames()?;
-        let first = frames.next().ok_or_else(|| too_few(0))??;
+        let first = frames.next().ok_or_else(|| too_few(self.path, 0))??;
         let seconds = Rc::new(RefCell::new(clock.seconds()));
         let size = (first.frame.width(), first.frame.height());
         let source = Origin::new(self.path, input.num_frames(), &first.frame);
@@ -280,6 +284,6 @@ impl<'a> Run<'a> {
     }
 }
 
-pub(crate) fn too_few(got: usize) -> Failure {
-    Error::TooFewFrames { got, needed: MIN_FRAMES }.into()
+pub(crate) fn too_few(path: &Path, got: usize) -> Failure {
+    Failure::from(Error::TooFewFrames { got, needed: MIN_FRAMES }).of(path.display())
 }
