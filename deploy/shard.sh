@@ -99,7 +99,7 @@ write_note() {
 }
 
 is_truncated() {
-  grep -qs '"truncated"' "$1/result.json"
+  grep -qs '"truncated": {' "$1/result.json"
 }
 
 num_done=0

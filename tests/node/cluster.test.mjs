@@ -341,11 +341,47 @@ byCommand('options that differ after a kill fail that clip alone, and it goes on
   await exited;
   const other = share('--window', '20');
   assertCode(other, 1);
-  assert.match(other.stderr, /other options/);
+  assert.match(other.stderr, /options\.window was 12 and is 20/);
   assert.match(other.stderr, /line 1: long\.mp4: exit code 2/);
   assert.deepEqual(there(), ['000000-long.log', '000000-long.partial', '000001-short']);
   assert.ok(existsSync(checkpoint));
   rmSync(join(out, '000001-short'), { recursive: true });
   assertCode(share('--window', '12'), 0);
   assert.deepEqual(there(), ['000000-long', '000001-short']);
+});
+byCommand('of a clip that is cut off the results before stay, with a note, and are not made again', (t) => {
+  const { film, share, there, read, report, out, folder } = withCommand(t, ['cut.y4m', 'whole.mp4']);
+  const whole = readFileSync(film('full.y4m', 20));
+  writeFileSync(join(folder, 'cut.y4m'), whole.subarray(0, 0.6 * whole.length));
+  film('whole.mp4');
+  assertCode(share(), 0);
+  assert.deepEqual(there(), ['000000-cut', '000000-cut.truncated', '000001-whole']);
+  assert.ok(report('000000-cut').truncated.frames > 1);
+  assert.match(read('000000-cut.truncated'), /^tracecut segment cut\.y4m .*\nerror: cut\.y4m/);
+  const time = statSync(join(out, '000000-cut', 'result.json')).mtimeMs;
+  assertCode(share(), 0);
+  assert.deepEqual(there(), ['000000-cut', '000000-cut.truncated', '000001-whole']);
+  assert.equal(statSync(join(out, '000000-cut', 'result.json')).mtimeMs, time);
+});
+
+byCommand('results that lie there of another clip or in other formats are an error, and stay', (t) => {
+  const { film, share, run, there, report, read, list, folder } = withCommand(t, ['a/one.mp4', 'two.mp4']);
+  for (const name of ['a', 'b']) mkdirSync(join(folder, name));
+  film('a/one.mp4', 6);
+  film('b/one.mp4', 8);
+  film('two.mp4');
+  assertCode(share(), 0);
+  const masks = read('000000-one/masks.json');
+  writeFileSync(list, 'b/one.mp4\ntwo.mp4');
+  const other = share();
+  assertCode(other, 1);
+  assert.match(other.stderr, /was not made from this input/);
+  assert.match(other.stdout, /1 done, 0 truncated, 0 cannot be read, 1 failed/);
+  assert.deepEqual(there(), ['000000-one', '000000-one.log', '000001-two']);
+  assert.deepEqual([report('000000-one').frames, read('000000-one/masks.json')], [6, masks]);
+  writeFileSync(list, 'a/one.mp4\ntwo.mp4');
+  assertCode(run(ONE_SHARE, '--format', 'npz', '--threads', '1'), 1);
+  assertCode(share(), 0);
+  copyFileSync(join(folder, 'b/one.mp4'), join(folder, 'a/one.mp4'));
+  assertCode(share(), 1);
 });
