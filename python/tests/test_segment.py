@@ -167,4 +167,4 @@ def test_the_module_runs_as_a_program(folder: Path, tmp_path: Path) -> None:
     for t, mask in enumerate(expected):
         assert np.array_equal(mask, np.asarray(Image.open(tmp_path / "masks" / f"{t:05}.png")))
     failed = program(folder, "--out", tmp_path, "--set", "clip.max_side=1")
-    assert failed.returncode == 1 and failed.stderr.startswith("error: clip.max_side = 1 (expected")
+    assert failed.returncode == 2 and failed.stderr.startswith("error: clip.max_side = 1 (expected")
