@@ -171,7 +171,10 @@ class SessionView:
         return BoundaryMap(*self._raw.boundaries(t))
 
     def objects(self) -> Optional[U8]:
-        """The mask label of each cluster, 0 for the background; None until the cut is made."""
+        """The mask label of each cluster, 0 for the background; None until the cut is made.
+
+        An object may be without a pixel in any mask: `Result.objects` leaves such out.
+        """
         return self._raw.objects()
 
     def labels(self, t: int, picture: Optional[FrameLike] = None) -> U8:
