@@ -21,7 +21,7 @@ HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
 TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm"]
 WITHOUT_EXTRAS = ["test_memory.py", "test_package.py", "test_segment.py", "test_session.py", "test_masks.py"]
-WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_notebook.py"]
+WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_video.py", "test_notebook.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
 NOTHING_TO_RUN = 5
 """The code of pytest where all that is in a file is left to another run."""
