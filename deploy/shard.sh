@@ -17,7 +17,6 @@
 set -uo pipefail
 
 # Exit codes of `tracecut` (docs/cli.md).
-DONE=0
 WRONG_USE=2
 BAD_DATA=3
 
@@ -109,9 +108,9 @@ num_failed=0
 
 # process NUMBER CLIP OPTION...: makes the results of one clip, or a note on why there are none.
 process() {
-  local clip=$2 place command code
-  place=$(place_of "$1" "$2")
+  local number=$1 clip=$2 place command code
   shift 2
+  place=$(place_of "$number" "$clip")
   printf -v command '%q ' tracecut segment "$clip" "$@"
   command=${command% }
   if is_noted "$place.failed" "$clip" "$command"; then
@@ -122,7 +121,7 @@ process() {
   segment "$place.log" "$clip" "$place" "$@"
   code=$?
   [ -z "$stop_code" ] || exit "$stop_code"
-  if ((code == DONE)); then
+  if ((code == 0)); then
     rm -f "$place.log" "$place.truncated"
     num_done=$((num_done + 1))
   elif ((code == BAD_DATA)) && is_truncated "$place" && write_note "$place.truncated" "$place.log" "$command"; then
