@@ -15,6 +15,9 @@ from .._types import Bool
 from ._clip import Box, Classes, Frame, Masks, box_of, check_text, frames_of
 from ._output import PathLike, colour, json_line, new_folder
 
+#: Frames per second of a video of which nothing is known.
+_DEFAULT_RATE = 25.0
+
 #: Bits that a length may have.
 _SIZES = (3, 4, 8, 16)
 _LONGEST = 1 << _SIZES[-1]
@@ -81,7 +84,7 @@ def to_label_studio(
         with (folder / "tasks.json").open("w", encoding="utf-8") as out:
             for frame in frames_of(masks, frames):
                 regions = [_brush(clip, frame, label, classes) for label in frame.objects()]
-                data = {"image": before + frame.name, "clip": clip, "frame": frame.t}
+                data = {"image": before + frame.name, "clip": clip, "frame": frame.t, **frame.timestamp("time")}
                 out.write(("[\n" if frame.t == 0 else ",\n") + json_line(_task(data, regions)))
             out.write("\n]\n")
         image = '  <Image name="image" value="$image" zoom="true"/>\n'
@@ -95,7 +98,7 @@ def to_label_studio_video(
     path: PathLike,
     *,
     video: str,
-    rate: float,
+    rate: Optional[float] = None,
     name: str = "clip",
     objects: Optional[Mapping[int, str]] = None,
 ) -> Path:
@@ -112,8 +115,9 @@ def to_label_studio_video(
         The folder, which must not exist.
     video : str
         The address that Label Studio loads the video from.
-    rate : float
-        Frames per second of the video, above 0.
+    rate : float, optional
+        Frames per second of the video, above 0. If not given, the average rate of the video that the result came from,
+        or 25.
     name : str, default "clip"
         The clip, which the task's data name, and each region.
     objects : mapping of int to str, optional
@@ -135,18 +139,20 @@ def to_label_studio_video(
     the frame, and a keyframe that is not enabled is the last before the object is gone.
     """
     clip, address, classes = check_text("name", name), check_text("video", video), Classes(objects)
-    speed = _check_rate(rate)
+    speed = _check_rate(getattr(masks, "frame_rate", None) or _DEFAULT_RATE if rate is None else rate)
     with new_folder(path) as folder:
         keys: dict[int, list[dict[str, Any]]] = {}
+        times: list[float] = []
         count, size = 0, (0, 0)
         for frame in frames_of(masks, None):
+            times += [] if frame.time is None else [frame.time]
             count, size = frame.t + 1, (frame.mask.shape[1], frame.mask.shape[0])
             for label in frame.objects():
                 keys.setdefault(label, []).append(_key(frame, box_of(frame.mask == label), speed))
         regions = [_rectangle(clip, label, keys[label], count, speed, classes) for label in sorted(keys)]
         for region in regions:
             region.update(original_width=size[0], original_height=size[1])
-        data = {"video": address, "clip": clip}
+        data = {"video": address, "clip": clip, **({"times": times} if times else {})}
         (folder / "tasks.json").write_text(f"[\n{json_line(_task(data, regions))}\n]\n", encoding="utf-8")
         shown = f'  <Video name="video" value="$video" framerate="{speed}"/>\n'
         control = '  <VideoRectangle name="box" toName="video"/>\n'
