@@ -135,9 +135,11 @@ export async function fromImage(image, maxPixels = MAX_PIXELS) {
  * @returns {Promise<RawFrame>}
  */
 async function fromVideoFrame(frame, maxPixels) {
+  // Photos and cameras of phones have frames to be turned; not every library of types knows.
+  const { rotation, flip } = /** @type {{rotation?: number, flip?: boolean}} */ (/** @type {unknown} */ (frame));
   const { visibleRect: rect, displayWidth, displayHeight } = frame;
   if (rect) sized(rect.width, rect.height, maxPixels);
-  if (rect && rect.width === displayWidth && rect.height === displayHeight) {
+  if (!rotation && !flip && rect && rect.width === displayWidth && rect.height === displayHeight) {
     try {
       const data = new Uint8Array(4 * rect.width * rect.height);
       await frame.copyTo(data, { format: 'RGBA', layout: [{ offset: 0, stride: 4 * rect.width }] });
