@@ -135,9 +135,14 @@ export async function fromImage(image, maxPixels = MAX_PIXELS) {
  * @returns {Promise<RawFrame>}
  */
 async function fromVideoFrame(frame, maxPixels) {
-  // Photos and cameras of phones have frames to be turned; not every library of types knows.
-  const { rotation, flip } = /** @type {{rotation?: number, flip?: boolean}} */ (/** @type {unknown} */ (frame));
-  const { visibleRect: rect, displayWidth, displayHeight } = frame;
+  // Photos, and cameras of phones, give frames that are to be turned: not every library of types knows.
+  const {
+    visibleRect: rect,
+    displayWidth,
+    displayHeight,
+    rotation,
+    flip,
+  } = /** @type {VideoFrame & {rotation?: number, flip?: boolean}} */ (frame);
   if (rect) sized(rect.width, rect.height, maxPixels);
   if (!rotation && !flip && rect && rect.width === displayWidth && rect.height === displayHeight) {
     try {
@@ -161,10 +166,7 @@ async function fromVideoFrame(frame, maxPixels) {
 function draw(image, width, height, maxPixels) {
   sized(width, height, maxPixels);
   if (typeof OffscreenCanvas === 'undefined') {
-    throw new TraceCutError(
-      'unsupported',
-      'this engine has no OffscreenCanvas to read the frame with; push {data, width, height}',
-    );
+    throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas; push {data, width, height}');
   }
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to read the frame with');
