@@ -16,13 +16,14 @@ const NEVER = 1e9;
  * @param {Media} media
  * @param {Track} track
  * @param {EncodedPacket} first
- * @param {number} lastPacket sequence number of the last that the container lists: data that ends before is damage
+ * @param {number} lastPacket sequence number of the last to be decoded, which the container lists: data that ends before
+ *   is damage
  * @returns {AsyncGenerator<VideoSample, void, unknown>}
  */
 export async function* decodedFrom(media, track, first, lastPacket) {
   sayColours(track);
   const codec = await track.getCodec();
-  const fed = new FedPackets(codec, new media.EncodedPacketSink(track).packets(first));
+  const fed = new FedPackets(codec, new media.EncodedPacketSink(track).packets(first), lastPacket);
   let last = -Infinity;
   try {
     for await (const sample of decoded(media, track, asShown(codec, first), fed.all())) {
@@ -87,6 +88,7 @@ async function* each(values) {
 class FedPackets {
   #codec;
   #packets;
+  #lastPacket;
   /** Those from a key packet on that is not after the last frame. @type {EncodedPacket[]} */
   recent = [];
   /** Sequence number of the last one. */
@@ -97,10 +99,12 @@ class FedPackets {
   /**
    * @param {string | null} codec
    * @param {AsyncIterable<EncodedPacket>} packets
+   * @param {number} lastPacket
    */
-  constructor(codec, packets) {
+  constructor(codec, packets, lastPacket) {
     this.#codec = codec;
     this.#packets = packets;
+    this.#lastPacket = lastPacket;
   }
 
   /** @returns {AsyncGenerator<EncodedPacket, void, unknown>} those that can be read */
@@ -111,6 +115,7 @@ class FedPackets {
         const shown = asShown(this.#codec, packet);
         this.recent.push(shown);
         yield shown;
+        if (this.lastNumber >= this.#lastPacket) return;
       }
     } catch (error) {
       this.fault = error;

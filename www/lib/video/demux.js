@@ -11,6 +11,7 @@ import { averageRate } from './reader.js';
 /** @typedef {import('./reader.js').Reader} Reader */
 /** @typedef {import('./reader.js').TimedFrame} TimedFrame */
 /** @typedef {import('./pictures.js').PictureList} PictureList */
+/** @typedef {import('mediabunny').EncodedPacket} EncodedPacket */
 /** @typedef {typeof import('../vendor/media.js')} Media */
 
 /** Retries of a lost connection, with a second between. */
@@ -173,7 +174,8 @@ class TrackReader {
     const { times, stamps } = await this.#pictures();
     const begin = times.findIndex((time) => time >= start - SLACK);
     if (begin < 0) return;
-    const key = begin > 0 ? await this.#keyPacket(Number(stamps[begin])) : null;
+    const sink = new this.#media.EncodedPacketSink(this.#track);
+    const key = begin > 0 ? await sink.getKeyPacket(Number(stamps[begin]), VERIFIED) : null;
     for await (const frame of this.#framesFrom(key)) {
       if (frame.time >= end) return frame.close();
       yield frame;
@@ -186,23 +188,41 @@ class TrackReader {
    * @returns {AsyncGenerator<TimedFrame, void, unknown>}
    */
   async *at(wanted) {
-    const { times, stamps } = await this.#pictures();
-    const keyPacket = (/** @type {number} */ k) =>
-      this.#keyPacket(Number(stamps[times.findIndex((time) => time >= Number(wanted[k]) - SLACK)]));
-    for (let k = 0; k < wanted.length;) {
-      const key = await keyPacket(k);
-      const before = k;
-      for await (const frame of this.#framesFrom(key)) {
-        if (frame.time < Number(wanted[k]) - SLACK) {
+    for (const { key, until, times } of await this.#groups(wanted)) {
+      let next = 0;
+      for await (const frame of this.#framesFrom(key, until)) {
+        if (frame.time < Number(times[next]) - SLACK) {
           frame.close();
           continue;
         }
         yield frame;
-        k += 1;
-        if (k >= wanted.length || (await keyPacket(k))?.sequenceNumber !== key?.sequenceNumber) break;
+        next += 1;
+        if (next === times.length) break;
       }
-      if (k === before) throw await this.#broken(NO_MORE, Number(wanted[k]));
+      if (next < times.length) throw await this.#broken(NO_MORE, times[next]);
     }
+  }
+
+  /**
+   * Groups times by the key packets that decoding begins with; `until` is the number of the last packet that is needed.
+   * @param {number[]} wanted
+   */
+  async #groups(wanted) {
+    const { times, stamps } = await this.#pictures();
+    const sink = new this.#media.EncodedPacketSink(this.#track);
+    /** @type {{key: EncodedPacket | null, until: number, times: number[]}[]} */
+    const groups = [];
+    for (const time of wanted) {
+      const stamp = Number(stamps[times.findIndex((one) => one >= time - SLACK)]);
+      const key = await sink.getKeyPacket(stamp, VERIFIED);
+      const until = (await sink.getPacket(stamp, { metadataOnly: true }))?.sequenceNumber ?? Infinity;
+      const last = groups.at(-1);
+      if (last && last.key?.sequenceNumber === key?.sequenceNumber) {
+        last.until = Math.max(last.until, until);
+        last.times.push(time);
+      } else groups.push({ key, until, times: [time] });
+    }
+    return groups;
   }
 
   close() {
@@ -210,16 +230,17 @@ class TrackReader {
   }
 
   /**
-   * @param {import('mediabunny').EncodedPacket | null} key null to begin with the first picture that can be decoded
+   * @param {EncodedPacket | null} key null to begin with the first picture that can be decoded
+   * @param {number} [until] number of the last packet that is needed
    * @returns {AsyncGenerator<TimedFrame, void, unknown>}
    */
-  async *#framesFrom(key) {
+  async *#framesFrom(key, until = Infinity) {
     if (!(await this.#isDecodable())) throw await this.#undecodable();
     let last = -Infinity;
     let first = key ?? (await this.#nextKey(null));
     for (let tries = key ? 1 : MOST_TRIES; first; tries -= 1) {
       try {
-        for await (const frame of this.#framesAfter(first, !key)) {
+        for await (const frame of this.#framesAfter(first, until, !key)) {
           last = frame.time;
           yield frame;
         }
@@ -229,24 +250,25 @@ class TrackReader {
         if (!first) throw await this.#broken(error, last);
       }
     }
-    if (this.#isCut) throw await this.#broken(NO_MORE, last);
+    if (this.#isCut && until === Infinity) throw await this.#broken(NO_MORE, last);
   }
 
-  /** @param {import('mediabunny').EncodedPacket | null} packet */
+  /** @param {EncodedPacket | null} packet */
   #nextKey(packet) {
     const sink = new this.#media.EncodedPacketSink(this.#track);
     return packet ? sink.getNextKeyPacket(packet, VERIFIED) : sink.getFirstKeyPacket(VERIFIED);
   }
 
   /**
-   * @param {import('mediabunny').EncodedPacket} first
+   * @param {EncodedPacket} first
+   * @param {number} until
    * @param {boolean} isBeginning no picture comes before
    * @returns {AsyncGenerator<TimedFrame, void, unknown>}
    */
-  async *#framesAfter(first, isBeginning) {
+  async *#framesAfter(first, until, isBeginning) {
     const { stamps, times, end, lastPacket } = await this.#pictures();
     let place = -1;
-    for await (const sample of decodedFrom(this.#media, this.#track, first, lastPacket)) {
+    for await (const sample of decodedFrom(this.#media, this.#track, first, Math.min(until, lastPacket))) {
       const found = placeOf(stamps, sample.timestamp, place + 1);
       if (found < 0) {
         sample.close();
@@ -300,11 +322,6 @@ class TrackReader {
 
   async #containerSize() {
     return { width: await this.#track.getDisplayWidth(), height: await this.#track.getDisplayHeight() };
-  }
-
-  /** @param {number} stamp */
-  #keyPacket(stamp) {
-    return new this.#media.EncodedPacketSink(this.#track).getKeyPacket(stamp, VERIFIED);
   }
 
   #pictures() {
