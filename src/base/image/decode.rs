@@ -1,12 +1,13 @@
 //! Image files to RGB, by the PNG and JPEG decoders of the `image` crate.
 //!
-//! In: the bytes of one file. Out: three bytes a pixel. Sixteen bits become eight, grey becomes RGB, alpha is ignored,
-//! colour profiles and orientation marks too. The decoders are called one by one, not through `image::DynamicImage`:
+//! In: the bytes of one file. Out: three bytes a pixel, upright as the file's EXIF orientation says. Sixteen bits become
+//! eight, grey becomes RGB; alpha and colour profiles are ignored. The decoders are called one by one, not through `image::DynamicImage`:
 //! its conversions between all colour types and profiles would double the size of the wasm file.
 
 use crate::Error;
 use crate::error::{MAX_PIXELS, check_size};
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, Limits};
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -61,7 +62,7 @@ fn decode_pnm(_: &[u8], _: usize) -> Option<Result<Pixels, Error>> {
     None
 }
 
-fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
+fn read(mut decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
     check_size(width, height)?;
     if width * height > most {
@@ -69,6 +70,8 @@ fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
         return Err(Error::TooLarge { what, actual: width * height, limit: most, name: LIMIT });
     }
     let color = decoder.color_type();
+    // A mark that cannot be read is none.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let mut pixels = vec![0; width * height * usize::from(color.bytes_per_pixel())];
     decoder.read_image(&mut pixels).map_err(|e| failure(&e))?;
     let rgb = match color {
@@ -82,7 +85,33 @@ fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
         ColorType::Rgba16 => high_bytes(&pixels, 4, [0, 1, 2]),
         other => return Err(failure(&format_args!("its colour type {other:?} is not supported"))),
     };
-    Ok((rgb, width, height))
+    Ok(turned_upright((rgb, width, height), orientation))
+}
+
+/// Applies an orientation: the columns and rows of the result are rows and columns of `pixels`, or run backwards, or both.
+fn turned_upright(pixels: Pixels, orientation: Orientation) -> Pixels {
+    let (is_transposed, is_mirrored, is_flipped) = match orientation {
+        Orientation::NoTransforms => return pixels,
+        Orientation::FlipHorizontal => (false, true, false),
+        Orientation::Rotate180 => (false, true, true),
+        Orientation::FlipVertical => (false, false, true),
+        Orientation::Rotate90FlipH => (true, false, false),
+        Orientation::Rotate90 => (true, false, true),
+        Orientation::Rotate270FlipH => (true, true, true),
+        Orientation::Rotate270 => (true, true, false),
+    };
+    let (rgb, width, height) = pixels;
+    let size = if is_transposed { (height, width) } else { (width, height) };
+    let mut turned = Vec::with_capacity(rgb.len());
+    for y in 0..size.1 {
+        for x in 0..size.0 {
+            let (x, y) = if is_transposed { (y, x) } else { (x, y) };
+            let x = if is_mirrored { width - 1 - x } else { x };
+            let y = if is_flipped { height - 1 - y } else { y };
+            turned.extend_from_slice(&rgb[3 * (y * width + x)..][..3]);
+        }
+    }
+    (turned, size.0, size.1)
 }
 
 /// Three channels of pixels of `channels` 16-bit numbers in the machine's byte order, as bytes.
@@ -125,4 +154,53 @@ fn jpeg_is_whole(bytes: &[u8]) -> bool {
 
 fn failure(reason: &dyn std::fmt::Display) -> Error {
     Error::Decode { reason: reason.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orientations_are_those_of_exif() {
+        // 0 1 2
+        // 3 4 5
+        let stored: Vec<u8> = (0..6).flat_map(|v| [v; 3]).collect();
+        for (mark, size, upright) in [
+            (1, (3, 2), [0, 1, 2, 3, 4, 5]),
+            (2, (3, 2), [2, 1, 0, 5, 4, 3]),
+            (3, (3, 2), [5, 4, 3, 2, 1, 0]),
+            (4, (3, 2), [3, 4, 5, 0, 1, 2]),
+            (5, (2, 3), [0, 3, 1, 4, 2, 5]),
+            (6, (2, 3), [3, 0, 4, 1, 5, 2]),
+            (7, (2, 3), [5, 2, 4, 1, 3, 0]),
+            (8, (2, 3), [2, 5, 1, 4, 0, 3]),
+        ] {
+            let orientation = Orientation::from_exif(mark).unwrap();
+            let (rgb, width, height) = turned_upright((stored.clone(), 3, 2), orientation);
+            let first: Vec<u8> = rgb.iter().step_by(3).copied().collect();
+            assert_eq!(((width, height), first), (size, upright.to_vec()), "orientation {mark}");
+        }
+    }
+
+    #[test]
+    fn files_with_an_orientation_are_upright() {
+        use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
+        use image::{ExtendedColorType, ImageEncoder};
+        let exif = b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0".to_vec();
+        // The left half is dark; turned clockwise it is above.
+        let stored: Vec<u8> = (0..16 * 32).map(|i| if i % 32 < 16 { 30 } else { 220 }).collect();
+        let (mut png, mut jpeg) = (Vec::new(), Vec::new());
+        let mut encoder = PngEncoder::new(&mut png);
+        encoder.set_exif_metadata(exif.clone()).unwrap();
+        encoder.write_image(&stored, 32, 16, ExtendedColorType::L8).unwrap();
+        let mut encoder = JpegEncoder::new(&mut jpeg);
+        encoder.set_exif_metadata(exif).unwrap();
+        encoder.write_image(&stored, 32, 16, ExtendedColorType::L8).unwrap();
+        for (file, name) in [(png, "PNG"), (jpeg, "JPEG")] {
+            let (rgb, width, height) = decode(&file, MAX_PIXELS).unwrap();
+            assert_eq!((width, height), (16, 32), "{name}");
+            let is_dark = |i: usize| rgb[3 * i] < 128;
+            assert!((0..16 * 32).all(|i| is_dark(i) == (i < 16 * 16)), "{name}");
+        }
+    }
 }
