@@ -93,7 +93,7 @@ function placeOf(file, anchor, pages) {
  */
 export function linkFrom(href, page, pages) {
   const isOurs = OUTSIDE.test(href);
-  if ((!isOurs && /^[a-z][a-z+.-]*:/i.test(href)) || page.source === 'gallery') return href;
+  if (!isOurs && /^[a-z][a-z+.-]*:/i.test(href)) return href;
   const [path, anchor] = href.replace(OUTSIDE, '').split('#');
   const file = path ? posix.join(isOurs ? '.' : posix.dirname(page.source), path) : page.source;
   const place = placeOf(file.replace(/\/$/, ''), anchor, pages);
@@ -124,9 +124,8 @@ export function render(page, pages) {
   return { html: markdown.parser(page.tokens), sections, pictures };
 }
 
-/** Pictures lie beside the pages; those of the gallery are the site's own. */
+/** Pictures lie beside the pages. */
 function pictureFrom(href, page, pictures) {
-  if (href.startsWith('www/')) return hopTo(`../${href.slice(4)}`, page);
   const base = OUTSIDE.test(href) ? '.' : posix.dirname(page.source);
   const file = posix.join(base, href.replace(OUTSIDE, ''));
   if (/^[a-z]+:/.test(file) || !existsSync(join(root, file))) throw new Error(`${page.source}: no picture ${href}`);

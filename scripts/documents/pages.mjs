@@ -1,6 +1,6 @@
 // Which pages the documentation has, and what of which Markdown file is on each.
 
-import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { readFileSync, readdirSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { lex, plain } from './markdown.mjs';
 import { root } from '../tools.mjs';
@@ -23,7 +23,7 @@ const PLACES = { 'docs/guide.md': 'Use', 'docs/tasks.md': 'Use', 'docs/cli.md': 
 /** @returns {Page[]} in the order of the navigation */
 export function allPages() {
   const start = { ...fileAt('README.md', 'index.html', 'Use'), title: 'Start' };
-  const pages = [start, ...ofFolder('docs'), fileAt('examples/README.md', 'examples.html', 'Use'), gallery()];
+  const pages = [start, ...ofFolder('docs'), fileAt('examples/README.md', 'examples.html', 'Use')];
   pages.push(
     fileAt('dist/reference.md', 'reference.html', 'Look up'),
     fileAt('CHANGELOG.md', 'changes.html', 'Look up'),
@@ -52,23 +52,4 @@ function fileAt(source, path, group) {
   const tokens = lex(read(source));
   const heading = tokens.find(({ type, depth }) => type === 'heading' && depth === 1);
   return { path, title: heading ? plain([heading]) : basename(path, '.html'), group, source, tokens };
-}
-
-/** The clips of the demo page's gallery, in its own words. @returns {Page} */
-function gallery() {
-  const { clips } = JSON.parse(read('www/demo/gallery/index.json'));
-  const words = read('www/demo/panels/gallery-clips.js');
-  const items = clips.map(({ id, frames, seconds, objects }) => {
-    const found = new RegExp(`id: '${id}',\\s*title: '([^']+)',\\s*about: '([^']+)'`).exec(words);
-    if (!found || !existsSync(join(root, `www/demo/gallery/${id}.webp`)))
-      throw new Error(`The gallery has no words or no picture of "${id}".`);
-    const [, title, about] = found;
-    const things = `${objects} object${objects === 1 ? '' : 's'}`;
-    const facts = `${frames} frames, ${seconds.toFixed(1)} seconds, ${things} found.`;
-    return `## ${title}\n\n${about} ${facts}\n\n![${about}](www/demo/gallery/${id}.webp)\n`;
-  });
-  const head = 'Made clips with the masks that TraceCut found in them; nothing is corrected by hand.';
-  const where = 'They open on the [demo page](../index.html), under “Gallery”, without a run.';
-  const tokens = lex(`# Gallery\n\n${head} ${where}\n\n${items.join('\n')}`);
-  return { path: 'gallery.html', title: 'Gallery', group: 'Use', source: 'gallery', tokens };
 }

@@ -22,7 +22,7 @@ let down = false;
 /** Writes a version of the site at `/{site}/` and gives its service worker's text. */
 function publish(site, code) {
   const place = join(folder, site);
-  const files = { 'index.html': PAGE, 'a.js': code, 'demo/gallery/index.json': '[]', 'docs/index.html': PAGE };
+  const files = { 'index.html': PAGE, 'a.js': code, 'docs/search.json': '[]', 'docs/index.html': PAGE };
   for (const [name, text] of Object.entries(files)) {
     mkdirSync(dirname(join(place, name)), { recursive: true });
     writeFileSync(join(place, name), text);
@@ -106,14 +106,14 @@ describe('the service worker', { timeout: 120_000 }, () => {
     assert.equal(await page.title(), 'page');
   });
 
-  test('of gallery and documentation keeps whole answers of the address alone, and none replaces them that is not', async (t) => {
-    publish('gallery', 'code');
+  test('of the documentation keeps whole answers of the address alone, and none replaces them that is not', async (t) => {
+    publish('read', 'code');
     const context = await browser.newContext();
     t.after(() => context.close());
-    const { page, install, read } = await open(context, 'gallery');
+    const { page, install, read } = await open(context, 'read');
     await install();
     await page.reload();
-    const at = '/gallery/demo/gallery/index.json';
+    const at = '/read/docs/search.json';
     assert.equal(await read(at), '[]');
     contents.set('/elsewhere.json', 'poison');
     const poisons = [
@@ -133,7 +133,7 @@ describe('the service worker', { timeout: 120_000 }, () => {
     assert.equal(await read(`${at}?words`), 'asked with words');
     down = true;
     assert.equal(await read(at), '[]');
-    assert.equal(await read('/gallery/docs/never-read.html'), 'failed');
+    assert.equal(await read('/read/docs/never-read.html'), 'failed');
   });
 
   test('asks nothing for other origins, other methods and pages beside its folder', async (t) => {
@@ -185,7 +185,7 @@ describe('the service worker', { timeout: 120_000 }, () => {
     assert.equal(await install(), 'activated');
     await page.reload();
     await room(1);
-    assert.equal(await read('/full/demo/gallery/index.json'), '[]', 'shown, though it cannot be kept');
+    assert.equal(await read('/full/docs/search.json'), '[]', 'shown, though it cannot be kept');
     publish('full', 'second');
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update().catch(() => {}));
     await page.waitForFunction(async () => !(await navigator.serviceWorker.getRegistration()).installing);

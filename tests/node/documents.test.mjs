@@ -42,12 +42,12 @@ function fault(page, target) {
   return !anchor || attributes(read(file), 'id').includes(anchor) ? null : `${where} names no place there`;
 }
 
-test('each Markdown file of docs/ has a page, and so have README, examples, changes and gallery', () => {
+test('each Markdown file of docs/ has a page, and so have README, examples and changes', () => {
   const names = pages.map((file) => file.slice(join(site, 'docs').length + 1).replaceAll('\\', '/'));
-  for (const name of ['index', 'guide', 'method', 'reference', 'results', 'limits', 'examples', 'changes', 'gallery'])
+  for (const name of ['index', 'guide', 'method', 'reference', 'results', 'limits', 'examples', 'changes'])
     assert.ok(names.includes(`${name}.html`), name);
   const sources = readdirSync(join(root, 'docs'), { recursive: true }).filter((name) => name.endsWith('.md'));
-  assert.equal(names.length, sources.length + 5);
+  assert.equal(names.length, sources.length + 4);
 });
 
 test('every link, picture, style and script of the site leads to a file and a place that are there', () => {

@@ -122,7 +122,7 @@ test('no module of the package imports anything by a bare name, so that a page n
   );
   assert.deepEqual(
     new Set(bare.map((line) => line.split(':')[0])),
-    new Set(['frames', 'index', 'platform', 'selftest', 'worker'].map((name) => `node/${name}.js`)),
+    new Set(['ffmpeg', 'index', 'platform', 'selftest', 'video', 'worker'].map((name) => `node/${name}.js`)),
   );
 });
 

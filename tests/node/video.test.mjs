@@ -327,7 +327,6 @@ test('options out of range are named with their range, at once', () => {
     [{ maxFrames: 1.5 }, /maxFrames = 1.5/],
     [{ size: 8 }, /size = 8 \(expected a whole number, 16..=16384\)/],
     [{ frameRate: 0 }, /frameRate = 0/],
-    [{ decoding: 'magic' }, /decoding = "magic"/],
     [{ signal: {} }, /signal = an Object \(expected an AbortSignal\)/],
     [{ onProgress: 1 }, /onProgress = 1/],
     [{ clip: { dense: false } }, /clip.dense = false/],

@@ -39,6 +39,7 @@ export const videoStrip = async function* (...args) {
 
 export { previewMasks } from './video/segment.js';
 export { videoFrames, videoInfo } from './video/frames.js';
+export { sortFiles } from './video/kind.js';
 export { Clip, synthClip } from './stages/clip.js';
 export { searchReport } from './session/report.js';
 export { Result } from './session/result.js';
@@ -87,10 +88,12 @@ export function parameters() {
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
 /** @typedef {import('./video/listed.js').ListedFrame} ListedFrame */
+/** @typedef {import('./video/kind.js').SortedFile} SortedFile */
 /** @typedef {import('./video/reader.js').Damage} Damage */
 /** @typedef {import('./video/reader.js').TakeOptions} TakeOptions */
 /** @typedef {import('./video/reader.js').VideoInfo} VideoInfo */
 /** @typedef {import('./video/result.js').Shot} Shot */
+/** @typedef {import('./video/result.js').Truncated} Truncated */
 /** @typedef {import('./session/objects.js').VideoObject} VideoObject */
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */

@@ -38,12 +38,7 @@ export async function* videoStrip(source, options) {
     ...Object.keys(given).filter((name) => name === 'step' || name === 'maxFrames'),
   ][0];
   if (stray)
-    throw illegal(
-      'param',
-      stray,
-      given[stray],
-      'count, start, end, size, frameRate, decoding, decoder, signal or onDamage',
-    );
+    throw illegal('param', stray, given[stray], 'count, start, end, size, frameRate, decoder, signal or onDamage');
   take.signal?.throwIfAborted();
   const wasm = /** @type {import('../check/options.js').WasmSource | undefined} */ (decoder);
   const reader = await openReader(source, take, decoderLoader(wasm));
