@@ -97,7 +97,12 @@ test('a file that is cut off gives the whole frames before that, and an error th
   const options = { onDamage: (damage) => told.push(damage), maxFrames: 8 };
   const result = await segmentVideo(framesOfVideo(cut), options).collect();
   assert.deepEqual([result.numFrames, told[1].frames], [frames.length, frames.length]);
-  await rejects(segmentVideo(framesOfVideo(cut)).collect(), 'truncated');
+  const truncated = { frames: frames.length, reason: error.message };
+  assert.deepEqual(result.truncated, truncated);
+  await assert.rejects(segmentVideo(framesOfVideo(cut)).collect(), (thrown) => {
+    assert.deepEqual([thrown.code, thrown.frames, thrown.result?.truncated], ['truncated', frames.length, truncated]);
+    return true;
+  });
 });
 
 test('of an MP4 that ends early no whole picture is lost', { skip: skipX264 }, async () => {
