@@ -7,7 +7,6 @@ import { basename, dirname, join, relative, resolve, sep } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { build as bundle, transform } from 'esbuild';
 import { build } from './build.mjs';
-import { writeDocuments } from './documents.mjs';
 import { LICENCES } from './licences.mjs';
 import { listed, precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
@@ -53,9 +52,8 @@ export async function writeSite(target) {
   }
   await writeDocument(target);
   for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
-  // These two are fetched when somebody looks at them, and not kept before.
+  // It is fetched when somebody looks at it, and not kept before.
   cpSync(join(PLACES.demo, 'gallery'), join(target, 'demo', 'gallery'), { recursive: true });
-  await writeDocuments(target);
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
     /^(dist|demo(?!\/gallery)|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&

@@ -56,12 +56,12 @@ async function answer(request) {
   const cache = await caches.open(NAME);
   const { origin, pathname, search } = new URL(request.url);
   const address = origin + pathname.replace(/\/index\.html$/, '/');
-  if (/^(demo\/gallery|docs)\//.test(address.slice(scope.length)))
+  if (/^demo\/gallery\//.test(address.slice(scope.length)))
     return fetchedOrKept(request, search ? null : address, cache);
   return (await cache.match(address)) ?? fetch(request);
 }
 
-/** Gallery and documentation are not listed: what was fetched is kept from then on, and shown without a network. */
+/** The gallery is not listed: what was fetched is kept from then on, and shown without a network. */
 async function fetchedOrKept(request, address, cache) {
   const response = await fetch(request).catch(() => null);
   if (address && response && isWhole(response, address)) {

@@ -22,7 +22,7 @@ let down = false;
 /** Writes a version of the site at `/{site}/` and gives its service worker's text. */
 function publish(site, code) {
   const place = join(folder, site);
-  const files = { 'index.html': PAGE, 'a.js': code, 'demo/gallery/index.json': '[]', 'docs/index.html': PAGE };
+  const files = { 'index.html': PAGE, 'a.js': code, 'demo/gallery/index.json': '[]' };
   for (const [name, text] of Object.entries(files)) {
     mkdirSync(dirname(join(place, name)), { recursive: true });
     writeFileSync(join(place, name), text);
@@ -106,7 +106,7 @@ describe('the service worker', { timeout: 120_000 }, () => {
     assert.equal(await page.title(), 'page');
   });
 
-  test('of gallery and documentation keeps whole answers of the address alone, and none replaces them that is not', async (t) => {
+  test('of the gallery keeps whole answers of the address alone, and none replaces them that is not', async (t) => {
     publish('gallery', 'code');
     const context = await browser.newContext();
     t.after(() => context.close());
@@ -133,7 +133,7 @@ describe('the service worker', { timeout: 120_000 }, () => {
     assert.equal(await read(`${at}?words`), 'asked with words');
     down = true;
     assert.equal(await read(at), '[]');
-    assert.equal(await read('/gallery/docs/never-read.html'), 'failed');
+    assert.equal(await read('/gallery/demo/gallery/never-read.json'), 'failed');
   });
 
   test('asks nothing for other origins, other methods and pages beside its folder', async (t) => {
