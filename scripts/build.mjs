@@ -9,7 +9,6 @@ import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { BUNDLE_SOURCES, buildBundles } from './bundles.mjs';
-import { writeLicences } from './licences.mjs';
 import { writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
 import {
@@ -48,7 +47,7 @@ const KINDS = {
 
 /**
  * Builds everything that is out of date. A wasm file over its budget ends the script, unless `overBudget` is 'warn'. With
- * `onlyPage` only what the demo page loads: no declarations, no builds in one file, no licences.
+ * `onlyPage` only what the demo page loads: no declarations and no builds in one file.
  */
 export async function build({ force = false, overBudget = 'fail', fast = false, onlyPage = false } = {}) {
   ensureNodeModules();
@@ -101,8 +100,6 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
     ];
     const parts = [...bundled.map((name) => join(dist, name)), ...BUNDLE_SOURCES, join(root, 'scripts', 'bundles.mjs')];
     await step(stamps, 'bundles', [...sources, ...parts, lock, ...scripts], buildBundles);
-    // Always: the toolchain counts among the inputs too, and it takes less than a second.
-    writeLicences(dist);
   }
   writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
   if (!fast) checkSize(overBudget === 'warn' ? console.warn : fail);

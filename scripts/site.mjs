@@ -7,7 +7,7 @@ import { basename, dirname, join, relative, resolve, sep } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { build as bundle, transform } from 'esbuild';
 import { build } from './build.mjs';
-import { LICENCES } from './licences.mjs';
+import { writeLicences } from './licences.mjs';
 import { listed, precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
@@ -60,7 +60,6 @@ export async function writeSite(target) {
     !name.endsWith('.map');
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   await writeServiceWorker(list, target);
-  cpSync(join(PLACES.dist, LICENCES), join(target, 'dist', LICENCES));
   return list.files.map(([file]) => file);
 }
 
@@ -155,5 +154,6 @@ if (import.meta.url === pathToFileURL(process.argv[1]).href) {
   const target = resolve(process.argv[2] ?? join(root, 'out', 'site'));
   await build();
   await writeSite(target);
+  writeLicences(join(target, 'dist'));
   console.log(`The site is in ${target}: ${readdirSync(target, { recursive: true }).length} files and folders.`);
 }
