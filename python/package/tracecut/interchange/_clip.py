@@ -120,7 +120,7 @@ def _check_frame_name(t: int, name: Any, seen: set[str]) -> str:
 
 
 def _is_text(value: Any) -> bool:
-    """Something that can be seen, which XML can hold: no control characters, and no half of a pair."""
+    """Something that can be seen: no control characters, and no half of a pair."""
     return isinstance(value, str) and value.strip() != "" and value.isprintable()
 
 
