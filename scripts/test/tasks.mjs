@@ -33,11 +33,10 @@ const WITH_NATIVE = ['tests/node/differ.test.mjs'];
  * The tasks of these parts.
  *
  * @param {string[]} parts
- * @param {(name: string) => number} seconds what a task of this name takes, as far as it is known
  * @param {{fast?: boolean}} options `fast` builds the package for `npm run test:fast`
  * @returns {Task[]}
  */
-export function tasksOf(parts, seconds, { fast = false } = {}) {
+export function tasksOf(parts, { fast = false } = {}) {
   const made = {
     rust: rustTasks,
     wasm: wasmTasks,
@@ -50,7 +49,6 @@ export function tasksOf(parts, seconds, { fast = false } = {}) {
     cores: 1,
     after: [],
     ...task,
-    seconds: seconds(task.name),
   }));
 }
 
