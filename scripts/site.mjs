@@ -52,11 +52,9 @@ export async function writeSite(target) {
   }
   await writeDocument(target);
   for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
-  // It is fetched when somebody looks at it, and not kept before.
-  cpSync(join(PLACES.demo, 'gallery'), join(target, 'demo', 'gallery'), { recursive: true });
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo(?!\/gallery)|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
+    /^(dist|demo|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
     !name.endsWith('.map');
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   await writeServiceWorker(list, target);

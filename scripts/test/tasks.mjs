@@ -25,7 +25,7 @@ const node = (...args) => ({ command: process.execPath, args });
 /** A page waits for its workers, its frames and its network: more than two fit two cores. */
 const CORES_OF_A_PAGE = 0.5;
 /** These have a service worker keep the page, whose files one of them changes: one at a time. */
-const WITH_SERVICE_WORKER = ['offline', 'gallery', 'service-worker'].map((name) => `tests/browser/${name}.test.mjs`);
+const WITH_SERVICE_WORKER = ['offline', 'service-worker'].map((name) => `tests/browser/${name}.test.mjs`);
 /** What compares with native code, and so runs what Cargo built. */
 const WITH_NATIVE = ['tests/node/differ.test.mjs'];
 

@@ -2,6 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
+import { WIDE, fiveObjects } from './five.mjs';
 import {
   ended,
   gifFile,
@@ -103,6 +104,11 @@ describe('files', () => {
     ],
     'a damaged video': [[{ name: 'broken.mp4', mimeType: 'video/mp4', buffer: noise }], 'unreadable-video'],
     'an empty video': [[{ name: 'empty.webm', mimeType: 'video/webm', buffer: Buffer.alloc(0) }], 'unreadable-video'],
+    'two videos': [['a.mp4', 'b.mp4'].map((name) => ({ name, mimeType: 'video/mp4', buffer: noise })), 'many-videos'],
+    'a video and an image': [
+      [{ name: 'a.mp4', mimeType: 'video/mp4', buffer: noise }, pngFile('b.png', plainFrame(32, 32))],
+      'mixed-files',
+    ],
     'a truncated image': [
       [pngFile('a.png', plainFrame(32, 32)), { name: 'b.png', mimeType: 'image/png', buffer: noise.subarray(0, 40) }],
       'unreadable-image',
@@ -209,5 +215,30 @@ describe('files', () => {
     }, given);
     assert.equal(await ended(page), 'done');
     assert.match(await text(page, '#subline'), /8 frames of 96 × 64/);
+  });
+});
+
+describe('the camera', () => {
+  const site = useSite({ sample: 'tiny' });
+
+  test('of a phone records a video, which is segmented', async () => {
+    const { page, faults } = await openSample(site, { isMobile: true, hasTouch: true });
+    const { video } = await fiveObjects(page, WIDE);
+    const chooser = page.waitForEvent('filechooser');
+    await page.tap('#camera-open');
+    const input = (await chooser).element();
+    assert.equal(await input.getAttribute('capture'), 'environment');
+    assert.equal(await input.getAttribute('accept'), 'video/*');
+    await (await chooser).setFiles(video);
+    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'five.webm');
+    assert.equal(await ended(page), 'done');
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('of a computer has no button', async () => {
+    const { page } = await openSample(site);
+    assert.equal(await page.locator('#camera-open').isVisible(), false);
+    await page.context().close();
   });
 });

@@ -108,16 +108,3 @@ test('every script of the site has a source map with its sources, and none names
     [],
   );
 });
-
-test('the gallery is part of the site, and fetched when it is looked at', onlyLong, async () => {
-  const { page, faults } = await visit('block');
-  const ofGallery = () => [...asked.keys()].filter((name) => name.startsWith('demo/gallery/'));
-  assert.deepEqual(ofGallery(), []);
-  await page.click('#gallery summary');
-  await page.click('[data-clip="street"]');
-  await page.waitForFunction(() => globalThis.tracecutDemo.source?.gallery === 'street');
-  assert.equal(await ended(page), 'done');
-  assert.match(await text(page, '#headline'), /^3 moving objects/);
-  assert.ok(ofGallery().includes('demo/gallery/street.tracecut'));
-  assert.deepEqual(faults, []);
-});

@@ -2,7 +2,6 @@
 
 import { Grabber, openVideo } from './video.js';
 import { PageError } from './words.js';
-import { say } from './language.js';
 
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
 const SEQUENCE_FPS = 15;
@@ -31,7 +30,7 @@ export async function openImages(files) {
       if (picture.width !== size.width || picture.height !== size.height) {
         const found = `${picture.width}×${picture.height}`;
         const wanted = `${size.width}×${size.height}`;
-        throw new PageError('mixed-sizes', say`${sorted[k].name} is ${found}, the first is ${wanted}`);
+        throw new PageError('mixed-sizes', `${sorted[k].name} is ${found}, the first is ${wanted}`);
       }
       const pixels = grabber.grab(picture, size, side);
       picture.close();

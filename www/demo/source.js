@@ -8,7 +8,6 @@ import { openImages } from './images.js';
 import { openVideo } from './video.js';
 import { DEFAULT_TAKE } from './store.js';
 import { PageError } from './words.js';
-import { say } from './language.js';
 
 /**
  * What to take from a source.
@@ -37,7 +36,6 @@ import { say } from './language.js';
  *   `frames` come before the damage, of `total`
  * @property {File} [file] the file of a video
  * @property {File[]} [files] all that it was opened from; the sample has none
- * @property {string} [gallery] which clip of the gallery it is, if it is one
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:
  *   number | null}>} frames with their times, and when they end, in seconds; null where nothing says
  * @property {() => void} close
@@ -75,7 +73,7 @@ export async function sampleSource() {
   return {
     clip,
     kind: 'sample',
-    name: say('Sample clip'),
+    name: 'Sample clip',
     width: clip.width,
     height: clip.height,
     fps: 15,
@@ -102,19 +100,14 @@ export async function openFiles(files) {
     throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
   }
   const areImages = kinds.every((kind) => kind === 'image');
-  if (!areImages && files.length > 1) throw new PageError('mixed-files', say`${files.length} files`);
+  if (!areImages && files.length > 1) {
+    const code = kinds.includes('image') ? 'mixed-files' : 'many-videos';
+    throw new PageError(code, `${files.length} files`);
+  }
   /** @type {Source} */
   const source = areImages ? await openImages(files) : await openVideo(files[0]);
   source.files = files;
   return source;
-}
-
-/**
- * @param {File[]} files
- * @returns {boolean} whether they are several clips
- */
-export function areClips(files) {
-  return files.length > 1 && files.every((file) => fileKindOf(file) === 'video');
 }
 
 /**
