@@ -91,7 +91,7 @@ function chunk(type, data) {
 }
 
 /** The checksum of PNG; Node's own came after version 20. */
-function crc32(bytes) {
+export function crc32(bytes) {
   let crc = ~0;
   for (const byte of bytes) {
     crc ^= byte;

@@ -22,7 +22,7 @@ use tracecut::image::Plane;
 use tracecut::pipeline::Forks;
 use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
-use tracecut_cli::input::Input;
+use tracecut_cli::input::{ClipFrame, Input};
 
 const HELP: &str = "\
 Runs every clip with all choices in force, and with each one of the table taken away, under every seed; writes how J moves on each kind
@@ -144,7 +144,7 @@ fn scores_of(
 fn load(item: &Item, args: &AblateArgs) -> Result<Session> {
     let mut session = Session::new(args.suite.settings.params()?)?;
     for frame in Input::open(item.images(), Some(args.frames))?.frames()? {
-        let (name, frame) = frame?;
+        let ClipFrame { name, frame, .. } = frame?;
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
     }
     Ok(session)

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, write};
+use tracecut_cli::failure::{Failure, Result, cannot_read, write};
 use tracecut_cli::input::Input;
 use tracecut_cli::log::Log;
 use tracecut_cli::run::run;
@@ -64,7 +64,7 @@ pub(super) fn sequences<T>(
     expected: &str,
     open: impl Fn(&Path, &str) -> Result<Option<T>>,
 ) -> Result<Vec<T>> {
-    let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
+    let cannot = |e| cannot_read(folder, &e);
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {
         let path = entry.map_err(cannot)?.path();

@@ -146,7 +146,7 @@ impl Clip {
         if !path.is_file() {
             return Ok(None);
         }
-        let (_, mask) = decode(&path)?;
+        let mask = decode(&path)?;
         let data = mask.rgb().chunks_exact(3).map(meaning).collect();
         Ok(Plane::from_vec(mask.width(), mask.height(), data))
     }

@@ -54,7 +54,7 @@ pub(super) fn eval(args: &ContoursArgs) -> Result<()> {
     let mut scores: Vec<[Vec<ImageScore>; COUNTS.len()]> = recipes.iter().map(|_| Default::default()).collect();
     let mut spent = Seconds::default();
     for (image, truth) in &pairs {
-        let (_, frame) = decode(image)?;
+        let frame = decode(image)?;
         let people: Vec<Plane<bool>> = mat::read(truth)?.into_iter().map(|a| a.boundaries).collect();
         let clock = Clock::start();
         let ours = boundary_map(&frame).thin;
@@ -146,7 +146,7 @@ mod tests {
         };
         let mut scores = [Vec::new(), Vec::new()];
         for (image, truth) in pairs.iter().step_by(10) {
-            let (_, frame) = decode(image).unwrap();
+            let frame = decode(image).unwrap();
             let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
             let maps = [boundary_map(&frame).thin, canny(&frame)];
             for (map, list) in maps.iter().zip(&mut scores) {
@@ -169,7 +169,7 @@ mod tests {
         };
         let mut scores = [const { Vec::new() }; 4];
         for (image, truth) in pairs.iter().step_by(4) {
-            let (_, frame) = decode(image).unwrap();
+            let frame = decode(image).unwrap();
             let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
             let found = image_discontinuities(&frame, &StillParams::default(), 0);
             let maps = [found.pb.thin, found.combined.thin, found.d.thin, found.spectral.thin];

@@ -182,7 +182,7 @@ fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
 fn write_overlays(folder: PathBuf, step: usize, input: &Input, session: &Session, truth: &[Plane<bool>]) -> Result<()> {
     let series = Series::create(folder, truth.len())?;
     for (t, frame) in input.frames()?.enumerate().step_by(step) {
-        let (_, frame) = frame?;
+        let frame = frame?.frame;
         let mut rgb = tinted(&frame, &session.labels(t)?);
         paint_lines(&mut rgb, &boundary(&truth[t]), OUTLINE);
         series.write(t, (frame.width(), frame.height()), Pixels::Rgb(&rgb))?;

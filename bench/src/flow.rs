@@ -61,8 +61,8 @@ fn find_pairs(folder: &Path) -> Result<Vec<PathBuf>> {
 fn run_pair(folder: &Path, params: &Params, repeat: u32) -> Result<(f64, f64)> {
     let truth_path = folder.join("flow10.flo");
     let truth = FlowTruth::from_flo(&read(&truth_path)?).map_err(|e| Failure::about(truth_path.display(), e))?;
-    let (_, from) = decode(&folder.join("frame10.png"))?;
-    let (_, to) = decode(&folder.join("frame11.png"))?;
+    let from = decode(&folder.join("frame10.png"))?;
+    let to = decode(&folder.join("frame11.png"))?;
     if (from.width(), from.height()) != (to.width(), to.height()) {
         return Err(Failure::about(folder.display(), "frame10.png and frame11.png differ in size"));
     }

@@ -17,7 +17,7 @@ use tracecut::image::Plane;
 use tracecut::{Params, Session, Window, Windows};
 use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
-use tracecut_cli::input::{Input, NamedFrame};
+use tracecut_cli::input::{ClipFrame, Input};
 use tracecut_cli::log::Log;
 use tracecut_cli::masks::tinted;
 use tracecut_cli::pictures::{Pixels, Series};
@@ -188,9 +188,9 @@ pub(super) fn run_clip(
 
 /// The masks of all frames of a clip taken in windows of `window` frames, as the package and the page take long ones.
 fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plane<u8>>, Seconds)> {
-    let frames = input.frames()?.collect::<Result<Vec<NamedFrame>>>()?;
+    let frames = input.frames()?.collect::<Result<Vec<ClipFrame>>>()?;
     let (clock, count) = (Clock::start(), frames.len());
-    let frames = frames.into_iter().map(|(_, frame)| Ok::<_, Failure>(frame));
+    let frames = frames.into_iter().map(|frame| Ok::<_, Failure>(frame.frame));
     let overlap = Window::overlap(window);
     let mut windows = Windows::new(params, frames)?.with_window(window, overlap)?.with_length(count);
     let mut masks = Vec::new();
@@ -211,7 +211,7 @@ fn confidence_at_input(session: &Session, t: usize) -> Result<Plane<f32>> {
 fn write_overlays(folder: PathBuf, input: &Input, masks: &[Plane<u8>], truth: &[Option<Plane<Truth>>]) -> Result<()> {
     let series = Series::create(folder, truth.len())?;
     for (t, frame) in input.frames()?.enumerate().step_by(OVERLAY_STEP) {
-        let (_, frame) = frame?;
+        let frame = frame?.frame;
         let mut rgb = tinted(&frame, &masks[t]);
         if let Some(truth) = truth[t].as_ref().filter(|p| (p.width(), p.height()) == (frame.width(), frame.height())) {
             paint_lines(&mut rgb, &boundary(&truth.map(|kind| kind == Truth::Object)), OUTLINE);

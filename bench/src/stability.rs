@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use tracecut::Params;
 use tracecut_cli::failure::{Failure, Result, print};
-use tracecut_cli::input::decode;
+use tracecut_cli::input::{ClipFrame, decode};
 use tracecut_cli::log::Log;
 use tracecut_cli::run::run_frames;
 
@@ -123,8 +123,8 @@ fn j_under(clip: &Clip, change: Change, mut params: Params, frames: u32) -> Resu
     let mut images = clip.frames(Some(frames.saturating_add(1)))?.split_off(change.skipped());
     images.truncate(frames as usize);
     let changed = images.iter().map(|path| {
-        let (name, frame) = decode(path)?;
-        Ok((name, change.of_frame(frame)?))
+        let frame = change.of_frame(decode(path)?)?;
+        Ok(ClipFrame { name: path.display().to_string(), frame, timing: None })
     });
     let (session, _) = run_frames(changed, Some(images.len()), params, 1, &Log::quiet())?;
     let mut scores = Vec::new();

@@ -84,7 +84,7 @@ pub(super) fn eval(args: &SuperpixelArgs) -> Result<()> {
     for path in &paths {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let truth = mat::read(&args.folder.join("groundTruth").join(format!("{name}.mat")))?;
-        let map = boundary_map(&decode(path)?.1);
+        let map = boundary_map(&decode(path)?);
         let targets = std::iter::once(None).chain(args.counts.iter().map(|&n| Some(n)));
         for (row, target) in own.iter_mut().zip(targets) {
             add_own(row, &map, target, &params, &truth)?;

@@ -34,7 +34,7 @@ pub(crate) struct BoundariesArgs {
 /// Writes probabilities 0 to 1 as grey values 0 to 255.
 pub(crate) fn boundaries(args: &BoundariesArgs) -> Result<()> {
     let params = args.settings.params()?;
-    let (_, frame) = decode_within(&args.image, params.clip.max_pixels as usize)?;
+    let frame = decode_within(&args.image, params.clip.max_pixels as usize)?;
     let mut fastest = f64::INFINITY;
     let (mut map, mut found) = Default::default();
     for _ in 0..args.repeat {

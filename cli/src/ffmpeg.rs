@@ -37,10 +37,10 @@ fn cannot_start(video: &Path, error: &io::Error) -> Failure {
     let reason = if error.kind() == io::ErrorKind::NotFound {
         "is not a folder of images, a .bmf list, a GIF or a Y4M file, and there is no ffmpeg on the PATH to read it"
     } else {
-        return Failure::about(video.display(), format_args!("ffmpeg cannot be started: {error}"));
+        return Failure::new(format!("ffmpeg cannot be started: {error}")).of(video.display());
     };
     let pipe = pipe(video);
-    Failure::about(video.display(), format_args!("{reason} (install it, or where there is one type: {pipe})"))
+    Failure::new(format!("{reason} (install it, or where there is one type: {pipe})")).of(video.display())
 }
 
 /// What `ffmpeg` writes; that it failed is an error at the end. It is ended when dropped.

@@ -1,6 +1,6 @@
 //! Which image files make up a clip.
 
-use crate::failure::{Failure, Result, read_text};
+use crate::failure::{Failure, Result, cannot_read, read_text};
 use std::path::{Path, PathBuf};
 
 /// Images taken from a folder. Masks in other formats may lie beside them.
@@ -9,7 +9,7 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "ppm"];
 /// The images of a folder in the order of their names; runs of digits count as numbers, so that `2.png` comes before
 /// `10.png`.
 pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
-    let cannot = |e| Failure::about(folder.display(), format_args!("cannot be read: {e}"));
+    let cannot = |e| cannot_read(folder, &e);
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {
         let path = entry.map_err(cannot)?.path();

@@ -3,7 +3,7 @@
 //!
 //! Frames are read one at a time and once: no decoded clip is held, and none is kept in a file.
 
-use crate::failure::{Failure, Result, read};
+use crate::failure::{Failure, Result, cannot_read, read};
 use crate::ffmpeg;
 use crate::images;
 use crate::y4m::Y4m;
@@ -36,9 +36,26 @@ enum Kind {
     Stdin,
 }
 
-/// A frame and what to call it in an error.
-pub type NamedFrame = (String, Frame);
-pub(crate) type Frames = Box<dyn Iterator<Item = Result<NamedFrame>>>;
+/// A picture of a clip.
+#[derive(Debug, Clone)]
+pub struct ClipFrame {
+    /// Its name in errors: the file's, with the number of the frame where the file holds several.
+    pub name: String,
+    pub frame: Frame,
+    /// `None` in lists of image files.
+    pub timing: Option<FrameTiming>,
+}
+
+/// The time at which a picture is shown, as its file says it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameTiming {
+    /// Presentation time in seconds.
+    pub time: f64,
+    /// Seconds until the next picture, or the end.
+    pub duration: f64,
+}
+
+pub(crate) type Frames = Box<dyn Iterator<Item = Result<ClipFrame>>>;
 
 impl Input {
     /// Finds out what `path` is; `-` is standard input.
@@ -67,8 +84,9 @@ impl Input {
         Some(paths.iter().take(self.max_frames).map(name).collect())
     }
 
-    /// The frames from the first on; those of standard input, and of a pipe, come once.
-    pub fn frames(&self) -> Result<impl Iterator<Item = Result<NamedFrame>> + use<>> {
+    /// The frames from the first on; those of standard input, and of a pipe, come once. A failure with
+    /// [`damage`](Failure::damage) comes after the whole frames before it, and is the last item.
+    pub fn frames(&self) -> Result<impl Iterator<Item = Result<ClipFrame>> + use<>> {
         let most = self.max_pixels;
         let all: Frames = match &self.kind {
             Kind::Images(paths) => Box::new(Images(paths.clone().into_iter(), most)),
@@ -86,15 +104,22 @@ impl Input {
 /// Decodes files one by one, but none that is passed over.
 struct Images(std::vec::IntoIter<PathBuf>, usize);
 
+impl Images {
+    fn read_frame(&self, path: &Path) -> Result<ClipFrame> {
+        let frame = decode_within(path, self.1)?;
+        Ok(ClipFrame { name: path.display().to_string(), frame, timing: None })
+    }
+}
+
 impl Iterator for Images {
-    type Item = Result<NamedFrame>;
+    type Item = Result<ClipFrame>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.0.next().map(|path| decode_within(&path, self.1))
+        self.0.next().map(|path| self.read_frame(&path))
     }
 
     fn nth(&mut self, n: usize) -> Option<Self::Item> {
-        self.0.nth(n).map(|path| decode_within(&path, self.1))
+        self.0.nth(n).map(|path| self.read_frame(&path))
     }
 }
 
@@ -114,7 +139,7 @@ impl Kind {
             return Ok(Self::Y4m(path.to_owned()));
         }
         let mut start = Vec::new();
-        open(path)?.take(9).read_to_end(&mut start).map_err(|e| Failure::about(path.display(), e))?;
+        open(path)?.take(9).read_to_end(&mut start).map_err(|e| cannot_read(path, &e))?;
         let path = path.to_owned();
         Ok(if start.starts_with(b"GIF8") {
             Self::Gif(path)
@@ -127,19 +152,17 @@ impl Kind {
 }
 
 fn open(path: &Path) -> Result<BufReader<File>> {
-    let file = File::open(path).map_err(|e| Failure::about(path.display(), format_args!("cannot be read: {e}")))?;
-    Ok(BufReader::new(file))
+    File::open(path).map(BufReader::new).map_err(|e| cannot_read(path, &e))
 }
 
 /// Decodes an image file.
-pub fn decode(path: &Path) -> Result<NamedFrame> {
+pub fn decode(path: &Path) -> Result<Frame> {
     decode_within(path, MAX_PIXELS)
 }
 
 /// The same for one of at most `most` pixels.
-pub(crate) fn decode_within(path: &Path, most: usize) -> Result<NamedFrame> {
-    let frame = Frame::decode_within(&read(path)?, most).map_err(|e| Failure::from(e).of(path.display()))?;
-    Ok((path.display().to_string(), frame))
+pub(crate) fn decode_within(path: &Path, most: usize) -> Result<Frame> {
+    Frame::decode_within(&read(path)?, most).map_err(|e| Failure::from(e).of(path.display()))
 }
 
 pub(crate) fn gif_frames(name: &str, reader: impl BufRead + Seek + 'static, most: usize) -> Result<Frames> {
@@ -159,13 +182,11 @@ pub(crate) fn gif_frames(name: &str, reader: impl BufRead + Seek + 'static, most
         let about = format!("{name}, frame {index}");
         let image = match frame {
             Ok(frame) => frame.into_buffer(),
-            Err(e) => {
-                return Err(Failure::about(&about, format_args!("cannot be decoded: {e}{}", advice(index))));
-            }
+            Err(e) => return Err(Failure::damaged(&name, index, format!("frame {index} cannot be decoded: {e}"))),
         };
         let (width, height) = (image.width() as usize, image.height() as usize);
         let frame = Frame::from_rgba(image.as_raw(), width, height).map_err(|e| Failure::about(&about, e))?;
-        Ok((about, frame))
+        Ok(ClipFrame { name: about, frame, timing: None })
     })))
 }
 
@@ -186,16 +207,11 @@ fn panicked() -> ImageError {
     ImageError::Decoding(DecodingError::new(ImageFormatHint::Unknown, words))
 }
 
-/// What to do about a clip whose first `whole` frames only can be read.
-pub(crate) fn advice(whole: usize) -> String {
-    if whole < 2 { String::new() } else { format!(" (--frames {whole} takes the whole ones before it)") }
-}
-
 pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static, most: usize) -> Result<Frames> {
     let name = path.display().to_string();
     let y4m = Y4m::new(reader, most).map_err(|e| e.of(&name))?;
     Ok(Box::new(y4m.enumerate().map(move |(index, frame)| match frame {
-        Ok(frame) => Ok((format!("{name}, frame {index}"), frame)),
-        Err(e) => Err(Failure::about(&name, e)),
+        Ok(frame) => Ok(ClipFrame { name: format!("{name}, frame {index}"), frame, timing: None }),
+        Err(e) => Err(Failure::damaged(&name, index, e)),
     })))
 }

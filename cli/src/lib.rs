@@ -25,6 +25,7 @@ mod output;
 mod overlay;
 #[doc(hidden)]
 pub mod pictures;
+mod provenance;
 #[doc(hidden)]
 pub mod readers;
 mod report;
@@ -36,6 +37,7 @@ mod selftest;
 pub mod settings;
 mod shell;
 mod superpixels;
+mod times;
 mod window;
 mod y4m;
 

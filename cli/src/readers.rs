@@ -20,7 +20,7 @@ fn told<T>(outcome: Result<T>) -> std::result::Result<T, String> {
 /// As the command line says it.
 pub fn gif(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String> {
     let frames = told(input::gif_frames(NAME, Cursor::new(bytes.to_vec()), MAX_PIXELS))?;
-    frames.take(most).map(|frame| told(frame).map(|(_, frame)| frame)).collect()
+    frames.take(most).map(|frame| told(frame).map(|frame| frame.frame)).collect()
 }
 
 /// At most `most` frames of a Y4M stream.
@@ -29,7 +29,7 @@ pub fn gif(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String>
 /// As the command line says it.
 pub fn y4m(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String> {
     let frames = told(input::y4m_frames(Path::new(NAME), Cursor::new(bytes.to_vec()), MAX_PIXELS))?;
-    frames.take(most).map(|frame| told(frame).map(|(_, frame)| frame)).collect()
+    frames.take(most).map(|frame| told(frame).map(|frame| frame.frame)).collect()
 }
 
 /// The names in a `.bmf` list.

@@ -2,26 +2,28 @@
 
 use crate::clock::{Clock, Seconds};
 use crate::failure::{Failure, Result};
-use crate::input::{Input, NamedFrame};
+use crate::input::{ClipFrame, Input};
 use crate::log::Log;
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage};
 
-/// How long reading the frames and each stage took.
+/// Seconds that reading, each stage and writing took.
 #[derive(Debug, Default)]
 pub struct Timing {
     /// Reading and decoding the frames.
     read: Seconds,
     stages: BTreeMap<Stage, Seconds>,
-    /// All of these.
+    /// Writing the files of results.
+    write: Seconds,
+    /// The whole run.
     pub total: Seconds,
 }
 
 impl Timing {
-    /// Seconds of reading, of each stage and of all, by name.
+    /// Seconds of reading, each stage, writing and the whole run, by name.
     pub(crate) fn by_name(&self) -> BTreeMap<String, Seconds> {
         let stages = self.stages.iter().map(|(stage, &seconds)| (stage.name(), seconds));
-        let all = [("read", self.read), ("total", self.total)].into_iter().chain(stages);
+        let all = [("read", self.read), ("write", self.write), ("total", self.total)].into_iter().chain(stages);
         all.map(|(name, seconds)| (name.to_owned(), seconds)).collect()
     }
 
@@ -29,6 +31,11 @@ impl Timing {
     pub(crate) fn count_reading(&mut self, seconds: Seconds) {
         self.read.add(seconds);
         self.total.add(seconds);
+    }
+
+    /// Sets the seconds of writing and of the whole run.
+    pub(crate) fn close(&mut self, write: Seconds, total: Seconds) {
+        (self.write, self.total) = (write, total);
     }
 
     /// Counts a step of a stage.
@@ -45,27 +52,24 @@ pub fn run(input: &Input, params: Params, threads: usize, log: &Log) -> Result<(
 
 /// Steps a session to its end over `frames`, whose number is `count` where known.
 pub fn run_frames(
-    frames: impl Iterator<Item = Result<NamedFrame>>,
+    frames: impl Iterator<Item = Result<ClipFrame>>,
     count: Option<usize>,
     params: Params,
     threads: usize,
     log: &Log,
 ) -> Result<(Session, Timing)> {
     let mut timing = Timing::default();
-    let clock = Clock::start();
+    let mut clock = Clock::start();
     let mut session = Session::new(params)?;
     log.begin("reading", count.unwrap_or(0));
     for frame in frames {
-        let (name, frame) = frame?;
+        let ClipFrame { name, frame, .. } = frame?;
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
         log.advance();
     }
-    timing.count_reading(clock.seconds());
-    let mut clock = Clock::start();
+    timing.count_reading(clock.lap());
     session.run_on(threads, |progress| {
-        let seconds = clock.seconds();
-        clock = Clock::start();
-        timing.count(progress.stage, seconds);
+        timing.count(progress.stage, clock.lap());
         log.step(progress);
     })?;
     log.end();

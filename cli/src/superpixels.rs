@@ -34,7 +34,7 @@ pub(crate) struct SuperpixelArgs {
 
 pub(crate) fn superpixels(args: &SuperpixelArgs) -> Result<()> {
     let params = args.settings.params()?;
-    let (_, frame) = decode_within(&args.image, params.clip.max_pixels as usize)?;
+    let frame = decode_within(&args.image, params.clip.max_pixels as usize)?;
     let found = superpixels_of(&frame, args.count.map(usize::from), &params.contour, &params.superpixel);
     create_folder(&args.out)?;
     let stem = args.image.file_stem().unwrap_or_default().to_string_lossy();

@@ -26,7 +26,7 @@ fn a_frame_that_claims_to_be_larger_than_its_gif_takes_no_memory() {
     let mut bytes = whole.clone();
     bytes[at + 5..at + 9].fill(0xff);
     let reason = tracecut_cli::readers::gif(&bytes, 9).unwrap_err();
-    assert!(reason.contains("frame 0: cannot be decoded: Memory limit exceeded"), "{reason}");
+    assert!(reason.contains("frame 0 cannot be decoded: Memory limit exceeded"), "{reason}");
 }
 
 #[test]

@@ -77,12 +77,17 @@ function sanitized() {
 }
 
 function scripts() {
-  const wheel = { command: 'python3', args: ['python/run_tests.py', '--wheel'] };
+  const python = (step) => ({
+    part: 'python',
+    after: [RUST, 'build the Python module'],
+    start: () => ({ command: 'python3', args: ['python/run_tests.py', step] }),
+  });
   return [
     { name: 'advisories', part: 'audit', start: () => node('scripts/audit.mjs', '--install') },
     { name: 'licences', part: 'audit', after: [PACKAGE], start: () => node('scripts/licences.mjs') },
     { name: 'soak', part: 'soak', cores: 2, after: [PACKAGE], start: () => node('benches/soak.mjs', ...SOAK) },
-    { name: 'the wheel', part: 'python', after: [RUST, 'build the Python module'], start: () => wheel },
+    { name: 'the wheel', ...python('--wheel') },
+    { name: 'python/tests, long', ...python('--long') },
   ];
 }
 

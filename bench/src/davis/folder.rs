@@ -42,7 +42,7 @@ impl Sequence {
                 format!("holds {} images (expected at least 3, as the first and last do not count)", images.len());
             return Err(Failure::about(self.images.display(), reason));
         }
-        let (_, first) = decode(&images[0])?;
+        let first = decode(&images[0])?;
         images.iter().map(|image| self.mask_of(image, (first.width(), first.height()))).collect()
     }
 
@@ -53,11 +53,11 @@ impl Sequence {
             let reason = format!("is missing (expected the true mask of {})", image.display());
             return Err(Failure::about(path.display(), reason));
         }
-        let (name, mask) = decode(&path)?;
+        let mask = decode(&path)?;
         let (width, height) = (mask.width(), mask.height());
         if (width, height) != size {
             let reason = format!("is {width}x{height} (expected {}x{}, as the frames are)", size.0, size.1);
-            return Err(Failure::about(name, reason));
+            return Err(Failure::about(path.display(), reason));
         }
         let data = mask.rgb().chunks_exact(3).map(|p| p != [0, 0, 0]).collect();
         Ok(Plane::from_vec(width, height, data).unwrap_or_default())

@@ -7,7 +7,7 @@ use tracecut::image::Plane;
 use tracecut::mask::enlarge;
 use tracecut_cli::clock::Clock;
 use tracecut_cli::failure::{Failure, Result};
-use tracecut_cli::input::Input;
+use tracecut_cli::input::{ClipFrame, Input};
 
 /// Boundaries of the fine measure match within this many pixels: the benchmark's own tolerance is wider than the pixels of
 /// a mask at half the size.
@@ -43,7 +43,7 @@ impl AtSource {
         let mut sums = [Pair::default(); 3];
         let mut seconds = 0.0;
         for (t, frame) in input.frames()?.enumerate().take(scored.end).skip(scored.start) {
-            let (name, frame) = frame?;
+            let ClipFrame { name, frame, .. } = frame?;
             let nearest = session.labels(t)?.map(|label| label != 0);
             let clock = Clock::start();
             let enlarged = enlarge(session.working_labels(t)?, &frame, |label| label != 0);

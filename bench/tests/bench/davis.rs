@@ -98,7 +98,7 @@ fn published_figures_stand_beside_and_overlays_are_written_on_demand() {
 fn folders_that_cannot_be_scored_are_refused_with_the_reason() {
     let root = folder("davis-bad");
     assert_refused(&davis(&root, &[]), 3, &["holds no sequence", "JPEGImages/480p/NAME"]);
-    assert_refused(&davis(&root.join("nowhere"), &[]), 3, &["nowhere", "cannot be read"]);
+    assert_refused(&davis(&root.join("nowhere"), &[]), 1, &["nowhere", "cannot be read"]);
     let (images, annotations) = (root.join("toy/JPEGImages"), root.join("toy/Annotations"));
     fs::create_dir_all(&images).unwrap();
     assert_refused(&davis(&root, &[]), 3, &["toy", "holds no images"]);

@@ -128,6 +128,33 @@ fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
 }
 
 #[test]
+fn what_may_work_later_has_another_code_than_what_never_does() {
+    let (input, out) = (folder("later-in"), absent("later-out"));
+    clip(&input, 4, SIZE, &moving);
+    let bad = input.join("bad.y4m");
+    fs::write(&bad, &y4m(2)[..3000]).unwrap();
+    let missing = input.join("missing.mp4");
+    let code = |inputs: &[&Path]| {
+        let inputs = inputs.iter().map(|path| path.as_os_str());
+        let words = ["segment", "--quiet", "--overwrite", "--out", out.to_str().unwrap()].map(std::ffi::OsStr::new);
+        tracecut(words.into_iter().chain(inputs)).status.code().unwrap()
+    };
+    assert_eq!([code(&[&missing]), code(&[&input.join("missing")]), code(&[&input.join("missing.bmf")])], [1; 3]);
+    fs::write(input.join("list.bmf"), "2 1\nf0.png\nnot-yet.png\n").unwrap();
+    assert_eq!([code(&[&input.join("list.bmf")]), code(&[&bad])], [1, 3]);
+    #[cfg(unix)]
+    {
+        // Nobody can open a link that leads to itself, root neither.
+        std::os::unix::fs::symlink("loop.mp4", input.join("loop.mp4")).unwrap();
+        assert_eq!(code(&[&input.join("loop.mp4")]), 1);
+    }
+    // Of several inputs the code says that one of them may work later.
+    assert_eq!([code(&[&bad, &missing, &input]), code(&[&missing, &bad]), code(&[&bad, &input])], [1, 1, 3]);
+    let help = text(&tracecut(["--help"]).stdout);
+    assert!(help.contains("1    may succeed later: an input is missing"), "{help}");
+}
+
+#[test]
 fn many_runs_begun_at_once_leave_one_whole_result() {
     let (input, whole, out) = (long_clip("many-in"), absent("many-whole"), absent("many-out"));
     assert_done(&segment(&input, &whole, &WINDOWS));

@@ -69,7 +69,8 @@ def to_coco(
         count = 0
         for frame in frames_of(masks, frames):
             height, width = (int(side) for side in frame.mask.shape)
-            images.append({"id": frame.t + 1, "file_name": frame.name, "width": width, "height": height})
+            image = {"id": frame.t + 1, "file_name": frame.name, "width": width, "height": height}
+            images.append(image if frame.time is None else {**image, "timestamp": frame.time})
             for label in frame.objects():
                 count += 1
                 out.write(("," if count > 1 else "") + "\n" + json_line(_annotation(frame, label, count, classes)))

@@ -1,0 +1,232 @@
+// Makes the files of the intake table: one clip of a moving square, stored as phones, browsers, camcorders and people
+// store clips. Needs ffmpeg. `node tests/intake/clips.mjs FOLDER` makes them into a folder.
+
+import { execFileSync, spawnSync } from 'node:child_process';
+import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { root } from '../../scripts/tools.mjs';
+import { crc32 } from '../png.mjs';
+
+/** The folder that all tests of one checkout share. */
+export const FOLDER = join(root, 'out', 'intake');
+
+/** The clip: a textured red square of 60x60 pixels over a textured green ground that stands still. */
+export const CLIP = { width: 240, height: 180, numFrames: 16, side: 60 };
+
+/** The square's left top corner in picture `k`. */
+export const placeOf = (k) => ({ x: 24 + 3 * k, y: 40 + k });
+
+const H264 = '-c:v libx264 -crf 20 -pix_fmt yuv420p';
+const VP8 = '-c:v libvpx -crf 20 -b:v 900k';
+const VP9 = '-c:v libvpx-vp9 -crf 20 -b:v 900k -pix_fmt yuv420p';
+/** Uneven times in milliseconds, with a pause after the first picture, as recordings of a canvas have them. */
+export const recordedMs = (n) => n * 49 + ((n * n * 7) % 19) + (n >= 1 ? 250 : 0);
+const RECORDED = String.raw`settb=1/1000,setpts=N*49+mod(N*N*7\,19)+gte(N\,1)*250`;
+const MILLISECONDS = '-fps_mode passthrough -enc_time_base 1:1000';
+/** Delays of animated images in milliseconds. */
+export const DELAYS_MS = [40, 40, 120, 40, 40, 200, 40, 40, 40, 100, 40, 40, 40, 70, 40, 300];
+const DELAYED = `settb=1/1000,setpts=${DELAYS_MS.slice(0, -1)
+  .map((delay, k) => String.raw`gte(N\,${k + 1})*${delay}`)
+  .join('+')}`;
+
+/** Display matrices of an MP4 track (a, b, c, d, x, y) that bring pictures upright. */
+const TURNS = {
+  rot90: { stored: 'transpose=2', matrix: [0, 1, -1, 0, 180, 0] },
+  rot180: { stored: 'hflip,vflip', matrix: [-1, 0, 0, -1, 240, 180] },
+  rot270: { stored: 'transpose=1', matrix: [0, -1, 1, 0, 0, 240] },
+  mirrored: { stored: 'hflip', matrix: [-1, 0, 0, 1, 240, 0] },
+};
+
+/** Whether there is an ffmpeg that can make the files. */
+export const hasFfmpeg = () => spawnSync('ffmpeg', ['-version'], { stdio: 'ignore' }).status === 0;
+
+/**
+ * The folder of the files, which are made where they are not there yet.
+ */
+export function ensureClips(folder = FOLDER) {
+  const stamp = join(folder, 'made-by.txt');
+  const source = readFileSync(fileURLToPath(import.meta.url), 'utf8');
+  if (existsSync(stamp) && readFileSync(stamp, 'utf8') === source) return folder;
+  const work = `${folder}.${process.pid}`;
+  rmSync(work, { recursive: true, force: true });
+  mkdirSync(work, { recursive: true });
+  makeClips(work);
+  writeFileSync(join(work, 'made-by.txt'), source);
+  rmSync(folder, { recursive: true, force: true });
+  renameSync(work, folder);
+  return folder;
+}
+
+function makeClips(folder) {
+  const at = (name) => join(folder, name);
+  const run = (line, ...more) => ffmpeg(folder, line, ...more);
+  const bytes = (name) => readFileSync(at(name));
+  const save = (name, data) => writeFileSync(at(name), data);
+
+  mkdirSync(at('pictures'));
+  const texture = (colour, size, seed) =>
+    `-f lavfi -i color=${colour}:s=${size}:r=25,format=rgb24,noise=alls=90:all_seed=${seed},gblur=1,loop=-1:1`;
+  const overlay = '[0][1]overlay=x=21+3*n:y=39+n:format=gbrp';
+  run(
+    `${texture('0x5a965a', '240x180', 1)} ${texture('0xe63c28', '60x60', 2)} -filter_complex ${overlay} -frames:v 16 pictures/%05d.png`,
+  );
+  const pictures = (rate = 25) => `-framerate ${rate} -i pictures/%05d.png`;
+
+  run(`${pictures()} ${H264} plain.mp4`);
+  run(`${pictures()} ${H264} -f mpegts CAM0001.MTS`);
+  cpSync(at('CAM0001.MTS'), at('no-ending'));
+  cpSync(at('plain.mp4'), at('wrong-ending.jpg'));
+
+  // Times.
+  run(`${pictures(5)} ${H264} fps5.mp4`);
+  run(`${pictures(7)} ${H264} fps7.mp4`);
+  const pauses = String.raw`setpts=(N+gte(N\,6)*9+gte(N\,11)*3)/30/TB`;
+  run(`${pictures(30)} -vf ${pauses} -fps_mode passthrough -enc_time_base 1:30000 ${H264} vfr.mp4`);
+  run(`${pictures()} -vf ${RECORDED} ${MILLISECONDS} ${VP8} -live 1 -f webm recording.webm`);
+  save('recording.webm', withoutDefaultDuration(bytes('recording.webm')));
+  run(
+    `${pictures()} -vf format=rgba,${RECORDED} ${MILLISECONDS} -c:v libvpx -auto-alt-ref 0 -pix_fmt yuva420p -crf 20 -b:v 900k -live 1 -f webm alpha.webm`,
+  );
+  save('alpha.webm', withoutDefaultDuration(bytes('alpha.webm')));
+  run(
+    `${pictures()} -vf format=rgba -c:v libvpx-vp9 -auto-alt-ref 0 -pix_fmt yuva420p -crf 20 -b:v 900k alpha-vp9.webm`,
+  );
+  run(`${pictures()} ${H264} -bf 0 -g 1 whole.mp4`);
+  run('-ss 0.16 -i whole.mp4 -c copy edit-list.mp4');
+  run(
+    `-i plain.mp4 -f lavfi -i sine=d=0.64 -f lavfi -i sine=frequency=880:d=0.64 -map 0:v -map 1:a -map 2:a -c:v copy -c:a aac two-sounds.mp4`,
+  );
+
+  // Turns, sizes, colours.
+  for (const [name, { stored, matrix }] of Object.entries(TURNS)) {
+    run(`${pictures()} -vf ${stored} ${H264} stored.mp4`);
+    save(`${name}.mp4`, withMatrix(bytes('stored.mp4'), matrix));
+  }
+  run(`${pictures()} -vf scale=180:180,setsar=4/3 ${H264} sar.mp4`);
+  run(`${pictures()} -vf scale=120:180,setsar=2/1 ${H264} sar2.mp4`);
+  run(`${pictures()} -frames:v 8 ${VP8} first.webm`);
+  run(`-framerate 25 -start_number 9 -i pictures/%05d.png -vf scale=160:120 ${VP8} second.webm`);
+  save('list.txt', 'file first.webm\nfile second.webm\n');
+  run('-f concat -i list.txt -c copy size-changes.webm');
+  const bt709 = '-color_range tv -colorspace bt709 -color_primaries bt709 -color_trc bt709';
+  const saturated = 'eq=saturation=2.5,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p';
+  run(`${pictures()} -vf ${saturated} -c:v libx264 -crf 20 ${bt709} bt709.mp4`);
+  run(`${pictures()} ${VP9} vp9.webm`);
+  if (hasEncoder('libx265'))
+    run(`${pictures()} -c:v libx265 -x265-params log-level=none -crf 20 -pix_fmt yuv420p -tag:v hvc1 hevc.mp4`);
+
+  // Tracks.
+  run('-framerate 1 -i pictures/00001.png -vf format=yuvj420p -frames:v 1 -update 1 cover.jpg');
+  run('-i cover.jpg -i plain.mp4 -map 0 -map 1 -c copy cover.mkv');
+  run('-i plain.mp4 -i cover.jpg -map 1 -map 0 -c copy -disposition:v:0 attached_pic attached.mp4');
+  run(
+    `-f lavfi -i color=gray:s=64x48:r=5:d=0.64 -i plain.mp4 -map 0:v -map 1:v -c:v:0 libx264 -pix_fmt yuv420p -c:v:1 copy -disposition:v:0 0 -disposition:v:1 default two-tracks.mp4`,
+  );
+  run('-f lavfi -i sine=d=0.5 -c:a aac only-sound.m4a');
+  save('not-a-video.mp4', 'These are only words, whatever the name of the file says.\n'.repeat(40));
+  save('empty.mp4', '');
+
+  // Damage.
+  run(`${pictures()} ${H264} -g 4 -movflags +faststart fast.mp4`);
+  save('cut-off.mp4', firstShare(bytes('fast.mp4'), 0.6));
+  save('no-index.mp4', firstShare(bytes('plain.mp4'), 0.6));
+  run(`${pictures()} ${VP9} -g 4 whole.webm`);
+  save('cut-off.webm', firstShare(bytes('whole.webm'), 0.6));
+  run(`${pictures()} ${H264} -g 4 whole.mkv`);
+  save('cut-off.mkv', firstShare(bytes('whole.mkv'), 0.6));
+  run(`${pictures()} ${H264} -g 4 -movflags frag_keyframe+empty_moov fragments.mp4`);
+  save('cut-off-fragments.mp4', firstShare(bytes('fragments.mp4'), 0.6));
+  save('hole.mp4', withHole(bytes('fast.mp4')));
+
+  // Animated images and folders.
+  run(`${pictures()} -vf ${DELAYED} ${MILLISECONDS} -f apng -plays 0 delays.png`);
+  save('delays.png', withLastDelay(bytes('delays.png'), DELAYS_MS.at(-1)));
+  run(`${pictures()} -vf ${DELAYED} -fps_mode passthrough -enc_time_base 1:100 -c:v gif -f gif delays.gif`);
+  if (hasEncoder('libwebp_anim'))
+    run(`${pictures()} -vf ${DELAYED} ${MILLISECONDS} -c:v libwebp_anim -quality 60 -f webp delays.webp`);
+  const jpegs = (to, count, filter = 'null') => {
+    mkdirSync(at(to), { recursive: true });
+    run(`${pictures()} -vf ${filter} -frames:v ${count} -q:v 3 ${to}/IMG_%d.JPG`);
+  };
+  jpegs('exif', 12, 'transpose=2');
+  for (const name of readdirSync(at('exif'))) save(`exif/${name}`, withOrientation(bytes(`exif/${name}`), 6));
+  jpegs('copied', 4);
+  for (const name of readdirSync(at('copied'))) save(`copied/._${name}`, '\0\x05\x16\x07\0\x02\0\0Mac OS X        ');
+  save('copied/.hidden.png', 'nothing');
+  mkdirSync(at('copied/IMG_9.JPG.d'));
+  // Ten comes after two, and large letters beside small ones.
+  jpegs('order', 12);
+  for (const k of [2, 5, 11]) renameSync(at(`order/IMG_${k}.JPG`), at(`order/img_${k}.jpg`));
+
+  // Nothing moves that colours tell.
+  const grey = (size, seed) => `${texture('gray', size, seed)}`;
+  run(
+    `${grey('240x180', 1)} ${grey('60x60', 2)} -filter_complex [0][1]overlay=x=21+3*n:y=39+n,format=gray,format=yuv420p -frames:v 16 -c:v libx264 -crf 20 camouflage.mp4`,
+  );
+}
+
+/** Runs ffmpeg with arguments that hold no spaces. */
+function ffmpeg(folder, line) {
+  execFileSync('ffmpeg', ['-v', 'error', '-nostdin', '-y', ...line.split(' ').filter(Boolean)], {
+    cwd: folder,
+    stdio: ['ignore', 'ignore', 'inherit'],
+  });
+}
+
+const hasEncoder = (name) =>
+  new RegExp(` ${name} `).test(execFileSync('ffmpeg', ['-hide_banner', '-encoders'], { encoding: 'utf8' }));
+
+const firstShare = (bytes, share) => bytes.subarray(0, Math.floor(bytes.length * share));
+
+/** Browsers write no DefaultDuration: the element becomes a Void. */
+function withoutDefaultDuration(bytes) {
+  const start = bytes.indexOf(Buffer.from('23e383', 'hex'));
+  const length = bytes[start + 3] & 15;
+  return Buffer.concat([
+    bytes.subarray(0, start),
+    Buffer.from([0xec, 0x82 + length]),
+    Buffer.alloc(2 + length),
+    bytes.subarray(start + 4 + length),
+  ]);
+}
+
+/** An MP4 whose first track has another display matrix. */
+function withMatrix(bytes, [a, b, c, d, x, y]) {
+  const fixed = [a, b, 0, c, d, 0, x, y].map((value) => value * 65536);
+  const start = bytes.indexOf('tkhd') + 4 + 4 + 20 + 16;
+  const turned = Buffer.from(bytes);
+  [...fixed, 1 << 30].forEach((value, k) => turned.writeInt32BE(value, start + 4 * k));
+  return turned;
+}
+
+/** An MP4 whose media data has 400 wrong bytes behind its middle. */
+function withHole(bytes) {
+  const start = bytes.indexOf('mdat') + 4;
+  const middle = start + Math.floor((bytes.length - start) * 0.6);
+  return Buffer.concat([bytes.subarray(0, middle), Buffer.alloc(400, 0x55), bytes.subarray(middle + 400)]);
+}
+
+/** An animated PNG whose last picture is shown for so many milliseconds. */
+function withLastDelay(bytes, milliseconds) {
+  const start = bytes.lastIndexOf('fcTL');
+  const changed = Buffer.from(bytes);
+  changed.writeUInt16BE(milliseconds, start + 4 + 20);
+  changed.writeUInt16BE(1000, start + 4 + 22);
+  changed.writeUInt32BE(crc32(changed.subarray(start, start + 4 + 26)), start + 4 + 26);
+  return changed;
+}
+
+/** A JPEG with an EXIF block that holds the orientation alone. */
+function withOrientation(bytes, orientation) {
+  const tiff = Buffer.from('4d4d002a00000008' + '0001' + '0112000300000001' + '00000000' + '00000000', 'hex');
+  tiff.writeUInt16BE(orientation, 18);
+  const exif = Buffer.concat([Buffer.from('Exif\0\0'), tiff]);
+  const head = Buffer.from([0xff, 0xe1, 0, 0]);
+  head.writeUInt16BE(exif.length + 2, 2);
+  return Buffer.concat([bytes.subarray(0, 2), head, exif, bytes.subarray(2)]);
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  console.log(ensureClips(process.argv[2] ?? FOLDER));
+}
