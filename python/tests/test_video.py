@@ -181,14 +181,8 @@ def test_results_and_exports_have_the_times(frames: list[np.ndarray], tmp_path: 
     assert {row.split(",")[1] for row in rows} <= {f"{t / 10:g}" for t in range(NUM_FRAMES)} and rows
     with pytest.raises(tracecut.TraceCutError, match="times has 1 entries"):
         result.session.object_table([0.0])
-    coco = json.loads((interchange.to_fiftyone(result, tmp_path / "coco") / "labels.json").read_text())
+    coco = json.loads((interchange.to_coco(result, tmp_path / "coco") / "labels.json").read_text())
     assert [image["timestamp"] for image in coco["images"]] == result.times.tolist()
-    (tmp_path / "video").mkdir()
-    studio = interchange.to_label_studio_video(result, tmp_path / "video" / "out", video="a.mp4")
-    (task,) = json.loads((studio / "tasks.json").read_text())
-    assert task["data"]["times"] == result.times.tolist() and f'framerate="{result.frame_rate}"' in (
-        studio / "config.xml"
-    ).read_text()
     without = tracecut.segment(frames).as_json()
     assert "times" not in without and without["frames"] == report["frames"]
 

@@ -1,16 +1,12 @@
-// The recipe of browser extensions, and the other places where workers or later modules are missing.
+// Service workers and shared workers, where workers or later modules are missing.
 
 import assert from 'node:assert/strict';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
-import { chromium } from 'playwright-core';
-import { findBrowser } from '../../scripts/browser.mjs';
 import { outcome } from '../package/app/segment.js';
-import { gives } from '../package/found.mjs';
 import { served } from '../package/installed.mjs';
-import { project, recipe } from '../package/project.mjs';
+import { project } from '../package/project.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
 const site = useServerAndBrowser();
@@ -26,45 +22,6 @@ function segment(folder, from) {
   const text = readFileSync(join(folder, 'segment.js'), 'utf8');
   writeFileSync(join(folder, 'segment.js'), text.replace("from 'tracecut'", from));
 }
-
-const withWindows = findBrowser({ withWindows: true });
-const missing = !withWindows && 'extensions need a Chromium with windows, and there is only the headless shell';
-
-test(
-  'an extension of Manifest V3: its service worker with everything inside, and its page',
-  { skip: missing },
-  async (t) => {
-    const folder = await project(t, { recipe: 'extension' });
-    segment(folder, INLINE);
-    const background = recipe('extension').get('background.js');
-    writeFileSync(
-      join(folder, 'background.js'),
-      `${background}\nimport { outcome } from './segment.js';\nself.outcome = outcome();\nself.outcome.catch(() => {});\n`,
-    );
-    const profile = mkdtempSync(join(tmpdir(), 'tracecut-profile-'));
-    const context = await chromium.launchPersistentContext(profile, {
-      executablePath: withWindows,
-      headless: true,
-      ignoreDefaultArgs: ['--disable-extensions'],
-      args: ['--no-sandbox', `--disable-extensions-except=${folder}`, `--load-extension=${folder}`],
-    });
-    t.after(async () => {
-      await context.close();
-      rmSync(profile, { recursive: true, force: true });
-    });
-    const worker = context.serviceWorkers()[0] ?? (await context.waitForEvent('serviceworker'));
-    assert.deepEqual(await worker.evaluate(() => self.outcome), expected);
-    assert.equal(await worker.evaluate(() => typeof self.tracecut.maskPng), 'function');
-  },
-);
-
-test('a page of an extension with the package in a file beside it, under the policy of the recipe', async (t) => {
-  const folder = await project(t, {});
-  segment(folder, ORDINARY);
-  const { content_security_policy: policy } = JSON.parse(recipe('extension').get('manifest.json'));
-  const headers = { 'Content-Security-Policy': policy.extension_pages };
-  await gives(t, site.browser, await served(t, folder, { headers }), expected);
-});
 
 test('a service worker that loads the package in many modules is told to take the one with everything inside', async (t) => {
   const folder = await project(t, {});

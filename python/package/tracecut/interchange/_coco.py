@@ -1,4 +1,4 @@
-"""FiftyOne: COCO's JSON, which it imports with masks and identities."""
+"""COCO's JSON, which annotation tools import with masks and identities."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ._clip import Classes, Frame, Masks, box_of, check_text, frames_of
 from ._output import PathLike, json_line, new_folder
 
 
-def to_fiftyone(
+def to_coco(
     masks: Masks,
     path: PathLike,
     *,
@@ -19,10 +19,10 @@ def to_fiftyone(
     frames: Optional[Iterable[str]] = None,
     objects: Optional[Mapping[int, str]] = None,
 ) -> Path:
-    """Writes masks for FiftyOne: a folder with ``labels.json``, which is its ``COCODetectionDataset``.
+    """Writes masks as COCO has them: a folder with ``labels.json``.
 
-    Frame by frame, in the memory of one mask and the names. Each object of each frame is a detection with a mask,
-    whose ``index`` is its label in all frames. pycocotools and all else that reads COCO reads it too.
+    Frame by frame, in the memory of one mask and the names. Each object of each frame is an annotation with a mask,
+    whose ``track_id`` is its label in all frames.
 
     Parameters
     ----------
@@ -33,8 +33,7 @@ def to_fiftyone(
     name : str, default "clip"
         The description of the data set.
     frames : iterable of str, optional
-        The frames' names in the folder of images that FiftyOne is given, as many as there are masks; ``00000.jpg``
-        and so on if not given.
+        The frames' names, as many as there are masks; ``00000.jpg`` and so on if not given.
     objects : mapping of int to str, optional
         The class of each label; ``object 1`` and so on of those without.
 
@@ -50,9 +49,9 @@ def to_fiftyone(
 
     Notes
     -----
-    FiftyOne's user guide describes the format under "COCODetectionDataset", and COCO's site under "Data format";
-    ``index`` is the field that FiftyOne's detections have for objects that are followed. Masks are compressed run
-    lengths, exact to the pixel.
+    COCO's site describes the format under "Data format". Masks are compressed run lengths, exact to the pixel. The
+    identity is there three times: as ``track_id``, which the command line and JavaScript write too, under
+    ``attributes`` for CVAT and Datumaro, and as ``index`` for FiftyOne.
 
     Examples
     --------
@@ -60,7 +59,7 @@ def to_fiftyone(
     >>> from tracecut import interchange
     >>> result = tracecut.segment(tracecut.synth.Scene("sample", 96, 54, frames=4), preset="fast")
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     [file.name for file in interchange.to_fiftyone(result, folder + "/fiftyone").iterdir()]
+    ...     [file.name for file in interchange.to_coco(result, folder + "/coco").iterdir()]
     ['labels.json']
     """
     description, classes = check_text("name", name), Classes(objects)
@@ -71,7 +70,7 @@ def to_fiftyone(
         for frame in frames_of(masks, frames):
             height, width = (int(side) for side in frame.mask.shape)
             image = {"id": frame.t + 1, "file_name": frame.name, "width": width, "height": height}
-            images.append({**image, **frame.timestamp("timestamp")})
+            images.append(image if frame.time is None else {**image, "timestamp": frame.time})
             for label in frame.objects():
                 count += 1
                 out.write(("," if count > 1 else "") + "\n" + json_line(_annotation(frame, label, count, classes)))
@@ -91,5 +90,7 @@ def _annotation(frame: Frame, label: int, number: int, classes: Classes) -> dict
         "area": int(inside.sum()),
         "segmentation": coco_rle(frame.mask, label),
         "iscrowd": 0,
+        "track_id": label,
+        "attributes": {"track_id": label},
         "index": label,
     }
