@@ -69,7 +69,7 @@ def write_video(
             if aspect is not None:
                 stream.codec_context.sample_aspect_ratio = aspect
             if default is not None:
-                stream.disposition = av.stream.Disposition.default if number == default else 0
+                stream.disposition = av.stream.Disposition.default.value if number == default else 0
         for stream, pictures in zip(streams, tracks):
             for t, picture in enumerate(pictures):
                 frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")

@@ -69,7 +69,8 @@ class _ErrorMessages:
                     logging.set_skip_repeated(self._settings[1])
 
 
-_ERROR_MESSAGES = _ErrorMessages()
+#: Listened to for as long as a reader works, and by each part of it that looks at messages.
+ERROR_MESSAGES = _ErrorMessages()
 
 
 class Track(NamedTuple):
@@ -97,7 +98,7 @@ def open_track(open_file: Callable[[], Any]) -> Generator[Optional[Track], None,
 
 def _open(open_file: Callable[[], Any]) -> tuple[Any, bool]:
     """Returns a container, and whether FFmpeg came to a premature end while it looked for the tracks."""
-    with _ERROR_MESSAGES.listen() as messages:
+    with ERROR_MESSAGES.listen() as messages:
         container = open_file()
     return container, any(words in text for _, _, text in messages for words in _END_WORDS)
 
@@ -239,7 +240,7 @@ class Decoder:
 
         packets = self._container.demux(self._stream)
         while True:
-            with _ERROR_MESSAGES.listen() as messages:
+            with ERROR_MESSAGES.listen() as messages:
                 try:
                     packet = next(packets, None)
                 except FFmpegError:
@@ -260,7 +261,7 @@ class Decoder:
         from av.error import FFmpegError
 
         pts = None if packet is None else packet.pts
-        with _ERROR_MESSAGES.listen() as messages:
+        with ERROR_MESSAGES.listen() as messages:
             try:
                 frames: list[Any] = self._stream.decode(packet)
             except FFmpegError:
