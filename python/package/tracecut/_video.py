@@ -69,10 +69,8 @@ class VideoReader(Iterator[U8]):
                 raise self._error("codec", f"its codec cannot be decoded by PyAV {self._pyav.__version__}")
             decoder = Decoder(track)
             yield from self._convert(decoder, RgbConverter(track.stream))
-            if not decoder.has_packets:
-                raise self._truncated()
             if not self._times:
-                raise self._without_picture(codec.name)
+                raise self._truncated() if decoder.lacks_data else self._without_picture(codec.name)
 
     def _convert(self, decoder: Decoder, converter: RgbConverter) -> Iterator[U8]:
         try:
