@@ -69,7 +69,7 @@ def write_video(
             if aspect is not None:
                 stream.codec_context.sample_aspect_ratio = aspect
             if default is not None:
-                stream.disposition = av.stream.Disposition.default if number == default else 0
+                stream.disposition = av.stream.Disposition.default.value if number == default else 0
         for stream, pictures in zip(streams, tracks):
             for t, picture in enumerate(pictures):
                 frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
@@ -303,11 +303,11 @@ def test_damage_in_the_middle_ends_a_clip_there(frames: list[np.ndarray], tmp_pa
     with pytest.raises(tracecut.TraceCutError) as caught:
         tracecut.segment(path)
     assert (caught.value.code, caught.value.frames) == ("truncated", 5)
-    one = bytearray(data[: places[1][0] + 20])
-    path.write_bytes(one)
-    with pytest.raises(tracecut.TraceCutError, match="damaged at frame 1") as caught:
-        tracecut.segment(path)
-    assert caught.value.frames == 1 and caught.value.result is None
+    for count in (0, 1):
+        path.write_bytes(data[: places[count][0] + 20])
+        with pytest.raises(tracecut.TraceCutError, match="is cut off or damaged") as caught:
+            tracecut.segment(path)
+        assert (caught.value.code, caught.value.frames, caught.value.result) == ("truncated", count, None)
 
 
 def test_a_recording_may_begin_between_two_key_frames(frames: list[np.ndarray], tmp_path: Path) -> None:

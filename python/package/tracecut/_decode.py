@@ -69,7 +69,8 @@ class _ErrorMessages:
                     logging.set_skip_repeated(self._settings[1])
 
 
-_ERROR_MESSAGES = _ErrorMessages()
+#: Listened to for as long as a reader works, and by each part of it that looks at messages.
+ERROR_MESSAGES = _ErrorMessages()
 
 
 class Track(NamedTuple):
@@ -97,7 +98,7 @@ def open_track(open_file: Callable[[], Any]) -> Generator[Optional[Track], None,
 
 def _open(open_file: Callable[[], Any]) -> tuple[Any, bool]:
     """Returns a container, and whether FFmpeg came to a premature end while it looked for the tracks."""
-    with _ERROR_MESSAGES.listen() as messages:
+    with ERROR_MESSAGES.listen() as messages:
         container = open_file()
     return container, any(words in text for _, _, text in messages for words in _END_WORDS)
 
@@ -136,24 +137,23 @@ def _choose_track(container: Any, tracks: list[Any]) -> int:
 
 
 class Decoder:
-    """The pictures of a track.
-
-    Attributes
-    ----------
-    has_packets : bool
-        Whether any part of a picture has been read.
-    """
+    """The pictures of a track."""
 
     def __init__(self, track: Track) -> None:
         self._container, self._stream, self._is_cut_off = track
         # With one thread, errors come in the order of the packets.
         self._stream.codec_context.thread_count = 1
-        self.has_packets = False
+        self._has_packets = False
         #: Durations by the time stamps of pictures that have been read and are not decoded yet.
         self._expected: dict[int, int] = {}
         #: Time stamps of packets that are not whole, and of others that could not be decoded.
         self._torn: set[int] = set()
         self._failed: set[int] = set()
+
+    @property
+    def lacks_data(self) -> bool:
+        """Whether the file ends too early, or a part of it cannot be read."""
+        return self._is_cut_off or len(self._torn) > 0 or not self._has_packets
 
     def pictures(self) -> Iterator[Picture]:
         """Gives the pictures in display order, with increasing times. Those that end at or before 0 are not shown.
@@ -239,20 +239,20 @@ class Decoder:
 
         packets = self._container.demux(self._stream)
         while True:
-            with _ERROR_MESSAGES.listen() as messages:
+            with ERROR_MESSAGES.listen() as messages:
                 try:
                     packet = next(packets, None)
                 except FFmpegError:
                     self._is_cut_off = True
                     return
-            if self.has_packets and any(source == self._container.format.name for _, source, _ in messages):
+            if self._has_packets and any(source == self._container.format.name for _, source, _ in messages):
                 self._is_cut_off = True
                 return
             if packet is None:
                 return
             # An empty one would mean the end to the decoder.
             if packet.size > 0:
-                self.has_packets = True
+                self._has_packets = True
                 yield packet
 
     def _decode(self, packet: Optional[Any]) -> list[Any]:
@@ -260,7 +260,7 @@ class Decoder:
         from av.error import FFmpegError
 
         pts = None if packet is None else packet.pts
-        with _ERROR_MESSAGES.listen() as messages:
+        with ERROR_MESSAGES.listen() as messages:
             try:
                 frames: list[Any] = self._stream.decode(packet)
             except FFmpegError:

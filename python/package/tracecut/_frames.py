@@ -163,6 +163,6 @@ def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> VideoReader:
     TraceCutError
         ``no-video`` when the file is no video or has no video track, ``codec`` when it cannot be decoded,
         ``unsupported`` when this PyAV cannot read its format; ``truncated``, after the frames that are whole, when it
-        is cut off or damaged. All come with the first frame, or later.
+        is cut off or damaged. These come with the first frame, or later.
     """
     return VideoReader(path)
