@@ -180,6 +180,24 @@ describe('sources', { timeout: 240_000 }, () => {
     assert.ok(sizes.last > 5, `the last frame is ${sizes.last}`);
   });
 
+  test('frames that are to be turned or mirrored come upright', async () => {
+    const edges = await library.page.evaluate(async () => {
+      const context = new OffscreenCanvas(128, 64).getContext('2d');
+      drawNumber(context, 0);
+      const turns = [{ rotation: 0 }, { rotation: 90 }, { rotation: 180 }, { rotation: 0, flip: true }];
+      const frames = turns.map((turn, k) => {
+        const plain = new VideoFrame(context.canvas, { timestamp: 4e4 * k });
+        const frame = new VideoFrame(plain, turn);
+        plain.close();
+        return { frame, clip: String(k) };
+      });
+      const found = [];
+      for await (const { frame } of tracecut.videoFrames(frames)) found.push(redEdge(frame));
+      return found;
+    });
+    assert.deepEqual(edges, ['left', 'top', 'right', 'right']);
+  });
+
   test('frames of a stream are closed once they are read, also those passed over', async () => {
     const states = await library.page.evaluate(async () => {
       const context = new OffscreenCanvas(128, 64).getContext('2d');

@@ -326,10 +326,9 @@ class TrackReader {
         'unsupported',
         'videos are decoded by WebCodecs, which this browser or page does not have (expected Chrome 94, Firefox 130, Safari 16.4 or newer, and a page by https)',
       );
-    return new TraceCutError(
-      'codec',
-      `the codec ${await this.#codec()} cannot be decoded by this browser; convert it to MP4 (H.264) or WebM`,
-    );
+    const codec = await this.#codec();
+    const others = codec.startsWith('avc') ? 'WebM' : 'MP4 (H.264) or WebM';
+    return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser; convert it to ${others}`);
   }
 
   /**

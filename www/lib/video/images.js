@@ -41,7 +41,7 @@ export async function openImage(file, type) {
  * @param {string} type
  */
 async function decoderOf(Kind, file, type) {
-  const decoder = new Kind({ data: await file.arrayBuffer(), type, preferAnimation: true });
+  const decoder = new Kind({ data: await file.arrayBuffer(), type });
   try {
     await decoder.tracks.ready;
   } catch (error) {
