@@ -1,93 +1,165 @@
 #!/usr/bin/env bash
-# One share of a list of clips: every SHARDS-th of its lines, from line SHARD on. Run it once for each share, on as many
-# machines as there are; whatever was done before is passed over, so a share may be run again after anything.
+# Segments one share of a list of clips: every SHARDS-th line, from line SHARD on. Run it once for each share, on as many
+# machines as there are. A share may be run again after anything: it does what is not done.
 #
 #   shard.sh LIST OUT [OPTION...]     the options are those of `tracecut segment`
 #
-# SHARD (0 to SHARDS - 1) and SHARDS come from the environment, else from a Slurm array or an indexed Job of Kubernetes
-# (there SHARDS has to be set to its `completions`). LIST has one clip a line. Clip n goes to OUT/00000n-NAME; one that
-# cannot be read leaves OUT/00000n-NAME.failed with the reason, and the others go on. Exit code: 0 when all clips are done or
-# are no clips; 1 when others failed, which a second run may mend; 2 for wrong use; 130 and 143 when it was interrupted.
+# SHARD (0 to SHARDS - 1) comes from the environment, else from a Slurm array or an indexed Job of Kubernetes. SHARDS comes
+# from the environment, and is the same in all runs. LIST has one clip on each line; empty lines and lines that begin with #
+# count as lines and are no clips. Line n, counted from 0, goes to OUT/00000n-NAME. Beside it lies, where not all went well,
+#
+#   00000n-NAME.failed      the clip cannot be read: the command and its error. Tried again when the clip or the options change
+#   00000n-NAME.truncated   the results end early, since the clip is damaged: the command and its error
+#   00000n-NAME.log         the clip failed for a reason that may go away. Tried again in the next run, after all other clips
+#
+# Exit code: 0 if each clip is done, truncated or cannot be read; 1 if another run has something to do; 2 for wrong use;
+# 130 or 143 if a signal ended it.
 set -uo pipefail
 
-BAD_INPUT=3
+# Exit codes of `tracecut` (docs/cli.md).
+WRONG_USE=2
+BAD_DATA=3
 
-usage() {
-  printf 'shard.sh: %s\n' "$1" >&2
-  exit 2
+# end CODE MESSAGE: prints the message and ends.
+end() {
+  printf 'shard.sh: %s\n' "$2" >&2
+  exit "$1"
 }
 
-# whole NAME VALUE: ends unless it is a whole number.
-whole() {
-  [[ $2 =~ ^[0-9]+$ ]] || usage "$1 = '$2' (expected a whole number)"
+# require_number NAME VALUE: ends unless the value is a whole number.
+require_number() {
+  [[ $2 =~ ^[0-9]+$ ]] || end 2 "$1 = '$2' (expected a whole number)"
 }
 
-[ $# -ge 2 ] || usage 'expected LIST OUT [OPTION...]'
+[ $# -ge 2 ] || end 2 'expected LIST OUT [OPTION...]'
 list=$1
 out=$2
 shift 2
-[ -r "$list" ] || usage "the list $list cannot be read"
 
-shard=${SHARD:-}
+shard=${SHARD:-${SLURM_ARRAY_TASK_ID:-${JOB_COMPLETION_INDEX:-}}}
 shards=${SHARDS:-}
-if [ -z "$shard" ] && [ -n "${SLURM_ARRAY_TASK_ID:-}" ]; then
-  shard=$((SLURM_ARRAY_TASK_ID - ${SLURM_ARRAY_TASK_MIN:-0}))
-  shards=${shards:-${SLURM_ARRAY_TASK_COUNT:-}}
-fi
-shard=${shard:-${JOB_COMPLETION_INDEX:-}}
-whole SHARD "$shard"
-whole SHARDS "$shards"
-((10#$shard < 10#$shards)) || usage "SHARD = $shard (expected 0 to $((10#$shards - 1)), as SHARDS = $shards)"
+require_number SHARD "$shard"
+require_number SHARDS "$shards"
+shard=$((10#$shard))
+shards=$((10#$shards))
+((shard < shards)) || end 2 "SHARD = $shard (expected 0 to $((shards - 1)), as SHARDS = $shards)"
 
-mkdir -p "$out" || exit 1
+# These may be there in the next run, or on another machine.
+[ -r "$list" ] && [ ! -d "$list" ] || end 1 "the list $list cannot be read"
+command -v tracecut >/dev/null || end 1 'there is no tracecut on the PATH'
+mkdir -p -- "$out" || exit 1
 
-# A signal is passed on: the command keeps what it has, and the share ends.
+# A signal ends the command, which keeps what it has, and then the share. Bash has its children ignore SIGINT.
 child=
-stopped=
+stop_code=
 stop() {
-  stopped=$1
-  [ -z "$child" ] || kill -s "$2" "$child" 2>/dev/null
+  stop_code=$1
+  [ -z "$child" ] || kill -s TERM "$child" 2>/dev/null
 }
-trap 'stop 130 INT' INT
-trap 'stop 143 TERM' TERM
+trap 'stop 130' INT
+trap 'stop 143' TERM
 
-# segment CLIP PLACE OPTION...: runs the command, and waits for it through signals.
+# segment LOG CLIP PLACE OPTION...: runs the command and waits for its end, also when signals arrive.
 segment() {
-  local clip=$1 place=$2 code
-  shift 2
-  tracecut segment "$clip" --out "$place" --resume --quiet "$@" 2>"$place.log" &
+  local log=$1 clip=$2 place=$3 code
+  shift 3
+  # A path is never an option, nor standard input.
+  case $clip in -*) clip=./$clip ;; esac
+  tracecut segment "$clip" --out "$place" --resume --quiet "$@" 2>"$log" &
   child=$!
+  # A signal may have come before the child was known.
+  [ -z "$stop_code" ] || kill -s TERM "$child" 2>/dev/null
   while :; do
     wait "$child"
     code=$?
-    kill -0 "$child" 2>/dev/null || break
+    # A wait that a signal ended gives a code of its own, and the command goes on.
+    if ((code <= 128)) || ! kill -0 "$child" 2>/dev/null; then break; fi
   done
   child=
   return "$code"
 }
 
-line=-1
-failed=0
-while IFS= read -r clip || [ -n "$clip" ]; do
-  line=$((line + 1))
-  if [ -z "$clip" ] || ((line % 10#$shards != 10#$shard)); then continue; fi
-  name=$(basename -- "$clip")
-  place=$out/$(printf '%06d' "$line")-${name%.*}
-  if [ -e "$place" ] || [ -e "$place.failed" ]; then continue; fi
-  segment "$clip" "$place" "$@"
+# place_of NUMBER CLIP: prints the folder of the clip's results.
+place_of() {
+  local name=${2%/}
+  name=${name##*/}
+  printf '%s/%06d-%s' "$out" "$1" "${name%.*}"
+}
+
+# is_noted NOTE CLIP COMMAND: is true if the note is about this command, and the clip has not changed since.
+is_noted() {
+  local noted
+  [ -f "$1" ] && [ ! "$2" -nt "$1" ] && IFS= read -r noted <"$1" && [ "$noted" = "$3" ]
+}
+
+# write_note NOTE LOG COMMAND: turns a log into a note.
+write_note() {
+  { printf '%s\n' "$3" && cat "$2"; } >"$1.part" && mv "$1.part" "$1" && rm "$2"
+}
+
+is_truncated() {
+  grep -qs '"truncated": {' "$1/result.json"
+}
+
+num_done=0
+num_truncated=0
+num_unreadable=0
+num_failed=0
+
+# process NUMBER CLIP OPTION...: makes the results of one clip, or a note on why there are none.
+process() {
+  local number=$1 clip=$2 place command code
+  shift 2
+  place=$(place_of "$number" "$clip")
+  printf -v command '%q ' tracecut segment "$clip" "$@"
+  command=${command% }
+  if is_noted "$place.failed" "$clip" "$command"; then
+    num_unreadable=$((num_unreadable + 1))
+    return
+  fi
+  rm -f "$place.failed"
+  segment "$place.log" "$clip" "$place" "$@"
   code=$?
-  [ -z "$stopped" ] || exit "$stopped"
-  case $code in
-    0) rm -f "$place.log" ;;
-    "$BAD_INPUT") mv "$place.log" "$place.failed" ;;
-    2)
-      cat "$place.log" >&2
+  [ -z "$stop_code" ] || exit "$stop_code"
+  if ((code == 0)); then
+    rm -f "$place.log" "$place.truncated"
+    num_done=$((num_done + 1))
+  elif ((code == BAD_DATA)) && is_truncated "$place" && write_note "$place.truncated" "$place.log" "$command"; then
+    num_truncated=$((num_truncated + 1))
+  elif ((code == BAD_DATA)) && write_note "$place.failed" "$place.log" "$command"; then
+    num_unreadable=$((num_unreadable + 1))
+  else
+    cat "$place.log" >&2
+    # Options that are wrong for a clip of which nothing is there are wrong for all.
+    if ((code == WRONG_USE)) && [ ! -e "$place" ] && [ ! -e "$place.partial" ]; then
+      rm -f "$place.log"
       exit 2
-      ;;
-    *)
-      printf '%s: exit code %d, see %s\n' "$clip" "$code" "$place.log" >&2
-      failed=$((failed + 1))
-      ;;
-  esac
+    fi
+    printf 'shard.sh: line %d: %s: exit code %d\n' "$((number + 1))" "$clip" "$code" >&2
+    num_failed=$((num_failed + 1))
+  fi
+}
+
+# The numbers of the share's clips. One that failed may take the whole share down again, so it comes last.
+clips=()
+fresh=
+failed=
+number=-1
+while IFS= read -r clip || [ -n "$clip" ]; do
+  number=$((number + 1))
+  ((number % shards == shard)) || continue
+  # Editors on Windows write a mark before the text and a carriage return behind each line.
+  ((number > 0)) || clip=${clip#$'\xef\xbb\xbf'}
+  clip=${clip%$'\r'}
+  if [[ $clip =~ ^[[:space:]]*$ || $clip == '#'* ]]; then continue; fi
+  clips[number]=$clip
+  if [ -e "$(place_of "$number" "$clip").log" ]; then failed+=" $number"; else fresh+=" $number"; fi
 done <"$list"
-((failed == 0))
+
+for number in $fresh $failed; do
+  [ -z "$stop_code" ] || exit "$stop_code"
+  process "$number" "${clips[number]}" "$@"
+done
+printf 'shard.sh: share %d of %d: %d done, %d truncated, %d cannot be read, %d failed\n' \
+  "$shard" "$shards" "$num_done" "$num_truncated" "$num_unreadable" "$num_failed"
+((num_failed == 0))

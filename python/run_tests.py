@@ -4,7 +4,10 @@
 of them, all three.
 
 ``--wheel`` builds the wheel as it would be published instead, installs it into an empty environment and tests it there,
-and what is marked ``wheel``: the notebook, whose packages take long to install, and what runs for many seconds.
+and what is marked ``wheel``: the notebook and the recipes for other tools, whose packages take long to install, and
+what runs for many seconds.
+
+``--long`` runs what is marked ``long`` instead, with Ray, which it adds to the environment.
 """
 
 from __future__ import annotations
@@ -19,10 +22,12 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 VENV = Path(os.environ.get("TRACECUT_VENV") or HERE / ".venv")
-TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm"]
+TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools", "pillow", "av", "tqdm", "pyarrow"]
 WITHOUT_EXTRAS = ["test_memory.py", "test_package.py", "test_segment.py", "test_session.py", "test_masks.py"]
-WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_notebook.py"]
+WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_video.py", "test_notebook.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
+OTHER_TOOLS = ["datumaro", "label-studio-sdk", "fiftyone"]
+RAY = "ray>=2.9"
 NOTHING_TO_RUN = 5
 """The code of pytest where all that is in a file is left to another run."""
 
@@ -85,6 +90,12 @@ def develop(arguments: list[str]) -> None:
     test(python_of(VENV), arguments, [HERE / "tests"])
 
 
+def long(arguments: list[str]) -> None:
+    """Runs what takes minutes in the environment that stays."""
+    run(python_of(VENV), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", RAY)
+    test(python_of(VENV), ["-m", "long", *arguments], [HERE / "tests"])
+
+
 def wheel(arguments: list[str]) -> None:
     """The tests on the wheel, in an environment that has nothing else."""
     with tempfile.TemporaryDirectory() as folder:
@@ -102,9 +113,17 @@ def wheel(arguments: list[str]) -> None:
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITHOUT_EXTRAS])
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{built}[video]", *NOTEBOOK)
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITH_VIDEO_AND_NOTEBOOK])
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *OTHER_TOOLS)
+        test(python, ["-m", "not long", *arguments], [HERE / "tests" / "test_interchange.py"])
 
 
-STEPS = {"--prepare": prepare, "--build": build, "--test": lambda: develop(rest), "--wheel": lambda: wheel(rest)}
+STEPS = {
+    "--prepare": prepare,
+    "--build": build,
+    "--test": lambda: develop(rest),
+    "--long": lambda: long(rest),
+    "--wheel": lambda: wheel(rest),
+}
 
 if __name__ == "__main__":
     chosen = [word for word in sys.argv[1:] if word in STEPS]

@@ -17,7 +17,7 @@ const folders = [
   {
     folder: join(root, 'www'),
     at: './',
-    wanted: (name) => !/^(lib\/|demo\/gallery\/|service-worker\.js$)|\.(json|ts|md)$/.test(name),
+    wanted: (name) => !/^(lib\/|service-worker\.js$)|\.(json|ts|md)$/.test(name),
   },
   {
     folder: join(root, 'dist'),

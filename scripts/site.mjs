@@ -7,8 +7,7 @@ import { basename, dirname, join, relative, resolve, sep } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { build as bundle, transform } from 'esbuild';
 import { build } from './build.mjs';
-import { writeDocuments } from './documents.mjs';
-import { LICENCES } from './licences.mjs';
+import { writeLicences } from './licences.mjs';
 import { listed, precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
@@ -53,16 +52,12 @@ export async function writeSite(target) {
   }
   await writeDocument(target);
   for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
-  // These two are fetched when somebody looks at them, and not kept before.
-  cpSync(join(PLACES.demo, 'gallery'), join(target, 'demo', 'gallery'), { recursive: true });
-  await writeDocuments(target);
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo(?!\/gallery)|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
+    /^(dist|demo|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
     !name.endsWith('.map');
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   await writeServiceWorker(list, target);
-  cpSync(join(PLACES.dist, LICENCES), join(target, 'dist', LICENCES));
   return list.files.map(([file]) => file);
 }
 
@@ -157,5 +152,6 @@ if (import.meta.url === pathToFileURL(process.argv[1]).href) {
   const target = resolve(process.argv[2] ?? join(root, 'out', 'site'));
   await build();
   await writeSite(target);
+  writeLicences(join(target, 'dist'));
   console.log(`The site is in ${target}: ${readdirSync(target, { recursive: true }).length} files and folders.`);
 }

@@ -34,7 +34,6 @@ export const TASKS = {
     'Video files in Node',
     'Several clips in one stream',
     'Uncompressed video from a stream',
-    'Uncompressed video from a stream 2',
     'A server that answers meanwhile',
   ],
   browser: ['Effects: blurred, dimmed or other backgrounds'],

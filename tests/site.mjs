@@ -37,15 +37,15 @@ export async function shareSites() {
 /**
  * Has both ready before the tests of a file or suite, and ends after them what it started.
  *
- * @param {{args?: string[], sample?: 'whole' | 'small' | 'tiny'}} [options] further arguments of the browser; the page's sample
+ * @param {{sample?: 'whole' | 'small' | 'tiny'}} [options] the page's sample
  * @returns {{url: string, browser: import('playwright-core').Browser}} to be read in the tests
  */
-export function useServerAndBrowser({ sample = 'whole', ...launch } = {}) {
+export function useServerAndBrowser({ sample = 'whole' } = {}) {
   const site = { url: '', browser: null };
   let server;
   before(async () => {
     if (!shared[sample]) server = await serveSite(sample);
-    Object.assign(site, { url: shared[sample] ?? server.url, browser: await launchBrowser(launch) });
+    Object.assign(site, { url: shared[sample] ?? server.url, browser: await launchBrowser() });
   });
   after(async () => {
     await site.browser?.close();

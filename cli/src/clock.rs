@@ -50,6 +50,13 @@ impl Clock {
         let cpu = thread_seconds().map(|now| now - self.cpu.unwrap_or(0.0));
         Seconds { wall: self.wall.elapsed().as_secs_f64(), cpu }
     }
+
+    /// Seconds since the start or the last lap, which ends here.
+    pub fn lap(&mut self) -> Seconds {
+        let seconds = self.seconds();
+        *self = Self::start();
+        seconds
+    }
 }
 
 fn thread_seconds() -> Option<f64> {

@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Result, print};
 use crate::input::Input;
 use crate::log::Log;
-use crate::run::run;
+use crate::run::run_frames;
 use crate::settings::Settings;
 use clap::Args;
 use std::path::PathBuf;
@@ -36,11 +36,19 @@ pub(crate) fn explain(args: &ExplainArgs) -> Result<()> {
     let params = args.settings.params()?;
     let input = Input::open(&args.input, args.frames)?.within(&params);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let (session, _) = run(&input, params, threads, &Log::plain())?;
+    let mut damage = None;
+    let frames = input.frames()?.map_while(|frame| match frame {
+        Err(failure) if failure.is_after_clip() => {
+            damage = Some(failure);
+            None
+        }
+        frame => Some(frame),
+    });
+    let (session, _) = run_frames(frames, input.num_frames(), params, threads, &Log::plain())?;
     for &[t, x, y] in &args.at {
         print(words(&session, [t, x, y], &session.explain(t, x, y).map_err(|e| Failure::usage(e.to_string()))?))?;
     }
-    Ok(())
+    damage.map_or(Ok(()), Err)
 }
 
 fn thing(label: u8) -> String {

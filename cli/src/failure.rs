@@ -5,6 +5,9 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
+/// Fewest frames of a clip: motion needs two.
+pub(crate) const MIN_FRAMES: usize = 2;
+
 /// Why the program cannot go on, in words, with what to do.
 #[derive(Debug)]
 pub struct Failure {
@@ -71,6 +74,11 @@ impl Failure {
         let failure = Self::about(subject, &reason);
         let damage = (frames > 0).then_some(Damage { frames, reason });
         Self { damage, ..failure }
+    }
+
+    /// Returns true if enough whole frames came before the damage to make a clip.
+    pub(crate) fn is_after_clip(&self) -> bool {
+        self.damage.as_ref().is_some_and(|damage| damage.frames >= MIN_FRAMES)
     }
 
     fn of_kind(kind: Kind, reason: String) -> Self {

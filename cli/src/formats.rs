@@ -3,6 +3,7 @@
 use crate::failure::{Failure, Result, cannot_write};
 use crate::output::Place;
 use crate::pictures::read_labels;
+use crate::times::FrameTimes;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -19,7 +20,7 @@ pub(crate) enum Format {
     Png,
     /// masks.json: COCO's JSON for videos, with compressed run lengths
     Rle,
-    /// masks.npz: one NumPy array of frames, rows and columns
+    /// masks.npz: a NumPy array of frames, rows and columns, and arrays of their times and durations in seconds
     Npz,
     /// prompts.json: a frame, box, points and mask of each object, for SAM 2 and its like
     Prompts,
@@ -35,6 +36,7 @@ pub(crate) struct Masks<'a> {
     pub(crate) folder: &'a Path,
     pub(crate) frames: usize,
     pub(crate) size: (usize, usize),
+    pub(crate) times: Option<&'a FrameTimes>,
 }
 
 impl Masks<'_> {
@@ -44,16 +46,26 @@ impl Masks<'_> {
         mask.ok_or_else(|| Failure::new(format!("mask {t} is {width}x{height}: please report this")))
     }
 
-    /// Writes `masks.npz`: the array `masks`, bytes, frame by frame and row by row.
+    /// Writes `masks.npz`: the array `masks`, bytes, frame by frame and row by row; `times` and `durations` in seconds,
+    /// where frames have any.
     pub(crate) fn write_npz(&self, place: &Place) -> Result<()> {
         let path = place.file("masks.npz");
         let bad = |e: zip::result::ZipError| cannot_write(&path, &e.into());
         let mut zip = ZipWriter::new(BufWriter::new(File::create(&path).map_err(|e| cannot_write(&path, &e))?));
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated).large_file(true);
         zip.start_file("masks.npy", options).map_err(bad)?;
-        zip.write_all(&npy_header(self.frames, self.size)).map_err(|e| cannot_write(&path, &e))?;
+        let (width, height) = self.size;
+        zip.write_all(&npy_header("|u1", &[self.frames, height, width])).map_err(|e| cannot_write(&path, &e))?;
         for t in 0..self.frames {
             zip.write_all(self.mask(t)?.data()).map_err(|e| cannot_write(&path, &e))?;
+        }
+        for (name, seconds) in
+            self.times.iter().flat_map(|t| [("times.npy", &t.times), ("durations.npy", &t.durations)])
+        {
+            zip.start_file(name, options).map_err(bad)?;
+            let bytes = seconds.iter().flat_map(|value| value.to_le_bytes());
+            let file: Vec<u8> = npy_header("<f8", &[seconds.len()]).into_iter().chain(bytes).collect();
+            zip.write_all(&file).map_err(|e| cannot_write(&path, &e))?;
         }
         let mut file = zip.finish().map_err(bad)?;
         file.flush().map_err(|e| cannot_write(&path, &e))
@@ -65,12 +77,15 @@ impl Masks<'_> {
         for t in 0..self.frames {
             prompts.add(t, &self.mask(t)?);
         }
-        let json = json!({
+        let mut json = json!({
             "info": { "description": "Prompts for objects that TraceCut found", "version": env!("CARGO_PKG_VERSION") },
             "width": self.size.0,
             "height": self.size.1,
             "prompts": prompts.finish().iter().map(prompt).collect::<Vec<Value>>(),
         });
+        if let Some(FrameTimes { times, .. }) = self.times {
+            json["times"] = json!(times);
+        }
         crate::failure::write(&place.file("prompts.json"), json.to_string() + "\n")
     }
 
@@ -78,9 +93,17 @@ impl Masks<'_> {
     pub(crate) fn write_coco(&self, place: &Place, video: &str, names: Option<&[String]>) -> Result<()> {
         let (path, (width, height)) = (place.file("masks.json"), self.size);
         let file_name = |t: usize| names.and_then(|n| n.get(t).cloned()).unwrap_or_else(|| format!("{t:05}.png"));
+        let mut video = json!({ "id": 1, "name": video, "width": width, "height": height });
+        if let Some(FrameTimes { times, .. }) = self.times {
+            video["frame_times"] = json!(times);
+        }
         let image = |t: usize| {
-            json!({ "id": t + 1, "video_id": 1, "frame_index": t, "width": width, "height": height,
-                "file_name": file_name(t) })
+            let mut image = json!({ "id": t + 1, "video_id": 1, "frame_index": t, "width": width, "height": height,
+                "file_name": file_name(t) });
+            if let Some(FrameTimes { times, .. }) = self.times {
+                image["timestamp"] = json!(times[t]);
+            }
+            image
         };
         let (mut all, mut seen) = (Vec::new(), [false; 256]);
         for t in 0..self.frames {
@@ -91,7 +114,7 @@ impl Masks<'_> {
         let labels = (1..256).filter(|&label| seen[label]);
         let coco = json!({
             "info": { "description": "Masks of moving objects by TraceCut", "version": env!("CARGO_PKG_VERSION") },
-            "videos": [{ "id": 1, "name": video, "width": width, "height": height }],
+            "videos": [video],
             "images": (0..self.frames).map(image).collect::<Vec<Value>>(),
             "tracks": labels.map(|id| json!({ "id": id, "category_id": 1, "video_id": 1 })).collect::<Vec<Value>>(),
             "categories": [{ "id": 1, "name": "object" }],
@@ -112,10 +135,13 @@ fn prompt(prompt: &Prompt) -> Value {
         "mask": { "size": size, "counts": counts } })
 }
 
-/// The head of a file for NumPy that holds bytes, frame by frame and row by row. Version 1.0 of the format: the data begin
-/// at a multiple of 64 bytes.
-pub(crate) fn npy_header(frames: usize, (width, height): (usize, usize)) -> Vec<u8> {
-    let mut words = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({frames}, {height}, {width}), }}");
+/// The head of a file for NumPy that holds an array of this shape of numbers of the kind `descr`, the last index fastest.
+/// Version 1.0 of the format: the data begin at a multiple of 64 bytes.
+pub(crate) fn npy_header(descr: &str, shape: &[usize]) -> Vec<u8> {
+    // A tuple of one number ends with a comma.
+    let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
+    let sides = if shape.len() == 1 { sides.trim_end() } else { sides.trim_end_matches(", ") };
+    let mut words = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({sides}), }}");
     while (10 + words.len() + 1) % 64 != 0 {
         words.push(' ');
     }

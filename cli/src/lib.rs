@@ -26,6 +26,7 @@ mod output;
 mod overlay;
 #[doc(hidden)]
 pub mod pictures;
+mod provenance;
 #[doc(hidden)]
 pub mod readers;
 mod report;
@@ -38,6 +39,7 @@ pub mod settings;
 mod shell;
 mod superpixels;
 mod timeline;
+mod times;
 mod window;
 mod y4m;
 

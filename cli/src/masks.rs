@@ -7,7 +7,7 @@ use crate::window::Found;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use tracecut::image::{Frame, Plane};
-use tracecut::mask::{Objects, enlarge, object_rows, object_table};
+use tracecut::mask::{ObjectRow, Objects, enlarge, object_rows, object_table};
 
 /// How much of a tinted pixel is the label's colour.
 const TINT_SHARE: f32 = 0.5;
@@ -28,7 +28,7 @@ struct MaskedObject {
     label: u8,
     /// Pixels of all masks.
     pixels: u64,
-    /// Frames in which it has any; `null` if it has none.
+    /// Frames in which it has any; `null` if it has none, as the background of a clip may.
     first_frame: Option<usize>,
     last_frame: Option<usize>,
     /// Cluster labels of the trajectories that belong to it; each window of a clip has its own.
@@ -62,11 +62,16 @@ impl MaskReport {
         self.objects.iter().map(clusters).filter(|(_, clusters)| !clusters.is_empty()).collect()
     }
 
-    /// Of all windows of a clip, from those of each.
+    pub(crate) fn has_object(&self, label: u8) -> bool {
+        self.objects.iter().any(|object| object.label == label)
+    }
+
+    /// Merges the reports of all windows of a clip. Leaves out objects without a pixel.
     pub(crate) fn merged(windows: Option<Vec<&Self>>) -> Option<Self> {
         let windows = windows?;
         if let [only] = windows[..] {
-            return Some(only.clone());
+            let objects = only.objects.iter().filter(|object| object.pixels > 0).cloned().collect();
+            return Some(Self { objects, ..only.clone() });
         }
         let mut labels: Vec<MaskedObject> =
             (0..=255).map(|label| MaskedObject { label, ..Default::default() }).collect();
@@ -103,9 +108,8 @@ pub(crate) fn write_window(found: &Found<'_>, folders: &MaskFolders) -> Result<O
     for t in found.settled.clone() {
         let (number, mask) = (found.first + t, at_source(found, t)?);
         mask.data().iter().for_each(|&label| labels[usize::from(label)].count(number));
-        rows.extend(
-            object_rows(&mask, tracks, t).into_iter().map(|row| tracecut::mask::ObjectRow { frame: number, ..row }),
-        );
+        let time = found.timing(t).map(|timing| timing.time);
+        rows.extend(object_rows(&mask, tracks, t).into_iter().map(|row| ObjectRow { frame: number, time, ..row }));
         superpixels.push(session.superpixels(t)?.count);
         let size = (mask.width(), mask.height());
         if let Some(masks) = &masks {

@@ -1,11 +1,13 @@
 //! `result.json`: put together at the end from a part for each window, which lies on disk until then.
 
 use crate::clock::{Seconds, peak_memory_bytes};
-use crate::failure::{Failure, Result, create_folder, read, write};
+use crate::failure::{Damage, Failure, Result, create_folder, read, write};
 use crate::masks::MaskReport;
 use crate::output::Place;
+use crate::provenance::{Options, Origin};
 use crate::run::Timing;
-use crate::window::Found;
+use crate::times::FrameTimes;
+use crate::window::{Found, Outcome};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -21,6 +23,8 @@ pub(crate) struct Part {
     window: WindowReport,
     size: (usize, usize),
     working: (usize, usize),
+    /// Of the settled frames.
+    times: Option<FrameTimes>,
     labels: Vec<LabelSize>,
     masks: Option<MaskReport>,
     /// Rows of `objects.csv`.
@@ -66,6 +70,14 @@ struct LabelSize {
     points: usize,
 }
 
+impl WindowReport {
+    /// Returns a copy without the objects that have no pixel in the clip.
+    fn with_objects_of(&self, masks: Option<&MaskReport>) -> Self {
+        let has_pixels = |object: &&OfClusters| masks.is_some_and(|masks| masks.has_object(object.label));
+        Self { objects: self.objects.iter().filter(has_pixels).cloned().collect(), ..self.clone() }
+    }
+}
+
 impl Part {
     pub(crate) fn of(found: &Found<'_>, masks: Option<(MaskReport, String)>, timing: &Timing) -> Result<Self> {
         let session = found.session;
@@ -89,6 +101,7 @@ impl Part {
             window,
             size: session.input_size().unwrap_or_default(),
             working: session.working_size().unwrap_or_default(),
+            times: FrameTimes::collect(found.settled.clone().map(|t| found.timing(t))),
             labels: label_sizes(results.tracks, results.clusters),
             masks,
             table,
@@ -140,6 +153,9 @@ pub(crate) struct Report<'a> {
     working_width: usize,
     working_height: usize,
     pub(crate) frames: usize,
+    /// Set if the input is damaged after these frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) truncated: Option<Truncated>,
     shots: usize,
     /// What is of a window alone is left out where there are several.
     #[serde(flatten)]
@@ -147,16 +163,41 @@ pub(crate) struct Report<'a> {
     /// Background, objects and superpixels; left out where there are no masks.
     #[serde(flatten)]
     masks: Option<MaskReport>,
-    windows: Vec<&'a WindowReport>,
+    windows: Vec<WindowReport>,
     /// Files of the frames; left out where they are in one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    frame_names: Option<Vec<String>>,
+    pub(crate) frame_names: Option<Vec<String>>,
+    /// Average number of frames a second; left out, as the times are, where frames have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame_rate: Option<f64>,
+    #[serde(flatten)]
+    pub(crate) times: Option<FrameTimes>,
+    source: &'a Origin,
+    options: &'a Options,
     params: &'a Params,
+    /// Wall seconds of each stage, and of the whole run including writing.
     seconds: BTreeMap<&'a str, f64>,
     /// The same of the first thread on a processor, which other programs do not lengthen; `null` where the system does
     /// not say.
     cpu_seconds: BTreeMap<&'a str, Option<f64>>,
     peak_memory_bytes: Option<u64>,
+}
+
+/// Damage in a clip.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Truncated {
+    /// Number of whole frames before the damage, which the results hold.
+    pub(crate) frames: usize,
+    pub(crate) reason: String,
+}
+
+impl Truncated {
+    /// Returns the failure that ends a run of `input` after its results are written.
+    pub(crate) fn failure(&self, input: &str) -> Failure {
+        let Self { frames, reason } = self;
+        let kept = format!("results end after frame {}, the last whole one", frames.saturating_sub(1));
+        Failure::about(input, format_args!("{reason} ({kept})"))
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -177,12 +218,14 @@ pub(crate) fn rows(parts: &[Part]) -> Option<String> {
 
 impl<'a> Report<'a> {
     /// Of all windows of a clip; `None` where there are none.
-    pub(crate) fn of(input: String, names: Option<Vec<String>>, params: &'a Params, parts: &'a [Part]) -> Option<Self> {
+    pub(crate) fn of(
+        input: String,
+        names: Option<Vec<String>>,
+        outcome: &'a Outcome<'a>,
+        parts: &'a [Part],
+    ) -> Option<Self> {
         let (first, last) = (parts.first()?, parts.last()?);
-        let mut seconds: BTreeMap<&str, Seconds> = BTreeMap::new();
-        for (name, &spent) in parts.iter().flat_map(|part| &part.seconds) {
-            seconds.entry(name).and_modify(|all| all.add(spent)).or_insert(spent);
-        }
+        let recipe = outcome.provenance.recipe;
         let only = (parts.len() == 1).then(|| OnlyWindow {
             trajectories: first.window.trajectories,
             points: first.window.points,
@@ -192,24 +235,43 @@ impl<'a> Report<'a> {
             eigen: &first.eigen,
         });
         let frames = last.window.settled.to;
+        let masks = MaskReport::merged(parts.iter().map(|part| part.masks.as_ref()).collect::<Option<_>>());
+        let times = FrameTimes::join(parts.iter().map(|part| part.times.as_ref()));
+        let truncated = |damage: &Damage| Truncated { frames, reason: damage.reason.clone() };
         Some(Self {
-            version: env!("CARGO_PKG_VERSION"),
+            version: recipe.version,
             input,
             width: first.size.0,
             height: first.size.1,
             working_width: first.working.0,
             working_height: first.working.1,
             frames,
+            truncated: outcome.damage.as_ref().map(truncated),
             shots: last.window.shot + 1,
             only,
-            masks: MaskReport::merged(parts.iter().map(|part| part.masks.as_ref()).collect::<Option<_>>()),
-            windows: parts.iter().map(|part| &part.window).collect(),
+            windows: parts.iter().map(|part| part.window.with_objects_of(masks.as_ref())).collect(),
+            masks,
             frame_names: names.map(|names| names.into_iter().take(frames).collect()),
-            params,
-            seconds: seconds.iter().map(|(&name, s)| (name, s.wall)).collect(),
-            cpu_seconds: seconds.iter().map(|(&name, s)| (name, s.cpu)).collect(),
-            peak_memory_bytes: peak_memory_bytes(),
+            frame_rate: times.as_ref().and_then(FrameTimes::frame_rate),
+            times,
+            source: &outcome.provenance.source,
+            options: &recipe.options,
+            params: recipe.params,
+            seconds: BTreeMap::new(),
+            cpu_seconds: BTreeMap::new(),
+            peak_memory_bytes: None,
         })
+    }
+
+    /// Sets time and memory at the end of the run: those of the windows, and `finishing`, the time since the last window.
+    pub(crate) fn set_costs(&mut self, parts: &'a [Part], finishing: Seconds) {
+        let mut seconds: BTreeMap<&str, Seconds> = BTreeMap::new();
+        let finishing = [("write", finishing), ("total", finishing)];
+        let windows = parts.iter().flat_map(|part| &part.seconds).map(|(name, &spent)| (name.as_str(), spent));
+        windows.chain(finishing).for_each(|(name, spent)| seconds.entry(name).or_default().add(spent));
+        self.seconds = seconds.iter().map(|(&name, s)| (name, s.wall)).collect();
+        self.cpu_seconds = seconds.iter().map(|(&name, s)| (name, s.cpu)).collect();
+        self.peak_memory_bytes = peak_memory_bytes();
     }
 
     /// Width and height of the masks.

@@ -7,21 +7,23 @@ use crate::log::Log;
 use std::collections::BTreeMap;
 use tracecut::{Params, Session, Stage};
 
-/// How long reading the frames and each stage took.
+/// Seconds that reading, each stage and writing took.
 #[derive(Debug, Default)]
 pub struct Timing {
     /// Reading and decoding the frames.
     read: Seconds,
     stages: BTreeMap<Stage, Seconds>,
-    /// All of these.
+    /// Writing the files of results.
+    write: Seconds,
+    /// The whole run.
     pub total: Seconds,
 }
 
 impl Timing {
-    /// Seconds of reading, of each stage and of all, by name.
+    /// Seconds of reading, each stage, writing and the whole run, by name.
     pub(crate) fn by_name(&self) -> BTreeMap<String, Seconds> {
         let stages = self.stages.iter().map(|(stage, &seconds)| (stage.name(), seconds));
-        let all = [("read", self.read), ("total", self.total)].into_iter().chain(stages);
+        let all = [("read", self.read), ("write", self.write), ("total", self.total)].into_iter().chain(stages);
         all.map(|(name, seconds)| (name.to_owned(), seconds)).collect()
     }
 
@@ -29,6 +31,11 @@ impl Timing {
     pub(crate) fn count_reading(&mut self, seconds: Seconds) {
         self.read.add(seconds);
         self.total.add(seconds);
+    }
+
+    /// Sets the seconds of writing and of the whole run.
+    pub(crate) fn close(&mut self, write: Seconds, total: Seconds) {
+        (self.write, self.total) = (write, total);
     }
 
     /// Counts a step of a stage.
@@ -52,7 +59,7 @@ pub fn run_frames(
     log: &Log,
 ) -> Result<(Session, Timing)> {
     let mut timing = Timing::default();
-    let clock = Clock::start();
+    let mut clock = Clock::start();
     let mut session = Session::new(params)?;
     log.begin("reading", count.unwrap_or(0));
     for frame in frames {
@@ -60,12 +67,9 @@ pub fn run_frames(
         session.push_frame(frame).map_err(|e| Failure::about(name, e))?;
         log.advance();
     }
-    timing.count_reading(clock.seconds());
-    let mut clock = Clock::start();
+    timing.count_reading(clock.lap());
     session.run_on(threads, |progress| {
-        let seconds = clock.seconds();
-        clock = Clock::start();
-        timing.count(progress.stage, seconds);
+        timing.count(progress.stage, clock.lap());
         log.step(progress);
     })?;
     log.end();

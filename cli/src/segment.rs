@@ -1,6 +1,7 @@
 //! `tracecut segment`: clips in; masks, labelled trajectories, pictures and reports out.
 
 use crate::checkpoint::Saved;
+use crate::clock::Clock;
 use crate::dump;
 use crate::ending::{self, whole};
 use crate::failure::{Failure, Result, create_folder, read_text, write};
@@ -10,10 +11,11 @@ use crate::log::{Log, LogArgs};
 use crate::masks::{self, MaskFolders};
 use crate::output::{Existing, Place};
 use crate::overlay;
-use crate::report::{Part, Report, rows};
+use crate::provenance::{Options, Origin, Provenance, Recipe};
+use crate::report::{Part, Report, Truncated, rows};
 use crate::settings::Settings;
-use crate::window::{Found, Run};
-use clap::Args;
+use crate::window::{Found, Outcome, Run, too_few};
+use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -81,13 +83,14 @@ const RESULTS: &str = "\
 Results in the folder:
   masks/00000.png ...          png: label of each pixel, 0 for the background, at the size of the frames
   masks.json                   rle: the same as COCO's JSON for videos
-  masks.npz                    npz: the same as an array of frames, rows and columns
+  masks.npz                    npz: the same as an array of frames, rows and columns, with the times of the frames
   prompts.json                 prompts: a frame, box, points and mask of each object, for SAM 2 and its like
   tracks.dat                   tracks: labelled trajectories; of a clip of several windows tracks/00000.dat ...
   overlay/00000.png ...        overlay: frames with the trajectories, coloured by label
   overlay-masks/00000.png ...  overlay: frames with the objects tinted and outlined
   objects.csv                  box, area, centre and mean motion of each object in each frame
-  result.json                  sizes, objects, windows, shots, names of the frames, parameters, times
+  result.json                  sizes, objects, windows, shots, names and times of the frames, options, parameters,
+                               seconds of work; where the input is damaged
   background/00000.png ...     with --background: RGBA, transparent where no frame shows the scene
   confidence/00000.png ...     with --confidence: grey, 0 to 255 for a probability of 0 to 1 that the label is right
   dump/                        with --dump; of a clip of several windows dump/00000/ ...
@@ -96,11 +99,12 @@ They are written into DIR.partial, which is renamed at the end.";
 
 pub(crate) fn segment(args: &SegmentArgs) -> Result<()> {
     let params = params_of(args)?;
+    let recipe = recipe_of(args, &params);
     let targets = targets_of(args)?;
     let log = args.log.open();
     let mut failed = Vec::new();
     for (input, target) in args.inputs.iter().zip(&targets) {
-        let Err(failure) = segment_one(args, &params, input, target, &log) else { continue };
+        let Err(failure) = segment_one(args, &recipe, input, target, &log) else { continue };
         if targets.len() == 1 {
             return Err(failure);
         }
@@ -154,29 +158,38 @@ fn targets_of(args: &SegmentArgs) -> Result<Vec<PathBuf>> {
     Ok(targets)
 }
 
-fn segment_one(args: &SegmentArgs, params: &Params, path: &Path, target: &Path, log: &Log) -> Result<()> {
-    let place = Place::new(target)?;
-    let name = path.display().to_string();
-    if args.resume && place.is_complete() {
-        log.event("complete", json!({ "input": name, "out": target }));
-        let report: Value = serde_json::from_str(&read_text(&target.join("result.json"))?).unwrap_or_default();
-        return log.done(&report.to_string(), &format!("{} is complete already", target.display()));
-    }
+fn recipe_of<'a>(args: &SegmentArgs, params: &'a Params) -> Recipe<'a> {
+    let mut formats = args.format.clone();
+    formats.sort_unstable();
+    formats.dedup();
+    let name = |format: &Format| format.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+    let options = Options {
+        window: args.window,
+        frames: args.frames,
+        formats: formats.iter().map(name).collect(),
+        background: args.background,
+        confidence: args.confidence,
+        dump: args.dump,
+        tracks: args.tracks.is_some(),
+    };
+    Recipe { version: env!("CARGO_PKG_VERSION"), options, params }
+}
+
+fn segment_one(args: &SegmentArgs, recipe: &Recipe<'_>, path: &Path, target: &Path, log: &Log) -> Result<()> {
+    let (clock, place) = (Clock::start(), Place::new(target)?);
     // What is wrong with the input is said before anything is touched.
-    let (input, tracks) =
-        (Input::open(path, args.frames)?.within(params), args.tracks.as_deref().map(read_tracks).transpose()?);
-    let watched = ending::watch(&place);
-    whole(|| place.claim(Existing { overwrite: args.overwrite, resume: args.resume }))?;
-    log.event("begin", json!({ "input": name, "out": target, "frames": input.num_frames() }));
-    let job = Job { args, params, place: &place, name: &name };
-    let outcome = job.run(&input, tracks, log);
-    if outcome.is_err() {
-        whole(|| place.give_up());
-    }
-    drop(watched);
-    let told = outcome?;
-    log.event("done", json!({ "input": name, "out": target, "frames": told.frames }));
-    log.done(&told.report, &told.summary)
+    let input = Input::open(path, args.frames)?.within(recipe.params);
+    let job = Job { args, recipe, place: &place, path, name: &path.display().to_string() };
+    let (event, done) = if args.resume && place.is_complete() {
+        ("complete", job.check_complete(&input)?)
+    } else {
+        ("done", job.claim_and_run(&input, clock, log)?)
+    };
+    log.event(event, json!({ "input": job.name, "out": target, "frames": done.frames }));
+    log.done(&done.report, &done.summary)?;
+    let Some(truncated) = done.truncated else { return Ok(()) };
+    log.event("truncated", json!({ "input": job.name, "frames": truncated.frames, "reason": truncated.reason }));
+    Err(truncated.failure(job.name))
 }
 
 /// The trajectories of a track file. What does not fit the frames is an error of the session.
@@ -187,17 +200,20 @@ fn read_tracks(path: &Path) -> Result<Trajectories> {
 /// One clip and where its results go.
 struct Job<'a> {
     args: &'a SegmentArgs,
-    params: &'a Params,
+    recipe: &'a Recipe<'a>,
     place: &'a Place,
+    path: &'a Path,
     name: &'a str,
 }
 
-/// What is said of a clip that is done.
-struct Told {
-    frames: usize,
+/// A clip whose results are written.
+struct Done {
+    /// Number of frames.
+    frames: Value,
     /// The report on one line.
     report: String,
     summary: String,
+    truncated: Option<Truncated>,
 }
 
 impl Job<'_> {
@@ -205,37 +221,54 @@ impl Job<'_> {
         self.args.format.contains(&format)
     }
 
-    /// What results depend on, beside the input.
-    fn options(&self) -> String {
-        let SegmentArgs { window, frames, background, confidence, dump, .. } = self.args;
-        let mut formats: Vec<String> = self.args.format.iter().map(|format| format!("{format:?}")).collect();
-        formats.sort();
-        let version = env!("CARGO_PKG_VERSION");
-        json!({ "version": version, "window": window, "frames": frames, "background": background,
-            "confidence": confidence, "dump": dump, "formats": formats, "params": self.params })
-        .to_string()
+    /// Reads the report of complete results. Fails unless this run would give the same results.
+    fn check_complete(&self, input: &Input) -> Result<Done> {
+        let target = self.place.target();
+        let first = input.frames()?.next().ok_or_else(|| too_few(self.path, 0))??;
+        let source = Origin::new(self.path, input.num_frames(), &first.frame);
+        let report: Value = serde_json::from_str(&read_text(&target.join("result.json"))?).unwrap_or_default();
+        Provenance { recipe: self.recipe, source }.check(target, &report)?;
+        let truncated = serde_json::from_value(report["truncated"].clone()).unwrap_or_default();
+        let summary = format!("{} is complete already", target.display());
+        Ok(Done { frames: report["frames"].clone(), report: report.to_string(), summary, truncated })
     }
 
-    fn run(&self, input: &Input, tracks: Option<Trajectories>, log: &Log) -> Result<Told> {
-        let options = self.options();
-        let saved = if self.args.resume { Saved::read(self.place, &options)? } else { None };
+    /// Claims the folder and runs the clip. Removes the folder again if the run fails with nothing to go on with.
+    fn claim_and_run(&self, input: &Input, clock: Clock, log: &Log) -> Result<Done> {
+        let tracks = self.args.tracks.as_deref().map(read_tracks).transpose()?;
+        let (place, &SegmentArgs { overwrite, resume, .. }) = (self.place, self.args);
+        let watched = ending::watch(place);
+        whole(|| place.claim(Existing { overwrite, resume }))?;
+        log.event("begin", json!({ "input": self.name, "out": place.target(), "frames": input.num_frames() }));
+        let outcome = self.run(input, tracks, clock, log);
+        if outcome.is_err() {
+            whole(|| place.give_up());
+        }
+        drop(watched);
+        outcome
+    }
+
+    fn run(&self, input: &Input, tracks: Option<Trajectories>, mut clock: Clock, log: &Log) -> Result<Done> {
+        let saved = if self.args.resume { Saved::read(self.place)? } else { None };
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
         let run = Run {
-            params: self.params,
+            path: self.path,
+            recipe: self.recipe,
             window: usize::from(self.args.window),
             threads: self.args.threads.map_or_else(all, |threads| threads as usize),
             tracks,
-            options: &options,
             needs_frames: self.wants(Format::Overlay),
         };
-        let count = run.all(input, self.place, saved, log, |found, timing| {
+        let outcome = run.all(input, self.place, saved, log, |found, mut timing| {
+            let writing = Clock::start();
             let masks = masks::write_window(found, &self.mask_folders())?;
             self.write_window(found)?;
-            Part::of(found, masks, timing)?.write(self.place)
+            timing.close(writing.seconds(), clock.lap());
+            Part::of(found, masks, &timing)?.write(self.place)
         })?;
         log.end();
-        let parts = Part::read_all(self.place, count)?;
-        whole(|| self.finish(input, &parts))
+        let parts = Part::read_all(self.place, outcome.windows)?;
+        whole(|| self.finish(input, &outcome, &parts, clock))
     }
 
     fn mask_folders(&self) -> MaskFolders {
@@ -268,29 +301,31 @@ impl Job<'_> {
     }
 
     /// Writes what is of the whole clip, the report last, and puts all where it was asked for.
-    fn finish(&self, input: &Input, parts: &[Part]) -> Result<Told> {
-        let names = input.names();
-        let report = Report::of(self.name.to_owned(), names.clone(), self.params, parts);
-        let report = report.ok_or_else(|| Failure::new("there is no window: please report this"))?;
+    fn finish(&self, input: &Input, outcome: &Outcome<'_>, parts: &[Part], clock: Clock) -> Result<Done> {
+        let report = Report::of(self.name.to_owned(), input.names(), outcome, parts);
+        let mut report = report.ok_or_else(|| Failure::new("there is no window: please report this"))?;
         if parts.len() == 1 {
             self.name_as_of_one_window()?;
         }
         if let Some(rows) = rows(parts) {
             write(&self.place.file("objects.csv"), masks::table_heading() + &rows)?;
-            self.write_masks(&report, names.as_deref())?;
+            self.write_masks(&report)?;
         }
+        report.set_costs(parts, clock.seconds());
         let bad = |e: serde_json::Error| Failure::new(format!("result.json: {e}"));
         write(&self.place.file("result.json"), serde_json::to_string_pretty(&report).map_err(bad)? + "\n")?;
         let line = serde_json::to_string(&report).map_err(bad)?;
         self.place.finish()?;
-        Ok(Told { frames: report.frames, report: line, summary: report.summary(self.place) })
+        let (frames, summary) = (report.frames.into(), report.summary(self.place));
+        Ok(Done { frames, report: line, summary, truncated: report.truncated })
     }
 
-    fn write_masks(&self, report: &Report<'_>, names: Option<&[String]>) -> Result<()> {
+    fn write_masks(&self, report: &Report<'_>) -> Result<()> {
         let Some(folder) = self.mask_folders().masks else { return Ok(()) };
-        let masks = Masks { folder: &folder, frames: report.frames, size: report.size() };
+        let times = report.times.as_ref();
+        let masks = Masks { folder: &folder, frames: report.frames, size: report.size(), times };
         if self.wants(Format::Rle) {
-            masks.write_coco(self.place, self.name, names)?;
+            masks.write_coco(self.place, self.name, report.frame_names.as_deref())?;
         }
         if self.wants(Format::Npz) {
             masks.write_npz(self.place)?;

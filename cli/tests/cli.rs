@@ -145,7 +145,7 @@ fn missing_and_empty_folders_are_refused() {
 fn one_frame_is_refused_and_two_are_enough() {
     let (input, out) = (folder("few-in"), folder("few-out"));
     clip(&input, 2, SIZE, &moving);
-    assert_refused(&segment(&input, &out, &["--frames", "1"]), 3, &["1 frame(s) given", "at least 2"]);
+    assert_refused(&segment(&input, &out, &["--frames", "1"]), 3, &["few-in: 1 frame(s) given", "at least 2"]);
     assert_done(&segment(&input, &out, &[]));
     let (trajectories, _) = tracks::parse(&fs::read_to_string(out.join("tracks.dat")).unwrap()).unwrap();
     assert_eq!(trajectories.num_frames, 2);
@@ -189,20 +189,26 @@ fn truncated_files_are_named_with_the_reason() {
 
     let film = y4m(4);
     fs::write(input.join("clip.y4m"), &film[..film.len() - 5]).unwrap();
-    assert_refused(&segment(&input.join("clip.y4m"), &out, &[]), 3, &["clip.y4m", "truncated", "frame 3"]);
+    assert_refused(&segment(&input.join("clip.y4m"), &out, &[]), 3, &["clip.y4m", "truncated", "after frame 2"]);
     assert_done(&segment(&input.join("clip.y4m"), &folder("truncated-three"), &["--frames", "3"]));
 
-    let mut gif = Vec::new();
-    let mut encoder = image::codecs::gif::GifEncoder::new(&mut gif);
+    let mut bytes = Vec::new();
+    let mut encoder = image::codecs::gif::GifEncoder::new(&mut bytes);
     for t in 0..4 {
         encoder.encode(&rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t)), SIZE.0, SIZE.1, ExtendedColorType::Rgb8).unwrap();
     }
     drop(encoder);
-    fs::write(input.join("clip.gif"), &gif[..gif.len() - 100]).unwrap();
-    assert_refused(&segment(&input.join("clip.gif"), &out, &[]), 3, &["clip.gif", "frame 3 cannot be decoded"]);
+    fs::write(input.join("clip.gif"), &bytes[..bytes.len() - 100]).unwrap();
+    let gif = segment(&input.join("clip.gif"), &out, &["--overwrite"]);
+    assert_refused(&gif, 3, &["clip.gif: frame 3 cannot be decoded", "after frame 2"]);
+    assert_eq!(json(&out.join("result.json"))["truncated"]["frames"], 3);
 
     fs::write(input.join("clip.bmf"), "5 1\nf0.ppm\nf1.ppm\n").unwrap();
-    assert_refused(&segment(&input.join("clip.bmf"), &out, &[]), 3, &["clip.bmf", "names 2 images (expected 5"]);
+    assert_refused(
+        &segment(&input.join("clip.bmf"), &out, &["--overwrite"]),
+        3,
+        &["clip.bmf", "names 2 images (expected 5"],
+    );
 }
 
 #[test]

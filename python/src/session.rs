@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 use tracecut::connectedness::NO_COMPONENT;
 use tracecut::correction::{Correction, Stroke};
 use tracecut::discretize::DiscretizeMethod;
-use tracecut::mask::{enlarge, object_rows, object_table};
+use tracecut::mask::{ObjectRow, enlarge, object_rows, object_table};
 use tracecut::params::Choice;
 use tracecut::sparse::SymCsr;
 use tracecut::trajectory::Trajectories;
@@ -345,13 +345,16 @@ impl Session {
         Ok(arrays::pixels(py, self.compute(py, |session| session.background(t))?))
     }
 
-    /// `objects.csv` of the command line: box, area, centre and motion of each object in each frame.
-    fn object_table(&self, py: Python<'_>) -> Result<String> {
+    /// `objects.csv` of the command line: box, area, centre and motion of each object in each frame, and its time in seconds
+    /// where `times` has it.
+    fn object_table(&self, py: Python<'_>, times: Option<Vec<f64>>) -> Result<String> {
+        let time_of = |t: usize| times.as_ref().and_then(|times| times.get(t).copied());
         self.compute(py, |session| {
             let mut rows = Vec::new();
             if let Some(tracks) = session.trajectories() {
                 for t in 0..session.num_frames() {
-                    rows.extend(object_rows(&session.labels(t)?, tracks, t));
+                    let found = object_rows(&session.labels(t)?, tracks, t).into_iter();
+                    rows.extend(found.map(|row| ObjectRow { time: time_of(t), ..row }));
                 }
             }
             Ok(object_table(&rows))

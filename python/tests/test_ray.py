@@ -1,27 +1,31 @@
-"""The example for Ray: clips on two nodes of which one is lost, as clips in one process."""
+"""The example for Ray: in one process, and on two nodes where a worker is killed and a node is lost."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Optional
 
+import numpy as np
 import pytest
 import tracecut
 
 pq = pytest.importorskip("pyarrow.parquet")
+from pyarrow.fs import LocalFileSystem  # noqa: E402
+
 EXAMPLES = str(Path(__file__).resolve().parents[1] / "examples")
 sys.path.insert(0, EXAMPLES)
 import ray_folder  # noqa: E402
 
 
 def make_clips(folder: Path, count: int, frames: int = 6) -> None:
-    """Folders of PNG files."""
+    """Makes folders of PNG files."""
     from PIL import Image
 
     for number in range(count):
@@ -32,14 +36,14 @@ def make_clips(folder: Path, count: int, frames: int = 6) -> None:
 
 
 def rows(out: Path, kind: str) -> list[dict[str, Any]]:
-    """All rows, without what a clock measured."""
+    """Reads all rows, without what a clock measured."""
     found = [row for file in sorted((out / kind).glob("*.parquet")) for row in pq.read_table(file).to_pylist()]
     return sorted(({k: v for k, v in row.items() if k != "seconds"} for row in found), key=str)
 
 
 @contextlib.contextmanager
 def two_nodes() -> Iterator[tuple[Any, list[Any]]]:
-    """A cluster on this machine: a head that takes no tasks, and two workers."""
+    """Starts a cluster on this machine: a head that takes no tasks, and two workers."""
     ray = pytest.importorskip("ray")
     from ray.cluster_utils import Cluster
 
@@ -62,7 +66,7 @@ def test_clips_become_rows_and_failures_too(tmp_path: Path) -> None:
     assert ray_folder.main([str(tmp_path / "clips"), "--out", str(out), "--here"]) == 1
     clips = {Path(row["clip"]).name: row for row in rows(out, "clips")}
     assert set(clips) == {"clip0", "clip1", "broken.mp4"}
-    assert clips["broken.mp4"]["error_code"] in ("codec", "ImportError") and clips["clip0"]["error"] is None
+    assert clips["broken.mp4"]["error_code"] in ("no-video", "ImportError") and clips["clip0"]["error"] is None
     expected = tracecut.segment(tmp_path / "clips" / "clip1")
     (row,) = (r for r in rows(out, "objects") if r["clip"].endswith("clip1") and r["object"] == 1)
     for t, counts in zip(row["frame"], row["counts"]):
@@ -71,70 +75,195 @@ def test_clips_become_rows_and_failures_too(tmp_path: Path) -> None:
     assert row["pixels"] == (expected.array() == 1).sum()
 
 
+def run(capsys: Any, *words: object) -> str:
+    """Runs the example in this process; returns the first line that it prints."""
+    ray_folder.main([*map(str, words), "--here"])
+    return str(capsys.readouterr().out).splitlines()[0]
+
+
 def test_what_is_done_is_left_out_and_what_failed_is_tried_again(tmp_path: Path, capsys: Any) -> None:
     make_clips(tmp_path / "clips", 2)
     broken = tmp_path / "clips" / "broken"
     broken.mkdir()
-    call = [str(tmp_path / "clips"), "--out", str(tmp_path / "out"), "--here", "--set", "preset=fast"]
-    assert ray_folder.main(call) == 1
+    call = [tmp_path / "clips", "--out", tmp_path / "out", "--set", "preset=fast"]
+    assert run(capsys, *call) == "3 clips, 0 done before"
     files = {file: file.stat().st_mtime_ns for file in (tmp_path / "out").rglob("*.parquet")}
     make_clips(tmp_path / "other", 1)
     (tmp_path / "other" / "clip0" / "0.png").rename(broken / "0.png")
     (tmp_path / "other" / "clip0" / "1.png").rename(broken / "1.png")
-    assert ray_folder.main(call) == 0
-    assert "3 clips, 2 done before" in capsys.readouterr().out
+    # macOS puts such files beside those that it copies.
+    (broken / "._1.png").write_bytes(b"attributes")
+    assert run(capsys, *call) == "3 clips, 2 done before"
     changed = [file for file, when in files.items() if file.stat().st_mtime_ns != when]
     assert len(rows(tmp_path / "out", "clips")) == 3 and len(changed) == 2
+    assert all(row["error"] is None for row in rows(tmp_path / "out", "clips"))
 
 
-def test_a_list_names_clips_and_memory_follows_their_size(tmp_path: Path) -> None:
-    make_clips(tmp_path / "clips", 2, frames=2)
+def test_rows_belong_to_a_path_and_settings(tmp_path: Path, capsys: Any) -> None:
+    make_clips(tmp_path / "a", 1)
+    make_clips(tmp_path / "b", 1)
+    out = tmp_path / "out"
+    fast = ["--set", "preset=fast", "--set", "flow.patch_stride=5"]
+    same_fast = ["--set", "flow.patch_stride=5", "--set", "preset=fast"]
+    for clips, settings, said in [
+        ("a", [], "1 clips, 0 done before"),
+        ("a", fast, "1 clips, 0 done before"),
+        ("b", [], "1 clips, 0 done before"),
+        ("a", [], "1 clips, 1 done before"),
+        ("a", same_fast, "1 clips, 1 done before"),
+        ("b", fast, "1 clips, 0 done before"),
+    ]:
+        assert run(capsys, tmp_path / clips, "--out", out, *settings) == said
+    keys = {(row["clip"], row["settings"]) for row in rows(out, "clips")}
+    assert {settings for _, settings in keys} == {"{}", '{"flow.patch_stride": 5, "preset": "fast"}'}
+    assert len(keys) == len(rows(out, "clips")) == 4
+    assert {(row["clip"], row["settings"]) for row in rows(out, "objects")} == keys
+
+
+class EndsBeforeMove:
+    """A file system of a worker that is lost when its file is written and has not its name yet."""
+
+    def __init__(self, system: Any) -> None:
+        self.system = system
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.system, name)
+
+    def move(self, *_: str) -> None:
+        raise KeyboardInterrupt
+
+
+def test_a_file_that_a_lost_worker_was_writing_is_no_row(tmp_path: Path, capsys: Any) -> None:
+    make_clips(tmp_path / "clips", 1)
+    out = tmp_path / "out"
+    task = ray_folder.Task(str(tmp_path / "clips" / "clip0"), str(out), 1, {})
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(ray_folder, "open_path", lambda path: (EndsBeforeMove(LocalFileSystem()), path))
+        ray_folder.write(task, "clips", [{}], ray_folder.CLIP_ROW)
+    (left,) = (out / "clips").iterdir()
+    left.write_bytes(b"half")
+    assert run(capsys, tmp_path / "clips", "--out", out) == "1 clips, 0 done before"
+    assert run(capsys, tmp_path / "clips", "--out", out) == "1 clips, 1 done before"
+    assert left.exists() and len(pq.read_table(out / "clips").to_pylist()) == 1
+
+
+def test_a_list_names_clips_as_that_of_a_share_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     listed = tmp_path / "clips.txt"
-    listed.write_text(f"{tmp_path}/clips/clip1\n\n{tmp_path}/clips/clip0\n")
-    assert ray_folder.clips_in(str(listed)) == [f"{tmp_path}/clips/clip1", f"{tmp_path}/clips/clip0"]
-    small = ray_folder.memory_of(f"{tmp_path}/clips/clip0", 640)
-    assert ray_folder.BASE_BYTES < small < ray_folder.memory_of("/nowhere", 640)
+    listed.write_bytes("\ufeff/a/one.mp4\r\n\r\n# a comment\r\ntwo words.mp4\r\ns3://bucket/three.mp4".encode())
+    monkeypatch.chdir(tmp_path)
+    assert ray_folder.clips_in("clips.txt") == ["/a/one.mp4", f"{tmp_path}/two words.mp4", "s3://bucket/three.mp4"]
 
 
-def chosen_clips(tmp_path: Path) -> tuple[str, list[str]]:
-    """The clips that the environment's TRACECUT_CLIPS lists, with its TRACECUT_SET; or made ones and a broken one."""
-    if "TRACECUT_CLIPS" in os.environ:
-        settings = os.environ.get("TRACECUT_SET", "").split()
-        return os.environ["TRACECUT_CLIPS"], [word for setting in settings for word in ("--set", setting)]
-    make_clips(tmp_path / "clips", 8, frames=12)
-    (tmp_path / "clips" / "broken.mp4").write_bytes(b"no video")
-    return str(tmp_path / "clips"), []
+def test_memory_follows_the_size_of_frames(tmp_path: Path) -> None:
+    make_clips(tmp_path / "clips", 1, frames=2)
+    small = ray_folder.measure_clip(f"{tmp_path}/clips/clip0", 640)
+    assert ray_folder.BASE_BYTES < small < ray_folder.measure_clip("/nowhere", 640)
 
 
-def timed(*words: str) -> float:
-    """Seconds that a run of the example takes."""
-    begin = time.perf_counter()
-    ray_folder.main(list(words))
-    return time.perf_counter() - begin
+def write_video(path: Path, frames: list[np.ndarray]) -> None:
+    """Writes a video in which each frame stands alone."""
+    av = pytest.importorskip("av")
+    with av.open(str(path), "w", format="mpegts") as container:
+        stream = container.add_stream("mpeg2video", rate=25, options={"g": "1"})
+        stream.height, stream.width = frames[0].shape[:2]
+        stream.pix_fmt = "yuv420p"
+        for frame in frames:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
+        container.mux(stream.encode())
+
+
+def test_a_damaged_video_is_an_error_with_the_rows_before_the_damage(tmp_path: Path, capsys: Any) -> None:
+    clips, out = tmp_path / "clips", tmp_path / "out"
+    clips.mkdir()
+    write_video(clips / "whole.ts", list(tracecut.synth.Scene("sample", 160, 90, 16, seed=0)))
+    data = (clips / "whole.ts").read_bytes()
+    (clips / "cut.ts").write_bytes(data[: len(data) * 2 // 3])
+    run(capsys, clips, "--out", out)
+    found = {Path(row["clip"]).name: row for row in rows(out, "clips")}
+    whole, cut = found["whole.ts"], found["cut.ts"]
+    assert (whole["frames"], whole["error"]) == (16, None)
+    assert np.allclose(np.diff(whole["times"]), 0.04, atol=0.001)
+    assert cut["error_code"] == "truncated" and cut["error"].startswith(f"{clips}/cut.ts: ")
+    assert 2 <= cut["frames"] == len(cut["times"]) < 16
+    assert {Path(row["clip"]).name for row in rows(out, "objects")} == {"whole.ts", "cut.ts"}
+
+
+def list_clips(tmp_path: Path) -> Path:
+    """Lists sixteen clips, and four of which no masks can be made."""
+    make_clips(tmp_path, 16, frames=24)
+    (tmp_path / "text.mp4").write_bytes(b"no video")
+    (tmp_path / "empty").mkdir()
+    make_clips(tmp_path / "one", 1, frames=1)
+    bad = ["text.mp4", "empty", "one/clip0", "absent.mp4"]
+    good = [f"clip{number}" for number in range(16)]
+    listed = tmp_path / "clips.txt"
+    # Bad ones between good ones.
+    listed.write_text("\n".join(str(tmp_path / name) for name in [*bad[:2], *good[:8], *bad[2:], *good[8:]]))
+    return listed
+
+
+def started_here(process: int) -> bool:
+    """Is true of this process and all that it has started."""
+    while process > 1:
+        if process == os.getpid():
+            return True
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        process = int(fields[1])
+    return False
+
+
+def busy_worker() -> Optional[int]:
+    """Finds a worker of this test's cluster that is segmenting a clip."""
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if (folder / "cmdline").read_bytes().startswith(b"ray::segment_clip") and started_here(int(folder.name)):
+                return int(folder.name)
+    return None
+
+
+class Losses(threading.Thread):
+    """Loses things as the rows of a run come."""
+
+    def __init__(self, out: Path, losses: dict[int, Callable[[], bool]]) -> None:
+        super().__init__(daemon=True)
+        self.out = out
+        #: What to try until it succeeds, by the number of rows that have to be there.
+        self.losses = losses
+
+    def run(self) -> None:
+        for count, lose in sorted(self.losses.items()):
+            while len(list(self.out.glob("*.parquet"))) < count or not lose():
+                time.sleep(0.01)
+
+
+def kill_worker() -> bool:
+    """Kills a worker in the middle of a clip, if there is one now."""
+    worker = busy_worker()
+    if worker is not None:
+        os.kill(worker, signal.SIGKILL)
+    return worker is not None
 
 
 @pytest.mark.long
-def test_a_lost_node_costs_no_clip_and_changes_no_bit(tmp_path: Path) -> None:
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="finds workers in /proc")
+def test_a_killed_worker_and_a_lost_node_lose_no_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("ray")
-    clips, settings = chosen_clips(tmp_path)
-    count = len(ray_folder.clips_in(clips))
-    here, there = tmp_path / "here", tmp_path / "there"
-    alone = timed(clips, "--out", str(here), "--here", *settings)
+    listed, here, there = list_clips(tmp_path), tmp_path / "here", tmp_path / "there"
+    assert ray_folder.main([str(listed), "--out", str(here), "--here"]) == 4
+    # Workers have a module of their own.
+    monkeypatch.setattr(ray_folder, "open_clip", lambda clip: pytest.fail(f"the driver reads {clip}"))
     with two_nodes() as (cluster, nodes):
-        lost = threading.Event()
-
-        def lose() -> None:
-            while len(list((there / "clips").glob("*.parquet"))) < count // 3:
-                time.sleep(0.02)
-            cluster.remove_node(nodes[0], allow_graceful=False)
-            lost.set()
-
-        thread = threading.Thread(target=lose)
-        thread.start()
-        together = timed(clips, "--out", str(there), *settings)
-        thread.join()
-        assert lost.is_set()
-    print(f"{count} clips: {alone:.1f} s in one process, {together:.1f} s on two nodes of which one was lost")
-    found = rows(there, "clips")
-    assert len({row["clip"] for row in found}) == len(found) == count
-    assert found == rows(here, "clips") and rows(there, "objects") == rows(here, "objects")
+        lose_node = lambda: cluster.remove_node(nodes[0], allow_graceful=False) or True  # noqa: E731
+        losses = Losses(there / "clips", {4: kill_worker, 8: kill_worker, 11: lose_node})
+        losses.start()
+        assert ray_folder.main([str(listed), "--out", str(there)]) == 4
+        losses.join(timeout=1)
+        assert not losses.is_alive(), "nothing was lost"
+        found = rows(there, "clips")
+        assert len({row["clip"] for row in found}) == len(found) == 20
+        assert sum(row["error"] is not None for row in found) == 4
+        assert found == rows(here, "clips") and rows(there, "objects") == rows(here, "objects")
+        files = {file: file.stat().st_mtime_ns for file in (there / "clips").glob("*.parquet")}
+        assert ray_folder.main([str(listed), "--out", str(there)]) == 4
+        again = {file for file, when in files.items() if file.stat().st_mtime_ns != when}
+        assert again == {file for file in files if pq.read_table(file)["error"][0].as_py() is not None}

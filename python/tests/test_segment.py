@@ -106,6 +106,32 @@ def test_a_result_tells_of_its_masks(clip: list[np.ndarray], tmp_path: Path) -> 
         assert np.array_equal(tracecut.from_coco_rle(segmentation), masks[3] == label)
 
 
+def camouflaged_square(width: int = 120, height: int = 90, side: int = 30) -> list[np.ndarray]:
+    """A square that moves over a ground of the same grey texture: its trajectories are found, its pixels are not."""
+
+    def texture(rows: int, columns: int, seed: int) -> np.ndarray:
+        noise = np.random.default_rng(seed).normal(128, 60, (rows + 2, columns + 2))
+        smooth = sum(noise[y : y + rows, x : x + columns] for y in range(3) for x in range(3)) / 9
+        return np.clip(smooth, 0, 255).astype(np.uint8)
+
+    ground, square = texture(height, width, 1), texture(side, side, 2)
+    frames = []
+    for t in range(10):
+        frame = ground.copy()
+        frame[20 + t : 20 + t + side, 24 + 3 * t : 24 + 3 * t + side] = square
+        frames.append(frame)
+    return frames
+
+
+def test_an_object_without_pixels_is_none() -> None:
+    result = tracecut.segment(camouflaged_square())
+    assert result.session is not None
+    of_clusters = result.session.objects()
+    assert of_clusters is not None and of_clusters.max() == 1, "the clip has lost what it is for"
+    assert result.objects == [] and result.as_json()["objects"] == [] and result.coco(0) == {}
+    assert len(result.session.object_table().splitlines()) == 1 and tracecut.prompts(result) == []
+
+
 def test_a_cut_begins_a_shot() -> None:
     frames = [*Scene("sample", 96, 64, 6, seed=1), *Scene("sample", 96, 64, 6, seed=7)]
     assert tracecut.segment(frames).shots == [0, 6]
@@ -167,4 +193,4 @@ def test_the_module_runs_as_a_program(folder: Path, tmp_path: Path) -> None:
     for t, mask in enumerate(expected):
         assert np.array_equal(mask, np.asarray(Image.open(tmp_path / "masks" / f"{t:05}.png")))
     failed = program(folder, "--out", tmp_path, "--set", "clip.max_side=1")
-    assert failed.returncode == 1 and failed.stderr.startswith("error: clip.max_side = 1 (expected")
+    assert failed.returncode == 2 and failed.stderr.startswith("error: clip.max_side = 1 (expected")

@@ -9,7 +9,7 @@ from typing import Optional
 import numpy as np
 import numpy.typing as npt
 import tracecut
-from tracecut import Clusters, Explanation, Progress, Result, Session, Trajectories, Window
+from tracecut import Clusters, Explanation, Progress, Result, Session, Trajectories, VideoReader, Window
 
 Mask = npt.NDArray[np.uint8]
 
@@ -60,3 +60,16 @@ def failure(frames: list[Mask]) -> str:
     except tracecut.TraceCutError as error:
         return error.code
     return ""
+
+
+def timed(video: Path) -> list[tuple[float, Mask]]:
+    reader: VideoReader = tracecut.read_video(video)
+    frames: list[Mask] = list(reader)
+    print(reader.durations.sum(), len(frames))
+    try:
+        result: Result = tracecut.segment(video)
+    except tracecut.TraceCutError as error:
+        if error.result is None:
+            raise
+        result = error.result
+    return [] if result.times is None else list(zip(result.times.tolist(), result))

@@ -88,9 +88,6 @@ describe('the picture', () => {
       await page.waitForSelector('#export-preview > *');
       await measure('save');
       await page.click('#export-close');
-      await page.setInputFiles('#file', [video, { ...video, name: 'two.webm' }]);
-      await page.waitForSelector('[data-queued="running"]');
-      await measure('queue');
       assert.equal(new Set(boxes).size, 1, `it stays where it is: ${boxes.join(' ')}`);
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.ok(wide <= 0, `the page is ${wide} px too wide`);

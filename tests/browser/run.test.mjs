@@ -2,6 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
+import { WIDE, fiveObjects } from './five.mjs';
 import {
   ended,
   gifFile,
@@ -95,16 +96,26 @@ describe('a run', () => {
 describe('files', () => {
   const shared = useSample(useSite());
   const noise = Buffer.from(Array.from({ length: 4000 }, (_, k) => (k * 167 + (k >> 3)) % 256));
+  const beginning = (head) => Buffer.concat([Buffer.from(head, 'latin1'), noise]);
+  const mp4 = beginning('\0\0\0\x10ftypisom\0\0\x02\0');
 
   const refused = {
     'a text file': [
       [{ name: 'notes.txt', mimeType: 'text/plain', buffer: Buffer.from('not a video') }],
       'unknown-file',
     ],
-    'a damaged video': [[{ name: 'broken.mp4', mimeType: 'video/mp4', buffer: noise }], 'unreadable-video'],
-    'an empty video': [[{ name: 'empty.webm', mimeType: 'video/webm', buffer: Buffer.alloc(0) }], 'unreadable-video'],
+    'a damaged video': [[{ name: 'broken.mp4', mimeType: 'video/mp4', buffer: mp4 }], 'unreadable-video'],
+    'an empty video': [[{ name: 'empty.webm', mimeType: 'video/webm', buffer: Buffer.alloc(0) }], 'unknown-file'],
+    'two videos': [['a.mp4', 'b.mp4'].map((name) => ({ name, mimeType: 'video/mp4', buffer: mp4 })), 'many-videos'],
+    'a video and an image': [
+      [{ name: 'a.mp4', mimeType: 'video/mp4', buffer: mp4 }, pngFile('b.png', plainFrame(32, 32))],
+      'mixed-files',
+    ],
     'a truncated image': [
-      [pngFile('a.png', plainFrame(32, 32)), { name: 'b.png', mimeType: 'image/png', buffer: noise.subarray(0, 40) }],
+      [
+        pngFile('a.png', plainFrame(32, 32)),
+        { name: 'b.png', mimeType: 'image/png', buffer: beginning('\x89PNG\r\n').subarray(0, 40) },
+      ],
       'unreadable-image',
     ],
     'images of different sizes': [files([plainFrame(32, 32), plainFrame(40, 32)]), 'mixed-sizes'],
@@ -209,5 +220,30 @@ describe('files', () => {
     }, given);
     assert.equal(await ended(page), 'done');
     assert.match(await text(page, '#subline'), /8 frames of 96 × 64/);
+  });
+});
+
+describe('the camera', () => {
+  const site = useSite({ sample: 'tiny' });
+
+  test('of a phone records a video, which is segmented', async () => {
+    const { page, faults } = await openSample(site, { isMobile: true, hasTouch: true });
+    const { video } = await fiveObjects(page, WIDE);
+    const chooser = page.waitForEvent('filechooser');
+    await page.tap('#camera-open');
+    const input = (await chooser).element();
+    assert.equal(await input.getAttribute('capture'), 'environment');
+    assert.equal(await input.getAttribute('accept'), 'video/*');
+    await (await chooser).setFiles(video);
+    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'five.webm');
+    assert.equal(await ended(page), 'done');
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+
+  test('of a computer has no button', async () => {
+    const { page } = await openSample(site);
+    assert.equal(await page.locator('#camera-open').isVisible(), false);
+    await page.context().close();
   });
 });

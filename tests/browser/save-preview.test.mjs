@@ -126,20 +126,6 @@ describe('the preview of what is saved', () => {
     assert.deepEqual([half.width, half.height], [240, 135]);
   });
 
-  test('has a trail where one is chosen, of the frames before', async () => {
-    const { page } = await openAt(site, 7);
-    await shown(page, 'transparent');
-    const without = await page.evaluate(previewPixels);
-    await page.keyboard.press('Escape');
-    await page.check('[name="view"][value="cutout"]', { force: true });
-    await page.selectOption('#trail', '4 2');
-    await openDialog(page, 7);
-    await shown(page, 'transparent');
-    const { data } = await page.evaluate(previewPixels);
-    const opaque = (pixels) => pixels.filter((value, k) => k % 4 === 3 && value > 20).length;
-    assert.ok(opaque(data) > 1.05 * opaque(without.data), `${opaque(without.data)}, ${opaque(data)}`);
-  });
-
   test('is true to the pixel where the clip is larger than the place', async () => {
     const { page } = await openAt(site, 2, {}, { width: 1280, height: 720, frames: 4 });
     await shown(page, 'transparent');

@@ -72,23 +72,21 @@ describe('work', () => {
     await keptAfter(page, then);
   }
 
-  /** Chooses edges, a ground, a trail, and that the first object is not kept. */
+  /** Chooses edges, a ground, and that the first object is not kept. */
   async function chooseLook(page) {
     const then = Number(await page.evaluate(() => document.body.dataset.kept));
     for (const [name, value] of Object.entries({ grow: 3, feather: 2, smallest: 0.5, smooth: 1 }))
       await page.fill(`#edge-${name}`, String(value));
     await page.check('[name="view"][value="cutout"]', { force: true });
     await page.selectOption('#ground', 'green');
-    await page.selectOption('#trail', { label: 'Short trail' });
     await page.uncheck('[data-object="1"] input');
     await keptAfter(page, then);
   }
 
   /** What is chosen, as the page shows it. */
   async function chosen(page) {
-    const values = await page.$$eval(
-      '#edge-grow, #edge-feather, #edge-smallest, #edge-smooth, #ground, #trail',
-      (all) => all.map(({ id, value }) => `${id} ${value}`),
+    const values = await page.$$eval('#edge-grow, #edge-feather, #edge-smallest, #edge-smooth, #ground', (all) =>
+      all.map(({ id, value }) => `${id} ${value}`),
     );
     const kept = await page.$$eval('[data-object] input', (all) => all.map(({ checked }) => checked));
     return { values, kept };
@@ -147,7 +145,7 @@ describe('work', () => {
     await chooseLook(page);
     const look = await chosen(page);
     assert.deepEqual(look.values.sort(), [
-      ...['edge-feather 2', 'edge-grow 3', 'edge-smallest 0.5', 'edge-smooth 1', 'ground green', 'trail 4 2'],
+      ...['edge-feather 2', 'edge-grow 3', 'edge-smallest 0.5', 'edge-smooth 1', 'ground green'],
     ]);
     assert.ok(look.kept.length > 1 && !look.kept[0]);
     const before = await masks(page);

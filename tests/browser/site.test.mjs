@@ -1,10 +1,10 @@
 // The page as it is put on a host, bundled and minified: that it works from a folder of a host, and what it weighs.
 
 import assert from 'node:assert/strict';
-import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
-import { extname, join } from 'node:path';
+import { dirname, extname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import { launchBrowser } from '../../scripts/browser.mjs';
@@ -89,15 +89,22 @@ test(
   },
 );
 
-test('the gallery is part of the site, and fetched when it is looked at', onlyLong, async () => {
-  const { page, faults } = await visit('block');
-  const ofGallery = () => [...asked.keys()].filter((name) => name.startsWith('demo/gallery/'));
-  assert.deepEqual(ofGallery(), []);
-  await page.click('#gallery summary');
-  await page.click('[data-clip="street"]');
-  await page.waitForFunction(() => globalThis.tracecutDemo.source?.gallery === 'street');
-  assert.equal(await ended(page), 'done');
-  assert.match(await text(page, '#headline'), /^3 moving objects/);
-  assert.ok(ofGallery().includes('demo/gallery/street.tracecut'));
-  assert.deepEqual(faults, []);
+test('every script of the site has a source map with its sources, and none names a place of this machine', () => {
+  const scripts = readdirSync(target, { recursive: true }).filter((name) => name.endsWith('.js'));
+  assert.ok(scripts.length > 30, `${scripts.length} scripts`);
+  for (const file of scripts.map((name) => join(target, name))) {
+    const code = readFileSync(file, 'utf8');
+    const { sources, sourcesContent } = JSON.parse(readFileSync(`${file}.map`, 'utf8'));
+    assert.equal(sourcesContent.filter(Boolean).length, sources.length, file);
+    assert.deepEqual(
+      sources.filter((source) => source.startsWith('/') || source.includes(target.slice(1))),
+      [],
+    );
+    const named = /\/\/# sourceMappingURL=(\S+)\s*$/.exec(code)?.[1];
+    if (named ?? code.length >= 4096) assert.ok(named && existsSync(join(dirname(file), named)), file);
+  }
+  assert.deepEqual(
+    files.filter((name) => name.endsWith('.map')),
+    [],
+  );
 });

@@ -21,13 +21,13 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 /**
  * Server and browser for the tests of one file.
  *
- * @param {{args?: string[], sample?: 'whole' | 'small' | 'tiny'}} [launch] further arguments of the browser; the page's sample
+ * @param {{sample?: 'whole' | 'small' | 'tiny'}} [options] the page's sample
  * @returns {{open: (options?: object) => Promise<{page: import('playwright-core').Page, faults: string[]}>}} `open`
  *   gives a fresh page at the site; `faults` collects errors on its console, failed requests, and requests to anywhere
  *   else
  */
-export function useSite({ sample = 'small', ...launch } = {}) {
-  const site = useServerAndBrowser({ sample, ...launch });
+export function useSite({ sample = 'small' } = {}) {
+  const site = useServerAndBrowser({ sample });
   const open = async ({ query = '', ...options } = {}) => {
     const context = await site.browser.newContext({
       viewport: { width: 1280, height: 800 },

@@ -2,12 +2,9 @@
 // Not by the clock, which says how busy the machine is; but caches that others use count too, so it runs alone.
 
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
 import { test } from 'node:test';
-import { unzipSync } from 'fflate';
-import { root } from '../../scripts/tools.mjs';
 import { useServerAndBrowser } from '../site.mjs';
+import { WIDE, fiveObjects } from './five.mjs';
 import { ended, onlyLong } from './support.mjs';
 
 const MOST_MS = 100;
@@ -42,11 +39,10 @@ test('the sample and a video leave the page’s thread free', onlyLong, async ()
     assert.ok(times[0] <= MOST_MS, `${what}: ${times[0]} ms`);
   };
   await traced('sample', () => page.goto(site.url));
-  const project = unzipSync(readFileSync(join(root, 'www', 'demo', 'gallery', 'street.tracecut')));
-  const video = { name: 'street.webm', mimeType: 'video/webm', buffer: Buffer.from(project['files/street.webm']) };
+  const { video } = await fiveObjects(page, { ...WIDE, frames: 60 });
   await traced('video', async () => {
     await page.setInputFiles('#file', [video]);
-    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'street.webm');
+    await page.waitForFunction(() => globalThis.tracecutDemo.source?.name === 'five.webm');
   });
   await context.close();
 });

@@ -31,7 +31,7 @@ export async function openLibrary({ url, browser }) {
   // A text of the site's own, shown as a page: what a test makes up itself may not ask other servers of this machine.
   await page.goto(`${url}dist/index.js`);
   await page.evaluate(async () => {
-    document.body.innerHTML = '<input type="file" id="file">';
+    document.body.innerHTML = '<input type="file" id="file" multiple>';
     globalThis.tracecut = await import('/demo/library.js');
   });
   await page.evaluate(helpers);

@@ -109,7 +109,7 @@ describe('a mask as a PNG file', () => {
 
 describe('a ZIP of masks', () => {
   test('has a file for each frame, and says times, labels and colours beside', async () => {
-    const files = unzipSync(await masksZip({ ...TWO_FRAMES, times: [0.5, 0.54] }));
+    const files = unzipSync(await masksZip({ ...TWO_FRAMES, times: [0.5, 0.75], end: 1.5 }));
     assert.deepEqual(Object.keys(files), ['00000.png', '00001.png', 'masks.json']);
     for (const t of [0, 1]) assert.deepEqual([...readPng(files[`0000${t}.png`]).pixels], [...TWO_FRAMES.labels(t)]);
     assert.deepEqual(JSON.parse(text(files['masks.json'])), {
@@ -118,7 +118,9 @@ describe('a ZIP of masks', () => {
       width: 4,
       height: 3,
       numFrames: 2,
-      times: [0.5, 0.54],
+      times: [0.5, 0.75],
+      durations: [0.25, 0.75],
+      frameRate: 2,
       labels: [1, 2, 3],
       palette: { 0: '#000000', 1: objectColor(1), 2: objectColor(2), 3: objectColor(3) },
       files: ['00000.png', '00001.png'],
@@ -141,8 +143,9 @@ describe('a ZIP of masks', () => {
       [...readPng(files['object-3/00001.png']).pixels],
       [...TWO_FRAMES.labels(1)].map((label) => (label === 3 ? 255 : 0)),
     );
-    const { labels, times, files: listed } = JSON.parse(text(files['masks.json']));
-    assert.deepEqual({ labels, times }, { labels: [1, 3], times: [0, 0.04] });
+    const { labels, times, durations, frameRate, files: listed } = JSON.parse(text(files['masks.json']));
+    assert.deepEqual({ labels, times, durations }, { labels: [1, 3], times: [0, 0.04], durations: [0.04, 0.04] });
+    assert.equal(frameRate, 25);
     assert.deepEqual(Object.values(listed).flat(), names);
     assert.deepEqual(progress, [
       { done: 1, total: 2 },
@@ -241,7 +244,7 @@ describe('masks as COCO run lengths', () => {
       { ...TWO_FRAMES, times: Float64Array.of(2, 2.5) },
       { category, video: 'clip.mp4', fileName: (t) => `frames/${t}.jpg` },
     );
-    assert.deepEqual(coco.videos, [{ id: 1, name: 'clip.mp4', width: 4, height: 3 }]);
+    assert.deepEqual(coco.videos, [{ id: 1, name: 'clip.mp4', width: 4, height: 3, frame_times: [2, 2.5] }]);
     assert.deepEqual(coco.images[1], {
       id: 2,
       video_id: 1,
@@ -286,6 +289,7 @@ describe('masks as COCO run lengths', () => {
     const [a, b, all] = await Promise.all(made);
     assert.deepEqual([...a.images, ...b.images], all.images);
     assert.deepEqual([...a.annotations, ...b.annotations], all.annotations);
+    assert.deepEqual([...a.videos[0].frame_times, ...b.videos[0].frame_times], all.videos[0].frame_times);
     assert.equal(new Set(all.annotations.map(({ id }) => id)).size, all.annotations.length);
     await assert.rejects(cocoRle({ ...clip, firstFrame: -1 }), refuses('data', /firstFrame = -1/));
   });
@@ -293,7 +297,7 @@ describe('masks as COCO run lengths', () => {
   test('are none where there is no object, and 255 for 255 objects', async () => {
     const none = await cocoRle(drawn(['00']));
     assert.deepEqual([none.annotations, none.tracks, none.images.length], [[], [], 1]);
-    assert.ok(!('timestamp' in none.images[0]));
+    assert.ok(!('timestamp' in none.images[0] || 'frame_times' in none.videos[0]));
     const all = await cocoRle(ALL_LABELS);
     assert.deepEqual(
       all.annotations.map(({ track_id, area }) => [track_id, area]),

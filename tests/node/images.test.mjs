@@ -2,7 +2,6 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { trailFrames } from 'tracecut/draw';
 import { encodeImages } from 'tracecut/export';
 import { unzipSync, unzlibSync } from '../../dist/vendor/zip.js';
 import { pngParts } from '../png.mjs';
@@ -154,99 +153,4 @@ test('what is not legal is refused, and an abort is told', async () => {
   const stop = new AbortController();
   const reading = bytesOf({ signal: stop.signal, onProgress: () => stop.abort(new Error('enough')) });
   await assert.rejects(reading, /enough/);
-});
-
-describe('a trail', () => {
-  /** A clip of one row in which an object of one pixel goes one to the right each frame; frame `t` is of the colour `t`. */
-  const count = 12;
-  const clip = {
-    width: WIDTH,
-    height: HEIGHT,
-    numFrames: count,
-    labels: (t) => Uint8Array.from({ length: WIDTH * HEIGHT }, (_, p) => Number(p === WIDTH * 3 + (t % WIDTH))),
-  };
-  const colour = (t) => [10 + 20 * t, 250 - 20 * t, 7];
-  const pictures = Array.from({ length: count }, (_, t) => {
-    const data = new Uint8ClampedArray(4 * WIDTH * HEIGHT);
-    for (let p = 0; p < WIDTH * HEIGHT; p += 1) data.set([...colour(t), 255], 4 * p);
-    return { data, width: WIDTH, height: HEIGHT };
-  });
-  /** Pixels of frame `t` that are not clear, by their column. */
-  const seen = async (t, options, masks_ = clip) => {
-    const files = unzipSync(await bytesOf(options, masks_, pictures));
-    const pixels = pixelsOf(pngParts(files[`${String(t).padStart(5, '0')}.png`])[1].data, 4);
-    const there = Array.from({ length: WIDTH * HEIGHT }, (_, p) => [p, ...pixels.subarray(4 * p, 4 * p + 4)]);
-    return there.filter((pixel) => pixel[4] > 0).map(([p, ...pixel]) => [p - 3 * WIDTH, ...pixel]);
-  };
-
-  test('shows where objects were before, in the colours that they had, the oldest the faintest', async () => {
-    const trail = { copies: 3, spacing: 2, opacity: 0.9 };
-    assert.deepEqual(await seen(7, { trail }), [
-      [1, ...colour(1), Math.round(255 * 0.3)],
-      [3, ...colour(3), Math.round(255 * 0.6)],
-      [5, ...colour(5), Math.round(255 * 0.9)],
-      [7, ...colour(7), 255],
-    ]);
-    assert.deepEqual(await seen(2, { trail }), [
-      [0, ...colour(0), Math.round(255 * 0.9)],
-      [2, ...colour(2), 255],
-    ]);
-    assert.deepEqual(await seen(7, {}), [[7, ...colour(7), 255]]);
-    assert.deepEqual(await bytesOf({ trail: { copies: 0 } }, clip, pictures), await bytesOf({}, clip, pictures));
-  });
-
-  test('lies behind what is newer, and mixes with it where that lets it through', async () => {
-    const still = {
-      ...clip,
-      labels: (t) => Uint8Array.from(clip.labels(0), (label, p) => Number(p === 30 && t !== 6)),
-    };
-    const trail = { copies: 2, spacing: 1, opacity: 0.5 };
-    assert.deepEqual(
-      (await seen(5, { trail }, still)).map((pixel) => pixel.slice(1)),
-      [[...colour(5), 255]],
-    );
-    // Frame 6 has no object: half of frame 5's over a quarter of frame 4's.
-    const alpha = 1 - 0.5 * 0.75;
-    const mixed = colour(5).map((value, k) => (0.5 * value + 0.5 * 0.25 * colour(4)[k]) / alpha);
-    const [[, ...pixel]] = await seen(6, { trail }, still);
-    assert.equal(pixel[3], Math.round(255 * alpha));
-    mixed.forEach((value, k) => assert.ok(Math.abs(value - pixel[k]) <= 0.5, `${pixel} for ${mixed}`));
-  });
-
-  test('ends at a cut, has the objects that are meant, and is none of opacity alone', async () => {
-    const trail = { copies: 3, spacing: 1, opacity: 1 };
-    const shots = [
-      { first: 0, last: 4 },
-      { first: 5, last: 11 },
-    ];
-    const columns = async (t, options, masks_) => (await seen(t, { trail, ...options }, masks_)).map(([x]) => x);
-    assert.deepEqual(await columns(6, {}, { ...clip, shots }), [5, 6]);
-    assert.deepEqual(await columns(6, {}), [3, 4, 5, 6]);
-    const two = { ...clip, labels: (t) => clip.labels(t).map((label) => label * (1 + (t % 2))) };
-    assert.deepEqual(await columns(6, { objects: [1] }, two), [4, 6]);
-    const alpha = { style: 'alpha' };
-    assert.deepEqual(await bytesOf({ ...alpha, trail }, clip, pictures), await bytesOf(alpha, clip, pictures));
-  });
-
-  test('is of the frames that are named, and of no others', async () => {
-    const near = (frames) => frames.map(({ t, opacity }) => [t, Math.round(1e9 * opacity) / 1e9]);
-    assert.deepEqual(near(trailFrames(9, {})), [
-      [0, 0.3],
-      [3, 0.45],
-      [6, 0.6],
-    ]);
-    assert.deepEqual(trailFrames(0, {}), []);
-    assert.throws(() => trailFrames(-1, {}), /t = -1/);
-    for (const [trail, words] of [
-      [{ copies: 17 }, /trail\.copies = 17 \(expected .*0\.\.=16/],
-      [{ copies: 1.5 }, /trail\.copies = 1\.5/],
-      [{ spacing: 0 }, /trail\.spacing = 0 \(expected .*1\.\.=16/],
-      [{ opacity: 2 }, /trail\.opacity = 2 \(expected a number, 0\.\.=1/],
-      [{ length: 3 }, /length = 3 \(expected no such option; there are copies, spacing, opacity/],
-      [null, /expected an object with copies/],
-    ]) {
-      await rejects(encodeImages(clip, pictures, { trail }), 'param', words);
-      assert.throws(() => trailFrames(3, trail), words);
-    }
-  });
 });

@@ -27,7 +27,7 @@ async function segmentFile(path) {
   let isTruncated = false;
   const onDamage = () => (isTruncated = true);
   const frames = isFolder ? readFrames(path) : framesOfVideo(path, { onDamage });
-  const result = await segmentVideo(frames, { workers: 0 }).collect();
+  const result = await segmentVideo(frames, { threads: 1 }).collect();
   return {
     width: result.width,
     height: result.height,

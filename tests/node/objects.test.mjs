@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { createSession, segmentVideo, synthClip } from 'tracecut';
+import { createSession, Result, segmentVideo, synthClip } from 'tracecut';
 
 const clip = await synthClip({ width: 320, height: 180, frames: 12, seed: 2 });
 const frames = Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
@@ -59,6 +59,16 @@ test('the number of objects counts them, where labels have gaps', async () => {
   assert.ok(merged.objects.at(-1).label > merged.objects.length, 'the highest label is no count');
   isCounted(merged);
   assert.ok(!merged.clusters.object.includes(1));
+  session.close();
+});
+
+test('an object without a pixel is none', async () => {
+  const session = await createSession();
+  for (const frame of frames) await session.push(frame);
+  const result = await session.run();
+  const unseen = { label: 200, areas: new Uint32Array(result.numFrames) };
+  const again = Result.fromJSON({ ...structuredClone(result), objects: [unseen, ...result.objects] });
+  assert.deepEqual(again.objects, result.objects);
   session.close();
 });
 

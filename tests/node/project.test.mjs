@@ -109,21 +109,21 @@ test('names of clips become folders of their archive, and no other', async () =>
 });
 
 test('what the page keeps of a look is taken as far as it is legal', () => {
-  const picture = { name: 'picture', colour: '#010203', picture: {}, trail: { copies: 4, spacing: 2 } };
+  const picture = { name: 'picture', colour: '#010203', picture: {} };
   const edges = { smallest: 0.5, grow: -3, feather: 2, smooth: 1 };
   const state = { edges, hidden: new Set([2, 5]), ground: picture };
   const look = JSON.parse(JSON.stringify(lookOf(state)));
-  const blank = { ground: { name: 'dimmed', colour: '#ffffff', picture: null, trail: { copies: 0, spacing: 1 } } };
+  const blank = { ground: { name: 'dimmed', colour: '#ffffff', picture: null } };
   assert.deepEqual(lookPatch(look, blank), {
     edges,
     hidden: new Set([2, 5]),
-    ground: { name: 'transparent', colour: '#010203', picture: null, trail: { copies: 4, spacing: 2 } },
+    ground: { name: 'transparent', colour: '#010203', picture: null },
   });
   assert.deepEqual(lookPatch(undefined, blank), {});
   const wrong = {
     edges: { smallest: 2, grow: '3', feather: NaN, smooth: 1e9 },
     hidden: [1, -1, 'x', 256],
-    ground: { name: 'green', colour: 'url(x)', trail: { copies: 1000, spacing: 0 } },
+    ground: { name: 'green', colour: 'url(x)' },
   };
   assert.deepEqual(lookPatch(wrong, blank), {
     edges: { smallest: 0.02, grow: 0, feather: 0, smooth: 0 },

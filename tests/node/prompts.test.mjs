@@ -21,7 +21,8 @@ const made = {
 
 test('each object has its best frame, its box, three points on it and three beside it, and its mask', async () => {
   const { prompts: found, ...rest } = await prompts(made);
-  assert.deepEqual([rest.width, rest.height], [width, height]);
+  assert.deepEqual([rest.width, rest.height, rest.times], [width, height, undefined]);
+  assert.deepEqual((await prompts({ ...made, times: [1, 2, 4] })).times, [1, 2, 4]);
   assert.deepEqual(
     found.map(({ obj_id, frame_idx, box }) => [obj_id, frame_idx, box]),
     [

@@ -50,7 +50,6 @@ test('no path leads out of the two folders', async (t) => {
     '/dist/%c0%ae%c0%ae/%c0%ae%c0%ae/package.json',
     '/dist/....//....//package.json',
     '/dist/..;/package.json',
-    '/docs/..%2f..%2fpackage.json',
     '//package.json',
     '//etc/passwd',
     '/dist//etc/passwd',

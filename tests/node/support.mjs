@@ -36,6 +36,13 @@ export async function framesOf(options = SMALL) {
   return Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
 }
 
+/** What an iterable gives, as a list. */
+export async function all(items) {
+  const list = [];
+  for await (const item of items) list.push(item);
+  return list;
+}
+
 /** A frame of one colour, or of `colour(x, y)`. */
 export function plain(width, height, colour = 0) {
   const data = new Uint8ClampedArray(4 * width * height);

@@ -314,6 +314,31 @@ test('one frame is all background; no frame is an error, and so are frames of di
   await rejects(windowsOf([{ frame: plain(8, 8), time: NaN }]), 'data', /time = NaN/);
 });
 
+test('a damaged frame ends the clip: the masks before it are those of the frames before alone', async () => {
+  const frames = (await framesOf(TINY)).slice(0, 9).map((frame) => png(frame));
+  const broken = frames[0].subarray(0, 60);
+  const given = { window: 4, overlap: 1 };
+  async function* stream(list) {
+    yield* list;
+  }
+  for (let place = 2; place <= 8; place += 1) {
+    const damaged = () => stream(frames.with(place, broken));
+    const alone = await segmentVideo(stream(frames.slice(0, place)), given).collect();
+    const error = await segmentVideo(damaged(), given)
+      .collect()
+      .catch((fault) => fault);
+    let told = null;
+    const result = await segmentVideo(damaged(), { ...given, onDamage: (damage) => (told = damage) }).collect();
+    assert.deepEqual([error.code, error.frames, told.frames, told.total], ['decode', place, place, null]);
+    for (const found of [error.result, result]) {
+      assert.deepEqual(found.runs, alone.runs, `damage at frame ${place}`);
+      assert.deepEqual(found.truncated, { frames: place, reason: error.message });
+    }
+  }
+  assert.equal((await segmentVideo(stream(frames), given).collect()).truncated, null);
+  await rejects(segmentVideo(stream(frames.with(1, broken)), given).collect(), 'decode', /frame 1/);
+});
+
 test('options out of range are named with their range, at once', () => {
   const cases = [
     [{ window: 1 }, /window = 1 \(expected a whole number, 2..=400\)/],
@@ -327,7 +352,6 @@ test('options out of range are named with their range, at once', () => {
     [{ maxFrames: 1.5 }, /maxFrames = 1.5/],
     [{ size: 8 }, /size = 8 \(expected a whole number, 16..=16384\)/],
     [{ frameRate: 0 }, /frameRate = 0/],
-    [{ decoding: 'magic' }, /decoding = "magic"/],
     [{ signal: {} }, /signal = an Object \(expected an AbortSignal\)/],
     [{ onProgress: 1 }, /onProgress = 1/],
     [{ clip: { dense: false } }, /clip.dense = false/],

@@ -12,7 +12,6 @@
  * @module
  */
 
-import { say } from './language.js';
 import { Progress, stagesOf } from './panels/run.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
 import { ClipJob } from './run/clip-job.js';
@@ -73,7 +72,7 @@ export class App {
 
   /** Opens the sample and runs it. */
   async openSample() {
-    await this.open(say('Sample clip'), sampleSource, () => this.start());
+    await this.open('Sample clip', sampleSource, () => this.start());
   }
 
   /**
@@ -93,24 +92,11 @@ export class App {
   }
 
   /**
-   * Opens what the camera recorded, and runs it.
-   *
-   * @param {File} file
-   */
-  async openRecording(file) {
-    await this.open(
-      say('Camera'),
-      () => openFiles([file]),
-      () => this.start(),
-    );
-  }
-
-  /**
    * Opens work that was kept: frames are read again, masks and corrections are there.
    *
    * @param {string} name
    * @param {() => Promise<{files: File[], about: import('./saved/storage.js').About, project:
-   *   import('./library.js').Project, gallery?: string}>} read
+   *   import('./library.js').Project}>} read
    */
   async openWork(name, read) {
     /** @type {Awaited<ReturnType<typeof read>> | null} */
@@ -120,7 +106,7 @@ export class App {
       name,
       async () => {
         [work] = await Promise.all([read(), fetched]);
-        return Object.assign(await openFiles(work.files), { gallery: work.gallery });
+        return openFiles(work.files);
       },
       async () => {
         const { about, project } = /** @type {Awaited<ReturnType<typeof read>>} */ (work);
@@ -166,7 +152,7 @@ export class App {
     const visit = this.leave();
     this.taken = null;
     this.store.state.source?.close();
-    this.store.set({ source: null, name, ...phasePatch('opening', say('Opening…'), '') });
+    this.store.set({ source: null, name, ...phasePatch('opening', 'Opening…', '') });
     try {
       const source = await opener();
       if (visit !== this.store.state.visit) return source.close();
@@ -207,7 +193,7 @@ export class App {
     if (before.corrections) before.corrections.carried = 0;
     const picture = { ...BLANK.picture, images: before.images };
     const hidden = this.hiddenBefore;
-    this.store.set({ before: null, job: before, hidden, picture, ...phasePatch('running', say('Opening…'), '') });
+    this.store.set({ before: null, job: before, hidden, picture, ...phasePatch('running', 'Opening…', '') });
     await showResult(this.store, before);
   }
 
@@ -322,8 +308,8 @@ export class App {
     if (phase !== 'running' || !job) return;
     this.abort?.abort();
     if (job.stop()) return void this.conclude(job);
-    const advice = say('Continue where it stopped, change the settings, or open something else.');
-    this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', say('Cancelled'), advice) });
+    const advice = 'Continue where it stopped, change the settings, or open something else.';
+    this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', 'Cancelled', advice) });
   }
 
   /**
@@ -346,7 +332,7 @@ async function carriedOver(taken, job) {
   const { carryOver } = await import('./run/carry-over.js');
   const { hidden, lost } = await carryOver(taken, job);
   if (lost.length > 0)
-    job.lost = say`These corrections no longer apply; undo brings back the result that has them: ${lost.join('; ')}.`;
+    job.lost = `These corrections no longer apply; undo brings back the result that has them: ${lost.join('; ')}.`;
   // It has all that the one before had, and takes its place.
   else job.id = taken.job.id;
   return hidden;

@@ -24,7 +24,17 @@ const LATE = 0.002;
  * @returns {ClipPlayer}
  */
 export function openPlayer(source) {
-  return source.kind === 'video' && source.file ? new VideoPlayer(source, source.file) : new FramePlayer(source);
+  if (source.kind !== 'video' || !source.file || !plays(source.type)) return new FramePlayer(source);
+  return new VideoPlayer(source, source.file);
+}
+
+/**
+ * Few browsers play transport streams, and they say so; of other files they do not say what they play.
+ *
+ * @param {string} [type]
+ */
+function plays(type) {
+  return type !== 'video/mp2t' || document.createElement('video').canPlayType(type) !== '';
 }
 
 /**
@@ -34,6 +44,14 @@ export function openPlayer(source) {
  */
 export function timeOf({ times, fps }, frame) {
   return times?.[frame] ?? frame / fps;
+}
+
+/**
+ * @param {Source} source
+ * @returns {number} when its last frame ends, in seconds
+ */
+export function endOf({ count, fps, end = count / fps }) {
+  return end;
 }
 
 /** The browser's own player: it keeps up with large videos. @implements {ClipPlayer} */
@@ -65,7 +83,8 @@ class VideoPlayer {
   play(first, last, onFrame) {
     this.pause();
     const { source, element } = this;
-    const [from, to] = [timeOf(source, first) + LATE, timeOf(source, last) + 1 / source.fps];
+    const from = timeOf(source, first) + LATE;
+    const to = last + 1 < source.count ? timeOf(source, last + 1) : endOf(source);
     if (element.currentTime < from || element.currentTime >= to) element.currentTime = from;
     const tick = () => {
       this.ticking = requestAnimationFrame(tick);
@@ -128,7 +147,7 @@ class FramePlayer {
           if (signal.aborted) return;
           this.draw(frame);
           onFrame(at);
-          const lasts = at < source.count - 1 ? timeOf(source, at + 1) - timeOf(source, at) : 1 / source.fps;
+          const lasts = (at + 1 < source.count ? timeOf(source, at + 1) : endOf(source)) - timeOf(source, at);
           await new Promise((resolve) => setTimeout(resolve, 1000 * lasts));
           at += 1;
         }

@@ -3,17 +3,10 @@
  * @module
  */
 
-import { say } from './language.js';
-
 /** Whether fingers point here: words say “tap” then. */
 export const TOUCH = matchMedia('(pointer: coarse)').matches;
 
-/** Attributes that are read, by eye or aloud. */
-const READ = ['title', 'aria-label'];
-
 /**
- * Texts, titles and labels are put into the language of the page.
- *
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
  * @param {Record<string, string | boolean | number | ((event: never) => void)>} [props] attributes; functions are
@@ -26,9 +19,9 @@ export function h(tag, props = {}, ...children) {
   for (const [name, value] of Object.entries(props)) {
     if (typeof value === 'function') element.addEventListener(name, /** @type {EventListener} */ (value));
     else if (value === true) element.setAttribute(name, '');
-    else if (value !== false) element.setAttribute(name, READ.includes(name) ? say(String(value)) : String(value));
+    else if (value !== false) element.setAttribute(name, String(value));
   }
-  element.append(...children.map((child) => (typeof child === 'string' ? say(child) : child)));
+  element.append(...children);
   return element;
 }
 
@@ -88,9 +81,4 @@ export function connectDialog(dialog) {
     const inside = event.clientX >= left && event.clientX <= right && event.clientY >= top && event.clientY <= bottom;
     if (!inside) dialog.close();
   });
-}
-
-/** Where the picture is above the panel, it is brought back into sight. */
-export function toPicture() {
-  if (matchMedia('(max-width: 899px)').matches) byId('stage').scrollIntoView();
 }

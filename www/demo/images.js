@@ -1,8 +1,7 @@
 /** Images of a sequence, or one image, animated or still, as a source of frames. @module */
 
-import { Grabber, openVideo } from './video.js';
+import { Grabber, factsOf, openVideo } from './video.js';
 import { PageError } from './words.js';
-import { say } from './language.js';
 
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
 const SEQUENCE_FPS = 15;
@@ -10,14 +9,16 @@ const SEQUENCE_FPS = 15;
 /** Motion needs two frames: damage after fewer is an error. */
 const FEWEST = 2;
 
+/** Types of files that may hold several images. */
+const MOVING = ['image/gif', 'image/png', 'image/webp', 'image/avif'];
+
 /**
- * @param {File[]} files
+ * @param {File[]} sorted in their order
+ * @param {string} type of the first one
  * @returns {Promise<import('./source.js').Source>}
  */
-export async function openImages(files) {
-  if (files.length === 1) return openOne(files[0]);
-  const inOrder = new Intl.Collator('en', { numeric: true });
-  const sorted = [...files].sort((a, b) => inOrder.compare(a.name, b.name));
+export async function openImages(sorted, type) {
+  if (sorted.length === 1) return openOne(sorted[0], type);
   const first = await decode(sorted[0]);
   const size = { width: first.width, height: first.height };
   first.close();
@@ -31,7 +32,7 @@ export async function openImages(files) {
       if (picture.width !== size.width || picture.height !== size.height) {
         const found = `${picture.width}×${picture.height}`;
         const wanted = `${size.width}×${size.height}`;
-        throw new PageError('mixed-sizes', say`${sorted[k].name} is ${found}, the first is ${wanted}`);
+        throw new PageError('mixed-sizes', `${sorted[k].name} is ${found}, the first is ${wanted}`);
       }
       const pixels = grabber.grab(picture, size, side);
       picture.close();
@@ -41,29 +42,26 @@ export async function openImages(files) {
 }
 
 /**
- * A GIF, or another image that may hold several frames; or a still one.
+ * A GIF, or another image that may hold several frames, which last as long as it says; or a still one.
  *
  * @param {File} file
+ * @param {string} type
  * @returns {Promise<import('./source.js').Source>}
  */
-async function openOne(file) {
-  const picture = await decode(file);
-  // Not every browser has one.
-  if (typeof ImageDecoder === 'undefined' || !(await ImageDecoder.isTypeSupported(file.type))) {
-    // Whether a GIF holds more than one frame is not to be known here.
-    if (file.type === 'image/gif') throw new PageError('animated', file.name);
-    return stillSource(file.name, picture);
-  }
-  const decoder = new ImageDecoder({ data: await file.arrayBuffer(), type: file.type });
-  await decoder.tracks.ready;
-  // One that is cut off has the frames before.
-  await decoder.completed.catch(() => {});
-  const { frameCount } = decoder.tracks.selectedTrack ?? { frameCount: 1 };
-  decoder.close();
-  if (frameCount < 2) return stillSource(file.name, picture);
-  picture.close();
-  // Its frames last as long as it says.
-  return openVideo(file, 'images');
+async function openOne(file, type) {
+  const facts = MOVING.includes(type) ? await factsOf(file).catch((error) => refuse(error, file.name)) : null;
+  if (facts && facts.count > 1) return openVideo(file, 'images', facts);
+  return stillSource(file.name, await decode(file));
+}
+
+/**
+ * @param {unknown} error
+ * @param {string} name
+ * @returns {never}
+ */
+function refuse(error, name) {
+  const isAnimated = /** @type {{code?: unknown}} */ (error)?.code === 'unsupported';
+  throw new PageError(isAnimated ? 'animated' : 'unreadable-image', name);
 }
 
 /**

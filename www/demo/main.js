@@ -4,7 +4,6 @@
  * @module
  */
 
-import { chooseLanguage, wantedLanguage, say } from './language.js';
 import { statusPanel } from './panels/status.js';
 import { Store, errorPatch } from './store.js';
 import { PageError } from './words.js';
@@ -16,8 +15,6 @@ const SIMD_PROBE = new Uint8Array([
 ]);
 
 async function main() {
-  // Whoever cannot fetch the words reads English.
-  await chooseLanguage(wantedLanguage()).catch(() => {});
   const store = new Store();
   statusPanel({ store });
   try {
@@ -72,8 +69,8 @@ function offer(registration) {
   button.hidden = false;
   workers.onmessage = ({ data }) => {
     if (data !== 'other-pages') return;
-    button.textContent = say`Close other tabs first`;
-    button.title = say`TraceCut is open in another tab, whose result would be lost. Close it, then click here again.`;
+    button.textContent = 'Close other tabs first';
+    button.title = 'TraceCut is open in another tab, whose result would be lost. Close it, then click here again.';
   };
   button.onclick = () => {
     workers.oncontrollerchange = () => location.reload();

@@ -16,16 +16,7 @@ import { withinFilm } from './store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
-import {
-  correctPanel,
-  exportPanel,
-  galleryPanel,
-  helpPanel,
-  nothingPanel,
-  queuePanel,
-  whyPanel,
-  webcamPanel,
-} from './panels/on-demand.js';
+import { correctPanel, exportPanel, helpPanel, nothingPanel, whyPanel } from './panels/on-demand.js';
 import { edgesPanel, smoothPanel } from './panels/edges.js';
 import { layersPanel } from './panels/layers.js';
 import { objectsPanel } from './panels/objects.js';
@@ -91,10 +82,7 @@ const PANELS = [
   whyPanel,
   exportPanel,
   helpPanel,
-  webcamPanel,
   savedPanel,
-  queuePanel,
-  galleryPanel,
 ];
 
 /**

@@ -3,12 +3,11 @@
  * @module
  */
 
-import { synthClip } from './library.js';
+import { sortFiles, synthClip } from './library.js';
 import { openImages } from './images.js';
 import { openVideo } from './video.js';
 import { DEFAULT_TAKE } from './store.js';
 import { PageError } from './words.js';
-import { say } from './language.js';
 
 /**
  * What to take from a source.
@@ -26,18 +25,19 @@ import { say } from './language.js';
  * @property {string} name
  * @property {number} width in pixels
  * @property {number} height
- * @property {number} fps frames per second; a convention for images
+ * @property {number} fps frames per second, on average; a convention for images
  * @property {number} count frames there are (for a video: about)
  * @property {(frame: number, side: number, time?: number) => Promise<ImageData>} preview one frame; found by its time in
  *   seconds where that is known
  * @property {(count: number, side: number, signal: AbortSignal) => AsyncIterable<ImageData>} [strip] `count` frames, or
  *   all where there are fewer, evenly spread, of at most this long side; what cannot be trimmed has none
  * @property {ArrayLike<number> | null} [times] of all frames in seconds, where the file says them
+ * @property {number} [end] when the last frame ends, in seconds, where the file says it
  * @property {{frames: number, total: number | null} | null} [damage] what `frames` ended with when it was last read:
  *   `frames` come before the damage, of `total`
  * @property {File} [file] the file of a video
+ * @property {string} [type] its media type, by its content
  * @property {File[]} [files] all that it was opened from; the sample has none
- * @property {string} [gallery] which clip of the gallery it is, if it is one
  * @property {(take: Take, signal: AbortSignal) => AsyncIterable<{frame: ImageData, time: number | null, end?:
  *   number | null}>} frames with their times, and when they end, in seconds; null where nothing says
  * @property {() => void} close
@@ -75,7 +75,7 @@ export async function sampleSource() {
   return {
     clip,
     kind: 'sample',
-    name: say('Sample clip'),
+    name: 'Sample clip',
     width: clip.width,
     height: clip.height,
     fps: 15,
@@ -93,40 +93,26 @@ export async function sampleSource() {
 }
 
 /**
- * @param {File[]} files
+ * @param {File[]} chosen
  * @returns {Promise<Source>}
  */
-export async function openFiles(files) {
-  const kinds = files.map(fileKindOf);
-  if (files.length === 0 || kinds.includes('other')) {
-    throw new PageError('unknown-file', files[kinds.indexOf('other')]?.name ?? '');
+export async function openFiles(chosen) {
+  const found = await sortFiles(chosen);
+  const files = found.map(({ file }) => file);
+  const stranger = found.find(({ kind }) => kind === null);
+  if (files.length === 0 || stranger) throw new PageError('unknown-file', strangerWords(stranger?.file));
+  const areImages = found.every(({ kind }) => kind === 'image');
+  if (!areImages && files.length > 1) {
+    const code = found.some(({ kind }) => kind === 'image') ? 'mixed-files' : 'many-videos';
+    throw new PageError(code, `${files.length} files`);
   }
-  const areImages = kinds.every((kind) => kind === 'image');
-  if (!areImages && files.length > 1) throw new PageError('mixed-files', say`${files.length} files`);
-  /** @type {Source} */
-  const source = areImages ? await openImages(files) : await openVideo(files[0]);
-  source.files = files;
-  return source;
+  const type = found[0].type ?? '';
+  const source = areImages ? await openImages(files, type) : await openVideo(files[0]);
+  return Object.assign(source, { files, type });
 }
 
-/**
- * @param {File[]} files
- * @returns {boolean} whether they are several clips
- */
-export function areClips(files) {
-  return files.length > 1 && files.every((file) => fileKindOf(file) === 'video');
-}
-
-/**
- * @param {File} file
- * @returns {'video' | 'image' | 'other'}
- */
-function fileKindOf(file) {
-  if (file.type.startsWith('image/')) return 'image';
-  if (file.type.startsWith('video/')) return 'video';
-  // Systems that do not know a container leave the type empty.
-  return /\.(mp4|m4v|mov|webm|mkv|ogv|avi|3gp)$/i.test(file.name) ? 'video' : 'other';
-}
+/** @param {File} [file] */
+const strangerWords = (file) => (file?.size === 0 ? `${file.name} is empty` : (file?.name ?? ''));
 
 /**
  * @param {Take} take

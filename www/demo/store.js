@@ -4,7 +4,6 @@
  * @module
  */
 
-import { say } from './language.js';
 import { DEFAULT_EDGES } from './saved/look.js';
 import { Times } from './result/presence.js';
 
@@ -43,16 +42,7 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {Partial<import('./layers/layer.js').Answers>} answers
  */
 
-/**
- * @typedef {{name: import('./panels/views.js').GroundName, colour: string, picture: ImageBitmap | null, trail: Trail}}
- *   Ground
- */
-
-/**
- * Copies of the objects behind them, 0 for none, and how many frames lie between two of them.
- *
- * @typedef {{copies: number, spacing: number}} Trail
- */
+/** @typedef {{name: import('./panels/views.js').GroundName, colour: string, picture: ImageBitmap | null}} Ground */
 
 /**
  * @typedef {object} State
@@ -92,8 +82,6 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {boolean} correcting
  * @property {boolean} pending whether the result was made with other settings than those chosen now
  * @property {boolean} asking whether a click asks why
- * @property {readonly File[]} queued clips that were opened together, for the queue
- * @property {import('./saved/storage.js').Saved | null} kept work as it was kept last
  */
 
 /** @type {Frames} */
@@ -142,17 +130,15 @@ const INITIAL = {
   view: 'overlay',
   edges: DEFAULT_EDGES,
   smoothed: null,
-  ground: { name: 'transparent', colour: '#f4f1ea', picture: null, trail: { copies: 0, spacing: 1 } },
+  ground: { name: 'transparent', colour: '#f4f1ea', picture: null },
   split: 50,
   pending: false,
-  queued: [],
-  kept: null,
 };
 
 export class Store {
   constructor() {
     /** @type {Readonly<State>} */
-    this.state = { ...INITIAL, headline: say(INITIAL.headline) };
+    this.state = { ...INITIAL };
     /** @type {{keys: (keyof State)[], show: (state: Readonly<State>) => void, last: boolean}[]} */
     this.watchers = [];
   }
@@ -203,7 +189,7 @@ export function phasePatch(phase, headline, subline, summary = '') {
  * @returns {Partial<State>}
  */
 export function errorPatch(error) {
-  return { ...phasePatch('error', say('Nothing to show'), ''), live: '', error };
+  return { ...phasePatch('error', 'Nothing to show', ''), live: '', error };
 }
 
 /**

@@ -60,16 +60,32 @@ const USUAL_FPS = 30;
 const EARLY = 1e-4;
 
 /**
+ * @typedef {object} Facts
+ * @property {import('./library.js').VideoInfo} info
+ * @property {number} fps
+ * @property {number} count
+ * @property {boolean} isDamaged it ends with its last frame, but there was more
+ */
+
+/**
+ * @param {File} file
+ * @returns {Promise<Facts>}
+ */
+export async function factsOf(file) {
+  let isDamaged = false;
+  const info = await videoInfo(file, { onDamage: () => void (isDamaged = true) });
+  const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
+  return { info, fps, count: Math.max(1, info.numFrames ?? Math.round(info.duration * fps)), isDamaged };
+}
+
+/**
  * @param {File} file
  * @param {'video' | 'images'} [kind] what it is called: an animated image holds images
+ * @param {Facts} [facts] where they are known
  * @returns {Promise<import('./source.js').Source>}
  */
-export async function openVideo(file, kind = 'video') {
-  /** @type {import('./library.js').Damage | null} Damage that shows without decoding. */
-  let known = null;
-  const info = await understood(() => videoInfo(file, { onDamage: (damage) => void (known = damage) }), file.name);
-  const fps = info.frameRate > 0 ? info.frameRate : USUAL_FPS;
-  const count = Math.max(1, info.numFrames ?? Math.round(info.duration * fps));
+export async function openVideo(file, kind = 'video', facts) {
+  const { info, fps, count, isDamaged } = facts ?? (await understood(() => factsOf(file), file.name));
   const early = (/** @type {number} */ time) => ({ start: Math.max(0, time - EARLY) });
   /** By its time where the file says it; else half a frame early. */
   const startOf = (/** @type {number} */ frame) => {
@@ -87,6 +103,7 @@ export async function openVideo(file, kind = 'video') {
     count,
     file,
     times: info.times,
+    end: (info.times?.[0] ?? 0) + info.duration,
     async *strip(most, side, signal) {
       const options = { count: most, size: side, signal, onDamage() {} };
       for await (const one of videoStrip(file, options)) yield pixelsOf(one);
@@ -98,7 +115,7 @@ export async function openVideo(file, kind = 'video') {
       throw new PageError('no-frames', file.name);
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
-      source.damage = known && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
+      source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
       const onDamage = (/** @type {import('./library.js').Damage} */ damage) => (source.damage = damage);
       const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
       for await (const one of videoFrames(file, options)) {

@@ -6,8 +6,8 @@ import { byId, choosesMore } from './dom.js';
 import { NO_ANSWERS } from './layers/layer.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
-import { DEFAULT_EDGES } from './saved/look.js';
-import { EdgedMask, TrailCutouts } from './result/trail.js';
+import { adjustMask } from './library.js';
+import { DEFAULT_EDGES, edgesOf } from './saved/look.js';
 import { Sharp } from './result/sharp.js';
 import { Compare, drawKept } from './panels/views.js';
 import { NOWHERE } from './store.js';
@@ -51,7 +51,6 @@ export class Viewer {
     /** @type {Readonly<State>} What was shown last. */
     this.shown = store.state;
     this.edged = new EdgedMask();
-    this.trail = new TrailCutouts();
     this.sharp = new Sharp(() => this.redraw());
     /** @type {View} */
     this.view = {
@@ -64,7 +63,6 @@ export class Viewer {
       unit: 1,
       visible: (object) => !store.state.hidden.has(object),
       mask: () => this.edgedMask(),
-      trail: () => this.trail.of(this.ctx, store.state, this.view.frame),
       answers: NO_ANSWERS,
       redraw: () => this.redraw(),
     };
@@ -254,5 +252,31 @@ export class Viewer {
     const object = points.objectAt(frame, x, y);
     // Without masks the nearest point tells.
     return { x, y, trajectory, object: object < 0 && trajectory >= 0 ? points.object[trajectory] : object };
+  }
+}
+
+/** The mask on screen with its edges; made again only when something of it is another. */
+class EdgedMask {
+  constructor() {
+    this.key = '';
+    /** @type {Uint8Array | null} */
+    this.from = null;
+    /** @type {ReturnType<typeof adjustMask> | null} */
+    this.made = null;
+  }
+
+  /**
+   * @param {Uint8Array} labels
+   * @param {{width: number, height: number}} size
+   * @param {import('./saved/look.js').EdgeChoice} choice
+   * @param {ReadonlySet<number>} hidden objects that are not kept
+   */
+  of(labels, { width, height }, choice, hidden) {
+    const key = [choice.smallest, choice.grow, choice.feather, ...hidden].join();
+    if (this.made && this.from === labels && this.key === key) return this.made;
+    const objects = (/** @type {number} */ label) => label > 0 && !hidden.has(label);
+    this.made = adjustMask({ labels, width, height }, { objects, ...edgesOf(choice, { width, height }) });
+    Object.assign(this, { key, from: labels });
+    return this.made;
   }
 }

@@ -3,8 +3,6 @@
  * @module
  */
 
-import { say } from './language.js';
-
 /** An error of the page itself (the library's own is `TraceCutError`); both carry a `code`. */
 export class PageError extends Error {
   /**
@@ -35,6 +33,10 @@ const ADVICE = {
     'Open a video (MP4, WebM, …), an animated GIF, several images of one sequence, or one image.',
   ],
   'mixed-files': ['These files do not go together', 'Open one video, or several images of one sequence, but not both.'],
+  'many-videos': [
+    'This page takes one video at a time',
+    'Open them one by one. The command line takes several: “tracecut segment a.mp4 b.mp4 --out masks”.',
+  ],
   'other-frames': ['The clip gives other frames than before', 'Run it again, then save it.'],
   'one-frame': [
     'There is only one frame',
@@ -54,10 +56,6 @@ const ADVICE = {
   ],
   'too-large-to-keep': ['The clip is too large to keep', 'Save the project as a file before you leave.'],
   'no-frames': ['No frame could be read', 'Choose an earlier start, or convert the video to MP4 (H.264) or WebM.'],
-  'stuck-video': [
-    'The video stopped answering',
-    'The browser did not reach one of the frames in 15 seconds. Try a shorter part, or convert the video to MP4 (H.264).',
-  ],
   unsupported: [
     'This browser is too old for TraceCut',
     'It needs WebAssembly with SIMD: Chrome or Edge 91, Firefox 89, Safari 16.4, or newer.',
@@ -84,16 +82,6 @@ const ADVICE = {
   'no-video': ['There is no picture in this file', 'Open a video file: MP4, WebM, MOV or MKV.'],
   truncated: ['This file is cut off or damaged', 'Choose frames before the damage, or copy or convert the file again.'],
   fetch: ['The file cannot be read', 'Copy it to this device, and open it again.'],
-  'camera-denied': [
-    'The camera may not be used',
-    'Allow it for this page in the browser’s address bar, then open this again.',
-  ],
-  'no-camera': ['There is no camera', 'Connect one and open this again, or open a video file instead.'],
-  'camera-busy': ['The camera gives no picture', 'Close whatever else uses it, then open this again.'],
-  'camera-unsupported': [
-    'This browser cannot record here',
-    'Open the page over https or from localhost, or open a video file instead.',
-  ],
   'no-place': [
     'No part was chosen',
     'Click the part of the object that is another thing, then split; what was missed is added by “Add”.',
@@ -123,7 +111,7 @@ const DOING = {
 };
 
 /** @param {string} stage its id */
-export const doing = (stage) => say(DOING[stage] ?? DOING.other);
+export const doing = (stage) => DOING[stage] ?? DOING.other;
 
 /** What the page says about an image that is alone. */
 export const STILL = {
@@ -139,10 +127,10 @@ export const PREVIEW = {
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
   remark: (/** @type {number} */ window) =>
-    say`Taken in windows of ${window} frames; objects keep their numbers. Some layers are there for up to ${window} frames only.`,
+    `Taken in windows of ${window} frames; objects keep their numbers. Some layers are there for up to ${window} frames only.`,
   nothing: 'Nothing in this clip moves differently from the background.',
   partial: (/** @type {number} */ done, /** @type {number} */ all) =>
-    say`Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
+    `Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
 };
 
 /**
@@ -153,14 +141,13 @@ export const LONG = {
  */
 export function damageWords({ frames, total }) {
   return total !== null && total > frames
-    ? say`The file is cut off or damaged. ${count(frames)} of ${count(total)} frames come before that: these were taken.`
-    : say`The file is cut off or damaged. ${count(frames)} frames come before that: these were taken.`;
+    ? `The file is cut off or damaged. ${count(frames)} of ${count(total)} frames come before that: these were taken.`
+    : `The file is cut off or damaged. ${count(frames)} frames come before that: these were taken.`;
 }
 
 /** Why a layer has nothing to show. */
 export const NOTHING = {
-  windows: (/** @type {number} */ window) =>
-    say`Known within one window only. Take at most ${window} frames to see it.`,
+  windows: (/** @type {number} */ window) => `Known within one window only. Take at most ${window} frames to see it.`,
   joined: 'Known when all windows are done.',
   masks: 'Needs masks, which were not asked for.',
   motion: 'Needs the motion of frames, which this clip came without.',
@@ -168,7 +155,7 @@ export const NOTHING = {
   pieces: 'The foreground of this clip lies in pieces too small to count.',
 };
 
-/** What files are to be converted to, in any language. */
+/** What files are to be converted to. */
 const FORMATS = /MP4 \(H\.264\)( \S+ WebM)?/;
 
 /**
@@ -189,16 +176,16 @@ export function explain(error) {
   const code = /** @type {{code?: unknown}} */ (error)?.code;
   const detail = error instanceof Error ? error.message : String(error);
   const told = (/** @type {[string, string]} */ [title, advice]) => ({
-    title: say(title),
-    advice: followable(say(advice)),
+    title,
+    advice: followable(advice),
   });
   const known = typeof code === 'string' ? ADVICE[code] : undefined;
   if (known) return { code: String(code), ...told(known), detail: detail === code ? '' : detail };
   if (error instanceof RangeError) return { code: 'memory', ...told(ADVICE.memory), detail };
   return {
     code: typeof code === 'string' ? code : 'unknown',
-    title: say('Something went wrong'),
-    advice: say('Run it again, or open the sample. The browser’s console has the details.'),
+    title: 'Something went wrong',
+    advice: 'Run it again, or open the sample. The browser’s console has the details.',
     detail,
   };
 }
@@ -217,10 +204,10 @@ export function count(n) {
  * @param {number} n
  * @param {string} one
  * @param {string} [many]
- * @returns {string} `1 frame`, `2 frames`; nouns are put into the language of the page
+ * @returns {string} `1 frame`, `2 frames`
  */
 export function plural(n, one, many = `${one}s`) {
-  return `${count(n)} ${say(n === 1 ? one : many)}`;
+  return `${count(n)} ${n === 1 ? one : many}`;
 }
 
 /**
@@ -247,9 +234,9 @@ export function seconds(ms) {
  */
 export function remaining(ms) {
   const s = ms / 1000;
-  if (s < 1.5) return say('almost done');
-  if (s > 90) return say`about ${Math.round(s / 60)}\u00a0min left`;
-  return say`about ${s > 20 ? 5 * Math.round(s / 5) : Math.round(s)}\u00a0s left`;
+  if (s < 1.5) return 'almost done';
+  if (s > 90) return `about ${Math.round(s / 60)}\u00a0min left`;
+  return `about ${s > 20 ? 5 * Math.round(s / 5) : Math.round(s)}\u00a0s left`;
 }
 
 /**
@@ -278,7 +265,7 @@ export function percent(share) {
  * @returns {string}
  */
 export function headline(result, facts) {
-  if (result.trajectories.count === 0) return say('Nothing to follow');
+  if (result.trajectories.count === 0) return 'Nothing to follow';
   return countObjects(facts);
 }
 
@@ -288,8 +275,8 @@ export function headline(result, facts) {
  */
 export function countObjects(facts) {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).length;
-  if (objects < 1) return say('No motion that differs from the background');
-  return say`${plural(objects, 'moving object')} and the background`;
+  if (objects < 1) return 'No motion that differs from the background';
+  return `${plural(objects, 'moving object')} and the background`;
 }
 
 /**
@@ -300,13 +287,13 @@ export function countObjects(facts) {
  */
 export function remark(result) {
   if (result.trajectories.count === 0) {
-    return say('The pictures have no texture that could be followed.');
+    return 'The pictures have no texture that could be followed.';
   }
   if (result.clusters.count < 2) {
-    return say('Everything moves alike, or nothing moves.');
+    return 'Everything moves alike, or nothing moves.';
   }
   if (result.objects?.length === 0) {
-    return say('There are several motions, but each goes with the background.');
+    return 'There are several motions, but each goes with the background.';
   }
   return '';
 }

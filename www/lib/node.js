@@ -5,8 +5,9 @@
  */
 
 export * from './node/index.js';
-export { framesOfRaw, framesOfVideo, framesOfY4m } from './node/frames.js';
+export { framesOfRaw } from './node/raw.js';
+export { framesOfVideo } from './node/video.js';
 
-/** @typedef {import('./node/frames.js').ByteSource} ByteSource */
-/** @typedef {import('./node/frames.js').FfmpegOptions} FfmpegOptions */
-/** @typedef {import('./node/frames.js').RawOptions} RawOptions */
+/** @typedef {import('./node/raw.js').ByteSource} ByteSource */
+/** @typedef {import('./node/video.js').FfmpegOptions} FfmpegOptions */
+/** @typedef {import('./node/raw.js').RawOptions} RawOptions */

@@ -194,7 +194,7 @@ fn masks(session: &Session) -> Result<Vec<Check>> {
         Bytes::default().bytes(object_table(&rows)).check("table", "the table of objects"),
         Bytes::default().bytes(runs.iter().map(line).collect::<String>()).check("coco", "masks as run lengths of COCO"),
         Bytes::default()
-            .bytes(npy_header(count, (width, height)))
+            .bytes(npy_header("|u1", &[count, height, width]))
             .bytes(&all)
             .check("npy", "masks as a file for NumPy"),
         files.check("png", "an object's masks as PNG files, read back"),

@@ -29,7 +29,7 @@ pub(crate) fn long_clip(name: &str) -> PathBuf {
     file
 }
 
-/// All files below a folder with their bytes; of the report what does not depend on the time.
+/// All files below a folder with their bytes; of the report what depends neither on the time nor on the file of the input.
 pub(crate) fn all_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let (mut found, mut folders) = (BTreeMap::new(), vec![root.to_owned()]);
     while let Some(folder) = folders.pop() {
@@ -39,7 +39,7 @@ pub(crate) fn all_files(root: &Path) -> BTreeMap<String, Vec<u8>> {
                 folders.push(path);
             } else if name == "result.json" {
                 let mut report = json(&path);
-                for key in ["seconds", "cpuSeconds", "peakMemoryBytes", "input"] {
+                for key in ["seconds", "cpuSeconds", "peakMemoryBytes", "input", "source"] {
                     report.as_object_mut().unwrap().remove(key);
                 }
                 found.insert(name, report.to_string().into_bytes());
@@ -214,12 +214,13 @@ fn a_run_that_was_killed_goes_on_to_the_same_result() {
     let left = segment(&input, &out, &WINDOWS);
     assert_refused(&left, 2, &["killed-out.partial", "--resume", "--overwrite"]);
     let others = segment(&input, &out, &["--resume", "--window", "12", "--format", "png"]);
-    assert_refused(&others, 2, &["checkpoint", "other options"]);
+    assert_refused(&others, 2, &["checkpoint", "options.formats was [\"png\",", "is [\"png\"]", "--overwrite"]);
     let mut other = long_y4m();
     other[100] ^= 64;
     fs::write(input.with_file_name("other.y4m"), other).unwrap();
     let resumed = |input: &Path| segment(input, &out, &[&WINDOWS[..], &["--resume", "--log", "json"]].concat());
-    assert_eq!(resumed(&input.with_file_name("other.y4m")).status.code(), Some(2));
+    let refused = text(&resumed(&input.with_file_name("other.y4m")).stderr);
+    assert!(refused.contains("\"code\":2") && refused.contains("source.firstFrameSum was"), "{refused}");
 
     let output = resumed(&input);
     assert_done(&output);
@@ -285,16 +286,162 @@ fn a_failure_leaves_nothing_and_a_late_one_what_a_run_goes_on_with() {
     assert_refused(&segment(&input, &out, &[]), 3, &["f3.png"]);
     assert!(!out.exists() && !beside(&out, ".partial").exists());
 
-    let file = input.join("late.y4m");
+    // A file of a list is not the end of a clip: it can be mended, and the run goes on.
+    clip(&input, LONG, SIZE, &moving);
+    let late = input.join("f33.png");
+    let whole = fs::read(&late).unwrap();
+    fs::write(&late, &whole[..whole.len() / 2]).unwrap();
+    assert_refused(&segment(&input, &out, &WINDOWS), 3, &["f33.png", "cannot be decoded"]);
+    assert!(!out.exists() && beside(&out, ".partial").is_dir());
+    fs::write(&late, &whole).unwrap();
+    assert_done(&segment(&input, &out, &[&WINDOWS[..], &["--resume"]].concat()));
+    let undisturbed = absent("late-whole");
+    assert_done(&segment(&input, &undisturbed, &WINDOWS));
+    assert_same(&undisturbed, &out);
+}
+
+/// The long clip without the end of its last frame, in a file of a folder of this test's own.
+fn cut_clip(name: &str) -> PathBuf {
+    let file = folder(name).join("cut.y4m");
     let whole = long_y4m();
     fs::write(&file, &whole[..whole.len() - 5]).unwrap();
-    assert_refused(&segment(&file, &out, &WINDOWS), 3, &["late.y4m", "truncated", "frame 33"]);
-    assert!(!out.exists() && beside(&out, ".partial").is_dir());
-    fs::write(&file, &whole).unwrap();
-    assert_done(&segment(&file, &out, &[&WINDOWS[..], &["--resume"]].concat()));
-    let undisturbed = absent("late-whole");
-    assert_done(&segment(&file, &undisturbed, &WINDOWS));
-    assert_same(&undisturbed, &out);
+    file
+}
+
+#[test]
+fn a_clip_that_is_cut_off_gives_the_results_of_its_whole_frames() {
+    let (input, out, first) = (cut_clip("cut-in"), absent("cut-out"), absent("cut-first"));
+    let words = ["cut.y4m", "truncated", "frame 33", "results end after frame 32"];
+    assert_refused(&segment(&input, &out, &WINDOWS), 3, &words);
+    assert_done(&segment(&input, &first, &[&WINDOWS[..], &["--frames", "33"]].concat()));
+    let (mut cut, mut first) = (all_files(&out), all_files(&first));
+    let [cut_report, first_report] = [&mut cut, &mut first].map(|files| {
+        let mut report: serde_json::Value = serde_json::from_slice(&files.remove("result.json").unwrap()).unwrap();
+        report.as_object_mut().unwrap().remove("options");
+        report
+    });
+    assert!(cut == first, "{:?} and {:?}", cut.keys(), first.keys());
+    let mut expected = first_report;
+    let reason = cut_report["truncated"]["reason"].as_str().unwrap();
+    assert!(reason.starts_with("is truncated: frame 33"), "{reason}");
+    expected["truncated"] = serde_json::json!({ "frames": 33, "reason": reason });
+    assert_eq!(cut_report, expected);
+
+    // They are all that the file holds.
+    let before = fs::read(out.join("result.json")).unwrap();
+    let again = segment(&input, &out, &[&WINDOWS[..], &["--resume", "--json"]].concat());
+    assert_refused(&again, 3, &words);
+    let printed: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(printed, json(&out.join("result.json")));
+    assert_eq!(fs::read(out.join("result.json")).unwrap(), before);
+    // When the rest has come, they are not taken for it.
+    fs::write(&input, long_y4m()).unwrap();
+    let resumed = segment(&input, &out, &[&WINDOWS[..], &["--resume"]].concat());
+    assert_refused(&resumed, 2, &["cut-out", "source.bytes was", "--overwrite"]);
+    assert_done(&segment(&input, &out, &[&WINDOWS[..], &["--overwrite"]].concat()));
+    let whole = json(&out.join("result.json"));
+    assert_eq!((&whole["frames"], whole.get("truncated")), (&LONG.into(), None));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_over_a_clip_that_is_cut_off_can_be_killed_and_goes_on() {
+    let (input, whole, out) = (cut_clip("cut-killed-in"), absent("cut-killed-whole"), absent("cut-killed-out"));
+    assert_refused(&segment(&input, &whole, &WINDOWS), 3, &["frame 32"]);
+    let mut child = start(&input, &out, &WINDOWS);
+    wait_for(&beside(&out, ".partial").join(".tracecut/checkpoint"), &mut child);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_refused(&segment(&input, &out, &[&WINDOWS[..], &["--resume"]].concat()), 3, &["results end after frame 32"]);
+    assert_same(&whole, &out);
+}
+
+#[test]
+fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
+    let (input, out) = (folder("events-in"), absent("events-out"));
+    let whole = y4m(6);
+    for (name, bytes) in [("a-cut", &whole[..whole.len() - 5]), ("b-one", &whole[..20_000]), ("c-whole", &whole[..])] {
+        fs::write(input.join(format!("{name}.y4m")), bytes).unwrap();
+    }
+    let inputs = names_in(&input).into_iter().map(|name| input.join(name).to_str().unwrap().to_owned());
+    let words = ["segment", "--log", "json", "--json", "--format", "rle", "--out", out.to_str().unwrap()];
+    let output = tracecut(words.map(str::to_owned).into_iter().chain(inputs));
+    assert_eq!(output.status.code(), Some(3));
+    let lines = |bytes: &[u8]| -> Vec<serde_json::Value> {
+        text(bytes).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let events = lines(&output.stderr);
+    let told: Vec<String> = events
+        .iter()
+        .map(|event| {
+            let input = Path::new(event["input"].as_str().unwrap_or_default()).file_stem().unwrap_or_default();
+            format!("{} {}", event["event"].as_str().unwrap(), input.to_str().unwrap())
+        })
+        .collect();
+    let expected = "begin a-cut,window ,done a-cut,truncated a-cut,error a-cut,begin b-one,error b-one,begin c-whole,\
+        window ,done c-whole,error ";
+    assert_eq!(told.join(","), expected);
+    assert_eq!((&events[3]["frames"], &events[4]["code"]), (&5.into(), &3.into()));
+    let reports = lines(&output.stdout);
+    assert_eq!((reports.len(), &reports[0]["truncated"]["frames"]), (2, &5.into()));
+    // Of one frame there is no motion, and no result.
+    assert_eq!(names_in(&out), ["a-cut", "c-whole"]);
+    assert_eq!(json(&out.join("a-cut/masks.json"))["images"].as_array().unwrap().len(), 5);
+}
+
+#[test]
+fn a_complete_result_is_taken_for_no_other() {
+    let (input, out) = (folder("complete-in"), absent("complete-out"));
+    clip(&input, 4, SIZE, &moving);
+    let options = ["--format", "png,rle", "--set", "cut.spatialWeight=2.5"];
+    let resume = |more: &[&str]| segment(&input, &out, &[&options[..], &["--resume"], more].concat());
+    // There is nothing to go on with yet: it begins.
+    assert_done(&resume(&[]));
+    let before = all_files(&out);
+    let complete = resume(&["--threads", "1", "--format", "rle,png,rle"]);
+    assert_done(&complete);
+    assert!(text(&complete.stdout).ends_with("complete-out is complete already\n"), "{}", text(&complete.stdout));
+
+    for (more, difference) in [
+        (&["--format", "npz"][..], "options.formats was [\"png\",\"rle\"] and is [\"png\",\"rle\",\"npz\"]"),
+        (&["--frames", "3"], "options.frames was null and is 3"),
+        (&["--window", "12"], "options.window was 50 and is 12"),
+        (&["--confidence"], "options.confidence was false and is true"),
+        (&["--set", "cut.spatialWeight=2"], "params.cut.spatialWeight was 2.5 and is 2"),
+    ] {
+        assert_refused(&resume(more), 2, &["complete-out: was not made", difference, "--overwrite"]);
+    }
+    let own = resume(&["--log", "json"]);
+    assert!(text(&own.stderr).contains("\"event\":\"complete\""), "{}", text(&own.stderr));
+    let mut report = json(&out.join("result.json"));
+    report["version"] = "0.0.9".into();
+    let kept = fs::read(out.join("result.json")).unwrap();
+    fs::write(out.join("result.json"), report.to_string()).unwrap();
+    assert_refused(&resume(&[]), 2, &["version was \"0.0.9\" and is "]);
+    fs::write(out.join("result.json"), kept).unwrap();
+
+    png(&input.join("f0.png"), SIZE.0, SIZE.1, &|x, y| moving(x, y, 9));
+    assert_refused(&resume(&[]), 2, &["complete-out", "source.firstFrameSum was"]);
+    clip(&input, 5, SIZE, &moving);
+    assert_refused(&resume(&[]), 2, &["complete-out", "source.frames was 4 and is 5"]);
+    fs::remove_dir_all(&input).unwrap();
+    assert_refused(&resume(&[]), 1, &["complete-in", "cannot be read"]);
+    assert!(all_files(&out) == before);
+}
+
+#[test]
+fn seconds_are_those_on_the_wall_with_writing() {
+    let (input, out) = (long_clip("seconds-in"), absent("seconds-out"));
+    let begin = std::time::Instant::now();
+    let output = segment(&input, &out, &[&WINDOWS[..], &["--background", "--dump"]].concat());
+    let wall = begin.elapsed().as_secs_f64();
+    assert_done(&output);
+    let seconds = &json(&out.join("result.json"))["seconds"];
+    let of = |name: &str| seconds[name].as_f64().unwrap();
+    let parts: f64 = seconds.as_object().unwrap().keys().filter(|name| *name != "total").map(|name| of(name)).sum();
+    assert!(of("write") > 0.0 && parts <= of("total") && of("total") <= wall, "{parts} {wall} {seconds}");
+    let printed = format!(" {:.2} s; see ", of("total"));
+    assert!(text(&output.stdout).contains(&printed), "{printed}{}", text(&output.stdout));
 }
 
 #[test]

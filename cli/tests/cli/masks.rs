@@ -1,5 +1,6 @@
 //! What `segment` writes of the masks.
 
+use super::files::absent;
 use super::*;
 use std::collections::BTreeSet;
 use tracecut::discretize::Clusters;
@@ -91,6 +92,46 @@ fn masks_are_palette_images_of_the_sessions_labels() {
 
 fn numbers(list: &serde_json::Value) -> Vec<u64> {
     list.as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect()
+}
+
+/// A square of the same kind of noise as the ground, which is still, goes right and down.
+fn camouflaged(x: i32, y: i32, t: i32) -> u8 {
+    let noise = |x: i32, y: i32, seed: u64| {
+        let value =
+            |x: i32, y: i32| i32::from(tracecut::rng::mix(seed ^ ((x as u64) << 32) ^ u64::from(y as u32)) as u8);
+        let weights = [[1, 2, 1], [2, 4, 2], [1, 2, 1]];
+        let around = (0..9).map(|k| weights[k as usize / 3][k as usize % 3] * value(x + k % 3, y + k / 3));
+        128 + (around.sum::<i32>() / 16 - 128) * 3 / 10
+    };
+    let (left, top) = (12 + 3 * t, 19 + t);
+    let is_inside = (left..left + 40).contains(&x) && (top..top + 40).contains(&y);
+    (if is_inside { noise(x - left, y - top, 2) } else { noise(x, y, 1) }) as u8
+}
+
+#[test]
+fn an_object_without_a_pixel_is_in_no_list_and_in_no_number() {
+    let (input, out) = (folder("camouflage-in"), absent("camouflage-out"));
+    clip(&input, FRAMES, SIZE, &camouflaged);
+    let output = segment(&input, &out, &["--format", "png,rle,prompts"]);
+    assert_done(&output);
+    let mut session = Session::new(Params::default()).unwrap();
+    for t in 0..FRAMES {
+        let frame = rgb(SIZE.0, SIZE.1, &|x, y| camouflaged(x, y, t));
+        session.push_frame(Frame::from_rgb(frame, SIZE.0 as usize, SIZE.1 as usize).unwrap()).unwrap();
+    }
+    session.run().unwrap();
+    // It has trajectories, and the cut gave their pixels to the ground.
+    assert_eq!(session.objects().unwrap().labels(), [1]);
+    assert!((0..FRAMES as usize).all(|t| session.labels(t).unwrap().data().iter().all(|&label| label == 0)));
+
+    assert!(text(&output.stdout).contains("in 2 clusters, 0 object(s), "), "{}", text(&output.stdout));
+    let report = json(&out.join("result.json"));
+    assert_eq!((&report["clusters"], &report["objects"]), (&2.into(), &serde_json::json!([])));
+    assert_eq!(report["windows"][0].get("objects"), None);
+    assert_eq!(fs::read_to_string(out.join("objects.csv")).unwrap().lines().count(), 1);
+    let coco = json(&out.join("masks.json"));
+    assert_eq!((&coco["tracks"], &coco["annotations"]), (&serde_json::json!([]), &serde_json::json!([])));
+    assert_eq!(json(&out.join("prompts.json"))["prompts"], serde_json::json!([]));
 }
 
 #[test]
@@ -188,6 +229,12 @@ fn explain_says_in_numbers_what_the_library_does_and_refuses_what_is_not_there()
     }
     let margin = format!("costs {:.4} more", why.flip.unwrap().margin);
     assert!(words.contains(&margin), "{margin} is not in\n{words}");
+    // Of a clip that is cut off the frames before are explained.
+    let cut = input.join("cut.y4m");
+    fs::write(&cut, &y4m(FRAMES + 1)[..(FRAMES as usize + 1) * 12294]).unwrap();
+    let explained = tracecut(["explain", cut.to_str().unwrap(), "--at", "4,50,45"]);
+    assert_refused(&explained, 3, &["cut.y4m: is truncated: frame 10 has"]);
+    assert_eq!(text(&explained.stdout), words);
     assert_refused(&asked("4,128,0"), 2, &["128", "0..128"]);
     assert_refused(&asked("10,0,0"), 2, &["10", "0..10"]);
     assert_refused(&asked("4,x"), 2, &["three whole numbers"]);

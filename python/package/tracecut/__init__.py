@@ -34,6 +34,7 @@ from ._types import (
     Superpixels,
     Trajectories,
 )
+from ._video import VideoReader
 from ._why import Border, Evidence, Explanation, Flip, LabelCost, SuperpixelLink, Voter
 
 __all__ = [
@@ -66,6 +67,7 @@ __all__ = [
     "Superpixels",
     "TraceCutError",
     "Trajectories",
+    "VideoReader",
     "Voter",
     "Window",
     "__version__",

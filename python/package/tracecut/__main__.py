@@ -1,18 +1,82 @@
-"""``python -m tracecut CLIP --out FOLDER``: the masks of a clip as PNG files."""
+"""``python -m tracecut CLIP --out FOLDER``: the masks of clips as PNG files, by the rules of the command line."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
+import time
+from pathlib import Path
 from typing import Any, Optional
 
 from ._errors import TraceCutError
-from ._segment import WINDOW, segment
+from ._segment import WINDOW, Result, segment
+from ._session import Session
+from .interchange._output import new_folder
+
+#: Exit codes, those of the command line.
+_LATER, _USAGE, _INPUT, _MEMORY, _INTERRUPTED = 1, 2, 3, 4, 130
+
+_EXIT_CODES = {"param": _USAGE, "frame-size": _MEMORY, "too-large": _MEMORY, "state": _LATER}
+
+_HELP = """\
+Results in the folder, which is there when all is done:
+  00000.png ...  label of each pixel, 0 for the background, at the size of the frames
+  result.json    sizes, objects, times of the frames, settings; where the clip is damaged
+
+Exit codes, of several clips that failed the lowest:
+  0    all is done
+  1    may succeed later: a clip is missing or cannot be opened, there is no PyAV, results cannot be written, or a
+       fault of the program
+  2    wrong use: an option, a parameter, a folder that exists already
+  3    bad input, now and later: no images or video, frames of different sizes, fewer than two frames; damaged: the
+       results hold the frames before
+  4    out of memory, or frames too large
+  130  interrupted (SIGINT), 143 ended (SIGTERM): nothing is written of the clip at work"""
 
 
-def setting(text: str) -> tuple[str, Any]:
-    """``name=value``: a number, true, false, or a name."""
+def main(words: Optional[list[str]] = None) -> int:
+    """Runs the program; gives its exit code."""
+    args = _parse(words)
+    failures: list[int] = []
+    try:
+        # What is wrong with parameters is said before anything is touched.
+        Session(**dict(args.set))
+        for clip, out in zip(args.clips, _targets(args.clips, args.out)):
+            code = _attempt(clip, out, args)
+            failures += [code] if code else []
+    except TraceCutError as error:
+        return _tell(error, _USAGE)
+    except KeyboardInterrupt:
+        return _tell("interrupted", _INTERRUPTED)
+    if failures and len(args.clips) > 1:
+        _tell(f"{len(failures)} of {len(args.clips)} clips failed", 0)
+    return min(failures, default=0)
+
+
+def _parse(words: Optional[list[str]]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="python -m tracecut",
+        description="Finds the moving objects in videos.",
+        epilog=_HELP,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    clips = "folders of PNG or JPEG files in name order, or videos (which need PyAV)"
+    parser.add_argument("clips", nargs="+", metavar="CLIP", help=clips)
+    out = "folder for the results; of several clips a folder in it for each, with its name"
+    parser.add_argument("--out", required=True, type=Path, metavar="FOLDER", help=out)
+    parser.add_argument("--overwrite", action="store_true", help="replace results that are there already")
+    parser.add_argument("--window", type=int, default=WINDOW, metavar="N", help=f"frames of a window [{WINDOW}]")
+    threads = "as many as the machine runs at once if not given; results are the same for any number"
+    parser.add_argument("--threads", type=int, metavar="N", help=threads)
+    setting = "a parameter, such as flow.patch_stride=5; may be repeated"
+    parser.add_argument("--set", action="append", default=[], type=_setting, metavar="NAME=VALUE", help=setting)
+    return parser.parse_args(words)
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """A number, true, false, or a name."""
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} (expected NAME=VALUE, such as flow.patch_stride=5)")
@@ -22,25 +86,80 @@ def setting(text: str) -> tuple[str, Any]:
         return name, value
 
 
-def main(words: Optional[list[str]] = None) -> int:
-    """Runs the program; gives its exit code."""
-    parser = argparse.ArgumentParser(prog="python -m tracecut", description="Finds the moving objects in a video.")
-    parser.add_argument("clip", help="folder of PNG or JPEG files, or a video (which needs PyAV)")
-    parser.add_argument("--out", required=True, help="folder for the masks; made if needed")
-    parser.add_argument("--window", type=int, default=WINDOW, help=f"frames of a window [{WINDOW}]")
-    parser.add_argument("--threads", type=int, help="as many as the machine runs at once if not given")
-    parser.add_argument("--set", action="append", default=[], type=setting, metavar="NAME=VALUE", help="a parameter")
-    args = parser.parse_args(words)
+def _targets(clips: list[str], out: Path) -> list[Path]:
+    """Returns the folder of each clip's results."""
+    if len(clips) == 1:
+        return [out]
+    names = [Path(clip).name if Path(clip).is_dir() else Path(clip).stem for clip in clips]
+    for clip, name in zip(clips, names):
+        if not name or names.count(name) > 1:
+            raise _refuse(clip, "its results would lie where those of another clip do (give it a run of its own)")
+    return [out / name for name in names]
+
+
+def _attempt(clip: str, out: Path, args: argparse.Namespace) -> int:
+    """Runs a clip and tells of it; gives its exit code."""
     try:
-        result = segment(args.clip, window=args.window, threads=args.threads, **dict(args.set))
-    except (TraceCutError, OSError, ImportError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    result.save(args.out)
-    size = f"{result.width}x{result.height}"
-    print(f"{len(result)} frames of {size}: {len(result.objects)} object(s); see {args.out}")
+        _run(clip, out, args)
+    except TraceCutError as error:
+        return _tell(error, _EXIT_CODES.get(error.code, _INPUT))
+    except MemoryError:
+        return _tell(f"{clip}: there is not enough memory", _MEMORY)
+    except (OSError, ImportError) as error:
+        return _tell(error, _LATER)
     return 0
 
 
+def _run(clip: str, out: Path, args: argparse.Namespace) -> None:
+    start, settings = time.perf_counter(), dict(args.set)
+    _check_target(out, args.overwrite)
+    report: dict[str, Any] = {"input": clip, "options": {"window": args.window}, "settings": settings}
+    damage: Optional[TraceCutError] = None
+    try:
+        result = segment(clip, window=args.window, threads=args.threads, **settings)
+    except TraceCutError as error:
+        if error.result is None:
+            raise
+        result, damage = error.result, error
+        report["truncated"] = {"frames": len(result), "reason": error.message.removeprefix(f"{clip}: ")}
+    _write(result, report, out)
+    found = f"{len(result)} frames of {result.width}x{result.height}: {len(result.objects)} object(s)"
+    print(f"{found}, {time.perf_counter() - start:.2f} s; see {out}", flush=True)
+    if damage is not None:
+        raise damage
+
+
+def _check_target(out: Path, overwrite: bool) -> None:
+    """Refuses what the results would take the place of."""
+    if not out.exists() or (out.is_dir() and not any(out.iterdir())):
+        return
+    if not overwrite:
+        raise _refuse(out, "exists already (--overwrite replaces results, or name another folder)")
+    report = out / "result.json"
+    if not report.is_file() or '"workingWidth"' not in report.read_text("utf-8", errors="replace"):
+        raise _refuse(out, "holds no result of this program and is not replaced: name another folder")
+
+
+def _refuse(path: object, reason: str) -> TraceCutError:
+    return TraceCutError("param", f"{path}: {reason}")
+
+
+def _write(result: Result, report: dict[str, Any], out: Path) -> None:
+    with new_folder(out, "out", overwrite=True) as folder:
+        result.save(folder)
+        text = json.dumps({**result.as_json(), **report}, indent=2, ensure_ascii=False)
+        (folder / "result.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _tell(reason: object, code: int) -> int:
+    print(f"error: {reason}", file=sys.stderr, flush=True)
+    return code
+
+
+def _end(number: int, _frame: object) -> None:
+    sys.exit(128 + number)
+
+
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, _end)
     sys.exit(main())

@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, Optional, TypeVar, Union
+from typing import TYPE_CHECKING, Any, BinaryIO, Optional, TypeVar, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from . import _tracecut
 from ._errors import TraceCutError
 from ._types import U8
+from ._video import VideoReader
 
 if TYPE_CHECKING:
     from typing_extensions import TypeGuard
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 #: makes such an array of (images of Pillow), or the path or the bytes of a PNG or JPEG file.
 FrameLike = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", bytes, Any]
 
-#: A clip: frames one by one, an array of shape (frames, height, width[, channels]), or the path of a folder of images
-#: or of a video file.
+#: A clip: frames one by one (those of `read_video` bring their times), an array of shape (frames, height, width[,
+#: channels]), or the path of a folder of images or of a video file.
 Frames = Union[npt.NDArray[np.uint8], str, "os.PathLike[str]", Iterable[FrameLike]]
 
 _Path = TypeVar("_Path", str, Path)
@@ -31,17 +32,37 @@ _Path = TypeVar("_Path", str, Path)
 _IMAGES = {".png", ".jpg", ".jpeg"}
 
 
-class Source(NamedTuple):
-    """Frames one by one, and how many, where that is known before."""
+class Source:
+    """Frames one by one, their number where it is known before, and the video that they come from, if they do.
 
-    frames: Iterator[Any]
-    length: Optional[int]
+    Attributes
+    ----------
+    damage : TraceCutError or None
+        Why the frames of `read_whole` ended before the clip does.
+    """
+
+    def __init__(self, frames: Iterator[Any], length: Optional[int] = None) -> None:
+        self.frames = frames
+        self.length = length
+        self.video = frames if isinstance(frames, VideoReader) else None
+        self.damage: Optional[TraceCutError] = None
+
+    def read_whole(self) -> Iterator[Any]:
+        """Gives the frames before the damage, if there is any, which is no error then."""
+        try:
+            yield from self.frames
+        except TraceCutError as error:
+            if error.code != "truncated":
+                raise
+            self.damage = error
 
 
 def open_frames(source: Frames) -> Source:
-    """The frames of ``source``, read one at a time."""
+    """Opens a clip, whose frames are read one at a time."""
     if _is_path(source):
-        return _of_path(Path(source))
+        return _open_path(Path(source))
+    if isinstance(source, VideoReader):
+        return Source(source)
     shape: Any = getattr(source, "shape", None)
     if shape is not None and len(shape) not in (3, 4):
         expected = "expected (frames, height, width) or (frames, height, width, channels)"
@@ -84,58 +105,64 @@ def read_image(path: Path) -> U8:
         raise TraceCutError(error.code, f"{path}: {error}") from error
 
 
-def _of_path(path: Path) -> Source:
-    if path.is_dir():
-        images = in_name_order(p for p in path.iterdir() if p.suffix.lower() in _IMAGES and p.is_file())
-        if not images:
-            raise TraceCutError("data", f"{path}: holds no images (expected PNG or JPEG files, one a frame)")
-        return Source((read_image(image) for image in images), len(images))
-    if not path.exists():
-        raise FileNotFoundError(f"{path}: no such file or folder")
-    return Source(read_video(path), None)
+def _open_path(path: Path) -> Source:
+    if not path.is_dir():
+        return Source(read_video(path))
+    images = in_name_order(p for p in path.iterdir() if _is_frame_name(p.name) and p.is_file())
+    if not images:
+        raise TraceCutError("data", f"{path}: holds no images (expected PNG or JPEG files, one a frame)")
+    return Source((read_image(image) for image in images), len(images))
+
+
+def _is_frame_name(name: str) -> bool:
+    """Tells images from other files, and from hidden ones: macOS puts files with the same ending beside them."""
+    return Path(name).suffix.lower() in _IMAGES and not name.startswith(".")
 
 
 def in_name_order(paths: Iterable[_Path]) -> list[_Path]:
-    """Paths in the order of their names, where runs of digits count as numbers: ``2.png`` before ``10.png``."""
+    """Sorts paths by their names as a person would: digits by their value, letters without regard to case.
+
+    ``2.png`` comes before ``10.png``, and ``img_3.png`` between ``IMG_2.png`` and ``IMG_4.png``.
+    """
     return sorted(paths, key=_name_key)
 
 
 def _name_key(path: Union[str, os.PathLike[str]]) -> tuple[list[tuple[int, int, str]], str]:
+    """The exact name decides between names that are alike otherwise."""
     name = Path(path).name
     parts = re.findall(r"[0-9]+|[^0-9]+", name)
-    key = [(0, len(p.lstrip("0")), p.lstrip("0")) if "0" <= p[0] <= "9" else (1, 0, p) for p in parts]
+    key = [(0, len(p.lstrip("0")), p.lstrip("0")) if "0" <= p[0] <= "9" else (1, 0, p.lower()) for p in parts]
     return key, name
 
 
-def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> Iterator[U8]:
-    """The frames of a video file as RGB, one at a time, by PyAV.
+def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> VideoReader:
+    """Reads the frames of a video file one at a time, by PyAV.
+
+    Each picture of the file comes once, in display order, as RGB: upright, with square pixels, all at the size of the
+    first, in the colours that the file says. The pixels are those that the command line and the package for Node have.
+    Of several video tracks the default one is read, or else the largest; covers never are.
 
     Parameters
     ----------
     path : path or file
-        A file that FFmpeg reads, such as MP4, WebM or GIF; or an open one that can be read and sought in.
+        A file that FFmpeg reads, such as MP4, WebM or GIF, whatever its name; or an open one that can be read and
+        sought in.
+
+    Returns
+    -------
+    VideoReader
+        An iterator of arrays of shape (height, width, 3), which also has the ``times`` and ``durations`` of the frames
+        that were read.
 
     Raises
     ------
     ImportError
         When PyAV is not installed (``pip install tracecut[video]``).
+    OSError
+        When there is no such file, or it cannot be opened.
     TraceCutError
-        ``no-video`` when there is no video in the file, ``codec`` when it cannot be decoded.
+        ``no-video`` when the file is no video or has no video track, ``codec`` when it cannot be decoded,
+        ``unsupported`` when this PyAV cannot read its format; ``truncated``, after the frames that are whole, when it
+        is cut off or damaged. These come with the first frame, or later.
     """
-    try:
-        import av
-        from av.error import FFmpegError
-    except ImportError as error:
-        raise ImportError("reading video files needs PyAV: pip install 'tracecut[video]'") from error
-    file: Any = path
-    name = os.fspath(path) if _is_path(path) else str(getattr(path, "name", "video"))
-    try:
-        with av.open(name if _is_path(path) else file) as container:
-            if not container.streams.video:
-                raise TraceCutError("no-video", f"{name}: there is no video in this file")
-            stream = container.streams.video[0]
-            stream.thread_type = "AUTO"
-            for frame in container.decode(stream):
-                yield np.asarray(frame.to_ndarray(format="rgb24"), np.uint8)
-    except FFmpegError as error:
-        raise TraceCutError("codec", f"{name}: cannot be decoded: {error}") from error
+    return VideoReader(path)

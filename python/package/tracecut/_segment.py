@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from . import _masks, _progress, _tracecut
 from ._errors import TraceCutError, illegal
-from ._frames import Frames, open_frames
+from ._frames import Frames, Source, open_frames
 from ._session import Session, SessionView, threads_of
-from ._types import U8, Trajectories
+from ._types import F64, U8, Trajectories
 
 #: Frames of a window, as on the command line and in the npm package.
 WINDOW = _tracecut.window_frames
@@ -86,7 +86,8 @@ def windows(
     Raises
     ------
     TraceCutError
-        As `segment`; it ends the iterator, and so does `KeyboardInterrupt`.
+        As `segment`; it ends the iterator, and so does `KeyboardInterrupt`. ``truncated`` comes after the windows of all
+        whole frames.
 
     Examples
     --------
@@ -98,12 +99,23 @@ def windows(
     range(10, 20) (54, 96)
     """
     source = open_frames(frames)
+    return _then_damage(_run_windows(source, window, overlap, threads, progress, params), source)
+
+
+def _run_windows(
+    source: Source,
+    window: int,
+    overlap: Optional[int],
+    threads: Optional[int],
+    progress: _progress.Listener,
+    params: dict[str, Any],
+) -> Iterator[Window]:
     listener = _progress.raw_listener(progress)
     for name, value in (("window", window), ("overlap", overlap)):
         if value is not None and value < 0:
             raise illegal(name, value, "a whole number of frames")
-    raw = _tracecut.Windows(params, source.frames, window, overlap, source.length, threads_of(threads), listener)
-    return _all(raw, listener)
+    frames, count = source.read_whole(), threads_of(threads)
+    return _all(_tracecut.Windows(params, frames, window, overlap, source.length, count, listener), listener)
 
 
 def _all(raw: _tracecut.Windows, listener: _progress.Raw) -> Iterator[Window]:
@@ -115,6 +127,12 @@ def _all(raw: _tracecut.Windows, listener: _progress.Raw) -> Iterator[Window]:
         _progress.close(listener)
 
 
+def _then_damage(parts: Iterator[Window], source: Source) -> Iterator[Window]:
+    yield from parts
+    if source.damage is not None:
+        raise source.damage
+
+
 class Result:
     """The masks of a clip, kept as runs of equal labels.
 
@@ -124,12 +142,21 @@ class Result:
     ----------
     shots : list of int
         The first frame of each shot.
+    times : array of float64 or None
+        Presentation time of each frame in seconds, as the video file says it; None where frames came from no video.
+    durations : array of float64 or None
+        How long each frame is shown, in seconds.
+    working_size : tuple of int
+        Width and height at which frames were processed.
     session : SessionView or None
         The results of all stages, of a clip that was one window; None of a longer one, whose windows are gone.
     """
 
     def __init__(self) -> None:
         self.shots: list[int] = []
+        self.times: Optional[F64] = None
+        self.durations: Optional[F64] = None
+        self.working_size: tuple[int, int] = (0, 0)
         self.session: Optional[SessionView] = None
         self._runs: list[_masks.Runs] = []
 
@@ -154,6 +181,13 @@ class Result:
     def height(self) -> int:
         """As ``width``."""
         return self._runs[0].shape[0] if self._runs else 0
+
+    @property
+    def frame_rate(self) -> Optional[float]:
+        """The average number of frames a second; None where frames have no times."""
+        if self.times is None or self.durations is None or len(self.times) == 0:
+            return None
+        return float(len(self.times) / (self.times[-1] + self.durations[-1] - self.times[0]))
 
     @property
     def objects(self) -> list[int]:
@@ -186,6 +220,24 @@ class Result:
         """The mask of frame ``t`` as a PNG file whose pixels are the labels."""
         return _masks.mask_png(self.labels(t))
 
+    def as_json(self) -> dict[str, Any]:
+        """Sizes, objects and times, by the names that they have in ``result.json`` of the command line."""
+        areas = self.areas()
+        times = {}
+        if self.times is not None and self.durations is not None:
+            times = {"frameRate": self.frame_rate, "times": self.times.tolist(), "durations": self.durations.tolist()}
+        return {
+            "version": _tracecut.version,
+            "width": self.width,
+            "height": self.height,
+            "workingWidth": self.working_size[0],
+            "workingHeight": self.working_size[1],
+            "frames": len(self),
+            "shots": len(self.shots),
+            "objects": [_object_json(label, areas[:, label]) for label in self.objects],
+            **times,
+        }
+
     def save(self, folder: Union[str, "os.PathLike[str]"]) -> list[Path]:
         """Writes all masks as ``00000.png`` and so on into a folder, which is made if needed."""
         out = Path(folder)
@@ -197,6 +249,20 @@ class Result:
 
     def _add(self, mask: U8) -> None:
         self._runs.append(_masks.Runs(mask))
+
+    def _set_times(self, source: Source) -> None:
+        if source.video is not None:
+            self.times, self.durations = source.video.times, source.video.durations
+
+
+def _object_json(label: int, pixels: npt.NDArray[np.int64]) -> dict[str, int]:
+    seen = np.flatnonzero(pixels)
+    return {
+        "label": label,
+        "pixels": int(pixels.sum()),
+        "firstFrame": int(seen[0]),
+        "lastFrame": int(seen[-1]),
+    }
 
 
 def segment(
@@ -239,7 +305,9 @@ def segment(
     ------
     TraceCutError
         ``param`` for a parameter that is not known or not legal; ``frame-size``, ``frame-size-changed``,
-        ``too-few-frames``, ``data`` and ``decode`` for frames.
+        ``too-few-frames``, ``data`` and ``decode`` for frames; those of `read_video` for videos. Of a video that is cut
+        off or damaged (``truncated``) the error has the ``result`` of the ``frames`` before the damage, if these are at
+        least two.
     KeyboardInterrupt
         Within a step of the signal.
 
@@ -251,11 +319,26 @@ def segment(
     >>> len(result), result[0].shape
     (8, (90, 160))
     """
-    if window is None or trajectories is not None:
-        return _at_once(frames, trajectories, threads, progress, params)
+    source = open_frames(frames)
+    try:
+        if window is None or trajectories is not None:
+            result = _at_once(source, trajectories, threads, progress, params)
+        else:
+            result = _by_windows(_run_windows(source, window, overlap, threads, progress, params))
+    except TraceCutError as error:
+        if error.code == "too-few-frames" and source.damage is not None:
+            raise source.damage from None
+        raise
+    result._set_times(source)
+    if source.damage is not None:
+        source.damage.result = result
+        raise source.damage
+    return result
+
+
+def _by_windows(parts: Iterator[Window]) -> Result:
     result = Result()
     shot, given = -1, 0
-    parts = windows(frames, window=window, overlap=overlap, threads=threads, progress=progress, **params)
     for part in parts:
         if part.shot != shot:
             shot = part.shot
@@ -263,6 +346,7 @@ def segment(
         for t in part.settled:
             result._add(part.labels(t))
         result.session = part.session if part.index == 0 else None
+        result.working_size = part.session.working_size or (0, 0)
         given = part.first_frame + part.session.num_frames
     if given < 2:
         needed = "expected at least 2: motion needs two images"
@@ -271,14 +355,14 @@ def segment(
 
 
 def _at_once(
-    frames: Frames,
+    source: Source,
     trajectories: Optional[Trajectories],
     threads: Optional[int],
     progress: _progress.Listener,
     params: dict[str, Any],
 ) -> Result:
     session, kept = Session(**params), _Kept()
-    for frame in open_frames(frames).frames:
+    for frame in source.read_whole():
         session.push(frame)
         kept.keep(session, frame)
     if trajectories is not None:
@@ -286,6 +370,7 @@ def _at_once(
     session.run(threads=threads, progress=progress)
     result = Result()
     result.session, result.shots = session, [0]
+    result.working_size = session.working_size or (0, 0)
     if session.objects() is not None:
         for t in range(session.num_frames):
             result._add(session.labels(t, kept.get(t)))

@@ -171,7 +171,10 @@ class SessionView:
         return BoundaryMap(*self._raw.boundaries(t))
 
     def objects(self) -> Optional[U8]:
-        """The mask label of each cluster, 0 for the background; None until the cut is made."""
+        """The mask label of each cluster, 0 for the background; None until the cut is made.
+
+        An object may be without a pixel in any mask: `Result.objects` leaves such out.
+        """
         return self._raw.objects()
 
     def labels(self, t: int, picture: Optional[FrameLike] = None) -> U8:
@@ -238,9 +241,23 @@ class SessionView:
                 raise illegal(name, value, "a whole number, 0 or more")
         return explanation(self._raw.explain(t, x, y))
 
-    def object_table(self) -> str:
-        """Box, area, centre and mean motion of each object in each frame, as ``objects.csv`` of the command line."""
-        return self._raw.object_table()
+    def object_table(self, times: Optional[Sequence[float]] = None) -> str:
+        """Box, area, centre and mean motion of each object in each frame, as ``objects.csv`` of the command line.
+
+        Parameters
+        ----------
+        times : sequence of float, optional
+            The time of each frame in seconds, such as ``result.times``.
+
+        Raises
+        ------
+        TraceCutError
+            ``data`` unless there are as many as frames.
+        """
+        given = None if times is None else [float(time) for time in times]
+        if given is not None and len(given) != self.num_frames:
+            raise TraceCutError("data", f"times has {len(given)} entries (expected {self.num_frames}, one for each frame)")
+        return self._raw.object_table(given)
 
     @property
     def num_corrections(self) -> int:
@@ -362,7 +379,7 @@ class Session(SessionView):
         self._raw.push(as_array(frame))
 
     def push_all(self, frames: Frames) -> None:
-        """Adds all frames of a clip."""
+        """Adds all frames of a clip; of a damaged video those before the damage, then it raises ``truncated``."""
         for frame in open_frames(frames).frames:
             self._raw.push(frame)
 

@@ -197,7 +197,7 @@ impl Session {
     }
 
     /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no
-    /// objects.
+    /// objects. An object whose pixels the cut gave to others is here, and has no pixel in any mask.
     pub fn objects(&self) -> Option<&Objects> {
         self.found().cut.map(|cut| &cut.objects)
     }

@@ -129,8 +129,6 @@ segmentVideo(7);
 segmentVideo([], { windows: 50 });
 // @ts-expect-error: windows are counted
 segmentVideo([], { window: '50' });
-// @ts-expect-error: decoders by the names that they have
-videoFrames([], { decoding: 'ffmpeg' });
 // @ts-expect-error: frames of a list are frames
 segmentVideo(['a.png', 'b.png']);
 // @ts-expect-error: with times in numbers

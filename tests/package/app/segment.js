@@ -29,7 +29,7 @@ export async function throughVideo() {
   const frames = Array.from({ length: clip.numFrames }, (_, t) => clip.frame(t));
   const truth = { width: clip.width, height: clip.height, numFrames: clip.numFrames, labels: (t) => clip.mask(t) };
   const file = await encodeVideo(truth, frames, { opacity: 0, outline: false, frameRate: 10 });
-  const found = await segmentVideo(file, { decoding: 'webcodecs' }).collect();
+  const found = await segmentVideo(file).collect();
   return {
     type: file.type,
     times: [...found.times].map((time) => Math.round(1000 * time)),

@@ -9,7 +9,6 @@ import { fromCorner, opacity, toggle } from './layer.js';
 import { markerSize } from './trajectories.js';
 import { CUT_RED, FAINT, objectColor, objectShape } from '../result/palette.js';
 import { NOTHING } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('./layer.js').View} View */
 /** @typedef {import('../result/points.js').Points} Points */
@@ -85,7 +84,7 @@ export function componentLayer() {
       const { components } = points?.result ?? {};
       if (!points || !components || trajectory < 0) return '';
       const component = components.ofPoint[points.index(trajectory, frame)];
-      return component < 0 ? say('no component') : say`component ${component + 1} of ${components.count[frame]}`;
+      return component < 0 ? 'no component' : `component ${component + 1} of ${components.count[frame]}`;
     },
   };
 }

@@ -6,7 +6,6 @@ import { Fetched, picture } from './fetched.js';
 import { opacity } from './layer.js';
 import { flowColor } from '../result/palette.js';
 import { quantile } from '../result/points.js';
-import { say } from '../language.js';
 
 const WHEEL_PX = 56;
 
@@ -31,7 +30,7 @@ export function flowLayer() {
         { class: 'key-text' },
         'Hue: direction. White: no motion.',
         h('br'),
-        scale > 0 ? say`Full colour: ${scale.toFixed(1)} px per frame.` : 'Full colour: fast.',
+        scale > 0 ? `Full colour: ${scale.toFixed(1)} px per frame.` : 'Full colour: fast.',
       ),
     ],
     reset() {

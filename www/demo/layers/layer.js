@@ -3,8 +3,6 @@
  * @module
  */
 
-import { say } from '../language.js';
-
 /** @typedef {import('../result/points.js').Points} Points */
 
 /** @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Canvas2D */
@@ -24,7 +22,6 @@ import { say } from '../language.js';
  * @property {(object: number) => boolean} visible
  * @property {() => ReturnType<typeof import('../library.js').adjustMask> | null} mask of the frame, its edges as
  *   they are wanted; null where there is none
- * @property {() => {cutout: import('../library.js').Cutout | null, opacity: number}[]} trail behind cut-out objects
  * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */
@@ -157,7 +154,7 @@ export function toggle(name, on) {
     min: 0,
     max: 1,
     step: 1,
-    text: (v) => (v > 0 ? say('on') : say('off')),
+    text: (v) => (v > 0 ? 'on' : 'off'),
     toggle: true,
   };
 }

@@ -7,7 +7,6 @@ import { fromCorner, opacity, toggle } from './layer.js';
 import { markerSize, trailLength } from './trajectories.js';
 import { heatColor, CUT_RED, FAINT } from '../result/palette.js';
 import { NOTHING, count } from '../words.js';
-import { say } from '../language.js';
 
 /** Points are drawn in this many groups of like saliency, because a fill for each is slow. */
 const GRADES = 24;
@@ -50,12 +49,12 @@ export function saliencyLayer() {
     readout(view, spot) {
       const { map } = maps.get(view, view.frame) ?? {};
       const here = map && valueAt(map, map.saliency, view, spot);
-      const words = here === undefined ? [] : [say`saliency ${here.toFixed(2)}`];
+      const words = here === undefined ? [] : [`saliency ${here.toFixed(2)}`];
       const { ofPoints, inContext } = view.points?.result.saliency ?? {};
       const { trajectory } = spot;
       if (trajectory >= 0 && ofPoints && inContext) {
         const [own, around] = [ofPoints[trajectory].toFixed(2), inContext[trajectory].toFixed(2)];
-        words.push(say`trajectory’s ${own}, in context ${around}`);
+        words.push(`trajectory’s ${own}, in context ${around}`);
       }
       return words.join(', ');
     },
@@ -134,7 +133,7 @@ export function foregroundLayer() {
       const { foreground } = points.result.saliency;
       if (counted === '') {
         const those = foreground.reduce((n, f) => n + f, 0);
-        counted = say`foreground, ${count(those)} of ${count(foreground.length)}`;
+        counted = `foreground, ${count(those)} of ${count(foreground.length)}`;
         layer.changed?.();
       }
       const { radius, width } = markerSize(view);
@@ -148,7 +147,7 @@ export function foregroundLayer() {
     readout({ points }, { trajectory }) {
       const { foreground } = points?.result.saliency ?? {};
       if (!foreground || trajectory < 0) return '';
-      return foreground[trajectory] ? say('foreground') : say('not foreground');
+      return foreground[trajectory] ? 'foreground' : 'not foreground';
     },
   };
   return layer;

@@ -7,7 +7,6 @@ import { drawBoundaries } from '../library.js';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { choice, opacity } from './layer.js';
 import { quantile } from '../result/points.js';
-import { say } from '../language.js';
 
 /** @typedef {'combined' | 'discontinuity' | 'spectral' | 'pb'} Kind */
 
@@ -54,7 +53,7 @@ export function stillLayer() {
     readout(view, spot) {
       const { map } = maps.get(view, view.frame) ?? {};
       if (!map) return '';
-      const words = KINDS.map(([of, , word]) => [say(word), valueAt(map, map[of], view, spot)]);
+      const words = KINDS.map(([of, , word]) => [word, valueAt(map, map[of], view, spot)]);
       return words
         .map(([word, value]) => (typeof value === 'number' ? `${word} ${value.toFixed(2)}` : ''))
         .filter(Boolean)

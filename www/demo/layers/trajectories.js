@@ -9,7 +9,6 @@ import { fromCorner, opacity } from './layer.js';
 import { objectColor, CUT_RED } from '../result/palette.js';
 import { NOTHING } from '../words.js';
 import { LastPicture, picture } from './fetched.js';
-import { say } from '../language.js';
 import { quantile } from '../result/points.js';
 
 /** @typedef {import('./layer.js').View} View */
@@ -93,7 +92,7 @@ export function markerSize(view) {
  * @returns {import('./layer.js').Setting}
  */
 export function trailLength(value) {
-  return { name: 'Trail', value, min: 0, max: 24, step: 1, text: (v) => (v === 0 ? say('none') : say`${v} frames`) };
+  return { name: 'Trail', value, min: 0, max: 24, step: 1, text: (v) => (v === 0 ? 'none' : `${v} frames`) };
 }
 
 /** Eigenvectors shown: the first is constant on a connected graph and says nothing. */

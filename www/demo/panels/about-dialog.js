@@ -5,7 +5,6 @@
 
 import { version } from '../library.js';
 import { h, connectDialog } from '../dom.js';
-import { say } from '../language.js';
 import { explain } from '../words.js';
 
 /** @typedef {import('tracecut/selftest').SelftestCheck} SelftestCheck */
@@ -25,7 +24,8 @@ export class AboutDialog {
 
   content() {
     const close = { type: 'button', class: 'icon-button', id: 'about-close', 'aria-label': 'Close' };
-    const more = { href: './docs/determinism.html', target: '_blank', rel: 'noopener' };
+    const page = 'https://github.com/tracecut/tracecut/blob/HEAD/docs/determinism.md';
+    const more = { href: page, target: '_blank', rel: 'noopener' };
     return [
       h(
         'div',
@@ -33,7 +33,7 @@ export class AboutDialog {
         h('h2', { id: 'about-title' }, 'About'),
         h('button', { ...close, click: () => this.dialog.close() }, '✕'),
       ),
-      h('p', { class: 'about' }, say`TraceCut ${version}, free software under the MIT or Apache licence.`),
+      h('p', { class: 'about' }, `TraceCut ${version}, free software under the MIT or Apache licence.`),
       h(
         'p',
         { class: 'about' },
@@ -56,7 +56,7 @@ export class AboutDialog {
     const { signal } = (this.abort = new AbortController());
     this.list.replaceChildren();
     this.start.disabled = true;
-    this.status.textContent = say('Checking…');
+    this.status.textContent = 'Checking…';
     try {
       const { selftest } = await import('tracecut/selftest');
       const found = await selftest({ signal, onCheck: (check) => this.add(check) });
@@ -70,7 +70,7 @@ export class AboutDialog {
 
   /** @param {SelftestCheck} check */
   add({ name, what, hash, expected, same }) {
-    const words = same ? say('the same') : say`differs from ${expected}`;
+    const words = same ? 'the same' : `differs from ${expected}`;
     // Names and meanings are those that the programs print, in English everywhere.
     const term = h('dt');
     const title = h('code');
@@ -85,7 +85,7 @@ export class AboutDialog {
 
 /** @param {import('tracecut/selftest').Selftest} found */
 function verdict({ same, checks }) {
-  if (same) return say`All ${checks.length} parts came to what they come to everywhere.`;
+  if (same) return `All ${checks.length} parts came to what they come to everywhere.`;
   const different = checks.filter((check) => !check.same).length;
-  return say`${different} of ${checks.length} parts came to something else: please report this browser, its version and this list.`;
+  return `${different} of ${checks.length} parts came to something else: please report this browser, its version and this list.`;
 }

@@ -6,7 +6,6 @@
 
 import { TOUCH, byId } from '../dom.js';
 import { plural } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../run/corrections.js').Corrections} Corrections */
 /** @typedef {import('../run/job.js').Painted} Painted */
@@ -169,7 +168,7 @@ export class Brush {
 
   /** @param {unknown} error */
   refuse(error) {
-    this.host.tell(say`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
+    this.host.tell(`That is not possible here: ${error instanceof Error ? error.message : error}.`, true);
   }
 
   /** @param {import('../run/job.js').ToPaint} painted */
@@ -190,7 +189,7 @@ export class Brush {
       host.show(edit.frames);
       if (label > 0) host.choose(label);
       if (this.others.checked) await this.carry(corrector, edit, same);
-      else host.tell(say`In frame ${edit.frames[0] + 1}.`);
+      else host.tell(`In frame ${edit.frames[0] + 1}.`);
     } catch (error) {
       if (same()) this.refuse(error);
     }
@@ -208,7 +207,7 @@ export class Brush {
     this.offerStop(true);
     const reach = () => plural(edit.frames.length, 'frame');
     try {
-      await corrector.carry(edit, carrying.signal, () => same() && host.tell(say`Carried to ${reach()}…`));
+      await corrector.carry(edit, carrying.signal, () => same() && host.tell(`Carried to ${reach()}…`));
     } catch (error) {
       if (!carrying.signal.aborted) throw error;
     } finally {
@@ -219,8 +218,8 @@ export class Brush {
         const [first, last] = [Math.min(...edit.frames), Math.max(...edit.frames)];
         host.tell(
           first === last
-            ? say`In frame ${first + 1} alone: the picture changes too much.`
-            : say`In ${reach()}, ${first + 1} to ${last + 1}.`,
+            ? `In frame ${first + 1} alone: the picture changes too much.`
+            : `In ${reach()}, ${first + 1} to ${last + 1}.`,
         );
       }
     }

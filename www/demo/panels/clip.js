@@ -1,12 +1,12 @@
 /** What to take from the clip: first frame, number of frames, step and working size. @module */
 
+import { endOf, timeOf } from '../clip-player.js';
 import { byId } from '../dom.js';
 import { workingSize } from '../video.js';
 import { WINDOW } from '../run/clip-job.js';
 import { fitTake, kindOf } from '../source.js';
 import { DEFAULT_TAKE } from '../store.js';
 import { plural } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../source.js').Source} Source */
 /** @typedef {import('../source.js').Take} Take */
@@ -65,7 +65,7 @@ class ClipPanel {
     const isSample = source.kind === 'sample';
     byId('clip-form').hidden = isSample;
     byId('clip-sample').hidden = !isSample;
-    byId('clip-title').textContent = kindOf(source) === 'still' ? say('Image') : say('Clip');
+    byId('clip-title').textContent = kindOf(source) === 'still' ? 'Image' : 'Clip';
     byId('clip-facts').textContent = facts(source);
     this.start.max = String(Math.max(0, source.count - 2));
   }
@@ -90,8 +90,8 @@ class ClipPanel {
  * @param {Source} source
  * @returns {(frame: number) => string} `1.2 s`, `image 13`
  */
-function placeIn({ kind, fps }) {
-  return (frame) => (kind === 'video' ? `${(frame / fps).toFixed(1)}\u00a0s` : say`image ${frame + 1}`);
+function placeIn(source) {
+  return (frame) => (source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`);
 }
 
 /**
@@ -107,13 +107,13 @@ function takeText(source, take, pace) {
   const last = take.start + (take.frames - 1) * take.step;
   const what =
     kindOf(source) === 'still'
-      ? say`Seen at ${size}`
-      : say`${plural(take.frames, 'frame')} of ${size}, ${at(take.start)} to ${at(last)}`;
+      ? `Seen at ${size}`
+      : `${plural(take.frames, 'frame')} of ${size}, ${at(take.start)} to ${at(last)}`;
   const ms = pace * width * height * take.frames;
-  const time = ms > 0 ? say`About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer` : '';
+  const time = ms > 0 ? `About ${Math.max(1, Math.round(ms / 1000))}\u00a0s on this computer` : '';
   const windows =
     take.frames > WINDOW
-      ? say`More than ${WINDOW} frames are taken in windows; the first are shown while the others are computed`
+      ? `More than ${WINDOW} frames are taken in windows; the first are shown while the others are computed`
       : '';
   return `${[what, time, windows].filter(Boolean).join('. ')}.`;
 }
@@ -126,6 +126,6 @@ function facts(source) {
   const size = `${source.width} × ${source.height}`;
   if (source.kind === 'still') return size;
   if (source.kind === 'video')
-    return say`${size}, ${(source.count / source.fps).toFixed(1)} s at ${Number(source.fps.toFixed(2))} fps`;
+    return `${size}, ${(endOf(source) - timeOf(source, 0)).toFixed(1)} s at ${Number(source.fps.toFixed(2))} fps`;
   return `${size}, ${plural(source.count, source.kind === 'images' ? 'image' : 'frame')}`;
 }

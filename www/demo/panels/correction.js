@@ -12,7 +12,6 @@ import { listed } from '../result/selection.js';
 import { showCorrected } from '../result/show-result.js';
 import { explain, percent, seconds } from '../words.js';
 import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush, Strokes } from './brush.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Spot} Spot */
 /** @typedef {import('../run/corrections.js').Corrections} Corrections */
@@ -118,8 +117,7 @@ export class Correction {
     if (this.makesNew) objects.push(NEW_OBJECT);
     if (!objects.includes(this.object)) this.object = objects.find((object) => object > 0) ?? 0;
     this.other = 0;
-    const called = (/** @type {number} */ object) =>
-      object === NEW_OBJECT ? say('New object') : nameAndColour(object);
+    const called = (/** @type {number} */ object) => (object === NEW_OBJECT ? 'New object' : nameAndColour(object));
     this.list.replaceChildren(...objects.map((object) => h('option', { value: object }, called(object))));
     // What becomes background has a button of its own.
     const others = objects.filter((object) => object > 0);
@@ -206,9 +204,9 @@ export class Correction {
     into.value = String(this.other);
     this.list.value = String(object);
     byId('correct-facts').textContent =
-      object === 0 ? say('Everything that is no object.') : factsText(facts.find((one) => one.object === object));
+      object === 0 ? 'Everything that is no object.' : factsText(facts.find((one) => one.object === object));
     byId('correct-split').textContent =
-      object === 0 ? say('Make an object here') : this.place ? say('Split off this part') : say('Split');
+      object === 0 ? 'Make an object here' : this.place ? 'Split off this part' : 'Split';
   }
 
   showTool() {
@@ -222,11 +220,11 @@ export class Correction {
     byId('add-sizes').hidden = tool !== 'add';
     byId('stroke-help').hidden = picking;
     byId('stroke-help').textContent = isBrush(tool)
-      ? say(BRUSH_HELP[tool])
+      ? BRUSH_HELP[tool]
       : tool === 'together'
-        ? say('Paint over what is one thing.')
-        : say('Paint over each of the things that are not one: a stroke for each.');
-    byId('strokes-count').textContent = say`${strokes.list.length} painted`;
+        ? 'Paint over what is one thing.'
+        : 'Paint over each of the things that are not one: a stroke for each.';
+    byId('strokes-count').textContent = `${strokes.list.length} painted`;
   }
 
   /** @param {Corrections} corrector */
@@ -240,7 +238,7 @@ export class Correction {
     const noPart = object === 0 && corrector.splitsAtPlace;
     disable('correct-split', busy || lacksPlace || noPart);
     byId('correct-split').title =
-      lacksPlace || noPart ? say('Click the part of the object that is another thing first') : '';
+      lacksPlace || noPart ? 'Click the part of the object that is another thing first' : '';
     disable('correct-undo', busy || (corrector.count() === 0 && !this.store.state.before));
     disable('correct-redo', busy || corrector.redoable() === 0);
   }
@@ -255,12 +253,12 @@ export class Correction {
     await this.brush.settled();
     // The first step may be the run that took the place of others.
     if (!this.corrector?.count()) await this.app.restore();
-    else await this.apply((c) => c.undo(), say('Undone'));
+    else await this.apply((c) => c.undo(), 'Undone');
   }
 
   async redo() {
     await this.brush.settled();
-    if ((this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), say('Done again'));
+    if ((this.corrector?.redoable() ?? 0) > 0) await this.apply((c) => c.redo(), 'Done again');
   }
 
   /**
@@ -273,7 +271,7 @@ export class Correction {
     const { visit } = store.state;
     const began = performance.now();
     this.busy = true;
-    this.tell(say('Correcting…'));
+    this.tell('Correcting…');
     this.update();
     try {
       const frames = await correct(corrector);
@@ -281,11 +279,11 @@ export class Correction {
       this.strokes.clear();
       this.place = null;
       showCorrected(store, frames ?? null);
-      const words = done ?? say`Corrected in ${seconds(performance.now() - began)}`;
+      const words = done ?? `Corrected in ${seconds(performance.now() - began)}`;
       this.tell(`${words}. ${store.state.headline}.`);
     } catch (error) {
       const { title, detail } = explain(error);
-      if (visit === store.state.visit) this.tell(say`That is not possible here: ${detail || title}.`, true);
+      if (visit === store.state.visit) this.tell(`That is not possible here: ${detail || title}.`, true);
     } finally {
       if (visit === store.state.visit) {
         this.busy = false;

@@ -7,7 +7,6 @@
 import { createImageEngine, smoothMasks } from '../library.js';
 import { byId } from '../dom.js';
 import { DEFAULT_EDGES } from '../saved/look.js';
-import { say } from '../language.js';
 import { shotsOf } from '../result/export.js';
 
 /** @typedef {import('../saved/look.js').EdgeChoice} EdgeChoice */
@@ -15,10 +14,10 @@ import { shotsOf } from '../result/export.js';
 
 /** @type {{[Name in keyof EdgeChoice]: (value: number) => string}} */
 const WORDS = {
-  smallest: (value) => (value > 0 ? `${value.toFixed(2)}\u00a0%` : say('kept')),
-  grow: (value) => (value === 0 ? say('as found') : `${value > 0 ? '+' : '−'}${Math.abs(value)}\u00a0px`),
-  feather: (value) => (value > 0 ? `${value}\u00a0px` : say('hard')),
-  smooth: (value) => (value > 0 ? `±${value}` : say('off')),
+  smallest: (value) => (value > 0 ? `${value.toFixed(2)}\u00a0%` : 'kept'),
+  grow: (value) => (value === 0 ? 'as found' : `${value > 0 ? '+' : '−'}${Math.abs(value)}\u00a0px`),
+  feather: (value) => (value > 0 ? `${value}\u00a0px` : 'hard'),
+  smooth: (value) => (value > 0 ? `±${value}` : 'off'),
 };
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */

@@ -18,7 +18,6 @@ import { bytes, count, explain, plural, remaining } from '../words.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
 import { groundOf } from './views.js';
-import { say } from '../language.js';
 
 /** What the choices with a preview are called where there is little room. @type {Record<string, string>} */
 const LOOKS = { transparent: 'Cut-out', green: 'Green', blurred: 'Blurred', zip: 'Masks' };
@@ -62,9 +61,9 @@ export class ExportDialog {
     byId('export-cancel').addEventListener('click', () => this.abort?.abort());
     byId('export-share').addEventListener('click', () => this.share());
     byId('copy-link').addEventListener('click', () =>
-      this.copy(linkOf(this.store.state.changed), say('The link is on the clipboard.')),
+      this.copy(linkOf(this.store.state.changed), 'The link is on the clipboard.'),
     );
-    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, say('The recipe is on the clipboard.')));
+    byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'The recipe is on the clipboard.'));
     this.recipeBox.addEventListener('toggle', () => this.showRecipe());
     byId('export-more').addEventListener('change', () => {
       const { choice } = this.preview;
@@ -88,7 +87,7 @@ export class ExportDialog {
         'label',
         {},
         h('input', { type: 'radio', name: 'look', value: choice.id, input: () => this.look(choice) }),
-        h('span', {}, say(LOOKS[choice.id] ?? choice.id)),
+        h('span', {}, LOOKS[choice.id] ?? choice.id),
       ),
     );
     byId('export-looks').append(...looks);
@@ -171,8 +170,8 @@ export class ExportDialog {
   nameChoices() {
     const { name } = this.store.state.ground;
     for (const { title, choice, button } of this.named) {
-      button.textContent = typeof choice.label === 'string' ? say(choice.label) : choice.label(name);
-      button.setAttribute('aria-label', choice.says ? say(choice.says) : `${say(title)}: ${button.textContent}`);
+      button.textContent = typeof choice.label === 'string' ? choice.label : choice.label(name);
+      button.setAttribute('aria-label', choice.says ? choice.says : `${title}: ${button.textContent}`);
     }
   }
 
@@ -191,7 +190,6 @@ export class ExportDialog {
       quality,
       edges: edgesOf(this.store.state.edges, found.masks),
       ground: groundOf(this.store.state.ground),
-      trail: this.store.state.ground.trail,
       sound: (/** @type {'webm' | 'mp4'} */ format) => this.options.soundFor(format),
       objects: (/** @type {number} */ object) => object > 0 && this.selection.has(object),
     };
@@ -210,7 +208,7 @@ export class ExportDialog {
     const pressed = /** @type {HTMLElement | null} */ (document.activeElement);
     const timeLeft = new TimeLeft(performance.now());
     this.setBusy(true);
-    this.tell(say`Making ${file}…`);
+    this.tell(`Making ${file}…`);
     try {
       // Asked first, while the click is fresh.
       const place = choice.type ? await placeFor(file, choice.type) : null;
@@ -226,9 +224,9 @@ export class ExportDialog {
       signal.throwIfAborted();
       const size = await save(made);
       if (made instanceof Blob) this.offer(new File([made], file, { type: made.type }));
-      this.tell(say`Saved ${file}, ${bytes(size)}.`);
+      this.tell(`Saved ${file}, ${bytes(size)}.`);
     } catch (error) {
-      if (signal.aborted || isCancel(error)) this.tell(say('Cancelled; nothing was saved.'));
+      if (signal.aborted || isCancel(error)) this.tell('Cancelled; nothing was saved.');
       else this.tell(wordsOf(error), true);
     } finally {
       this.abort = null;
@@ -255,7 +253,7 @@ export class ExportDialog {
     } catch (error) {
       // Whoever thinks better of it needs no words.
       if (/** @type {{name?: string}} */ (error)?.name !== 'AbortError')
-        this.tell(say('Sharing did not work here; the file is saved.'), true);
+        this.tell('Sharing did not work here; the file is saved.', true);
     }
   }
 
@@ -313,7 +311,7 @@ export class ExportDialog {
       await navigator.clipboard.writeText(text);
       this.tell(done);
     } catch {
-      this.tell(say`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
+      this.tell(`The browser does not let the page write to the clipboard. Copy it yourself: ${text}`, true);
     }
   }
 }
@@ -324,11 +322,11 @@ export class ExportDialog {
  */
 function keptWords({ kept, all }) {
   if (kept.length === all) return '';
-  const names = kept.length > 0 ? kept.map(objectName).join(', ') : say('No object');
+  const names = kept.length > 0 ? kept.map(objectName).join(', ') : 'No object';
   const of = plural(all, 'object');
   return kept.length < 2
-    ? say`${names} of ${of} is kept: what is saved has no other.`
-    : say`${names} of ${of} are kept: what is saved has no other.`;
+    ? `${names} of ${of} is kept: what is saved has no other.`
+    : `${names} of ${of} are kept: what is saved has no other.`;
 }
 
 /**
@@ -339,7 +337,7 @@ function showProgress({ done, total }, timeLeft) {
   const share = total > 0 ? done / total : 0;
   byId('export-bar').style.setProperty('--share', String(share));
   byId('export-bar').setAttribute('aria-valuenow', String(Math.round(100 * share)));
-  const words = total === 1 ? say`${done} of 1 frame` : say`${done} of ${count(total)} frames`;
+  const words = total === 1 ? `${done} of 1 frame` : `${done} of ${count(total)} frames`;
   const left = timeLeft?.after({ done, total }, performance.now()) ?? null;
   const shown = left === null ? words : `${words}, ${remaining(left)}`;
   byId('export-count').textContent = total > 0 ? shown : '';

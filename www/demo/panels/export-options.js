@@ -5,7 +5,6 @@ import { byId, h } from '../dom.js';
 import { workingSize } from '../video.js';
 import { LEAST_SIDE, durationOf, sizesOf } from '../result/export-size.js';
 import { bytes, plural } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../library.js').VideoQuality} VideoQuality */
 /** @typedef {import('../library.js').SoundInfo} SoundInfo */
@@ -95,7 +94,7 @@ export class ExportOptions {
       `${width} × ${height}`,
       plural(numFrames, 'frame'),
       `${durationOf(known.masks, known.fps).toFixed(1)}\u00a0s`,
-      say`a video takes roughly ${bytes(size)}`,
+      `a video takes roughly ${bytes(size)}`,
     ];
     byId('export-facts').textContent = `${facts.join(', ')}.`;
   }
@@ -109,9 +108,9 @@ export class ExportOptions {
     const names = (without.length > 0 ? without : sound.converted).map(
       (format) => FORMATS[/** @type {'mp4'} */ (format)],
     );
-    if (names.length === 0) return say`${name}, as it is.`;
-    const said = names.length > 1 ? say`${names[0]} and ${names[1]}` : String(names[0]);
-    if (without.length === 0) return say`${name}, as it is; in ${said} as Opus.`;
-    return say`${name}, as it is. ${said} cannot hold it: such files are silent.`;
+    if (names.length === 0) return `${name}, as it is.`;
+    const said = names.length > 1 ? `${names[0]} and ${names[1]}` : String(names[0]);
+    if (without.length === 0) return `${name}, as it is; in ${said} as Opus.`;
+    return `${name}, as it is. ${said} cannot hold it: such files are silent.`;
   }
 }

@@ -1,7 +1,6 @@
-/** Help: the keys that the page has, and its language. @module */
+/** Help: the keys that the page has. @module */
 
 import { TOUCH, byId, connectDialog, h } from '../dom.js';
-import { LANGUAGES, changeLanguage, shownLanguage } from '../language.js';
 
 /** @type {[keys: string[], what: string][]} */
 const KEYS = [
@@ -48,18 +47,9 @@ export class Help {
     byId('help-pick').hidden = TOUCH;
     byId('help-close').addEventListener('click', () => this.dialog.close());
     connectDialog(this.dialog);
-    connectLanguages(/** @type {HTMLSelectElement} */ (byId('language')));
   }
 
   open() {
     if (!this.dialog.open) this.dialog.showModal();
   }
-}
-
-/** @param {HTMLSelectElement} list of all languages, each by its own name */
-function connectLanguages(list) {
-  const names = Object.entries(LANGUAGES);
-  list.replaceChildren(...names.map(([code, name]) => h('option', { value: code, lang: code }, name)));
-  list.value = shownLanguage();
-  list.addEventListener('change', () => changeLanguage(/** @type {import('../language.js').Language} */ (list.value)));
 }

@@ -8,7 +8,6 @@ import { byId, h } from '../dom.js';
 import { alikeObjects } from '../result/alike.js';
 import { objectColor, objectName, objectShape } from '../result/palette.js';
 import { plural } from '../words.js';
-import { say } from '../language.js';
 import { boxOf, drawFrame } from './correction.js';
 
 /** A result that stays for so long is looked at, in milliseconds. */
@@ -90,16 +89,16 @@ export class JoinBar {
     const button = /** @type {HTMLButtonElement} */ (byId('join-do'));
     button.hidden = byId('join-no').hidden = isDone;
     button.disabled = meant.length < 2;
-    byId('join-no').textContent = chosen.size > 0 ? say('Choose none') : say('Dismiss');
+    byId('join-no').textContent = chosen.size > 0 ? 'Choose none' : 'Dismiss';
     byId('join-undo').hidden = !isDone;
   }
 
   /** @param {boolean} isDone */
   words(isDone) {
     const { chosen } = this.store.state;
-    if (isDone) return say`${plural(this.joined?.count ?? 0, 'object')} joined.`;
-    if (chosen.size === 0) return say`These ${this.meant.length} look like one: join?`;
-    return chosen.size > 1 ? say`${plural(chosen.size, 'object')} chosen` : say('Choose another one too.');
+    if (isDone) return `${plural(this.joined?.count ?? 0, 'object')} joined.`;
+    if (chosen.size === 0) return `These ${this.meant.length} look like one: join?`;
+    return chosen.size > 1 ? `${plural(chosen.size, 'object')} chosen` : 'Choose another one too.';
   }
 
   async join() {

@@ -47,20 +47,18 @@ export function keepWork({ store, app }) {
   });
   addEventListener('beforeunload', (event) => {
     const { phase, job, source } = store.state;
-    const underWay = phase === 'running' && (job?.settled ?? 0) > 0 && source?.files && !source.gallery;
+    const underWay = phase === 'running' && (job?.settled ?? 0) > 0 && source?.files;
     if (last || underWay) event.preventDefault();
   });
   rememberRuns(store);
-  store.watch(['kept'], ({ kept }) => void (kept && works.update()));
   return works;
 }
 
 /**
  * @param {State} state
- * @returns {boolean} whether there is work: masks of a clip of the user's own, or one of the gallery's with corrections
+ * @returns {boolean} whether there is work: masks of a clip of the user's own
  */
 function isWork({ phase, found, source, job }) {
-  if (source?.gallery && !job?.isCorrected) return false;
   return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.result && source?.files);
 }
 
@@ -79,7 +77,7 @@ function rememberRuns(store) {
   };
   store.watch(['phase', 'job'], ({ phase, job, source }) => {
     clearTimeout(timer);
-    const goesOn = phase === 'running' && source?.files && !source.gallery && !(job instanceof SavedJob);
+    const goesOn = phase === 'running' && source?.files && !(job instanceof SavedJob);
     if (goesOn)
       timer = window.setTimeout(() => {
         isKnown = true;

@@ -1,7 +1,6 @@
 /** A lane for each object, in the list of objects: when it is there, and how large. @module */
 
 import { h } from '../dom.js';
-import { say } from '../language.js';
 import { moveOf, nameAndColour, spanOf } from '../result/describe.js';
 import { objectColor } from '../result/palette.js';
 import { withinFilm } from '../store.js';
@@ -33,7 +32,7 @@ export class Lanes {
     const { object, peak } = facts;
     const { times } = this.store.state.film;
     const span = spanOf(facts, times);
-    const where = say`${`${nameAndColour(object)}, ${span}, ${moveOf(facts)}`}; go to where it is largest, ${times.at(peak)}`;
+    const where = `${nameAndColour(object)}, ${span}, ${moveOf(facts)}; go to where it is largest, ${times.at(peak)}`;
     const canvas = h('canvas', { class: 'lane-canvas', 'aria-hidden': 'true' });
     this.strips.push({ canvas, object });
     return h(

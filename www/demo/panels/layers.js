@@ -3,7 +3,6 @@
 import { byId, h } from '../dom.js';
 import { missingOf } from '../layers/layers.js';
 import { kindOf } from '../source.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Layer} Layer */
 
@@ -90,7 +89,7 @@ function layerRow(layer, onChange) {
     box.disabled = reason !== '';
     if (reason) box.setAttribute('aria-describedby', missing.id);
     else box.removeAttribute('aria-describedby');
-    missing.textContent = say(reason);
+    missing.textContent = reason;
     missing.hidden = reason === '';
     refresh();
   };

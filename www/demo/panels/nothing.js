@@ -5,7 +5,6 @@
 
 import { searchReport } from '../library.js';
 import { TOUCH, byId, h } from '../dom.js';
-import { say } from '../language.js';
 import { fitTake } from '../source.js';
 import { percent, plural } from '../words.js';
 
@@ -22,7 +21,7 @@ export function showNothing({ store, app }) {
   const tries = triesOf(state, report).map(({ id, label, patch }) =>
     h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.again()) }, label),
   );
-  const adds = TOUCH ? say('Tap the object to add it') : say('Click the object to add it');
+  const adds = TOUCH ? 'Tap the object to add it' : 'Click the object to add it';
   tries.push(h('button', { type: 'button', 'data-try': 'add', click: addByClick }, adds));
   byId('nothing-tries').replaceChildren(...tries);
 }
@@ -53,19 +52,17 @@ const LARGEST_STEP = 3;
  * @returns {string}
  */
 function whereWords({ numFrames, trajectories, coverage, speed, cameraMoves, motions }) {
-  if (trajectories === 0) return say`Looked at ${plural(numFrames, 'frame')} and found no point to follow.`;
-  const followed = say`Followed ${plural(trajectories, 'point')} over ${percent(coverage)} of the picture, through ${plural(numFrames, 'frame')}`;
-  const camera = cameraMoves
-    ? say`the camera moves, about ${speed.toFixed(1)} px a frame`
-    : say('the camera stands still');
+  if (trajectories === 0) return `Looked at ${plural(numFrames, 'frame')} and found no point to follow.`;
+  const followed = `Followed ${plural(trajectories, 'point')} over ${percent(coverage)} of the picture, through ${plural(numFrames, 'frame')}`;
+  const camera = cameraMoves ? `the camera moves, about ${speed.toFixed(1)} px a frame` : 'the camera stands still';
   return `${followed}; ${camera}. ${groundWords(motions)}`;
 }
 
 /** @param {number[] | null} motions parts of the points, the largest first */
 function groundWords(motions) {
-  if (!motions || motions.length < 1) return say('All of it was taken as background.');
-  if (motions.length === 1) return say('All points move alike: they were taken as background.');
-  return say`Of ${motions.length} motions the largest has ${percent(motions[0])} of the points; all were taken as background.`;
+  if (!motions || motions.length < 1) return 'All of it was taken as background.';
+  if (motions.length === 1) return 'All points move alike: they were taken as background.';
+  return `Of ${motions.length} motions the largest has ${percent(motions[0])} of the points; all were taken as background.`;
 }
 
 /**
@@ -86,7 +83,7 @@ function triesOf({ source, job, changed }, { coverage }) {
   if (isOwn && take.frames >= FEWEST && take.step < LARGEST_STEP) {
     const step = take.step + 1;
     const frames = Math.ceil((take.frames * take.step) / step);
-    const label = step === 2 ? say('Every 2nd frame, for slow motion') : say('Every 3rd frame');
+    const label = step === 2 ? 'Every 2nd frame, for slow motion' : 'Every 3rd frame';
     tries.push({ id: 'step', label, patch: { take: fitTake({ ...take, step, frames }, source) } });
   }
   if (isOwn && (take.start > 0 || take.start + take.frames * take.step < source.count)) {
@@ -95,7 +92,7 @@ function triesOf({ source, job, changed }, { coverage }) {
   }
   const side = SIDES.find((one) => one > take.side);
   if (isOwn && side && Math.max(source.width, source.height) > take.side)
-    tries.push({ id: 'side', label: say`Finer, at ${side} px`, patch: { take: { ...take, side } } });
+    tries.push({ id: 'side', label: `Finer, at ${side} px`, patch: { take: { ...take, side } } });
   if (coverage < LITTLE && Object.keys(WEAK).some((name) => !changed.has(name)))
     tries.push({
       id: 'weak',

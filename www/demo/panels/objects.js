@@ -8,7 +8,6 @@ import { moveOf, nameAndColour, placeName } from '../result/describe.js';
 import { objectColor, objectName, objectShape } from '../result/palette.js';
 import { listed } from '../result/selection.js';
 import { percent, plural } from '../words.js';
-import { say } from '../language.js';
 import { Lanes } from './lanes.js';
 
 /** @typedef {import('../result/presence.js').Facts} Facts */
@@ -60,7 +59,7 @@ function objectRow(facts, motions, selection, lanes) {
   const alone = h(
     'button',
     {
-      ...{ type: 'button', class: 'object-main', title: say`Show ${name} alone` },
+      ...{ type: 'button', class: 'object-main', title: `Show ${name} alone` },
       click: (/** @type {MouseEvent} */ event) => (choosesMore(event) ? choose(event) : selection.isolate(object)),
       // Not every browser says of the click by a key that shift is held.
       keydown: (/** @type {KeyboardEvent} */ event) => event.key === 'Enter' && event.shiftKey && choose(event),
@@ -83,7 +82,7 @@ function objectRow(facts, motions, selection, lanes) {
     const shown = selection.has(object);
     element.classList.toggle('is-hidden', !shown);
     alone.setAttribute('aria-pressed', String(selection.isAlone(object)));
-    chosen.textContent = selection.isChosen(object) ? `, ${say('chosen')}` : '';
+    chosen.textContent = selection.isChosen(object) ? ', chosen' : '';
     shows.update(shown);
   };
   return { element, update };
@@ -102,8 +101,8 @@ function eyeOf(selection) {
     icon('icon-eye-off'),
   );
   const update = (/** @type {boolean} */ shown) => {
-    element.setAttribute('aria-label', shown ? say`Hide ${objectName(0)}` : say`Show ${objectName(0)}`);
-    element.title = shown ? say('Hide') : say('Show');
+    element.setAttribute('aria-label', shown ? `Hide ${objectName(0)}` : `Show ${objectName(0)}`);
+    element.title = shown ? 'Hide' : 'Show';
   };
   return { element, update };
 }
@@ -115,7 +114,7 @@ function eyeOf(selection) {
 function keepOf(object, selection) {
   const box = h('input', {
     type: 'checkbox',
-    'aria-label': say`Keep ${objectName(object)}`,
+    'aria-label': `Keep ${objectName(object)}`,
     change: () => selection.toggle(object),
   });
   const element = h('label', { class: 'keep', title: 'Keep it on screen, and in what is saved' }, box, 'Keep');
@@ -130,7 +129,7 @@ function keepOf(object, selection) {
  */
 function factsOf(facts, motions) {
   const parts = facts.object > 0 && facts.first >= 0 ? [`${placeName(facts.from)}, ${moveOf(facts)}`] : [];
-  if (facts.first < 0) parts.push(say('not seen'));
+  if (facts.first < 0) parts.push('not seen');
   if (motions > 1) parts.push(plural(motions, 'motion'));
   return parts.join(' · ');
 }

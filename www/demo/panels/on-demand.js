@@ -1,6 +1,5 @@
 /** Dialogs and lists that are fetched when they are first opened, and what opens them. @module */
 
-import { say } from '../language.js';
 import { byId } from '../dom.js';
 
 /** What is fetched to see whether the network answers; the service worker has it too. */
@@ -19,7 +18,7 @@ const WARM_MS = 4000;
  * @returns {(() => Promise<void>) & {prepare: () => Promise<unknown>}} `prepare` fetches it and opens nothing; gives
  *   nothing where that fails
  */
-export function onDemand(store, importDialog, isWanted = () => true) {
+function onDemand(store, importDialog, isWanted = () => true) {
   /** @type {Promise<{open: () => void}> | undefined} */
   let fetched;
   const prepare = () => (fetched ??= fetch(PROBE, { cache: 'no-store' }).then(importDialog));
@@ -29,7 +28,7 @@ export function onDemand(store, importDialog, isWanted = () => true) {
     } catch {
       fetched = undefined;
       if (!isWanted()) return;
-      store.set({ notice: say('The network does not answer, so this could not be opened. Please try again.') });
+      store.set({ notice: 'The network does not answer, so this could not be opened. Please try again.' });
     }
     (await fetched)?.open();
   };
@@ -124,38 +123,4 @@ export function nothingPanel(page) {
 function foundNothing({ phase, found, job, correcting }) {
   if (phase !== 'done' || correcting || !found?.points?.hasMasks || !job || job.partial) return false;
   return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
-}
-
-/** @param {Pick<import('../page.js').Page, 'app' | 'store'>} page */
-export function webcamPanel({ app, store }) {
-  const open = onDemand(store, async () => {
-    const { WebcamDialog } = await import('./webcam-dialog.js');
-    return new WebcamDialog((file) => app.openRecording(file));
-  });
-  byId('camera-open').addEventListener('click', open);
-}
-
-/** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
-export function queuePanel(page) {
-  const { store } = page;
-  /** @type {File[]} Others may be opened while it is fetched. */
-  const waiting = [];
-  const open = onDemand(store, async () => {
-    const queue = new (await import('./queue-list.js')).Queue(page);
-    return { open: () => queue.add(waiting.splice(0)) };
-  });
-  store.watch(['queued'], ({ queued }) => {
-    waiting.push(...queued);
-    if (waiting.length > 0) void open();
-  });
-}
-
-/** @param {import('../page.js').Page} page */
-export function galleryPanel(page) {
-  const box = /** @type {HTMLDetailsElement} */ (byId('gallery'));
-  box.addEventListener('toggle', async () => {
-    if (!box.open) return;
-    const { showGallery } = await import('./gallery-clips.js');
-    await showGallery(page);
-  });
 }

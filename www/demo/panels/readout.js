@@ -5,7 +5,6 @@ import { frameText } from '../result/describe.js';
 import { objectName } from '../result/palette.js';
 import { NOWHERE } from '../store.js';
 import { count } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../store.js').State} State */
 
@@ -41,7 +40,7 @@ function showReadout(points, { object, trajectory }, more) {
   const words = [];
   if (points && object >= 0) {
     words.push(objectName(object));
-    if (trajectory >= 0) words.push(say`trajectory ${count(trajectory)}, ${lifeOf(points, trajectory)}`);
+    if (trajectory >= 0) words.push(`trajectory ${count(trajectory)}, ${lifeOf(points, trajectory)}`);
   }
   words.push(...more.filter((text) => text !== ''));
   const readout = byId('readout');
@@ -56,7 +55,7 @@ function showReadout(points, { object, trajectory }, more) {
 function lifeOf({ result }, trajectory) {
   const { startFrame, offset } = result.trajectories;
   const first = startFrame[trajectory];
-  return say`frames ${first + 1}–${first + offset[trajectory + 1] - offset[trajectory]}`;
+  return `frames ${first + 1}–${first + offset[trajectory + 1] - offset[trajectory]}`;
 }
 
 /**
@@ -71,6 +70,6 @@ function describeFrame({ found, frame, film }) {
 
 /** @param {Readonly<State>} state */
 function labelCanvas({ phase, headline, source }) {
-  const label = phase === 'done' && source ? `${source.name}: ${headline}` : say('No result yet');
+  const label = phase === 'done' && source ? `${source.name}: ${headline}` : 'No result yet';
   byId('canvas').setAttribute('aria-label', label);
 }

@@ -1,12 +1,9 @@
 /** Opening, starting and cancelling, by buttons and files; how far a run is, and where its time went. @module */
 
-import { byId, connectDialog, h } from '../dom.js';
-import { areClips } from '../source.js';
+import { TOUCH, byId, connectDialog, h } from '../dom.js';
 import { Countdown, timeLeft } from '../run/stage-clock.js';
 import { count, doing, remaining, seconds } from '../words.js';
-import { say } from '../language.js';
 
-/** @typedef {import('../app.js').App} App */
 /** @typedef {import('../run/stage-clock.js').StageClock} StageClock */
 
 /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'keys'>} page */
@@ -31,7 +28,11 @@ export function runPanel({ app, store, keys }) {
     if (!live.includes(job.lost)) store.set({ live: `${live}. ${job.lost}` });
   });
   app.asks = connectQuestion();
-  const open = (/** @type {Iterable<File> | null | undefined} */ files) => openAll(app, store, files);
+  /** @type {Open} */
+  const open = (files) => {
+    const all = [...(files ?? [])];
+    if (all.length > 0) app.openFiles(all);
+  };
   connectPicker(open, keys);
   connectDrop(open);
   addEventListener('paste', (event) => open(event.clipboardData?.files));
@@ -51,30 +52,32 @@ function connectQuestion() {
 /** @typedef {(files: Iterable<File> | null | undefined) => void} Open */
 
 /**
- * @param {App} app
- * @param {import('../store.js').Store} store
- * @param {Iterable<File> | null | undefined} files several videos are queued
- */
-function openAll(app, store, files) {
-  const all = [...(files ?? [])];
-  if (areClips(all)) store.set({ queued: all });
-  else if (all.length > 0) app.openFiles(all);
-}
-
-/**
  * @param {Open} open
  * @param {import('../keyboard.js').Keys} keys
  */
 function connectPicker(open, keys) {
-  const picker = /** @type {HTMLInputElement} */ (byId('file'));
-  picker.addEventListener('change', () => {
-    const files = [...(picker.files ?? [])];
+  const pick = connectInput('file', open);
+  for (const id of ['open', 'error-open']) byId(id).addEventListener('click', pick);
+  keys.on('o', pick);
+  // Computers ignore `capture` and show the files again.
+  byId('camera-open').hidden = !TOUCH;
+  byId('camera-open').addEventListener('click', connectInput('camera', open));
+}
+
+/**
+ * @param {string} id of a file input
+ * @param {Open} open
+ * @returns {() => void} shows its files, or the camera
+ */
+function connectInput(id, open) {
+  const input = /** @type {HTMLInputElement} */ (byId(id));
+  input.addEventListener('change', () => {
+    const files = [...(input.files ?? [])];
     // The same file may be picked again.
-    picker.value = '';
+    input.value = '';
     open(files);
   });
-  for (const id of ['open', 'error-open']) byId(id).addEventListener('click', () => picker.click());
-  keys.on('o', () => picker.click());
+  return () => input.click();
 }
 
 /** @param {Open} open */
@@ -112,8 +115,8 @@ export class Progress {
     const now = performance.now();
     const left = this.countdown.follow(timeLeft(clock, now), now);
     const words = [
-      stage.total > 1 ? say`${count(stage.done)} of ${count(stage.total)}` : '',
-      say`${seconds(clock.ms + now - clock.markedAt)} so far`,
+      stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}` : '',
+      `${seconds(clock.ms + now - clock.markedAt)} so far`,
       left === null ? '' : remaining(left),
     ];
     return {
@@ -174,7 +177,7 @@ function stageRow() {
   const element = h('li', { class: 'stage-row' }, name, bar, time);
   /** @param {StageRow} row */
   const show = (row) => {
-    name.textContent = say(row.name);
+    name.textContent = row.name;
     bar.style.setProperty('--share', String(row.bar));
     time.textContent = row.ms > 0 ? seconds(row.ms) : '–';
     element.className = `stage-row ${row.underWay ? 'is-current' : ''} ${row.through ? 'is-through' : ''}`;

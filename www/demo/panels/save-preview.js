@@ -6,7 +6,6 @@
 
 import { encodeVideo } from '../library.js';
 import { byId } from '../dom.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../result/export.js').Choice} Choice */
 /** @typedef {import('../result/export.js').Subject} Subject */
@@ -119,14 +118,14 @@ export class SavePreview {
     this.box.toggleAttribute('data-waits', false);
     if (!shown) {
       this.box.replaceChildren();
-      byId('export-preview-text').textContent = say('No preview of this one.');
+      byId('export-preview-text').textContent = 'No preview of this one.';
       return;
     }
     const { width, height } = sizeOf(shown);
     this.box.dataset.shows = choice.id;
     this.box.replaceChildren(shown);
     shown.style.setProperty('--true', `${width / devicePixelRatio}px`);
-    byId('export-preview-text').textContent = say`As it is saved, ${width} × ${height}`;
+    byId('export-preview-text').textContent = `As it is saved, ${width} × ${height}`;
   }
 
   /**
@@ -157,104 +156,77 @@ export async function warmUp() {
   await encodeVideo(mask, [new ImageData(16, 16)], { style: 'cutout' });
 }
 
-/** @typedef {{subject: Subject, last: number}} One `last` of its frames is the one on screen */
-
 /**
  * @param {Choice} choice
- * @param {One} one
+ * @param {Subject} subject one frame
  * @param {AbortSignal} signal
  * @returns {Promise<Shown | null>}
  */
-async function made(choice, { subject, last }, signal) {
+async function made(choice, subject, signal) {
   if (choice.there?.(subject) === false) return null;
   const file = await choice.make(subject, { signal, onProgress() {} });
-  return file instanceof Blob ? shownOf(file, last) : null;
+  return file instanceof Blob ? shownOf(file) : null;
 }
 
 /**
- * The frame on screen alone; with a trail, those that it is made of before it.
+ * The frame on screen alone.
  *
  * @param {Subject} subject
- * @returns {One}
+ * @returns {Subject}
  */
 function oneOf(subject) {
-  const { masks, frame, trail, image, state } = subject;
-  const shot = masks.shots.find(({ first, last }) => first <= frame && frame <= last);
-  const from = Math.max(shot?.first ?? 0, frame - trail.copies * trail.spacing);
-  const numFrames = frame - from + 1;
-  const labels = (/** @type {number} */ t) => state.smoothed?.labels(from + t) ?? masks.labels(from + t);
-  /** @type {Map<number, Promise<ImageData>>} Each is read once. */
-  const images = new Map();
-  const imageOf = (/** @type {number} */ t) => {
-    if (!images.has(t)) images.set(t, image(t));
-    return /** @type {Promise<ImageData>} */ (images.get(t));
-  };
-  // Read while what encodes is fetched.
-  imageOf(from).catch(() => {});
-  const alone = {
+  const { masks, frame, image, state } = subject;
+  // Read once, while what encodes is fetched.
+  const read = image(frame);
+  read.catch(() => {});
+  return {
     ...subject,
     masks: {
       ...masks,
-      numFrames,
-      labels,
-      times: masks.times ? Array.from(masks.times).slice(from, frame + 1) : null,
+      numFrames: 1,
+      labels: () => state.smoothed?.labels(frame) ?? masks.labels(frame),
+      times: masks.times ? [masks.times[frame]] : null,
       end: masks.times?.[frame + 1] ?? masks.end,
-      shots: [{ first: 0, last: numFrames - 1 }],
+      shots: [{ first: 0, last: 0 }],
     },
     async *frames() {
-      for (let t = from; t <= frame; t += 1) yield await imageOf(t);
+      yield await read;
     },
     sound: () => null,
   };
-  return { subject: alone, last: numFrames - 1 };
 }
 
 /**
  * @param {Blob} file a video, a picture, or an archive of pictures
- * @param {number} last the frame of it that is meant
  * @returns {Promise<Shown>}
  */
-async function shownOf(file, last) {
-  if (file.type.startsWith('video/')) return videoOf(file, last);
+async function shownOf(file) {
+  if (file.type.startsWith('video/')) return videoOf(file);
   const image = new Image();
   image.alt = '';
-  image.src = URL.createObjectURL(await pictureOf(file, last));
+  image.src = URL.createObjectURL(await pictureOf(file));
   await image.decode();
   return image;
 }
 
-/**
- * @param {Blob} file
- * @param {number} last
- */
-async function videoOf(file, last) {
+/** @param {Blob} file */
+async function videoOf(file) {
   const video = document.createElement('video');
   Object.assign(video, { muted: true, playsInline: true, preload: 'auto', src: URL.createObjectURL(file) });
-  const come = (/** @type {string} */ kind) =>
-    new Promise((done, failed) => {
-      video.addEventListener(kind, done, { once: true });
-      video.addEventListener('error', () => failed(video.error), { once: true });
-    });
-  await come('loadeddata');
-  if (last > 0) {
-    const seeked = come('seeked');
-    // In the middle of its time.
-    video.currentTime = (video.duration * (last + 0.5)) / (last + 1);
-    await seeked;
-  }
+  await new Promise((done, failed) => {
+    video.addEventListener('loadeddata', done, { once: true });
+    video.addEventListener('error', () => failed(video.error), { once: true });
+  });
   return video;
 }
 
-/**
- * @param {Blob} file
- * @param {number} last
- */
-async function pictureOf(file, last) {
+/** @param {Blob} file */
+async function pictureOf(file) {
   if (file.type !== 'application/zip') return file;
   const { unzipSync } = await import('fflate');
   const files = unzipSync(new Uint8Array(await file.arrayBuffer()));
-  const names = Object.keys(files).filter((name) => name.endsWith('.png'));
-  return new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (files[names.sort()[last]])], { type: 'image/png' });
+  const [name] = Object.keys(files).filter((one) => one.endsWith('.png'));
+  return new Blob([/** @type {Uint8Array<ArrayBuffer>} */ (files[name])], { type: 'image/png' });
 }
 
 /** @param {Shown} shown */

@@ -7,8 +7,8 @@ export function savedPanel(page) {
   /** @type {Promise<import('./works.js').Works> | undefined} */
   let fetched;
   const works = () => (fetched ??= import('./keeping.js').then(({ keepWork }) => keepWork(page)));
-  page.store.watch(['source', 'kept'], ({ source, kept }) => {
-    if (source?.files || kept) works().catch(() => (fetched = undefined));
+  page.store.watch(['source'], ({ source }) => {
+    if (source?.files) works().catch(() => (fetched = undefined));
   });
   stored().then(async (all) => all.length > 0 && (await works()).offer());
 }

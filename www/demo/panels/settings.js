@@ -8,7 +8,6 @@ import { byId, h, icon } from '../dom.js';
 import { ESSENTIALS, GROUPS, labelOf, groupsFor, optionsOf } from '../settings.js';
 import { kindOf } from '../source.js';
 import { plural } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../settings.js').Settings} Settings */
 /** @typedef {import('../store.js').State} State */
@@ -42,7 +41,7 @@ export function settingsPanel({ store, settings }) {
 function showCount({ changed, source }) {
   const wanted = groupsFor(kindOf(source));
   const count = [...changed.keys()].filter((name) => wanted(name.split('.')[0])).length;
-  byId('settings-count').textContent = count > 0 ? say`${count} changed` : '';
+  byId('settings-count').textContent = count > 0 ? `${count} changed` : '';
   byId('settings-reset').hidden = changed.size === 0;
   byId('settings-reset').title = plural(changed.size, 'changed setting');
 }
@@ -87,7 +86,7 @@ function groupOf(settings, group, isExpert) {
   );
   settings.store.watch(['changed'], ({ changed }) => {
     const count = names.filter((name) => changed.has(name)).length;
-    note.textContent = count > 0 ? say`${count} changed` : '';
+    note.textContent = count > 0 ? `${count} changed` : '';
   });
   return [{ element, group }];
 }
@@ -101,14 +100,14 @@ function groupOf(settings, group, isExpert) {
 function row(settings, name, { label, about, range, unit = '' }) {
   const parameter = /** @type {import('../settings.js').Parameter} */ (settings.parameters.get(name));
   const id = `setting-${range ? 'few' : 'all'}-${name.replace('.', '-')}`;
-  const control = controlOf(parameter, { id, range, unit: say(unit), set: (value) => settings.set(name, value) });
+  const control = controlOf(parameter, { id, range, unit, set: (value) => settings.set(name, value) });
   const reset = h(
     'button',
     {
       type: 'button',
       class: 'icon-button reset',
-      'aria-label': say`Reset ${say(label)}`,
-      title: say`Back to ${parameter.default}`,
+      'aria-label': `Reset ${label}`,
+      title: `Back to ${parameter.default}`,
       click: () => {
         settings.reset(name);
         control.input.focus();
@@ -122,8 +121,7 @@ function row(settings, name, { label, about, range, unit = '' }) {
     h('label', { class: 'setting-name', for: id }, label),
     reset,
     control.element,
-    // The package documents its parameters in English.
-    h('p', { class: 'about', id: `${id}-about`, lang: range ? false : 'en' }, about),
+    h('p', { class: 'about', id: `${id}-about` }, about),
   );
   control.input.setAttribute('aria-describedby', `${id}-about`);
   /** @type {import('../settings.js').Value | undefined} */
@@ -240,7 +238,7 @@ function field({ kind, min, max }, { id, set }) {
     step: kind === 'integer' ? 1 : 'any',
     inputmode: 'decimal',
   });
-  const legal = kind === 'integer' ? say`a whole number, ${min} to ${max}` : say`${min} to ${max}`;
+  const legal = kind === 'integer' ? `a whole number, ${min} to ${max}` : `${min} to ${max}`;
   const note = h('span', { class: 'value' }, legal);
   const tell = (/** @type {boolean} */ fine) => {
     input.setAttribute('aria-invalid', String(!fine));

@@ -3,7 +3,6 @@
 import { byId, h } from '../dom.js';
 import { withinFilm } from '../store.js';
 import { atTime } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../store.js').Film} Film */
 /** @typedef {import('../store.js').State} State */
@@ -54,13 +53,13 @@ class Timeline {
     for (const control of byId('timeline').querySelectorAll('button, input'))
       /** @type {HTMLButtonElement} */ (control).disabled = numFrames < 2;
     const marks = cuts.map((frame) => {
-      const mark = h('span', { class: 'cut', title: say`Cut at ${times.at(frame)}` });
+      const mark = h('span', { class: 'cut', title: `Cut at ${times.at(frame)}` });
       mark.style.setProperty('--at', String(frame / Math.max(1, numFrames)));
       return mark;
     });
     byId('cuts').replaceChildren(...marks);
     const places = cuts.map((frame) => times.at(frame)).join(', ');
-    byId('cuts-text').textContent = cuts.length > 0 ? say`Cuts: ${places}.` : '';
+    byId('cuts-text').textContent = cuts.length > 0 ? `Cuts: ${places}.` : '';
   }
 
   /** @param {Readonly<State>} state */
@@ -69,7 +68,7 @@ class Timeline {
     // Frames that only just arrive are no film yet.
     const at = withinFilm({ film }, frame);
     this.range.value = String(at);
-    this.range.setAttribute('aria-valuetext', say`Frame ${at + 1} of ${numFrames}${atTime(times, at)}`);
+    this.range.setAttribute('aria-valuetext', `Frame ${at + 1} of ${numFrames}${atTime(times, at)}`);
     const share = String(numFrames > 1 ? at / (numFrames - 1) : 0);
     for (const where of [this.range, byId('object-list')]) where.style.setProperty('--share', share);
     byId('counter').textContent = numFrames > 0 ? `${at + 1} / ${numFrames}` : '– / –';
@@ -99,7 +98,7 @@ class Timeline {
     cancelAnimationFrame(this.ticking);
     if (playing) this.play();
     byId('play').dataset.playing = String(playing);
-    byId('play').setAttribute('aria-label', playing ? say('Pause') : say('Play'));
+    byId('play').setAttribute('aria-label', playing ? 'Pause' : 'Play');
   }
 
   play() {

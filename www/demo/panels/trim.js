@@ -4,10 +4,9 @@
  * @module
  */
 
-import { openPlayer, timeOf } from '../clip-player.js';
+import { endOf, openPlayer, timeOf } from '../clip-player.js';
 import { byId, h } from '../dom.js';
 import { fitTake } from '../source.js';
-import { say } from '../language.js';
 import { explain } from '../words.js';
 
 /** @typedef {import('../source.js').Source} Source */
@@ -123,7 +122,7 @@ class TrimPanel {
     const box = byId('trim-box');
     box.style.setProperty('--from', String(first / (source.count - 1)));
     box.style.setProperty('--to', String(last / (source.count - 1)));
-    byId('trim-text').textContent = whole ? say`Whole clip, ${lengthOf(source)}` : partWords(source, first, last);
+    byId('trim-text').textContent = whole ? `Whole clip, ${lengthOf(source)}` : partWords(source, first, last);
     byId('trim-all').hidden = whole;
   }
 
@@ -188,7 +187,7 @@ class TrimPanel {
   showPlaying() {
     const button = byId('trim-play');
     button.dataset.playing = String(this.playing);
-    button.setAttribute('aria-label', this.playing ? say('Stop the clip') : say('Play the clip'));
+    button.setAttribute('aria-label', this.playing ? 'Stop the clip' : 'Play the clip');
     byId('trim-box').toggleAttribute('data-playing', this.playing);
   }
 }
@@ -204,7 +203,7 @@ function lastOf({ start, frames, step }) {
  * @returns {string} `1.2 s`, `image 13`
  */
 function placeOf(source, frame) {
-  return source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : say`image ${frame + 1}`;
+  return source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`;
 }
 
 /**
@@ -214,14 +213,14 @@ function placeOf(source, frame) {
  * @returns {string} `0.5–1.7 s of 3.0 s`, `images 7–30 of 30`
  */
 function partWords(source, first, last) {
-  if (source.kind !== 'video') return say`images ${first + 1}–${last + 1} of ${source.count}`;
-  return say`${timeOf(source, first).toFixed(1)}–${placeOf(source, last)} of ${lengthOf(source)}`;
+  if (source.kind !== 'video') return `images ${first + 1}–${last + 1} of ${source.count}`;
+  return `${timeOf(source, first).toFixed(1)}–${placeOf(source, last)} of ${lengthOf(source)}`;
 }
 
 /** @param {Source} source */
 function lengthOf(source) {
-  if (source.kind !== 'video') return say`${source.count} images`;
-  return `${(timeOf(source, source.count - 1) + 1 / source.fps).toFixed(1)}\u00a0s`;
+  if (source.kind !== 'video') return `${source.count} images`;
+  return `${endOf(source).toFixed(1)}\u00a0s`;
 }
 
 /**
@@ -235,5 +234,5 @@ function showRun({ source, take, phase, job }) {
   const button = byId('trim-run');
   button.hidden = !(done && other);
   const whole = source && take.start === 0 && lastOf(take) + take.step >= source.count;
-  button.textContent = whole ? say('Run the whole clip') : say('Run this part');
+  button.textContent = whole ? 'Run the whole clip' : 'Run this part';
 }

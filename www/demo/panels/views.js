@@ -5,7 +5,6 @@
  */
 
 import { byId } from '../dom.js';
-import { say } from '../language.js';
 import { drawCutout } from '../library.js';
 import { fromCorner } from '../layers/layer.js';
 import { errorPatch } from '../store.js';
@@ -68,7 +67,7 @@ export class Compare {
   showSplit(percent) {
     this.split.value = String(percent);
     this.box.style.setProperty('--split', String(percent / 100));
-    this.split.setAttribute('aria-valuetext', say`Original up to ${percent} %`);
+    this.split.setAttribute('aria-valuetext', `Original up to ${percent} %`);
   }
 
   /**
@@ -112,7 +111,6 @@ export function groundPanel({ store, viewer }) {
     if (name === 'picture' && !store.state.ground.picture) choice.value = store.state.ground.name;
     else store.set({ ground: { ...store.state.ground, name } });
   });
-  const trail = connectTrail(store);
   colour.addEventListener('input', () => store.set({ ground: { ...store.state.ground, colour: colour.value } }));
   file.addEventListener('change', async () => {
     const [picked] = file.files ?? [];
@@ -130,23 +128,8 @@ export function groundPanel({ store, viewer }) {
     byId('screen').dataset.ground = ground.name;
     choice.value = ground.name;
     colour.hidden = ground.name !== 'colour';
-    trail.value = `${ground.trail.copies} ${ground.trail.spacing}`;
     viewer.redraw();
   });
-}
-
-/**
- * The choices say how many copies, and how many frames apart.
- *
- * @param {import('../store.js').Store} store
- */
-function connectTrail(store) {
-  const choice = /** @type {HTMLSelectElement} */ (byId('trail'));
-  choice.addEventListener('change', () => {
-    const [copies, spacing] = choice.value.split(' ').map(Number);
-    store.set({ ground: { ...store.state.ground, trail: { copies, spacing } } });
-  });
-  return choice;
 }
 
 /**
@@ -166,8 +149,8 @@ export function groundOf({ name, colour, picture }) {
  * @param {import('../layers/layer.js').View} view
  * @param {import('../store.js').Ground} ground
  */
-export function drawKept(ctx, { image, mask, trail }, ground) {
+export function drawKept(ctx, { image, mask }, ground) {
   const edged = mask();
   if (!image || !edged) return;
-  fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: groundOf(ground), trail: trail() }));
+  fromCorner(ctx, () => drawCutout(ctx, image, edged, { background: groundOf(ground) }));
 }

@@ -5,7 +5,6 @@
  */
 
 import { byId, h } from '../dom.js';
-import { say } from '../language.js';
 import { Fetched, picture, valueAt } from '../layers/fetched.js';
 import { objectColor, objectName } from '../result/palette.js';
 import { count, explain, percent } from '../words.js';
@@ -135,7 +134,7 @@ export class WhyPanel {
   tell(place, why) {
     this.why = why;
     const { x, y, t } = place;
-    this.title.textContent = say`${objectName(why.label)} at ${count(x)}, ${count(y)} in frame ${count(t + 1)}`;
+    this.title.textContent = `${objectName(why.label)} at ${count(x)}, ${count(y)} in frame ${count(t + 1)}`;
     const points = this.store.state.found?.points;
     const shown = points?.objectAt(t, x, y) ?? why.label;
     const reasons = reasonsOf(why, shown).map((text) => h('li', {}, text));
@@ -155,7 +154,7 @@ export class WhyPanel {
     if (sure && this.shows.checked) ctx.drawImage(sure.canvas, -0.5, -0.5, view.width, view.height);
     if (!this.on || !place || place.t !== view.frame) return;
     const p = sure && valueAt(sure.map, sure.map.confidence, view, place);
-    this.sureness.textContent = p === undefined ? '' : say`This label is right with ${percent(p)}.`;
+    this.sureness.textContent = p === undefined ? '' : `This label is right with ${percent(p)}.`;
     ctx.save();
     if (why) this.drawEdge(ctx, view, why);
     for (const voter of why?.voters ?? []) drawVoter(ctx, view, voter, why);
@@ -257,34 +256,34 @@ function reasonsOf(why, shown) {
  * @param {number} shown
  */
 function sourceOf({ label, source, superpixel, cluster, costs }, shown) {
-  if (shown !== label) return say`The mask on screen has ${objectName(shown)} here: it was changed by hand.`;
-  if (source === 'stroke') return say('A stroke over it decides.');
+  if (shown !== label) return `The mask on screen has ${objectName(shown)} here: it was changed by hand.`;
+  if (source === 'stroke') return 'A stroke over it decides.';
   const own = objectName(costs[cluster]?.label ?? 0);
   if (source === 'border')
-    return say`Its superpixel ${superpixel} is ${own}; the step after the cut has moved the border over it.`;
-  return say`Its superpixel ${superpixel} has this label by the cut.`;
+    return `Its superpixel ${superpixel} is ${own}; the step after the cut has moved the border over it.`;
+  return `Its superpixel ${superpixel} has this label by the cut.`;
 }
 
 /** @param {Explanation} why */
 function flipOf({ flip, costs }) {
-  if (!flip) return say('There is no other label that it could have.');
+  if (!flip) return 'There is no other label that it could have.';
   const other = objectName(costs[flip.cluster]?.label ?? 0);
   const more = cost(flip.margin);
   return flip.votes === Infinity
-    ? say`It would be ${other} for a cost of ${more} more; no number of trajectories alone would make it that.`
-    : say`It would be ${other} for a cost of ${more} more: ${count(flip.votes)} more trajectories of it here would do.`;
+    ? `It would be ${other} for a cost of ${more} more; no number of trajectories alone would make it that.`
+    : `It would be ${other} for a cost of ${more} more: ${count(flip.votes)} more trajectories of it here would do.`;
 }
 
 /** @param {Explanation} why */
 function votersOf({ voters, weight }) {
   const strange = voters.filter(({ stranger }) => stranger).length;
-  if (voters.length === 0) return say('No trajectory votes here; colours and neighbours decide.');
-  return say`Trajectories that vote here: ${count(voters.length)}, of them strangers: ${count(strange)}. Their weight is ${weight.toFixed(2)}.`;
+  if (voters.length === 0) return 'No trajectory votes here; colours and neighbours decide.';
+  return `Trajectories that vote here: ${count(voters.length)}, of them strangers: ${count(strange)}. Their weight is ${weight.toFixed(2)}.`;
 }
 
 /** @param {Explanation} why */
 function evidenceOf({ evidence: { background, looks } }) {
-  return say`For an object speak the background with ${cost(background)} and looks with ${cost(looks)}; less than 0 is against.`;
+  return `For an object speak the background with ${cost(background)} and looks with ${cost(looks)}; less than 0 is against.`;
 }
 
 /** @param {Explanation} why */
@@ -292,7 +291,7 @@ function linksOf({ links, costs, cluster }) {
   const own = costs[cluster]?.label;
   const sum = (/** @type {boolean} */ same) =>
     links.filter((link) => (costs[link.cluster]?.label === own) === same).reduce((total, link) => total + link.cost, 0);
-  return say`Links to neighbours of its own label hold it with ${cost(sum(true))}, those to others pull with ${cost(sum(false))}.`;
+  return `Links to neighbours of its own label hold it with ${cost(sum(true))}, those to others pull with ${cost(sum(false))}.`;
 }
 
 /** @param {Explanation} why */
@@ -300,7 +299,7 @@ function borderOf({ border }) {
   if (!border) return [];
   const { edges, mean, d } = border;
   return [
-    say`Edges between the two in this frame: ${count(edges)}, of discontinuity ${mean.toFixed(2)} on average and ${d.toFixed(2)} at most.`,
+    `Edges between the two in this frame: ${count(edges)}, of discontinuity ${mean.toFixed(2)} on average and ${d.toFixed(2)} at most.`,
   ];
 }
 
@@ -308,7 +307,7 @@ function borderOf({ border }) {
 function nearOf({ nearest, affinities }) {
   if (nearest < 0 || affinities.length === 0) return [];
   const told = affinities.slice(0, TOLD).map(({ to, affinity }) => `${count(to)} (${affinity.toFixed(2)})`);
-  return [say`The nearest trajectory is ${count(nearest)}; it moves most like ${told.join(', ')}.`];
+  return [`The nearest trajectory is ${count(nearest)}; it moves most like ${told.join(', ')}.`];
 }
 
 /**

@@ -10,7 +10,6 @@ import { Packer, clipId, filesOf, reopened } from '../saved/work.js';
 import { bytesOf, keep, kept } from '../saved/slots.js';
 import { forget, put, stored } from '../saved/storage.js';
 import { bytes } from '../words.js';
-import { say, shownLanguage } from '../language.js';
 
 /** @typedef {import('../saved/storage.js').Saved} Saved */
 /** @typedef {import('../saved/storage.js').Version} Version */
@@ -62,11 +61,11 @@ export class Works {
     filesOf(state);
     const id = await this.idOf(/** @type {import('../source.js').Source} */ (state.source));
     const saved = await this.packer.pack(state, id);
-    const isKept = await keep(saved).finally(() => this.store.set({ kept: saved }));
+    const isKept = await keep(saved).finally(() => void this.update());
     if (!isKept)
       this.ask({
-        text: say`There is no room to keep this work: all others are corrected, and none of those goes by itself.`,
-        goes: say('Choose what to delete…'),
+        text: 'There is no room to keep this work: all others are corrected, and none of those goes by itself.',
+        goes: 'Choose what to delete…',
         go: () => this.list(),
         lists: false,
       });
@@ -80,14 +79,14 @@ export class Works {
     // What was offered was of another.
     byId('saved').hidden = true;
     const { source } = this.store.state;
-    if (!source?.files || source.gallery) return;
+    if (!source?.files) return;
     const id = await this.idOf(source);
     const slot = (await kept()).find((one) => one.id === id);
     const { state } = this.store;
     const found = slot && (slot.corrected ? slot : slot.earlier[0]);
     if (!found || source !== state.source || state.job instanceof SavedJob) return;
     this.ask({
-      text: say`Your corrected work on ${slot.name} was kept.`,
+      text: `Your corrected work on ${slot.name} was kept.`,
       go: () => this.open(slot, found),
       lists: true,
     });
@@ -155,8 +154,8 @@ export class Works {
     const last = run ?? works[0];
     if (!last || this.store.state.source?.files) return;
     this.ask({
-      text: run ? say`The run of ${run.name} was cut off.` : say`Your work on ${last.name} was kept.`,
-      goes: run && say`Run again: ${run.name}`,
+      text: run ? `The run of ${run.name} was cut off.` : `Your work on ${last.name} was kept.`,
+      goes: run && `Run again: ${run.name}`,
       go: () => (run ? this.again(run) : this.open(works[0])),
       drop: () => this.drop(last),
       lists: works.length >= (run ? 1 : 2),
@@ -172,7 +171,7 @@ export class Works {
   }
 
   /** @param {Offer} offer */
-  ask({ text, go, goes = say('Go on with it'), drop, lists }) {
+  ask({ text, go, goes = 'Go on with it', drop, lists }) {
     byId('saved-text').textContent = text;
     byId('saved-open').textContent = goes;
     byId('saved-open').onclick = () => go?.();
@@ -196,7 +195,7 @@ export class Works {
       { class: 'work' },
       this.pictureOf(slot.picture),
       words,
-      opener(say`Open ${name}`, slot.id, () => this.open(slot)),
+      opener(`Open ${name}`, slot.id, () => this.open(slot)),
       deleter(name, () => this.drop(slot)),
     );
     if (slot.earlier.length > 0)
@@ -215,8 +214,8 @@ export class Works {
       'li',
       { class: 'work' },
       this.pictureOf(version.picture),
-      h('span', { class: 'work-facts' }, say`Before: ${facts}`),
-      opener(say`Open ${name}`, `${slot.id} ${version.about.run}`, () => this.open(slot, version)),
+      h('span', { class: 'work-facts' }, `Before: ${facts}`),
+      opener(`Open ${name}`, `${slot.id} ${version.about.run}`, () => this.open(slot, version)),
       deleter(name, () => this.dropVersion(slot, version)),
     );
   }
@@ -235,9 +234,9 @@ export class Works {
  * @param {boolean} corrected
  */
 function factsOf({ at, about }, corrected) {
-  const when = new Date(at).toLocaleString(shownLanguage(), { dateStyle: 'medium', timeStyle: 'short' });
+  const when = new Date(at).toLocaleString('en', { dateStyle: 'medium', timeStyle: 'short' });
   const { frames } = about.take;
-  return [when, corrected ? say`${frames} frames, corrected` : say`${frames} frames`].join(' · ');
+  return [when, corrected ? `${frames} frames, corrected` : `${frames} frames`].join(' · ');
 }
 
 /**
@@ -260,17 +259,17 @@ function deleter(name, drop) {
     'button',
     {
       type: 'button',
-      'aria-label': say`Delete ${name}`,
+      'aria-label': `Delete ${name}`,
       click: () => {
         if (button.dataset.sure) return drop();
         button.dataset.sure = 'asked';
-        button.textContent = say('Delete for good?');
-        button.setAttribute('aria-label', say`Delete ${name} for good?`);
+        button.textContent = 'Delete for good?';
+        button.setAttribute('aria-label', `Delete ${name} for good?`);
       },
       blur: () => {
         delete button.dataset.sure;
-        button.textContent = say('Delete');
-        button.setAttribute('aria-label', say`Delete ${name}`);
+        button.textContent = 'Delete';
+        button.setAttribute('aria-label', `Delete ${name}`);
       },
     },
     'Delete',

@@ -2,7 +2,6 @@
 
 import { colourName, objectName } from './palette.js';
 import { atTime, percent, plural } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {import('./presence.js').Facts} Facts */
 /** @typedef {import('./presence.js').Presence} Presence */
@@ -30,7 +29,7 @@ const SPOKEN_OF = 3;
  * @returns {string} `Object 1 (orange)`
  */
 export function nameAndColour(object) {
-  return object === 0 ? say('Background (grey)') : `${objectName(object)} (${colourName(object)})`;
+  return object === 0 ? 'Background (grey)' : `${objectName(object)} (${colourName(object)})`;
 }
 
 /**
@@ -38,7 +37,7 @@ export function nameAndColour(object) {
  * @returns {string} `upper left`, `middle`, …
  */
 export function placeName({ x, y }) {
-  return say(REGIONS[third(y)][third(x)]);
+  return REGIONS[third(y)][third(x)];
 }
 
 /** @param {number} part */
@@ -51,7 +50,7 @@ function third(part) {
  * @returns {string} `at the upper left`, `in the middle`, …
  */
 function placePhrase(place) {
-  return say(PHRASES[third(place.y)][third(place.x)]);
+  return PHRASES[third(place.y)][third(place.x)];
 }
 
 /**
@@ -59,7 +58,7 @@ function placePhrase(place) {
  * @returns {string}
  */
 function both(words) {
-  return words.length > 1 ? say`${words[0]} and ${words[1]}` : (words[0] ?? '');
+  return words.length > 1 ? `${words[0]} and ${words[1]}` : (words[0] ?? '');
 }
 
 /**
@@ -70,14 +69,12 @@ export function moveOf({ moved, followed, growth }) {
   const { x: right, y: down } = moved;
   const ways = [];
   // A slant is named only where it is one.
-  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down))
-    ways.push(right > 0 ? say('right') : say('left'));
-  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right))
-    ways.unshift(down > 0 ? say('down') : say('up'));
-  const size = growth > 1.5 ? say('grows') : growth < 0.67 ? say('shrinks') : '';
-  const move = ways.length > 0 ? say`moves ${both(ways)}` : '';
-  const words = both([move, size].filter(Boolean)) || say('stays in place');
-  return move && followed ? say`${words}, followed by the camera` : words;
+  if (Math.abs(right) >= MOVE && Math.abs(right) > 0.4 * Math.abs(down)) ways.push(right > 0 ? 'right' : 'left');
+  if (Math.abs(down) >= MOVE && Math.abs(down) > 0.4 * Math.abs(right)) ways.unshift(down > 0 ? 'down' : 'up');
+  const size = growth > 1.5 ? 'grows' : growth < 0.67 ? 'shrinks' : '';
+  const move = ways.length > 0 ? `moves ${both(ways)}` : '';
+  const words = both([move, size].filter(Boolean)) || 'stays in place';
+  return move && followed ? `${words}, followed by the camera` : words;
 }
 
 /**
@@ -86,7 +83,7 @@ export function moveOf({ moved, followed, growth }) {
  * @returns {string} `0.0–1.6 s`, `frames 1–9`
  */
 export function spanOf({ first, last }, times) {
-  return first < 0 ? say('never') : times.span(first, last);
+  return first < 0 ? 'never' : times.span(first, last);
 }
 
 /**
@@ -97,7 +94,7 @@ export function spanOf({ first, last }, times) {
  */
 function clause(facts, numFrames, times) {
   const when = facts.frames >= numFrames - 1 ? '' : `, ${spanOf(facts, times)}`;
-  return say`${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${moveOf(facts)}${when}`;
+  return `${nameAndColour(facts.object)} ${placePhrase(facts.from)} ${moveOf(facts)}${when}`;
 }
 
 /**
@@ -112,7 +109,7 @@ export function summaryOf(facts, numFrames, times) {
   const objects = facts.filter(({ object, first }) => object > 0 && first >= 0).sort((a, b) => b.share - a.share);
   const spoken = objects.slice(0, SPOKEN_OF).map((one) => clause(one, numFrames, times));
   const rest = objects.length - spoken.length;
-  if (rest > 0) spoken.push(say`and ${plural(rest, 'smaller one')}`);
+  if (rest > 0) spoken.push(`and ${plural(rest, 'smaller one')}`);
   return spoken.length > 0 ? `${spoken.join('; ')}.` : '';
 }
 
@@ -132,6 +129,6 @@ export function frameText(presence, count, frame, times) {
     if (part > 0)
       there.push(`${nameAndColour(object)} ${placeName(presence.middle(object, [frame]))}, ${percent(part)}`);
   }
-  const seen = there.length > 0 ? there.join('; ') : say('background alone');
-  return `${say`Frame ${frame + 1} of ${presence.frames.length}${atTime(times, frame)}`}: ${seen}.`;
+  const seen = there.length > 0 ? there.join('; ') : 'background alone';
+  return `Frame ${frame + 1} of ${presence.frames.length}${atTime(times, frame)}: ${seen}.`;
 }

@@ -6,7 +6,6 @@
 
 import { workingSize } from '../video.js';
 import { PageError } from '../words.js';
-import { say } from '../language.js';
 
 /** @typedef {{width: number, height: number}} Size */
 /** @typedef {'source' | 'half' | 'working' | 'own'} SizeName */
@@ -24,7 +23,7 @@ export const LEAST_SIDE = 16;
  */
 export function sizesOf(source, working) {
   const side = Math.max(source.width, source.height);
-  const own = { name: /** @type {const} */ ('own'), label: say('Other…'), side };
+  const own = { name: /** @type {const} */ ('own'), label: 'Other…', side };
   /** @type {[SizeName, string, number][]} */
   const named = [
     ['source', 'As the source', side],
@@ -36,7 +35,7 @@ export function sizesOf(source, working) {
   );
   const sizes = there.map(([name, words, one]) => {
     const { width, height } = workingSize(source, one);
-    return { name, label: `${say(words)}, ${width} × ${height}`, side: one };
+    return { name, label: `${words}, ${width} × ${height}`, side: one };
   });
   return [...sizes, own];
 }
@@ -59,7 +58,7 @@ export function framesOf({ source, take }, { numFrames, times }, side) {
       let t = 0;
       for await (const { frame, time } of source.frames({ ...take, frames: numFrames, side }, signal)) {
         if (time !== null && times && Math.abs(time - times[t]) > SLACK)
-          throw new PageError('other-frames', say`frame ${t + 1} is at ${time} s and was at ${times[t]} s`);
+          throw new PageError('other-frames', `frame ${t + 1} is at ${time} s and was at ${times[t]} s`);
         t += 1;
         yield frame;
       }

@@ -6,7 +6,6 @@
 import { encodeVideo } from '../library.js';
 import { GREEN } from '../panels/views.js';
 import { rateOf, labelsOf } from './export.js';
-import { say } from '../language.js';
 
 /** @typedef {import('./export.js').Subject} Subject */
 
@@ -34,13 +33,8 @@ export const cutoutVideo = {
   about:
     'The objects alone, for an editor, on the ground of the view “Cut-out”. MP4 cannot be transparent: it is green then.',
   choices: [
-    video('cutout-webm', (ground) => say`${say(GROUNDS[ground])} WebM`, 'cutout', 'webm'),
-    video(
-      'cutout-mp4',
-      (ground) => say`${say(GROUNDS[ground === 'transparent' ? 'green' : ground])} MP4`,
-      'cutout',
-      'mp4',
-    ),
+    video('cutout-webm', (ground) => `${GROUNDS[ground]} WebM`, 'cutout', 'webm'),
+    video('cutout-mp4', (ground) => `${GROUNDS[ground === 'transparent' ? 'green' : ground]} MP4`, 'cutout', 'mp4'),
   ],
 };
 
@@ -86,7 +80,7 @@ function video(id, label, style, format, own) {
     label,
     file: () => `${style === 'alpha' ? 'mask' : style}.${format}`,
     make: (subject, work) => {
-      const { masks, frames, objects, look, quality, ground, trail, edges } = subject;
+      const { masks, frames, objects, look, quality, ground, edges } = subject;
       const background = own ?? (format === 'mp4' && ground === 'transparent' ? GREEN : ground);
       const sound = subject.sound(format);
       return encodeVideo(masks, frames(work.signal), {
@@ -99,7 +93,7 @@ function video(id, label, style, format, own) {
         maskOpacity: look.opacity,
         outlineWidth: look.outline,
         ...work,
-        ...(style === 'cutout' ? { background, trail } : {}),
+        ...(style === 'cutout' ? { background } : {}),
         ...(sound ? { sound } : {}),
         ...rateOf(subject),
       });

@@ -14,7 +14,6 @@ import { masksAtSize } from '../library.js';
  * @property {import('../library.js').VideoQuality} quality of videos
  * @property {import('../library.js').MaskEdges} edges of the masks on screen
  * @property {import('../library.js').Ground} ground of cut-out objects on screen
- * @property {import('../store.js').Trail} trail behind them
  * @property {(format: 'webm' | 'mp4') => import('../library.js').SoundOptions | null} sound of videos; null for none
  * @property {import('../source.js').Source} source
  * @property {((t: number) => Promise<import('../layers/layer.js').Plate>) | null} plate the scene of a frame without the
@@ -36,7 +35,7 @@ import { masksAtSize } from '../library.js';
  */
 
 /** What there is to save, before it is known how. @typedef {Omit<Subject, 'objects' | 'frames' | 'image' | 'look' |
- * 'quality' | 'sound' | 'ground' | 'trail' | 'edges'>} Found
+ * 'quality' | 'sound' | 'ground' | 'edges'>} Found
  */
 
 /** @typedef {{signal: AbortSignal, onProgress: (progress: {done: number, total: number}) => void}} Work */

@@ -142,8 +142,8 @@ function stream(id, label, file, style, format) {
     file: () => file,
     type: format === 'zip' ? 'application/zip' : 'image/png',
     make: (subject, work) => {
-      const { masks, frames, objects, edges, trail } = subject;
-      const options = { style, format, objects, edges, trail, ...work, ...rateOf(subject) };
+      const { masks, frames, objects, edges } = subject;
+      const options = { style, format, objects, edges, ...work, ...rateOf(subject) };
       return encodeImages(masks, frames(work.signal), options);
     },
   };

@@ -1,7 +1,6 @@
 /** Colours, shapes and names of objects: the package's, and what only the page needs. @module */
 
 import { objectColor } from '../library.js';
-import { say } from '../language.js';
 
 export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from '../library.js';
 
@@ -13,7 +12,7 @@ export const FAINT = 'rgb(255 255 255 / 0.45)';
  * @returns {string}
  */
 export function objectName(object) {
-  return object === 0 ? say('Background') : say`Object ${object}`;
+  return object === 0 ? 'Background' : `Object ${object}`;
 }
 
 /** Colours that have a name, those of the first seven objects before all. @type {[string, string][]} */
@@ -56,8 +55,7 @@ export function colourName(object) {
     const before = [...names.values()].filter((other) => other.replace(/ \d+$/, '') === name).length;
     names.set(one, before > 0 ? `${name} ${before + 1}` : name);
   }
-  // A number that tells two alike apart stays.
-  return (names.get(object) ?? '').replace(/^\D*[^\d ]/, (name) => say(name));
+  return names.get(object) ?? '';
 }
 
 /**

@@ -3,8 +3,6 @@
  * @module
  */
 
-import { say } from '../language.js';
-
 /** When the frames of a clip are shown. */
 export class Times {
   /**
@@ -36,7 +34,7 @@ export class Times {
    */
   at(frame) {
     const seconds = this.seconds?.[frame];
-    return seconds === undefined ? say`frame ${frame + 1}` : `${clock(seconds)}\u00a0s`;
+    return seconds === undefined ? `frame ${frame + 1}` : `${clock(seconds)}\u00a0s`;
   }
 
   /**
@@ -45,7 +43,7 @@ export class Times {
    * @returns {string} `0.0–1.6 s`, `frames 1–9`
    */
   span(first, last) {
-    if (!this.seconds) return first === last ? this.at(first) : say`frames ${first + 1}–${last + 1}`;
+    if (!this.seconds) return first === last ? this.at(first) : `frames ${first + 1}–${last + 1}`;
     return `${clock(this.seconds[first])}–${clock(this.seconds[last])}\u00a0s`;
   }
 }

@@ -11,7 +11,6 @@ import { summaryOf } from './describe.js';
 import { Points } from './points.js';
 import { hiddenAmong } from './selection.js';
 import { Times } from './presence.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../run/job.js').AnyJob} AnyJob */
 /** @typedef {import('../store.js').Film} Film */
@@ -69,7 +68,7 @@ export function showPreview(store, job) {
     frame: 0,
     picture: { width, height, images: job.images },
     preview: job.preview,
-    live: say(PREVIEW.live),
+    live: PREVIEW.live,
   });
 }
 
@@ -90,7 +89,7 @@ export function showWindow(store, job) {
     picture: streaming ? picture : { width, height, images: job.images },
     streaming: true,
     playing: streaming && playing,
-    live: say`${job.settled} of ${job.take.frames} frames are done: ${headline}`,
+    live: `${job.settled} of ${job.take.frames} frames are done: ${headline}`,
     ...patch,
   });
 }
@@ -117,7 +116,7 @@ export function showCorrected(store, frames = null) {
  */
 function resultPatch(state, job, film) {
   const { headline, numbers, summary, patch } = foundPatch(state, job, film);
-  const facts = [...numbers, say`computed in ${seconds(job.ms)}`].join(' · ');
+  const facts = [...numbers, `computed in ${seconds(job.ms)}`].join(' · ');
   return { patch, words: phasePatch('done', headline, facts, summary) };
 }
 
@@ -137,7 +136,7 @@ function foundPatch({ hidden, source }, job, film) {
   ).filter((one) => one !== undefined);
   const damage = job.source.damage ? damageWords(job.source.damage) : '';
   const said = [damage, notice(facts), job.lost].filter(Boolean).join(' ');
-  const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? say(NOISE_REMARK) : '');
+  const remark = said || (source?.kind !== 'sample' && readsAreNoisy() ? NOISE_REMARK : '');
   return {
     headline: headline(facts),
     numbers,

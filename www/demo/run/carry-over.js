@@ -6,7 +6,6 @@
 
 import { editMasks, regionOf, strokeRegion } from '../library.js';
 import { objectName } from '../result/palette.js';
-import { say } from '../language.js';
 import { turn } from './stage-clock.js';
 
 /** @typedef {import('../library.js').MaskSource} MaskSource */
@@ -33,7 +32,7 @@ const SLICE_MS = 12;
 export async function carryOver({ job, hidden }, to) {
   const { corrections } = job;
   /** @type {string[]} */
-  const lost = job.holdsOthers ? [say('what was corrected before the clip was opened again')] : [];
+  const lost = job.holdsOthers ? ['what was corrected before the clip was opened again'] : [];
   for (const { what, was } of corrections.done) {
     const applies = was && (await remake(what, maskedAs(was, corrections), job, to).catch(() => false));
     if (!applies) lost.push(wordsOf(what));
@@ -47,7 +46,7 @@ export async function carryOver({ job, hidden }, to) {
   for (const object of hidden) {
     const now = object === 0 ? 0 : (match?.of(object) ?? null);
     if (now !== null) left.add(now);
-    else if (match?.isThere(object)) lost.push(say`leaving out ${objectName(object)}`);
+    else if (match?.isThere(object)) lost.push(`leaving out ${objectName(object)}`);
   }
   return { hidden: left, lost };
 }
@@ -342,12 +341,12 @@ class Match {
 function wordsOf(what) {
   if (what.ask === 'join') return joinWords(what.into, what.others);
   if (what.ask === 'split') {
-    if (what.label > 0) return say`splitting ${objectName(what.label)}`;
-    return what.at ? say`the object made in frame ${what.at.t + 1}` : say('a new object');
+    if (what.label > 0) return `splitting ${objectName(what.label)}`;
+    return what.at ? `the object made in frame ${what.at.t + 1}` : 'a new object';
   }
   if (what.ask !== 'edits') {
     const frame = (what.strokes[0]?.t ?? 0) + 1;
-    return what.ask === 'apart' ? say`what is apart in frame ${frame}` : say`what belongs together in frame ${frame}`;
+    return what.ask === 'apart' ? `what is apart in frame ${frame}` : `what belongs together in frame ${frame}`;
   }
   const [edit] = what.edits;
   if (edit?.table) {
@@ -355,7 +354,7 @@ function wordsOf(what) {
     return joinWords(into, Object.keys(edit.table).map(Number));
   }
   const frame = ([...(edit?.parts?.keys() ?? [])][0] ?? 0) + 1;
-  return edit?.label === 0 ? say`what was wiped away in frame ${frame}` : say`what was painted in frame ${frame}`;
+  return edit?.label === 0 ? `what was wiped away in frame ${frame}` : `what was painted in frame ${frame}`;
 }
 
 /**
@@ -364,5 +363,5 @@ function wordsOf(what) {
  */
 function joinWords(into, others) {
   const names = (into > 0 ? [into, ...others] : others).map(objectName).join(', ');
-  return into > 0 ? say`joining ${names}` : say`making ${names} background`;
+  return into > 0 ? `joining ${names}` : `making ${names} background`;
 }

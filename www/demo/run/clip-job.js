@@ -11,7 +11,6 @@ import { LONG, PageError, countObjects, headline, plural, remark } from '../word
 import { Corrections } from './corrections.js';
 import { Job, remembered } from './job.js';
 import { inSlices, untilAborted } from './stage-clock.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../library.js').Result} Result */
 /** @typedef {import('../library.js').Session} Session */
@@ -234,7 +233,7 @@ export class ClipJob extends Job {
       answers: this.answersOf(session, found),
       numbers: [
         plural(found.trajectories.count, 'trajectory', 'trajectories'),
-        say`${plural(this.images.length, 'frame')} of ${this.size}`,
+        `${plural(this.images.length, 'frame')} of ${this.size}`,
       ],
       headline: (facts) => headline(found, facts),
       notice: () => remark(found),
@@ -284,15 +283,15 @@ export class ClipJob extends Job {
   get extent() {
     const shots = this.cuts.length + 1;
     const windows = plural(this.windows, 'window');
-    const pieces = shots > 1 ? say`${windows} and ${plural(shots, 'shot')}` : windows;
-    return say`${plural(this.masks?.numFrames ?? this.settled, 'frame')} of ${this.size} in ${pieces}`;
+    const pieces = shots > 1 ? `${windows} and ${plural(shots, 'shot')}` : windows;
+    return `${plural(this.masks?.numFrames ?? this.settled, 'frame')} of ${this.size} in ${pieces}`;
   }
 
   /** @param {import('./job.js').Facts[]} facts */
   notice(facts) {
     if (this.partial) return LONG.partial(this.settled, this.take.frames);
     const some = facts.some(({ object, first }) => object > 0 && first >= 0);
-    return some || !this.masks ? '' : say(LONG.nothing);
+    return some || !this.masks ? '' : LONG.nothing;
   }
 
   /**

@@ -1,7 +1,6 @@
 /** Work that is opened again: the frames are read, the masks are there already. Fetched when some is. @module */
 
 import { Presence } from '../result/presence.js';
-import { say } from '../language.js';
 import { ClipJob } from './clip-job.js';
 
 /** @typedef {import('./stage-clock.js').StagePlan} StagePlan */
@@ -44,6 +43,6 @@ export class SavedJob extends ClipJob {
   }
 
   get extent() {
-    return say`${this.masks?.numFrames ?? 0} frames of ${this.size}, opened again`;
+    return `${this.masks?.numFrames ?? 0} frames of ${this.size}, opened again`;
   }
 }

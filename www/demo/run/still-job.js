@@ -8,7 +8,6 @@ import { boundaries, imageDiscontinuities, superpixels } from '../library.js';
 import { STILL, plural } from '../words.js';
 import { Job } from './job.js';
 import { untilAborted } from './stage-clock.js';
-import { say } from '../language.js';
 
 /** @typedef {import('../layers/layer.js').Boundaries} Boundaries */
 /** @typedef {import('../layers/layer.js').Superpixels} Superpixels */
@@ -111,8 +110,8 @@ export class StillJob extends Job {
         imageEdges: imageEdges ? async () => imageEdges : null,
       },
       numbers: [plural(superpixels?.count ?? 0, 'superpixel'), this.size],
-      headline: () => say(STILL.headline),
-      notice: () => say(STILL.remark),
+      headline: () => STILL.headline,
+      notice: () => STILL.remark,
     };
   }
 }

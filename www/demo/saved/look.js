@@ -34,21 +34,20 @@ export function edgesOf({ smallest, grow, feather }, { width, height }) {
  * @typedef {object} Look
  * @property {EdgeChoice} edges
  * @property {number[]} hidden objects that are not kept
- * @property {{name: string, colour: string, trail: import('../store.js').Trail}} ground
+ * @property {{name: string, colour: string}} ground
  */
 
 /** What edges may be. @type {Record<keyof EdgeChoice, [min: number, max: number]>} */
 const RANGES = { smallest: [0, 1], grow: [-10, 10], feather: [0, 20], smooth: [0, 2] };
 const KEPT_GROUNDS = ['transparent', 'green', 'colour', 'blurred', 'desaturated', 'dimmed'];
-const MOST_COPIES = 8;
 
 /**
  * @param {Pick<State, 'edges' | 'hidden' | 'ground'>} state
  * @returns {Look}
  */
-export function lookOf({ edges, hidden, ground: { name, colour, trail } }) {
+export function lookOf({ edges, hidden, ground: { name, colour } }) {
   const known = name === 'picture' ? 'transparent' : name;
-  return { edges: { ...edges }, hidden: [...hidden], ground: { name: known, colour, trail: { ...trail } } };
+  return { edges: { ...edges }, hidden: [...hidden], ground: { name: known, colour } };
 }
 
 /**
@@ -75,12 +74,9 @@ export function lookPatch(look, { ground }) {
  */
 function groundOf(ground) {
   if (!KEPT_GROUNDS.includes(ground?.name)) return {};
-  const { copies, spacing } = ground.trail ?? {};
-  const isTrail = [copies, spacing].every(Number.isInteger) && isWithin(copies, 0, MOST_COPIES);
   return {
     name: ground.name,
     ...(/^#[0-9a-f]{6}$/.test(ground.colour) ? { colour: ground.colour } : {}),
-    ...(isTrail && isWithin(spacing, 1, MOST_COPIES) ? { trail: { copies, spacing } } : {}),
   };
 }
 

@@ -15,9 +15,15 @@
 /** An error with a stable `code` and a message that names the value and what is legal. */
 export class TraceCutError extends Error {
   /**
+   * The result of the frames before the damage, where `collect` met it.
+   * @type {import('../video/result.js').VideoResult | undefined}
+   */
+  result;
+
+  /**
    * @param {ErrorCode} code
    * @param {string} message
-   * @param {{cause?: unknown}} [options]
+   * @param {{cause?: unknown, frames?: number}} [options]
    */
   constructor(code, message, options) {
     super(message, options);
@@ -27,6 +33,8 @@ export class TraceCutError extends Error {
      * @type {ErrorCode}
      */
     this.code = code;
+    /** Number of whole frames before the damage (`truncated`); undefined where it is not known. @type {number | undefined} */
+    this.frames = options?.frames;
   }
 }
 

@@ -112,6 +112,16 @@ export function endOf({ end, times: own }, times, frameRate) {
 }
 
 /**
+ * Returns for how long each frame is shown, in seconds: until the next one, the last until the end.
+ * @param {Float64Array} times
+ * @param {number} end
+ * @returns {number[]}
+ */
+export function durationsOf(times, end) {
+  return Array.from(times, (time, t) => (times[t + 1] ?? end) - time);
+}
+
+/**
  * Which labels are meant; all objects and not the background where nothing is said.
  * @param {ObjectChoice | undefined} objects
  * @returns {Uint8Array} 1 for each label that is

@@ -1,6 +1,6 @@
-// Objects cut out of their frame, on another ground, with a trail behind them.
+// Objects cut out of their frame, on another ground.
 
-import { checkNumber, checkedOptions, illegal, wholeNumber } from '../check/errors.js';
+import { checkedOptions, illegal } from '../check/errors.js';
 import { asideFrom, scratch } from './canvas.js';
 
 /**
@@ -16,16 +16,9 @@ import { asideFrom, scratch } from './canvas.js';
  */
 
 /**
- * The objects of a frame alone: a picture that is clear elsewhere, and the box that it fills, in pixels of the mask.
- * @typedef {{picture: CanvasImageSource, x: number, y: number, width: number, height: number}} Cutout
- */
-
-/**
  * How cut-out objects are drawn.
  * @typedef {object} DrawCutoutOptions
  * @property {Ground} [background] what they lie on; `transparent` if not given
- * @property {readonly {cutout: Cutout | null, opacity: number}[]} [trail] what of other frames lies behind them, none if
- *   not given, the first at the bottom, each as opaque as it says, 0 to 1: see `trailFrames`
  */
 
 /** Pixels of a frame that become one before it is enlarged again. */
@@ -46,30 +39,24 @@ export const GROUNDS = "'transparent', 'blurred', 'desaturated', 'dimmed', a CSS
  * @param {DrawCutoutOptions} [options]
  */
 export function drawCutout(context, frame, mask, options = {}) {
-  const { background = 'transparent', trail = [] } = checkedOptions(options, ['background', 'trail']);
+  const { background = 'transparent' } = checkedOptions(options, ['background']);
   checkMask(mask);
-  if (!Array.isArray(trail)) throw illegal('param', 'trail', trail, 'a list of {cutout, opacity}');
   asideFrom(context, () => {
     drawGround(context, frame, mask, background);
-    const { globalAlpha } = context;
-    for (const { cutout, opacity } of [...trail, { cutout: cutOut(context, frame, mask), opacity: 1 }]) {
-      if (!cutout) continue;
-      const { picture, x, y, width, height } = cutout;
-      context.globalAlpha = globalAlpha * opacity;
-      context.drawImage(picture, x, y, width, height);
-    }
+    const cutout = cutOut(context, frame, mask);
+    if (cutout) context.drawImage(cutout.picture, cutout.x, cutout.y);
   });
 }
 
 /**
- * Cuts the objects out of a frame, to be drawn once or often.
+ * Cuts the objects out of a frame.
  * @param {import('./canvas.js').Context2D} context any: the picture is of its make
  * @param {CanvasImageSource} frame of any size: it fills the mask's
  * @param {CutoutMask} mask
- * @returns {Cutout | null} null where there is no object
+ * @returns {{picture: CanvasImageSource, x: number, y: number} | null} the objects in their box of the mask; null where
+ *   there are none
  */
-export function cutOut(context, frame, mask) {
-  checkMask(mask);
+function cutOut(context, frame, mask) {
   const { width: across, height: down, alpha } = mask;
   const box = boxOf(alpha, across, down);
   if (!box) return null;
@@ -81,7 +68,7 @@ export function cutOut(context, frame, mask) {
   aside.context.putImageData(shape, 0, 0);
   aside.context.globalCompositeOperation = 'source-in';
   aside.context.drawImage(frame, -x, -y, across, down);
-  return { picture: aside.canvas, ...box };
+  return { picture: aside.canvas, x, y };
 }
 
 /**
@@ -176,67 +163,4 @@ export function isGround(background) {
   if (typeof background === 'string') return true;
   const { width, height } = /** @type {{width?: unknown, height?: unknown}} */ (background ?? {});
   return Number(width) > 0 && Number(height) > 0;
-}
-
-/**
- * A trail behind the objects: copies of them where they were some frames before. None comes from before a cut.
- * @typedef {object} TrailOptions
- * @property {number} [copies] how many, 0 (none) to 16; 4 if not given
- * @property {number} [spacing] frames from one copy to the next, 1 to 16; 3 if not given
- * @property {number} [opacity] how opaque the newest is, 0 to 1, and each before it fainter by the same step; 0.6 if not
- *   given
- */
-
-/** A frame that a trail is made of, and how opaque its objects are in it. @typedef {{t: number, opacity: number}} TrailFrame */
-
-const MOST = 16;
-
-/**
- * @param {TrailOptions | undefined} trail
- * @returns {Required<TrailOptions> | null} null for none
- */
-export function checkedTrail(trail) {
-  if (trail === undefined) return null;
-  const { copies = 4, spacing = 3, opacity = 0.6 } = checkedOptions(trail, ['copies', 'spacing', 'opacity']);
-  wholeNumber('param', 'trail.copies', copies, 0, MOST);
-  wholeNumber('param', 'trail.spacing', spacing, 1, MOST);
-  checkNumber('trail.opacity', opacity, 0, 1);
-  return copies > 0 && opacity > 0 ? { copies, spacing, opacity } : null;
-}
-
-/**
- * The frames whose objects make the trail in frame `t`, the oldest and faintest first: none at the beginning of a clip
- * or a shot.
- * @param {number} t
- * @param {TrailOptions} trail
- * @param {readonly {first: number, last: number}[]} [shots] stretches of frames without a cut; one if not given
- * @returns {TrailFrame[]}
- */
-export function trailFrames(t, trail, shots) {
-  wholeNumber('param', 't', t, 0, Number.MAX_SAFE_INTEGER);
-  if (trail === undefined) throw illegal('param', 'trail', trail, 'an object with copies, spacing, opacity');
-  const checked = checkedTrail(trail);
-  return checked ? framesOf(t, checked, firstOf(t, shots)) : [];
-}
-
-/**
- * @param {number} t
- * @param {Required<TrailOptions>} trail
- * @param {number} first frame that may be seen
- * @returns {TrailFrame[]}
- */
-export function framesOf(t, { copies, spacing, opacity }, first) {
-  const count = Math.min(copies, Math.floor((t - first) / spacing));
-  return Array.from({ length: count }, (_, k) => {
-    const back = count - k;
-    return { t: t - back * spacing, opacity: (opacity * (copies + 1 - back)) / copies };
-  });
-}
-
-/**
- * @param {number} t
- * @param {readonly {first: number, last: number}[] | undefined} shots
- */
-export function firstOf(t, shots) {
-  return shots?.find(({ first, last }) => t >= first && t <= last)?.first ?? 0;
 }

@@ -72,9 +72,13 @@ export async function fromCocoRle(segmentation, options = {}) {
  */
 
 /**
+ * A video; `frame_times` are the times of its images in seconds, and missing where none are known. @typedef {{id: number,
+ * name: string, width: number, height: number, frame_times?: number[]}} CocoVideo
+ */
+
+/**
  * A clip's masks as COCO has them: images are its frames, tracks its objects.
- * @typedef {{info: {description: string, version: string}, videos: {id: number, name: string, width: number, height:
- *   number}[], images: CocoImage[], tracks: {id: number, category_id: number, video_id: number}[], categories: {id:
+ * @typedef {{info: {description: string, version: string}, videos: CocoVideo[], images: CocoImage[], tracks: {id: number, category_id: number, video_id: number}[], categories: {id:
  *   number, name: string}[], annotations: CocoAnnotation[]}} CocoMasks
  */
 
@@ -88,7 +92,7 @@ const VIDEO = 1;
 /**
  * The masks as a COCO JSON for videos: an image for each frame, an annotation for each object in each frame where it
  * is, its pixels as compressed run lengths that pycocotools reads. Of a window of a clip the settled frames are written,
- * with the clip's numbers: the images and annotations of all windows, one after the other, are those of the clip.
+ * with the clip's numbers: the images, annotations and `frame_times` of all windows, one after the other, are those of the clip.
  *
  * ```js
  * const json = JSON.stringify(await cocoRle(masks));
@@ -154,7 +158,7 @@ export async function cocoRle(masks, options = {}) {
   }
   return {
     info: { description: 'Masks of moving objects by TraceCut', version: VERSION },
-    videos: [{ id: VIDEO, name: video, width, height }],
+    videos: [{ id: VIDEO, name: video, width, height, ...(times && { frame_times: [...times.slice(from, to)] }) }],
     images,
     tracks: [...tracks]
       .sort((a, b) => a - b)

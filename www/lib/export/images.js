@@ -3,7 +3,6 @@
 
 import { TraceCutError, checkedOptions, illegal, isIterable, oneOf } from '../check/errors.js';
 import { checkMasks, chosenLabels, endOf, labelsOf, timesOf } from '../check/masks.js';
-import { checkedTrail } from '../draw/cutout.js';
 import { checkedEdges } from '../edit/adjust.js';
 import { ahead } from '../edit/ahead.js';
 import { checkSize, maskAtSize, pixelsOf, tooFew } from '../edit/at-size.js';
@@ -16,7 +15,6 @@ import { breath } from '../worker/pause.js';
 import { frameHead, joined, pngHead, pngTail } from '../worker/pixels.js';
 import { pngName } from './data.js';
 import { timing } from './video.js';
-import { Trails } from './trails.js';
 
 /** @typedef {import('../check/masks.js').MaskSource} MaskSource */
 
@@ -28,15 +26,13 @@ import { Trails } from './trails.js';
  *   `apng`, one animated PNG, which repeats
  * @property {import('../check/masks.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('../edit/adjust.js').MaskEdges} [edges] of the masks: specks left out, objects grown or shrunk, soft edges
- * @property {import('../draw/cutout.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
- *   so many frames as it is long are kept in memory
  * @property {number} [frameRate] frames per second, where the masks have no times; 25 if not given
  * @property {import('../check/options.js').WasmSource} [decoder] as for a session, where masks are smaller than the frames
  * @property {(progress: import('./masks.js').ExportProgress) => void} [onProgress] told of each frame
  * @property {AbortSignal} [signal] ends the work: reading rejects with its reason
  */
 
-const LEGAL = ['style', 'format', 'objects', 'edges', 'trail', 'frameRate', 'decoder', 'onProgress', 'signal'];
+const LEGAL = ['style', 'format', 'objects', 'edges', 'frameRate', 'decoder', 'onProgress', 'signal'];
 
 const FRAME_RATE = 25;
 
@@ -81,9 +77,7 @@ export async function encodeImages(masks, frames, options) {
   if (!isIterable(frames))
     throw illegal('param', 'frames', frames, 'an iterable of the frames, one for each frame of the masks');
   const times = timesOf(masks, checked.frameRate) ?? /** @type {Float64Array} */ (timesOf(masks, frameRate));
-  const trail = checkedTrail(checked.trail);
-  const trails = trail && style === 'cutout' ? new Trails(trail, masks.shots) : null;
-  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), trails, decoder };
+  const plan = { style, chosen: chosenLabels(objects), edges: checkedEdges(edges), decoder };
   const clip = { masks, times, end: endOf(masks, times, frameRate) };
   const pictures = paint(masks, frames, plan, signal, onProgress);
   return streamOf(format === 'zip' ? archive(pictures, clip) : animation(pictures, clip), signal);
@@ -94,7 +88,6 @@ export async function encodeImages(masks, frames, options) {
  * @property {'cutout' | 'alpha'} style
  * @property {Uint8Array} chosen
  * @property {Required<import('../edit/adjust.js').MaskEdges>} edges
- * @property {Trails | null} trails
  * @property {import('../check/options.js').WasmSource | undefined} decoder
  */
 
@@ -113,7 +106,7 @@ export async function encodeImages(masks, frames, options) {
  * @param {EncodeImagesOptions['onProgress']} onProgress
  * @returns {AsyncGenerator<Painted, void, undefined>}
  */
-async function* paint(masks, frames, { style, chosen, edges, trails, decoder }, signal, onProgress) {
+async function* paint(masks, frames, { style, chosen, edges, decoder }, signal, onProgress) {
   const { width, height, numFrames } = masks;
   const size = { width: 0, height: 0 };
   let t = 0;
@@ -130,7 +123,8 @@ async function* paint(masks, frames, { style, chosen, edges, trails, decoder }, 
   };
   for await (const { picture, mask } of ahead(frames, numFrames, take)) {
     signal?.throwIfAborted();
-    const { data, alpha } = trails?.next(t, picture, mask.alpha) ?? { data: picture.data, alpha: mask.alpha };
+    const { data } = picture;
+    const { alpha } = mask;
     const rgba = style === 'cutout';
     const chunk = (/** @type {number | undefined} */ sequence) => {
       const pixels = { ...size, sequence, ...(rgba ? { data, opacity: alpha } : { data: alpha }) };

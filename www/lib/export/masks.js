@@ -1,7 +1,7 @@
 // Masks as PNG files, in archives of one clip or of several.
 
 import { checkFlag, checkedOptions, describe, illegal, wholeNumber } from '../check/errors.js';
-import { MAX_LABEL, checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from '../check/masks.js';
+import { MAX_LABEL, checkMasks, chosenLabels, durationsOf, endOf, firstOf, labelsOf, timesOf } from '../check/masks.js';
 import { colorsOf, rgbOf } from '../draw/palette.js';
 import { VERSION } from '../parameters.js';
 import { Encoder } from '../text.js';
@@ -178,20 +178,41 @@ async function filesOfMasks(masks, options) {
     onProgress?.({ done: t + 1, total: numFrames });
     if (t % BATCH === BATCH - 1) await breath();
   }
-  const about = description(masks, times, present, { palette, perObject });
+  const about = description(masks, timingOf(masks, times, frameRate), present, { palette, perObject });
   files['masks.json'] = new Encoder().encode(`${JSON.stringify(about, null, 2)}\n`);
   return files;
+}
+
+/** Frames a second where a single frame does not say how long it lasts. */
+const USUAL_RATE = 25;
+
+/**
+ * Frame times of `masks.json`, in seconds: when each is shown and for how long, and their average rate.
+ * @typedef {{times: number[] | null, durations?: number[], frameRate?: number}} Timing
+ */
+
+/**
+ * @param {MaskSource} masks
+ * @param {Float64Array | null} times
+ * @param {number} [frameRate]
+ * @returns {Timing}
+ */
+function timingOf(masks, times, frameRate = USUAL_RATE) {
+  if (!times) return { times: null };
+  const end = endOf(masks, times, frameRate);
+  const rate = times.length / (end - Number(times[0]));
+  return { times: [...times], durations: durationsOf(times, end), frameRate: rate };
 }
 
 /**
  * What `masks.json` says.
  * @param {MaskSource} masks
- * @param {Float64Array | null} times
+ * @param {Timing} timing
  * @param {number[]} labels
  * @param {{palette: import('../draw/palette.js').LabelColors | undefined, perObject: boolean}} options
  */
-function description(masks, times, labels, { palette, perObject }) {
-  const { width, height, numFrames, shots, end } = masks;
+function description(masks, timing, labels, { palette, perObject }) {
+  const { width, height, numFrames, shots } = masks;
   const color = fileColors(palette);
   const first = firstOf(masks);
   const named = (/** @type {(t: number) => string} */ name) =>
@@ -203,8 +224,7 @@ function description(masks, times, labels, { palette, perObject }) {
     height,
     numFrames,
     ...(first > 0 ? { firstFrame: first } : {}),
-    times: times && [...times],
-    ...(times && typeof end === 'number' ? { end } : {}),
+    ...timing,
     ...(Array.isArray(shots) ? { shots: shots.map(({ first, last }) => ({ first, last })) } : {}),
     labels,
     palette: Object.fromEntries([0, ...labels].map((label) => [label, color(label)])),

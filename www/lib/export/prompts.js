@@ -1,7 +1,7 @@
 // Prompts for models that follow an object from a hint, such as SAM 2: which frame shows it best, its box, points and mask.
 
 import { checkedOptions } from '../check/errors.js';
-import { checkMasks, chosenLabels, firstOf, labelsOf } from '../check/masks.js';
+import { checkMasks, chosenLabels, firstOf, labelsOf, timesOf } from '../check/masks.js';
 import { Prompts } from '../decoder.js';
 import { VERSION } from '../parameters.js';
 import { platform } from '../platform.js';
@@ -23,8 +23,10 @@ import { breath } from '../worker/pause.js';
  */
 
 /**
- * The prompts of a clip, with the size of its masks in pixels.
- * @typedef {{info: {description: string, version: string}, width: number, height: number, prompts: ObjectPrompt[]}} PromptList
+ * The prompts of a clip, with the size of its masks in pixels, and the times of its frames (of a window: of its own) in
+ * seconds, where they are known.
+ * @typedef {{info: {description: string, version: string}, width: number, height: number, prompts: ObjectPrompt[],
+ *   times?: number[]}} PromptList
  */
 
 /** @typedef {[object: number, frame: number, box: Uint32Array, inside: Uint32Array, outside: Uint32Array, counts: string]} Entry */
@@ -48,6 +50,7 @@ export async function prompts(masks, options = {}) {
   const { objects, decoder } = checkedOptions(options, ['objects', 'decoder']);
   const chosen = chosenLabels(objects);
   const { width, height, numFrames } = masks;
+  const times = timesOf(masks);
   const module = await platform.loadDecoder(decoder);
   /** @template T @param {() => T} work */
   const call = (work) =>
@@ -75,6 +78,7 @@ export async function prompts(masks, options = {}) {
       labels: [...pairs(inside).map(() => 1), ...pairs(outside).map(() => 0)],
       mask: { size: [height, width], counts },
     })),
+    ...(times && { times: [...times] }),
   };
 }
 

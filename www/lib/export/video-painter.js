@@ -5,7 +5,6 @@ import { labelsOf } from '../check/masks.js';
 import { GROUNDS, boxOf, drawGround, isOfFrame } from '../draw/cutout.js';
 import { drawLabels } from '../draw/labels.js';
 import { checkSize, context2d, drawable, maskAtSize } from '../edit/at-size.js';
-import { Trails } from './trails.js';
 
 /** @typedef {import('./video.js').EncodeFrame} EncodeFrame */
 /** @typedef {import('../edit/at-size.js').Drawable} Drawable */
@@ -37,8 +36,6 @@ export class Painter {
     this.size = { width: 0, height: 0 };
     /** @type {MaskAtSize | null} That of the frame painted last, at the video's size. */
     this.mask = null;
-    /** The objects with their trail; null where they have none. */
-    this.trails = plan.trail && plan.style === 'cutout' ? new Trails(plan.trail, masks.shots) : null;
     // A canvas passes over what it does not know as a colour.
     if (plan.style === 'cutout' && !plan.alpha && !this.isKnown(plan.background)) {
       throw illegal('param', 'background', plan.background, GROUNDS);
@@ -109,7 +106,7 @@ export class Painter {
    * @param {number} t
    */
   paint(picture, mask, t) {
-    const { context, plan, trails } = this;
+    const { context, plan } = this;
     this.mask = mask;
     context.globalCompositeOperation = 'source-over';
     if (plan.style === 'alpha') this.paintAlpha(mask);
@@ -117,7 +114,6 @@ export class Painter {
     else {
       context.drawImage(picture, 0, 0);
       if (plan.style === 'overlay') this.paintOverlay(mask);
-      else if (trails) this.paintTrail(picture, trails, mask, t);
       else this.paintCutout(picture, mask);
     }
     this.pad();
@@ -181,24 +177,6 @@ export class Painter {
   }
 
   /**
-   * @param {ImageBitmap} picture
-   * @param {Trails} trails
-   * @param {MaskAtSize} mask
-   * @param {number} t
-   */
-  paintTrail(picture, trails, mask, t) {
-    const { width, height } = this.size;
-    const { context, plan } = this;
-    const { data, alpha } = trails.next(t, context.getImageData(0, 0, width, height), mask.alpha);
-    // A transparent video says beside its colours how opaque they are.
-    if (!plan.alpha) for (let p = 0; p < alpha.length; p += 1) data[4 * p + 3] = Number(alpha[p]);
-    this.mask = { ...mask, alpha };
-    this.spread(new ImageData(data, width, height), plan.alpha ? MARGIN : 0);
-    drawGround(context, picture, this.size, plan.alpha ? BLACK : plan.background);
-    context.drawImage(this.aside.canvas, 0, 0);
-  }
-
-  /**
    * Paints the objects white on nothing, aside.
    * @param {MaskAtSize} mask
    * @param {number} margin how many pixels wider on all sides
@@ -223,9 +201,9 @@ export class Painter {
    * Paints a picture on nothing, aside.
    * @param {ImageData} picture at most as large as the frame
    * @param {number} margin how many pixels wider on all sides
-   * @param {{x: number, y: number}} [place] in the frame
+   * @param {{x: number, y: number}} place in the frame
    */
-  spread(picture, margin, { x, y } = { x: 0, y: 0 }) {
+  spread(picture, margin, { x, y }) {
     const { aside, size } = this;
     const { width, height } = picture;
     const shape = (this.shape ??= context2d(new OffscreenCanvas(size.width, size.height)));

@@ -2,7 +2,7 @@
 
 import { TraceCutError, checkFlag, checkNumber, checkedOptions, illegal, isIterable, oneOf } from '../check/errors.js';
 import { checkMasks, chosenLabels, endOf, timesOf } from '../check/masks.js';
-import { GROUNDS, checkedTrail, isGround } from '../draw/cutout.js';
+import { GROUNDS, isGround } from '../draw/cutout.js';
 import { checkedEdges } from '../edit/adjust.js';
 import { ahead } from '../edit/ahead.js';
 import { tooFew } from '../edit/at-size.js';
@@ -31,8 +31,6 @@ import { checkedSound } from './sound.js';
  * @property {'webm' | 'mp4'} [format] `webm` if not given
  * @property {import('../draw/cutout.js').Ground} [background] of cut-out objects: `transparent` (WebM only, and its
  *   default), `blurred`, `desaturated`, `dimmed`, any CSS colour (`#00b140`, the green of screens, in MP4 if not given), or a picture
- * @property {import('../draw/cutout.js').TrailOptions} [trail] behind cut-out objects; none if not given. The objects of
- *   so many frames as it is long are kept in memory
  * @property {import('../check/masks.js').ObjectChoice} [objects] all but the background if not given
  * @property {import('../edit/adjust.js').MaskEdges} [edges] of the masks in overlays, cut-outs and mattes: specks left out, objects grown
  *   or shrunk, cut-outs with soft edges
@@ -54,7 +52,6 @@ const LEGAL = [
   'style',
   'format',
   'background',
-  'trail',
   'objects',
   'colors',
   'edges',
@@ -174,7 +171,6 @@ function planned(masks, frames, options) {
     quality,
     background,
     alpha,
-    trail: checkedTrail(options.trail),
     chosen: chosenLabels(objects),
     labels: { colors, opacity, outline },
     outlineWidth,

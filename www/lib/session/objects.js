@@ -65,7 +65,7 @@ export function areasOf(runs) {
 
 /**
  * An object: its label in the masks, the first and last frame it is in, the number of frames it is in, its mean area over
- * these in pixels, and its area in each frame. Where it is in no frame, `frames`, `firstFrame` and `lastFrame` are 0.
+ * these in pixels, and its area in each frame.
  * @typedef {{readonly label: number, readonly firstFrame: number, readonly lastFrame: number, readonly frames: number,
  *   readonly meanArea: number, readonly areas: Uint32Array<ArrayBuffer>}} VideoObject
  */
@@ -82,11 +82,13 @@ export function areasOf(runs) {
  */
 
 /**
+ * Lists the objects that have a pixel in some frame.
  * @param {readonly Areas[]} objects
  * @returns {ObjectList}
  */
 export function objectList(objects) {
-  return [...objects]
+  return objects
+    .filter(({ areas }) => areas.some((area) => area > 0))
     .sort((a, b) => a.label - b.label)
     .map(({ label, areas }) => ({ label, ...presence(areas), areas }));
 }
@@ -96,9 +98,9 @@ function presence(areas) {
   const present = [...areas.keys()].filter((t) => areas[t]);
   const sum = areas.reduce((total, area) => total + area, 0);
   return {
-    firstFrame: present[0] ?? 0,
-    lastFrame: present[present.length - 1] ?? 0,
+    firstFrame: Number(present[0]),
+    lastFrame: Number(present[present.length - 1]),
     frames: present.length,
-    meanArea: sum / Math.max(1, present.length),
+    meanArea: sum / present.length,
   };
 }

@@ -1,45 +1,50 @@
-// Video files whose container is read here and whose frames WebCodecs decodes: each frame exactly once, with its own
+// Video files whose container is read here and whose frames WebCodecs decodes: each picture exactly once, with its own
 // time.
 
 import { TraceCutError } from '../check/errors.js';
 import { part } from '../places.js';
-import { readAndClose } from './pixels.js';
+import { decodedFrom } from './decode.js';
+import { listPictures } from './pictures.js';
+import { readAndClose, stretched } from './pixels.js';
+import { averageRate } from './reader.js';
 
-/** @typedef {import('./reader.js').VideoInfo} VideoInfo */
+/** @typedef {import('./reader.js').Reader} Reader */
+/** @typedef {import('./reader.js').TimedFrame} TimedFrame */
+/** @typedef {import('./pictures.js').PictureList} PictureList */
+/** @typedef {typeof import('../vendor/media.js')} Media */
 
-/** A lost connection is tried again so often, with a second between. */
+/** Retries of a lost connection, with a second between. */
 const RETRIES = 2;
 
-/** What times may differ by. */
+/** Largest difference between equal times, in seconds. */
 const SLACK = 1e-6;
 
-/** Frames looked at to find the frame rate. */
-const PROBED = 256;
+/** Key pictures at which decoding begins, at most: a tapped stream may begin with a broken one, which is no damage. */
+const MOST_TRIES = 5;
+
+/** The error of data that ends too early. */
+const NO_MORE = new Error('no more data');
+
+/** Key packets are looked into: containers are often wrong about them. */
+const VERIFIED = { verifyKeyPackets: true };
 
 /**
- * @typedef {import('./reader.js').Reader & {decodable: boolean, codec: string}} Demuxed
- */
-
-/**
- * Opens a file's container; null when it is of no known kind, or nothing in it is.
+ * Opens a file's container; null when it is of no known kind.
  * @param {Blob | URL} source
- * @returns {Promise<Demuxed | null>}
+ * @param {boolean} [isCut] it goes on to its end, but there was more
+ * @returns {Promise<Reader | null>}
  */
-export async function openDemuxed(source) {
+export async function openDemuxed(source, isCut = false) {
   const media = await part(import('../vendor/media.js'));
-  const input = new media.Input({ source: sourceOf(media, source), formats: media.ALL_FORMATS });
+  const input = inputOf(media, source);
   try {
     if (!(await input.canRead())) {
       input.dispose();
       return null;
     }
-    const track = await input.getPrimaryVideoTrack();
-    if (track) return await demuxed(media, input, track);
-    if ((await input.getAudioTracks()).length)
-      throw new TraceCutError('no-video', 'the file has no video track, only sound');
-    // Perhaps one that is not known here, but to the browser's player.
-    input.dispose();
-    return null;
+    const track = await chooseTrack(media, input);
+    if (track) return new TrackReader(media, input, track, isCut);
+    throw await withoutVideo(media, input);
   } catch (error) {
     input.dispose();
     throw readable(error, source);
@@ -47,160 +52,320 @@ export async function openDemuxed(source) {
 }
 
 /**
- * @param {typeof import('../vendor/media.js')} media
+ * @param {Media} media
+ * @param {import('mediabunny').Input} input
+ */
+async function withoutVideo(media, input) {
+  const hasSound = (await input.getAudioTracks()).length > 0;
+  const mayLackIndex = [media.MP4, media.QTFF].includes(await input.getFormat());
+  if (hasSound || !mayLackIndex)
+    return new TraceCutError('no-video', `the file has no video track${hasSound ? ', only sound' : ''}`);
+  const words = 'the file is cut off: the index, which MP4 files may have at their end, is missing';
+  return new TraceCutError('truncated', words, { frames: 0 });
+}
+
+/**
+ * @param {Media} media
  * @param {Blob | URL} source
  */
-function sourceOf(media, source) {
-  if (!(source instanceof URL)) return new media.BlobSource(source, { handleUnhandledError: () => {} });
-  return new media.UrlSource(source, {
-    getRetryDelay: (attempts) => (attempts > RETRIES ? null : 1),
-    handleUnhandledError: () => {},
+function inputOf(media, source) {
+  const handleUnhandledError = () => {};
+  const getRetryDelay = (/** @type {number} */ attempts) => (attempts > RETRIES ? null : 1);
+  const isAddress = source instanceof URL;
+  return new media.Input({
+    source: isAddress
+      ? new media.UrlSource(source, { getRetryDelay, handleUnhandledError })
+      : new media.BlobSource(source, { handleUnhandledError }),
+    // A playlist that is a file leads nowhere.
+    formats: isAddress ? media.ALL_FORMATS : media.ALL_FORMATS.filter((format) => format !== media.HLS),
   });
 }
 
 /**
- * @param {typeof import('../vendor/media.js')} media
+ * Chooses the default track that has more than one picture, or else the largest that has, or else any: a track of one
+ * picture is a cover.
+ * @param {Media} media
  * @param {import('mediabunny').Input} input
- * @param {import('mediabunny').InputVideoTrack} track
- * @returns {Promise<Demuxed>}
  */
-async function demuxed(media, input, track) {
-  const codec = (await track.getCodecParameterString()) ?? String((await track.getInternalCodecId()) ?? 'unknown');
-  // Transparency is merged in a worker made from text, which a strict security policy forbids, and nobody looks at it
-  // here.
-  const decodable =
-    typeof VideoDecoder !== 'undefined' && !(await track.canBeTransparent()) && (await track.canDecode());
-  /** @type {Promise<PacketList> | undefined} */
-  let list;
-  const packets = () => (list ??= packetList(new media.EncodedPacketSink(track)));
-  return {
-    codec,
-    decodable,
-    async info() {
-      const { times, end } = await packets();
-      const { bestGuessFrameRate } = await track.computeFrameRateMetrics({ targetPacketCount: PROBED });
-      return {
-        width: await track.getDisplayWidth(),
-        height: await track.getDisplayHeight(),
-        duration: times.length ? end - /** @type {number} */ (times[0]) : 0,
-        frameRate: times.length > 1 ? bestGuessFrameRate : NaN,
-        numFrames: times.length,
-        codec,
-        decodable,
-      };
-    },
-    async times() {
-      return (await packets()).times;
-    },
-    frames: (range) => decodedFrames(media, track, range, packets),
-    at: (times) => framesAt(media, track, times, packets),
-    close: () => input.dispose(),
-  };
+async function chooseTrack(media, input) {
+  const tracks = await input.getVideoTracks();
+  const moving = await filtered(tracks, (track) => isMoving(media, track));
+  const candidates = moving.length > 0 ? moving : tracks;
+  // A transport stream does not say which one is the default.
+  const tells = (await input.getFormat()) !== media.MPEG_TS;
+  const [preferred] = tells ? await filtered(candidates, async (track) => (await track.getDisposition()).default) : [];
+  if (preferred) return preferred;
+  const areas = await Promise.all(
+    candidates.map(async (track) => (await track.getDisplayWidth()) * (await track.getDisplayHeight())),
+  );
+  return candidates[areas.indexOf(Math.max(...areas))];
 }
 
-/** @typedef {{times: Float64Array, end: number}} PacketList */
+/**
+ * @template T
+ * @param {T[]} values
+ * @param {(value: T) => Promise<boolean>} test
+ */
+async function filtered(values, test) {
+  const passed = await Promise.all(values.map(test));
+  return values.filter((_, k) => passed[k]);
+}
 
 /**
- * The times of all frames as the container lists them, in the order in which they are shown.
- * @param {import('mediabunny').EncodedPacketSink} sink
- * @returns {Promise<PacketList>}
+ * @param {Media} media
+ * @param {import('mediabunny').InputVideoTrack} track
  */
-async function packetList(sink) {
-  /** @type {number[]} */
-  const times = [];
-  let end = 0;
-  for await (const { timestamp, duration } of sink.packets(undefined, undefined, { metadataOnly: true })) {
-    if (unseen(timestamp, duration)) continue;
-    times.push(Math.max(0, timestamp));
-    end = Math.max(end, timestamp + duration);
+async function isMoving(media, track) {
+  const sink = new media.EncodedPacketSink(track);
+  const first = await sink.getFirstPacket({ metadataOnly: true });
+  return first !== null && (await sink.getNextPacket(first, { metadataOnly: true })) !== null;
+}
+
+/**
+ * Frames of a track of a container.
+ * @implements {Reader}
+ */
+class TrackReader {
+  #media;
+  #input;
+  #track;
+  #isCut;
+  /** @type {TraceCutError | undefined} */
+  damage;
+  /** @type {Promise<PictureList> | undefined} */
+  #listing;
+  /** Size of the first picture, to which later ones are scaled; null until it is decoded. @type {Size | null} */
+  #size = null;
+
+  /**
+   * @param {Media} media
+   * @param {import('mediabunny').Input} input
+   * @param {import('mediabunny').InputVideoTrack} track
+   * @param {boolean} isCut
+   */
+  constructor(media, input, track, isCut) {
+    this.#media = media;
+    this.#input = input;
+    this.#track = track;
+    this.#isCut = isCut;
   }
-  const sorted = Float64Array.from(times).sort();
-  // The last frame of a recording may last nothing; taken to last as long as the one before.
-  const count = sorted.length;
-  if (count > 1 && end <= at(sorted, count - 1)) end = 2 * at(sorted, count - 1) - at(sorted, count - 2);
-  return { times: sorted, end };
-}
 
-/**
- * @param {Float64Array} values
- * @param {number} index
- */
-function at(values, index) {
-  return values[index] ?? NaN;
-}
+  async info() {
+    const { times, end } = await this.#pictures();
+    const decodable = await this.#isDecodable();
+    const { width, height } = await (decodable ? this.#firstSize() : this.#containerSize());
+    if (this.#isCut) this.damage = await this.#broken(NO_MORE, times.at(-1));
+    const numFrames = times.length;
+    const duration = numFrames > 0 ? end - Number(times[0]) : 0;
+    const frameRate = averageRate(numFrames, duration);
+    return { width, height, duration, frameRate, numFrames, codec: await this.#codec(), decodable };
+  }
 
-/**
- * @param {typeof import('../vendor/media.js')} media
- * @param {import('mediabunny').InputVideoTrack} track
- * @param {{start: number, end: number}} range
- * @param {() => Promise<PacketList>} packets
- * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
- */
-async function* decodedFrames(media, track, { start, end }, packets) {
-  const { times, end: clipEnd } = await packets();
-  let next = 0;
-  let last = -Infinity;
-  /** @type {AsyncGenerator<import('mediabunny').VideoSample, void, unknown>} */
-  const samples = new media.VideoSampleSink(track).samples(start, end);
-  try {
-    for await (const sample of samples) {
-      if (unseen(sample.timestamp, sample.duration)) {
+  async times() {
+    return (await this.#pictures()).times;
+  }
+
+  /**
+   * @param {{start: number, end: number}} range in seconds
+   * @returns {AsyncGenerator<TimedFrame, void, unknown>}
+   */
+  async *frames({ start, end }) {
+    const { times, stamps } = await this.#pictures();
+    const begin = times.findIndex((time) => time >= start - SLACK);
+    if (begin < 0) return;
+    const key = begin > 0 ? await this.#keyPacket(Number(stamps[begin])) : null;
+    for await (const frame of this.#framesFrom(key)) {
+      if (frame.time >= end) return frame.close();
+      yield frame;
+    }
+  }
+
+  /**
+   * Packets between two times are decoded once, and not at all where a later one can be decoded without them.
+   * @param {number[]} wanted times of frames, ascending
+   * @returns {AsyncGenerator<TimedFrame, void, unknown>}
+   */
+  async *at(wanted) {
+    const { times, stamps } = await this.#pictures();
+    const keyPacket = (/** @type {number} */ k) =>
+      this.#keyPacket(Number(stamps[times.findIndex((time) => time >= Number(wanted[k]) - SLACK)]));
+    for (let k = 0; k < wanted.length;) {
+      const key = await keyPacket(k);
+      const before = k;
+      for await (const frame of this.#framesFrom(key)) {
+        if (frame.time < Number(wanted[k]) - SLACK) {
+          frame.close();
+          continue;
+        }
+        yield frame;
+        k += 1;
+        if (k >= wanted.length || (await keyPacket(k))?.sequenceNumber !== key?.sequenceNumber) break;
+      }
+      if (k === before) throw await this.#broken(NO_MORE, Number(wanted[k]));
+    }
+  }
+
+  close() {
+    this.#input.dispose();
+  }
+
+  /**
+   * @param {import('mediabunny').EncodedPacket | null} key null to begin with the first picture that can be decoded
+   * @returns {AsyncGenerator<TimedFrame, void, unknown>}
+   */
+  async *#framesFrom(key) {
+    if (!(await this.#isDecodable())) throw await this.#undecodable();
+    let last = -Infinity;
+    let first = key ?? (await this.#nextKey(null));
+    for (let tries = key ? 1 : MOST_TRIES; first; tries -= 1) {
+      try {
+        for await (const frame of this.#framesAfter(first, !key)) {
+          last = frame.time;
+          yield frame;
+        }
+        break;
+      } catch (error) {
+        first = last > -Infinity || tries === 1 ? null : await this.#nextKey(first);
+        if (!first) throw await this.#broken(error, last);
+      }
+    }
+    if (this.#isCut) throw await this.#broken(NO_MORE, last);
+  }
+
+  /** @param {import('mediabunny').EncodedPacket | null} packet */
+  #nextKey(packet) {
+    const sink = new this.#media.EncodedPacketSink(this.#track);
+    return packet ? sink.getNextKeyPacket(packet, VERIFIED) : sink.getFirstKeyPacket(VERIFIED);
+  }
+
+  /**
+   * @param {import('mediabunny').EncodedPacket} first
+   * @param {boolean} isBeginning no picture comes before
+   * @returns {AsyncGenerator<TimedFrame, void, unknown>}
+   */
+  async *#framesAfter(first, isBeginning) {
+    const { stamps, times, end, lastPacket } = await this.#pictures();
+    let place = -1;
+    for await (const sample of decodedFrom(this.#media, this.#track, first, lastPacket)) {
+      const found = placeOf(stamps, sample.timestamp, place + 1);
+      if (found < 0) {
         sample.close();
         continue;
       }
-      last = Math.max(0, sample.timestamp);
-      while (next < times.length && at(times, next) <= last + SLACK) next += 1;
+      place = found;
+      const time = Number(times[place]);
       // Not every container says how long its frames last; all say when the next one comes.
-      const duration = (next < times.length ? at(times, next) : clipEnd) - last;
-      yield {
-        time: last,
-        duration,
-        read: (size) => pixelsOf(sample, size),
-        close: () => sample.close(),
-      };
+      const duration = (place + 1 < times.length ? Number(times[place + 1]) : end) - time;
+      if (isBeginning) this.#size ??= sizeOf(sample);
+      yield { time, duration, read: (size) => this.#read(sample, size), close: () => sample.close() };
     }
-  } catch (error) {
-    throw await broken(error, last, packets);
   }
-  const final = times.findLast((time) => time < end);
-  if (final !== undefined && final > start && final > last + SLACK) throw await broken('no more data', last, packets);
+
+  /**
+   * @param {import('mediabunny').VideoSample} sample
+   * @param {number} [most] the long side, where it is little work to reduce the frame
+   */
+  async #read(sample, most) {
+    const { width, height } = await this.#shownSize(sample);
+    const isStretched = sample.displayWidth !== width || sample.displayHeight !== height;
+    const raw = await pixelsOf(sample, isStretched ? undefined : most);
+    return isStretched ? stretched(raw, width, height) : raw;
+  }
+
+  /**
+   * The size of the first picture. A picture of the size that the container says is taken to be of that.
+   * @param {import('mediabunny').VideoSample} sample
+   */
+  async #shownSize(sample) {
+    if (!this.#size) {
+      const { width, height } = await this.#containerSize();
+      if (sample.displayWidth === width && sample.displayHeight === height) return { width, height };
+    }
+    return this.#firstSize();
+  }
+
+  /** @returns {Promise<Size>} */
+  async #firstSize() {
+    try {
+      if (!this.#size)
+        for await (const frame of this.#framesFrom(null)) {
+          frame.close();
+          break;
+        }
+    } catch {
+      // Whoever takes frames is told what is wrong.
+    }
+    return this.#size ?? this.#containerSize();
+  }
+
+  async #containerSize() {
+    return { width: await this.#track.getDisplayWidth(), height: await this.#track.getDisplayHeight() };
+  }
+
+  /** @param {number} stamp */
+  #keyPacket(stamp) {
+    return new this.#media.EncodedPacketSink(this.#track).getKeyPacket(stamp, VERIFIED);
+  }
+
+  #pictures() {
+    return (this.#listing ??= listPictures(this.#media, this.#track));
+  }
+
+  async #codec() {
+    const track = this.#track;
+    return (await track.getCodecParameterString()) ?? String((await track.getInternalCodecId()) ?? 'unknown');
+  }
+
+  async #isDecodable() {
+    return typeof VideoDecoder !== 'undefined' && (await this.#track.canDecode());
+  }
+
+  async #undecodable() {
+    if (typeof VideoDecoder === 'undefined')
+      return new TraceCutError(
+        'unsupported',
+        'videos are decoded by WebCodecs, which this browser or page does not have (expected Chrome 94, Firefox 130, Safari 16.4 or newer, and a page by https)',
+      );
+    const codec = await this.#codec();
+    const others = codec.startsWith('avc') ? 'WebM' : 'MP4 (H.264) or WebM';
+    return new TraceCutError('codec', `the codec ${codec} cannot be decoded by this browser; convert it to ${others}`);
+  }
+
+  /**
+   * @param {unknown} error
+   * @param {number} [last] time of the last frame before it
+   */
+  async #broken(error, last = -Infinity) {
+    if (error instanceof TraceCutError) return error;
+    const { times } = await this.#pictures().catch(() => ({ times: new Float64Array() }));
+    const done = times.filter((time) => time <= last).length;
+    const all = this.#isCut ? '' : ` of ${times.length}`;
+    const where = `after frame ${done}${all}${last > -Infinity ? ` (${last.toFixed(3)} s)` : ''}`;
+    return new TraceCutError('truncated', `the video breaks off ${where}: the file is cut off or damaged`, {
+      cause: error,
+    });
+  }
 }
 
-/**
- * Packets between two times are decoded once, and not at all where a later one can be decoded without them.
- * @param {typeof import('../vendor/media.js')} media
- * @param {import('mediabunny').InputVideoTrack} track
- * @param {number[]} times of frames, ascending
- * @param {() => Promise<PacketList>} packets
- * @returns {AsyncGenerator<import('./reader.js').TimedFrame, void, unknown>}
- */
-async function* framesAt(media, track, times, packets) {
-  const { times: all, end } = await packets();
-  let last = -Infinity;
-  try {
-    for await (const sample of new media.VideoSampleSink(track).samplesAtTimestamps(times)) {
-      if (!sample) throw new Error('no more data');
-      last = Math.max(0, sample.timestamp);
-      const next = all.find((time) => time > last + SLACK) ?? end;
-      yield {
-        time: last,
-        duration: next - last,
-        read: (size) => pixelsOf(sample, size),
-        close: () => sample.close(),
-      };
-    }
-  } catch (error) {
-    throw await broken(error, last, packets);
-  }
-}
+/** @typedef {{width: number, height: number}} Size */
 
 /**
- * A clip that was cut out of another may begin before 0: what ends there is not shown, what reaches beyond is the first
- * that is.
- * @param {number} timestamp
- * @param {number} duration
+ * @param {import('mediabunny').VideoSample} sample
+ * @returns {Size} upright
  */
-const unseen = (timestamp, duration) => timestamp < 0 && timestamp + duration <= 0;
+const sizeOf = ({ displayWidth, displayHeight }) => ({ width: displayWidth, height: displayHeight });
+
+/**
+ * @param {Float64Array} stamps ascending
+ * @param {number} stamp
+ * @param {number} from
+ * @returns {number} the first place from `from` on that has this time; -1 where none has
+ */
+function placeOf(stamps, stamp, from) {
+  let place = from;
+  while (place < stamps.length && Number(stamps[place]) < stamp - SLACK) place += 1;
+  return place < stamps.length && Number(stamps[place]) <= stamp + SLACK ? place : -1;
+}
 
 /**
  * @param {import('mediabunny').VideoSample} sample
@@ -218,23 +383,6 @@ async function pixelsOf(sample, size) {
 
 /**
  * @param {unknown} error
- * @param {number} last
- * @param {() => Promise<PacketList>} packets
- */
-async function broken(error, last, packets) {
-  if (error instanceof TraceCutError) return error;
-  const list = await packets().catch(() => null);
-  const done = list ? list.times.filter((time) => time <= last).length : 0;
-  const where = list ? `after frame ${done} of ${list.times.length}` : 'in the middle';
-  return new TraceCutError(
-    'truncated',
-    `the video breaks off ${where}${last > -Infinity ? ` (${last.toFixed(3)} s)` : ''}: the file is cut off or damaged (${words(error)})`,
-    { cause: error },
-  );
-}
-
-/**
- * @param {unknown} error
  * @param {Blob | URL} source
  */
 function readable(error, source) {
@@ -242,9 +390,7 @@ function readable(error, source) {
   if (source instanceof URL && /fetch/i.test(words(error))) {
     return new TraceCutError('fetch', `${source.href} cannot be fetched: ${words(error)}`, { cause: error });
   }
-  return new TraceCutError('truncated', `the file cannot be read: it is cut off or damaged (${words(error)})`, {
-    cause: error,
-  });
+  return new TraceCutError('truncated', 'the file cannot be read: it is cut off or damaged', { cause: error });
 }
 
 /** @param {unknown} error */

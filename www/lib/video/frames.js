@@ -14,8 +14,10 @@ import { openReader } from './source.js';
  */
 
 /**
- * The frames of a video, in order, each with its time in seconds; none is lost or doubled. Nothing is read before the
- * first is asked for, and leaving the loop closes the source.
+ * The pictures that a video holds: each once, in the order in which they are shown, upright, in square pixels, of the
+ * size of the first, with its time and duration in seconds as the file says them.
+ * Nothing is read before the first is asked for, and leaving the loop closes the source. Of a file that is cut off or
+ * damaged the frames before come; then `onDamage` is told, or an error ends the loop (`truncated`).
  * @param {import('./source.js').VideoSource} source
  * @param {import('./reader.js').TakeOptions} [options]
  * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
@@ -29,7 +31,7 @@ export function videoFrames(source, options) {
       'param',
       stray,
       others[stray],
-      'start, end, step, maxFrames, size, frameRate, decoding, decoder, signal or onDamage',
+      'start, end, step, maxFrames, size, frameRate, decoder, signal or onDamage',
     );
   return decoded(
     source,
@@ -65,19 +67,21 @@ async function* decoded(source, take, loadDecoder) {
 }
 
 /**
- * Size, duration, frame rate and codec of a video, read from its container where there is one. `onDamage` is told of
- * damage that shows without decoding; facts are then of the frames before it.
+ * Size, duration, frame rate and codec of a video: times are the container's, the size is that of the first picture.
+ * `onDamage` is told of damage that shows without decoding all; facts are then of the frames before it. Without it that
+ * is an error (`truncated`).
  * @param {import('./source.js').VideoSource} source
- * @param {Pick<import('./reader.js').TakeOptions, 'decoding' | 'onDamage'>} [options]
+ * @param {Pick<import('./reader.js').TakeOptions, 'onDamage'>} [options]
  * @returns {Promise<import('./reader.js').VideoInfo>}
  */
 export async function videoInfo(source, options) {
   const { take, others } = splitTake(asOptions(options));
   const stray = Object.keys(others)[0];
-  if (stray) throw illegal('param', stray, others[stray], 'decoding');
+  if (stray) throw illegal('param', stray, others[stray], 'onDamage');
   const reader = await openReader(source, take, decoderLoader(undefined));
   try {
     const info = { ...(await reader.info()), times: await reader.times() };
+    if (reader.damage && !take.onDamage) throw reader.damage;
     if (reader.damage) take.onDamage?.({ frames: info.numFrames ?? 0, total: null, error: reader.damage });
     return info;
   } finally {

@@ -1,7 +1,9 @@
-// Animated GIF, PNG and WebP, and still images of one frame, by the browser's image decoder.
+// Animated GIF, PNG, WebP and AVIF, and still images of one frame, by the browser's image decoder.
 
 import { TraceCutError } from '../check/errors.js';
+import { fromImage } from '../worker/frames.js';
 import { readAndClose } from './pixels.js';
+import { averageRate } from './reader.js';
 
 /**
  * The part of `ImageDecoder` that is used here; not every library of types knows it.
@@ -12,42 +14,58 @@ import { readAndClose } from './pixels.js';
  * @property {() => void} close
  */
 
-/** @typedef {(new (init: object) => Decoder) & {isTypeSupported: (type: string) => Promise<boolean>}} DecoderClass */
+/** @typedef {(new (init: object) => Decoder) & {isTypeSupported: (type: string) => Promise<boolean>}}
+ *   DecoderClass */
 
 /** Microseconds of a frame of an animation that does not say how long it lasts. */
 const USUAL_LENGTH = 100_000;
 
 /**
  * @param {Blob} file
- * @param {string} type
- * @param {boolean} damaged whether its facts may be those of the frames before damage
+ * @param {string} type by its content
  * @returns {Promise<import('./reader.js').Reader>}
  */
-export async function openImage(file, type, damaged = false) {
-  const decoder = await decoderOf(file, type, damaged);
+export async function openImage(file, type) {
+  const Kind = /** @type {{ImageDecoder?: DecoderClass}} */ (globalThis).ImageDecoder;
+  if (Kind && (await Kind.isTypeSupported(type))) return animationReader(await decoderOf(Kind, file, type), type);
+  if (!(await isAnimated(file, type))) return stillReader(await bitmapOf(file, type), type);
+  throw new TraceCutError(
+    'unsupported',
+    `this browser cannot take the pictures of ${type} apart; convert it to MP4 or WebM, or pass its frames as a list`,
+  );
+}
+
+/**
+ * @param {DecoderClass} Kind
+ * @param {Blob} file
+ * @param {string} type
+ */
+async function decoderOf(Kind, file, type) {
+  const decoder = new Kind({ data: await file.arrayBuffer(), type });
+  try {
+    await decoder.tracks.ready;
+  } catch (error) {
+    decoder.close();
+    throw cutOff(error);
+  }
+  const fault = await decoder.completed.then(() => null, cutOff);
+  return { decoder, fault };
+}
+
+/**
+ * @param {{decoder: Decoder, fault: TraceCutError | null}} opened `fault` where the file ends too early
+ * @param {string} type
+ * @returns {import('./reader.js').Reader}
+ */
+function animationReader({ decoder, fault }, type) {
   const count = decoder.tracks.selectedTrack?.frameCount ?? 0;
-  /** @type {Promise<{times: Float64Array, end: number, width: number, height: number}> | undefined} */
+  /** @type {ReturnType<typeof measure> | undefined} */
   let facts;
-  /** @type {TraceCutError | undefined} */
-  let damage;
-  const onDamage = damaged ? (/** @type {TraceCutError} */ error) => void (damage = error) : undefined;
-  const measured = () => (facts ??= measure(decoder, count, onDamage));
-  return {
-    get damage() {
-      return damage;
-    },
+  const reader = /** @type {import('./reader.js').Reader} */ ({
+    damage: fault ?? undefined,
     async info() {
       const { end, width, height, times } = await measured();
-      const numFrames = times.length;
-      return {
-        width,
-        height,
-        duration: end,
-        frameRate: numFrames > 1 ? numFrames / end : NaN,
-        numFrames,
-        codec: type,
-        decodable: true,
-      };
+      return factsOf(type, { width, height, duration: end, numFrames: times.length });
     },
     async times() {
       return (await measured()).times;
@@ -65,48 +83,78 @@ export async function openImage(file, type, damaged = false) {
         };
         begin += length;
       }
+      if (fault) throw fault;
     },
     close: () => decoder.close(),
+  });
+  const measured = () => (facts ??= measure(decoder, count, (error) => (reader.damage ??= error)));
+  return reader;
+}
+
+/**
+ * @param {ImageBitmap} image
+ * @param {string} type
+ * @returns {import('./reader.js').Reader}
+ */
+function stillReader(image, type) {
+  const { width, height } = image;
+  const duration = USUAL_LENGTH / 1e6;
+  return {
+    info: async () => factsOf(type, { width, height, duration, numFrames: 1 }),
+    times: async () => Float64Array.of(0),
+    async *frames() {
+      yield { time: 0, duration, read: () => fromImage(image), close() {} };
+    },
+    close: () => image.close(),
   };
+}
+
+/**
+ * @param {string} codec
+ * @param {{width: number, height: number, duration: number, numFrames: number}} facts
+ */
+function factsOf(codec, facts) {
+  return { ...facts, frameRate: averageRate(facts.numFrames, facts.duration), codec, decodable: true };
 }
 
 /**
  * @param {Blob} file
  * @param {string} type
- * @param {boolean} damaged
- * @returns {Promise<Decoder>}
  */
-async function decoderOf(file, type, damaged) {
-  const Kind = /** @type {{ImageDecoder?: DecoderClass}} */ (globalThis).ImageDecoder;
-  if (!Kind || !(await Kind.isTypeSupported(type))) {
-    throw new TraceCutError(
-      'unsupported',
-      `this browser cannot take ${type} apart; convert it to MP4 or WebM, or pass its frames as a list`,
-    );
-  }
-  const decoder = new Kind({ data: await file.arrayBuffer(), type });
+async function bitmapOf(file, type) {
   try {
-    await decoder.tracks.ready;
-    await (damaged ? decoder.completed.catch(() => {}) : decoder.completed);
-  } catch (error) {
-    decoder.close();
-    throw cutOff(error);
+    return await createImageBitmap(file);
+  } catch (cause) {
+    const words = `this browser cannot decode ${type}, or the file is damaged; convert it to PNG or JPEG`;
+    throw new TraceCutError('unsupported', words, { cause });
   }
-  return decoder;
+}
+
+/**
+ * Where APNG has its chunk `acTL`, extended WebP its flag, AVIF its brand. A GIF says nothing in front.
+ * @param {Blob} file
+ * @param {string} type
+ */
+async function isAnimated(file, type) {
+  const bytes = new Uint8Array(await file.slice(0, 2 ** 20).arrayBuffer());
+  const text = new TextDecoder('latin1').decode(bytes);
+  if (type === 'image/webp') return text.startsWith('VP8X', 12) && (Number(bytes[20]) & 2) !== 0;
+  if (type === 'image/png') return (text.split('IDAT')[0] ?? '').includes('acTL');
+  return type === 'image/gif' || (type === 'image/avif' && text.slice(0, 48).includes('avis'));
 }
 
 /**
  * Durations are known only of decoded frames.
  * @param {Decoder} decoder
  * @param {number} count
- * @param {((error: TraceCutError) => void) | undefined} onDamage with it, those before damage are measured
+ * @param {(error: TraceCutError) => void} onDamage told where those before damage are measured
  */
 async function measure(decoder, count, onDamage) {
   const times = new Float64Array(count);
   let [end, width, height] = [0, 0, 0];
   for (let frameIndex = 0; frameIndex < count; frameIndex += 1) {
     const image = await frameAt(decoder, frameIndex).catch((error) => {
-      if (!onDamage || frameIndex === 0) throw error;
+      if (frameIndex === 0) throw error;
       onDamage(error);
       return null;
     });
@@ -139,4 +187,4 @@ const lengthOf = (image) => image.duration || USUAL_LENGTH;
 
 /** @param {unknown} cause */
 const cutOff = (cause) =>
-  new TraceCutError('truncated', `the image cannot be decoded: it is cut off or damaged (${String(cause)})`, { cause });
+  new TraceCutError('truncated', 'the image cannot be decoded: it is cut off or damaged', { cause });

@@ -2,6 +2,7 @@
 
 import { TraceCutError, illegal, inFrame, typeTag } from '../check/errors.js';
 import { toRawFrame } from '../worker/frames.js';
+import { compareNames } from './names.js';
 
 /**
  * A frame with its time.
@@ -173,44 +174,11 @@ export function frameNames(names, folder) {
   const seen = names.filter((name) => !name.startsWith('.'));
   const foreign = seen.find((name) => PICTURE.test(name));
   if (foreign !== undefined) throw illegal('data', 'a frame', foreign, 'the name of a PNG or JPEG file');
-  const frames = seen.filter((name) => FRAME.test(name)).sort(byNumbers);
+  const frames = seen.filter((name) => FRAME.test(name)).sort(compareNames);
   if (frames.length > 0) return frames;
   const there = seen.length > 0 ? `only ${seen.slice(0, 3).join(', ')}` : 'nothing';
   throw new TraceCutError('no-frames', `${folder} has no PNG or JPEG files; there is ${there}`);
 }
-
-/**
- * By the same rule everywhere, whatever the language of the machine.
- * @param {string} a
- * @param {string} b
- */
-function byNumbers(a, b) {
-  const [first, second] = [partsOf(a), partsOf(b)];
-  for (let k = 0; k < Math.min(first.length, second.length); k += 1) {
-    const order = compared(String(first[k]), String(second[k]));
-    if (order !== 0) return order;
-  }
-  return first.length - second.length || order(a, b);
-}
-
-/** Numbers, and the other letters one by one. @param {string} name */
-const partsOf = (name) => name.match(/\d+|\D/g) ?? [];
-
-/**
- * @param {string} a
- * @param {string} b
- */
-function compared(a, b) {
-  if (!/^\d/.test(a) || !/^\d/.test(b)) return order(a, b);
-  const [first, second] = [a, b].map((digits) => digits.replace(/^0+(?=\d)/, ''));
-  return Number(first?.length) - Number(second?.length) || order(String(first), String(second));
-}
-
-/**
- * @param {string} a
- * @param {string} b
- */
-const order = (a, b) => (a < b ? -1 : Number(a > b));
 
 /**
  * The frames that lie as PNG or JPEG files in a folder, in the order of the numbers in their names (frame2 before

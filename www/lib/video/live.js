@@ -3,7 +3,7 @@
 
 import { TraceCutError } from '../check/errors.js';
 import { toRawFrame } from '../worker/frames.js';
-import { readAndClose } from './pixels.js';
+import { readAndClose, stretched } from './pixels.js';
 
 /** Most frames that wait; newer ones are dropped then. As many as the largest window holds. */
 const MAX_QUEUE = 400;
@@ -49,6 +49,8 @@ async function* liveFrames(track, { end }, reduce, closed) {
   let fault;
   let first = NaN;
   let last = -Infinity;
+  /** @type {{width: number, height: number} | undefined} Of the first frame: a phone may be turned on the way. */
+  let size;
   /** @type {Take} */
   const take = async (timestamp, read) => {
     if (Number.isNaN(first)) first = timestamp;
@@ -56,9 +58,17 @@ async function* liveFrames(track, { end }, reduce, closed) {
     if (over || time >= end) return false;
     if (time <= last) return true;
     last = time;
-    if (queue.length < MAX_QUEUE) queue.push({ time, raw: await reduce(await read()) });
+    if (queue.length < MAX_QUEUE) {
+      const raw = await sized(await read());
+      queue.push({ time, raw: await reduce(raw) });
+    }
     wake();
     return true;
+  };
+  const sized = async (/** @type {import('../worker/frames.js').RawFrame} */ raw) => {
+    if (raw.kind === 'file') return raw;
+    size ??= { width: raw.width, height: raw.height };
+    return raw.width === size.width && raw.height === size.height ? raw : stretched(raw, size.width, size.height);
   };
   const stop = new AbortController();
   closed.addEventListener('abort', () => stop.abort(), { once: true });

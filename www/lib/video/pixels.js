@@ -4,7 +4,7 @@ import { inFrame } from '../check/errors.js';
 import { platform } from '../platform.js';
 import { aside } from '../worker/aside.js';
 import { toPixels } from '../worker/decode.js';
-import { toRawFrame } from '../worker/frames.js';
+import { fromImage, toRawFrame } from '../worker/frames.js';
 import { reduced } from '../worker/pixels.js';
 
 /** @typedef {import('../worker/frames.js').RawFrame} RawFrame */
@@ -19,6 +19,24 @@ import { reduced } from '../worker/pixels.js';
 export function fitted(width, height, size = Infinity) {
   const scale = Math.min(1, size / Math.max(width, height));
   return { width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale)) };
+}
+
+/**
+ * A frame stretched to another size, smoothly.
+ * @param {RawFrame} raw
+ * @param {number} width
+ * @param {number} height
+ * @returns {Promise<RawFrame>}
+ */
+export async function stretched(raw, width, height) {
+  const image = /** @type {ImageData} */ (await toPixelFrame(raw));
+  const size = /** @type {const} */ ({ resizeWidth: width, resizeHeight: height, resizeQuality: 'high' });
+  const bitmap = await createImageBitmap(image, size);
+  try {
+    return await fromImage(bitmap);
+  } finally {
+    bitmap.close();
+  }
 }
 
 /** Frames of more pixels are reduced in a worker: it takes long enough to be felt where pages are drawn. */

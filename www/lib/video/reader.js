@@ -10,11 +10,11 @@ import { pixelsFrom } from './pixels.js';
  * @property {number} width of the frames as they are shown, in pixels
  * @property {number} height
  * @property {number} duration seconds from the begin of the first frame to the end of the last; `Infinity` for a stream
- * @property {number} frameRate frames per second, on average where it changes; `NaN` where nothing says
+ * @property {number} frameRate frames per second on average, `numFrames / duration`; `NaN` where nothing says
  * @property {number} [numFrames] number of frames, where that can be known without decoding
  * @property {Float64Array | null} times of all frames in seconds, ascending, where these can be known; else null
  * @property {string | null} codec such as `'avc1.64001f'`; null where it is not known
- * @property {boolean} decodable whether frames can be had of it here
+ * @property {boolean} decodable whether frames can be decoded here; if not, facts are those that the container says
  */
 
 /**
@@ -34,7 +34,7 @@ import { pixelsFrom } from './pixels.js';
  * @property {(range: {start: number, end: number}) => AsyncGenerator<TimedFrame, void, unknown>} frames
  * @property {() => Promise<Float64Array | null>} times
  * @property {(times: number[]) => AsyncGenerator<TimedFrame, void, unknown>} [at]
- * @property {TraceCutError} [damage] what the source ends with, where that is known before it is read
+ * @property {TraceCutError} [damage] what `frames` end with, where `info` has found it
  * @property {() => void} close
  */
 
@@ -49,9 +49,9 @@ import { pixelsFrom } from './pixels.js';
  */
 export const SLACK = 1e-6;
 
-/** What damage is called, and how many frames before it are worth having: motion needs two. */
+/** Codes of damage, and the fewest frames before it that are worth having: motion needs two. */
 const DAMAGE = ['truncated', 'decode', 'frame-bytes'];
-const FEWEST = 2;
+export const FEWEST = 2;
 
 /**
  * The frames of a reader that are wanted, as pixels; each is closed as soon as it is read. Where the take knows what to
@@ -67,11 +67,21 @@ export async function* taken(reader, take) {
       yield frame;
       index += 1;
     }
-    if (reader.damage && index < take.maxFrames && take.end === Infinity) throw reader.damage;
   } catch (error) {
-    if (!take.onDamage || !isDamage(error) || index < FEWEST) throw error;
+    if (!isDamage(error)) throw error;
+    error.frames = index;
+    if (!take.onDamage || index < FEWEST) throw error;
     take.onDamage({ frames: index, total: await expected(reader, take).catch(() => null), error });
   }
+}
+
+/**
+ * Pictures a second, on average, to the millionth: times are sums of fractions.
+ * @param {number} numFrames
+ * @param {number} duration seconds
+ */
+export function averageRate(numFrames, duration) {
+  return numFrames > 1 ? Math.round((1e6 * numFrames) / duration) / 1e6 : NaN;
 }
 
 /**
@@ -191,14 +201,12 @@ export function unlessAborted(promise, signal) {
  * @property {number} [maxFrames] the largest number of frames; all if not given
  * @property {number} [size] the long side in pixels that frames are reduced to; a smaller frame stays as it is
  * @property {number} [frameRate] frames per second of a list of frames that carry no times; 25 if not given
- * @property {'auto' | 'webcodecs' | 'seeking'} [decoding] how a video file is decoded: `'auto'` takes WebCodecs and
- *   falls back to seeking a video element
  * @property {import('../check/options.js').WasmSource} [decoder] where the wasm file is that reads PNG and JPEG files, when
  *   not beside the package
  * @property {AbortSignal} [signal] ends the work: what is awaited rejects with its reason
  * @property {(damage: Damage) => void} [onDamage] with it, a source that is cut off or damaged ends before the damage,
- *   which this is told of; without it, and where fewer than two frames come before, that is an error (`truncated`,
- *   `decode`)
+ *   which this is told of; without it, and where fewer than two frames come before, the frames before are followed by
+ *   an error (`truncated`, `decode`) whose `frames` is their number
  */
 
 /**
@@ -215,14 +223,12 @@ export function unlessAborted(promise, signal) {
  * @property {number} maxFrames
  * @property {number | undefined} size
  * @property {number} frameRate
- * @property {'auto' | 'webcodecs' | 'seeking'} decoding
  * @property {AbortSignal | undefined} signal
  * @property {((damage: Damage) => void) | undefined} onDamage
  */
 
 const MAX_FRAMES = 1_000_000;
 const MAX_SIDE = 16384;
-const DECODINGS = ['auto', 'webcodecs', 'seeking'];
 
 /**
  * @param {unknown} options
@@ -248,7 +254,6 @@ export function splitTake(options) {
     maxFrames = Infinity,
     size,
     frameRate = 25,
-    decoding = 'auto',
     signal,
     onDamage,
     ...others
@@ -262,12 +267,10 @@ export function splitTake(options) {
   if (typeof frameRate !== 'number' || !(frameRate > 0 && frameRate <= 1000)) {
     throw illegal('param', 'frameRate', frameRate, 'frames per second, above 0 and at most 1000');
   }
-  if (!DECODINGS.includes(/** @type {string} */ (decoding)))
-    throw illegal('param', 'decoding', decoding, "'auto', 'webcodecs' or 'seeking'");
   if (signal !== undefined && !isSignal(signal)) throw illegal('param', 'signal', signal, 'an AbortSignal');
   if (onDamage !== undefined && typeof onDamage !== 'function')
     throw illegal('param', 'onDamage', onDamage, 'a function of what was damaged');
-  const take = /** @type {Take} */ ({ start, end, step, maxFrames, size, frameRate, decoding, signal, onDamage });
+  const take = /** @type {Take} */ ({ start, end, step, maxFrames, size, frameRate, signal, onDamage });
   return { take, others };
 }
 

@@ -12,6 +12,11 @@ import { breath } from '../worker/pause.js';
  */
 
 /**
+ * Where a source was cut off or damaged: the number of frames before, and what is wrong.
+ * @typedef {{readonly frames: number, readonly reason: string}} Truncated
+ */
+
+/**
  * @typedef {object} Collected
  * @property {number} width
  * @property {number} height
@@ -20,6 +25,7 @@ import { breath } from '../worker/pause.js';
  * @property {readonly Shot[]} shots
  * @property {Uint32Array<ArrayBuffer>[]} runs
  * @property {ClipTrajectories} trajectories
+ * @property {Truncated | null} [truncated]
  */
 
 const NUM_LABELS = 256;
@@ -40,6 +46,8 @@ export class VideoResult {
     this.times = collected.times;
     /** When the last frame ends, in seconds; null where nothing says. @readonly */
     this.end = collected.end ?? null;
+    /** Whether the source was cut off or damaged: masks are of the frames before. Null for a whole clip. @readonly */
+    this.truncated = collected.truncated ?? null;
     /**
      * The shots of the clip, in order.
      * @type {readonly Shot[]}
@@ -220,14 +228,19 @@ export class Collector {
     return decodeRuns(/** @type {Uint32Array} */ (this.#runs[t]), this.#size.width * this.#size.height, IDENTITY);
   }
 
-  finish() {
-    const result = this.sofar();
+  /** @param {TraceCutError | null} damage that the source ended with */
+  finish(damage) {
+    const frames = this.#runs.length;
+    const result = this.sofar(damage && { frames, reason: damage.message });
     if (!result) throw new TraceCutError('no-frames', 'the source has no frames');
     return result;
   }
 
-  /** The result of the frames that are there by now; null without any. */
-  sofar() {
+  /**
+   * The result of the frames that are there by now; null without any.
+   * @param {Truncated | null} [truncated]
+   */
+  sofar(truncated = null) {
     const numFrames = this.#runs.length;
     if (numFrames === 0) return null;
     return new VideoResult({
@@ -237,6 +250,7 @@ export class Collector {
       shots: this.#shots.map((shot) => ({ ...shot })),
       runs: [...this.#runs],
       trajectories: this.#tracks.finish(numFrames),
+      truncated,
     });
   }
 }

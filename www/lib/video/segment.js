@@ -114,6 +114,8 @@ export class VideoSegmentation {
   /** @type {number | null} */
   #total = null;
   #read = 0;
+  /** @type {TraceCutError | null} What the source ended with before its end. */
+  #damage = null;
 
   /**
    * @param {import('./source.js').VideoSource} source
@@ -141,7 +143,9 @@ export class VideoSegmentation {
 
   /**
    * Segments the whole clip and gives everything in one: masks in a small form, times, shots, objects, trajectories.
-   * `onWindow` is told of each window's result on the way; a promise that it gives is waited for.
+   * `onWindow` is told of each window's result on the way; a promise that it gives is waited for. Of a source that is cut
+   * off or damaged the result is of the frames before, and its `truncated` says so: it is given where there is an
+   * `onDamage`, and else as the `result` of the error.
    * @param {(window: import('./window.js').WindowResult) => void | Promise<void>} [onWindow]
    * @returns {Promise<import('./result.js').VideoResult>}
    */
@@ -150,12 +154,17 @@ export class VideoSegmentation {
       throw illegal('param', 'onWindow', onWindow, 'a function');
     const windows = this[Symbol.asyncIterator]();
     const collector = (this.#collector = new Collector());
-    for await (const window of windows) {
-      await collector.add(window);
-      this.#throwIfStopped();
-      await onWindow?.(window);
+    try {
+      for await (const window of windows) {
+        await collector.add(window);
+        this.#throwIfStopped();
+        await onWindow?.(window);
+      }
+    } catch (error) {
+      if (this.#damage && error === this.#damage) this.#damage.result = collector.finish(this.#damage);
+      throw error;
     }
-    return collector.finish();
+    return collector.finish(this.#damage);
   }
 
   /**
@@ -245,6 +254,7 @@ export class VideoSegmentation {
         yield window;
       }
       if (this.#read === 0 && this.#reader) throw await nothingTaken(take, this.#reader);
+      if (this.#damage && !take.onDamage) throw this.#damage;
       if (this.#checked.keep) this.#handOver(driver.info);
     } finally {
       signal?.removeEventListener('abort', abort);
@@ -262,7 +272,8 @@ export class VideoSegmentation {
     this.#engine = await openEngine(engine);
     this.#throwIfStopped();
     await this.#engine.request('planWindows', window, overlap);
-    const frames = taken(reader, take);
+    // Damage ends the clip where it is pushed: files are decoded there.
+    const frames = taken(reader, { ...take, onDamage: undefined });
     this.#frames = frames;
     const nextFrame = async () => {
       const { value, done } = await frames.next();
@@ -278,6 +289,10 @@ export class VideoSegmentation {
       window,
       stop: this.#stop.signal,
       pause: this.#pause,
+      onDamage: (error, count) => {
+        this.#damage = error;
+        take.onDamage?.({ frames: count, total: this.#total, error });
+      },
       onStage: ({ stage, done, total }, index) => this.#report({ stage, done, total, window: index }),
       onFrame: (done, index) =>
         this.#report({ stage: 'decode', done, total: Math.max(done, this.#inWindow(done)), window: index }),

@@ -3,12 +3,13 @@
 import { TraceCutError, illegal, typeTag } from '../check/errors.js';
 import { part } from '../places.js';
 import { openDemuxed } from './demux.js';
+import { fileKind } from './kind.js';
 import { atSize } from './pixels.js';
 
 /**
- * What frames are taken from: a video file (MP4, MOV, WebM, MKV, …) or an animated GIF, PNG or WebP as a `Blob`, its
- * bytes or its address; a video element; a stream of a camera, a screen or a canvas; or frames one by one, as a list, a
- * generator or a stream. Node takes the last only.
+ * What frames are taken from: a video file (MP4, MOV, WebM, MKV, MTS, …) or an animated GIF, PNG, WebP or AVIF as a
+ * `Blob`, its bytes or its address, whatever it is called; a video element that plays a file; a stream of a camera, a
+ * screen or a canvas; or frames one by one, as a list, a generator or a stream. Node takes the last only.
  * @typedef {Blob | ArrayBuffer | Uint8Array | string | URL | HTMLVideoElement | MediaStream
  *   | ReadableStream<import('./listed.js').ListedFrame>
  *   | AsyncIterable<import('./listed.js').ListedFrame> | Iterable<import('./listed.js').ListedFrame | Promise<import('./listed.js').ListedFrame>>}
@@ -31,13 +32,13 @@ export async function openReader(source, take, loadDecoder, maxPixels) {
   switch (typeTag(source)) {
     case 'Blob':
     case 'File':
-      return openFile(/** @type {Blob} */ (source), take);
+      return openFile(/** @type {Blob} */ (source));
     case 'ArrayBuffer':
     case 'Uint8Array':
-      return openFile(new Blob([/** @type {ArrayBuffer} */ (source)]), take);
+      return openFile(new Blob([/** @type {ArrayBuffer} */ (source)]));
     case 'String':
     case 'URL':
-      return openAddress(/** @type {string | URL} */ (source), take);
+      return openAddress(/** @type {string | URL} */ (source));
     case 'HTMLVideoElement':
       return openVideoElement(/** @type {HTMLVideoElement} */ (source), take);
     case 'MediaStream':
@@ -72,52 +73,40 @@ function isList(source) {
 
 /**
  * @param {Blob} file
- * @param {Take} take
  * @returns {Promise<Reader>}
  */
-async function openFile(file, take) {
+async function openFile(file) {
   needsBrowser();
   if (file.size === 0) throw new TraceCutError('no-video', 'the file is empty');
-  const image = await imageType(file);
-  if (image) return (await part(import('./images.js'))).openImage(file, image, take.onDamage !== undefined);
-  const { beforeCut } = take.onDamage ? await part(import('./webm-cut.js')) : NOTHING_CUT;
-  const before = await beforeCut(file);
-  // A player of the browser's gets along with a cut as it is.
-  const reader = await byBestMeans(before ?? file, take, () => {
-    const url = URL.createObjectURL(file);
-    return { url: new URL(url), release: () => URL.revokeObjectURL(url) };
-  });
-  const words = `the file is cut off at ${file.size} bytes, before its end`;
-  return before ? { ...reader, damage: new TraceCutError('truncated', words) } : reader;
+  const found = await fileKind(file);
+  if (found?.kind === 'image') return (await part(import('./images.js'))).openImage(file, found.type);
+  const before = isMatroska(found) ? await (await part(import('./webm-cut.js'))).beforeCut(file) : null;
+  return (await openDemuxed(before ?? file, before !== null)) ?? unreadable(found);
 }
 
-/** Files are looked at for a cut only where somebody wants to know. */
-const NOTHING_CUT = { beforeCut: async (/** @type {Blob} */ _file) => null };
+/** @param {import('./kind.js').FileKind | null} found */
+const isMatroska = (found) => found?.type === 'video/webm' || found?.type === 'video/matroska';
 
 /**
- * The type of an image file by its first bytes; null for anything else.
- * @param {Blob} file
- * @returns {Promise<string | null>}
+ * @param {import('./kind.js').FileKind | null} found
+ * @returns {never}
  */
-async function imageType(file) {
-  const head = new Uint8Array(await file.slice(0, 12).arrayBuffer());
-  const text = String.fromCharCode(...head);
-  if (text.startsWith('GIF8')) return 'image/gif';
-  if (text.startsWith('\x89PNG')) return 'image/png';
-  if (text.startsWith('\xff\xd8\xff')) return 'image/jpeg';
-  return text.startsWith('RIFF') && text.slice(8) === 'WEBP' ? 'image/webp' : null;
+function unreadable(found) {
+  const words = found
+    ? `files of the type ${found.type} cannot be read here; convert it to MP4 (H.264) or WebM`
+    : 'the file is not a video, nor an image, by its content';
+  throw new TraceCutError('no-video', words);
 }
 
 /**
  * @param {string | URL} address
- * @param {Take} take
  * @returns {Promise<Reader>}
  */
-async function openAddress(address, take) {
+async function openAddress(address) {
   needsBrowser();
   const url = addressOf(address);
   const file = await wholeFile(url);
-  return file ? openFile(file, take) : byBestMeans(url, take, () => ({ url }));
+  return file ? openFile(file) : ((await openDemuxed(url)) ?? unreadable(null));
 }
 
 /**
@@ -129,34 +118,13 @@ async function wholeFile(url) {
   const response = await answered(url, { headers: { Range: 'bytes=0-' } });
   if (response.status !== 206) return response.blob();
   const reader = response.body?.getReader();
-  const head = await reader?.read();
+  const head = new Blob([/** @type {Uint8Array<ArrayBuffer>} */ ((await reader?.read())?.value ?? new Uint8Array(0))]);
   reader?.cancel().catch(() => {});
-  // Animated images are taken apart whole.
-  return head?.value && (await imageType(new Blob([head.value]))) ? fetched(url) : null;
-}
-
-/**
- * WebCodecs where it can, else a hidden video element.
- * @param {Blob | URL} source
- * @param {Take} take
- * @param {() => {url: URL, release?: () => void}} address of the source
- * @returns {Promise<Reader>}
- */
-async function byBestMeans(source, { decoding }, address) {
-  const demuxed = await openDemuxed(source);
-  if (demuxed?.decodable && decoding !== 'seeking') return demuxed;
-  const codec = demuxed?.codec ?? null;
-  const times = demuxed && (await demuxed.times().catch(() => null));
-  demuxed?.close();
-  if (decoding === 'webcodecs') {
-    const what = codec ?? 'the file, whose container is unknown,';
-    throw new TraceCutError(
-      'codec',
-      `${what} cannot be decoded by WebCodecs here; decoding = 'auto' can fall back to the browser's player`,
-    );
-  }
-  const { openSeeking } = await part(import('./seek.js'));
-  return openSeeking(address().url, { ...address(), times, codec });
+  const found = await fileKind(head);
+  if (!isMatroska(found)) return found?.kind === 'image' ? fetched(url) : null;
+  const { declaredBytes } = await part(import('./webm-cut.js'));
+  const size = Number(response.headers.get('Content-Range')?.split('/')[1]);
+  return (await declaredBytes(head)) > size ? fetched(url) : null;
 }
 
 /**
@@ -168,25 +136,7 @@ async function openVideoElement(video, take) {
   if (typeTag(video.srcObject) === 'MediaStream') return openStream(/** @type {MediaStream} */ (video.srcObject), take);
   const address = video.currentSrc || video.src;
   if (!address) throw new TraceCutError('no-video', 'the video element has nothing loaded; set its src first');
-  const url = new URL(address);
-  const demuxed = url.protocol === 'blob:' || url.origin === location.origin ? await demuxedOf(url) : null;
-  if (demuxed?.decodable && take.decoding !== 'seeking') return demuxed;
-  const times = demuxed && (await demuxed.times().catch(() => null));
-  demuxed?.close();
-  const { openElement } = await part(import('./seek.js'));
-  return openElement(video, { times, codec: demuxed?.codec ?? null });
-}
-
-/**
- * What an element plays may be no file at all (a MediaSource): then it is sought in.
- * @param {URL} url
- */
-async function demuxedOf(url) {
-  try {
-    return await openDemuxed(url.protocol === 'blob:' ? await fetched(url) : url);
-  } catch {
-    return null;
-  }
+  return openAddress(address);
 }
 
 /**
@@ -208,12 +158,18 @@ async function answered(url, request) {
   try {
     response = await fetch(url, request);
   } catch (cause) {
-    const hint = url.origin === location.origin ? '' : '; another site has to allow it (Access-Control-Allow-Origin)';
-    throw new TraceCutError('fetch', `${name} cannot be fetched: ${String(cause)}${hint}`, { cause });
+    throw new TraceCutError('fetch', `${name} cannot be fetched: ${String(cause)}${hintOf(url)}`, { cause });
   }
   if (!response.ok)
     throw new TraceCutError('fetch', `${name} cannot be fetched: ${response.status} ${response.statusText}`);
   return response;
+}
+
+/** @param {URL} url */
+function hintOf(url) {
+  if (url.protocol === 'blob:')
+    return '; a video element that plays a MediaSource has no file: pass what it is fed with';
+  return url.origin === location.origin ? '' : '; another site has to allow it (Access-Control-Allow-Origin)';
 }
 
 /** @param {string | URL} source */

@@ -38,12 +38,7 @@ export async function* videoStrip(source, options) {
     ...Object.keys(given).filter((name) => name === 'step' || name === 'maxFrames'),
   ][0];
   if (stray)
-    throw illegal(
-      'param',
-      stray,
-      given[stray],
-      'count, start, end, size, frameRate, decoding, decoder, signal or onDamage',
-    );
+    throw illegal('param', stray, given[stray], 'count, start, end, size, frameRate, decoder, signal or onDamage');
   take.signal?.throwIfAborted();
   const wasm = /** @type {import('../check/options.js').WasmSource | undefined} */ (decoder);
   const reader = await openReader(source, take, decoderLoader(wasm));
@@ -58,12 +53,10 @@ export async function* videoStrip(source, options) {
     let index = 0;
     try {
       for (;;) {
-        const { value, done } = await unlessAborted(frames.next(), take.signal);
-        if (done) return;
-        const raw = await value.read(take.size);
-        value.close();
-        const { time, duration } = value;
-        yield { frame: await toPixelFrame(await atSize(raw, take.size)), index, time, duration };
+        const next = pictureOf(frames.next(), take.size);
+        const picture = await unlessAborted(next, take.signal);
+        if (!picture) return;
+        yield { index, ...picture };
         index += 1;
       }
     } catch (error) {
@@ -74,6 +67,23 @@ export async function* videoStrip(source, options) {
     }
   } finally {
     reader.close();
+  }
+}
+
+/**
+ * The next frame as a picture, null after the last; it is closed also where nobody waits for it any more.
+ * @param {Promise<IteratorResult<import('./reader.js').TimedFrame, void>>} next
+ * @param {number | undefined} size
+ */
+async function pictureOf(next, size) {
+  const { value, done } = await next;
+  if (done) return null;
+  const { time, duration } = value;
+  try {
+    const raw = await value.read(size);
+    return { frame: await toPixelFrame(await atSize(raw, size)), time, duration };
+  } finally {
+    value.close();
   }
 }
 

@@ -6,71 +6,139 @@ const EBML = 0x1a45dfa3;
 const SEGMENT = 0x18538067;
 const CLUSTER = 0x1f43b675;
 
-/** Bytes of an element's name and size, at most. */
+/** Most bytes of small elements in a cluster, by their names: Timestamp, PrevSize, Position, CRC-32. */
+const SMALL = new Map([
+  [0xe7, 8],
+  [0xab, 8],
+  [0xa7, 8],
+  [0xbf, 4],
+]);
+
+/** Bytes of an element's name and size, at most, and of what is read at once to find the next ones. */
 const MOST_HEADER = 12;
+const CHUNK = 2 ** 20;
 
 /**
  * @typedef {{id: number, sizeAt: number, sizeLength: number, body: number, end: number}} Element `end` is `Infinity` where
  *   the size is not said
  */
 
+/** Files that were looked at: a page opens the same one for each picture that it shows. @type {WeakMap<Blob, Promise<Blob | null>>} */
+const looked = new WeakMap();
+
 /**
+ * The part of a file before its cut, or before damage in the order of its elements: each of them is looked at.
  * @param {Blob} file
- * @returns {Promise<Blob | null>} the part before the cut as a file of its own; null where nothing was cut off, and for
- *   other files
+ * @returns {Promise<Blob | null>} a file of its own; null where all is whole, and for other files
  */
-export async function beforeCut(file) {
-  const head = await elementAt(file, 0);
-  if (head?.id !== EBML) return null;
-  const segment = await elementAt(file, head.end);
-  if (segment?.id !== SEGMENT) return null;
-  for (let at = segment.body; at < file.size;) {
-    const child = await elementAt(file, at);
-    // A cluster of unknown size goes on to wherever the file ends.
-    if (child?.end === Infinity) return null;
-    if (!child || child.end > file.size) return endingAt(file, segment, at, child);
-    at = child.end;
+export function beforeCut(file) {
+  const known = looked.get(file) ?? partBefore(file);
+  looked.set(file, known);
+  known.catch(() => looked.delete(file));
+  return known;
+}
+
+/** @param {Blob} file */
+async function partBefore(file) {
+  const elements = new Elements(file);
+  const segment = await elements.segment();
+  if (!segment) return null;
+  const end = Math.min(file.size, segment.end);
+  for (let at = segment.body; at < end;) {
+    const child = await elements.at(at);
+    const isWhole = child && (child.end <= file.size || child.end === Infinity);
+    const isCluster = child?.id === CLUSTER && child.end < Infinity;
+    if (!isWhole || (isCluster && (await blocksEnd(elements, child)) < child.end))
+      return endingAt(elements, segment, at, child);
+    // A cluster of unknown size, as browsers record, ends where the next begins.
+    at = child.end < Infinity ? child.end : child.body;
   }
-  return segment.end !== Infinity && segment.end > file.size ? endingAt(file, segment, file.size, null) : null;
+  return segment.end < Infinity && segment.end > file.size ? endingAt(elements, segment, file.size, null) : null;
 }
 
 /**
- * @param {Blob} file
+ * The size that a file says it has.
+ * @param {Blob} head its first bytes
+ * @returns {Promise<number>} 0 where it does not say
+ */
+export async function declaredBytes(head) {
+  const { end = 0 } = (await new Elements(head).segment()) ?? {};
+  return end < Infinity ? end : 0;
+}
+
+/**
+ * @param {Elements} elements of the file
  * @param {Element} segment
  * @param {number} at where the first element that is not whole begins
  * @param {Element | null} cut that element
  */
-async function endingAt(file, segment, at, cut) {
+async function endingAt(elements, segment, at, cut) {
+  const { file } = elements;
   const parts = [file.slice(0, segment.sizeAt), unknownSize(segment.sizeLength), file.slice(segment.body, at)];
   if (cut?.id === CLUSTER) {
-    let end = cut.body;
-    for (;;) {
-      const block = await elementAt(file, end);
-      if (!block || block.end > file.size) break;
-      end = block.end;
-    }
+    const end = await blocksEnd(elements, cut);
     parts.push(file.slice(at, cut.sizeAt), sizeOf(end - cut.body, cut.sizeLength), file.slice(cut.body, end));
   }
   return new Blob(parts, { type: file.type });
 }
 
 /**
- * @param {Blob} file
- * @param {number} at
- * @returns {Promise<Element | null>} null where the file ends before its header does
+ * Where the whole blocks of a cluster end.
+ * @param {Elements} elements
+ * @param {Element} cluster
  */
-async function elementAt(file, at) {
-  const bytes = new Uint8Array(await file.slice(at, at + MOST_HEADER).arrayBuffer());
-  const idLength = lengthOf(bytes[0]);
-  const sizeLength = lengthOf(bytes[idLength]);
-  if (idLength > 4 || sizeLength > 8 || bytes.length < idLength + sizeLength) return null;
-  const id = bytes.subarray(0, idLength).reduce((value, byte) => 256 * value + byte, 0);
-  const [first = 0, ...rest] = bytes.subarray(idLength, idLength + sizeLength);
-  const lead = first & (0xff >> sizeLength);
-  const unknown = lead === 0xff >> sizeLength && rest.every((byte) => byte === 0xff);
-  const size = unknown ? Infinity : rest.reduce((value, byte) => 256 * value + byte, lead);
-  const body = at + idLength + sizeLength;
-  return { id, sizeAt: at + idLength, sizeLength, body, end: body + size };
+async function blocksEnd(elements, cluster) {
+  const most = Math.min(cluster.end, elements.file.size);
+  let end = cluster.body;
+  while (end < most) {
+    const block = await elements.at(end);
+    if (!block || block.end > most || block.end - block.body > (SMALL.get(block.id) ?? Infinity)) break;
+    end = block.end;
+  }
+  return end;
+}
+
+/** The elements of a file, read a chunk at a time. */
+class Elements {
+  /** @param {Blob} file */
+  constructor(file) {
+    this.file = file;
+    this.chunk = { at: 0, bytes: new Uint8Array(0) };
+  }
+
+  /** The segment, after the header of the format; null in other files. */
+  async segment() {
+    const head = await this.at(0);
+    const segment = head?.id === EBML ? await this.at(head.end) : null;
+    return segment?.id === SEGMENT ? segment : null;
+  }
+
+  /**
+   * @param {number} at
+   * @returns {Promise<Element | null>} null where the file ends before its header does
+   */
+  async at(at) {
+    const bytes = await this.#bytes(at);
+    const idLength = lengthOf(bytes[0]);
+    const sizeLength = lengthOf(bytes[idLength]);
+    if (idLength > 4 || sizeLength > 8 || bytes.length < idLength + sizeLength) return null;
+    const id = bytes.subarray(0, idLength).reduce((value, byte) => 256 * value + byte, 0);
+    const [first = 0, ...rest] = bytes.subarray(idLength, idLength + sizeLength);
+    const lead = first & (0xff >> sizeLength);
+    const unknown = lead === 0xff >> sizeLength && rest.every((byte) => byte === 0xff);
+    const size = unknown ? Infinity : rest.reduce((value, byte) => 256 * value + byte, lead);
+    const body = at + idLength + sizeLength;
+    return { id, sizeAt: at + idLength, sizeLength, body, end: body + size };
+  }
+
+  /** @param {number} at */
+  async #bytes(at) {
+    const { chunk, file } = this;
+    if (at < chunk.at || at + MOST_HEADER > chunk.at + chunk.bytes.length)
+      this.chunk = { at, bytes: new Uint8Array(await file.slice(at, at + CHUNK).arrayBuffer()) };
+    const from = at - this.chunk.at;
+    return this.chunk.bytes.subarray(from, from + MOST_HEADER);
+  }
 }
 
 /**

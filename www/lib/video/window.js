@@ -3,6 +3,7 @@
 import { TraceCutError, inFrame } from '../check/errors.js';
 import { REQUESTS } from '../session/requests.js';
 import { Result, restored } from '../session/result.js';
+import { FEWEST, isDamage } from './reader.js';
 
 /**
  * One frame whose mask is settled: `index` counts the clip's frames, `t` those of the window; `labels` holds one byte
@@ -87,7 +88,7 @@ export class WindowResult extends Result {
 // the new frame is the next; how many stay, and which frames each window settles, the engine says. It holds a frame back
 // when that begins a new shot: then the shot ends with the window at hand, and the new one begins with nothing but that
 // frame. A frame of another clip ends the window and its shot as well; the engine is cleared for it, so that nothing of
-// one clip is in the next.
+// one clip is in the next. Damage ends the clip with the frames before it.
 
 /** @typedef {import('../worker/frames.js').RawFrame} RawFrame */
 /**
@@ -103,6 +104,8 @@ export class WindowResult extends Result {
  * @property {number} window
  * @property {(progress: import('../session/engine.js').Progress, window: number) => void} onStage
  * @property {(decoded: number, window: number) => void} onFrame told how many frames the window has
+ * @property {(error: TraceCutError, frames: number) => void} onDamage told what the clip ends with before its end, and how
+ *   many frames come before
  * @property {AbortSignal} stop
  * @property {import('../worker/pause.js').Pause} [pause] halts the work between two frames, and between two steps of a window
  */
@@ -120,6 +123,8 @@ export class Driver {
   /** Whether it has frames that no window before had. */
   #fresh = false;
   #ended = false;
+  /** How many frames the engine was given. */
+  #pushed = 0;
   /** @type {string | undefined} Which of several clips it is. */
   #clip;
   /** @type {number | null} The time of the frame that the engine holds back. */
@@ -153,15 +158,27 @@ export class Driver {
     const { nextFrame, window, onFrame } = this.#options;
     while (!this.#ended && this.#held === null) {
       await this.#options.pause?.passed();
-      this.#ahead = await nextFrame();
+      this.#ahead = await nextFrame().catch((error) => this.#endBefore(error));
       if (!this.#ahead) this.#ended = true;
       else if (this.#times.length >= window || this.#isOfAnother(this.#ahead)) return;
       else {
         this.#clip = this.#ahead.clip;
         await this.#pushAhead();
-        if (this.#held === null) onFrame(this.#times.length, this.#index);
+        if (this.#held === null && !this.#ended) onFrame(this.#times.length, this.#index);
       }
     }
+  }
+
+  /**
+   * Ends the clip before damage, where the frames before it are enough to be segmented.
+   * @param {unknown} error
+   */
+  #endBefore(error) {
+    if (!isDamage(error) || this.#pushed < FEWEST) throw error;
+    this.#ended = true;
+    error.frames = this.#pushed;
+    this.#options.onDamage(error, this.#pushed);
+    return null;
   }
 
   /** @param {ClipFrame} frame */
@@ -173,11 +190,13 @@ export class Driver {
     const { raw, time, end = null } = /** @type {ClipFrame} */ (this.#ahead);
     this.#ahead = null;
     this.#end = end;
-    const { held } = await this.#options.engine.request('pushInShot', raw).catch((error) => {
-      throw raw.kind === 'file' ? inFrame(error, raw) : error;
-    });
+    const answer = await this.#options.engine
+      .request('pushInShot', raw)
+      .catch((error) => this.#endBefore(raw.kind === 'file' ? inFrame(error, raw) : error));
+    if (!answer) return;
+    this.#pushed += 1;
     this.#fresh = true;
-    if (held) this.#held = time;
+    if (answer.held) this.#held = time;
     else this.#times.push(time);
   }
 
@@ -188,8 +207,9 @@ export class Driver {
     const kept = await engine.request('shared', left() ?? undefined);
     await this.#advance(kept);
     this.#times = this.#times.slice(-kept);
+    this.#fresh = false;
     await this.#pushAhead();
-    return this.#result(seen, this.#held === null ? kept : undefined);
+    return this.#result(seen, this.#held === null && this.#fresh ? kept : undefined);
   }
 
   /** The shot ends here. */

@@ -135,9 +135,16 @@ export async function fromImage(image, maxPixels = MAX_PIXELS) {
  * @returns {Promise<RawFrame>}
  */
 async function fromVideoFrame(frame, maxPixels) {
-  const { visibleRect: rect, displayWidth, displayHeight } = frame;
+  // Photos, and cameras of phones, give frames that are to be turned: not every library of types knows.
+  const {
+    visibleRect: rect,
+    displayWidth,
+    displayHeight,
+    rotation,
+    flip,
+  } = /** @type {VideoFrame & {rotation?: number, flip?: boolean}} */ (frame);
   if (rect) sized(rect.width, rect.height, maxPixels);
-  if (rect && rect.width === displayWidth && rect.height === displayHeight) {
+  if (!rotation && !flip && rect && rect.width === displayWidth && rect.height === displayHeight) {
     try {
       const data = new Uint8Array(4 * rect.width * rect.height);
       await frame.copyTo(data, { format: 'RGBA', layout: [{ offset: 0, stride: 4 * rect.width }] });
@@ -159,10 +166,7 @@ async function fromVideoFrame(frame, maxPixels) {
 function draw(image, width, height, maxPixels) {
   sized(width, height, maxPixels);
   if (typeof OffscreenCanvas === 'undefined') {
-    throw new TraceCutError(
-      'unsupported',
-      'this engine has no OffscreenCanvas to read the frame with; push {data, width, height}',
-    );
+    throw new TraceCutError('unsupported', 'this engine has no OffscreenCanvas; push {data, width, height}');
   }
   const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
   if (!context) throw new TraceCutError('unsupported', 'the browser gave no 2d canvas to read the frame with');

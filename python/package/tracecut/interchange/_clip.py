@@ -30,11 +30,12 @@ Masks = Union[Iterable[U8], HasLabels]
 
 
 class Frame(NamedTuple):
-    """A mask, the number of its frame from 0, and the name of its frame."""
+    """A mask, the number of its frame from 0, the name of its frame, and its time in seconds if it has one."""
 
     t: int
     name: str
     mask: U8
+    time: Optional[float]
 
     def objects(self) -> list[int]:
         """The labels in the mask, without the background's 0."""
@@ -67,6 +68,7 @@ def frames_of(masks: Masks, names: Optional[Iterable[str]]) -> Iterator[Frame]:
         ``data`` when there is no mask, one is no mask or has another size, or names and masks are not as many.
     """
     missing: Any = object()
+    times: Any = getattr(masks, "times", None)
     given = (f"{t:05}.jpg" for t in itertools.count()) if names is None else iter(names)
     first: Optional[U8] = None
     seen: set[str] = set()
@@ -75,7 +77,7 @@ def frames_of(masks: Masks, names: Optional[Iterable[str]]) -> Iterator[Frame]:
         if name is missing:
             raise TraceCutError("data", f"frames has {t} names (expected one for each mask)")
         first = _check_size(t, _check_mask(t, mask), first)
-        yield Frame(t, _check_frame_name(t, name, seen), mask)
+        yield Frame(t, _check_frame_name(t, name, seen), mask, None if times is None else float(times[t]))
     if first is None:
         raise TraceCutError("data", "masks has 0 frames (expected at least 1)")
     if names is not None and next(given, missing) is not missing:
@@ -120,7 +122,7 @@ def _check_frame_name(t: int, name: Any, seen: set[str]) -> str:
 
 
 def _is_text(value: Any) -> bool:
-    """Something that can be seen, which XML can hold: no control characters, and no half of a pair."""
+    """Something that can be seen: no control characters, and no half of a pair."""
     return isinstance(value, str) and value.strip() != "" and value.isprintable()
 
 

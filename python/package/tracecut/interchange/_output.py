@@ -31,27 +31,22 @@ def davis_palette() -> list[int]:
 PALETTE = davis_palette()
 
 
-def colour(number: int) -> str:
-    """A colour of the palette as web pages write it."""
-    return "#" + bytes(PALETTE[3 * number : 3 * number + 3]).hex()
-
-
 def json_line(value: Any) -> str:
     """A value as JSON, without spaces."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False)
 
 
 @contextmanager
-def new_folder(path: PathLike, parameter: str = "path") -> Generator[Path, None, None]:
+def new_folder(path: PathLike, parameter: str = "path", overwrite: bool = False) -> Generator[Path, None, None]:
     """A folder to write into, which takes its place when all went well, and is gone when not.
 
     Raises
     ------
     TraceCutError
-        ``param`` when something is at the path.
+        ``param`` when something is at the path, unless that is to be replaced.
     """
     out = Path(path)
-    if os.path.lexists(out):
+    if os.path.lexists(out) and not overwrite:
         raise illegal(parameter, str(out), "a path where nothing is yet")
     made = _make(out.parent)
     part = out.with_name(f".{out.name}.{os.getpid()}.part")
@@ -59,7 +54,7 @@ def new_folder(path: PathLike, parameter: str = "path") -> Generator[Path, None,
         part.mkdir()
         made.append(part)
         yield part
-        part.rename(out)
+        _put_in_place(part, out)
     except BaseException:
         if part in made:
             shutil.rmtree(part, ignore_errors=True)
@@ -67,6 +62,14 @@ def new_folder(path: PathLike, parameter: str = "path") -> Generator[Path, None,
             with suppress(OSError):
                 folder.rmdir()
         raise
+
+
+def _put_in_place(part: Path, out: Path) -> None:
+    old = out.with_name(f".{out.name}.{os.getpid()}.old")
+    with suppress(FileNotFoundError):
+        out.rename(old)
+    part.rename(out)
+    shutil.rmtree(old, ignore_errors=True)
 
 
 @contextmanager

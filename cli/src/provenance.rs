@@ -1,0 +1,95 @@
+//! Input and options that results were made from: `--resume` compares them.
+
+use crate::failure::{Failure, Result};
+use serde::Serialize;
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use tracecut::Params;
+use tracecut::image::Frame;
+
+/// Options that results depend on. The number of threads changes nothing.
+#[derive(Debug, Serialize)]
+pub(crate) struct Options {
+    pub(crate) window: u16,
+    /// Most frames taken; `null` for all.
+    pub(crate) frames: Option<u32>,
+    pub(crate) formats: Vec<String>,
+    pub(crate) background: bool,
+    pub(crate) confidence: bool,
+    pub(crate) dump: bool,
+    /// True if trajectories come from a file.
+    pub(crate) tracks: bool,
+}
+
+/// Everything that results depend on, except the input.
+#[derive(Debug, Serialize)]
+pub(crate) struct Recipe<'a> {
+    pub(crate) version: &'static str,
+    pub(crate) options: Options,
+    pub(crate) params: &'a Params,
+}
+
+/// Identity of an input.
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Origin {
+    width: usize,
+    height: usize,
+    /// Number of frames; `None` if it is not known before reading them.
+    frames: Option<usize>,
+    /// Length of the file; `None` for folders and streams.
+    bytes: Option<u64>,
+    /// Sum over the pixels of the first frame, in hexadecimal digits.
+    first_frame_sum: String,
+}
+
+impl Origin {
+    pub(crate) fn new(path: &Path, num_frames: Option<usize>, first: &Frame) -> Self {
+        let file = fs::metadata(path).ok().filter(|file| file.is_file() && path != Path::new("-"));
+        Self {
+            width: first.width(),
+            height: first.height(),
+            frames: num_frames,
+            bytes: file.map(|file| file.len()),
+            first_frame_sum: format!("{:016x}", sum(first.rgb())),
+        }
+    }
+}
+
+/// Input and recipe of results: runs of the same provenance give the same results.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Provenance<'a> {
+    #[serde(flatten)]
+    pub(crate) recipe: &'a Recipe<'a>,
+    pub(crate) source: Origin,
+}
+
+impl Provenance<'_> {
+    pub(crate) fn to_json(&self) -> Result<String> {
+        serde_json::to_string(self).map_err(|e| Failure::new(e.to_string()))
+    }
+
+    /// Checks that the results in `path`, described by `json`, have this provenance. Ignores other fields of `json`.
+    pub(crate) fn check(&self, path: &Path, json: &Value) -> Result<()> {
+        let own = serde_json::from_str(&self.to_json()?).map_err(|e| Failure::new(e.to_string()))?;
+        difference("", json, &own).map_or(Ok(()), |difference| {
+            let reason = "was not made from this input with these options and this version";
+            Err(Failure::usage(format!("{reason}: {difference} (--overwrite begins again)")).of(path.display()))
+        })
+    }
+}
+
+/// Names the first entry of `new` that is missing or different in `old`.
+fn difference(path: &str, old: &Value, new: &Value) -> Option<String> {
+    let Value::Object(entries) = new else {
+        return (old != new).then(|| format!("{path} was {old} and is {new}"));
+    };
+    let separator = if path.is_empty() { "" } else { "." };
+    entries.iter().find_map(|(name, new)| difference(&format!("{path}{separator}{name}"), &old[name], new))
+}
+
+/// FNV-1a.
+pub(crate) fn sum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+}

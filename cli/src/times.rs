@@ -1,0 +1,37 @@
+//! When the frames of a clip are shown.
+
+use crate::input::FrameTiming;
+use serde::{Deserialize, Serialize};
+
+/// Times and durations of consecutive frames, in seconds as the file says.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FrameTimes {
+    pub(crate) times: Vec<f64>,
+    pub(crate) durations: Vec<f64>,
+}
+
+impl FrameTimes {
+    /// Collects the timings of frames; `None` if a frame has none.
+    pub(crate) fn collect(timings: impl IntoIterator<Item = Option<FrameTiming>>) -> Option<Self> {
+        timings.into_iter().try_fold(Self::default(), |mut all, timing| {
+            all.times.push(timing?.time);
+            all.durations.push(timing?.duration);
+            Some(all)
+        })
+    }
+
+    /// Joins the times of consecutive windows; `None` if a window has none.
+    pub(crate) fn join<'a>(windows: impl IntoIterator<Item = Option<&'a Self>>) -> Option<Self> {
+        windows.into_iter().try_fold(Self::default(), |mut all, window| {
+            all.times.extend(&window?.times);
+            all.durations.extend(&window?.durations);
+            Some(all)
+        })
+    }
+
+    /// Average number of frames a second, from the first frame's time to the last one's end.
+    pub(crate) fn frame_rate(&self) -> Option<f64> {
+        let seconds = self.times.last()? + self.durations.last()? - self.times.first()?;
+        (seconds > 0.0).then(|| self.times.len() as f64 / seconds)
+    }
+}

@@ -1,0 +1,147 @@
+// The place of damage: which decoded picture is the first that must not be given. `cli/src/ffmpeg/faults.rs` finds the same.
+
+import { picturesOf } from './listing.js';
+
+/** Times that differ by less are the same, in seconds: far below the spacing of pictures, far above rounding. */
+const SAME_TIME_S = 1e-6;
+
+/** Names of demuxers that cut packets out of a stream. */
+const STREAMS = ['mpegts', 'mpeg'];
+
+/**
+ * Compares decoded pictures with the packets of the file. Four things are damage:
+ *
+ * - a decoded picture that the decoder calls faulty;
+ * - a packet that is not whole: pictures from its time on;
+ * - a packet that could not be decoded: pictures after the first listed time without a picture. Packets before the first
+ *   picture may fail, as where a recording begins between two key pictures;
+ * - a file that could not be read on: pictures of the packets after that place, or what the end lacks.
+ */
+export class FaultFinder {
+  #packets;
+  /** In the order of display. */
+  #listed;
+  /** Pictures from one of these times on are damaged. */
+  #damageTimes;
+  #isCutOff;
+  #numRead = 0;
+  #numDecoded = 0;
+  #numFailed = 0;
+  /** Numbers of decoded pictures. @type {Set<number>} */
+  #faulty = new Set();
+  /** Number of listed times before the first picture. */
+  #numBeforeFirst = 0;
+  /** @type {number | null} */
+  #lastTime = null;
+
+  /**
+   * @param {import('./listing.js').Track} track
+   * @param {string} demuxer of its file, as ffmpeg calls it
+   */
+  constructor(track, demuxer) {
+    const { packets } = track;
+    this.#packets = packets;
+    this.#listed = picturesOf(track);
+    // Where packets are cut out of a stream, each is complete, and takes over its mark, when the next begins.
+    const late = STREAMS.includes(demuxer) ? 1 : 0;
+    const torn = packets.flatMap(({ isCorrupt }, index) => (isCorrupt ? [index + late] : []));
+    this.#damageTimes = torn.flatMap((index) => packets[index]?.time ?? []);
+    this.#isCutOff = torn.includes(packets.length);
+  }
+
+  /**
+   * Takes a message in the order of the log.
+   * @param {import('./log.js').Message} message
+   */
+  take(message) {
+    if (message.kind === 'packet-read') this.#numRead += 1;
+    if (message.kind === 'decoded') this.#numDecoded += 1;
+    if (message.kind === 'faulty') this.#faulty.add(this.#numDecoded);
+    if (message.kind === 'decoding-failed') this.#numFailed += 1;
+    if (message.kind === 'reading-failed') this.#takeReadingFailure(message.isEnd);
+  }
+
+  /** @param {boolean} isEnd */
+  #takeReadingFailure(isEnd) {
+    if (this.#numRead === 0) {
+      // ffmpeg looks through the first packets before it gives one, so the place is not known.
+      this.#isCutOff ||= isEnd;
+      return;
+    }
+    const later = this.#packets.slice(this.#numRead).flatMap(({ isShown, time }) => (isShown ? (time ?? []) : []));
+    if (later.length > 0) this.#damageTimes.push(later.reduce((least, time) => Math.min(least, time)));
+    else this.#isCutOff = true;
+  }
+
+  /**
+   * Returns true if the next picture is whole, and so are all that should have come before it.
+   * @param {import('./log.js').Shown} shown
+   */
+  isWhole({ index, time }) {
+    if (this.#faulty.has(index)) return false;
+    if (time === null) return true;
+    const last = this.#lastTime;
+    if (last === null) return !this.#damageTimes.some((damage) => Math.abs(damage - time) < SAME_TIME_S);
+    const from = last + SAME_TIME_S;
+    return !this.#isDamagedBetween(from, time + SAME_TIME_S) && !this.#isMissingBetween(from, time - SAME_TIME_S);
+  }
+
+  /**
+   * Notes that a picture is given.
+   * @param {import('./log.js').Shown} shown
+   */
+  give({ time }) {
+    if (time === null) return;
+    if (this.#lastTime === null) this.#numBeforeFirst = this.#numBefore(time - SAME_TIME_S);
+    this.#lastTime = time;
+  }
+
+  /**
+   * Returns the seconds that the picture at a time is shown; null where the file does not say.
+   * @param {number | null} time
+   */
+  durationAt(time) {
+    const picture = time === null ? undefined : this.#listed[this.#numBefore(time - SAME_TIME_S)];
+    return picture && Math.abs(picture.time - Number(time)) < SAME_TIME_S && picture.duration > 0
+      ? picture.duration
+      : null;
+  }
+
+  /** Returns true if nothing is missing after the last picture. */
+  isWholeAtEnd() {
+    if (this.#isCutOff) return false;
+    if (this.#lastTime === null) return true;
+    const from = this.#lastTime + SAME_TIME_S;
+    return !this.#isDamagedBetween(from, Infinity) && !this.#isMissingBetween(from, Infinity);
+  }
+
+  /**
+   * @param {number} from
+   * @param {number} to
+   */
+  #isDamagedBetween(from, to) {
+    return this.#damageTimes.some((damage) => damage >= from && damage <= to);
+  }
+
+  /**
+   * Returns true if a listed time has no picture because its packet could not be decoded.
+   * @param {number} from
+   * @param {number} to
+   */
+  #isMissingBetween(from, to) {
+    if (this.#numFailed <= this.#numBeforeFirst) return false;
+    const next = this.#listed[this.#numBefore(from)];
+    return next !== undefined && next.time <= to;
+  }
+
+  /** @param {number} time */
+  #numBefore(time) {
+    let [low, high] = [0, this.#listed.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (Number(this.#listed[middle]?.time) < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+}

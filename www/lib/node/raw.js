@@ -1,0 +1,177 @@
+// Frames from streams of uncompressed video.
+
+import { TraceCutError, checkedOptions, illegal, tooLarge, wholeNumber } from '../check/errors.js';
+import { MAX_PIXELS } from '../check/options.js';
+
+/**
+ * A stream of bytes: one of Node such as `process.stdin` or `createReadStream(path)`, a `ReadableStream`, or any other
+ * sequence of pieces.
+ * @typedef {AsyncIterable<Uint8Array> | Iterable<Uint8Array>} ByteSource
+ */
+
+/** @typedef {import('../video/frames.js').DecodedFrame} DecodedFrame */
+
+/**
+ * The layout of a raw stream, which has frames one after the other.
+ * @typedef {object} RawOptions
+ * @property {number} width of a frame in pixels
+ * @property {number} height of a frame in pixels
+ * @property {'rgba' | 'bgra' | 'rgb24' | 'bgr24' | 'gray'} format of a frame, called as ffmpeg's `-pix_fmt`
+ * @property {number} [frameRate] in frames per second; 25 if not given
+ * @property {number} [maxPixels] most pixels of a frame, 1 to 2^28; 2^26 if not given. Larger ones are refused
+ *   (`too-large`) before memory is taken
+ */
+
+/**
+ * The bytes of a pixel: their number, and the places of red, green and blue.
+ * @typedef {{bytes: number, red: number, green: number, blue: number}} PixelLayout
+ */
+
+const MAX_SIDE = 16384;
+/** Largest legal `maxPixels`, as of `clip.maxPixels`. */
+const MOST_PIXELS = 2 ** 28;
+/** Memory that is taken for a frame before its bytes have come. */
+const FIRST_BYTES = 2 ** 20;
+
+/** @type {PixelLayout} */
+export const RGB24 = { bytes: 3, red: 0, green: 1, blue: 2 };
+
+/** Pixel layouts by their names in ffmpeg. @type {Map<string, PixelLayout>} */
+const RAW_FORMATS = new Map([
+  ['rgba', { ...RGB24, bytes: 4 }],
+  ['bgra', { bytes: 4, red: 2, green: 1, blue: 0 }],
+  ['rgb24', RGB24],
+  ['bgr24', { bytes: 3, red: 2, green: 1, blue: 0 }],
+  ['gray', { bytes: 1, red: 0, green: 0, blue: 0 }],
+]);
+
+/**
+ * Reads the frames of a raw stream, such as `ffmpeg -f rawvideo` writes.
+ *
+ * ```js
+ * const frames = framesOfRaw(process.stdin, { width: 640, height: 360, format: 'rgb24' });
+ * ```
+ * @param {ByteSource} source
+ * @param {RawOptions} options
+ * @returns {AsyncGenerator<DecodedFrame, void, undefined>}
+ */
+export async function* framesOfRaw(source, options) {
+  const { width, height, layout, frameRate } = checkedFormat(options);
+  const reader = new ByteReader(source);
+  try {
+    for (let index = 0; ; index += 1) {
+      const bytes = await reader.read(layout.bytes * width * height);
+      if (bytes === null) return;
+      if (bytes.length < layout.bytes * width * height)
+        throw cutOff(index, bytes.length, layout.bytes * width * height);
+      const frame = { data: toRgba(bytes, layout), width, height };
+      yield { frame, index, time: index / frameRate, duration: 1 / frameRate };
+    }
+  } finally {
+    await reader.close();
+  }
+}
+
+/** @param {RawOptions} options */
+function checkedFormat(options) {
+  const legal = ['width', 'height', 'format', 'frameRate', 'maxPixels'];
+  const { width, height, format, frameRate = 25, maxPixels } = checkedOptions(options, legal);
+  checkSize(width, height, maxPixels);
+  const layout = RAW_FORMATS.get(format);
+  if (!layout) throw illegal('param', 'format', format, [...RAW_FORMATS.keys()].join(', '));
+  if (typeof frameRate !== 'number' || !(frameRate > 0 && frameRate <= 1000))
+    throw illegal('param', 'frameRate', frameRate, 'frames per second, above 0 and at most 1000');
+  return { width, height, layout, frameRate };
+}
+
+/**
+ * Refuses a frame size before memory is taken for it.
+ * @param {number} width
+ * @param {number} height
+ * @param {number} [maxPixels]
+ */
+export function checkSize(width, height, maxPixels = MAX_PIXELS) {
+  wholeNumber('param', 'maxPixels', maxPixels, 1, MOST_PIXELS);
+  wholeNumber('frame-size', 'width', width, 1, MAX_SIDE);
+  wholeNumber('frame-size', 'height', height, 1, MAX_SIDE);
+  if (width * height > maxPixels) throw tooLarge(width * height, 'pixels in a frame', maxPixels, 'maxPixels');
+}
+
+/**
+ * @param {number} index
+ * @param {number} length
+ * @param {number} expected
+ */
+function cutOff(index, length, expected) {
+  const words = `frame ${index} of the stream has ${length} bytes (expected ${expected})`;
+  return new TraceCutError('truncated', words, { frames: index });
+}
+
+/**
+ * Returns the pixels as RGBA, opaque.
+ * @param {Uint8Array} bytes
+ * @param {PixelLayout} layout
+ */
+export function toRgba(bytes, { bytes: step, red, green, blue }) {
+  const data = new Uint8Array((4 * bytes.length) / step).fill(255);
+  for (let to = 0, from = 0; to < data.length; to += 4, from += step) {
+    data[to] = Number(bytes[from + red]);
+    data[to + 1] = Number(bytes[from + green]);
+    data[to + 2] = Number(bytes[from + blue]);
+  }
+  return new Uint8ClampedArray(data.buffer);
+}
+
+/** Puts pieces of any length together. */
+export class ByteReader {
+  #pieces;
+  /** @type {Uint8Array} */
+  #piece = new Uint8Array();
+  #used = 0;
+
+  /** @param {ByteSource} source */
+  constructor(source) {
+    if (typeof source !== 'object' || source === null || !(Symbol.asyncIterator in source || Symbol.iterator in source))
+      throw illegal('data', 'source', source, 'a stream of bytes');
+    this.#pieces = Symbol.asyncIterator in source ? source[Symbol.asyncIterator]() : source[Symbol.iterator]();
+  }
+
+  /**
+   * Reads `length` bytes, fewer where the stream ends before them, null where it has ended.
+   * @param {number} length
+   * @returns {Promise<Uint8Array | null>}
+   */
+  async read(length) {
+    // As much memory as there are bytes, whatever size was claimed.
+    let bytes = new Uint8Array(Math.min(length, FIRST_BYTES));
+    let count = 0;
+    while (count < length && (await this.#fetch())) {
+      const part = this.#piece.subarray(this.#used, this.#used + length - count);
+      if (count + part.length > bytes.length) {
+        const before = bytes;
+        bytes = new Uint8Array(Math.min(length, 2 * (count + part.length)));
+        bytes.set(before.subarray(0, count));
+      }
+      bytes.set(part, count);
+      count += part.length;
+      this.#used += part.length;
+    }
+    return count === 0 ? null : bytes.subarray(0, count);
+  }
+
+  /** Returns false at the end of the stream; otherwise some bytes are at hand. */
+  async #fetch() {
+    while (this.#used >= this.#piece.length) {
+      const { value, done } = await this.#pieces.next();
+      if (done) return false;
+      if (!(value instanceof Uint8Array)) throw illegal('data', 'a piece of the stream', value, 'a Uint8Array');
+      [this.#piece, this.#used] = [value, 0];
+    }
+    return true;
+  }
+
+  /** Gives up the rest of the stream. */
+  async close() {
+    await this.#pieces.return?.();
+  }
+}

@@ -1,0 +1,71 @@
+// Kinds of files by their first bytes: endings, and the types that systems make of them, are often missing or wrong.
+
+import { compareNames } from './names.js';
+
+/** Bytes that are looked at: a transport stream shows in the sync bytes of three packets of up to 204 bytes. */
+const HEAD_BYTES = 512;
+
+/**
+ * The kind of a file, and the media type that its content has.
+ * @typedef {{readonly kind: 'video' | 'image', readonly type: string}} FileKind
+ */
+
+/** First bytes of formats, one character each. @type {{kind: 'video' | 'image', type: string, begins: RegExp}[]} */
+const FORMATS = [
+  { kind: 'image', type: 'image/gif', begins: /^GIF8/ },
+  { kind: 'image', type: 'image/png', begins: /^\x89PNG/ },
+  { kind: 'image', type: 'image/jpeg', begins: /^\xff\xd8\xff/ },
+  { kind: 'image', type: 'image/webp', begins: /^RIFF.{4}WEBP/s },
+  { kind: 'image', type: 'image/avif', begins: /^.{4}ftyp(?:avi[fs]|mi[af]1.{0,32}avi[fs]|msf1.{0,32}avi[fs])/s },
+  { kind: 'image', type: 'image/heic', begins: /^.{4}ftyp(?:hei[cmsx]|hev[cmsx]|mif1|msf1)/s },
+  { kind: 'image', type: 'image/bmp', begins: /^BM.{4}\0{4}/s },
+  { kind: 'image', type: 'image/tiff', begins: /^(?:II\*\0|MM\0\*)/ },
+  { kind: 'video', type: 'video/quicktime', begins: /^.{4}(?:ftypqt {2}|moov|mdat|wide|free|skip|pnot)/s },
+  { kind: 'video', type: 'video/mp4', begins: /^.{4}(?:ftyp|styp|moof|sidx)/s },
+  { kind: 'video', type: 'video/webm', begins: /^\x1aE\xdf\xa3.{0,40}webm/s },
+  { kind: 'video', type: 'video/matroska', begins: /^\x1aE\xdf\xa3/ },
+  { kind: 'video', type: 'video/mp2t', begins: /^(?:G.{187}G.{187}G|.{4}G.{191}G.{191}|G.{203}G.{203}G)/s },
+  { kind: 'video', type: 'video/ogg', begins: /^OggS/ },
+  { kind: 'video', type: 'video/mpeg', begins: /^\0\0\x01[\xb3\xba]/ },
+  { kind: 'video', type: 'video/x-msvideo', begins: /^RIFF.{4}AVI /s },
+  { kind: 'video', type: 'video/x-flv', begins: /^FLV\x01/ },
+  { kind: 'video', type: 'video/x-ms-wmv', begins: /^0&\xb2u\x8ef\xcf\x11/ },
+];
+
+/**
+ * Finds the kind of a file; null for what is neither a video nor an image, and for what cannot be read.
+ * @param {Blob} file
+ * @returns {Promise<FileKind | null>}
+ */
+export async function fileKind(file) {
+  const bytes = await file
+    .slice(0, HEAD_BYTES)
+    .arrayBuffer()
+    .catch(() => new ArrayBuffer(0));
+  const head = String.fromCharCode(...new Uint8Array(bytes));
+  const found = FORMATS.find(({ begins }) => begins.test(head));
+  return found ? { kind: found.kind, type: found.type } : null;
+}
+
+/**
+ * A file that a user chose; `kind` and `type` are null where it is neither a video nor an image.
+ * @typedef {{readonly file: File, readonly kind: 'video' | 'image' | null, readonly type: string | null}} SortedFile
+ */
+
+/**
+ * Sorts files that a user chose by their names, as a person would (`IMG_2` before `img_10`), and finds the kind of each by
+ * its content, whatever it is called. Hidden files beside others, such as `._clip.mp4`, are left out. Whether a file can
+ * be decoded is another question.
+ *
+ * ```js
+ * const [{ file, kind, type }] = await sortFiles(input.files); // such as 'video', 'video/mp2t'
+ * ```
+ * @param {Iterable<File>} files
+ * @returns {Promise<SortedFile[]>}
+ */
+export async function sortFiles(files) {
+  const all = [...files];
+  const shown = all.length > 1 ? all.filter(({ name }) => !name.startsWith('.')) : all;
+  shown.sort((a, b) => compareNames(a.name, b.name));
+  return Promise.all(shown.map(async (file) => ({ file, ...((await fileKind(file)) ?? { kind: null, type: null }) })));
+}
