@@ -82,6 +82,7 @@ impl Video {
         let tracks = listing::parse_tracks(BufReader::new(process.output()?));
         let tracks = tracks.map_err(|e| Failure::new(format!("ffmpeg cannot be read: {e}")).of(path.display()))?;
         let opening = opening.join().unwrap_or_default();
+        process.wait().map_err(|failure| failure.of(path.display()))?;
         let Some(demuxer) = opening.demuxer.filter(|name| !TEXT_DEMUXERS.contains(&name.as_str())) else {
             return Err(Failure::about(path.display(), words_of_no_video(start)));
         };
@@ -199,6 +200,13 @@ impl Process {
     fn errors(&mut self) -> Result<ChildStderr> {
         self.0.stderr.take().ok_or_else(|| Failure::new("ffmpeg was started without its output"))
     }
+
+    /// Waits for its end and returns whether it succeeded. Fails if a signal ended it, for want of memory for example: that
+    /// says nothing about the file.
+    fn wait(&mut self) -> Result<bool> {
+        let ended = self.0.wait().ok().filter(|status| status.code().is_some());
+        ended.map(|status| status.success()).ok_or_else(|| Failure::new("ffmpeg was killed while it read the file"))
+    }
 }
 
 impl Drop for Process {
@@ -289,7 +297,7 @@ impl Pictures {
 
     /// Looks at how it ended.
     fn finish(&mut self) -> std::result::Result<(), Stop> {
-        let has_succeeded = self.process.0.wait().is_ok_and(|status| status.success());
+        let has_succeeded = self.process.wait().map_err(|failure| Stop::Failure(failure.of(&self.name)))?;
         if self.num_given == 0 {
             return Err(Stop::Failure(self.words_of_no_picture()));
         }
