@@ -1,6 +1,5 @@
 // Wires the page: a clip goes into the core frame by frame, and each stage of the method is drawn over its frames.
 
-import { TraceCutError } from 'tracecut';
 import { fitFrame } from 'tracecut/draw';
 import { Clip, DEFAULT_TAKE, fetchHandedOver } from './clip.js';
 import { byId, h, number } from './dom.js';
@@ -9,311 +8,258 @@ import { Parameters } from './parameters.js';
 import { segment } from './run.js';
 import { STAGES } from './stages.js';
 import { takeForm } from './take.js';
-import { WhyPanel } from './why.js';
+import { Why } from './why.js';
 
 /** Least width of the canvas in pixels, so that lines are fine on small clips. */
-const CANVAS_WIDTH = 1200;
+const MIN_CANVAS_WIDTH = 1200;
 
 /** How long a changed parameter waits for others before the clip is segmented again, in milliseconds. */
-const CHANGE_DELAY = 400;
+const CHANGE_DELAY_MS = 400;
 
 /** Stages of the core, for the progress bar. */
-const WORK = STAGES.flatMap(({ work }) => work);
+const CORE_STAGES = STAGES.flatMap(({ coreStages }) => coreStages);
 
-const canvas = /** @type {HTMLCanvasElement} */ (byId('canvas'));
-const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
-const scrub = /** @type {HTMLInputElement} */ (byId('scrub'));
-const progress = /** @type {HTMLProgressElement} */ (byId('progress'));
-const opacity = /** @type {HTMLInputElement} */ (byId('opacity'));
-const preset = /** @type {HTMLSelectElement} */ (byId('preset'));
-
-const page = {
-  clip: new Clip([], DEFAULT_TAKE),
-  /** @type {import('./run.js').Run | null} */
-  run: null,
-  abort: new AbortController(),
-  t: 0,
-  stage: 'clusters',
-  isPlaying: false,
-  /** Grows with each drawing: earlier ones that still wait for data are void. */
-  drawing: 0,
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  change: undefined,
+/** What to do about an error, by its code. */
+const ADVICE = {
+  'too-few-frames': 'Motion needs at least two frames: open a video, or take more frames of it.',
+  'no-video': 'Open a video, an animated image, or the images of a sequence.',
+  codec: 'This browser cannot decode it: try an MP4 or WebM file.',
+  memory: 'Take fewer or smaller frames (stage 1).',
+  param: 'Reset the parameters, or correct the one that is named.',
+  poisoned: 'The core has stopped on an error of its own; a new run starts a new core.',
 };
 
+const [canvas, scrub, progress, opacity, preset] = ['canvas', 'scrub', 'progress', 'opacity', 'preset'].map(byId);
+const context = canvas.getContext('2d');
+
+let clip = new Clip([]);
+/** @type {import('./run.js').Run} The finished run, if there is one. */
+let run = null;
+let abort = new AbortController();
+/** The frame and the stage that are shown. */
+let t = 0;
+let shown = 'clusters';
+let isPlaying = false;
+/** Number of drawings so far: one that has waited for its data is void if another has begun. */
+let drawings = 0;
+let changeTimer;
+
+const why = new Why();
+const take = takeForm((chosen) => open(clip.files, chosen));
 const parameters = new Parameters(() => {
+  const { size } = parameters.values;
   preset.value = parameters.preset;
-  const count = parameters.values.size;
-  byId('reset').hidden = count === 0 && parameters.preset === 'default';
-  byId('changes').textContent = count > 0 ? `${count} changed` : '';
-  clearTimeout(page.change);
-  page.change = setTimeout(start, CHANGE_DELAY);
+  byId('changes').textContent = size > 0 ? `${size} changed` : '';
+  byId('reset').hidden = size === 0 && parameters.preset === 'default';
+  clearTimeout(changeTimer);
+  changeTimer = setTimeout(start, CHANGE_DELAY_MS);
 });
-const take = takeForm((chosen) => open(page.clip.files, chosen));
-const why = new WhyPanel({ onPlace: explain, redraw: draw });
-const cards = new Map(STAGES.map((stage, k) => [/** @type {string} */ (stage.id), card(stage, k)]));
+const cards = new Map(STAGES.map((stage, k) => [stage.id, addCard(stage, k + 1)]));
 
 // Clip and run
 
-/**
- * Opens a clip and segments it.
- * @param {File[]} files none for the sample
- * @param {import('./clip.js').Take} [chosen]
- */
+/** Opens a clip and segments it; no files for the sample. */
 async function open(files, chosen = DEFAULT_TAKE) {
-  page.clip = new Clip(files, chosen);
-  page.t = 0;
-  byId('clip-name').textContent = page.clip.name;
-  take.show(chosen, files.length > 0);
+  clip = new Clip([...files], chosen);
+  t = 0;
+  byId('clip-name').textContent = clip.name;
+  take.show(clip);
   await start();
 }
 
-/** Opens what the studio has handed over if it leads here, else the sample. */
-async function openFirst() {
-  const { files, start: seconds } = location.hash === '#clip' ? await fetchHandedOver() : { files: [], start: 0 };
-  await open(files, { ...DEFAULT_TAKE, start: seconds });
-}
-
-/** Opens files that the user has chosen. @param {Iterable<File>} files */
+/** Opens what the user has chosen, in place of what the page handed over. */
 function openChosen(files) {
   history.replaceState(null, '', location.pathname);
-  return open([...files]);
+  return open(files);
 }
 
-/** Segments the clip with the parameters as they are. What is under way ends. */
+/** Opens what the page hands over if its link leads here, else the sample. */
+async function openFirst() {
+  const handed = location.hash === '#clip' ? await fetchHandedOver() : { files: [], start: 0 };
+  await open(handed.files, { ...DEFAULT_TAKE, start: handed.start });
+}
+
+/** Segments the clip with the parameters as they are; what is under way ends. */
 async function start() {
-  clearTimeout(page.change);
-  page.abort.abort();
-  page.run?.close();
-  page.run = null;
-  why.clear();
-  pause();
-  const { signal } = (page.abort = new AbortController());
+  end();
+  const { signal } = (abort = new AbortController());
+  const isNew = !clip.isDecoded;
   showState('running', 'Starting…');
   try {
-    const run = await segment(page.clip, parameters.options(), { signal, onFrame, onProgress });
-    if (signal.aborted) return run.close();
-    page.run = run;
-    page.t = Math.min(page.t, run.result.numFrames - 1);
-    showState('done', summary(run));
-    showFrame();
+    const finished = await segment(clip, parameters.options(), { signal, onFrame, onProgress });
+    if (signal.aborted) return finished.close();
+    run = finished;
+    showState('done', summary(run.result));
+    seek(isNew ? run.result.numFrames >> 1 : t);
   } catch (error) {
-    if (signal !== page.abort.signal) return;
+    if (signal !== abort.signal) return;
     if (signal.aborted) showState('stopped', 'Cancelled.');
     else fail(error);
   }
 
-  /** @type {(frame: import('./clip.js').Frame, t: number) => void} */
-  function onFrame(_, t) {
+  function onFrame(index) {
     if (signal.aborted) return;
-    page.t = t;
-    showFrame();
     byId('status').textContent = 'Frames go in…';
+    if (isNew) seek(index);
   }
 
-  /** @param {import('tracecut').Progress} state */
   function onProgress({ stage, done, total }) {
     if (signal.aborted) return;
-    progress.value = (WORK.indexOf(stage) + done / total) / WORK.length;
-    const current = STAGES.findIndex(({ work }) => work.includes(stage));
-    byId('status').textContent = `${STAGES[current]?.title}…`;
+    progress.value = (CORE_STAGES.indexOf(stage) + done / total) / CORE_STAGES.length;
+    byId('status').textContent = `${STAGES.find(({ coreStages }) => coreStages.includes(stage)).title}…`;
   }
 }
 
-/** @param {import('./run.js').Run} run */
-function summary({ result }) {
-  const { objects, numFrames } = result;
-  const found = objects
-    ? `${objects.length} moving ${objects.length === 1 ? 'object' : 'objects'}`
-    : `${result.clusters.count} clusters`;
-  const of = page.clip.total && page.clip.total > numFrames ? ` of ${number(page.clip.total)}` : '';
-  const damage = page.clip.damage && ` The file is damaged after these: ${page.clip.damage}.`;
-  return `${found} in ${number(numFrames)}${of} frames.${damage}`;
+/** Ends the run under way, and drops the one that is shown. */
+function end() {
+  clearTimeout(changeTimer);
+  abort.abort();
+  run?.close();
+  run = null;
+  why.clear();
+  pause();
 }
 
-/**
- * @param {'running' | 'done' | 'stopped' | 'error'} state
- * @param {string} text
- */
+/** @param {import('tracecut').Result} result */
+function summary({ objects, clusters, numFrames }) {
+  const count = objects?.length ?? clusters.count;
+  const kind = objects ? 'moving object' : 'cluster';
+  const all = clip.total > numFrames ? ` of ${number(clip.total)}` : '';
+  const damage = clip.damage && ` The file is damaged after these: ${clip.damage}.`;
+  return `${number(count)} ${kind}${count === 1 ? '' : 's'} in ${number(numFrames)}${all} frames.${damage}`;
+}
+
+/** @param {'running' | 'done' | 'stopped' | 'error'} state */
 function showState(state, text) {
   document.body.dataset.state = state;
   byId('status').textContent = text;
-  byId('cancel').hidden = state !== 'running';
+  byId('cancel').hidden = progress.hidden = state !== 'running';
   byId('again').hidden = state !== 'stopped';
   byId('error').hidden = state !== 'error';
-  progress.hidden = state !== 'running';
   progress.value = 0;
-  for (const { time, facts, key } of cards.values()) {
-    time.textContent = '';
+  for (const { id, coreStages } of STAGES) {
+    const { time, facts, key } = cards.get(id);
+    const seconds = coreStages.reduce((sum, name) => sum + (run?.result.seconds[name] ?? 0), 0);
+    time.textContent = seconds > 0 ? `${number(seconds, 1)} s` : '';
     facts.textContent = '';
     key.replaceChildren();
   }
-  if (!page.run) return;
-  for (const { id, work } of STAGES) {
-    const seconds = work.reduce((sum, name) => sum + (page.run?.result.seconds[name] ?? 0), 0);
-    const { time } = /** @type {ReturnType<typeof card>} */ (cards.get(id));
-    time.textContent = seconds > 0 ? `${number(seconds, 1)} s` : '';
-  }
 }
 
-/** What to do about an error, by its code. @type {Record<string, string>} */
-const ADVICE = {
-  'too-few-frames': 'Motion needs at least two frames. Open a video, or take more of its frames.',
-  'no-video': 'Open a video, an animated image, or the images of a sequence.',
-  codec: 'This browser cannot decode it. Open an MP4 or WebM file.',
-  memory: 'Take fewer or smaller frames: see Frames.',
-  param: 'Reset the parameters, or correct the one named above.',
-  poisoned: 'The core has stopped on an error of its own. Running again starts a new one.',
-};
-
-/** Shows an error in place of the picture. @param {unknown} error */
+/** Shows an error in place of the picture, and ways on. */
 function fail(error) {
-  const code = error instanceof TraceCutError ? error.code : '';
-  page.run?.close();
-  page.run = null;
-  why.clear();
-  pause();
+  end();
   showState('error', 'Failed.');
-  byId('error-text').textContent = error instanceof Error ? error.message : String(error);
-  byId('error-advice').textContent = ADVICE[code] ?? 'Run again, or open another clip.';
+  byId('error-text').textContent = error.message;
+  byId('error-advice').textContent = ADVICE[error.code] ?? 'Run again, or open another clip.';
 }
 
 // Picture
 
-/** Shows frame `page.t` and what the open stage found in it. */
-function showFrame() {
-  const count = Math.max(page.clip.frames.length, 1);
-  scrub.max = String(count - 1);
-  scrub.value = String(page.t);
-  scrub.setAttribute('aria-valuetext', `Frame ${page.t + 1} of ${count}`);
-  byId('counter').textContent = `${page.t + 1} / ${count}`;
-  if (why.place && page.run && !page.isPlaying) explain(why.place.x, why.place.y);
+/** Shows a frame. */
+function seek(index) {
+  const { length } = clip.frames;
+  t = Math.max(0, Math.min(index, length - 1));
+  scrub.max = Math.max(0, length - 1);
+  scrub.value = t;
+  scrub.setAttribute('aria-valuetext', `Frame ${t + 1} of ${length}`);
+  byId('counter').textContent = `${t + 1} / ${length}`;
+  if (why.place && !isPlaying) explain(why.place.x, why.place.y);
   return draw();
 }
 
-/** Draws the frame; once the data is there, the layer over it. */
+/** Draws the frame, and once its data is there, the layer of the stage that is shown. */
 async function draw() {
-  page.drawing += 1;
-  const mine = page.drawing;
-  const { run, t } = page;
-  const image = page.clip.frames[t]?.canvas;
+  drawings += 1;
+  const drawing = drawings;
+  const image = clip.frames[t]?.canvas;
   if (!image) return;
-  const unit = drawImage(image);
-  const stage = /** @type {ReturnType<typeof card>} */ (cards.get(page.stage));
-  canvas.setAttribute('aria-label', `Frame ${t + 1} with ${stage.title}`);
+  const card = cards.get(shown);
+  const layer = LAYERS[shown];
+  const view = { run, result: run?.result, t, image, mode: card.mode.value, unit: drawImage(image) };
+  canvas.setAttribute('aria-label', `Frame ${t + 1}: ${card.title}`);
   if (!run) return;
-  /** @type {import('./layers.js').Layer} */
-  const layer = LAYERS[/** @type {keyof typeof LAYERS} */ (page.stage)];
-  const view = { run, result: run.result, t, image, unit, mode: stage.mode.value };
   try {
     const data = await layer.load?.(view);
-    if (mine !== page.drawing) return;
+    if (drawing !== drawings) return;
     drawImage(image);
     context.save();
     context.globalAlpha = opacity.valueAsNumber;
     layer.draw(context, view, data);
     context.restore();
-    why.draw(context, t, unit);
-    stage.facts.textContent = layer.facts?.(view, data) ?? '';
-    stage.key.replaceChildren(...(layer.key?.(view, data) ?? []).map(keyEntry));
-    canvas.dataset.drawn = `${page.stage} ${view.mode} ${t}`;
+    why.draw(context, view);
+    card.facts.textContent = layer.facts(view, data);
+    card.key.replaceChildren(...(layer.key?.(view, data) ?? []).map(keyEntry));
+    canvas.dataset.drawn = `${shown} ${view.mode} ${t}`;
   } catch (error) {
-    if (mine === page.drawing) fail(error);
+    if (drawing === drawings) fail(error);
   }
 }
 
-/**
- * Draws a frame alone, on a canvas of a multiple of its size.
- * @param {OffscreenCanvas} image
- * @returns {number} pixels of the frame for one of the canvas
- */
+/** Draws a frame on a canvas of a multiple of its size; returns a pixel of the canvas in pixels of the frame. */
 function drawImage(image) {
-  const scale = Math.max(1, Math.ceil(CANVAS_WIDTH / image.width));
+  const scale = Math.max(1, Math.ceil(MIN_CANVAS_WIDTH / image.width));
   const [width, height] = [scale * image.width, scale * image.height];
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
   const unit = fitFrame(context, image);
-  context.globalAlpha = 1;
   context.drawImage(image, 0, 0);
   return unit;
 }
 
-/** @param {import('./layers.js').KeyEntry} entry */
-function keyEntry({ colors, text }) {
+function keyEntry([colors, text]) {
   const swatches = colors.map((color) => {
-    const swatch = h('span', { class: 'swatch' });
+    const swatch = h('span', { class: 'swatch', 'aria-hidden': 'true' });
     swatch.style.background = color;
     return swatch;
   });
-  return h('li', {}, h('span', { class: 'swatches', 'aria-hidden': 'true' }, ...swatches), text);
+  return h('li', {}, h('span', { class: 'swatches' }, ...swatches), text);
 }
 
-/** @param {number} t */
-function seek(t) {
-  page.t = Math.min(Math.max(t, 0), Math.max(page.clip.frames.length - 1, 0));
-  return showFrame();
-}
-
-/** Plays in a loop; each frame waits for its layer. */
+/** Plays in a loop; each frame waits until its layer is drawn. */
 async function play() {
-  page.isPlaying = true;
-  showPlaying();
-  while (page.isPlaying && page.clip.frames.length > 1) {
-    const due = performance.now() + page.clip.frameDuration;
-    await seek((page.t + 1) % page.clip.frames.length);
-    await new Promise((done) => setTimeout(done, Math.max(0, due - performance.now())));
+  isPlaying = true;
+  byId('play').textContent = 'Pause';
+  while (isPlaying && clip.frames.length > 1) {
+    const due = performance.now() + clip.frameDuration;
+    await seek((t + 1) % clip.frames.length);
+    await new Promise((done) => setTimeout(done, due - performance.now()));
   }
 }
 
 function pause() {
-  page.isPlaying = false;
-  showPlaying();
+  isPlaying = false;
+  byId('play').textContent = 'Play';
 }
 
-function showPlaying() {
-  byId('play').textContent = page.isPlaying ? 'Pause' : 'Play';
-}
-
-/**
- * Explains a pixel of the frame that is shown.
- * @param {number} x
- * @param {number} y
- */
+/** Explains the pixel at `x`, `y` of the frame that is shown. */
 async function explain(x, y) {
-  if (!page.run?.result.masks) return;
-  pause();
-  const { run } = page;
-  const within = (/** @type {number} */ value, /** @type {number} */ size) =>
-    Math.min(size - 1, Math.max(0, Math.floor(value)));
+  if (!run?.result.masks) return;
+  const asked = run;
   const { width, height } = run.result;
+  const within = (value, size) => Math.max(0, Math.min(Math.floor(value), size - 1));
+  pause();
   try {
-    await why.ask(run, page.t, within(x, width), within(y, height));
+    await why.ask(run, t, within(x, width), within(y, height));
+    await draw();
   } catch (error) {
-    if (run === page.run) fail(error);
+    if (asked === run) fail(error);
   }
 }
 
 // Stages
 
-/**
- * Builds the card of a stage: its explanation, how it is drawn, and its parameters.
- * @param {import('./stages.js').Stage} stage
- * @param {number} k
- */
-function card({ id, title, section, text, groups }, k) {
-  const { modes = [] } = /** @type {import('./layers.js').Layer} */ (LAYERS[id]);
-  const time = h('span', { class: 'time' });
-  const mode = h(
-    'select',
-    { id: `mode-${id}`, change: draw },
-    ...modes.map(([value, name]) => h('option', { value }, name)),
-  );
-  const facts = h('p', { class: 'facts' });
+/** Adds the card of a stage: its explanation, how it is drawn, and its parameters. */
+function addCard({ id, title, section, text, groups }, place) {
+  const modes = Object.entries(LAYERS[id].modes ?? {}).map(([value, name]) => h('option', { value }, name));
+  const mode = h('select', { id: `mode-${id}`, change: draw }, ...modes);
   const key = h('ul', { class: 'key' });
+  const facts = h('p', { class: 'facts' });
+  const time = h('span', { class: 'time' });
   const body = h(
     'div',
-    { class: 'stage-body', id: `stage-${id}`, hidden: true },
+    { class: 'stage-body', id: `stage-${id}` },
     h('p', {}, text),
-    ...(modes.length > 0 ? [h('label', { class: 'mode', for: mode.id }, 'Show ', mode)] : []),
+    h('label', { class: 'mode', hidden: modes.length === 0 }, 'Show ', mode),
     key,
     facts,
     ...(id === 'frames' ? [take.element] : []),
@@ -321,70 +267,82 @@ function card({ id, title, section, text, groups }, k) {
   );
   const button = h(
     'button',
-    { type: 'button', 'aria-expanded': 'false', 'aria-controls': body.id, click: () => openStage(id) },
-    h('span', { class: 'place', 'aria-hidden': 'true' }, String(k + 1)),
+    { type: 'button', 'aria-controls': body.id, click },
+    h('span', { class: 'place' }, String(place)),
     h('span', { class: 'title' }, title),
-    ...(section ? [h('span', { class: 'section' }, `§${section}`)] : []),
+    h('span', { class: 'section' }, section && `§${section}`),
     time,
   );
   byId('stages').append(h('li', { class: 'stage' }, h('h3', {}, button), body));
-  return { title, time, mode, facts, key, body, button };
+  return { title, body, button, time, mode, key, facts };
+
+  function click() {
+    openStage(id);
+    // The card that was open may have been above.
+    button.scrollIntoView({ block: 'nearest' });
+  }
 }
 
-/** Opens one stage, which is drawn from now on. @param {string} id */
+/** Opens the card of a stage, which is drawn from now on. */
 function openStage(id) {
-  page.stage = id;
+  shown = id;
   for (const [other, { body, button }] of cards) {
     body.hidden = other !== id;
     button.setAttribute('aria-expanded', String(other === id));
   }
-  cards.get(id)?.button.scrollIntoView({ block: 'nearest' });
-  return draw();
+  draw();
 }
 
 // Controls
 
-const file = /** @type {HTMLInputElement} */ (byId('file'));
-for (const id of ['open', 'error-open']) byId(id).addEventListener('click', () => file.click());
-for (const id of ['sample', 'error-sample']) byId(id).addEventListener('click', () => openChosen([]));
-for (const id of ['again', 'error-again']) byId(id).addEventListener('click', start);
-for (const id of ['reset', 'error-reset']) byId(id).addEventListener('click', () => parameters.reset());
-byId('cancel').addEventListener('click', () => page.abort.abort());
-byId('back').addEventListener('click', () => seek(page.t - 1));
-byId('forward').addEventListener('click', () => seek(page.t + 1));
-byId('play').addEventListener('click', () => (page.isPlaying ? pause() : play()));
+const ON_CLICK = {
+  open: () => byId('file').click(),
+  sample: () => openChosen([]),
+  again: start,
+  reset: () => parameters.reset(),
+  cancel: () => abort.abort(),
+  play: () => (isPlaying ? pause() : play()),
+  back: () => seek(t - 1),
+  forward: () => seek(t + 1),
+};
+for (const [id, act] of Object.entries(ON_CLICK))
+  for (const button of [byId(id), byId(`error-${id}`)]) button?.addEventListener('click', act);
+
 scrub.addEventListener('input', () => seek(scrub.valueAsNumber));
 opacity.addEventListener('input', draw);
-preset.addEventListener('change', () => parameters.choosePreset(/** @type {Parameters['preset']} */ (preset.value)));
-file.addEventListener('change', () => {
-  if (file.files?.length) openChosen(file.files);
-  file.value = '';
+preset.addEventListener('change', () => parameters.choosePreset(preset.value));
+byId('file').addEventListener('change', ({ target }) => {
+  if (target.files.length > 0) openChosen(target.files);
+  target.value = '';
 });
-canvas.addEventListener('click', (event) => {
+byId('why-form').addEventListener('submit', (event) => {
+  event.preventDefault();
+  explain(event.target.x.valueAsNumber, event.target.y.valueAsNumber);
+});
+canvas.addEventListener('click', ({ clientX, clientY }) => {
   const { left, top, width, height } = canvas.getBoundingClientRect();
-  const image = page.clip.frames[page.t]?.canvas;
-  if (image) explain(((event.clientX - left) / width) * image.width, ((event.clientY - top) / height) * image.height);
+  const image = clip.frames[t].canvas;
+  byId('why').scrollIntoView({ block: 'nearest' });
+  explain(((clientX - left) / width) * image.width, ((clientY - top) / height) * image.height);
 });
 document.addEventListener('dragover', (event) => event.preventDefault());
 document.addEventListener('drop', (event) => {
   event.preventDefault();
-  if (event.dataTransfer?.files.length) openChosen(event.dataTransfer.files);
+  if (event.dataTransfer.files.length > 0) openChosen(event.dataTransfer.files);
 });
 document.addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
-  if (event.key === 'Escape') return page.run ? clearWhy() : page.abort.abort();
-  if (event.target instanceof Element && event.target.closest('input, select')) return;
+  if (event.key === 'Escape' && !run) abort.abort();
+  if (event.key === 'Escape' && run) {
+    why.clear();
+    draw();
+  }
   const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-  if (!step) return;
+  if (!step || /** @type {Element} */ (event.target).closest('input, select, .scroll')) return;
   event.preventDefault();
   pause();
-  seek(page.t + step);
+  seek(t + step);
 });
 
-function clearWhy() {
-  why.clear();
-  draw();
-}
-
-openStage(page.stage);
+openStage(shown);
 openFirst();

@@ -1,42 +1,30 @@
-// Which frames of a file are taken, and how large they are.
+// The form that says which frames of a file are taken, and how large they are.
 
 import { h } from './dom.js';
 
-/** @typedef {import('./clip.js').Take} Take */
-
-/** @type {readonly {name: keyof Take, text: string, min: number, max: number, step: number | 'any'}[]} */
+/** The fields by the names of the take's parts; see `DEFAULT_TAKE`. */
 const FIELDS = [
   { name: 'start', text: 'Start, seconds', min: 0, max: 1e5, step: 'any' },
-  { name: 'maxFrames', text: 'Frames', min: 2, max: 200, step: 1 },
-  { name: 'step', text: 'Take every nth', min: 1, max: 100, step: 1 },
-  { name: 'size', text: 'Long side, pixels', min: 64, max: 1920, step: 1 },
+  { name: 'maxFrames', text: 'Frames', min: 2, max: 200 },
+  { name: 'step', text: 'Take every nth', min: 1, max: 100 },
+  { name: 'size', text: 'Long side, pixels', min: 64, max: 1920 },
 ];
 
-/**
- * Builds the form.
- * @param {(take: Take) => void} onChange
- * @returns {{element: HTMLElement, show: (take: Take, isFile: boolean) => void}}
- */
+/** Builds the form; `onChange` gets a whole take. */
 export function takeForm(onChange) {
-  const inputs = FIELDS.map(({ name, min, max, step }) =>
-    h('input', { type: 'number', name, min, max, step, required: true }),
-  );
-  const form = h(
-    'form',
-    { class: 'take', change: read, submit: (event) => event.preventDefault() },
-    ...FIELDS.map(({ text }, k) => h('label', {}, text, /** @type {HTMLInputElement} */ (inputs[k]))),
-  );
+  const inputs = FIELDS.map(({ text: _, ...field }) => h('input', { type: 'number', required: true, ...field }));
+  const labels = FIELDS.map(({ text }, k) => h('label', {}, text, inputs[k]));
+  const element = h('form', { class: 'take', change, submit: (event) => event.preventDefault() }, ...labels);
 
-  function read() {
-    if (!form.reportValidity()) return;
-    const values = inputs.map((input) => [input.name, input.valueAsNumber]);
-    onChange(/** @type {Take} */ (Object.fromEntries(values)));
+  function change() {
+    if (element.reportValidity())
+      onChange(Object.fromEntries(inputs.map(({ name, valueAsNumber }) => [name, valueAsNumber])));
   }
 
-  /** @type {(take: Take, isFile: boolean) => void} */
-  function show(take, isFile) {
-    form.hidden = !isFile;
-    for (const input of inputs) input.value = String(take[/** @type {keyof Take} */ (input.name)]);
+  /** Shows the take of a clip; the sample has none to choose. */
+  function show({ take, files }) {
+    element.hidden = files.length === 0;
+    for (const input of inputs) input.value = take[input.name];
   }
-  return { element: form, show };
+  return { element, show };
 }
