@@ -56,8 +56,7 @@ export class Clip {
   async *#read(signal) {
     const source = this.files.length > 1 ? this.files : this.files[0];
     const { start, ...take } = this.take;
-    const info = await videoInfo(source).catch(() => null);
-    this.total = info?.numFrames ?? null;
+    this.total = this.files.length > 1 ? this.files.length : await countFrames(source);
     const onDamage = ({ error }) => void (this.damage = error.message);
     yield* videoFrames(source, { ...take, start: start > 0 ? start : undefined, signal, onDamage });
   }
@@ -67,6 +66,11 @@ async function* sampleFrames() {
   const sample = await synthClip(SAMPLE);
   for (let t = 0; t < sample.numFrames; t += 1) yield { frame: sample.frame(t), time: t / SAMPLE_FRAMES_PER_SECOND };
   sample.close();
+}
+
+async function countFrames(file) {
+  const info = await videoInfo(file).catch(() => null);
+  return info?.numFrames ?? null;
 }
 
 /** Fetches the files that the page handed over, and the second to start at; no files if there are none. */

@@ -63,6 +63,7 @@ async function open(files, chosen = DEFAULT_TAKE) {
   clip = new Clip([...files], chosen);
   t = 0;
   byId('clip-name').textContent = clip.name;
+  seek(0);
   take.show(clip);
   await start();
 }
@@ -118,6 +119,7 @@ function end() {
   run = null;
   why.clear();
   pause();
+  draw();
 }
 
 /** @param {import('tracecut').Result} result */
@@ -163,7 +165,7 @@ function seek(index) {
   scrub.max = Math.max(0, length - 1);
   scrub.value = t;
   scrub.setAttribute('aria-valuetext', `Frame ${t + 1} of ${length}`);
-  byId('counter').textContent = `${t + 1} / ${length}`;
+  byId('counter').textContent = length > 0 ? `${t + 1} / ${length}` : '';
   if (why.place && !isPlaying) explain(why.place.x, why.place.y);
   return draw();
 }
