@@ -33,7 +33,7 @@ export class Why {
     const place = (this.place = { t, x, y });
     this.#found = null;
     [form.x.value, form.y.value] = [x, y];
-    const [found, map] = await Promise.all([run.result.explain(t, x, y), run.map('confidence', t)]);
+    const [found, map] = await Promise.all([run.result.explain(t, x, y), run.ask('confidence', t)]);
     if (place !== this.place) return;
     this.#found = found;
     const [column, row] = [Math.floor(x / map.scaleX), Math.floor(y / map.scaleY)];
