@@ -81,7 +81,7 @@ export const LAYERS = {
 
   embedding: {
     modes: {
-      '1,2,3': 'Eigenvectors 2, 3 and 4 as red, green and blue',
+      '1,2,3': 'Eigenvectors 2 to 4 as red, green, blue',
       ...Object.fromEntries([1, 2, 3, 4, 5, 6].map((k) => [k, `Eigenvector ${k + 1}`])),
     },
     draw(context, { result, t, mode }) {
@@ -173,8 +173,9 @@ export const LAYERS = {
       return [...labels.map((label) => /** @type {Legend[0]} */ ([[objectColor(label)], name(label)])), ...rest];
     },
     facts({ result: { clusters, objects } }) {
-      const background = [...(clusters.object ?? [])].filter((label) => label === 0).length;
-      return `${clusters.count} clusters: ${background} of the background, ${clusters.count - background} of ${objects?.length ?? 0} objects.`;
+      if (!objects) return `${clusters.count} clusters.`;
+      const background = clusters.object.filter((label) => label === 0).length;
+      return `${clusters.count} clusters: ${background} of the background, ${clusters.count - background} of ${objects.length} objects.`;
     },
   },
 
