@@ -42,13 +42,13 @@ export class Clip {
   /** Yields the frames; those that are decoded already come at once. @param {AbortSignal} signal */
   async *decode(signal) {
     if (this.isDecoded) return yield* this.frames;
-    this.frames = [];
+    const frames = (this.frames = []);
     for await (const { frame, time } of this.files.length > 0 ? this.#read(signal) : sampleFrames()) {
       const canvas = new OffscreenCanvas(frame.width, frame.height);
       const pixels = new ImageData(new Uint8ClampedArray(frame.data), frame.width, frame.height);
       canvas.getContext('2d', { willReadFrequently: true }).putImageData(pixels, 0, 0);
-      this.frames.push({ canvas, time });
-      yield this.frames.at(-1);
+      frames.push({ canvas, time });
+      yield frames.at(-1);
     }
     this.isDecoded = true;
   }

@@ -1,5 +1,5 @@
 // Draws over a frame what each stage has found. Each layer: ways to draw it (modes), the maps that it needs beside the
-// result, how it is drawn, the key of its colours, and a line of figures.
+// result, how it is drawn, a legend of its colours, and a line of figures.
 
 import { drawLabels, parameters } from 'tracecut';
 import { CUT_RED, EDGE_STYLES, drawBoundaries, drawCells, drawDiscontinuities, drawFlow } from 'tracecut/draw';
@@ -15,14 +15,14 @@ import { number } from './dom.js';
  * @typedef {{run: import('./run.js').Run, result: Result, t: number, image: OffscreenCanvas, mode: string, unit: number}} View
  */
 
-/** Colours and what they mean. @typedef {[colors: string[], text: string][]} Key */
+/** Colours and what they mean. @typedef {[colors: string[], text: string][]} Legend */
 
 /**
  * @typedef {object} Layer
  * @property {Record<string, string>} [modes]
  * @property {(view: View) => Promise<any>} [load]
  * @property {(context: CanvasRenderingContext2D, view: View, data: any) => void} draw
- * @property {(view: View, data: any) => Key} [key]
+ * @property {(view: View, data: any) => Legend} [legend]
  * @property {(view: View, data: any) => string} facts
  */
 
@@ -38,7 +38,7 @@ const FAST_QUANTILE = 0.95;
 /** Share of trajectories at either end of an eigenvector's range that are left out of it. */
 const OUTLIER_SHARE = 0.02;
 
-/** Entries of a key, at most. */
+/** Entries of a legend, at most. */
 const MAX_ENTRIES = 12;
 
 const DEFAULT_THRESHOLD = parameters().find(({ name }) => name === 'discontinuity.threshold').default;
@@ -51,13 +51,13 @@ export const LAYERS = {
   },
 
   flow: {
-    load: ({ run, t, result }) => run.map('flow', Math.min(t, result.numFrames - 2)),
+    load: ({ run, t, result }) => run.ask('flow', Math.min(t, result.numFrames - 2)),
     draw(context, { result }, field) {
       context.globalAlpha *= MAP_OPACITY;
       const grid = { scaleX: result.width / field.width, scaleY: result.height / field.height };
       drawFlow(context, { ...field, ...grid }, { scale: fastStep(result) });
     },
-    key: motionKey,
+    legend: motionLegend,
     facts(_, { u, v }) {
       const speeds = u.map((value, p) => Math.hypot(value, v[p])).sort();
       return `${number(speeds[speeds.length >> 1], 1)} pixels per frame in the median, ${number(speeds.at(-1), 1)} at most.`;
@@ -71,7 +71,7 @@ export const LAYERS = {
       const color = (i) => motionColor(...stepOf(result, i, t), scale);
       drawTrajectories(context, result, t, { shape: 'disc', color });
     },
-    key: motionKey,
+    legend: motionLegend,
     facts({ result, t }) {
       const { count, x } = result.trajectories;
       const mean = number(x.length / Math.max(1, count), 1);
@@ -81,7 +81,7 @@ export const LAYERS = {
 
   embedding: {
     modes: {
-      '1,2,3': 'Eigenvectors 2, 3 and 4 as red, green and blue',
+      '1,2,3': 'Eigenvectors 2 to 4 as red, green, blue',
       ...Object.fromEntries([1, 2, 3, 4, 5, 6].map((k) => [k, `Eigenvector ${k + 1}`])),
     },
     draw(context, { result, t, mode }) {
@@ -90,7 +90,7 @@ export const LAYERS = {
       const color = (i) => (columns[1] ? hex(columns.map((column) => 255 * column[i])) : valueColor(columns[0][i]));
       drawCells(context, result, t, { color });
     },
-    key: ({ mode }) => (mode.includes(',') ? [[[], 'Like colours: like motion.']] : [[heatColors(), 'low to high']]),
+    legend: ({ mode }) => (mode.includes(',') ? [[[], 'Like colours: like motion.']] : [[heatColors(), 'low to high']]),
     facts({ result }) {
       const { dimensions, eigenvalues } = result.embedding;
       return `${dimensions} eigenvectors; their eigenvalues go from ${number(eigenvalues[0], 3)} to ${number(eigenvalues[dimensions - 1], 3)}.`;
@@ -108,7 +108,7 @@ export const LAYERS = {
         drawDiscontinuities(context, result, t, { calm, threshold: mode === 'strength' ? 0 : thresholdOf(run) });
       }
     },
-    key({ run, mode }) {
+    legend({ run, mode }) {
       if (mode === 'segments') return [[[0, 1, 2].map(objectColor), 'a colour for each segment']];
       if (mode === 'strength') return [[[CUT_RED], 'd: the larger, the wider']];
       return [
@@ -131,7 +131,7 @@ export const LAYERS = {
       foreground: 'Foreground',
       components: 'Connected components',
     },
-    load: async ({ run, t, mode }) => (mode === 'pixels' ? run.map('saliencyMap', t) : null),
+    load: async ({ run, t, mode }) => (mode === 'pixels' ? run.ask('saliencyMap', t) : null),
     draw(context, { result, t, mode }, map) {
       const { inContext, ofPoints, foreground } = result.saliency;
       if (mode === 'foreground' || mode === 'components') {
@@ -144,11 +144,11 @@ export const LAYERS = {
       const values = mode === 'context' ? inContext : ofPoints;
       drawCells(context, result, t, { color: (i) => valueColor(values[i]) });
     },
-    key({ mode }) {
+    legend({ mode }) {
       if (mode === 'foreground') return [[[CUT_RED], 'foreground'], ...GREY_IS_BACKGROUND];
       if (mode !== 'components') return [[heatColors(), '0 to 1']];
       const component = [[1, 2, 3].map(objectColor), 'a colour for each component'];
-      return /** @type {Key} */ ([component, [[CUT_RED], 'too small'], ...GREY_IS_BACKGROUND]);
+      return /** @type {Legend} */ ([component, [[CUT_RED], 'too small'], ...GREY_IS_BACKGROUND]);
     },
     facts({ result, t }) {
       const alive = aliveIn(result, t);
@@ -163,30 +163,32 @@ export const LAYERS = {
       dim(context, result);
       drawTrajectories(context, result, t, { color: mode });
     },
-    key({ result: { clusters }, mode }) {
+    legend({ result: { clusters }, mode }) {
       const all =
         mode === 'object' && clusters.object ? [...new Set(clusters.object)] : [...Array(clusters.count).keys()];
       const name = (label) => (mode === 'object' ? nameOf(label) : `Cluster ${label}`);
       const labels = all.sort((a, b) => a - b).slice(0, MAX_ENTRIES);
       const more = all.length - labels.length;
-      const rest = /** @type {Key} */ (more > 0 ? [[[], `and ${more} more`]] : []);
-      return [...labels.map((label) => /** @type {Key[0]} */ ([[objectColor(label)], name(label)])), ...rest];
+      const rest = /** @type {Legend} */ (more > 0 ? [[[], `and ${more} more`]] : []);
+      return [...labels.map((label) => /** @type {Legend[0]} */ ([[objectColor(label)], name(label)])), ...rest];
     },
     facts({ result: { clusters, objects } }) {
-      const background = [...(clusters.object ?? [])].filter((label) => label === 0).length;
-      return `${clusters.count} clusters: ${background} of the background, ${clusters.count - background} of ${objects?.length ?? 0} objects.`;
+      if (!objects) return `${clusters.count} clusters.`;
+      const background = clusters.object.filter((label) => label === 0).length;
+      return `${clusters.count} clusters: ${background} of the background, ${clusters.count - background} of ${objects.length} objects.`;
     },
   },
 
   contours: {
     modes: { segments: 'Line segments over Pb', pb: 'Pb', thin: 'Ridges of Pb' },
-    load: ({ run, t }) => Promise.all([run.map('boundaries', t), run.map('superpixels', t)]),
+    load: ({ run, t, mode }) =>
+      Promise.all([run.ask('boundaries', t), mode === 'segments' ? run.ask('superpixels', t) : null]),
     draw(context, { mode, unit }, [map, superpixels]) {
       drawBoundaries(context, map, { of: mode === 'thin' ? 'thin' : 'pb' });
-      if (mode === 'segments') strokeContours(context, superpixels, 2 * unit);
+      if (superpixels) strokeContours(context, superpixels, 2 * unit);
     },
-    key({ mode }) {
-      const pb = /** @type {Key} */ ([[['#ffffff', '#808080', '#000000'], 'Pb, 0 to 0.6']]);
+    legend({ mode }) {
+      const pb = /** @type {Legend} */ ([[['#ffffff', '#808080', '#000000'], 'Pb, 0 to 0.6']]);
       return mode === 'segments' ? [...pb, [[EDGE_STYLES.Constraint.color], 'line segments']] : pb;
     },
     facts(_, [{ pb }]) {
@@ -202,16 +204,16 @@ export const LAYERS = {
       mean: 'Superpixels in their mean colours',
       random: 'Superpixels in random colours',
     },
-    load: ({ run, t }) => run.map('superpixels', t),
+    load: ({ run, t }) => run.ask('superpixels', t),
     draw(context, { image, mode, unit }, found) {
       if (mode === 'mean' || mode === 'random') return drawSuperpixels(context, found, { fill: mode, image });
       dim(context, image);
       const deleted = mode === 'delaunay';
       drawSuperpixels(context, found, { fill: 'none', borders: false, edges: true, deleted, width: 3 * unit });
     },
-    key({ mode }) {
+    legend({ mode }) {
       if (mode === 'mean' || mode === 'random') return [];
-      const kept = /** @type {Key} */ ([
+      const kept = /** @type {Legend} */ ([
         [[EDGE_STYLES.Constraint.color], 'contour (constraint)'],
         [[EDGE_STYLES.Gabriel.color], 'Gabriel edge'],
       ]);
@@ -227,15 +229,15 @@ export const LAYERS = {
     modes: { masks: 'Masks', superpixels: 'Masks and superpixels', background: 'Scene without objects' },
     async load({ run, result, t, mode }) {
       if (!result.masks) return {};
-      const confidence = await run.map('objectConfidence');
-      return mode === 'masks' ? { confidence } : { confidence, [mode]: await run.map(mode, t) };
+      const confidence = await run.ask('objectConfidence');
+      return mode === 'masks' ? { confidence } : { confidence, [mode]: await run.ask(mode, t) };
     },
     draw(context, { result, t }, { superpixels, background }) {
       if (background) return drawBackground(context, background, result);
       if (result.masks) drawLabels(context, result, t);
       if (superpixels) drawSuperpixels(context, superpixels, { fill: 'none' });
     },
-    key({ result, mode }, { confidence }) {
+    legend({ result, mode }, { confidence }) {
       if (mode === 'background') return [[['#000000'], 'never seen without an object']];
       return (result.objects ?? []).map(({ label }) => [
         [objectColor(label)],
@@ -251,7 +253,7 @@ export const LAYERS = {
   },
 };
 
-/** @type {Key} */
+/** @type {Legend} */
 const GREY_IS_BACKGROUND = [[[GREY], 'background']];
 
 /** Names a label of the masks. @param {number} label */
@@ -292,8 +294,8 @@ function fastStep(result) {
   return Math.max(0.5, steps[Math.floor(FAST_QUANTILE * (count - 1))] ?? 0);
 }
 
-/** @param {View} view @returns {Key} */
-function motionKey({ result }) {
+/** @param {View} view @returns {Legend} */
+function motionLegend({ result }) {
   return [
     [[motionColor(1, 0, 1)], 'right'],
     [[motionColor(0, 1, 1)], 'down'],

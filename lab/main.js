@@ -39,9 +39,12 @@ let abort = new AbortController();
 /** The frame and the stage that are shown. */
 let t = 0;
 let shown = 'clusters';
-let isPlaying = false;
+/** The loop that plays, if there is one. */
+let playing = null;
 /** Number of drawings so far: one that has waited for its data is void if another has begun. */
 let drawings = 0;
+/** What the core is asked for a drawing: one question at a time, and none for frames that were passed meanwhile. */
+let loading = Promise.resolve(null);
 let changeTimer;
 
 const why = new Why();
@@ -140,11 +143,11 @@ function showState(state, text) {
   byId('error').hidden = state !== 'error';
   progress.value = 0;
   for (const { id, coreStages } of STAGES) {
-    const { time, facts, key } = cards.get(id);
+    const { time, facts, legend } = cards.get(id);
     const seconds = coreStages.reduce((sum, name) => sum + (run?.result.seconds[name] ?? 0), 0);
     time.textContent = seconds > 0 ? `${number(seconds, 1)} s` : '';
     facts.textContent = '';
-    key.replaceChildren();
+    legend.replaceChildren();
   }
 }
 
@@ -166,7 +169,7 @@ function seek(index) {
   scrub.value = t;
   scrub.setAttribute('aria-valuetext', `Frame ${t + 1} of ${length}`);
   byId('counter').textContent = length > 0 ? `${t + 1} / ${length}` : '';
-  if (why.place && !isPlaying) explain(why.place.x, why.place.y);
+  if (why.place && !playing) explain(why.place.x, why.place.y);
   return draw();
 }
 
@@ -178,11 +181,17 @@ async function draw() {
   if (!image) return;
   const card = cards.get(shown);
   const layer = LAYERS[shown];
-  const view = { run, result: run?.result, t, image, mode: card.mode.value, unit: drawImage(image) };
+  // While it plays, the layer before stays until this one is there.
+  if (!playing || !run) drawImage(image);
+  const view = { run, result: run?.result, t, image, mode: card.mode.value, unit: image.width / canvas.width };
   canvas.setAttribute('aria-label', `Frame ${t + 1}: ${card.title}`);
   if (!run) return;
   try {
-    const data = await layer.load?.(view);
+    await loading;
+    if (drawing !== drawings) return;
+    const asked = Promise.resolve(layer.load?.(view));
+    loading = asked.catch(() => null);
+    const data = await asked;
     if (drawing !== drawings) return;
     drawImage(image);
     context.save();
@@ -191,24 +200,26 @@ async function draw() {
     context.restore();
     why.draw(context, view);
     card.facts.textContent = layer.facts(view, data);
-    card.key.replaceChildren(...(layer.key?.(view, data) ?? []).map(keyEntry));
+    card.legend.replaceChildren(...(layer.legend?.(view, data) ?? []).map(legendEntry));
     canvas.dataset.drawn = `${shown} ${view.mode} ${t}`;
   } catch (error) {
-    if (drawing === drawings) fail(error);
+    if (drawing !== drawings) return;
+    // The parameters left the stage out.
+    if (error.code === 'state') card.facts.textContent = error.message;
+    else fail(error);
   }
 }
 
-/** Draws a frame on a canvas of a multiple of its size; returns a pixel of the canvas in pixels of the frame. */
+/** Draws a frame on a canvas of a multiple of its size. */
 function drawImage(image) {
   const scale = Math.max(1, Math.ceil(MIN_CANVAS_WIDTH / image.width));
   const [width, height] = [scale * image.width, scale * image.height];
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-  const unit = fitFrame(context, image);
+  fitFrame(context, image);
   context.drawImage(image, 0, 0);
-  return unit;
 }
 
-function keyEntry([colors, text]) {
+function legendEntry([colors, text]) {
   const swatches = colors.map((color) => {
     const swatch = h('span', { class: 'swatch', 'aria-hidden': 'true' });
     swatch.style.background = color;
@@ -219,9 +230,9 @@ function keyEntry([colors, text]) {
 
 /** Plays in a loop; each frame waits until its layer is drawn. */
 async function play() {
-  isPlaying = true;
+  const loop = (playing = {});
   byId('play').textContent = 'Pause';
-  while (isPlaying && clip.frames.length > 1) {
+  while (loop === playing && clip.frames.length > 1) {
     const due = performance.now() + clip.frameDuration;
     await seek((t + 1) % clip.frames.length);
     await new Promise((done) => setTimeout(done, due - performance.now()));
@@ -229,7 +240,7 @@ async function play() {
 }
 
 function pause() {
-  isPlaying = false;
+  playing = null;
   byId('play').textContent = 'Play';
 }
 
@@ -254,7 +265,7 @@ async function explain(x, y) {
 function addCard({ id, title, section, text, groups }, place) {
   const modes = Object.entries(LAYERS[id].modes ?? {}).map(([value, name]) => h('option', { value }, name));
   const mode = h('select', { id: `mode-${id}`, change: draw }, ...modes);
-  const key = h('ul', { class: 'key' });
+  const legend = h('ul', { class: 'legend' });
   const facts = h('p', { class: 'facts' });
   const time = h('span', { class: 'time' });
   const body = h(
@@ -262,7 +273,7 @@ function addCard({ id, title, section, text, groups }, place) {
     { class: 'stage-body', id: `stage-${id}` },
     h('p', {}, text),
     h('label', { class: 'mode', hidden: modes.length === 0 }, 'Show ', mode),
-    key,
+    legend,
     facts,
     ...(id === 'frames' ? [take.element] : []),
     parameters.list(groups),
@@ -276,7 +287,7 @@ function addCard({ id, title, section, text, groups }, place) {
     time,
   );
   byId('stages').append(h('li', { class: 'stage' }, h('h3', {}, button), body));
-  return { title, body, button, time, mode, key, facts };
+  return { title, body, button, time, mode, legend, facts };
 
   function click() {
     openStage(id);
@@ -303,7 +314,7 @@ const ON_CLICK = {
   again: start,
   reset: () => parameters.reset(),
   cancel: () => abort.abort(),
-  play: () => (isPlaying ? pause() : play()),
+  play: () => (playing ? pause() : play()),
   back: () => seek(t - 1),
   forward: () => seek(t + 1),
 };

@@ -24,9 +24,12 @@ export async function segment(clip, options, { signal, onFrame, onProgress }) {
   }
 }
 
+/** Answers that are kept: a map of a large frame takes megabytes. */
+const MAX_ANSWERS = 150;
+
 /** A finished run: its result, and its session, which answers questions until it is closed. */
 export class Run {
-  #maps = new Map();
+  #answers = new Map();
 
   /**
    * @param {import('tracecut').Session} session
@@ -40,10 +43,11 @@ export class Run {
   }
 
   /** Asks the result, or for the flow the session, about frame `t`; each question once. @param {string} name */
-  map(name, t = 0) {
+  ask(name, t = 0) {
     const key = `${name} ${t}`;
-    if (!this.#maps.has(key)) this.#maps.set(key, name === 'flow' ? this.session.flow(t) : this.result[name](t));
-    return this.#maps.get(key);
+    if (!this.#answers.has(key)) this.#answers.set(key, name === 'flow' ? this.session.flow(t) : this.result[name](t));
+    if (this.#answers.size > MAX_ANSWERS) this.#answers.delete(this.#answers.keys().next().value);
+    return this.#answers.get(key);
   }
 
   close() {

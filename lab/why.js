@@ -33,7 +33,7 @@ export class Why {
     const place = (this.place = { t, x, y });
     this.#found = null;
     [form.x.value, form.y.value] = [x, y];
-    const [found, map] = await Promise.all([run.result.explain(t, x, y), run.map('confidence', t)]);
+    const [found, map] = await Promise.all([run.result.explain(t, x, y), run.ask('confidence', t)]);
     if (place !== this.place) return;
     this.#found = found;
     const [column, row] = [Math.floor(x / map.scaleX), Math.floor(y / map.scaleY)];
@@ -85,7 +85,7 @@ function reasonsOf({ source, superpixel, cluster, costs, voters, weight, flip, b
 function costTable({ costs, cluster }) {
   const sorted = [...costs].sort((a, b) => a.total - b.total);
   const rows = sorted.filter(({ label }, k) => sorted.findIndex((cost) => cost.label === label) === k);
-  const columns = ['trajectories', 'colours', 'evidence', 'links', 'total'];
+  const columns = ['total', 'trajectories', 'colours', 'evidence', 'links'];
   const heads = ['label', 'votes', ...columns].map((name) => h('th', { scope: 'col' }, name));
   const body = rows.slice(0, MAX_LABELS).map((cost) => {
     const cells = [number(cost.votes), ...columns.map((name) => number(cost[name], 2))];
