@@ -1,5 +1,5 @@
-// A static file server for development and tests: `www/` at `/`, the built package at `/dist/`. Nothing else is
-// reachable, and from no other machine.
+// A static file server for development and tests: `www/` at `/`, the lab at `/lab/`, the built package at `/dist/`. Nothing
+// else is reachable, and from no other machine.
 
 import { createReadStream } from 'node:fs';
 import { realpath, stat } from 'node:fs/promises';
@@ -10,6 +10,7 @@ import { root } from './tools.mjs';
 
 const mounts = [
   { prefix: '/dist/', folder: join(root, 'dist') },
+  { prefix: '/lab/', folder: join(root, 'lab') },
   { prefix: '/', folder: join(root, 'www') },
 ];
 

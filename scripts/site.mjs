@@ -13,7 +13,7 @@ import { root } from './tools.mjs';
 
 /** Code that is found by its place: bundles of these names, each with what only it needs. */
 const BUNDLES = [
-  { folder: 'dist', entries: ['index.js', 'selftest.js', 'worker.js'] },
+  { folder: 'dist', entries: ['index.js', 'selftest.js', 'worker.js', 'lab.js'] },
   { folder: 'dist', entries: ['aside-worker.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
@@ -35,6 +35,9 @@ const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAG
 /** The page's list of the package's entries: served as the one file that they are together, which weighs less. */
 const LIBRARY = join(PLACES.demo, 'library.js');
 
+/** The lab is bundled with the package, so that it loads only what it takes of it. */
+const LAB = join(root, 'lab');
+
 /**
  * Writes the site of what is built.
  * @param {string} target a folder; what else is in it stays
@@ -45,16 +48,17 @@ export async function writeSite(target) {
   for (const { folder } of BUNDLES) rmSync(join(target, folder), { recursive: true, force: true });
   const isMade = (name) => /\.(js|css|html)$/.test(name) && !name.startsWith('./dist/vendor/');
   const names = precacheList().files.map(([file]) => file);
-  for (const name of names.filter((file) => file !== './' && !isMade(file))) {
+  for (const name of names.filter((file) => !file.endsWith('/') && !isMade(file))) {
     const to = join(target, name);
     mkdirSync(dirname(to), { recursive: true });
     cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name), to);
   }
   await writeDocument(target);
+  await writeLab(join(target, 'lab'));
   for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
+    /^(dist|demo|icons|lab)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
     !name.endsWith('.map');
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   await writeServiceWorker(list, target);
@@ -83,7 +87,7 @@ function copyWithMap(name, target) {
  * @param {string} target
  */
 async function writeDocument(target) {
-  const source = PAGE.replace(IMPORT_MAP, '').replace(/ 'sha256-[^']*'/, '');
+  const source = withoutImportMap(PAGE);
   const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
   const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'www', href), 'utf8'));
   let count = 0;
@@ -94,6 +98,19 @@ async function writeDocument(target) {
   const { code } = await transform(sheets.join('\n'), { loader: 'css', minify: true });
   writeFileSync(join(target, 'page.css'), code);
 }
+
+/** The lab's document and its style sheet. @param {string} target */
+async function writeLab(target) {
+  const read = (/** @type {string} */ name) => readFileSync(join(LAB, name), 'utf8');
+  const html = withoutImportMap(read('index.html')).replace('./main.js', '../dist/lab.js');
+  mkdirSync(target, { recursive: true });
+  writeFileSync(join(target, 'index.html'), html.replace(/\n\s+/g, '\n'));
+  const { code } = await transform(read('style.css'), { loader: 'css', minify: true });
+  writeFileSync(join(target, 'style.css'), code);
+}
+
+/** @param {string} html */
+const withoutImportMap = (html) => html.replace(IMPORT_MAP, '').replace(/ 'sha256-[^']*'/, '');
 
 /**
  * @param {{folder: string, entries: string[]}} one
@@ -124,6 +141,7 @@ async function writeBundle({ folder, entries }, target) {
 
 /** @param {string} folder @param {string} name of a bundle in it */
 function sourceOf(folder, name) {
+  if (name === 'lab.js') return join(LAB, 'main.js');
   return folder === 'dist' && name === 'index.js' ? LIBRARY : join(PLACES[folder], name);
 }
 
@@ -137,6 +155,10 @@ function apart(folder) {
     onResolve({ filter: /./ }, ({ path, resolveDir, importer, kind }) => {
       if (kind === 'entry-point') return undefined;
       if (importer === LIBRARY) return { path: join(PLACES.dist, basename(path)) };
+      const [, entry] = (dirname(importer) === LAB && /^tracecut(?:\/(\w+))?$/.exec(path)) || [];
+      if (path === 'tracecut' || entry) {
+        return { path: join(PLACES.dist, `${entry ?? 'index'}.js`), sideEffects: false };
+      }
       const place = resolve(resolveDir, path);
       const inDist = relative(PLACES.dist, place).replaceAll(sep, '/');
       const ofPage = place === LIBRARY ? 'dist/index.js' : NAMES[path];

@@ -82,6 +82,7 @@ impl Video {
         let tracks = listing::parse_tracks(BufReader::new(process.output()?));
         let tracks = tracks.map_err(|e| Failure::new(format!("ffmpeg cannot be read: {e}")).of(path.display()))?;
         let opening = opening.join().unwrap_or_default();
+        process.finish().map_err(|e| e.of(path.display()))?;
         let Some(demuxer) = opening.demuxer.filter(|name| !TEXT_DEMUXERS.contains(&name.as_str())) else {
             return Err(Failure::about(path.display(), words_of_no_video(start)));
         };
@@ -199,6 +200,16 @@ impl Process {
     fn errors(&mut self) -> Result<ChildStderr> {
         self.0.stderr.take().ok_or_else(|| Failure::new("ffmpeg was started without its output"))
     }
+
+    /// Waits for its end and returns true if it succeeded. Fails if it did not end by itself, which says nothing about the
+    /// video: it cannot be loaded (a shell's codes 126 and 127), or a signal ended it, as where memory runs out.
+    fn finish(&mut self) -> Result<bool> {
+        let status = self.0.wait().map_err(|e| Failure::new(format!("ffmpeg cannot be waited for: {e}")))?;
+        match status.code() {
+            None | Some(126 | 127) => Err(Failure::new(format!("ffmpeg did not run to its end ({status})"))),
+            Some(code) => Ok(code == 0),
+        }
+    }
 }
 
 impl Drop for Process {
@@ -289,7 +300,7 @@ impl Pictures {
 
     /// Looks at how it ended.
     fn finish(&mut self) -> std::result::Result<(), Stop> {
-        let has_succeeded = self.process.0.wait().is_ok_and(|status| status.success());
+        let has_succeeded = self.process.finish().map_err(|e| Stop::Failure(e.of(&self.name)))?;
         if self.num_given == 0 {
             return Err(Stop::Failure(self.words_of_no_picture()));
         }

@@ -404,8 +404,10 @@ describe('the page', { timeout: 240_000, ...withFfmpeg }, () => {
   test('opens videos whatever they are called, and names what is neither video nor image', async () => {
     film('plain.mp4', H264);
     ffmpeg(['-i', 'plain.mp4', '-c', 'copy', '-f', 'mpegts', 'CAM0001.MTS']);
+    film('alpha.webm', ['-c:v', 'libvpx', '-auto-alt-ref', '0', '-pix_fmt', 'yuva420p', '-b:v', '2M']);
     const { page, faults } = await openSample(site);
-    for (const file of [untyped('CAM0001.MTS'), untyped('cam.ts', 'CAM0001.MTS'), untyped('clip', 'plain.mp4')]) {
+    const files = [untyped('CAM0001.MTS'), untyped('cam.ts', 'CAM0001.MTS'), untyped('clip', 'plain.mp4')];
+    for (const file of [...files, untyped('alpha.webm')]) {
       assert.equal(await run(page, [file]), 'done', `${file.name}: ${await text(page, '#error')}`);
       assert.match(await text(page, '#counter'), /\/ 16$/);
       assert.match(await text(page, '#headline'), /^1 moving object /);

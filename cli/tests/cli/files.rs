@@ -226,6 +226,8 @@ fn a_run_that_was_killed_goes_on_to_the_same_result() {
     assert_done(&output);
     assert!(!text(&output.stderr).contains("\"index\":0"), "it began again: {}", text(&output.stderr));
     assert_same(&whole, &out);
+    // The times of frames that the run before it read are there too.
+    assert_eq!(json(&out.join("result.json"))["times"].as_array().unwrap().len(), LONG as usize);
     assert!(!partial.exists());
     // There is nothing left to do.
     assert_done(&resumed(&input));
@@ -515,8 +517,14 @@ fn a_video_gives_what_its_frames_give() {
     assert_done(&segment(&video, &out, &["--format", "png,tracks"]));
     assert_done(&segment(&input, &frames, &["--format", "png,tracks"]));
     for file in ["tracks.dat", "masks/00007.png"] {
-        assert_eq!(fs::read(out.join(file)).unwrap(), fs::read(frames.join(file)).unwrap(), "{file}");
+        assert!(fs::read(out.join(file)).unwrap() == fs::read(frames.join(file)).unwrap(), "{file} differs");
     }
+    // Images have no times.
+    let mut table = fs::read_to_string(frames.join("objects.csv")).unwrap();
+    for (frame, time) in ["0", "0.04", "0.08", "0.12", "0.16", "0.2", "0.24", "0.28"].iter().enumerate() {
+        table = table.replacen(&format!("\n{frame},,"), &format!("\n{frame},{time},"), 1);
+    }
+    assert_eq!(fs::read_to_string(out.join("objects.csv")).unwrap(), table);
 }
 
 #[test]
