@@ -32,27 +32,28 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Part of a file name: a run of digits, by its value, or what stands between two such runs, in small letters.
+/// Part of a file name: a run of digits, by its value, or another character in small letters, before or after digits.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
+    Sign(char),
     Number { length: usize, digits: String },
-    Text(String),
+    Letter(char),
 }
 
-/// Key that file names are sorted by; the name itself decides between `1.png` and `01.png`.
+/// Key that file names are sorted by; the name itself decides between `1.png` and `01.png`. Package and Python have the
+/// same order.
 fn name_key(name: &str) -> (Vec<Part>, String) {
-    let mut parts = Vec::new();
-    let mut rest = name;
-    while !rest.is_empty() {
-        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        if digits > 0 {
-            let value = rest[..digits].trim_start_matches('0');
-            parts.push(Part::Number { length: value.len(), digits: value.to_owned() });
-            rest = &rest[digits..];
+    let small = name.to_lowercase();
+    let (mut parts, mut rest) = (Vec::new(), small.as_str());
+    while let Some(first) = rest.chars().next() {
+        let after = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        if after.len() < rest.len() {
+            let digits = rest[..rest.len() - after.len()].trim_start_matches('0');
+            parts.push(Part::Number { length: digits.len(), digits: digits.to_owned() });
+            rest = after;
         } else {
-            let end = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
-            parts.push(Part::Text(rest[..end].to_lowercase()));
-            rest = &rest[end..];
+            parts.push(if first < '0' { Part::Sign(first) } else { Part::Letter(first) });
+            rest = &rest[first.len_utf8()..];
         }
     }
     (parts, name.to_owned())
@@ -114,6 +115,9 @@ mod tests {
             "02.png",
             "2.png",
             "10.png",
+            "a-3.png",
+            "a.png",
+            "a1.png",
             "a1_2.png",
             "A1_10.png",
             "a2_1.png",
@@ -122,6 +126,7 @@ mod tests {
             "IMG_2.jpg",
             "img_3.jpg",
             "IMG_10.jpg",
+            "img_a.jpg",
         ];
         let mut names = sorted;
         names.reverse();

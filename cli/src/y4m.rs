@@ -264,13 +264,21 @@ mod tests {
     }
 
     #[test]
+    fn frames_last_as_the_rate_of_the_header_says() {
+        for (rate, seconds) in [("F30000:1001 ", 1001.0 / 30000.0), ("F0:0 ", 0.04), ("Fx ", 0.04), ("", 0.04)] {
+            let bytes = format!("YUV4MPEG2 W2 H2 {rate}Cmono\n");
+            assert_eq!(Y4m::new(bytes.as_bytes(), MAX_PIXELS).unwrap().frame_duration(), seconds, "{rate}");
+        }
+    }
+
+    #[test]
     fn a_stream_without_frames_is_empty() {
         assert_eq!(frames(b"YUV4MPEG2 W2 H2\n").unwrap().len(), 0);
     }
 
-    /// The package reads the same pixels: its test has the same sums (FNV-1a).
+    /// Sums of the pixels (FNV-1a), which no machine may change.
     #[test]
-    fn pixels_are_those_of_the_package() {
+    fn pixels_are_the_same_everywhere() {
         let mixed = |k: usize| (k * 7 + (k >> 8) * 13 + (k >> 16) * 91) as u8;
         for (header, length, sum) in [
             ("W128 H128 F25:1 C444", 3 * 128 * 128, 0x14c1_89a9),

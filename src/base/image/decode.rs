@@ -30,19 +30,22 @@ pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Pixels, Error> {
 
 fn pixels_of(bytes: &[u8], most: usize) -> Result<Pixels, Error> {
     if bytes.starts_with(PNG_MAGIC) {
-        if let Some(length) = broken_palette(bytes) {
-            return Err(failure(&format_args!("its palette has {length} bytes, not three for each colour")));
+        // Version 0.18 of the decoder panics on such a palette.
+        if let Some(palette) = png_chunk(bytes, b"PLTE").filter(|palette| palette.len() % 3 != 0) {
+            return Err(failure(&format_args!("its palette has {} bytes, not three for each colour", palette.len())));
         }
         // A colour profile may be compressed a thousandfold.
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(most.max(MAX_PIXELS) as u64);
-        read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?, most)
+        let pixels = read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?, most)?;
+        Ok(turned_upright(pixels, orientation_in(png_chunk(bytes, b"eXIf"))))
     } else if bytes.starts_with(JPEG_MAGIC) {
         // The decoder paints what is missing of a truncated file grey, which would pass for an image.
         if !jpeg_is_whole(bytes) {
             return Err(failure(&"the JPEG data are truncated"));
         }
-        read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?, most)
+        let pixels = read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?, most)?;
+        Ok(turned_upright(pixels, orientation_in(jpeg_exif(bytes))))
     } else if let Some(outcome) = decode_pnm(bytes, most) {
         outcome
     } else {
@@ -62,7 +65,7 @@ fn decode_pnm(_: &[u8], _: usize) -> Option<Result<Pixels, Error>> {
     None
 }
 
-fn read(mut decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
+fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
     let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
     check_size(width, height)?;
     if width * height > most {
@@ -70,8 +73,6 @@ fn read(mut decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
         return Err(Error::TooLarge { what, actual: width * height, limit: most, name: LIMIT });
     }
     let color = decoder.color_type();
-    // A mark that cannot be read is none.
-    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let mut pixels = vec![0; width * height * usize::from(color.bytes_per_pixel())];
     decoder.read_image(&mut pixels).map_err(|e| failure(&e))?;
     let rgb = match color {
@@ -85,7 +86,7 @@ fn read(mut decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
         ColorType::Rgba16 => high_bytes(&pixels, 4, [0, 1, 2]),
         other => return Err(failure(&format_args!("its colour type {other:?} is not supported"))),
     };
-    Ok(turned_upright((rgb, width, height), orientation))
+    Ok((rgb, width, height))
 }
 
 /// Applies an orientation: the columns and rows of the result are rows and columns of `pixels`, or run backwards, or both.
@@ -120,36 +121,61 @@ fn high_bytes(pixels: &[u8], channels: usize, pick: [usize; 3]) -> Vec<u8> {
     pixels.chunks_exact(2 * channels).flat_map(|pixel| pick.map(|c| byte(pixel, c))).collect()
 }
 
-/// The length of a PNG's palette in bytes, if it is none of whole colours: version 0.18 of the decoder panics then.
-fn broken_palette(bytes: &[u8]) -> Option<usize> {
+/// Returns the data of a PNG's first chunk of this name.
+fn png_chunk<'a>(bytes: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
     let mut rest = bytes.get(PNG_MAGIC.len()..)?;
-    while let [a, b, c, d, name @ ..] = rest {
-        let length = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
-        if name.starts_with(b"PLTE") {
-            return Some(length).filter(|length| length % 3 != 0);
+    while let [a, b, c, d, chunk @ ..] = rest {
+        let end = (u32::from_be_bytes([*a, *b, *c, *d]) as usize).checked_add(4)?;
+        if chunk.starts_with(name) {
+            return chunk.get(4..end.min(chunk.len()));
         }
-        // The name, the data and their checksum.
-        rest = name.get(length.checked_add(8)?..)?;
+        // The checksum stands at the end.
+        rest = chunk.get(end.checked_add(4)?..)?;
     }
     None
 }
 
-/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey
-/// instead of failing, and grey areas that come and go would pass for motion.
-fn jpeg_is_whole(bytes: &[u8]) -> bool {
-    const START_OF_SCAN: u8 = 0xda;
-    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
-    // Walk over the header's segments by their lengths: a thumbnail in one of them has an end marker of its own.
+const START_OF_SCAN: u8 = 0xda;
+
+/// Splits the header of a JPEG file into its segments: marker, and what follows that up to the next segment; of the last,
+/// where the scans begin, all that is left.
+fn jpeg_segments(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     let mut rest = bytes.get(2..).unwrap_or(&[]);
-    while let [0xff, marker, high, low, ..] = *rest {
-        if marker == START_OF_SCAN {
-            return rest.windows(2).any(|w| w == END_OF_IMAGE);
+    std::iter::from_fn(move || {
+        // Fill bytes stand before some markers.
+        while let [0xff, 0xff, ..] = rest {
+            rest = &rest[1..];
         }
-        // A fill byte stands before some markers.
-        let length = if marker == 0xff { 1 } else { 2 + usize::from(u16::from_be_bytes([high, low])) };
-        rest = rest.get(length..).unwrap_or(&[]);
-    }
-    false
+        let [0xff, marker, data @ ..] = rest else { return None };
+        let length = match data {
+            [high, low, ..] if *marker != START_OF_SCAN => usize::from(u16::from_be_bytes([*high, *low])),
+            _ => data.len(),
+        };
+        let (segment, others) = data.split_at_checked(length)?;
+        rest = others;
+        Some((*marker, segment))
+    })
+}
+
+/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey
+/// instead of failing, and grey areas that come and go would pass for motion. A thumbnail in the header has an end marker
+/// of its own.
+fn jpeg_is_whole(bytes: &[u8]) -> bool {
+    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
+    let scans = jpeg_segments(bytes).find(|&(marker, _)| marker == START_OF_SCAN);
+    scans.is_some_and(|(_, data)| data.windows(2).any(|two| two == END_OF_IMAGE))
+}
+
+/// Returns the EXIF data of a JPEG file.
+fn jpeg_exif(bytes: &[u8]) -> Option<&[u8]> {
+    const APPLICATION_1: u8 = 0xe1;
+    let blocks = jpeg_segments(bytes).filter(|&(marker, _)| marker == APPLICATION_1);
+    blocks.filter_map(|(_, block)| block.get(2..)?.strip_prefix(b"Exif\0\0")).next()
+}
+
+/// Returns the orientation in EXIF data; a mark that cannot be read is none.
+fn orientation_in(exif: Option<&[u8]>) -> Orientation {
+    exif.and_then(Orientation::from_exif_chunk).unwrap_or(Orientation::NoTransforms)
 }
 
 fn failure(reason: &dyn std::fmt::Display) -> Error {
