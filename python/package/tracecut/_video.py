@@ -18,8 +18,9 @@ from ._upright import RgbConverter
 #: Bytes that are looked at to tell why a file cannot be opened.
 _START_BYTES = 32
 
-#: How files begin that hold videos, with the place of these bytes: MP4, Matroska, AVI and WebP, Ogg, GIF, PNG.
-_SIGNATURES = ((4, b"ftyp"), (0, b"\x1aE\xdf\xa3"), (0, b"RIFF"), (0, b"OggS"), (0, b"GIF8"), (0, b"\x89PNG"))
+#: How files begin that hold videos: Matroska, AVI and WebP, Ogg, GIF, PNG. MP4 files have their mark behind a length.
+_SIGNATURES = (b"\x1aE\xdf\xa3", b"RIFF", b"OggS", b"GIF8", b"\x89PNG")
+_MP4_SIGNATURE, _MP4_SIGNATURE_PLACE = b"ftyp", 4
 
 #: The part of an animated WebP's head behind `RIFF` and the length, and the byte of the flags, of which one says so.
 _ANIMATED_WEBP, _WEBP_FLAGS_PLACE, _WEBP_ANIMATION_FLAG = b"WEBPVP8X", 20, 2
@@ -70,7 +71,7 @@ class VideoReader(Iterator[U8]):
             decoder = Decoder(track)
             yield from self._convert(decoder, RgbConverter(track.stream))
             if not self._times:
-                raise self._truncated() if decoder.lacks_data else self._without_picture(codec.name)
+                raise self._without_picture(decoder, codec.name)
 
     def _convert(self, decoder: Decoder, converter: RgbConverter) -> Iterator[U8]:
         try:
@@ -80,7 +81,7 @@ class VideoReader(Iterator[U8]):
                 self._last_duration = picture.duration
                 yield frame
         except Damage as damage:
-            raise self._truncated() from damage
+            raise self._truncated(f"is cut off or damaged at frame {len(self._times)}") from damage
 
     def _to_rgb(self, frame: Any, converter: RgbConverter) -> U8:
         try:
@@ -114,21 +115,23 @@ class VideoReader(Iterator[U8]):
     def _unreadable(self) -> TraceCutError:
         if not self._start:
             return self._error("no-video", "is empty")
-        if any(self._start.startswith(signature, place) for place, signature in _SIGNATURES):
-            return self._truncated()
+        if self._start.startswith(_MP4_SIGNATURE, _MP4_SIGNATURE_PLACE):
+            return self._truncated("is cut off: the index, which MP4 files may have at their end, is missing")
+        if self._start.startswith(_SIGNATURES):
+            return self._truncated("is cut off or damaged before the first frame")
         return self._error("no-video", "is not a video (expected one that FFmpeg reads, such as MP4, WebM or GIF)")
 
-    def _without_picture(self, codec: str) -> TraceCutError:
+    def _without_picture(self, decoder: Decoder, codec: str) -> TraceCutError:
+        if decoder.lacks_data:
+            return self._truncated("is cut off or damaged before the first frame")
         if self._start.startswith(_ANIMATED_WEBP, 8) and self._start[_WEBP_FLAGS_PLACE] & _WEBP_ANIMATION_FLAG:
             reason = f"is an animated WebP, which PyAV {self._pyav.__version__} cannot read (convert it to APNG or GIF)"
             return self._error("unsupported", reason)
         return self._error("codec", f"no picture of its {codec} video can be decoded")
 
-    def _truncated(self) -> TraceCutError:
-        frames = len(self._times)
-        place = f"at frame {frames}" if frames else "before the first frame"
-        error = self._error("truncated", f"is cut off or damaged {place}")
-        error.frames = frames
+    def _truncated(self, reason: str) -> TraceCutError:
+        error = self._error("truncated", reason)
+        error.frames = len(self._times)
         return error
 
     def _error(self, code: str, reason: str) -> TraceCutError:
