@@ -206,7 +206,8 @@ impl Process {
     fn finish(&mut self) -> Result<bool> {
         let status = self.0.wait().map_err(|e| Failure::new(format!("ffmpeg cannot be waited for: {e}")))?;
         match status.code() {
-            None | Some(126 | 127) => Err(Failure::new(format!("ffmpeg did not run to its end ({status})"))),
+            None => Err(Failure::new("ffmpeg was killed while it read the file")),
+            Some(code @ (126 | 127)) => Err(Failure::new(format!("ffmpeg cannot run (exit code {code})"))),
             Some(code) => Ok(code == 0),
         }
     }

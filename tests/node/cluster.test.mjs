@@ -275,29 +275,16 @@ const missing = command
 if (missing) console.log(`!!! SKIPPED: shares by the command line: ${missing}`);
 const byCommand = (name, body) => test(`by the command line: ${name}`, { skip: missing }, body);
 
-/** Where the index of a video is at its end, nothing can be read of one that is cut off. */
-const INDEX_FIRST = ['-movflags', '+faststart'];
+/** Arguments of ffmpeg before the number of frames. With its index at the end nothing could be read of a file that is cut off. */
+const MAKE_VIDEO = '-v error -y -f lavfi -i testsrc2=size=96x64:rate=25 -movflags +faststart -frames:v'.split(' ');
 
 /** Makes a machine with the command and ffmpeg. */
 function withCommand(t, clips, tools = { ffmpeg: pathOf('ffmpeg') }) {
   const made = machine(t, clips, { tracecut: command, ...tools });
   /** Makes a small video, of as many frames. */
   const film = (name, frames = 6) => {
-    const source = `testsrc2=size=96x64:rate=25`;
     const file = join(made.folder, name);
-    execFileSync('ffmpeg', [
-      '-v',
-      'error',
-      '-y',
-      '-f',
-      'lavfi',
-      '-i',
-      source,
-      '-frames:v',
-      frames,
-      ...INDEX_FIRST,
-      file,
-    ]);
+    execFileSync('ffmpeg', [...MAKE_VIDEO, frames, file]);
     return file;
   };
   const share = (...words) => made.run(ONE_SHARE, '--format', 'rle', '--threads', '1', ...words);
@@ -364,6 +351,7 @@ byCommand('options that differ after a kill fail that clip alone, and it goes on
   assertCode(share('--window', '12'), 0);
   assert.deepEqual(there(), ['000000-long', '000001-short']);
 });
+
 byCommand('of a clip that is cut off the results before stay, with a note, and are not made again', (t) => {
   const { film, share, there, read, report, out, folder } = withCommand(t, ['cut.mp4', 'whole.mp4']);
   const whole = readFileSync(film('full.mp4', 40));
