@@ -4,7 +4,8 @@
 of them, all three.
 
 ``--wheel`` builds the wheel as it would be published instead, installs it into an empty environment and tests it there,
-and what is marked ``wheel``: the notebook, whose packages take long to install, and what runs for many seconds.
+and what is marked ``wheel``: the notebook and the recipes for other tools, whose packages take long to install, and
+what runs for many seconds.
 
 ``--long`` runs what is marked ``long`` instead, with Ray, which it adds to the environment.
 """
@@ -25,6 +26,7 @@ TOOLS = ["maturin>=1.7,<2", "numpy", "pytest", "mypy", "pyright", "pycocotools",
 WITHOUT_EXTRAS = ["test_memory.py", "test_package.py", "test_segment.py", "test_session.py", "test_masks.py"]
 WITH_VIDEO_AND_NOTEBOOK = ["test_frames.py", "test_video.py", "test_notebook.py"]
 NOTEBOOK = ["matplotlib", "nbclient", "ipykernel"]
+OTHER_TOOLS = ["datumaro", "label-studio-sdk", "fiftyone"]
 RAY = "ray>=2.9"
 NOTHING_TO_RUN = 5
 """The code of pytest where all that is in a file is left to another run."""
@@ -111,6 +113,8 @@ def wheel(arguments: list[str]) -> None:
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITHOUT_EXTRAS])
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{built}[video]", *NOTEBOOK)
         test(python, ["-m", "not long", *arguments], [HERE / "tests" / name for name in WITH_VIDEO_AND_NOTEBOOK])
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *OTHER_TOOLS)
+        test(python, ["-m", "not long", *arguments], [HERE / "tests" / "test_interchange.py"])
 
 
 STEPS = {

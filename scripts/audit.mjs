@@ -5,7 +5,7 @@
 
 import { spawnSync } from 'node:child_process';
 import { pathToFileURL } from 'node:url';
-import { VENDORED } from './licences.mjs';
+import { LIBRARIES } from './licences.mjs';
 import { ensureRustTool, environment, fail, hasRustTool, root } from './tools.mjs';
 
 /**
@@ -39,15 +39,12 @@ export function crateAnswer(status, said) {
   return { state: 'found', words: said.trim() };
 }
 
-/** The package needs none; what it carries within are packages of the development, and these count. */
-const carried = Object.keys(VENDORED);
-
 /** @returns {Answer[]} */
 function packagesAnswers() {
   const { stdout } = ask('npm', ['audit', '--json', ...NO_RETRIES]);
-  const within = packageAnswer(stdout, (name) => carried.includes(name));
+  const within = packageAnswer(stdout, (name) => LIBRARIES.includes(name));
   return [
-    { question: `npm packages within ours (${carried})`, ...within },
+    { question: `npm packages within ours (${LIBRARIES})`, ...within },
     // Tools of the development see our own files alone: told, and no fault.
     { question: 'npm packages of the development', ...told(packageAnswer(stdout, () => true)) },
   ];

@@ -31,9 +31,8 @@ const flags = [
 /**
  * Path of a Chromium: the CHROME environment variable, one on PATH, one in the usual places, or one downloaded earlier.
  */
-export function findBrowser({ withWindows = false } = {}) {
-  const wanted = withWindows ? names.slice(1) : names;
-  return findProgram(process.env.CHROME, ...wanted, ...places, chromium.executablePath());
+export function findBrowser() {
+  return findProgram(process.env.CHROME, ...names, ...places, chromium.executablePath());
 }
 
 /** As `findBrowser`, but downloads a Chromium when there is none; ends the script when that fails. */

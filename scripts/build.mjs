@@ -9,7 +9,6 @@ import { basename, dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import { BUNDLE_SOURCES, buildBundles } from './bundles.mjs';
-import { writeLicences } from './licences.mjs';
 import { writeParameters } from './parameters.mjs';
 import { MOST_WASM } from './size.mjs';
 import {
@@ -48,7 +47,7 @@ const KINDS = {
 
 /**
  * Builds everything that is out of date. A wasm file over its budget ends the script, unless `overBudget` is 'warn'. With
- * `onlyPage` only what the demo page loads: no declarations and reference, no builds in one file, no licences.
+ * `onlyPage` only what the demo page loads: no declarations and no builds in one file.
  */
 export async function build({ force = false, overBudget = 'fail', fast = false, onlyPage = false } = {}) {
   ensureNodeModules();
@@ -56,9 +55,7 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
   mkdirSync(dist, { recursive: true });
   const stamps = readStamps(force);
 
-  const scripts = ['build', 'parameters', 'declarations', 'reference'].map((name) =>
-    join(root, 'scripts', `${name}.mjs`),
-  );
+  const scripts = ['build', 'parameters', 'declarations'].map((name) => join(root, 'scripts', `${name}.mjs`));
   const making = [...scripts, ownToolSource('bindgen')];
   const vendored = ['media', 'zip'].map((name) => join(root, 'scripts', 'vendor', `${name}.js`));
   const lock = join(root, 'package-lock.json');
@@ -103,8 +100,6 @@ export async function build({ force = false, overBudget = 'fail', fast = false, 
     ];
     const parts = [...bundled.map((name) => join(dist, name)), ...BUNDLE_SOURCES, join(root, 'scripts', 'bundles.mjs')];
     await step(stamps, 'bundles', [...sources, ...parts, lock, ...scripts], buildBundles);
-    // Always: the toolchain counts among the inputs too, and it takes less than a second.
-    writeLicences(dist);
   }
   writeFileSync(join(dist, 'stamps.json'), JSON.stringify(stamps, null, 2));
   if (!fast) checkSize(overBudget === 'warn' ? console.warn : fail);
@@ -302,15 +297,12 @@ function copyModules(ending) {
 async function buildTypes() {
   // These need npm packages, which a fresh clone has not had when this file is read.
   const { describeTypes, importPlatform } = await import('./declarations.mjs');
-  const { reference } = await import('./reference.mjs');
   copyModules('.d.ts');
   run(process.execPath, [bin('typescript/bin/tsc'), '--project', join(lib, 'tsconfig.json')], {
     hint: 'The types of www/lib do not agree.',
   });
   describeTypes(lib, dist);
   importPlatform(dist);
-  const { PARAMETERS } = await import(`${pathToFileURL(join(dist, 'parameters.js')).href}?${Date.now()}`);
-  writeFileSync(join(dist, 'reference.md'), reference(dist, PARAMETERS).text);
 }
 
 function checkSize(complain) {

@@ -1,5 +1,5 @@
 // Gives the declarations that the compiler wrote what it leaves out: a type's description, which it drops or leaves
-// apart from the type, so that an editor shows it and the reference can quote it.
+// apart from the type, so that an editor and the reference show it.
 
 import { readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { dirname, join, posix, relative } from 'node:path';
@@ -59,7 +59,7 @@ export function descriptions(source) {
 function described(declarations, words) {
   const bare = declarations.replace(/^\/\*\*(?:(?!\*\/)[^])*@typedef[^]*?\*\/\n/gm, '');
   // A name that is only passed on keeps its description so; one that the file uses itself has to stay an alias.
-  const used = (name) => bare.match(new RegExp(`\\b${name}\\b`, 'g')).length > 2;
+  const used = (name) => bare.match(new RegExp(`(?<![.\\w])${name}\\b`, 'g')).length > 1;
   return (
     bare
       // A part that is loaded later is declared where it is written, with its description.

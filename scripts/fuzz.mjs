@@ -23,7 +23,7 @@ const runsOf = {
 /** Of these the code is ours, which has no `unsafe`; `npm run test:long` runs the native tests with the sanitizer. */
 const sanitizerOf = (name) => process.env.TRACECUT_SANITIZER ?? (name in runsOf ? 'none' : 'address');
 const built = (name) => join(folder, 'target', sanitizerOf(name));
-const lengthOf = { image_file: 16384, gif: 8192, y4m: 2048, flo: 1024, setting: 128, bmf: 512 };
+const lengthOf = { image_file: 16384, animation: 8192, y4m: 2048, flo: 1024, setting: 128, bmf: 512 };
 
 const [target, runs] = process.argv.slice(2);
 const chosen = target === 'all' ? targets : [target];

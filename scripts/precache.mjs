@@ -19,6 +19,7 @@ const folders = [
     at: './',
     wanted: (name) => !/^(lib\/|service-worker\.js$)|\.(json|ts|md)$/.test(name),
   },
+  { folder: join(root, 'lab'), at: './lab/', wanted: (name) => /\.(html|css|js)$/.test(name) },
   {
     folder: join(root, 'dist'),
     at: './dist/',

@@ -8,7 +8,7 @@ import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
 import { build } from './build.mjs';
-import { BILL, LICENCES } from './licences.mjs';
+import { LICENCES, writeLicences } from './licences.mjs';
 import { checkSizes, packed } from './size.mjs';
 import { ensureNodeModules, fail, output, root, run } from './tools.mjs';
 
@@ -114,6 +114,7 @@ function packCrates() {
 /** Builds and packs the npm package, and has both linters look at the very file. @returns {Promise<string>} the file */
 async function packNpm(version) {
   await build();
+  writeLicences(join(root, 'dist'));
   await checkSizes();
   mkdirSync(packages, { recursive: true });
   const { files } = packed('--pack-destination', packages);
@@ -128,7 +129,7 @@ async function packNpm(version) {
 
 /** Which of the files that a package must not go without are not among these. */
 export function absent(paths) {
-  const needed = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', `dist/${LICENCES}`, `dist/${BILL}`];
+  const needed = ['LICENSE-MIT', 'LICENSE-APACHE', 'README.md', `dist/${LICENCES}`];
   return needed.filter((path) => !paths.includes(path));
 }
 

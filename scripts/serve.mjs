@@ -1,16 +1,16 @@
-// A static file server for development and tests: `www/` at `/`, the built package at `/dist/`, the documentation at
-// `/docs/`. Nothing else is reachable, and from no other machine.
+// A static file server for development and tests: `www/` at `/`, the lab at `/lab/`, the built package at `/dist/`. Nothing
+// else is reachable, and from no other machine.
 
-import { createReadStream, existsSync } from 'node:fs';
+import { createReadStream } from 'node:fs';
 import { realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
 import { extname, join, resolve, sep } from 'node:path';
 import { precacheList, serviceWorker } from './precache.mjs';
-import { output, root } from './tools.mjs';
+import { root } from './tools.mjs';
 
 const mounts = [
   { prefix: '/dist/', folder: join(root, 'dist') },
-  { prefix: '/docs/', folder: join(root, 'out', 'docs') },
+  { prefix: '/lab/', folder: join(root, 'lab') },
   { prefix: '/', folder: join(root, 'www') },
 ];
 
@@ -52,14 +52,6 @@ export function serve({ port = 0, places = mounts, instead = {} } = {}) {
   });
 }
 
-/** The documentation, made when it is first asked for. `npm start` does not build the reference, which is a part of it. */
-let documents;
-async function makeDocuments() {
-  if (!existsSync(join(root, 'dist', 'reference.md'))) output(process.execPath, ['scripts/build.mjs']);
-  const { writeDocuments } = await import('./documents.mjs');
-  return writeDocuments(join(root, 'out'));
-}
-
 /** A name that leads here may be anybody's; a page at such a name is not to read what is served. */
 const OWN_HOSTS = /^(127\.0\.0\.1|localhost|\[::1\])(:\d+)?$/i;
 
@@ -70,7 +62,6 @@ async function answer(request, response, places, instead) {
   if (/^\/service-worker\.js(\?|$)/.test(request.url)) {
     return end(response, 200, serviceWorker(precacheList(instead)), types['.js']);
   }
-  if (request.url.startsWith('/docs/')) await (documents ??= makeDocuments());
   const file = await find(request.url, places);
   if (!file) return end(response, 404, 'not found');
   const { size } = await stat(file);

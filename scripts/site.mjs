@@ -7,14 +7,13 @@ import { basename, dirname, join, relative, resolve, sep } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { build as bundle, transform } from 'esbuild';
 import { build } from './build.mjs';
-import { writeDocuments } from './documents.mjs';
-import { LICENCES } from './licences.mjs';
+import { writeLicences } from './licences.mjs';
 import { listed, precacheList, serviceWorker } from './precache.mjs';
 import { root } from './tools.mjs';
 
 /** Code that is found by its place: bundles of these names, each with what only it needs. */
 const BUNDLES = [
-  { folder: 'dist', entries: ['index.js', 'selftest.js', 'worker.js'] },
+  { folder: 'dist', entries: ['index.js', 'selftest.js', 'worker.js', 'lab.js'] },
   { folder: 'dist', entries: ['aside-worker.js'] },
   { folder: 'demo', entries: ['main.js', 'page.js'] },
 ];
@@ -36,6 +35,9 @@ const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAG
 /** The page's list of the package's entries: served as the one file that they are together, which weighs less. */
 const LIBRARY = join(PLACES.demo, 'library.js');
 
+/** The lab is bundled with the package, so that it loads only what it takes of it. */
+const LAB = join(root, 'lab');
+
 /**
  * Writes the site of what is built.
  * @param {string} target a folder; what else is in it stays
@@ -46,22 +48,20 @@ export async function writeSite(target) {
   for (const { folder } of BUNDLES) rmSync(join(target, folder), { recursive: true, force: true });
   const isMade = (name) => /\.(js|css|html)$/.test(name) && !name.startsWith('./dist/vendor/');
   const names = precacheList().files.map(([file]) => file);
-  for (const name of names.filter((file) => file !== './' && !isMade(file))) {
+  for (const name of names.filter((file) => !file.endsWith('/') && !isMade(file))) {
     const to = join(target, name);
     mkdirSync(dirname(to), { recursive: true });
     cpSync(name.startsWith('./dist/') ? join(root, name) : join(root, 'www', name), to);
   }
   await writeDocument(target);
+  await writeLab(join(target, 'lab'));
   for (const name of ['media.js', 'zip.js']) copyWithMap(join('dist', 'vendor', name), target);
-  // Fetched when somebody looks at it, and not kept before.
-  await writeDocuments(target);
   for (const one of BUNDLES) await writeBundle(one, target);
   const isOfSite = (/** @type {string} */ name) =>
-    /^(dist|demo|icons)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
+    /^(dist|demo|icons|lab)\/|^(index\.html|page\.css|favicon\.svg|manifest\.webmanifest)$/.test(name) &&
     !name.endsWith('.map');
   const list = listed([{ folder: target, at: './', wanted: isOfSite }]);
   await writeServiceWorker(list, target);
-  cpSync(join(PLACES.dist, LICENCES), join(target, 'dist', LICENCES));
   return list.files.map(([file]) => file);
 }
 
@@ -87,7 +87,7 @@ function copyWithMap(name, target) {
  * @param {string} target
  */
 async function writeDocument(target) {
-  const source = PAGE.replace(IMPORT_MAP, '').replace(/ 'sha256-[^']*'/, '');
+  const source = withoutImportMap(PAGE);
   const link = /\s*<link rel="stylesheet" href="(.*?)">/g;
   const sheets = [...source.matchAll(link)].map(([, href]) => readFileSync(join(root, 'www', href), 'utf8'));
   let count = 0;
@@ -98,6 +98,19 @@ async function writeDocument(target) {
   const { code } = await transform(sheets.join('\n'), { loader: 'css', minify: true });
   writeFileSync(join(target, 'page.css'), code);
 }
+
+/** The lab's document and its style sheet. @param {string} target */
+async function writeLab(target) {
+  const read = (/** @type {string} */ name) => readFileSync(join(LAB, name), 'utf8');
+  const html = withoutImportMap(read('index.html')).replace('./main.js', '../dist/lab.js');
+  mkdirSync(target, { recursive: true });
+  writeFileSync(join(target, 'index.html'), html.replace(/\n\s+/g, '\n'));
+  const { code } = await transform(read('style.css'), { loader: 'css', minify: true });
+  writeFileSync(join(target, 'style.css'), code);
+}
+
+/** @param {string} html */
+const withoutImportMap = (html) => html.replace(IMPORT_MAP, '').replace(/ 'sha256-[^']*'/, '');
 
 /**
  * @param {{folder: string, entries: string[]}} one
@@ -128,6 +141,7 @@ async function writeBundle({ folder, entries }, target) {
 
 /** @param {string} folder @param {string} name of a bundle in it */
 function sourceOf(folder, name) {
+  if (name === 'lab.js') return join(LAB, 'main.js');
   return folder === 'dist' && name === 'index.js' ? LIBRARY : join(PLACES[folder], name);
 }
 
@@ -141,6 +155,10 @@ function apart(folder) {
     onResolve({ filter: /./ }, ({ path, resolveDir, importer, kind }) => {
       if (kind === 'entry-point') return undefined;
       if (importer === LIBRARY) return { path: join(PLACES.dist, basename(path)) };
+      const [, entry] = (dirname(importer) === LAB && /^tracecut(?:\/(\w+))?$/.exec(path)) || [];
+      if (path === 'tracecut' || entry) {
+        return { path: join(PLACES.dist, `${entry ?? 'index'}.js`), sideEffects: false };
+      }
       const place = resolve(resolveDir, path);
       const inDist = relative(PLACES.dist, place).replaceAll(sep, '/');
       const ofPage = place === LIBRARY ? 'dist/index.js' : NAMES[path];
@@ -156,5 +174,6 @@ if (import.meta.url === pathToFileURL(process.argv[1]).href) {
   const target = resolve(process.argv[2] ?? join(root, 'out', 'site'));
   await build();
   await writeSite(target);
+  writeLicences(join(target, 'dist'));
   console.log(`The site is in ${target}: ${readdirSync(target, { recursive: true }).length} files and folders.`);
 }

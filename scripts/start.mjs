@@ -22,7 +22,7 @@ const { url } = await serve({ port }).catch((error) =>
       : error.message,
   ),
 );
-console.log(`\nTraceCut is at ${url} (Ctrl+C ends it)`);
+console.log(`\nTraceCut is at ${url}, its lab at ${url}lab/ (Ctrl+C ends it)`);
 if (open) openInBrowser(url);
 
 function options() {

@@ -1,6 +1,6 @@
 // `npm test`: the tests of every change. Sets up what is missing first, then runs files of tests side by side.
 //
-//   npm test [-- PART ...] [--slowest N] [--keep-times]     parts: rust, wasm, node, browser, python
+//   npm test [-- PART ...] [--slowest N]     parts: rust, wasm, node, browser, python
 //   npm run test:fast [PATTERN]                             what an edit most likely breaks, or the files that match
 //   npm run test:long [PART ...]                            what is too slow for every time
 
@@ -10,15 +10,13 @@ import { fastTasks } from './test/fast.mjs';
 import { longTasks } from './test/long.mjs';
 import { clock, runAll } from './test/pool.mjs';
 import { PARTS, tasksOf } from './test/tasks.mjs';
-import { estimate, keepTimes, knownTimes, secondsOf, slowest } from './test/times.mjs';
 import { useOneBrowser } from './test/browser.mjs';
 import { ensureNodeModules, ensureRust, fail } from './tools.mjs';
 
-const { mode, words, count, keep } = options();
+const { mode, words, count } = options();
 ensureNodeModules();
 ensureRust();
 const cores = availableParallelism();
-const seconds = secondsOf(knownTimes());
 const tasks = chosenTasks();
 if (tasks.length === 0) fail(`No file of tests matches ${words.join(' ')}.`);
 plan();
@@ -31,7 +29,7 @@ report();
 function options() {
   try {
     const { values, positionals } = parseArgs({
-      options: { slowest: { type: 'string', default: '0' }, 'keep-times': { type: 'boolean', default: false } },
+      options: { slowest: { type: 'string', default: '0' } },
       allowPositionals: true,
     });
     const [first, ...rest] = positionals;
@@ -40,35 +38,30 @@ function options() {
       mode: isMode ? first : 'all',
       words: isMode ? rest : positionals,
       count: Number(values.slowest),
-      keep: values['keep-times'],
     };
   } catch (error) {
-    return fail(`${error.message}\nUsage: npm test -- [PART ...] [--slowest N] [--keep-times]`);
+    return fail(`${error.message}\nUsage: npm test -- [PART ...] [--slowest N]`);
   }
 }
 
 function chosenTasks() {
-  if (mode === 'fast') return fastTasks(words, seconds);
-  if (mode === 'long') return longTasks(words, seconds);
+  if (mode === 'fast') return fastTasks(words);
+  if (mode === 'long') return longTasks(words);
   const unknown = words.find((name) => !(name in PARTS));
   if (unknown) fail(`There is no part "${unknown}" (expected ${Object.keys(PARTS).join(', ')}).`);
-  return tasksOf(words.length > 0 ? words : Object.keys(PARTS), seconds);
+  return tasksOf(words.length > 0 ? words : Object.keys(PARTS));
 }
 
-/** Says what will be done, and how long that takes. */
+/** Says what will be done. */
 function plan() {
   const parts = new Map();
   for (const { part } of tasks) parts.set(part, (parts.get(part) ?? 0) + 1);
   const list = [...parts].map(([part, number]) => (part === 'build' ? `${number} builds` : `${number} of ${part}`));
-  const expected = clock(1000 * estimate(tasks, cores));
-  console.log(
-    `${tasks.length} tasks (${list.join(', ')}) on ${cores} cores: about ${expected} minutes, builds aside that are done.`,
-  );
+  console.log(`${tasks.length} tasks (${list.join(', ')}) on ${cores} cores`);
 }
 
 function report() {
-  if (count > 0) console.log(`\nThe slowest:\n${slowest(outcomes, count)}`);
-  if (keep) keepTimes(outcomes);
+  if (count > 0) console.log(`\nThe slowest:\n${slowest(count)}`);
   const sum = (key) => outcomes.reduce((total, { counts }) => total + counts[key], 0);
   const failed = outcomes.filter((outcome) => outcome.failed);
   if (failed.length > 0) console.log(`\nFAILED:\n${failed.map(({ task }) => `  ${task.name}`).join('\n')}`);
@@ -77,4 +70,10 @@ function report() {
     `\nIn ${clock(Date.now() - begun)} minutes:\n${sum('passed')} passed, ${missed} failed, ${sum('skipped')} skipped`,
   );
   if (failed.length > 0) process.exit(1);
+}
+
+/** The slowest tasks, as a table. */
+function slowest(most) {
+  const sorted = [...outcomes].sort((a, b) => b.seconds - a.seconds).slice(0, most);
+  return sorted.map(({ task, seconds }) => `${seconds.toFixed(1).padStart(7)} s  ${task.name}`).join('\n');
 }

@@ -29,6 +29,7 @@ const rustTools = {
   // Without what it downloads with: it has to find all that it needs.
   'wasm-pack': { crate: 'wasm-pack', version: '0.15.1', options: ['--locked', '--no-default-features'] },
   'cargo-deny': { crate: 'cargo-deny', version: '0.20.2', options: ['--locked'] },
+  'cargo-about': { crate: 'cargo-about', version: '0.9.3', options: ['--locked', '--features', 'cli'] },
   'cargo-fuzz': { crate: 'cargo-fuzz', version: '0.13.2', options: ['--locked'] },
 };
 

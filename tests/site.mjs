@@ -14,13 +14,21 @@ export const SMALL = { width: 192, height: 108, frames: 16, seed: 4 };
 const TINY = { width: 96, height: 54, frames: 4, seed: 1 };
 const SAMPLES = { small: SMALL, tiny: TINY };
 
-/** Serves the project, with a page whose sample is another or, with 'whole', its own. */
+/** Files that say what the sample is, by their paths on the server: the page's and the lab's. */
+const SAMPLE_FILES = { '/demo/source.js': 'www/demo/source.js', '/lab/clip.js': 'lab/clip.js' };
+
+/** Serves the project, with pages whose sample is another or, with 'whole', their own. */
 export function serveSite(sample) {
   if (sample === 'whole') return serve();
-  const source = readFileSync(join(root, 'www', 'demo', 'source.js'), 'utf8');
-  const text = source.replace(/(?<=export const SAMPLE = ){[^}]*}/, JSON.stringify(SAMPLES[sample]));
-  if (text === source) throw new Error('demo/source.js does not say what the sample is');
-  return serve({ instead: { '/demo/source.js': text } });
+  const instead = Object.fromEntries(
+    Object.entries(SAMPLE_FILES).map(([path, file]) => {
+      const source = readFileSync(join(root, file), 'utf8');
+      const text = source.replace(/(?<=export const SAMPLE = ){[^}]*}/, JSON.stringify(SAMPLES[sample]));
+      if (text === source) throw new Error(`${file} does not say what the sample is`);
+      return [path, text];
+    }),
+  );
+  return serve({ instead });
 }
 
 /** Servers that `npm test` shares between all files, by their samples. */

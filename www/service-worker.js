@@ -54,26 +54,9 @@ async function dropOthers() {
 
 async function answer(request) {
   const cache = await caches.open(NAME);
-  const { origin, pathname, search } = new URL(request.url);
+  const { origin, pathname } = new URL(request.url);
   const address = origin + pathname.replace(/\/index\.html$/, '/');
-  if (address.startsWith(`${scope}docs/`)) return fetchedOrKept(request, search ? null : address, cache);
   return (await cache.match(address)) ?? fetch(request);
-}
-
-/** The documentation is not listed: what was fetched is kept from then on, and shown without a network. */
-async function fetchedOrKept(request, address, cache) {
-  const response = await fetch(request).catch(() => null);
-  if (address && response && isWhole(response, address)) {
-    // Where there is no room for it, it is shown all the same.
-    await cache.put(address, response.clone()).catch(() => {});
-  }
-  return response ?? (await cache.match(address ?? request.url.split('?')[0])) ?? Response.error();
-}
-
-/** Whether an answer is what the address holds: the whole of it, from here, and no page in place of a file. */
-function isWhole({ status, type, redirected, headers }, address) {
-  const isPage = /\btext\/html\b/i.test(headers.get('content-type') ?? '');
-  return status === 200 && type === 'basic' && !redirected && isPage === /(\.html|\/[^/.]*)$/.test(address);
 }
 
 /** Where something else has moved in at this address, the worker steps aside. */

@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 /// Images taken from a folder. Masks in other formats may lie beside them.
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "ppm"];
 
-/// The images of a folder in the order of their names; runs of digits count as numbers, so that `2.png` comes before
-/// `10.png`.
+/// The images of a folder in the order of their names, as a person would put them. Hidden files are none: names that begin
+/// with a point, such as the `._1.jpg` that a Mac writes beside `1.jpg`.
 pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
     let cannot = |e| cannot_read(folder, &e);
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot)? {
         let path = entry.map_err(cannot)?.path();
-        if path.is_file() && has_image_extension(&path) {
+        if path.is_file() && has_image_extension(&path) && !file_name(&path).starts_with('.') {
             paths.push(path);
         }
     }
@@ -32,27 +32,28 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Part of a file name: a run of digits, by its value, or what stands between two such runs.
+/// Part of a file name: a run of digits, by its value, or another character in small letters, before or after digits.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
+    Sign(char),
     Number { length: usize, digits: String },
-    Text(String),
+    Letter(char),
 }
 
-/// What file names are sorted by; the name itself decides between `1.png` and `01.png`.
+/// Key that file names are sorted by; the name itself decides between `1.png` and `01.png`. Package and Python have the
+/// same order.
 fn name_key(name: &str) -> (Vec<Part>, String) {
-    let mut parts = Vec::new();
-    let mut rest = name;
-    while !rest.is_empty() {
-        let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        if digits > 0 {
-            let value = rest[..digits].trim_start_matches('0');
-            parts.push(Part::Number { length: value.len(), digits: value.to_owned() });
-            rest = &rest[digits..];
+    let small = name.to_lowercase();
+    let (mut parts, mut rest) = (Vec::new(), small.as_str());
+    while let Some(first) = rest.chars().next() {
+        let after = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        if after.len() < rest.len() {
+            let digits = rest[..rest.len() - after.len()].trim_start_matches('0');
+            parts.push(Part::Number { length: digits.len(), digits: digits.to_owned() });
+            rest = after;
         } else {
-            let end = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
-            parts.push(Part::Text(rest[..end].to_owned()));
-            rest = &rest[end..];
+            parts.push(if first < '0' { Part::Sign(first) } else { Part::Letter(first) });
+            rest = &rest[first.len_utf8()..];
         }
     }
     (parts, name.to_owned())
@@ -109,7 +110,24 @@ mod tests {
 
     #[test]
     fn names_sort_by_the_numbers_in_them() {
-        let sorted = ["1.png", "02.png", "2.png", "10.png", "a1_2.png", "a1_10.png", "a2_1.png", "b.png"];
+        let sorted = [
+            "1.png",
+            "02.png",
+            "2.png",
+            "10.png",
+            "a-3.png",
+            "a.png",
+            "a1.png",
+            "a1_2.png",
+            "A1_10.png",
+            "a2_1.png",
+            "b.png",
+            "IMG_2.JPG",
+            "IMG_2.jpg",
+            "img_3.jpg",
+            "IMG_10.jpg",
+            "img_a.jpg",
+        ];
         let mut names = sorted;
         names.reverse();
         names.sort_by_cached_key(|name| name_key(name));

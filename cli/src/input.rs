@@ -1,18 +1,17 @@
-//! Where frames come from: a folder of images, a `.bmf` list, an animated GIF, Y4M from a file, a pipe or standard
-//! input, or any video by `ffmpeg`.
+//! Where frames come from: a folder of images, a `.bmf` list, an animated image, Y4M from a file, a pipe or standard
+//! input, or any video by `ffmpeg`. What a file is, its content says, whatever its name. `docs/frames.md` tells which
+//! pictures a file gives.
 //!
 //! Frames are read one at a time and once: no decoded clip is held, and none is kept in a file.
 
+use crate::animation;
 use crate::failure::{Failure, Result, cannot_read, read};
-use crate::ffmpeg;
+use crate::ffmpeg::Video;
 use crate::images;
+use crate::timeline::{Picture, Stop, Timeline};
 use crate::y4m::Y4m;
-use image::codecs::gif::GifDecoder;
-use image::error::{DecodingError, ImageFormatHint};
-use image::{AnimationDecoder, ImageDecoder, ImageError, Limits};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use tracecut::image::{Frame, MAX_PIXELS, MAX_SIDE};
 use tracecut::{Error, Params};
@@ -29,10 +28,10 @@ pub struct Input {
 #[derive(Debug)]
 enum Kind {
     Images(Vec<PathBuf>),
-    Gif(PathBuf),
+    Animation(animation::Kind, PathBuf),
     /// A file, or a pipe with a name.
     Y4m(PathBuf),
-    Video(PathBuf),
+    Video(Video),
     Stdin,
 }
 
@@ -61,7 +60,7 @@ impl Input {
     /// Finds out what `path` is; `-` is standard input.
     pub fn open(path: &Path, frames: Option<u32>) -> Result<Self> {
         let max_frames = frames.map_or(usize::MAX, |n| n as usize);
-        Ok(Self { kind: Kind::of(path)?, max_frames, max_pixels: MAX_PIXELS })
+        Ok(Self { kind: Kind::of(path, max_frames)?, max_frames, max_pixels: MAX_PIXELS })
     }
 
     /// With the limits of a run.
@@ -70,11 +69,13 @@ impl Input {
     }
 
     /// Number of frames, where known before reading them.
-    pub(crate) fn num_frames(&self) -> Option<usize> {
-        match &self.kind {
-            Kind::Images(paths) => Some(paths.len().min(self.max_frames)),
-            _ => None,
-        }
+    pub fn num_frames(&self) -> Option<usize> {
+        let count = match &self.kind {
+            Kind::Images(paths) => paths.len(),
+            Kind::Video(video) => video.num_pictures(),
+            _ => return None,
+        };
+        Some(count.min(self.max_frames))
     }
 
     /// The names of the files that the frames are in, where each is in one of its own.
@@ -90,9 +91,9 @@ impl Input {
         let most = self.max_pixels;
         let all: Frames = match &self.kind {
             Kind::Images(paths) => Box::new(Images(paths.clone().into_iter(), most)),
-            Kind::Gif(path) => gif_frames(&path.display().to_string(), open(path)?, most)?,
+            Kind::Animation(kind, path) => animation::frames(*kind, &path.display().to_string(), open(path)?, most)?,
             Kind::Y4m(path) => y4m_frames(path, open(path)?, most)?,
-            Kind::Video(path) => ffmpeg::frames(path, most)?,
+            Kind::Video(video) => video.frames(most)?,
             Kind::Stdin => {
                 y4m_frames(Path::new("standard input"), BufReader::with_capacity(1 << 16, std::io::stdin()), most)?
             }
@@ -124,7 +125,7 @@ impl Iterator for Images {
 }
 
 impl Kind {
-    fn of(path: &Path) -> Result<Self> {
+    fn of(path: &Path, max_frames: usize) -> Result<Self> {
         if path == Path::new("-") {
             return Ok(Self::Stdin);
         }
@@ -139,17 +140,24 @@ impl Kind {
             return Ok(Self::Y4m(path.to_owned()));
         }
         let mut start = Vec::new();
-        open(path)?.take(9).read_to_end(&mut start).map_err(|e| cannot_read(path, &e))?;
+        open(path)?.take(START_BYTES).read_to_end(&mut start).map_err(|e| cannot_read(path, &e))?;
         let path = path.to_owned();
-        Ok(if start.starts_with(b"GIF8") {
-            Self::Gif(path)
-        } else if start == b"YUV4MPEG2" {
-            Self::Y4m(path)
-        } else {
-            Self::Video(path)
+        Ok(match start.as_slice() {
+            [] => return Err(Failure::about(path.display(), "is empty")),
+            [b'G', b'I', b'F', b'8', ..] => Self::Animation(animation::Kind::Gif, path),
+            [0x89, b'P', b'N', b'G', ..] => Self::Animation(animation::Kind::Png, path),
+            [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P'] => {
+                Self::Animation(animation::Kind::WebP, path)
+            }
+            [0xff, 0xd8, 0xff, ..] => return Err(Failure::about(path.display(), animation::STILL)),
+            start if start.starts_with(b"YUV4MPEG2") => Self::Y4m(path),
+            start => Self::Video(Video::open(&path, start, max_frames)?),
         })
     }
 }
+
+/// Bytes that tell what a file is.
+const START_BYTES: u64 = 12;
 
 fn open(path: &Path) -> Result<BufReader<File>> {
     File::open(path).map(BufReader::new).map_err(|e| cannot_read(path, &e))
@@ -165,31 +173,6 @@ pub(crate) fn decode_within(path: &Path, most: usize) -> Result<Frame> {
     Frame::decode_within(&read(path)?, most).map_err(|e| Failure::from(e).of(path.display()))
 }
 
-pub(crate) fn gif_frames(name: &str, reader: impl BufRead + Seek + 'static, most: usize) -> Result<Frames> {
-    let broken = |e: &dyn std::fmt::Display| Failure::about(name, format_args!("is not a whole GIF: {e}"));
-    let mut decoder = GifDecoder::new(reader).map_err(|e| broken(&e))?;
-    // The decoder takes memory for what the header claims, before it reads a frame.
-    let (width, height) = (decoder.dimensions().0 as usize, decoder.dimensions().1 as usize);
-    check(width, height, most).map_err(|e| Failure::from(e).of(name))?;
-    // A frame may claim to be larger than the picture. It is held, and what it is painted over, and what comes of it.
-    let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(12 * most as u64);
-    decoder.set_limits(limits).map_err(|e| broken(&e))?;
-    let (name, mut frames) = (name.to_owned(), decoder.into_frames());
-    // A decoder that panics on damaged bytes is an error of these.
-    let next = move || catch_unwind(AssertUnwindSafe(|| frames.next())).unwrap_or_else(|_| Some(Err(panicked())));
-    Ok(Box::new(std::iter::from_fn(next).enumerate().map(move |(index, frame)| {
-        let about = format!("{name}, frame {index}");
-        let image = match frame {
-            Ok(frame) => frame.into_buffer(),
-            Err(e) => return Err(Failure::damaged(&name, index, format!("frame {index} cannot be decoded: {e}"))),
-        };
-        let (width, height) = (image.width() as usize, image.height() as usize);
-        let frame = Frame::from_rgba(image.as_raw(), width, height).map_err(|e| Failure::about(&about, e))?;
-        Ok(ClipFrame { name: about, frame, timing: None })
-    })))
-}
-
 /// Refuses a size before memory is taken for it.
 pub(crate) fn check(width: usize, height: usize, most: usize) -> std::result::Result<(), Error> {
     if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
@@ -202,16 +185,13 @@ pub(crate) fn check(width: usize, height: usize, most: usize) -> std::result::Re
     Ok(())
 }
 
-fn panicked() -> ImageError {
-    let words = "the decoder stopped on an internal error".to_owned();
-    ImageError::Decoding(DecodingError::new(ImageFormatHint::Unknown, words))
-}
-
 pub(crate) fn y4m_frames(path: &Path, reader: impl BufRead + 'static, most: usize) -> Result<Frames> {
     let name = path.display().to_string();
     let y4m = Y4m::new(reader, most).map_err(|e| e.of(&name))?;
-    Ok(Box::new(y4m.enumerate().map(move |(index, frame)| match frame {
-        Ok(frame) => Ok(ClipFrame { name: format!("{name}, frame {index}"), frame, timing: None }),
-        Err(e) => Err(Failure::damaged(&name, index, e)),
-    })))
+    let duration = y4m.frame_duration();
+    let pictures = y4m.enumerate().map(move |(index, frame)| match frame {
+        Ok(frame) => Ok(Picture { frame, time: Some(index as f64 * duration), duration: Some(duration) }),
+        Err(e) => Err(Stop::Damage(e)),
+    });
+    Ok(Box::new(Timeline::new(name, pictures)))
 }

@@ -1,6 +1,7 @@
 //! The command line `tracecut`. A library only so that tests and `fuzz/` reach the readers of files, and `bench/` how
 //! clips are read, run and drawn; nobody else should use it.
 
+mod animation;
 mod boundaries;
 mod checkpoint;
 #[doc(hidden)]
@@ -37,6 +38,7 @@ mod selftest;
 pub mod settings;
 mod shell;
 mod superpixels;
+mod timeline;
 mod times;
 mod window;
 mod y4m;

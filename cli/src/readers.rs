@@ -1,7 +1,7 @@
 //! The readers of files, each by the bytes alone: what fuzzing and its tests call.
 
 use crate::failure::{Failure, Result};
-use crate::{images, input, settings};
+use crate::{animation, images, input, settings};
 use std::io::Cursor;
 use std::path::Path;
 use tracecut::Params;
@@ -14,12 +14,17 @@ fn told<T>(outcome: Result<T>) -> std::result::Result<T, String> {
     outcome.map_err(|failure: Failure| failure.reason)
 }
 
-/// At most `most` frames of an animated GIF.
+/// At most `most` frames of an animated GIF, PNG or WebP.
 ///
 /// # Errors
 /// As the command line says it.
-pub fn gif(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String> {
-    let frames = told(input::gif_frames(NAME, Cursor::new(bytes.to_vec()), MAX_PIXELS))?;
+pub fn animation(bytes: &[u8], most: usize) -> std::result::Result<Vec<Frame>, String> {
+    let kind = match bytes {
+        [b'R', ..] => animation::Kind::WebP,
+        [0x89, ..] => animation::Kind::Png,
+        _ => animation::Kind::Gif,
+    };
+    let frames = told(animation::frames(kind, NAME, Cursor::new(bytes.to_vec()), MAX_PIXELS))?;
     frames.take(most).map(|frame| told(frame).map(|frame| frame.frame)).collect()
 }
 

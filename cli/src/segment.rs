@@ -28,8 +28,8 @@ use tracecut::{Params, Window};
 #[derive(Args, Debug)]
 #[command(after_help = RESULTS)]
 pub(crate) struct SegmentArgs {
-    /// Folders of images in name order, .bmf lists, animated GIFs, .y4m files, other videos (by ffmpeg, where that is
-    /// installed), or - for Y4M on standard input
+    /// Folders of images in name order, .bmf lists, animated GIF, PNG or WebP, Y4M, other videos (by ffmpeg, where that
+    /// is installed), or - for Y4M on standard input
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// Folder for the results, which are there when all is done; of several inputs a folder in it for each

@@ -8,6 +8,9 @@ use crate::input::check;
 use std::io::{BufRead, Read};
 use tracecut::image::{Frame, MAX_SIDE};
 
+/// Seconds of a frame where the header gives no rate.
+const DEFAULT_DURATION_S: f64 = 1.0 / 25.0;
+
 /// Longest header line accepted, in bytes: real ones are below 200.
 const MAX_LINE: u64 = 4096;
 
@@ -27,6 +30,8 @@ struct Format {
     /// Pixels per chroma sample across and down; `None` without chroma.
     chroma: Option<(usize, usize)>,
     full_range: bool,
+    /// Seconds of a frame.
+    duration: f64,
 }
 
 impl<R: BufRead> Y4m<R> {
@@ -40,6 +45,11 @@ impl<R: BufRead> Y4m<R> {
         let format = header.and_then(|header| parse_header(&header)).map_err(Failure::input)?;
         check(format.width, format.height, most)?;
         Ok(Self { reader, format, num_read: 0, ended: false })
+    }
+
+    /// Seconds that each frame is shown.
+    pub(crate) fn frame_duration(&self) -> f64 {
+        self.format.duration
     }
 
     fn read_frame(&mut self) -> Result<Option<Frame>, String> {
@@ -91,13 +101,15 @@ fn parse_header(header: &str) -> Result<Format, String> {
     if words.next() != Some("YUV4MPEG2") {
         return Err("is not Y4M (expected it to start with YUV4MPEG2)".to_owned());
     }
-    let mut format = Format { width: 0, height: 0, chroma: Some((2, 2)), full_range: false };
+    let mut format =
+        Format { width: 0, height: 0, chroma: Some((2, 2)), full_range: false, duration: DEFAULT_DURATION_S };
     for word in words.filter(|w| !w.is_empty()) {
         let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
         match tag {
             "W" => format.width = parse_side(value, "width")?,
             "H" => format.height = parse_side(value, "height")?,
             "C" => format.chroma = parse_chroma(value)?,
+            "F" => format.duration = parse_duration(value).unwrap_or(DEFAULT_DURATION_S),
             "X" if value == "COLORRANGE=FULL" => format.full_range = true,
             _ => {}
         }
@@ -108,6 +120,13 @@ fn parse_header(header: &str) -> Result<Format, String> {
 fn parse_side(text: &str, name: &str) -> Result<usize, String> {
     let side = text.parse().ok().filter(|s| (1..=MAX_SIDE).contains(s));
     side.ok_or_else(|| format!("has {name} \"{text}\" (expected 1..={MAX_SIDE})"))
+}
+
+/// Seconds of a frame at a rate such as `30000:1001`; `0:0` says that it is not known.
+fn parse_duration(rate: &str) -> Option<f64> {
+    let (frames, seconds) = rate.split_once(':')?;
+    let (frames, seconds): (u32, u32) = (frames.parse().ok()?, seconds.parse().ok()?);
+    (frames > 0 && seconds > 0).then(|| f64::from(seconds) / f64::from(frames))
 }
 
 fn parse_chroma(text: &str) -> Result<Option<(usize, usize)>, String> {
@@ -245,13 +264,21 @@ mod tests {
     }
 
     #[test]
+    fn frames_last_as_the_rate_of_the_header_says() {
+        for (rate, seconds) in [("F30000:1001 ", 1001.0 / 30000.0), ("F0:0 ", 0.04), ("Fx ", 0.04), ("", 0.04)] {
+            let bytes = format!("YUV4MPEG2 W2 H2 {rate}Cmono\n");
+            assert_eq!(Y4m::new(bytes.as_bytes(), MAX_PIXELS).unwrap().frame_duration(), seconds, "{rate}");
+        }
+    }
+
+    #[test]
     fn a_stream_without_frames_is_empty() {
         assert_eq!(frames(b"YUV4MPEG2 W2 H2\n").unwrap().len(), 0);
     }
 
-    /// The package reads the same pixels: its test has the same sums (FNV-1a).
+    /// Sums of the pixels (FNV-1a), which no machine may change.
     #[test]
-    fn pixels_are_those_of_the_package() {
+    fn pixels_are_the_same_everywhere() {
         let mixed = |k: usize| (k * 7 + (k >> 8) * 13 + (k >> 16) * 91) as u8;
         for (header, length, sum) in [
             ("W128 H128 F25:1 C444", 3 * 128 * 128, 0x14c1_89a9),

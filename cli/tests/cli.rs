@@ -5,6 +5,7 @@ mod files;
 mod images;
 mod masks;
 mod selftest;
+mod times;
 
 use crate::made::*;
 use image::ExtendedColorType;

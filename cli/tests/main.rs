@@ -5,3 +5,4 @@ mod long;
 mod made;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
 mod readers;
+mod videos;

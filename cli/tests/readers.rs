@@ -6,7 +6,7 @@ mod faulty;
 use faulty::{Reader, read_faulty, seeds};
 
 const READERS: [Reader; 5] = [
-    ("gif", checks::gif),
+    ("animation", checks::animation),
     ("y4m", checks::y4m),
     ("bmf", checks::bmf),
     ("setting", checks::setting),
@@ -21,11 +21,11 @@ fn files_with_faults_are_an_error_or_keep_the_laws() {
 /// Found by fuzzing: the size of the picture was checked, the size of its frames was not.
 #[test]
 fn a_frame_that_claims_to_be_larger_than_its_gif_takes_no_memory() {
-    let (_, whole) = seeds("gif").pop().unwrap();
+    let (_, whole) = seeds("animation").into_iter().rfind(|(name, _)| name.ends_with(".gif")).unwrap();
     let at = whole.windows(9).position(|b| b == [0x2c, 0, 0, 0, 0, 4, 0, 3, 0]).unwrap();
     let mut bytes = whole.clone();
     bytes[at + 5..at + 9].fill(0xff);
-    let reason = tracecut_cli::readers::gif(&bytes, 9).unwrap_err();
+    let reason = tracecut_cli::readers::animation(&bytes, 9).unwrap_err();
     assert!(reason.contains("frame 0 cannot be decoded: Memory limit exceeded"), "{reason}");
 }
 
@@ -38,12 +38,12 @@ fn many_more_files_with_faults() {
 #[test]
 fn the_seeds_of_fuzzing_are_whole_files() {
     use tracecut_cli::readers;
-    for (target, files) in [("gif", 2), ("y4m", 4), ("bmf", 1), ("setting", 2)].map(|(t, n)| (t, (n, seeds(t)))) {
+    for (target, files) in [("animation", 4), ("y4m", 4), ("bmf", 1), ("setting", 2)].map(|(t, n)| (t, (n, seeds(t)))) {
         assert_eq!(files.1.len(), files.0, "{target}");
         for (name, bytes) in files.1 {
             let text = String::from_utf8_lossy(&bytes);
             let read = match target {
-                "gif" => readers::gif(&bytes, 9).map(|frames| frames.len()),
+                "animation" => readers::animation(&bytes, 9).map(|frames| frames.len()),
                 "y4m" => readers::y4m(&bytes, 9).map(|frames| frames.len()),
                 "bmf" => readers::list(&text).map(|names| names.len()),
                 _ => readers::setting(&text).map(|_| 1),

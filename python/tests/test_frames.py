@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tracecut
-from PIL import Image
+from PIL import ExifTags, Image, ImageOps
 
 
 def masks(frames: object, **options: object) -> np.ndarray:
@@ -49,7 +49,7 @@ def test_folders_files_and_bytes_are_read_alike(folder: Path) -> None:
 
 
 def test_names_are_in_the_order_of_their_numbers() -> None:
-    names = ["1.png", "02.png", "2.png", "10.png", "a1_2.png", "a1_10.png", "a2_1.png", "b.png"]
+    names = ["1.png", "02.png", "2.png", "10.png", "a-3.png", "a.png", "a1.png", "a1_2.png", "A1_10.png", "a2_1.png"]
     assert tracecut.in_name_order(reversed(names)) == names
 
 
@@ -73,6 +73,18 @@ def test_a_jpeg_is_read_as_by_the_command_line(clip: list[np.ndarray]) -> None:
     ours = tracecut.boundaries(file.getvalue())
     assert ours.pb.shape == clip[0].shape[:2]
     assert np.abs(tracecut.as_array(file.getvalue()).astype(int) - clip[0]).mean() < 8
+
+
+@pytest.mark.parametrize("kind", ["PNG", "JPEG"])
+@pytest.mark.parametrize("mark", range(1, 9))
+def test_images_are_upright_as_their_exif_orientation_says(mark: int, kind: str, clip: list[np.ndarray]) -> None:
+    exif = Image.Exif()
+    exif[ExifTags.Base.Orientation] = mark
+    file = io.BytesIO()
+    Image.fromarray(clip[0]).save(file, kind, exif=exif, quality=95)
+    upright = np.asarray(ImageOps.exif_transpose(Image.open(file)))
+    ours = tracecut.as_array(file.getvalue())
+    assert ours.shape == upright.shape and np.abs(ours.astype(int) - upright).mean() < 2
 
 
 def test_videos_are_read_by_pyav(tmp_path: Path) -> None:

@@ -29,11 +29,8 @@ def read_table() -> dict[str, Any]:
 
 
 TABLE = read_table()
-
-
-@pytest.mark.skipif(bool(TABLE["cases"]), reason="node and ffmpeg are there")
-def test_the_table_needs_node_and_ffmpeg() -> None:
-    pytest.skip("needs node and ffmpeg")
+if not TABLE["cases"]:
+    pytest.skip("needs node and ffmpeg", allow_module_level=True)
 
 
 @pytest.mark.parametrize("row", TABLE["cases"], ids=lambda row: row["name"])
@@ -52,6 +49,14 @@ def test_file(row: dict[str, Any]) -> None:
         check(row, failure.value.result)
         return
     check(row, tracecut.segment(path))
+
+
+@pytest.mark.parametrize("file", ["bt709.mp4", "sar.mp4", "vfr.mp4"])
+def test_masks_are_those_of_the_command_line(file: str, cli: str, tmp_path: Path) -> None:
+    path = Path(TABLE["folder"]) / file
+    out = tmp_path / "out"
+    subprocess.run([cli, "segment", path, "--out", out, "--format", "npz", "--quiet"], check=True)
+    np.testing.assert_array_equal(tracecut.segment(path).array(), np.load(out / "masks.npz")["masks"])
 
 
 def check(row: dict[str, Any], result: tracecut.Result) -> None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import sys
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 import tracecut
+from conftest import ROOT
 from tracecut import interchange
-from tracecut._masks import runs_of
-from tracecut.interchange._label_studio import brush_rle
 
 SIZE = (37, 53)
 NAMES = {1: "dog & <cat>", 4: "ball"}
@@ -38,15 +36,13 @@ def made(seed: int = 0, frames: int = 5) -> list[np.ndarray]:
 MASKS = made()
 
 
-def write_png_frames(folder: Path, count: int) -> list[str]:
+def write_frames(folder: Path) -> None:
     """Pictures for tools that look at them."""
     from PIL import Image
 
-    folder.mkdir()
-    names = [f"frame{t}.png" for t in range(count)]
-    for name in names:
-        Image.new("RGB", (SIZE[1], SIZE[0])).save(folder / name)
-    return names
+    folder.mkdir(parents=True)
+    for t in range(len(MASKS)):
+        Image.new("RGB", (SIZE[1], SIZE[0])).save(folder / f"{t:05}.jpg")
 
 
 def joined(parts: dict[int, np.ndarray]) -> np.ndarray:
@@ -58,121 +54,68 @@ def joined(parts: dict[int, np.ndarray]) -> np.ndarray:
     return mask
 
 
-def test_runs_are_lengths_outside_and_inside_in_turn() -> None:
-    assert runs_of(np.array([False, False, True])) == [2, 1]
-    assert runs_of(np.array([True, False])) == [0, 1, 1]
-    assert runs_of(np.array([False])) == [1]
+Recipe = Callable[[str], "dict[str, Any]"]
 
 
-def read_cvat(path: Path) -> Iterator[tuple[str, ElementTree.Element]]:
-    root = ElementTree.parse(path / "annotations.xml").getroot()
-    assert [int(image.attrib["id"]) for image in root.iter("image")] == list(range(len(MASKS)))
-    return ((image.attrib["name"], image) for image in root.iter("image"))
+@pytest.fixture
+def recipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Recipe:
+    """Runs the Python of a section of docs/interchange.md in a folder with the frames; gives the names that it leaves."""
+    write_frames(tmp_path / "coco" / "images")
+    interchange.to_coco(MASKS, tmp_path / "coco" / "annotations", objects=NAMES)
+    monkeypatch.chdir(tmp_path)
+    return run_recipe
 
 
-def test_cvats_sdk_reads_the_masks(tmp_path: Path) -> None:
-    masks_of_sdk = pytest.importorskip("cvat_sdk.masks", reason="cvat-sdk is not installed")
-    models = pytest.importorskip("cvat_sdk.models")
-    out = interchange.to_cvat(MASKS, tmp_path / "cvat", objects=NAMES)
-    for (name, image), mask in zip(read_cvat(out), MASKS):
-        parts = {}
-        for shape in image.iter("mask"):
-            a = {key: int(shape.attrib[key]) for key in ("left", "top", "width", "height")}
-            # As CVAT's importer makes points of it.
-            box = [a["left"], a["top"], a["left"] + a["width"] - 1, a["top"] + a["height"] - 1]
-            points = [*map(int, shape.attrib["rle"].split(",")), *box]
-            label = int(shape.attrib["group_id"])
-            assert shape.attrib["label"] == NAMES.get(label, f"object {label}")
-            models.LabeledShapeRequest(type="mask", points=list(map(float, points)), frame=0, label_id=1, group=label)
-            assert points == masks_of_sdk.encode_mask(mask == label)
-            parts[label] = masks_of_sdk.decode_mask(points, image_width=SIZE[1], image_height=SIZE[0])
-        assert np.array_equal(joined(parts), mask), name
-    for label in json.loads((out / "labels.json").read_text()):
-        assert models.PatchedLabelRequest(**label).name == label["name"]
+def run_recipe(tool: str) -> dict[str, Any]:
+    text = (ROOT / "docs" / "interchange.md").read_text("utf-8")
+    code = text.split(f"\n## {tool}\n")[1].split("```python\n")[1].split("```")[0]
+    names: dict[str, Any] = {"result": MASKS}
+    exec(compile(code, f"docs/interchange.md, {tool}", "exec"), names)
+    return names
 
 
-def test_datumaro_reads_cvats_xml(tmp_path: Path) -> None:
+@pytest.mark.wheel
+def test_cvats_xml_is_made_by_datumaro(recipe: Recipe) -> None:
     datumaro = pytest.importorskip("datumaro", reason="datumaro is not installed")
-    names = write_png_frames(tmp_path / "frames", len(MASKS))
-    out = interchange.to_cvat(MASKS, tmp_path / "cvat", objects=NAMES, frames=names)
-    # It looks for the pictures beside the masks.
-    (tmp_path / "frames").rename(out / "images")
-    data = datumaro.Dataset.import_from(str(out), "cvat")
+    recipe("CVAT")
+    data = datumaro.Dataset.import_from("cvat", "cvat")
     classes = [category.name for category in data.categories()[datumaro.AnnotationType.label].items]
-    assert set(classes) == {"dog & <cat>", "object 3", "ball", "object 200"}
     items = {item.id: item for item in data}
     for t, mask in enumerate(MASKS):
-        shapes = [each for each in items[f"frame{t}"].annotations if each.type == datumaro.AnnotationType.mask]
-        assert [each.label for each in shapes] == [
-            classes.index(NAMES.get(each.group, f"object {each.group}")) for each in shapes
-        ]
-        assert np.array_equal(joined({each.group: each.image.astype(bool) for each in shapes}), mask)
+        parts = {}
+        for shape in items[f"{t:05}"].annotations:
+            assert classes[shape.label] == NAMES.get(shape.group, f"object {shape.group}")
+            parts[shape.group] = shape.image.astype(bool)
+        assert np.array_equal(joined(parts), mask), t
 
 
-def test_label_studios_sdk_takes_the_tasks_and_reads_the_masks(tmp_path: Path) -> None:
+@pytest.mark.wheel
+def test_label_studio_takes_the_tasks(recipe: Recipe) -> None:
     brush = pytest.importorskip("label_studio_sdk.converter.brush", reason="label-studio-sdk is not installed")
     from label_studio_sdk.label_interface import LabelInterface
 
-    out = interchange.to_label_studio(MASKS, tmp_path / "studio", name="a", objects=NAMES)
-    config = LabelInterface((out / "config.xml").read_text(encoding="utf-8"))
+    recipe("Label Studio")
+    labels = "".join(f'<Label value="object {label}"/>' for label in (1, 3, 4, 200))
+    brushes = f'<BrushLabels name="mask" toName="image">{labels}</BrushLabels>'
+    config = LabelInterface(f'<View><Image name="image" value="$image"/>{brushes}</View>')
     config.validate()
-    tasks = json.loads((out / "tasks.json").read_text(encoding="utf-8"))
+    tasks = json.loads(Path("tasks.json").read_text(encoding="utf-8"))
     assert len(tasks) == len(MASKS)
-    for t, (task, mask) in enumerate(zip(tasks, MASKS)):
-        assert task["data"]["image"] == f"/data/local-files/?d=a/{t:05}.jpg"
+    for task, mask in zip(tasks, MASKS):
         (prediction,) = task["predictions"]
         assert config.validate_task({"data": task["data"]})
         assert not config.validate_prediction(prediction, return_errors=True)
         parts = {}
         for region in prediction["result"]:
-            label = int(region["id"].split("-")[-1])
-            assert region["value"]["brushlabels"] == [NAMES.get(label, f"object {label}")]
+            (name,) = region["value"]["brushlabels"]
             pixels = brush.decode_rle(region["value"]["rle"]).reshape(*SIZE, 4)
-            assert (pixels == pixels[..., :1]).all() and set(np.unique(pixels)) <= {0, 255}
-            parts[label] = pixels[..., 3] == 255
+            parts[int(name.split()[1])] = pixels[..., 3] == 255
         assert np.array_equal(joined(parts), mask)
 
 
-def test_long_runs_of_the_brush_are_read(tmp_path: Path) -> None:
-    brush = pytest.importorskip("label_studio_sdk.converter.brush", reason="label-studio-sdk is not installed")
-    for inside in (np.zeros((150, 120), bool), np.ones((150, 120), bool), np.tri(150, 120, dtype=bool)):
-        assert np.array_equal(brush.decode_rle(brush_rle(inside)).reshape(150, 120, 4)[..., 0] == 255, inside)
-
-
-def test_label_studios_sdk_takes_the_boxes_of_a_video(tmp_path: Path) -> None:
-    pytest.importorskip("label_studio_sdk", reason="label-studio-sdk is not installed")
-    from label_studio_sdk.label_interface import LabelInterface
-
-    out = interchange.to_label_studio_video(MASKS, tmp_path / "v", video="/data/v.mp4", rate=25, objects=NAMES)
-    config = LabelInterface((out / "config.xml").read_text(encoding="utf-8"))
-    config.validate()
-    (task,) = json.loads((out / "tasks.json").read_text(encoding="utf-8"))
-    assert config.validate_task({"data": task["data"]})
-    assert not config.validate_prediction(task["predictions"][0], return_errors=True)
-
-
-def test_boxes_of_a_video_are_those_of_the_masks(tmp_path: Path) -> None:
-    masks = [MASKS[1], MASKS[0], MASKS[2], MASKS[3]]
-    out = interchange.to_label_studio_video(masks, tmp_path / "v", video="/data/v.mp4", rate=25, name="a")
-    (task,) = json.loads((out / "tasks.json").read_text())
-    regions = {int(region["id"].split("-")[-1]): region["value"] for region in task["predictions"][0]["result"]}
-    assert set(regions) == {int(label) for label in np.unique(np.stack(masks)) if label}
-    for label, value in regions.items():
-        assert value["framesCount"] == 4 and value["duration"] == 4 / 25
-        assert [key["frame"] for key in value["sequence"]] == [1, 3, 4]
-        assert [key["enabled"] for key in value["sequence"]] == [False, True, False]
-        for key in value["sequence"]:
-            rows, columns = np.nonzero(masks[key["frame"] - 1] == label)
-            assert key["time"] == key["frame"] / 25
-            assert key["x"] * SIZE[1] / 100 == pytest.approx(columns.min())
-            assert key["y"] * SIZE[0] / 100 == pytest.approx(rows.min())
-            assert key["width"] * SIZE[1] / 100 == pytest.approx(columns.max() + 1 - columns.min())
-            assert key["height"] * SIZE[0] / 100 == pytest.approx(rows.max() + 1 - rows.min())
-
-
-def test_pycocotools_reads_the_masks_for_fiftyone(tmp_path: Path) -> None:
+def test_pycocotools_reads_the_masks(tmp_path: Path) -> None:
     coco = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
-    out = interchange.to_fiftyone(MASKS, tmp_path / "fo", objects=NAMES)
+    out = interchange.to_coco(MASKS, tmp_path / "coco", objects=NAMES)
     data = coco.COCO(str(out / "labels.json"))
     assert len(data.imgs) == len(MASKS)
     for t, mask in enumerate(MASKS):
@@ -201,42 +144,19 @@ def detected(label: Any) -> np.ndarray:
     return joined(parts)
 
 
+@pytest.mark.wheel
 def test_fiftyones_importer_reads_masks_and_identities(tmp_path: Path) -> None:
     """Its importer alone: a data set needs the database, which does not run everywhere."""
     utils = pytest.importorskip("fiftyone.utils.coco", reason="fiftyone is not installed")
-    pictures = tmp_path / "frames"
-    names = write_png_frames(pictures, len(MASKS))
-    out = interchange.to_fiftyone(MASKS, tmp_path / "fo", frames=names, objects=NAMES, name="some clip")
-    importer = utils.COCODetectionDatasetImporter(
-        dataset_dir=str(out), data_path=str(pictures), labels_path=str(out / "labels.json"), label_types="segmentations"
-    )
-    with importer:
+    write_frames(tmp_path / "images")
+    labels = interchange.to_coco(MASKS, tmp_path / "annotations", objects=NAMES, name="some clip") / "labels.json"
+    paths = {"data_path": str(tmp_path / "images"), "labels_path": str(labels)}
+    with utils.COCODetectionDatasetImporter(**paths, label_types="segmentations") as importer:
         assert len(importer) == len(MASKS)
         assert importer.get_dataset_info()["description"] == "some clip"
         for path, metadata, label in importer:
-            t = names.index(Path(path).name)
             assert (metadata.height, metadata.width) == SIZE
-            assert np.array_equal(detected(label), MASKS[t])
-
-
-def test_fiftyone_makes_a_data_set(tmp_path: Path) -> None:
-    fiftyone = pytest.importorskip("fiftyone", reason="fiftyone is not installed")
-    names = write_png_frames(tmp_path / "frames", len(MASKS))
-    out = interchange.to_fiftyone(MASKS, tmp_path / "fo", frames=names, objects=NAMES)
-    try:
-        fiftyone.list_datasets()
-    except Exception as error:  # the database's own kinds of errors, and its installer's
-        pytest.skip(f"the database of fiftyone does not run here: {type(error).__name__}")
-    data = fiftyone.Dataset.from_dir(
-        dataset_type=fiftyone.types.COCODetectionDataset,
-        data_path=str(tmp_path / "frames"),
-        labels_path=str(out / "labels.json"),
-        label_types="segmentations",
-        label_field="segmentations",
-    )
-    assert len(data) == len(MASKS)
-    for sample in data:
-        assert np.array_equal(detected(sample["segmentations"]), MASKS[names.index(Path(sample.filepath).name)])
+            assert np.array_equal(detected(label), MASKS[int(Path(path).stem)])
 
 
 def enlarged(shape: tuple[int, int]) -> list[np.ndarray]:
@@ -315,20 +235,8 @@ class Seen:
         return MASKS[t]
 
 
-def cvat(masks: Any, path: Path, **options: Any) -> Path:
-    return interchange.to_cvat(masks, path, **options)
-
-
-def studio(masks: Any, path: Path, **options: Any) -> Path:
-    return interchange.to_label_studio(masks, path, **options)
-
-
-def video(masks: Any, path: Path, **options: Any) -> Path:
-    return interchange.to_label_studio_video(masks, path, **{"video": "v.mp4", "rate": 25, **options})
-
-
-def fifty(masks: Any, path: Path, **options: Any) -> Path:
-    return interchange.to_fiftyone(masks, path, **options)
+def coco(masks: Any, path: Path, **options: Any) -> Path:
+    return interchange.to_coco(masks, path, **options)
 
 
 def davis(masks: Any, path: Path, **options: Any) -> Path:
@@ -340,7 +248,7 @@ def youtube(masks: Any, path: Path, **options: Any) -> Path:
 
 
 Writer = Callable[..., Path]
-WRITERS = [cvat, studio, video, fifty, davis, youtube]
+WRITERS = [coco, davis, youtube]
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -357,8 +265,8 @@ def test_results_sessions_arrays_and_iterators_are_masks(write: Writer, tmp_path
 def test_a_run_is_written(tmp_path: Path, done: tracecut.Session) -> None:
     result = tracecut.segment(tracecut.synth.Scene("sample", 96, 64, 8, seed=3))
     assert result.objects
-    of_result = files(interchange.to_cvat(result, tmp_path / "result"))
-    assert of_result == files(interchange.to_cvat(done, tmp_path / "session"))
+    of_result = files(interchange.to_coco(result, tmp_path / "result"))
+    assert of_result == files(interchange.to_coco(done, tmp_path / "session"))
 
 
 @pytest.mark.parametrize("write", WRITERS)
@@ -401,7 +309,6 @@ def test_what_is_no_mask_is_refused(write: Writer, masks: Any, message: str, tmp
     assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("write", [cvat, studio, fifty])
 @pytest.mark.parametrize(
     ("names", "message"),
     [
@@ -412,24 +319,20 @@ def test_what_is_no_mask_is_refused(write: Writer, masks: Any, message: str, tmp
         ([b"a", "b", "c", "d", "e"], "name of frame 0 is b'a'"),
     ],
 )
-def test_names_that_do_not_fit_are_refused(write: Writer, names: list[str], message: str, tmp_path: Path) -> None:
+def test_names_that_do_not_fit_are_refused(names: list[str], message: str, tmp_path: Path) -> None:
     with pytest.raises(tracecut.TraceCutError, match=message) as caught:
-        write(MASKS, tmp_path / "out", frames=names)
+        interchange.to_coco(MASKS, tmp_path / "out", frames=names)
     assert caught.value.code == "data" and list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
     ("write", "options", "message"),
     [
-        (cvat, {"name": ""}, "name = ''"),
-        (cvat, {"objects": {0: "a"}}, "objects = 0 .expected labels of 1 to 255"),
-        (fifty, {"objects": {256: "a"}}, "objects = 256"),
-        (studio, {"objects": {1: "a\nb"}}, r"objects\[1\] = "),
-        (video, {"rate": 0}, "rate = 0 .expected frames per second, above 0"),
-        (video, {"rate": float("nan")}, "rate = nan"),
-        (video, {"rate": "25"}, "rate = '25'"),
+        (coco, {"name": ""}, "name = ''"),
+        (coco, {"objects": {0: "a"}}, "objects = 0 .expected labels of 1 to 255"),
+        (coco, {"objects": {256: "a"}}, "objects = 256"),
+        (coco, {"objects": {1: "a\nb"}}, r"objects\[1\] = "),
         (youtube, {"objects": ["a"]}, "objects = .'a'. .expected labels of 1 to 255"),
-        (video, {"video": ""}, "video = ''"),
         (davis, {"name": "../a"}, "name = '../a' .expected a name of a folder"),
         (davis, {"name": ""}, "name = ''"),
         (davis, {"subset": "a/b"}, "subset = 'a/b'"),

@@ -69,7 +69,7 @@ def write_video(
             if aspect is not None:
                 stream.codec_context.sample_aspect_ratio = aspect
             if default is not None:
-                stream.disposition = av.stream.Disposition.default if number == default else 0
+                stream.disposition = av.stream.Disposition.default.value if number == default else 0
         for stream, pictures in zip(streams, tracks):
             for t, picture in enumerate(pictures):
                 frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
@@ -181,14 +181,8 @@ def test_results_and_exports_have_the_times(frames: list[np.ndarray], tmp_path: 
     assert {row.split(",")[1] for row in rows} <= {f"{t / 10:g}" for t in range(NUM_FRAMES)} and rows
     with pytest.raises(tracecut.TraceCutError, match="times has 1 entries"):
         result.session.object_table([0.0])
-    coco = json.loads((interchange.to_fiftyone(result, tmp_path / "coco") / "labels.json").read_text())
+    coco = json.loads((interchange.to_coco(result, tmp_path / "coco") / "labels.json").read_text())
     assert [image["timestamp"] for image in coco["images"]] == result.times.tolist()
-    (tmp_path / "video").mkdir()
-    studio = interchange.to_label_studio_video(result, tmp_path / "video" / "out", video="a.mp4")
-    (task,) = json.loads((studio / "tasks.json").read_text())
-    assert task["data"]["times"] == result.times.tolist() and f'framerate="{result.frame_rate}"' in (
-        studio / "config.xml"
-    ).read_text()
     without = tracecut.segment(frames).as_json()
     assert "times" not in without and without["frames"] == report["frames"]
 
@@ -225,7 +219,8 @@ def test_the_kind_of_a_file_is_found_by_its_content(frames: list[np.ndarray], tm
     [
         ("a.mp4", b"", "no-video", "is empty"),
         ("a.mp4", b"these are only words\n" * 9, "no-video", "is not a video (expected"),
-        ("a.mp4", b"\0\0\0\x18ftypmp42\0\0\0\0mp42isom", "truncated", "is cut off or damaged before the first frame"),
+        ("a.mp4", b"\0\0\0\x18ftypmp42\0\0\0\0mp42isom", "truncated", "is cut off: the index, which MP4"),
+        ("a.mkv", b"\x1aE\xdf\xa3\x01", "truncated", "is cut off or damaged before the first frame"),
     ],
 )
 def test_what_is_no_video_is_named(name: str, data: bytes, code: str, message: str, tmp_path: Path) -> None:
@@ -266,6 +261,21 @@ def test_an_animated_webp_is_whole_or_an_error_that_names_it(frames: list[np.nda
         assert len(tracecut.segment(tmp_path / "a.webp")) == NUM_FRAMES
     except tracecut.TraceCutError as error:
         assert error.code == "unsupported" and "is an animated WebP" in str(error)
+
+
+def test_an_animated_avif_has_its_pictures_and_not_its_cover(frames: list[np.ndarray], tmp_path: Path) -> None:
+    from PIL import Image, features
+
+    if not features.check("avif"):
+        pytest.skip("Pillow cannot write AVIF here")
+    pictures = [Image.fromarray(frame) for frame in frames]
+    for picture in pictures:
+        picture.putalpha(128)
+    options: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "duration": [40, 120] * 4}
+    pictures[0].save(tmp_path / "a.avif", quality=95, subsampling="4:4:4", **options)
+    reader = tracecut.read_video(tmp_path / "a.avif")
+    assert_alike(np.stack(list(reader)), frames)
+    assert np.allclose(reader.durations, [0.04, 0.12] * 4)
 
 
 @pytest.mark.parametrize(
@@ -309,11 +319,11 @@ def test_damage_in_the_middle_ends_a_clip_there(frames: list[np.ndarray], tmp_pa
     with pytest.raises(tracecut.TraceCutError) as caught:
         tracecut.segment(path)
     assert (caught.value.code, caught.value.frames) == ("truncated", 5)
-    one = bytearray(data[: places[1][0] + 20])
-    path.write_bytes(one)
-    with pytest.raises(tracecut.TraceCutError, match="damaged at frame 1") as caught:
-        tracecut.segment(path)
-    assert caught.value.frames == 1 and caught.value.result is None
+    for count in (0, 1):
+        path.write_bytes(data[: places[count][0] + 20])
+        with pytest.raises(tracecut.TraceCutError, match="is cut off or damaged") as caught:
+            tracecut.segment(path)
+        assert (caught.value.code, caught.value.frames, caught.value.result) == ("truncated", count, None)
 
 
 def test_a_recording_may_begin_between_two_key_frames(frames: list[np.ndarray], tmp_path: Path) -> None:
@@ -322,6 +332,32 @@ def test_a_recording_may_begin_between_two_key_frames(frames: list[np.ndarray], 
         places = [packet.pos for packet in container.demux(video=0) if packet.size]
     path.write_bytes(path.read_bytes()[places[1] :])
     assert_alike(read(path), frames[4:])
+
+
+def test_damage_at_the_beginning_leaves_out_what_is_made_of_it(frames: list[np.ndarray], tmp_path: Path) -> None:
+    path = write_video(tmp_path / "a.mp4", [frames], container={"movflags": "faststart"}, bf="0")
+    with av.open(str(path)) as container:
+        start, size = next((packet.pos, packet.size) for packet in container.demux(video=0))
+    data = bytearray(path.read_bytes())
+    data[start + size // 2 : start + size // 2 + 40] = bytes((i * 37 + 11) & 255 for i in range(40))
+    path.write_bytes(data)
+    assert_alike(read(path), frames[4:])
+
+
+@pytest.mark.parametrize("kind", ["gif", "png"])
+def test_an_animation_without_its_first_picture_is_none(kind: str, frames: list[np.ndarray], tmp_path: Path) -> None:
+    from PIL import Image
+
+    pictures = [Image.fromarray(frame) for frame in frames]
+    pictures[0].save(tmp_path / f"a.{kind}", save_all=True, append_images=pictures[1:], duration=40)
+    with av.open(str(tmp_path / f"a.{kind}")) as container:
+        size = next(packet.size for packet in container.demux(video=0))
+    data = bytearray((tmp_path / f"a.{kind}").read_bytes())
+    # Behind the palette of 768 bytes that a GIF may have.
+    data[900:size] = bytes((i * 37 + 11) & 255 for i in range(size - 900))
+    with pytest.raises(tracecut.TraceCutError) as caught:
+        list(tracecut.read_video(io.BytesIO(data)))
+    assert caught.value.code in ("truncated", "codec") and not caught.value.frames
 
 
 def test_an_error_goes_to_other_processes_without_its_result(frames: list[np.ndarray], tmp_path: Path) -> None:
@@ -386,6 +422,20 @@ def test_pixels_are_those_that_ffmpeg_gives_the_command_line(
     command = [*quiet, path, "-fps_mode", "passthrough", "-vf", SCALE, "-f", "rawvideo", "-"]
     expected = subprocess.run(command, check=True, capture_output=True).stdout
     assert read(path).tobytes() == expected
+
+
+def test_masks_of_a_video_are_those_of_the_command_line(cli: str, ffmpeg: str, tmp_path: Path) -> None:
+    clip = list(tracecut.synth.Scene("sample", 160, 90, 12, seed=1))
+    path = write_video(tmp_path / "a.mkv", [clip], "ffv1", times_ms=[40 * t + 200 * (t > 5) for t in range(12)])
+    video = tmp_path / "b.mp4"
+    filters, *options = FORMS["bt709"].split()
+    subprocess.run([ffmpeg, "-v", "error", "-i", path, "-vf", filters, *options, "-crf", "20", video], check=True)
+    done = subprocess.run([cli, "segment", video, "--out", tmp_path / "out", "--format", "npz"], capture_output=True)
+    assert done.returncode == 0, done.stderr
+    expected, result = np.load(tmp_path / "out" / "masks.npz"), tracecut.segment(video)
+    assert np.array_equal(result.array(), expected["masks"]) and result.objects
+    assert np.array_equal(np.asarray(result.times), expected["times"])
+    assert np.allclose(np.asarray(result.durations), expected["durations"], rtol=0, atol=1e-9)
 
 
 def program(*words: object) -> subprocess.CompletedProcess[str]:

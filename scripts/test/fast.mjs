@@ -16,11 +16,10 @@ const OF_WWW = ['sessions', 'video-driver', 'export', 'edit', 'streams', 'words'
 /**
  * @param {string[]} words the pattern: parts of names of files, of Rust modules or tests; what has changed since the last
  *   commit decides where there is none
- * @param {(name: string) => number} seconds
  * @returns {import('./pool.mjs').Task[]}
  */
-export function fastTasks([pattern], seconds) {
-  const all = tasksOf(Object.keys(PARTS), seconds, { fast: true });
+export function fastTasks([pattern]) {
+  const all = tasksOf(Object.keys(PARTS), { fast: true });
   const chosen = pattern ? all.filter(matching(pattern)) : all.filter(({ name }) => usual().includes(name));
   const needed = new Set(chosen.flatMap(({ after }) => after));
   for (const { name, after } of all) if (needed.has(name)) after.forEach((before) => needed.add(before));

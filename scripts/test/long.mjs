@@ -11,16 +11,14 @@ const SOAK = ['sessions=200', 'crowd=5', 'windows=600', 'page=400'];
 
 /**
  * @param {string[]} words parts, all if none are named
- * @param {(name: string) => number} seconds
  * @returns {import('./pool.mjs').Task[]}
  */
-export function longTasks(words, seconds) {
-  const builds = tasksOf(Object.keys(PARTS), seconds).filter(({ part }) => part === 'build');
+export function longTasks(words) {
+  const builds = tasksOf(Object.keys(PARTS)).filter(({ part }) => part === 'build');
   const all = [...ignored(), ...sanitized(), ...scripts(), ...inJavaScript()].map((task) => ({
     cores: 1,
     after: [],
     ...task,
-    seconds: seconds(`long: ${task.name}`),
     name: `long: ${task.name}`,
   }));
   const chosen = all.filter(({ part }) => words.length === 0 || words.includes(part));
@@ -86,6 +84,7 @@ function scripts() {
   });
   return [
     { name: 'advisories', part: 'audit', start: () => node('scripts/audit.mjs', '--install') },
+    { name: 'licences', part: 'audit', after: [PACKAGE], start: () => node('scripts/licences.mjs') },
     { name: 'soak', part: 'soak', cores: 2, after: [PACKAGE], start: () => node('benches/soak.mjs', ...SOAK) },
     { name: 'the wheel', ...python('--wheel') },
     { name: 'python/tests, long', ...python('--long') },

@@ -10,7 +10,6 @@ import { environment, root } from '../tools.mjs';
  * @property {string} name
  * @property {string} part what it belongs to
  * @property {number} cores how many cores it keeps busy
- * @property {number} seconds what it takes, roughly: the longest begin first
  * @property {string} [lock] of tasks with the same lock one runs at a time
  * @property {string[]} after names of tasks that have to be done before
  * @property {() => Command | Promise<unknown>} start its command, or its work
@@ -34,7 +33,7 @@ const LOGS = join(root, 'out', 'tests');
 export async function runAll(tasks, cores) {
   mkdirSync(LOGS, { recursive: true });
   const names = new Set(tasks.map(({ name }) => name));
-  const waiting = [...tasks].sort((a, b) => urgency(b, tasks) - urgency(a, tasks));
+  const waiting = [...tasks].sort((a, b) => chainAfter(b, tasks) - chainAfter(a, tasks));
   const running = new Map();
   const outcomes = [];
   const done = new Set();
@@ -79,10 +78,10 @@ export async function runAll(tasks, cores) {
   return outcomes;
 }
 
-/** Seconds until the last of what waits for a task, and for that, could be done. */
-function urgency(task, tasks) {
-  const next = tasks.filter(({ after }) => after.includes(task.name)).map((follower) => urgency(follower, tasks));
-  return task.seconds + Math.max(0, ...next);
+/** Returns the length of the longest chain of tasks that wait for this one, each for the one before: it begins first. */
+function chainAfter({ name }, tasks) {
+  const followers = tasks.filter(({ after }) => after.includes(name));
+  return Math.max(0, ...followers.map((follower) => 1 + chainAfter(follower, tasks)));
 }
 
 async function perform(task) {

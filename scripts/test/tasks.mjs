@@ -25,7 +25,7 @@ const node = (...args) => ({ command: process.execPath, args });
 /** A page waits for its workers, its frames and its network: more than two fit two cores. */
 const CORES_OF_A_PAGE = 0.5;
 /** These have a service worker keep the page, whose files one of them changes: one at a time. */
-const WITH_SERVICE_WORKER = ['offline', 'documents', 'service-worker'].map((name) => `tests/browser/${name}.test.mjs`);
+const WITH_SERVICE_WORKER = ['offline', 'service-worker'].map((name) => `tests/browser/${name}.test.mjs`);
 /** Tests that run what Cargo built. */
 const WITH_NATIVE = ['differ', 'cluster', 'intake-command-line'].map((name) => `tests/node/${name}.test.mjs`);
 
@@ -33,11 +33,10 @@ const WITH_NATIVE = ['differ', 'cluster', 'intake-command-line'].map((name) => `
  * The tasks of these parts.
  *
  * @param {string[]} parts
- * @param {(name: string) => number} seconds what a task of this name takes, as far as it is known
  * @param {{fast?: boolean}} options `fast` builds the package for `npm run test:fast`
  * @returns {Task[]}
  */
-export function tasksOf(parts, seconds, { fast = false } = {}) {
+export function tasksOf(parts, { fast = false } = {}) {
   const made = {
     rust: rustTasks,
     wasm: wasmTasks,
@@ -50,7 +49,6 @@ export function tasksOf(parts, seconds, { fast = false } = {}) {
     cores: 1,
     after: [],
     ...task,
-    seconds: seconds(task.name),
   }));
 }
 

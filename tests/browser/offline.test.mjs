@@ -51,7 +51,7 @@ describe('without a network', () => {
   test('every file that the page asks for is kept', async () => {
     const files = precacheList().files.map(([file]) => file);
     assert.deepEqual(
-      files.filter((file) => !existsSync(join(root, file.startsWith('./dist/') ? '' : 'www', file))),
+      files.filter((file) => !existsSync(join(root, /^\.\/(dist|lab)\//.test(file) ? '' : 'www', file))),
       [],
     );
     const { page } = await site.open();

@@ -22,7 +22,7 @@ let down = false;
 /** Writes a version of the site at `/{site}/` and gives its service worker's text. */
 function publish(site, code) {
   const place = join(folder, site);
-  const files = { 'index.html': PAGE, 'a.js': code, 'docs/search.json': '[]', 'docs/index.html': PAGE };
+  const files = { 'index.html': PAGE, 'a.js': code };
   for (const [name, text] of Object.entries(files)) {
     mkdirSync(dirname(join(place, name)), { recursive: true });
     writeFileSync(join(place, name), text);
@@ -106,36 +106,6 @@ describe('the service worker', { timeout: 120_000 }, () => {
     assert.equal(await page.title(), 'page');
   });
 
-  test('of the documentation keeps whole answers of the address alone, and none replaces them that is not', async (t) => {
-    publish('read', 'code');
-    const context = await browser.newContext();
-    t.after(() => context.close());
-    const { page, install, read } = await open(context, 'read');
-    await install();
-    await page.reload();
-    const at = '/read/docs/search.json';
-    assert.equal(await read(at), '[]');
-    contents.set('/elsewhere.json', 'poison');
-    const poisons = [
-      { body: 'poison', headers: { 'content-type': 'text/html; charset=utf-8' } },
-      { body: 'poison', status: 206, headers: { 'content-range': 'bytes 0-5/9' } },
-      { body: 'poison', status: 404 },
-      { status: 302, headers: { location: '/elsewhere.json' } },
-    ];
-    for (const poison of poisons) {
-      strange.set(at, poison);
-      assert.equal(await read(at), 'poison', 'what the host says is shown');
-      down = true;
-      assert.equal(await read(at), '[]', JSON.stringify(poison));
-      down = false;
-    }
-    strange.set(at, { body: 'asked with words' });
-    assert.equal(await read(`${at}?words`), 'asked with words');
-    down = true;
-    assert.equal(await read(at), '[]');
-    assert.equal(await read('/read/docs/never-read.html'), 'failed');
-  });
-
   test('asks nothing for other origins, other methods and pages beside its folder', async (t) => {
     publish('scope', 'code');
     contents.set('/outside.js', 'outside');
@@ -185,7 +155,6 @@ describe('the service worker', { timeout: 120_000 }, () => {
     assert.equal(await install(), 'activated');
     await page.reload();
     await room(1);
-    assert.equal(await read('/full/docs/search.json'), '[]', 'shown, though it cannot be kept');
     publish('full', 'second');
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update().catch(() => {}));
     await page.waitForFunction(async () => !(await navigator.serviceWorker.getRegistration()).installing);

@@ -1,4 +1,4 @@
-// The types in the comments of the page, by the TypeScript compiler.
+// The types in the comments of the page and the lab, by the TypeScript compiler.
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
@@ -6,11 +6,12 @@ import { test } from 'node:test';
 import { join } from 'node:path';
 import { root } from '../../scripts/tools.mjs';
 
-test('the types in the comments of the page agree', () => {
-  const compiler = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
-  const { status, stdout } = spawnSync(process.execPath, [compiler, '--project', 'www/demo/tsconfig.json'], {
-    cwd: root,
-    encoding: 'utf8',
+for (const folder of ['www/demo', 'lab'])
+  test(`the types in the comments of ${folder} agree`, () => {
+    const compiler = join(root, 'node_modules', 'typescript', 'bin', 'tsc');
+    const { status, stdout } = spawnSync(process.execPath, [compiler, '--project', `${folder}/tsconfig.json`], {
+      cwd: root,
+      encoding: 'utf8',
+    });
+    assert.equal(status, 0, stdout);
   });
-  assert.equal(status, 0, stdout);
-});

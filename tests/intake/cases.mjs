@@ -4,7 +4,7 @@
 
 import assert from 'node:assert/strict';
 import { fileURLToPath } from 'node:url';
-import { CLIP, DELAYS_MS, ensureClips, placeOf, recordedMs } from './clips.mjs';
+import { CLIP, DELAYS_MS, NUM_FRAMES_BT709, ensureClips, placeOf, recordedMs } from './clips.mjs';
 
 /**
  * A row of the table.
@@ -74,7 +74,7 @@ export const CASES = [
   whole('pixels of 4:3', 'sar.mp4'),
   whole('pixels of 2:1', 'sar2.mp4'),
   whole('a size that changes on the way', 'size-changes.webm'),
-  whole('BT.709', 'bt709.mp4'),
+  whole('BT.709', 'bt709.mp4', { numFrames: NUM_FRAMES_BT709, times: steady(25, NUM_FRAMES_BT709) }),
   whole('VP9', 'vp9.webm'),
   whole('HEVC', 'hevc.mp4', { except: { page: 'Chromium decodes no HEVC' } }),
   whole('a poster before the video', 'cover.mkv'),

@@ -14,6 +14,9 @@ export const FOLDER = join(root, 'out', 'intake');
 /** The clip: a textured red square of 60x60 pixels over a textured green ground that stands still. */
 export const CLIP = { width: 240, height: 180, numFrames: 16, side: 60 };
 
+/** Pictures of the clip in BT.709, whose masks the command line, Node and Python compare. */
+export const NUM_FRAMES_BT709 = 25;
+
 /** The square's left top corner in picture `k`. */
 export const placeOf = (k) => ({ x: 24 + 3 * k, y: 40 + k });
 
@@ -67,10 +70,10 @@ function makeClips(folder) {
   mkdirSync(at('pictures'));
   const texture = (colour, size, seed) =>
     `-f lavfi -i color=${colour}:s=${size}:r=25,format=rgb24,noise=alls=90:all_seed=${seed},gblur=1,loop=-1:1`;
-  const overlay = '[0][1]overlay=x=21+3*n:y=39+n:format=gbrp';
-  run(
-    `${texture('0x5a965a', '240x180', 1)} ${texture('0xe63c28', '60x60', 2)} -filter_complex ${overlay} -frames:v 16 pictures/%05d.png`,
-  );
+  const moving =
+    `${texture('0x5a965a', '240x180', 1)} ${texture('0xe63c28', '60x60', 2)} ` +
+    '-filter_complex [0][1]overlay=x=21+3*n:y=39+n:format=gbrp';
+  run(`${moving} -frames:v ${CLIP.numFrames} pictures/%05d.png`);
   const pictures = (rate = 25) => `-framerate ${rate} -i pictures/%05d.png`;
 
   run(`${pictures()} ${H264} plain.mp4`);
@@ -110,8 +113,8 @@ function makeClips(folder) {
   save('list.txt', 'file first.webm\nfile second.webm\n');
   run('-f concat -i list.txt -c copy size-changes.webm');
   const bt709 = '-color_range tv -colorspace bt709 -color_primaries bt709 -color_trc bt709';
-  const saturated = 'eq=saturation=2.5,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p';
-  run(`${pictures()} -vf ${saturated} -c:v libx264 -crf 20 ${bt709} bt709.mp4`);
+  const saturated = 'format=yuv444p,eq=saturation=2.5,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p';
+  run(`${moving},${saturated} -frames:v ${NUM_FRAMES_BT709} -c:v libx264 -crf 20 ${bt709} bt709.mp4`);
   run(`${pictures()} ${VP9} vp9.webm`);
   if (hasEncoder('libx265'))
     run(`${pictures()} -c:v libx265 -x265-params log-level=none -crf 20 -pix_fmt yuv420p -tag:v hvc1 hevc.mp4`);

@@ -139,8 +139,22 @@ test('the package imports nothing of the page, and the page takes the package fr
   );
 });
 
-test('no files of the package or the page import each other in a circle', () => {
-  for (const [folder, known] of Object.entries({ 'www/lib': [], 'www/demo': [] })) {
+test('the lab imports the public entries of the package and nothing else', () => {
+  const files = codeIn('lab');
+  const names = files.flatMap((file) =>
+    [...read(file).matchAll(/\b(?:from|import) '([^']+)'/g)].map(([, name]) => name),
+  );
+  assert.ok(names.length > 15);
+  assert.deepEqual(
+    names.filter((name) => !/^(\.\/[\w-]+\.js|tracecut(\/\w+)?)$/.test(name)),
+    [],
+  );
+  const lines = files.reduce((sum, file) => sum + read(file).split('\n').length - 1, 0);
+  assert.ok(lines <= 1500, `${lines} lines`);
+});
+
+test('no files of the package, the page or the lab import each other in a circle', () => {
+  for (const [folder, known] of Object.entries({ 'www/lib': [], 'www/demo': [], lab: [] })) {
     const imports = new Map(codeIn(folder).map((file) => [file, localImports(file)]));
     assert.deepEqual(circlesIn(imports), known, folder);
   }

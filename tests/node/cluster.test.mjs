@@ -275,14 +275,16 @@ const missing = command
 if (missing) console.log(`!!! SKIPPED: shares by the command line: ${missing}`);
 const byCommand = (name, body) => test(`by the command line: ${name}`, { skip: missing }, body);
 
+/** Arguments of ffmpeg before the number of frames. With its index at the end nothing could be read of a file that is cut off. */
+const MAKE_VIDEO = '-v error -y -f lavfi -i testsrc2=size=96x64:rate=25 -movflags +faststart -frames:v'.split(' ');
+
 /** Makes a machine with the command and ffmpeg. */
 function withCommand(t, clips, tools = { ffmpeg: pathOf('ffmpeg') }) {
   const made = machine(t, clips, { tracecut: command, ...tools });
   /** Makes a small video, of as many frames. */
   const film = (name, frames = 6) => {
-    const source = `testsrc2=size=96x64:rate=25`;
     const file = join(made.folder, name);
-    execFileSync('ffmpeg', ['-v', 'error', '-y', '-f', 'lavfi', '-i', source, '-frames:v', frames, file]);
+    execFileSync('ffmpeg', [...MAKE_VIDEO, frames, file]);
     return file;
   };
   const share = (...words) => made.run(ONE_SHARE, '--format', 'rle', '--threads', '1', ...words);
@@ -349,15 +351,16 @@ byCommand('options that differ after a kill fail that clip alone, and it goes on
   assertCode(share('--window', '12'), 0);
   assert.deepEqual(there(), ['000000-long', '000001-short']);
 });
+
 byCommand('of a clip that is cut off the results before stay, with a note, and are not made again', (t) => {
-  const { film, share, there, read, report, out, folder } = withCommand(t, ['cut.y4m', 'whole.mp4']);
-  const whole = readFileSync(film('full.y4m', 20));
-  writeFileSync(join(folder, 'cut.y4m'), whole.subarray(0, 0.6 * whole.length));
+  const { film, share, there, read, report, out, folder } = withCommand(t, ['cut.mp4', 'whole.mp4']);
+  const whole = readFileSync(film('full.mp4', 40));
+  writeFileSync(join(folder, 'cut.mp4'), whole.subarray(0, 0.7 * whole.length));
   film('whole.mp4');
   assertCode(share(), 0);
   assert.deepEqual(there(), ['000000-cut', '000000-cut.truncated', '000001-whole']);
   assert.ok(report('000000-cut').truncated.frames > 1);
-  assert.match(read('000000-cut.truncated'), /^tracecut segment cut\.y4m .*\nerror: cut\.y4m/);
+  assert.match(read('000000-cut.truncated'), /^tracecut segment cut\.mp4 .*\nerror: cut\.mp4/);
   const time = statSync(join(out, '000000-cut', 'result.json')).mtimeMs;
   assertCode(share(), 0);
   assert.deepEqual(there(), ['000000-cut', '000000-cut.truncated', '000001-whole']);
@@ -384,4 +387,30 @@ byCommand('results that lie there of another clip or in other formats are an err
   assertCode(share(), 0);
   copyFileSync(join(folder, 'b/one.mp4'), join(folder, 'a/one.mp4'));
   assertCode(share(), 1);
+});
+
+byCommand('an ffmpeg that cannot run, or is killed, is no fault of the clip', (t) => {
+  const { film, share, there, bin } = withCommand(t, ['clip.mp4'], {});
+  film('clip.mp4', 300);
+  const real = pathOf('ffmpeg');
+  const faults = {
+    'cannot be loaded': 'echo "ffmpeg: error while loading shared libraries: libavcodec.so" >&2; exit 127',
+    'is killed when it lists': 'kill -9 $$',
+    // As the system does where memory runs out.
+    'is killed when it decodes': `case "$*" in
+      *rawvideo*) ${real} "$@" & sleep 0.3; kill -9 $! $$ ;;
+      *) exec ${real} "$@" ;;
+    esac`,
+  };
+  for (const [fault, body] of Object.entries(faults)) {
+    writeFileSync(join(bin, 'ffmpeg'), `#!/usr/bin/env bash\n${body}\n`, { mode: 0o755 });
+    assertCode(share(), 1);
+    // A part that the next run goes on with may lie there.
+    const found = there().filter((name) => name !== '000000-clip.partial');
+    assert.deepEqual(found, ['000000-clip.log'], fault);
+  }
+  rmSync(join(bin, 'ffmpeg'));
+  symlinkSync(real, join(bin, 'ffmpeg'));
+  assertCode(share(), 0);
+  assert.deepEqual(there(), ['000000-clip']);
 });

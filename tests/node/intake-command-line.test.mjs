@@ -1,4 +1,4 @@
-// The intake table on the command line.
+// The intake table on the command line, and masks that are equal in Node.
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
@@ -6,6 +6,8 @@ import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import { segmentVideo } from 'tracecut';
+import { framesOfVideo } from 'tracecut/node';
 import { CASES, checkOutcome } from '../intake/cases.mjs';
 import { ensureClips, hasFfmpeg } from '../intake/clips.mjs';
 import { commandLine } from '../native.mjs';
@@ -18,11 +20,7 @@ const skip = hasFfmpeg() ? (commandLine() ? false : 'needs the command line that
 
 for (const row of CASES) {
   test(row.name, { skip }, (t) => {
-    const folder = mkdtempSync(join(tmpdir(), 'tracecut-intake-'));
-    t.after(() => rmSync(folder, { recursive: true }));
-    const out = join(folder, 'out');
-    const args = ['segment', join(ensureClips(), row.file), '--out', out, '--format', 'png', '--quiet'];
-    const { status, stderr } = spawnSync(commandLine(), args, { encoding: 'utf8' });
+    const { status, stderr, out } = segment(t, row.file);
     if (row.error) {
       assert.equal(status, BAD_INPUT, stderr);
       assert.match(stderr, row.words);
@@ -31,6 +29,23 @@ for (const row of CASES) {
       checkOutcome(row, outcomeIn(out));
     }
   });
+}
+
+for (const file of ['bt709.mp4', 'sar.mp4', 'vfr.mp4']) {
+  test(`the masks of ${file} are the same in Node`, { skip }, async (t) => {
+    const { masks } = outcomeIn(segment(t, file).out);
+    const result = await segmentVideo(framesOfVideo(join(ensureClips(), file))).collect();
+    assert.equal(result.numFrames, masks.length);
+    masks.forEach((mask, k) => assert.deepEqual(result.labels(k), mask, `picture ${k}`));
+  });
+}
+
+function segment(t, file) {
+  const folder = mkdtempSync(join(tmpdir(), 'tracecut-intake-'));
+  t.after(() => rmSync(folder, { recursive: true }));
+  const out = join(folder, 'out');
+  const args = ['segment', join(ensureClips(), file), '--out', out, '--format', 'png', '--quiet'];
+  return { ...spawnSync(commandLine(), args, { encoding: 'utf8' }), out };
 }
 
 function outcomeIn(out) {

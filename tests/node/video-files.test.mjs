@@ -119,6 +119,16 @@ test('of an MP4 that ends early no whole picture is lost', { skip: skipX264 }, a
   await rejects(all(framesOfVideo(late)), 'truncated', /^late\.mp4 is cut off: the index.* is missing$/);
 });
 
+test('a GIF that is cut off says so', { skip }, async () => {
+  const path = clip('moves.gif', ['-c:v', 'gif', '-f', 'gif']);
+  assert.equal((await all(framesOfVideo(path))).length, 8);
+  const bytes = readFileSync(path);
+  writeFileSync(path, bytes.subarray(0, Math.floor(bytes.length * 0.9)));
+  const { frames, error } = await untilError(framesOfVideo(path));
+  assert.ok(frames.length > 1 && frames.length < 8, `${frames.length}`);
+  assert.deepEqual([error?.code, error?.frames], ['truncated', frames.length]);
+});
+
 test('damage in the middle ends the frames before it', { skip: skipX264 }, async () => {
   const path = clip('damaged.mp4', INTRA, { count: 12, size: '240x180' });
   const whole = await all(framesOfVideo(path));

@@ -65,7 +65,7 @@ test('the plain page says what is wrong with a file that is no video', async (t)
       !document.querySelector('input').disabled &&
       !document.querySelector('[role=status]').textContent.startsWith('Nothing'),
   );
-  assert.match(await page.getByRole('status').textContent(), /this is no video that the browser can play/);
+  assert.match(await page.getByRole('status').textContent(), /is not a video/);
 });
 
 test('the Vite example makes an object background by a click, takes it back, and saves an archive', async (t) => {

@@ -22,13 +22,11 @@ export function recipe(name) {
 /**
  * A folder with the application of tests/package, the tarball, tools, and files over it.
  * @param {{after: (clean: () => void) => void}} t
- * @param {{tools?: Record<string, string>, recipe?: string, files?: Record<string, string>, manifest?: object}} options
+ * @param {{tools?: Record<string, string>, recipe?: string, files?: Record<string, string>}} options
  * @returns {Promise<string>} the folder
  */
-export async function project(t, { tools = {}, recipe: name, files = {}, manifest = {} }) {
+export async function project(t, { tools = {}, recipe: name, files = {} }) {
   const folder = installed(t, 'tests/package/app');
-  const own = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
-  writeFileSync(join(folder, 'package.json'), JSON.stringify({ ...own, ...manifest }));
   const wanted = Object.entries(tools).map(([tool, version]) => `${tool}@${version}`);
   if (wanted.length > 0)
     await execute(folder, 'npm', ['install', '--no-audit', '--no-fund', '--prefer-offline', ...wanted]);
@@ -48,11 +46,6 @@ export async function execute(folder, program, args, env = {}) {
   } catch (error) {
     throw new Error(`${program} ${args.join(' ')}\n${error.stdout}\n${error.stderr}`, { cause: error });
   }
-}
-
-/** Runs a tool that a project has installed. */
-export function tool(folder, name, ...args) {
-  return execute(folder, join(folder, 'node_modules', '.bin', name), args);
 }
 
 /** Another version of Node, from the registry, where there is one for this machine. */

@@ -18,6 +18,7 @@ import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
 import { correctPanel, exportPanel, helpPanel, nothingPanel, whyPanel } from './panels/on-demand.js';
 import { edgesPanel, smoothPanel } from './panels/edges.js';
+import { labPanel } from './panels/lab.js';
 import { layersPanel } from './panels/layers.js';
 import { objectsPanel } from './panels/objects.js';
 import { readoutPanel } from './panels/readout.js';
@@ -75,6 +76,7 @@ const PANELS = [
   edgesPanel,
   smoothPanel,
   layersPanel,
+  labPanel,
   clipPanel,
   settingsPanel,
   stagesPanel,

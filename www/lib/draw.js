@@ -10,8 +10,11 @@ export { drawTrajectories } from './draw/trajectories.js';
 
 /** @typedef {import('./draw/maps.js').DrawDiscontinuitiesOptions} DrawDiscontinuitiesOptions */
 /** @typedef {import('./draw/maps.js').EdgeSource} EdgeSource */
+/** @typedef {import('./draw/maps.js').FrameEdges} FrameEdges */
+/** @typedef {import('./draw/maps.js').MapGrid} MapGrid */
 /** @typedef {import('./draw/maps.js').DrawBoundariesOptions} DrawBoundariesOptions */
 /** @typedef {import('./draw/superpixels.js').DrawSuperpixelsOptions} DrawSuperpixelsOptions */
+/** @typedef {import('./draw/superpixels.js').SuperpixelPicture} SuperpixelPicture */
 /** @typedef {import('./draw/trajectories.js').DrawTrajectoriesOptions} DrawTrajectoriesOptions */
 /** @typedef {import('./draw/trajectories.js').TrajectorySource} TrajectorySource */
 /** @typedef {import('./draw/palette.js').Shape} Shape */

@@ -23,6 +23,7 @@ export const saveProject = async (...args) => (await part(import('./edit/project
 export const openProject = async (...args) => (await part(import('./edit/project.js'))).openProject(...args);
 
 /** @typedef {import('./edit/carry.js').CarryOptions} CarryOptions */
+/** @typedef {import('./edit/carry.js').Carried} Carried */
 /** @typedef {import('./edit/grow.js').Grounds} Grounds */
 /** @typedef {import('./edit/editor.js').Edit} Edit */
 /** @typedef {import('./edit/editor.js').SavedEdits} SavedEdits */

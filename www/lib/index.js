@@ -61,8 +61,14 @@ export function parameters() {
 
 /** @typedef {import('./check/errors.js').ErrorCode} ErrorCode */
 /** @typedef {import('./check/options.js').SessionOptions} SessionOptions */
+/** @typedef {import('./parameters.js').ParameterOptions} ParameterOptions */
+/** @typedef {import('./check/options.js').SessionSettings} SessionSettings */
+/** @typedef {import('./check/options.js').WasmSource} WasmSource */
+/** @typedef {import('./places.js').Places} Places */
+/** @typedef {import('./places.js').WorkerSource} WorkerSource */
 /** @typedef {import('./parameters.js').Parameter} Parameter */
 /** @typedef {import('./worker/frames.js').FrameSource} FrameSource */
+/** @typedef {import('./worker/frames.js').PixelFrame} PixelFrame */
 /** @typedef {import('./stages/clip.js').ClipOptions} ClipOptions */
 /** @typedef {import('./session/inputs.js').TrajectoryInput} TrajectoryInput */
 /** @typedef {import('./session/inputs.js').Place} Place */
@@ -72,6 +78,11 @@ export function parameters() {
 /** @typedef {import('./stages/image.js').BoundaryMap} BoundaryMap */
 /** @typedef {import('./stages/image.js').Superpixels} Superpixels */
 /** @typedef {import('./session/result.js').Background} Background */
+/** @typedef {import('./session/result.js').ClusterList} ClusterList */
+/** @typedef {import('./session/result.js').EdgeTable} EdgeTable */
+/** @typedef {import('./session/result.js').Edges} Edges */
+/** @typedef {import('./session/result.js').EmbeddingTable} EmbeddingTable */
+/** @typedef {import('./session/result.js').TrajectoryList} TrajectoryList */
 /** @typedef {import('./session/result.js').ComponentTable} ComponentTable */
 /** @typedef {import('./session/result.js').ClusterObjects} ClusterObjects */
 /** @typedef {import('./session/result.js').ConfidenceMap} ConfidenceMap */
@@ -87,6 +98,7 @@ export function parameters() {
 /** @typedef {import('./session/session.js').RunOptions} RunOptions */
 /** @typedef {import('./video/frames.js').DecodedFrame} DecodedFrame */
 /** @typedef {import('./video/listed.js').FrameAtTime} FrameAtTime */
+/** @typedef {import('./video/listed.js').FrameFile} FrameFile */
 /** @typedef {import('./video/listed.js').ListedFrame} ListedFrame */
 /** @typedef {import('./video/kind.js').SortedFile} SortedFile */
 /** @typedef {import('./video/reader.js').Damage} Damage */
@@ -97,14 +109,17 @@ export function parameters() {
 /** @typedef {import('./session/objects.js').VideoObject} VideoObject */
 /** @typedef {import('./video/segment.js').VideoOptions} VideoOptions */
 /** @typedef {import('./video/segment.js').VideoProgress} VideoProgress */
+/** @typedef {import('./video/segment.js').WindowOptions} WindowOptions */
 /** @typedef {import('./video/source.js').VideoSource} VideoSource */
 /** @typedef {import('./video/strip.js').StripOptions} StripOptions */
+/** @typedef {import('./video/strip.js').StripCount} StripCount */
 /** @typedef {import('./video/result.js').ClipTrajectories} ClipTrajectories */
 /** @typedef {import('./video/window.js').SettledFrame} SettledFrame */
 /** @typedef {import('./draw/canvas.js').Context2D} Context2D */
 /** @typedef {import('./draw/labels.js').DrawLabelsOptions} DrawLabelsOptions */
 /** @typedef {import('./draw/palette.js').LabelColors} LabelColors */
 /** @typedef {import('./video/each.js').EachOptions} EachOptions */
+/** @typedef {import('./video/each.js').EachProgress} EachProgress */
 /** @typedef {import('./video/each.js').QueuedClip} QueuedClip */
 /** @typedef {import('./video/each.js').SegmentedClip} SegmentedClip */
 /** @typedef {import('./check/masks.js').MaskSource} MaskSource */

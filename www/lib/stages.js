@@ -21,6 +21,10 @@ export const trajectories = async (...args) => (await part(import('./stages/trac
 export const fromTracksDat = async (...args) => (await part(import('./stages/tracks-file.js'))).fromTracksDat(...args);
 
 /** @typedef {import('./stages/image.js').ImageOptions} ImageOptions */
+/** @typedef {import('./stages/image.js').Grid} Grid */
+/** @typedef {import('./stages/image.js').SuperpixelBorders} SuperpixelBorders */
+/** @typedef {import('./stages/image.js').SuperpixelCount} SuperpixelCount */
+/** @typedef {import('./stages/image.js').SuperpixelEdges} SuperpixelEdges */
 /** @typedef {import('./stages/image.js').SuperpixelOptions} SuperpixelOptions */
 /** @typedef {import('./stages/image.js').DiscontinuityOptions} DiscontinuityOptions */
 /** @typedef {import('./stages/image.js').FlowOptions} FlowOptions */

@@ -154,6 +154,35 @@ fn what_may_work_later_has_another_code_than_what_never_does() {
     assert!(help.contains("1    may succeed later: an input is missing"), "{help}");
 }
 
+#[cfg(unix)]
+#[test]
+fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
+    use std::os::unix::fs::PermissionsExt;
+    let (input, out) = (folder("killed-ffmpeg-in"), absent("killed-ffmpeg-out"));
+    clip(&input, 8, SIZE, &moving);
+    let video = input.join("clip.mkv");
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-v", "error", "-i"]).arg(input.join("f%d.png")).args(["-c:v", "ffv1", "-pix_fmt", "bgr0"]);
+    match ffmpeg.arg(&video).status() {
+        Ok(status) => assert!(status.success()),
+        Err(e) => return println!("skipped: no ffmpeg ({e})"),
+    }
+    let path = std::env::var("PATH").unwrap();
+    let real = std::env::split_paths(&path).map(|folder| folder.join("ffmpeg")).find(|file| file.is_file()).unwrap();
+    // Of the decoding, and then of the listing, half the frames come.
+    for (kind, bytes) in [("rawvideo", 4 * 3 * SIZE.0 * SIZE.1), ("framecrc", 300)] {
+        let script = format!(
+            "#!/bin/sh\ncase \"$*\" in *'-f {kind}'*) '{0}' \"$@\" | head -c {bytes}; kill -KILL $$ ;; esac\nexec '{0}' \"$@\"\n",
+            real.display()
+        );
+        fs::write(input.join("ffmpeg"), script).unwrap();
+        fs::set_permissions(input.join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+        let before = format!("PATH='{}':\"$PATH\"", input.display());
+        assert_refused(&shell(&before, &video, &out, &[]), 1, &["clip.mkv: ffmpeg was killed"]);
+        assert_nothing_half(&out);
+    }
+}
+
 #[test]
 fn many_runs_begun_at_once_leave_one_whole_result() {
     let (input, whole, out) = (long_clip("many-in"), absent("many-whole"), absent("many-out"));

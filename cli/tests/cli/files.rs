@@ -226,6 +226,8 @@ fn a_run_that_was_killed_goes_on_to_the_same_result() {
     assert_done(&output);
     assert!(!text(&output.stderr).contains("\"index\":0"), "it began again: {}", text(&output.stderr));
     assert_same(&whole, &out);
+    // The times of frames that the run before it read are there too.
+    assert_eq!(json(&out.join("result.json"))["times"].as_array().unwrap().len(), LONG as usize);
     assert!(!partial.exists());
     // There is nothing left to do.
     assert_done(&resumed(&input));
@@ -501,49 +503,28 @@ fn progress_is_told_as_asked() {
 }
 
 #[test]
-fn videos_are_read_by_ffmpeg_and_without_it_the_pipe_is_told() {
-    let (input, piped, out) = (folder("video-in"), absent("video-piped"), absent("video-out"));
-    fs::write(input.join("clip.y4m"), y4m(8)).unwrap();
+fn a_video_gives_what_its_frames_give() {
+    let (input, frames, out) = (folder("video-in"), absent("video-frames"), absent("video-out"));
+    clip(&input, 8, SIZE, &moving);
     let video = input.join("clip.mkv");
-    let without = Command::new(env!("CARGO_BIN_EXE_tracecut"))
-        .arg("segment")
-        .args([&video, Path::new("--out"), &out])
-        .env("PATH", "")
-        .output()
-        .unwrap();
-    assert_refused(&without, 1, &["clip.mkv", "cannot be read"]);
-    // A lossless video of the same frames.
+    // Lossless, so that the pixels are the same.
     let mut ffmpeg = Command::new("ffmpeg");
-    ffmpeg
-        .args(["-v", "error", "-i"])
-        .arg(input.join("clip.y4m"))
-        .args(["-c:v", "ffv1", "-pix_fmt", "yuv420p"])
-        .arg(&video);
-    match ffmpeg.status() {
+    ffmpeg.args(["-v", "error", "-framerate", "25", "-i"]).arg(input.join("f%d.png"));
+    match ffmpeg.args(["-c:v", "ffv1", "-pix_fmt", "bgr0"]).arg(&video).status() {
         Ok(status) => assert!(status.success()),
         Err(e) => return println!("skipped: no ffmpeg ({e})"),
     }
-    let mut without = Command::new(env!("CARGO_BIN_EXE_tracecut"));
-    let without = without.arg("segment").arg(&video).arg("--out").arg(&out).env("PATH", "").output().unwrap();
-    assert_refused(&without, 1, &["clip.mkv", "no ffmpeg", "ffmpeg -i", "-f yuv4mpegpipe - | tracecut segment -"]);
-
-    assert_done(&segment(&video, &out, &[]));
-    let y4m = Command::new("ffmpeg")
-        .args(["-v", "error", "-i"])
-        .arg(&video)
-        .args(["-pix_fmt", "yuv420p", "-f", "yuv4mpegpipe", "-"])
-        .output()
-        .unwrap()
-        .stdout;
-    fs::write(input.join("piped.y4m"), y4m).unwrap();
-    assert_done(&segment(&input.join("piped.y4m"), &piped, &[]));
-    assert_same(&piped, &out);
-    fs::write(input.join("broken.mp4"), [7; 4000]).unwrap();
-    assert_refused(
-        &segment(&input.join("broken.mp4"), &absent("video-broken"), &[]),
-        3,
-        &["broken.mp4", "ffmpeg cannot read it"],
-    );
+    assert_done(&segment(&video, &out, &["--format", "png,tracks"]));
+    assert_done(&segment(&input, &frames, &["--format", "png,tracks"]));
+    for file in ["tracks.dat", "masks/00007.png"] {
+        assert!(fs::read(out.join(file)).unwrap() == fs::read(frames.join(file)).unwrap(), "{file} differs");
+    }
+    // Images have no times.
+    let mut table = fs::read_to_string(frames.join("objects.csv")).unwrap();
+    for (frame, time) in ["0", "0.04", "0.08", "0.12", "0.16", "0.2", "0.24", "0.28"].iter().enumerate() {
+        table = table.replacen(&format!("\n{frame},,"), &format!("\n{frame},{time},"), 1);
+    }
+    assert_eq!(fs::read_to_string(out.join("objects.csv")).unwrap(), table);
 }
 
 #[test]

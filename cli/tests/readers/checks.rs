@@ -16,9 +16,9 @@ fn check_frames(frames: Result<Vec<Frame>, String>) {
     }
 }
 
-/// An animated GIF.
-pub fn gif(bytes: &[u8]) {
-    check_frames(readers::gif(bytes, MOST));
+/// An animated GIF, PNG or WebP.
+pub fn animation(bytes: &[u8]) {
+    check_frames(readers::animation(bytes, MOST));
 }
 
 /// Y4M. All frames of a stream have one size.

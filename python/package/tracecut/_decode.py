@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple, Optional
 
+from ._faults import FaultFinder
+
 #: Duration of a picture where the file says nothing.
 DEFAULT_DURATION_S = 1 / 25
 
+#: Codecs whose pictures are painted over the one before.
+_ANIMATION_CODECS = ("gif", "apng")
+
 #: Codecs whose decoder says only by a message that a picture is damaged.
 _QUIET_CODECS = ("gif",)
+
+#: Demuxers that cut packets out of a stream.
+_STREAM_DEMUXERS = ("mpegts", "mpeg")
 
 #: Demuxers of FFmpeg that make pictures of text.
 TEXT_DEMUXERS = ("tty", "bin", "xbin", "adf", "idf")
@@ -69,7 +76,8 @@ class _ErrorMessages:
                     logging.set_skip_repeated(self._settings[1])
 
 
-_ERROR_MESSAGES = _ErrorMessages()
+#: Listened to for as long as a reader works, and by each part of it that looks at messages.
+ERROR_MESSAGES = _ErrorMessages()
 
 
 class Track(NamedTuple):
@@ -97,7 +105,7 @@ def open_track(open_file: Callable[[], Any]) -> Generator[Optional[Track], None,
 
 def _open(open_file: Callable[[], Any]) -> tuple[Any, bool]:
     """Returns a container, and whether FFmpeg came to a premature end while it looked for the tracks."""
-    with _ERROR_MESSAGES.listen() as messages:
+    with ERROR_MESSAGES.listen() as messages:
         container = open_file()
     return container, any(words in text for _, _, text in messages for words in _END_WORDS)
 
@@ -123,37 +131,37 @@ def _choose_track(container: Any, tracks: list[Any]) -> int:
     """
     from av.error import FFmpegError
 
-    num_pictures = Counter[int]()
+    num_read = Counter[int]()
+
+    def num_pictures(track: Any) -> int:
+        return max(num_read[track.index], int(track.frames))
+
     with suppress(FFmpegError):
         for packet in container.demux(tracks):
-            if packet.size > 0 and not packet.is_discard:
-                num_pictures[packet.stream.index] += 1
-            if num_pictures[tracks[0].index] > 1:
+            if num_pictures(tracks[0]) > 1:
                 break
-    clips = [each for each in tracks if num_pictures[each.index] > 1]
-    pictures = [each for each in tracks if num_pictures[each.index] == 1]
+            if packet.size > 0 and not packet.is_discard:
+                num_read[packet.stream.index] += 1
+    clips = [each for each in tracks if num_pictures(each) > 1]
+    pictures = [each for each in tracks if num_pictures(each) == 1]
     return int((clips or sorted(pictures, key=_area, reverse=True) or tracks)[0].index)
 
 
 class Decoder:
-    """The pictures of a track.
-
-    Attributes
-    ----------
-    has_packets : bool
-        Whether any part of a picture has been read.
-    """
+    """The pictures of a track."""
 
     def __init__(self, track: Track) -> None:
-        self._container, self._stream, self._is_cut_off = track
+        self._container, self._stream, is_cut_off = track
         # With one thread, errors come in the order of the packets.
         self._stream.codec_context.thread_count = 1
-        self.has_packets = False
-        #: Durations by the time stamps of pictures that have been read and are not decoded yet.
-        self._expected: dict[int, int] = {}
-        #: Time stamps of packets that are not whole, and of others that could not be decoded.
-        self._torn: set[int] = set()
-        self._failed: set[int] = set()
+        is_animation = self._stream.codec_context.name in _ANIMATION_CODECS
+        self._faults = FaultFinder(is_animation, self._container.format.name in _STREAM_DEMUXERS, is_cut_off)
+        self._has_packets = False
+
+    @property
+    def lacks_data(self) -> bool:
+        """Whether the file ends too early, or a part of it cannot be read."""
+        return self._faults.lacks_data or not self._has_packets
 
     def pictures(self) -> Iterator[Picture]:
         """Gives the pictures in display order, with increasing times. Those that end at or before 0 are not shown.
@@ -189,47 +197,22 @@ class Decoder:
             yield Picture(frame, time, duration)
 
     def _whole_frames(self) -> Iterator[tuple[Any, int]]:
-        """Gives whole frames with their durations in units of the stream.
-
-        What is damaged before the first one is left out: a recording may begin between two key frames.
-        """
-        has_begun = waits_for_key = False
+        """Gives whole frames with their durations in units of the stream."""
+        faults, has_begun = self._faults, False
         for frame in self._frames():
-            duration = self._expected.pop(frame.pts, 0)
-            self._failed.discard(frame.pts)
-            is_damaged = frame.is_corrupt or frame.pts in self._torn
-            if has_begun and (is_damaged or self._is_missing_before(frame.pts)):
-                raise Damage
-            if is_damaged or (waits_for_key and not frame.key_frame):
-                waits_for_key = True
-                continue
-            if not has_begun:
+            duration = faults.take_duration(frame.pts)
+            if faults.is_whole(frame):
                 has_begun = True
-                self._forget_before(frame.pts)
-            yield frame, duration
-        if has_begun and (self._is_cut_off or self._is_missing_before(math.inf)):
+                faults.give(frame.pts)
+                yield frame, duration
+            elif has_begun:
+                raise Damage
+        if has_begun and not faults.is_whole_at_end():
             raise Damage
-
-    def _is_missing_before(self, pts: Optional[float]) -> bool:
-        """Tells whether a picture that was expected before this time stamp is not there, because of an error."""
-        if pts is None:
-            return False
-        return any(torn < pts for torn in self._torn) or (
-            len(self._failed) > 0 and any(expected < pts for expected in self._expected)
-        )
-
-    def _forget_before(self, pts: Optional[int]) -> None:
-        if pts is not None:
-            self._torn = {torn for torn in self._torn if torn > pts}
-            self._failed = {failed for failed in self._failed if failed > pts}
-            self._expected = {expected: ticks for expected, ticks in self._expected.items() if expected > pts}
 
     def _frames(self) -> Iterator[Any]:
         for packet in self._packets():
-            if packet.pts is not None and not packet.is_discard:
-                self._expected[packet.pts] = packet.duration or 0
-            if packet.pts is not None and packet.is_corrupt:
-                self._torn.add(packet.pts)
+            self._faults.add_packet(packet)
             yield from self._decode(packet)
         yield from self._decode(None)
 
@@ -239,20 +222,20 @@ class Decoder:
 
         packets = self._container.demux(self._stream)
         while True:
-            with _ERROR_MESSAGES.listen() as messages:
+            with ERROR_MESSAGES.listen() as messages:
                 try:
                     packet = next(packets, None)
                 except FFmpegError:
-                    self._is_cut_off = True
+                    self._faults.is_cut_off = True
                     return
-            if self.has_packets and any(source == self._container.format.name for _, source, _ in messages):
-                self._is_cut_off = True
+            if self._has_packets and any(source == self._container.format.name for _, source, _ in messages):
+                self._faults.is_cut_off = True
                 return
             if packet is None:
                 return
             # An empty one would mean the end to the decoder.
             if packet.size > 0:
-                self.has_packets = True
+                self._has_packets = True
                 yield packet
 
     def _decode(self, packet: Optional[Any]) -> list[Any]:
@@ -260,13 +243,12 @@ class Decoder:
         from av.error import FFmpegError
 
         pts = None if packet is None else packet.pts
-        with _ERROR_MESSAGES.listen() as messages:
+        with ERROR_MESSAGES.listen() as messages:
             try:
                 frames: list[Any] = self._stream.decode(packet)
             except FFmpegError:
-                if pts is not None:
-                    self._failed.add(pts)
+                self._faults.add_failure(pts)
                 return []
-        if messages and pts is not None and self._stream.codec_context.name in _QUIET_CODECS:
-            self._torn.add(pts)
+        if messages and self._stream.codec_context.name in _QUIET_CODECS:
+            self._faults.add_torn(pts)
         return frames

@@ -128,11 +128,16 @@ def in_name_order(paths: Iterable[_Path]) -> list[_Path]:
 
 
 def _name_key(path: Union[str, os.PathLike[str]]) -> tuple[list[tuple[int, int, str]], str]:
-    """The exact name decides between names that are alike otherwise."""
+    """The exact name decides between names that are alike otherwise. The command line and the package have the same order."""
     name = Path(path).name
-    parts = re.findall(r"[0-9]+|[^0-9]+", name)
-    key = [(0, len(p.lstrip("0")), p.lstrip("0")) if "0" <= p[0] <= "9" else (1, 0, p.lower()) for p in parts]
-    return key, name
+    parts = re.findall(r"([0-9]+)|([^0-9])", name.lower())
+    return [_digits_key(digits) if digits else (int(letter > "9") * 2, 0, letter) for digits, letter in parts], name
+
+
+def _digits_key(digits: str) -> tuple[int, int, str]:
+    """The key of a number, which stands where digits stand among characters."""
+    value = digits.lstrip("0")
+    return 1, len(value), value
 
 
 def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> VideoReader:
@@ -163,6 +168,6 @@ def read_video(path: Union[str, "os.PathLike[str]", BinaryIO]) -> VideoReader:
     TraceCutError
         ``no-video`` when the file is no video or has no video track, ``codec`` when it cannot be decoded,
         ``unsupported`` when this PyAV cannot read its format; ``truncated``, after the frames that are whole, when it
-        is cut off or damaged. All come with the first frame, or later.
+        is cut off or damaged. These come with the first frame, or later.
     """
     return VideoReader(path)

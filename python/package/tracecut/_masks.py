@@ -38,11 +38,6 @@ class Runs:
         return ends[1:] - ends[:-1]
 
 
-def runs_of(flat: Bool) -> list[int]:
-    """Lengths of runs, outside and inside in turn; the first is outside and may be 0."""
-    return _tracecut.run_lengths(flat.astype(np.uint8).reshape(-1, 1))
-
-
 def coco_rle(mask: Union[U8, Bool], label: int = 1) -> dict[str, Any]:
     """The pixels of one label as a COCO segmentation, which pycocotools reads.
 

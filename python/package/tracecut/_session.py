@@ -379,7 +379,7 @@ class Session(SessionView):
         self._raw.push(as_array(frame))
 
     def push_all(self, frames: Frames) -> None:
-        """Adds all frames of a clip."""
+        """Adds all frames of a clip; of a damaged video those before the damage, then it raises ``truncated``."""
         for frame in open_frames(frames).frames:
             self._raw.push(frame)
 

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO, Union
 
 import numpy as np
 
-from ._decode import DEFAULT_DURATION_S, TEXT_DEMUXERS, Damage, Decoder, open_track
+from ._decode import DEFAULT_DURATION_S, ERROR_MESSAGES, TEXT_DEMUXERS, Damage, Decoder, open_track
 from ._errors import TraceCutError
 from ._types import F64, U8
 from ._upright import RgbConverter
@@ -18,8 +18,9 @@ from ._upright import RgbConverter
 #: Bytes that are looked at to tell why a file cannot be opened.
 _START_BYTES = 32
 
-#: How files begin that hold videos, with the place of these bytes: MP4, Matroska, AVI and WebP, Ogg, GIF, PNG.
-_SIGNATURES = ((4, b"ftyp"), (0, b"\x1aE\xdf\xa3"), (0, b"RIFF"), (0, b"OggS"), (0, b"GIF8"), (0, b"\x89PNG"))
+#: How files begin that hold videos: Matroska, AVI and WebP, Ogg, GIF, PNG. MP4 files have their mark behind a length.
+_SIGNATURES = (b"\x1aE\xdf\xa3", b"RIFF", b"OggS", b"GIF8", b"\x89PNG")
+_MP4_SIGNATURE, _MP4_SIGNATURE_PLACE = b"ftyp", 4
 
 #: The part of an animated WebP's head behind `RIFF` and the length, and the byte of the flags, of which one says so.
 _ANIMATED_WEBP, _WEBP_FLAGS_PLACE, _WEBP_ANIMATION_FLAG = b"WEBPVP8X", 20, 2
@@ -35,6 +36,8 @@ class VideoReader(Iterator[U8]):
         else:
             self._name = str(getattr(file, "name", "video"))
             self._stream = file
+        self._start = self._read_start()
+        self._pyav = _load_pyav()
         self._times: list[float] = []
         self._last_duration = 0.0
         self._frames = self._read()
@@ -43,7 +46,8 @@ class VideoReader(Iterator[U8]):
         return self
 
     def __next__(self) -> U8:
-        return next(self._frames)
+        with ERROR_MESSAGES.listen():
+            return next(self._frames)
 
     @property
     def times(self) -> F64:
@@ -58,19 +62,16 @@ class VideoReader(Iterator[U8]):
         return np.array([*steps, last][: len(self._times)], np.float64)
 
     def _read(self) -> Generator[U8, None, None]:
-        start = self._read_start()
-        with open_track(lambda: self._open(start)) as track:
+        with open_track(self._open) as track:
             if track is None:
                 raise self._error("no-video", "has no video track")
             codec = track.stream.codec_context
             if codec is None:
-                raise self._error("codec", f"its codec cannot be decoded by PyAV {_load_pyav().__version__}")
+                raise self._error("codec", f"its codec cannot be decoded by PyAV {self._pyav.__version__}")
             decoder = Decoder(track)
             yield from self._convert(decoder, RgbConverter(track.stream))
-            if not decoder.has_packets:
-                raise self._truncated()
             if not self._times:
-                raise self._without_picture(start, codec.name)
+                raise self._without_picture(decoder, codec.name)
 
     def _convert(self, decoder: Decoder, converter: RgbConverter) -> Iterator[U8]:
         try:
@@ -80,28 +81,27 @@ class VideoReader(Iterator[U8]):
                 self._last_duration = picture.duration
                 yield frame
         except Damage as damage:
-            raise self._truncated() from damage
+            raise self._truncated(f"is cut off or damaged at frame {len(self._times)}") from damage
 
     def _to_rgb(self, frame: Any, converter: RgbConverter) -> U8:
         try:
             return converter.convert(frame)
-        except _load_pyav().FFmpegError as error:
+        except self._pyav.FFmpegError as error:
             raise self._error("codec", f"its pixels ({frame.format.name}) cannot be converted to RGB") from error
 
-    def _open(self, start: bytes) -> Any:
-        av = _load_pyav()
+    def _open(self) -> Any:
         try:
             if self._stream is None:
                 # With its protocol named, no file name means anything else.
-                container = av.open(f"file:{self._name}")
+                container = self._pyav.open(f"file:{self._name}")
             else:
                 self._stream.seek(0)
-                container = av.open(self._stream)
-        except av.FFmpegError as error:
-            raise self._unreadable(start) from error
+                container = self._pyav.open(self._stream)
+        except self._pyav.FFmpegError as error:
+            raise self._unreadable() from error
         if container.format.name in TEXT_DEMUXERS:
             container.close()
-            raise self._unreadable(start)
+            raise self._unreadable()
         return container
 
     def _read_start(self) -> bytes:
@@ -112,24 +112,26 @@ class VideoReader(Iterator[U8]):
         self._stream.seek(0)
         return bytes(self._stream.read(_START_BYTES))
 
-    def _unreadable(self, start: bytes) -> TraceCutError:
-        if not start:
+    def _unreadable(self) -> TraceCutError:
+        if not self._start:
             return self._error("no-video", "is empty")
-        if any(start.startswith(signature, place) for place, signature in _SIGNATURES):
-            return self._truncated()
+        if self._start.startswith(_MP4_SIGNATURE, _MP4_SIGNATURE_PLACE):
+            return self._truncated("is cut off: the index, which MP4 files may have at their end, is missing")
+        if self._start.startswith(_SIGNATURES):
+            return self._truncated("is cut off or damaged before the first frame")
         return self._error("no-video", "is not a video (expected one that FFmpeg reads, such as MP4, WebM or GIF)")
 
-    def _without_picture(self, start: bytes, codec: str) -> TraceCutError:
-        if start.startswith(_ANIMATED_WEBP, 8) and start[_WEBP_FLAGS_PLACE] & _WEBP_ANIMATION_FLAG:
-            reason = f"is an animated WebP, which PyAV {_load_pyav().__version__} cannot read (convert it to APNG or GIF)"
+    def _without_picture(self, decoder: Decoder, codec: str) -> TraceCutError:
+        if decoder.lacks_data:
+            return self._truncated("is cut off or damaged before the first frame")
+        if self._start.startswith(_ANIMATED_WEBP, 8) and self._start[_WEBP_FLAGS_PLACE] & _WEBP_ANIMATION_FLAG:
+            reason = f"is an animated WebP, which PyAV {self._pyav.__version__} cannot read (convert it to APNG or GIF)"
             return self._error("unsupported", reason)
         return self._error("codec", f"no picture of its {codec} video can be decoded")
 
-    def _truncated(self) -> TraceCutError:
-        frames = len(self._times)
-        place = f"at frame {frames}" if frames else "before the first frame"
-        error = self._error("truncated", f"is cut off or damaged {place}")
-        error.frames = frames
+    def _truncated(self, reason: str) -> TraceCutError:
+        error = self._error("truncated", reason)
+        error.frames = len(self._times)
         return error
 
     def _error(self, code: str, reason: str) -> TraceCutError:

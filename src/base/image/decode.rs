@@ -1,12 +1,13 @@
 //! Image files to RGB, by the PNG and JPEG decoders of the `image` crate.
 //!
-//! In: the bytes of one file. Out: three bytes a pixel. Sixteen bits become eight, grey becomes RGB, alpha is ignored,
-//! colour profiles and orientation marks too. The decoders are called one by one, not through `image::DynamicImage`:
+//! In: the bytes of one file. Out: three bytes a pixel, upright as the file's EXIF orientation says. Sixteen bits become
+//! eight, grey becomes RGB; alpha and colour profiles are ignored. The decoders are called one by one, not through `image::DynamicImage`:
 //! its conversions between all colour types and profiles would double the size of the wasm file.
 
 use crate::Error;
 use crate::error::{MAX_PIXELS, check_size};
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder, Limits};
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -29,19 +30,22 @@ pub(super) fn decode(bytes: &[u8], max_pixels: usize) -> Result<Pixels, Error> {
 
 fn pixels_of(bytes: &[u8], most: usize) -> Result<Pixels, Error> {
     if bytes.starts_with(PNG_MAGIC) {
-        if let Some(length) = broken_palette(bytes) {
-            return Err(failure(&format_args!("its palette has {length} bytes, not three for each colour")));
+        // Version 0.18 of the decoder panics on such a palette.
+        if let Some(palette) = png_chunk(bytes, b"PLTE").filter(|palette| palette.len() % 3 != 0) {
+            return Err(failure(&format_args!("its palette has {} bytes, not three for each colour", palette.len())));
         }
         // A colour profile may be compressed a thousandfold.
         let mut limits = Limits::no_limits();
         limits.max_alloc = Some(most.max(MAX_PIXELS) as u64);
-        read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?, most)
+        let pixels = read(PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|e| failure(&e))?, most)?;
+        Ok(turned_upright(pixels, orientation_in(png_chunk(bytes, b"eXIf"))))
     } else if bytes.starts_with(JPEG_MAGIC) {
         // The decoder paints what is missing of a truncated file grey, which would pass for an image.
         if !jpeg_is_whole(bytes) {
             return Err(failure(&"the JPEG data are truncated"));
         }
-        read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?, most)
+        let pixels = read(JpegDecoder::new(Cursor::new(bytes)).map_err(|e| failure(&e))?, most)?;
+        Ok(turned_upright(pixels, orientation_in(jpeg_exif(bytes))))
     } else if let Some(outcome) = decode_pnm(bytes, most) {
         outcome
     } else {
@@ -85,44 +89,144 @@ fn read(decoder: impl ImageDecoder, most: usize) -> Result<Pixels, Error> {
     Ok((rgb, width, height))
 }
 
+/// Applies an orientation: the columns and rows of the result are rows and columns of `pixels`, or run backwards, or both.
+fn turned_upright(pixels: Pixels, orientation: Orientation) -> Pixels {
+    let (is_transposed, is_mirrored, is_flipped) = match orientation {
+        Orientation::NoTransforms => return pixels,
+        Orientation::FlipHorizontal => (false, true, false),
+        Orientation::Rotate180 => (false, true, true),
+        Orientation::FlipVertical => (false, false, true),
+        Orientation::Rotate90FlipH => (true, false, false),
+        Orientation::Rotate90 => (true, false, true),
+        Orientation::Rotate270FlipH => (true, true, true),
+        Orientation::Rotate270 => (true, true, false),
+    };
+    let (rgb, width, height) = pixels;
+    let size = if is_transposed { (height, width) } else { (width, height) };
+    let mut turned = Vec::with_capacity(rgb.len());
+    for y in 0..size.1 {
+        for x in 0..size.0 {
+            let (x, y) = if is_transposed { (y, x) } else { (x, y) };
+            let x = if is_mirrored { width - 1 - x } else { x };
+            let y = if is_flipped { height - 1 - y } else { y };
+            turned.extend_from_slice(&rgb[3 * (y * width + x)..][..3]);
+        }
+    }
+    (turned, size.0, size.1)
+}
+
 /// Three channels of pixels of `channels` 16-bit numbers in the machine's byte order, as bytes.
 fn high_bytes(pixels: &[u8], channels: usize, pick: [usize; 3]) -> Vec<u8> {
     let byte = |pixel: &[u8], c: usize| (u16::from_ne_bytes([pixel[2 * c], pixel[2 * c + 1]]) >> 8) as u8;
     pixels.chunks_exact(2 * channels).flat_map(|pixel| pick.map(|c| byte(pixel, c))).collect()
 }
 
-/// The length of a PNG's palette in bytes, if it is none of whole colours: version 0.18 of the decoder panics then.
-fn broken_palette(bytes: &[u8]) -> Option<usize> {
+/// Returns the data of a PNG's first chunk of this name.
+fn png_chunk<'a>(bytes: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
     let mut rest = bytes.get(PNG_MAGIC.len()..)?;
-    while let [a, b, c, d, name @ ..] = rest {
-        let length = u32::from_be_bytes([*a, *b, *c, *d]) as usize;
-        if name.starts_with(b"PLTE") {
-            return Some(length).filter(|length| length % 3 != 0);
+    while let [a, b, c, d, chunk @ ..] = rest {
+        let end = (u32::from_be_bytes([*a, *b, *c, *d]) as usize).checked_add(4)?;
+        if chunk.starts_with(name) {
+            return chunk.get(4..end.min(chunk.len()));
         }
-        // The name, the data and their checksum.
-        rest = name.get(length.checked_add(8)?..)?;
+        // The checksum stands at the end.
+        rest = chunk.get(end.checked_add(4)?..)?;
     }
     None
 }
 
-/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey
-/// instead of failing, and grey areas that come and go would pass for motion.
-fn jpeg_is_whole(bytes: &[u8]) -> bool {
-    const START_OF_SCAN: u8 = 0xda;
-    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
-    // Walk over the header's segments by their lengths: a thumbnail in one of them has an end marker of its own.
+const START_OF_SCAN: u8 = 0xda;
+
+/// Splits the header of a JPEG file into its segments: marker, and what follows that up to the next segment; of the last,
+/// where the scans begin, all that is left.
+fn jpeg_segments(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     let mut rest = bytes.get(2..).unwrap_or(&[]);
-    while let [0xff, marker, high, low, ..] = *rest {
-        if marker == START_OF_SCAN {
-            return rest.windows(2).any(|w| w == END_OF_IMAGE);
+    std::iter::from_fn(move || {
+        // Fill bytes stand before some markers.
+        while let [0xff, 0xff, ..] = rest {
+            rest = &rest[1..];
         }
-        // A fill byte stands before some markers.
-        let length = if marker == 0xff { 1 } else { 2 + usize::from(u16::from_be_bytes([high, low])) };
-        rest = rest.get(length..).unwrap_or(&[]);
-    }
-    false
+        let [0xff, marker, data @ ..] = rest else { return None };
+        let length = match data {
+            [high, low, ..] if *marker != START_OF_SCAN => usize::from(u16::from_be_bytes([*high, *low])),
+            _ => data.len(),
+        };
+        let (segment, others) = data.split_at_checked(length)?;
+        rest = others;
+        Some((*marker, segment))
+    })
+}
+
+/// Whether the end-of-image marker follows the first scan. The decoder paints what is missing of a truncated file grey
+/// instead of failing, and grey areas that come and go would pass for motion. A thumbnail in the header has an end marker
+/// of its own.
+fn jpeg_is_whole(bytes: &[u8]) -> bool {
+    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
+    let scans = jpeg_segments(bytes).find(|&(marker, _)| marker == START_OF_SCAN);
+    scans.is_some_and(|(_, data)| data.windows(2).any(|two| two == END_OF_IMAGE))
+}
+
+/// Returns the EXIF data of a JPEG file.
+fn jpeg_exif(bytes: &[u8]) -> Option<&[u8]> {
+    const APPLICATION_1: u8 = 0xe1;
+    let blocks = jpeg_segments(bytes).filter(|&(marker, _)| marker == APPLICATION_1);
+    blocks.filter_map(|(_, block)| block.get(2..)?.strip_prefix(b"Exif\0\0")).next()
+}
+
+/// Returns the orientation in EXIF data; a mark that cannot be read is none.
+fn orientation_in(exif: Option<&[u8]>) -> Orientation {
+    exif.and_then(Orientation::from_exif_chunk).unwrap_or(Orientation::NoTransforms)
 }
 
 fn failure(reason: &dyn std::fmt::Display) -> Error {
     Error::Decode { reason: reason.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orientations_are_those_of_exif() {
+        // 0 1 2
+        // 3 4 5
+        let stored: Vec<u8> = (0..6).flat_map(|v| [v; 3]).collect();
+        for (mark, size, upright) in [
+            (1, (3, 2), [0, 1, 2, 3, 4, 5]),
+            (2, (3, 2), [2, 1, 0, 5, 4, 3]),
+            (3, (3, 2), [5, 4, 3, 2, 1, 0]),
+            (4, (3, 2), [3, 4, 5, 0, 1, 2]),
+            (5, (2, 3), [0, 3, 1, 4, 2, 5]),
+            (6, (2, 3), [3, 0, 4, 1, 5, 2]),
+            (7, (2, 3), [5, 2, 4, 1, 3, 0]),
+            (8, (2, 3), [2, 5, 1, 4, 0, 3]),
+        ] {
+            let orientation = Orientation::from_exif(mark).unwrap();
+            let (rgb, width, height) = turned_upright((stored.clone(), 3, 2), orientation);
+            let first: Vec<u8> = rgb.iter().step_by(3).copied().collect();
+            assert_eq!(((width, height), first), (size, upright.to_vec()), "orientation {mark}");
+        }
+    }
+
+    #[test]
+    fn files_with_an_orientation_are_upright() {
+        use image::codecs::{jpeg::JpegEncoder, png::PngEncoder};
+        use image::{ExtendedColorType, ImageEncoder};
+        let exif = b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0".to_vec();
+        // The left half is dark; turned clockwise it is above.
+        let stored: Vec<u8> = (0..16 * 32).map(|i| if i % 32 < 16 { 30 } else { 220 }).collect();
+        let (mut png, mut jpeg) = (Vec::new(), Vec::new());
+        let mut encoder = PngEncoder::new(&mut png);
+        encoder.set_exif_metadata(exif.clone()).unwrap();
+        encoder.write_image(&stored, 32, 16, ExtendedColorType::L8).unwrap();
+        let mut encoder = JpegEncoder::new(&mut jpeg);
+        encoder.set_exif_metadata(exif).unwrap();
+        encoder.write_image(&stored, 32, 16, ExtendedColorType::L8).unwrap();
+        for (file, name) in [(png, "PNG"), (jpeg, "JPEG")] {
+            let (rgb, width, height) = decode(&file, MAX_PIXELS).unwrap();
+            assert_eq!((width, height), (16, 32), "{name}");
+            let is_dark = |i: usize| rgb[3 * i] < 128;
+            assert!((0..16 * 32).all(|i| is_dark(i) == (i < 16 * 16)), "{name}");
+        }
+    }
 }

@@ -43,7 +43,7 @@ impl Frame {
         Ok(Self { rgb, width, height })
     }
 
-    /// From the bytes of a PNG or JPEG file of at most [`MAX_PIXELS`] pixels.
+    /// From the bytes of a PNG or JPEG file of at most [`MAX_PIXELS`] pixels, upright as its EXIF orientation says.
     ///
     /// # Errors
     /// [`Error::Decode`] when the file is truncated, broken or of another kind; [`Error::FrameSize`] or

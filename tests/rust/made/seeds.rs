@@ -16,7 +16,7 @@ pub fn all() -> Vec<Seed> {
         of.into_iter().map(move |(name, bytes)| (target, name.to_owned(), bytes))
     }
     let mut seeds: Vec<Seed> = named("image_file", [pngs(), jpegs(), ppms()].concat()).collect();
-    seeds.extend(named("gif", vec![("two.gif", gif(2, false)), ("parts.gif", gif(3, true))]));
+    seeds.extend(named("animation", animations()));
     seeds.extend(named("y4m", y4ms()));
     seeds.extend(named("bmf", vec![("list.bmf", b"2 1\nframe_1.ppm\nframe_2.ppm\n".to_vec())]));
     seeds.extend(named("tracks_dat", track_files()));
@@ -90,6 +90,10 @@ fn pngs() -> Vec<(&'static str, Vec<u8>)> {
         ("greya8.png", png(4, 8, 2, true, &[])),
         ("rgba8.png", png(6, 8, 4, true, &[])),
         ("rgba16.png", png(6, 16, 4, false, &[])),
+        (
+            "turned.png",
+            png(2, 8, 3, false, &[chunk(b"eXIf", b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0")]),
+        ),
         // The first finding: a palette of four bytes.
         ("palette-of-4.png", png(3, 8, 1, false, &[chunk(b"PLTE", &[1, 2, 3, 4])])),
     ]
@@ -114,6 +118,53 @@ fn ppms() -> Vec<(&'static str, Vec<u8>)> {
         ("grey16.pgm", b"P5 2 1 65535\nabcd".to_vec()),
         ("map.pam", b"P7\nWIDTH 2\nHEIGHT 1\nDEPTH 3\nMAXVAL 255\nTUPLTYPE RGB\nENDHDR\nabcdef".to_vec()),
     ]
+}
+
+fn animations() -> Vec<(&'static str, Vec<u8>)> {
+    vec![
+        ("two.gif", gif(2, false)),
+        ("parts.gif", gif(3, true)),
+        ("two.png", animated_png()),
+        ("two.webp", animated_webp()),
+    ]
+}
+
+/// A PNG of 5 by 3 pixels, on which a second picture of 2 by 2 is laid.
+fn animated_png() -> Vec<u8> {
+    // Number, width, height, left, top, delay in hundredths of a second, disposal and blending.
+    let control = |number: u32, [width, height, left, top]: [u32; 4]| {
+        let size = [number, width, height, left, top].map(u32::to_be_bytes).concat();
+        chunk(b"fcTL", &[size, vec![0, 4, 0, 100, 1, 1]].concat())
+    };
+    let first = [chunk(b"acTL", &[0, 0, 0, 2, 0, 0, 0, 0]), control(0, [5, 3, 0, 0])].concat();
+    let rows = zlib(&[0, 9, 99, 199, 128, 1, 2, 3, 255, 2, 40, 50, 60, 10, 7, 7, 7, 70]);
+    let second = [control(1, [2, 2, 2, 1]), chunk(b"fdAT", &[vec![0, 0, 0, 2], rows].concat())].concat();
+    let mut bytes = png(6, 8, 4, false, &[first]);
+    let end = bytes.len() - 12;
+    bytes.splice(end..end, second);
+    bytes
+}
+
+/// A WebP of 2 by 2 pixels and two lossless pictures.
+fn animated_webp() -> Vec<u8> {
+    let part = |name: &[u8; 4], data: &[u8]| {
+        let padding = vec![0; data.len() % 2];
+        [name.to_vec(), (data.len() as u32).to_le_bytes().to_vec(), data.to_vec(), padding].concat()
+    };
+    let pictures = [
+        &b"\x2f\x01\x40\0\0\x1f\x20\x10\x48\xda\x1f\x7a\x8d\xf9\x8f\xf9\x0f\x8e\x02\x4a\x02\x04\x40\x51\x46\x22\xfa\x1f\x03"[..],
+        b"\x2f\x01\x40\0\0\x1f\x20\x10\x48\xda\x1f\x7a\x8d\xf9\x1f\xad\xf9\x0f\x1e\x12\xa0\x24\x40\0\x14\x65\x24\xa2\xff\x31",
+    ];
+    // Left, top, width and height less one, 40 milliseconds, no blending.
+    let place = [0, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 40, 0, 0, 2];
+    let shown = |data: &&[u8]| part(b"ANMF", &[place.to_vec(), part(b"VP8L", data)].concat());
+    let parts = [
+        b"WEBP".to_vec(),
+        part(b"VP8X", &[2, 0, 0, 0, 1, 0, 0, 1, 0, 0]),
+        part(b"ANIM", &[0; 6]),
+        pictures.iter().flat_map(shown).collect(),
+    ];
+    part(b"RIFF", &parts.concat())
 }
 
 /// A GIF of 4 by 3 pixels, whose codes have four bits all the time, as each row begins with a clear code.

@@ -24,7 +24,8 @@ export class AboutDialog {
 
   content() {
     const close = { type: 'button', class: 'icon-button', id: 'about-close', 'aria-label': 'Close' };
-    const more = { href: './docs/determinism.html', target: '_blank', rel: 'noopener' };
+    const page = 'https://github.com/tracecut/tracecut/blob/HEAD/docs/determinism.md';
+    const more = { href: page, target: '_blank', rel: 'noopener' };
     return [
       h(
         'div',

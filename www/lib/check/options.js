@@ -2,8 +2,6 @@
 
 import { illegal, isPlainObject, wholeNumber } from './errors.js';
 
-/** @typedef {import('../parameters.js').ParameterOptions} ParameterOptions */
-
 /**
  * Where the wasm file comes from, when not from beside the package.
  * @typedef {URL | string | Response | BufferSource | WebAssembly.Module} WasmSource
@@ -27,7 +25,7 @@ import { illegal, isPlainObject, wholeNumber } from './errors.js';
 
 /**
  * Options of a session: the parameter tree, over a preset if there is one, and settings of this layer.
- * @typedef {ParameterOptions & SessionSettings} SessionOptions
+ * @typedef {import('../parameters.js').ParameterOptions & SessionSettings} SessionOptions
  */
 
 /**

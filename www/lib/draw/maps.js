@@ -146,9 +146,11 @@ export function drawCells(context, result, t, options) {
  */
 
 /**
- * What discontinuities are drawn of: a result. @typedef {import('./trajectories.js').TrajectorySource & {edges: (t:
- * number) => EdgeEnds}} EdgeSource
+ * @typedef {object} FrameEdges
+ * @property {(t: number) => EdgeEnds} edges of frame `t`
  */
+
+/** What discontinuities are drawn of: a result. @typedef {import('./trajectories.js').TrajectorySource & FrameEdges} EdgeSource */
 
 /**
  * @typedef {object} DrawDiscontinuitiesOptions

@@ -98,7 +98,7 @@ async function findVideo({ input, name }, { ffmpeg = 'ffmpeg', signal }) {
   const run = new Ffmpeg({ program: ffmpeg, input, after: LIST, signal });
   const [{ demuxer, defaults, isMissing }, tracks] = await Promise.all([readOpening(run), readTracks(run.output)]);
   const track = chooseTrack(tracks, defaults);
-  const start = await firstBytes(input);
+  const start = await bytesOf(input, 'first');
   const animation = animatedFormat(start);
   if (demuxer && track && !(animation && numPicturesOf(track) < 2)) return { demuxer, track };
   if (isMissing) throw new TraceCutError('no-video', `${name} is missing: there is no such file`);
@@ -159,19 +159,33 @@ function animatedFormat(start) {
   return start.startsWith('ftypavis', 4) ? 'AVIF' : null;
 }
 
+/** Number of bytes that are looked at, at both ends of a file. */
+const END_BYTES = 32;
+
 /**
- * Returns the first bytes of a file as characters, none where it cannot be opened.
+ * Returns the first or the last bytes of a file as characters, none where it cannot be opened.
  * @param {string} input
+ * @param {'first' | 'last'} which
  */
-async function firstBytes(input) {
+async function bytesOf(input, which) {
   const file = await open(input.replace(/^file:/, '')).catch(() => null);
   if (!file) return '';
   try {
-    const { buffer, bytesRead } = await file.read(new Uint8Array(32), 0, 32, 0);
+    const from = which === 'first' ? 0 : Math.max(0, (await file.stat()).size - END_BYTES);
+    const { buffer, bytesRead } = await file.read(new Uint8Array(END_BYTES), 0, END_BYTES, from);
     return String.fromCharCode(...buffer.subarray(0, bytesRead));
   } finally {
     await file.close();
   }
+}
+
+/**
+ * Returns true if a GIF lacks its last byte, a semicolon, which ffmpeg 5 does not miss. Padding may follow it.
+ * @param {string} input
+ */
+async function isCutGif(input) {
+  const end = await bytesOf(input, 'last');
+  return end !== '' && !/;[\0\r\n]*$/.test(end);
 }
 
 /**
@@ -208,6 +222,7 @@ async function* decodePictures(file, { track, demuxer }, { ffmpeg = 'ffmpeg', si
     const hasSucceeded = (await run.ended) === 0;
     signal?.throwIfAborted();
     if (numGiven === 0) throw withoutPicture(file.name, track.codec, kinds);
+    if (demuxer === 'gif' && (await isCutGif(file.input))) return true;
     return !faults.isWholeAtEnd() || (!hasSucceeded && numGiven < numPicturesOf(track));
   } finally {
     run.end();

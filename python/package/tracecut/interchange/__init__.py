@@ -1,4 +1,4 @@
-"""Masks of a clip in the formats that annotation tools and benchmarks read.
+"""Masks of a clip as COCO, DAVIS and YouTube-VOS have them, which annotation tools and benchmarks read.
 
 Each function takes the masks as a `tracecut.Result` or as any iterable of arrays, writes what the tool imports, and
 needs none of these tools. Labels stay what they are: 0 is the background, and a label is one object over the clip.
@@ -6,17 +6,12 @@ What is written is there as a whole or not at all, and nothing that exists is wr
 """
 
 from ._clip import Masks
-from ._cvat import to_cvat
-from ._fiftyone import to_fiftyone
-from ._label_studio import to_label_studio, to_label_studio_video
+from ._coco import to_coco
 from ._vos import to_davis, to_youtube_vos
 
 __all__ = [
     "Masks",
-    "to_cvat",
+    "to_coco",
     "to_davis",
-    "to_fiftyone",
-    "to_label_studio",
-    "to_label_studio_video",
     "to_youtube_vos",
 ]

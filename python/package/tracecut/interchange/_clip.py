@@ -37,10 +37,6 @@ class Frame(NamedTuple):
     mask: U8
     time: Optional[float]
 
-    def timestamp(self, key: str) -> dict[str, float]:
-        """The time as an entry of JSON; nothing where there is none."""
-        return {} if self.time is None else {key: self.time}
-
     def objects(self) -> list[int]:
         """The labels in the mask, without the background's 0."""
         found = np.flatnonzero(np.bincount(self.mask.ravel(), minlength=256))
@@ -126,7 +122,7 @@ def _check_frame_name(t: int, name: Any, seen: set[str]) -> str:
 
 
 def _is_text(value: Any) -> bool:
-    """Something that can be seen, which XML can hold: no control characters, and no half of a pair."""
+    """Something that can be seen: no control characters, and no half of a pair."""
     return isinstance(value, str) and value.strip() != "" and value.isprintable()
 
 

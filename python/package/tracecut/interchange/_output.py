@@ -31,11 +31,6 @@ def davis_palette() -> list[int]:
 PALETTE = davis_palette()
 
 
-def colour(number: int) -> str:
-    """A colour of the palette as web pages write it."""
-    return "#" + bytes(PALETTE[3 * number : 3 * number + 3]).hex()
-
-
 def json_line(value: Any) -> str:
     """A value as JSON, without spaces."""
     return json.dumps(value, separators=(",", ":"), ensure_ascii=False)
