@@ -15,7 +15,7 @@ import { openReader } from './source.js';
 
 /**
  * The pictures that a video holds: each once, in the order in which they are shown, upright, in square pixels, of the
- * size of the first, with its time and duration in seconds as the file says them.
+ * size of the first, with its time and duration in seconds as the file says them; docs/frames.md has the rules.
  * Nothing is read before the first is asked for, and leaving the loop closes the source. Of a file that is cut off or
  * damaged the frames before come; then `onDamage` is told, or an error ends the loop (`truncated`).
  * @param {import('./source.js').VideoSource} source
