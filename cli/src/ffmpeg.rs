@@ -241,7 +241,7 @@ struct Pictures {
     name: String,
     max_pixels: usize,
     num_given: usize,
-    /// Set where the first picture is faulty: those after it may be made of it, up to the next key picture.
+    /// Set where the first picture is faulty or missing: those after it may be made of it, up to the next key picture.
     waits_for_key: bool,
     has_no_decoder: bool,
     is_old: bool,
@@ -260,6 +260,7 @@ impl Pictures {
         while let Ok(message) = self.messages.recv() {
             self.faults.take(&message);
             match message {
+                Message::DecodingFailed => self.waits_for_key |= self.num_given == 0,
                 Message::NoDecoder => self.has_no_decoder = true,
                 Message::UnknownOption => self.is_old = true,
                 Message::Shown(shown) => {

@@ -84,6 +84,12 @@ export const CASES = [
   damaged('a WebM that is cut off', 'cut-off.webm', { numFrames: 8, times: steady(25, 8) }),
   damaged('a Matroska file that is cut off', 'cut-off.mkv', { numFrames: 8, times: steady(25, 8) }),
   damaged('a fragmented MP4 that is cut off', 'cut-off-fragments.mp4', { numFrames: 8, times: steady(25, 8, 0.08) }),
+  damaged('a Matroska file that has lost pictures which others are shown after', 'cut-off-order.mkv', {
+    numFrames: 5,
+    times: steady(25, 5),
+    masks: false,
+    except: { page: 'gives one of the pictures that are shown after lost ones' },
+  }),
   damaged('a hole in an MP4', 'hole.mp4', { numFrames: 8, times: steady(25, 8) }),
   whole('an animated PNG', 'delays.png', { times: delayed, lastDuration: 0.3 }),
   whole('an animated GIF', 'delays.gif', { times: delayed, lastDuration: undefined, masks: false }),

@@ -141,6 +141,11 @@ function makeClips(folder) {
   run(`${pictures()} ${H264} -g 4 -movflags frag_keyframe+empty_moov fragments.mp4`);
   save('cut-off-fragments.mp4', firstShare(bytes('fragments.mp4'), 0.6));
   save('hole.mp4', withHole(bytes('fast.mp4')));
+  // Decoded in the order 0 4 1 2 3 8 5: picture 8 is there, and those before it are not.
+  const order = 'keyint=16:scenecut=0:bframes=3:b-adapt=0:b-pyramid=none';
+  run(`${pictures()} ${H264} -x264-params ${order} order.mp4`);
+  run('-i order.mp4 -c copy order.mkv');
+  save('cut-off-order.mkv', withoutPacketsFrom(bytes('order.mkv'), packetOf(bytes('order.mp4'), 6)));
 
   // Animated images and folders.
   run(`${pictures()} -vf ${DELAYED} ${MILLISECONDS} -f apng -plays 0 delays.png`);
@@ -181,6 +186,17 @@ const hasEncoder = (name) =>
   new RegExp(` ${name} `).test(execFileSync('ffmpeg', ['-hide_banner', '-encoders'], { encoding: 'utf8' }));
 
 const firstShare = (bytes, share) => bytes.subarray(0, Math.floor(bytes.length * share));
+
+/** The bytes of a packet of an MP4 with one track. */
+function packetOf(bytes, index) {
+  const size = (k) => bytes.readUInt32BE(bytes.indexOf('stsz') + 16 + 4 * k);
+  let start = bytes.indexOf('mdat') + 4;
+  for (let k = 0; k < index; k += 1) start += size(k);
+  return bytes.subarray(start, start + size(index));
+}
+
+/** A file that ends in the middle of a packet. */
+const withoutPacketsFrom = (bytes, packet) => bytes.subarray(0, bytes.indexOf(packet) + (packet.length >> 1));
 
 /** Browsers write no DefaultDuration: the element becomes a Void. */
 function withoutDefaultDuration(bytes) {

@@ -5,6 +5,9 @@ import { picturesOf } from './listing.js';
 /** Times that differ by less are the same, in seconds: far below the spacing of pictures, far above rounding. */
 const SAME_TIME_S = 1e-6;
 
+/** Steps between pictures that are longer by this factor than the one before may have lost pictures in them. */
+const LONG_STEP = 1.5;
+
 /** Names of demuxers that cut packets out of a stream. */
 const STREAMS = ['mpegts', 'mpeg'];
 
@@ -15,7 +18,8 @@ const STREAMS = ['mpegts', 'mpeg'];
  * - a packet that is not whole: pictures from its time on;
  * - a packet that could not be decoded: pictures after the first listed time without a picture. Packets before the first
  *   picture may fail, as where a recording begins between two key pictures;
- * - a file that could not be read on: pictures of the packets after that place, or what the end lacks.
+ * - a file that could not be read on: pictures of the packets after that place, or what the end lacks. Some pictures before
+ *   that place are shown later than lost ones, so times must not jump there.
  */
 export class FaultFinder {
   #packets;
@@ -24,6 +28,8 @@ export class FaultFinder {
   /** Pictures from one of these times on are damaged. */
   #damageTimes;
   #isCutOff;
+  /** Pictures later than this may be shown after lost ones, in seconds. */
+  #jumpTime = Infinity;
   #numRead = 0;
   #numDecoded = 0;
   #numFailed = 0;
@@ -33,6 +39,7 @@ export class FaultFinder {
   #numBeforeFirst = 0;
   /** @type {number | null} */
   #lastTime = null;
+  #lastStep = Infinity;
 
   /**
    * @param {import('./listing.js').Track} track
@@ -63,14 +70,16 @@ export class FaultFinder {
 
   /** @param {boolean} isEnd */
   #takeReadingFailure(isEnd) {
-    if (this.#numRead === 0) {
-      // ffmpeg looks through the first packets before it gives one, so the place is not known.
-      this.#isCutOff ||= isEnd;
-      return;
-    }
-    const later = this.#packets.slice(this.#numRead).flatMap(({ isShown, time }) => (isShown ? (time ?? []) : []));
+    // ffmpeg looks through the first packets before it gives one. A place among them is not known.
+    if (this.#numRead === 0 && !isEnd) return;
+    const place = this.#numRead || this.#packets.length;
+    const later = this.#packets.slice(place).flatMap(({ isShown, time }) => (isShown ? (time ?? []) : []));
     if (later.length > 0) this.#damageTimes.push(later.reduce((least, time) => Math.min(least, time)));
     else this.#isCutOff = true;
+    // No lost picture is shown before its decoding time.
+    const last = this.#packets[Math.min(place, this.#packets.length) - 1];
+    const nextDecoding = last?.decodingTime == null ? Infinity : last.decodingTime + last.duration;
+    this.#jumpTime = Math.min(this.#jumpTime, nextDecoding);
   }
 
   /**
@@ -83,6 +92,7 @@ export class FaultFinder {
     const last = this.#lastTime;
     if (last === null) return !this.#damageTimes.some((damage) => Math.abs(damage - time) < SAME_TIME_S);
     const from = last + SAME_TIME_S;
+    if (time > this.#jumpTime + SAME_TIME_S && time - last > LONG_STEP * this.#lastStep) return false;
     return !this.#isDamagedBetween(from, time + SAME_TIME_S) && !this.#isMissingBetween(from, time - SAME_TIME_S);
   }
 
@@ -93,6 +103,7 @@ export class FaultFinder {
   give({ time }) {
     if (time === null) return;
     if (this.#lastTime === null) this.#numBeforeFirst = this.#numBefore(time - SAME_TIME_S);
+    else this.#lastStep = time - this.#lastTime;
     this.#lastTime = time;
   }
 

@@ -3,9 +3,9 @@
 import { toSeconds } from './log.js';
 
 /**
- * A packet, which as a rule holds one picture: its time in seconds, null where it has none, and how long its picture is
- * shown, 0 where the file does not say. It is shown unless an edit list leaves it out.
- * @typedef {{time: number | null, duration: number, isCorrupt: boolean, isShown: boolean}} Packet
+ * A packet, which as a rule holds one picture: its times of decoding and of display in seconds, null where it has none, and
+ * how long its picture is shown, 0 where the file does not say. It is shown unless an edit list leaves it out.
+ * @typedef {{decodingTime: number | null, time: number | null, duration: number, isCorrupt: boolean, isShown: boolean}} Packet
  */
 
 /**
@@ -70,11 +70,12 @@ class ListReader {
   }
 
   /** @param {string[]} words track, decoding time, presentation time, duration, bytes, checksum, and perhaps `F=0x2` */
-  #readPacket([position, , pts, duration, , , ...more]) {
+  #readPacket([position, dts, pts, duration, , , ...more]) {
     const track = this.tracks[Number(position)];
     if (!track) return;
     const flags = Number(more.find((word) => word.startsWith('F='))?.slice(2) ?? 0);
     track.packets.push({
+      decodingTime: dts === NO_TIME ? null : toSeconds(Number(dts), track.timeBase),
       time: pts === NO_TIME ? null : toSeconds(Number(pts), track.timeBase),
       duration: toSeconds(Math.max(0, Number(duration)), track.timeBase),
       isCorrupt: (flags & CORRUPT) !== 0,

@@ -201,12 +201,13 @@ async function* decodePictures(file, { track, demuxer }, { ffmpeg = 'ffmpeg', si
   const [log, faults, pixels] = [new LogReader(demuxer), new FaultFinder(track, demuxer), new ByteReader(run.output)];
   const kinds = new Set();
   let numGiven = 0;
-  // Pictures after a faulty first one may be made of it, up to the next key picture.
+  // Pictures after a first one that is faulty or missing may be made of it, up to the next key picture.
   let waitsForKey = false;
   try {
     for await (const message of messagesOf(run, log)) {
       faults.take(message);
       kinds.add(message.kind);
+      if (message.kind === 'decoding-failed' && numGiven === 0) waitsForKey = true;
       if (message.kind !== 'shown') continue;
       const frame = await readPicture(pixels, message, maxPixels);
       if (!frame) break;
