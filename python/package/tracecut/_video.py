@@ -1,5 +1,5 @@
-"""Reads videos by PyAV as every reader of TraceCut does: each picture of the file once, in display order, with the file's own
-time, upright, with square pixels, in the file's own colours.
+"""Reads videos by PyAV, by the contract of ``docs/frames.md``: each picture of the file once, in display order, with the
+file's own time, upright, with square pixels, in the file's own colours, up to the first damaged one.
 """
 
 from __future__ import annotations
