@@ -50,8 +50,8 @@ pub(crate) struct SegmentArgs {
     #[arg(long, value_name = "N", default_value_t = Window::FRAMES as u16,
         value_parser = clap::value_parser!(u16).range(2..=Window::MOST_FRAMES as i64))]
     window: u16,
-    /// Take the first N frames
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Take the first N frames, 2 or more
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     frames: Option<u32>,
     /// Spacing of the trajectories, in pixels; short for --set trajectory.gridStep=PX
     #[arg(long, value_name = "PX")]

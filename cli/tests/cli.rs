@@ -145,8 +145,10 @@ fn missing_and_empty_folders_are_refused() {
 #[test]
 fn one_frame_is_refused_and_two_are_enough() {
     let (input, out) = (folder("few-in"), folder("few-out"));
+    clip(&input, 1, SIZE, &moving);
+    assert_refused(&segment(&input, &out, &[]), 3, &["few-in: 1 frame(s) given", "at least 2"]);
     clip(&input, 2, SIZE, &moving);
-    assert_refused(&segment(&input, &out, &["--frames", "1"]), 3, &["few-in: 1 frame(s) given", "at least 2"]);
+    assert_refused(&segment(&input, &out, &["--frames", "1"]), 2, &["1 is not in 2.."]);
     assert_done(&segment(&input, &out, &[]));
     let (trajectories, _) = tracks::parse(&fs::read_to_string(out.join("tracks.dat")).unwrap()).unwrap();
     assert_eq!(trajectories.num_frames, 2);
