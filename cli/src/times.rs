@@ -29,9 +29,10 @@ impl FrameTimes {
         })
     }
 
-    /// Average number of frames a second, from the first frame's time to the last one's end.
+    /// Average number of frames a second, from the first frame's time to the last one's end, to a millionth: 25 is 25
+    /// where times are sums of rounded numbers.
     pub(crate) fn frame_rate(&self) -> Option<f64> {
         let seconds = self.times.last()? + self.durations.last()? - self.times.first()?;
-        (seconds > 0.0).then(|| self.times.len() as f64 / seconds)
+        (seconds > 0.0).then(|| (1e6 * self.times.len() as f64 / seconds).round() / 1e6)
     }
 }

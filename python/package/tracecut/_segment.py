@@ -184,10 +184,10 @@ class Result:
 
     @property
     def frame_rate(self) -> Optional[float]:
-        """The average number of frames a second; None where frames have no times."""
+        """The average number of frames a second, to a millionth; None where frames have no times."""
         if self.times is None or self.durations is None or len(self.times) == 0:
             return None
-        return float(len(self.times) / (self.times[-1] + self.durations[-1] - self.times[0]))
+        return round(float(len(self.times) / (self.times[-1] + self.durations[-1] - self.times[0])), 6)
 
     @property
     def objects(self) -> list[int]:

@@ -112,6 +112,15 @@ export function endOf({ end, times: own }, times, frameRate) {
 }
 
 /**
+ * Returns the average number of frames a second to a millionth, as times are sums of fractions; NaN for a single frame.
+ * @param {number} numFrames
+ * @param {number} duration seconds
+ */
+export function averageRate(numFrames, duration) {
+  return numFrames > 1 ? Math.round((1e6 * numFrames) / duration) / 1e6 : NaN;
+}
+
+/**
  * Returns for how long each frame is shown, in seconds: until the next one, the last until the end.
  * @param {Float64Array} times
  * @param {number} end

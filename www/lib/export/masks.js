@@ -1,7 +1,17 @@
 // Masks as PNG files, in archives of one clip or of several.
 
 import { checkFlag, checkedOptions, describe, illegal, wholeNumber } from '../check/errors.js';
-import { MAX_LABEL, checkMasks, chosenLabels, durationsOf, endOf, firstOf, labelsOf, timesOf } from '../check/masks.js';
+import {
+  MAX_LABEL,
+  averageRate,
+  checkMasks,
+  chosenLabels,
+  durationsOf,
+  endOf,
+  firstOf,
+  labelsOf,
+  timesOf,
+} from '../check/masks.js';
 import { colorsOf, rgbOf } from '../draw/palette.js';
 import { VERSION } from '../parameters.js';
 import { Encoder } from '../text.js';
@@ -200,8 +210,9 @@ const USUAL_RATE = 25;
 function timingOf(masks, times, frameRate = USUAL_RATE) {
   if (!times) return { times: null };
   const end = endOf(masks, times, frameRate);
-  const rate = times.length / (end - Number(times[0]));
-  return { times: [...times], durations: durationsOf(times, end), frameRate: rate };
+  // One frame has no average.
+  const average = averageRate(times.length, end - Number(times[0])) || frameRate;
+  return { times: [...times], durations: durationsOf(times, end), frameRate: average };
 }
 
 /**

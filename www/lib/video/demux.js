@@ -2,11 +2,11 @@
 // time.
 
 import { TraceCutError } from '../check/errors.js';
+import { averageRate } from '../check/masks.js';
 import { part } from '../places.js';
 import { decodedFrom } from './decode.js';
 import { listPictures } from './pictures.js';
 import { readAndClose, stretched } from './pixels.js';
-import { averageRate } from './reader.js';
 
 /** @typedef {import('./reader.js').Reader} Reader */
 /** @typedef {import('./reader.js').TimedFrame} TimedFrame */

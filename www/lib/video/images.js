@@ -1,9 +1,9 @@
 // Animated GIF, PNG, WebP and AVIF, and still images of one frame, by the browser's image decoder.
 
 import { TraceCutError } from '../check/errors.js';
+import { averageRate } from '../check/masks.js';
 import { fromImage } from '../worker/frames.js';
 import { readAndClose } from './pixels.js';
-import { averageRate } from './reader.js';
 
 /**
  * The part of `ImageDecoder` that is used here; not every library of types knows it.

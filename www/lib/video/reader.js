@@ -76,15 +76,6 @@ export async function* taken(reader, take) {
 }
 
 /**
- * Pictures a second, on average, to the millionth: times are sums of fractions.
- * @param {number} numFrames
- * @param {number} duration seconds
- */
-export function averageRate(numFrames, duration) {
-  return numFrames > 1 ? Math.round((1e6 * numFrames) / duration) / 1e6 : NaN;
-}
-
-/**
  * @param {unknown} error
  * @returns {error is TraceCutError}
  */
