@@ -84,9 +84,9 @@ impl Video {
         let opening = opening.join().unwrap_or_default();
         process.finish().map_err(|e| e.of(path.display()))?;
         let Some(demuxer) = opening.demuxer.filter(|name| !TEXT_DEMUXERS.contains(&name.as_str())) else {
-            return Err(Failure::about(path.display(), words_of_no_video(start)));
+            return Err(Failure::about(path.display(), describe_unreadable(start)));
         };
-        let words = if opening.defaults.is_empty() {
+        let reason = if opening.defaults.is_empty() {
             "has no video track"
         } else if tracks.is_empty() {
             "has a video track of a kind that this ffmpeg cannot read"
@@ -94,7 +94,7 @@ impl Video {
             "holds no picture (it may be cut off)"
         };
         let track = listing::choose_track(tracks, &opening.defaults);
-        let track = track.ok_or_else(|| Failure::about(path.display(), words))?;
+        let track = track.ok_or_else(|| Failure::about(path.display(), reason))?;
         Ok(Self { path: path.to_owned(), demuxer, track })
     }
 
@@ -136,7 +136,7 @@ impl Video {
 }
 
 /// Says why a file that ffmpeg cannot open is no clip.
-fn words_of_no_video(start: &[u8]) -> &'static str {
+fn describe_unreadable(start: &[u8]) -> &'static str {
     match (start.get(4..8), start.get(8..12)) {
         (Some(b"ftyp"), Some(b"avif" | b"avis")) => "is an AVIF, which this ffmpeg cannot read, or is cut off",
         (Some(b"ftyp"), _) => "is cut off: the index, which MP4 files may have at their end, is missing",
@@ -304,25 +304,25 @@ impl Pictures {
     fn finish(&mut self) -> std::result::Result<(), Stop> {
         let has_succeeded = self.process.finish().map_err(|e| Stop::Failure(e.of(&self.name)))?;
         if self.num_given == 0 {
-            return Err(Stop::Failure(self.words_of_no_picture()));
+            return Err(Stop::Failure(self.describe_no_picture()));
         }
         let is_short = !has_succeeded && self.num_given < self.track.num_pictures();
         if is_short || !self.faults.is_whole_at_end() { Err(damage()) } else { Ok(()) }
     }
 
-    fn words_of_no_picture(&self) -> Failure {
+    fn describe_no_picture(&self) -> Failure {
         if self.is_old {
             return Failure::new("this ffmpeg is too old (expected 5.1 or later)").of(&self.name);
         }
         let codec = &self.track.codec;
-        let words = if self.has_no_decoder {
+        let reason = if self.has_no_decoder {
             format!("this ffmpeg has no decoder for its video ({codec})")
         } else {
             format!(
                 "none of its pictures can be decoded: they are damaged, or this ffmpeg cannot read their kind ({codec})"
             )
         };
-        Failure::about(&self.name, words)
+        Failure::about(&self.name, reason)
     }
 }
 

@@ -79,7 +79,7 @@ impl LogReader {
 
     /// Returns the messages of a line in their order.
     pub(super) fn read_line(&mut self, line: &str) -> Vec<Message> {
-        let mut found: Vec<(usize, Message)> = Vec::new();
+        let mut messages: Vec<(usize, Message)> = Vec::new();
         for (words, message) in [
             ("demuxer -> ", Message::PacketRead),
             ("decoder -> ", Message::PictureDecoded),
@@ -91,15 +91,15 @@ impl LogReader {
             ("not found for input stream", Message::NoDecoder),
             ("Unrecognized option", Message::UnknownOption),
         ] {
-            found.extend(line.match_indices(words).map(|(at, _)| (at, message.clone())));
+            messages.extend(line.match_indices(words).map(|(at, _)| (at, message.clone())));
         }
         for words in [DEMUXER, self.demuxer.as_str()] {
             let errors = line.match_indices(words).filter(|&(at, _)| is_error(&line[at..]));
             let is_end = END_WORDS.iter().any(|words| line.contains(words));
-            found.extend(errors.map(|(at, _)| (at, Message::ReadingFailed { is_end })));
+            messages.extend(errors.map(|(at, _)| (at, Message::ReadingFailed { is_end })));
         }
         if line.starts_with("[error] file:") {
-            found.push((0, Message::ReadingFailed { is_end: false }));
+            messages.push((0, Message::ReadingFailed { is_end: false }));
         }
         for (at, _) in line.match_indices(SHOWINFO) {
             let words = &line[at + SHOWINFO.len()..];
@@ -107,10 +107,10 @@ impl LogReader {
             if let Some((_, base)) = words.split_once("config in time_base: ") {
                 self.time_base = base.split(',').next().and_then(TimeBase::parse);
             }
-            found.extend(self.parse_shown(words).map(|shown| (at, Message::Shown(shown))));
+            messages.extend(self.parse_shown(words).map(|shown| (at, Message::Shown(shown))));
         }
-        found.sort_by_key(|&(at, _)| at);
-        found.into_iter().map(|(_, message)| message).collect()
+        messages.sort_by_key(|&(at, _)| at);
+        messages.into_iter().map(|(_, message)| message).collect()
     }
 
     /// Parses `n:   0 pts:   1024 pts_time:0.08 ... s:240x180 i:P iskey:1 ...`.

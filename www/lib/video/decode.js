@@ -21,19 +21,19 @@ const NEVER = 1e9;
  * @returns {AsyncGenerator<VideoSample, void, unknown>}
  */
 export async function* decodedFrom(media, track, first, lastPacket) {
-  sayColours(track);
+  setDefaultColours(track);
   const codec = await track.getCodec();
   const fed = new FedPackets(codec, new media.EncodedPacketSink(track).packets(first), lastPacket);
   let last = -Infinity;
   try {
-    for await (const sample of decoded(media, track, asShown(codec, first), fed.all())) {
+    for await (const sample of decoded(media, track, toShownPacket(codec, first), fed.all())) {
       last = sample.timestamp;
       fed.forgetBefore(last);
       yield sample;
     }
   } catch (error) {
     // A decoder that fails keeps what it has not given yet.
-    const good = await decodablePart(media, track, fed.recent);
+    const good = await findDecodablePackets(media, track, fed.recent);
     for await (const sample of decoded(media, track, good[0], good)) {
       if (sample.timestamp > last) yield sample;
       else sample.close();
@@ -49,7 +49,7 @@ export async function* decodedFrom(media, track, first, lastPacket) {
  * differ there.
  * @param {Track} track
  */
-function sayColours(track) {
+function setDefaultColours(track) {
   track.getDecoderConfig = async () => {
     const config = await Object.getPrototypeOf(track).getDecoderConfig.call(track);
     const { primaries, transfer, matrix, fullRange } = config.colorSpace ?? {};
@@ -112,7 +112,7 @@ class FedPackets {
     try {
       for await (const packet of this.#packets) {
         this.lastNumber = packet.sequenceNumber;
-        const shown = asShown(this.#codec, packet);
+        const shown = toShownPacket(this.#codec, packet);
         this.recent.push(shown);
         yield shown;
         if (this.lastNumber >= this.#lastPacket) return;
@@ -135,7 +135,7 @@ class FedPackets {
  * @param {string | null} codec
  * @param {EncodedPacket} packet
  */
-function asShown(codec, packet) {
+function toShownPacket(codec, packet) {
   if (isHidden(codec, packet)) return packet.clone({ timestamp: NEVER, sideData: {} });
   return packet.sideData.alpha ? packet.clone({ sideData: {} }) : packet;
 }
@@ -146,7 +146,7 @@ function asShown(codec, packet) {
  * @param {Track} track
  * @param {EncodedPacket[]} packets that it fails at as a whole
  */
-async function decodablePart(media, track, packets) {
+async function findDecodablePackets(media, track, packets) {
   let [good, bad] = [0, packets.length];
   while (bad - good > 1) {
     const middle = Math.floor((good + bad) / 2);
