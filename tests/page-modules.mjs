@@ -4,5 +4,5 @@
 import { register } from 'node:module';
 
 const hook = `export const resolve = (name, context, next) =>
-  next(name.startsWith('../dist/') && context.parentURL?.includes('/www/demo/') ? '../' + name : name, context);`;
+  next(name.startsWith('../dist/') && context.parentURL?.includes('/studio/') ? '../' + name : name, context);`;
 register(`data:text/javascript,${encodeURIComponent(hook)}`);

@@ -7,7 +7,7 @@ import { createSession, synthClip } from '../../dist/node.js';
 import '../page-modules.mjs';
 import { layerNames, paintedShare, picture, screenshot, showOnly, text, useSample, useSite } from './support.mjs';
 
-const { SAMPLE } = await import('../../www/demo/source.js');
+const { SAMPLE } = await import('../../studio/view/source.js');
 
 const FRAME = 12;
 
@@ -167,7 +167,7 @@ describe('the layers of a sample', () => {
 
   test('colours have names for any number of objects, none of them twice', async () => {
     const names = await sample.page.evaluate(async () => {
-      const { colourName } = await import('/demo/result/palette.js');
+      const { colourName } = await import('/view/result/palette.js');
       return Array.from({ length: 255 }, (_, k) => colourName(k + 1));
     });
     assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);
@@ -332,7 +332,7 @@ function redPixels(frame) {
 
 /** Runs in the page: how many steps trajectories take in components, and in how many of them the colour changes. */
 async function colorChanges() {
-  const { steadyColors } = await import('/demo/layers/components.js');
+  const { steadyColors } = await import('/view/layers/components.js');
   const { points } = globalThis.tracecutDemo.app;
   const { count, startFrame, offset } = points.result.trajectories;
   const { ofPoint } = points.result.components;

@@ -183,7 +183,7 @@ describe('work', () => {
 
   const works = (page) =>
     page.evaluate(async () => {
-      const { kept } = await import('/demo/saved/slots.js');
+      const { kept } = await import('/view/saved/slots.js');
       return (await kept()).map(({ name, corrected, picture, earlier }) => ({
         name,
         corrected,
@@ -293,7 +293,7 @@ describe('work', () => {
   const fill = (page, count, corrected) =>
     page.evaluate(
       async ([many, isCorrected]) => {
-        const { keep, kept } = await import('/demo/saved/slots.js');
+        const { keep, kept } = await import('/view/saved/slots.js');
         const take = { start: 0, frames: 2, step: 1, side: 480 };
         const kinds = [];
         for (let at = 1; at <= many; at += 1)

@@ -6,8 +6,8 @@ import { parameters } from '../../dist/node.js';
 import '../page-modules.mjs';
 import { ended, inPhase, picture, plainFrame, pngFile, run, SMALL, text, useSample, useSite } from './support.mjs';
 
-const { Countdown, StageClock, timeLeft } = await import('../../www/demo/run/stage-clock.js');
-const { ESSENTIALS, GROUPS } = await import('../../www/demo/settings.js');
+const { Countdown, StageClock, timeLeft } = await import('../../studio/view/run/stage-clock.js');
+const { ESSENTIALS, GROUPS } = await import('../../studio/view/settings.js');
 
 describe('settings', () => {
   const sample = useSample(useSite());

@@ -125,22 +125,22 @@ test('the package imports nothing of the page, and the page takes the package fr
       return names.map((name) => ({ file, name }));
     });
   const [ofPackage, ofPage] = [
-    imported('www/lib'),
-    imported('www/demo').filter(({ file }) => !file.endsWith('demo/library.js')),
+    imported('npm'),
+    imported('studio').filter(({ file }) => !/(library|service-worker)\.js$/.test(file)),
   ];
   assert.ok(ofPackage.length > 200 && ofPage.length > 200);
   assert.deepEqual(
-    ofPackage.filter(({ name }) => name.includes('demo/')),
+    ofPackage.filter(({ name }) => name.includes('studio/')),
     [],
   );
   assert.deepEqual(
-    ofPage.filter(({ name }) => /\b(lib|dist)\//.test(name) || !/^(\.|tracecut\/selftest$|fflate$)/.test(name)),
+    ofPage.filter(({ name }) => /\b(npm|dist)\//.test(name) || !/^(\.|tracecut\/selftest$|fflate$)/.test(name)),
     [],
   );
 });
 
 test('the lab imports the public entries of the package and nothing else', () => {
-  const files = codeIn('lab');
+  const files = codeIn('www');
   const names = files.flatMap((file) =>
     [...read(file).matchAll(/\b(?:from|import) '([^']+)'/g)].map(([, name]) => name),
   );
@@ -154,7 +154,7 @@ test('the lab imports the public entries of the package and nothing else', () =>
 });
 
 test('no files of the package, the page or the lab import each other in a circle', () => {
-  for (const [folder, known] of Object.entries({ 'www/lib': [], 'www/demo': [], lab: [] })) {
+  for (const [folder, known] of Object.entries({ npm: [], studio: [], www: [] })) {
     const imports = new Map(codeIn(folder).map((file) => [file, localImports(file)]));
     assert.deepEqual(circlesIn(imports), known, folder);
   }
