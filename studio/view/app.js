@@ -12,7 +12,7 @@
  * @module
  */
 
-import { Progress, stagesOf } from './panels/run.js';
+import { Progress } from './panels/run.js';
 import { showPreview, showResult, showWindow } from './result/show-result.js';
 import { ClipJob } from './run/clip-job.js';
 import { StillJob } from './run/still-job.js';
@@ -309,7 +309,7 @@ export class App {
     this.abort?.abort();
     if (job.stop()) return void this.conclude(job);
     const advice = 'Continue where it stopped, change the settings, or open something else.';
-    this.store.set({ stages: stagesOf(job, 'stopped'), ...phasePatch('stopped', 'Cancelled', advice) });
+    this.store.set(phasePatch('stopped', 'Cancelled', advice));
   }
 
   /**

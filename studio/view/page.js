@@ -16,13 +16,13 @@ import { withinFilm } from './store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
-import { correctPanel, exportPanel, helpPanel, nothingPanel, whyPanel } from './panels/on-demand.js';
+import { correctPanel, exportPanel, helpPanel, nothingPanel } from './panels/on-demand.js';
 import { edgesPanel, smoothPanel } from './panels/edges.js';
 import { labPanel } from './panels/lab.js';
 import { layersPanel } from './panels/layers.js';
 import { objectsPanel } from './panels/objects.js';
 import { readoutPanel } from './panels/readout.js';
-import { runPanel, stagesPanel } from './panels/run.js';
+import { runPanel } from './panels/run.js';
 import { savedPanel } from './panels/saved.js';
 import { settingsPanel } from './panels/settings.js';
 import { timelinePanel } from './panels/timeline.js';
@@ -79,9 +79,7 @@ const PANELS = [
   labPanel,
   clipPanel,
   settingsPanel,
-  stagesPanel,
   correctPanel,
-  whyPanel,
   exportPanel,
   helpPanel,
   savedPanel,

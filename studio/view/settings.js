@@ -1,73 +1,16 @@
 /**
- * The parameters of the package: what their groups are called, which matter first, and what the user has set them to;
- * what differs from the defaults lies in the store.
+ * The parameters of the package that an editor cares for, and what the user has set; what differs from the defaults lies
+ * in the store. A link, or a button, may set others too; the lab has all of them.
  * @module
  */
 
 import { kindOf } from './source.js';
 
-/**
- * @typedef {object} Group
- * @property {string} id first part of the names of its parameters
- * @property {string} title
- * @property {string} about
- * @property {'clip' | 'still'} [only] for which kind of source it counts; both if not said
- */
+/** Groups of parameters that still images have. */
+const STILL_GROUPS = ['contour', 'superpixel', 'still'];
 
-/** In the order of the stages. @type {Group[]} */
-export const GROUPS = [
-  {
-    id: 'clip',
-    title: 'Frames',
-    about: 'How large frames are when they are looked at, and whether there are masks.',
-    only: 'clip',
-  },
-  { id: 'shot', title: 'Cuts', about: 'When a frame begins a new shot of a long clip.', only: 'clip' },
-  {
-    id: 'flow',
-    title: 'Optical flow',
-    about: 'How the motion of every pixel to the next frame is estimated.',
-    only: 'clip',
-  },
-  {
-    id: 'trajectory',
-    title: 'Trajectories',
-    about: 'Which points are followed through the clip, and when they are lost.',
-    only: 'clip',
-  },
-  { id: 'affinity', title: 'Motion affinities', about: 'How alike two trajectories move.', only: 'clip' },
-  {
-    id: 'embedding',
-    title: 'Embedding',
-    about: 'Trajectories as points that lie close where they move alike.',
-    only: 'clip',
-  },
-  {
-    id: 'discontinuity',
-    title: 'Discontinuities',
-    about: 'Where neighbours lie far apart in the embedding.',
-    only: 'clip',
-  },
-  { id: 'saliency', title: 'Saliency', about: 'What stands out against the motion around it.', only: 'clip' },
-  {
-    id: 'connectedness',
-    title: 'Connectedness',
-    about: 'What the pieces of the foreground keep apart and hold together.',
-    only: 'clip',
-  },
-  { id: 'discretize', title: 'Clusters', about: 'From the embedding to groups of trajectories.', only: 'clip' },
-  { id: 'contour', title: 'Contours', about: 'Boundaries seen in a single frame.' },
-  { id: 'superpixel', title: 'Superpixels', about: 'Pieces of a frame that lie between its contours.' },
-  { id: 'cut', title: 'Gabriel cut', about: 'Which superpixels belong to which object.', only: 'clip' },
-  {
-    id: 'background',
-    title: 'Background',
-    about: 'What the scene behind everything tells about the objects before it.',
-    only: 'clip',
-  },
-  { id: 'refine', title: 'Borders of masks', about: 'Moving the borders of masks to the pixel.', only: 'clip' },
-  { id: 'still', title: 'Still images', about: 'The embedding of the pixels of a single image.', only: 'still' },
-];
+/** Without masks there is nothing to edit. */
+const DENSE = 'clip.dense';
 
 /**
  * A parameter that matters first, in plain words. Its slider covers the range that is worth trying, not all that is
@@ -130,15 +73,6 @@ export const ESSENTIALS = [
   },
 ];
 
-/**
- * @param {string} name `trajectory.gridStep`
- * @returns {string} `Grid step`
- */
-export function labelOf(name) {
-  const words = name.slice(name.indexOf('.') + 1).replace(/[A-Z]/g, (letter) => ` ${letter.toLowerCase()}`);
-  return words[0].toUpperCase() + words.slice(1);
-}
-
 /** @typedef {number | boolean | string} Value */
 
 /**
@@ -154,7 +88,9 @@ export class Settings {
   constructor(store, parameters) {
     this.store = store;
     /** @type {Map<string, Parameter>} */
-    this.parameters = new Map(parameters.map((parameter) => [parameter.name, parameter]));
+    this.parameters = new Map(
+      parameters.filter(({ name }) => name !== DENSE).map((parameter) => [parameter.name, parameter]),
+    );
   }
 
   /** What differs from the default. */
@@ -194,12 +130,13 @@ export class Settings {
 }
 
 /**
- * @param {'clip' | 'still'} kind of source
- * @returns {(group: string) => boolean} which groups of parameters count for it
+ * @param {import('./source.js').Source | null} source
+ * @param {string} name of a parameter
+ * @returns {boolean} whether it counts for that
  */
-export function groupsFor(kind) {
-  const ids = GROUPS.filter(({ only }) => (only ?? kind) === kind).map(({ id }) => id);
-  return (id) => ids.includes(id);
+export function counts(source, name) {
+  const [group] = name.split('.');
+  return kindOf(source) === 'still' ? STILL_GROUPS.includes(group) : group !== 'still';
 }
 
 /**
@@ -207,12 +144,11 @@ export function groupsFor(kind) {
  * @returns {import('./run/job.js').Options} what differs from the defaults and counts for this source
  */
 export function optionsOf({ changed, source }) {
-  const wanted = groupsFor(kindOf(source));
   /** @type {Record<string, Record<string, Value | undefined>>} */
   const tree = {};
-  for (const name of [...changed.keys()].sort()) {
+  for (const name of [...changed.keys()].filter((one) => counts(source, one)).sort()) {
     const [group, field] = name.split('.');
-    if (wanted(group)) (tree[group] ??= {})[field] = changed.get(name);
+    (tree[group] ??= {})[field] = changed.get(name);
   }
   // Only legal values of known parameters come in, see `Settings.set`.
   return /** @type {import('./run/job.js').Options} */ (tree);

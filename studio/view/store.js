@@ -7,8 +7,6 @@
 import { DEFAULT_EDGES } from './saved/look.js';
 import { Times } from './result/presence.js';
 
-/** @typedef {import('./panels/run.js').StageRow} StageRow */
-
 /** What is taken when nobody chooses, of as many frames as there are. @type {import('./source.js').Take} */
 export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
 
@@ -38,7 +36,6 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @typedef {object} Found What is known of the clip by now.
  * @property {import('./result/points.js').Points | null} points null for a still image
  * @property {import('./result/presence.js').Facts[]} facts of each object, the background among them
- * @property {boolean} windows whether the clip was taken window by window
  * @property {Partial<import('./layers/layer.js').Answers>} answers
  */
 
@@ -62,7 +59,6 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {import('./run/job.js').AnyJob | null} job
  * @property {import('./run/job.js').AnyJob | null} before corrected, until it was run again
  * @property {number} share of the run that is through, in 0..1
- * @property {{rows: StageRow[], ms: number}} stages of the run, and the time of all
  * @property {import('./run/preview.js').Preview | null} preview shown until there are masks
  * @property {boolean} streaming whether windows of a run under way are shown already
  * @property {Picture} picture
@@ -81,14 +77,13 @@ export const DEFAULT_TAKE = { start: 0, frames: 2, step: 1, side: 480 };
  * @property {import('./layers/layer.js').Spot} spot under the pointer
  * @property {boolean} correcting
  * @property {boolean} pending whether the result was made with other settings than those chosen now
- * @property {boolean} asking whether a click asks why
  */
 
 /** @type {Frames} */
 const NO_FRAMES = { get: () => null, has: () => false, onReady() {} };
 
 /** @type {import('./layers/layer.js').Spot} */
-export const NOWHERE = { x: -1, y: -1, object: -1, trajectory: -1 };
+export const NOWHERE = { x: -1, y: -1, object: -1 };
 
 /** The state of a page with no clip. */
 export const BLANK = {
@@ -106,7 +101,6 @@ export const BLANK = {
   playing: false,
   spot: NOWHERE,
   correcting: false,
-  asking: false,
 };
 
 /** @type {State} */
@@ -125,7 +119,6 @@ const INITIAL = {
   pace: { clip: 0, still: 0 },
   changed: new Map(),
   share: 0,
-  stages: { rows: [], ms: 0 },
   loop: true,
   view: 'overlay',
   edges: DEFAULT_EDGES,

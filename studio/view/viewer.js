@@ -20,9 +20,6 @@ import { Zoom } from './zoom.js';
 /** Device pixels per CSS pixel are not followed above this: nobody sees it, and drawing costs its square. */
 const MAX_DENSITY = 2;
 
-/** How near the pointer must be to a point, in CSS pixels. */
-const REACH_PX = 14;
-
 export class Viewer {
   /**
    * @param {import('./store.js').Store} store
@@ -55,7 +52,6 @@ export class Viewer {
     /** @type {View} */
     this.view = {
       points: null,
-      windows: false,
       image: null,
       frame: 0,
       width: 16,
@@ -101,7 +97,6 @@ export class Viewer {
     if (isOther) for (const layer of this.layers) layer.reset?.();
     Object.assign(this.view, {
       points: found?.points ?? null,
-      windows: found?.windows ?? false,
       answers: { ...NO_ANSWERS, ...found?.answers },
       frame,
       width,
@@ -161,7 +156,7 @@ export class Viewer {
     const [left, top] = [this.zoom.x * view.width, this.zoom.y * view.height];
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
     ctx.setTransform(scale, 0, 0, scale, scale * (0.5 - left), scale * (0.5 - top));
-    if (this.shown.view === 'cutout' && view.points?.hasMasks) drawKept(ctx, view, this.shown.ground);
+    if (this.shown.view === 'cutout' && view.points) drawKept(ctx, view, this.shown.ground);
     else drawLayers(ctx, this.layers, view);
     for (const paint of this.painters) paint(ctx, view);
     this.compare.draw(view.image, canvas, this.zoom);
@@ -245,13 +240,10 @@ export class Viewer {
    * @returns {Spot} what is there
    */
   spotAt(place) {
-    const { points, frame, unit, visible } = this.view;
+    const { points, frame } = this.view;
     const [x, y] = this.placeAt(place);
     if (!points) return { ...NOWHERE, x, y };
-    const trajectory = points.nearest(frame, x, y, REACH_PX * unit, visible);
-    const object = points.objectAt(frame, x, y);
-    // Without masks the nearest point tells.
-    return { x, y, trajectory, object: object < 0 && trajectory >= 0 ? points.object[trajectory] : object };
+    return { x, y, object: points.objectAt(frame, x, y) };
   }
 }
 

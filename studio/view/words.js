@@ -126,8 +126,7 @@ export const PREVIEW = {
 
 /** What the page says about a clip that was taken window by window. */
 export const LONG = {
-  remark: (/** @type {number} */ window) =>
-    `Taken in windows of ${window} frames; objects keep their numbers. Some layers are there for up to ${window} frames only.`,
+  remark: (/** @type {number} */ window) => `Taken in windows of ${window} frames; objects keep their numbers.`,
   nothing: 'Nothing in this clip moves differently from the background.',
   partial: (/** @type {number} */ done, /** @type {number} */ all) =>
     `Stopped early: ${done} of ${all} frames have masks, and can be saved. “Continue” goes on from there.`,
@@ -144,16 +143,6 @@ export function damageWords({ frames, total }) {
     ? `The file is cut off or damaged. ${count(frames)} of ${count(total)} frames come before that: these were taken.`
     : `The file is cut off or damaged. ${count(frames)} frames come before that: these were taken.`;
 }
-
-/** Why a layer has nothing to show. */
-export const NOTHING = {
-  windows: (/** @type {number} */ window) => `Known within one window only. Take at most ${window} frames to see it.`,
-  joined: 'Known when all windows are done.',
-  masks: 'Needs masks, which were not asked for.',
-  motion: 'Needs the motion of frames, which this clip came without.',
-  foreground: 'Nothing stands out in this clip: no trajectory is foreground.',
-  pieces: 'The foreground of this clip lies in pieces too small to count.',
-};
 
 /** What files are to be converted to. */
 const FORMATS = /MP4 \(H\.264\)( \S+ WebM)?/;

@@ -1,4 +1,4 @@
-/** What a frame alone shows: the boundary probability, contours, superpixels. @module */
+/** What a still image shows: the boundary probability, contours, superpixels. @module */
 
 import { drawBoundaries, drawSuperpixels } from '../library.js';
 import { Fetched, picture, valueAt } from './fetched.js';
@@ -19,7 +19,7 @@ export function boundaryLayer() {
     name: 'Boundaries (Pb)',
     key: '5',
     about: 'How likely each pixel lies on a boundary, from brightness, colour and texture; computed when first shown.',
-    ofWindows: true,
+    only: 'still',
     z: 14,
     on: false,
     settings: { opacity: opacity(), thin },
@@ -57,7 +57,7 @@ export function contourLayer() {
     name: 'Contours',
     key: '4',
     about: 'Lines fitted to the contours, and the Gabriel edges that bridge the gaps between them.',
-    ofWindows: true,
+    only: 'still',
     z: 50,
     on: false,
     settings: { opacity: opacity(), deleted },
@@ -97,7 +97,7 @@ export function superpixelLayer() {
     name: 'Superpixels',
     key: '3',
     about: 'Pieces of the frame that lie between its contours, gaps bridged; each belongs to one object.',
-    ofWindows: true,
+    only: 'still',
     z: 12,
     on: false,
     settings: { opacity: opacity(0.9), mean },

@@ -13,7 +13,6 @@
  *
  * @typedef {object} View
  * @property {Points | null} points the result by frame; null before there is one
- * @property {boolean} windows whether the clip was taken window by window: then little is known beyond masks
  * @property {CanvasImageSource | null} image the frame itself, at clip size or larger
  * @property {number} frame
  * @property {number} width of the clip in pixels
@@ -26,36 +25,19 @@
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
  */
 
-/**
- * What can be asked about a frame.
- *
- * @typedef {{flow: Flow, boundaries: Boundaries, superpixels: Superpixels, background: Plate, saliencyMap: SaliencyMap,
- *   imageEdges: ImageEdges, confidence: Confidence}} Answer
- */
-
-/** @typedef {(frame: number, x: number, y: number) => Promise<import('../library.js').Explanation>} Explain */
+/** What can be asked about a frame. @typedef {{boundaries: Boundaries, superpixels: Superpixels, background: Plate, imageEdges: ImageEdges}} Answer */
 
 /**
  * What the session, or what was made of a still image, answers about a frame; null where it knows no such thing.
  *
- * @typedef {{[What in keyof Answer]: ((frame: number) => Promise<Answer[What]>) | null} & {explain: Explain | null}} Answers
+ * @typedef {{[What in keyof Answer]: ((frame: number) => Promise<Answer[What]>) | null}} Answers
  */
 
 /** @type {Answers} */
-export const NO_ANSWERS = {
-  flow: null,
-  boundaries: null,
-  superpixels: null,
-  background: null,
-  saliencyMap: null,
-  imageEdges: null,
-  confidence: null,
-  explain: null,
-};
+export const NO_ANSWERS = { boundaries: null, superpixels: null, background: null, imageEdges: null };
 
 /**
- * @typedef {{x: number, y: number, object: number, trajectory: number}} Spot A place in clip pixels, with the object
- *   and the nearest trajectory there; -1 for none.
+ * @typedef {{x: number, y: number, object: number}} Spot A place in clip pixels, with the object there; -1 for none.
  */
 
 /**
@@ -83,22 +65,8 @@ export const NO_ANSWERS = {
  */
 
 /**
- * @typedef {{width: number, height: number, saliency: Float32Array}} SaliencyMap Saliency of each pixel, 0 to 1; pixels
- *   as for boundaries.
- */
-
-/**
- * @typedef {{width: number, height: number, confidence: Float32Array}} Confidence How likely the label of each pixel is
- *   right, 0 to 1; pixels as for boundaries.
- */
-
-/**
  * @typedef {{width: number, height: number, pb: Float32Array, discontinuity: Float32Array, spectral: Float32Array,
  *   combined: Float32Array}} ImageEdges Four kinds of boundary strength of a still image's pixels, 0 to 1.
- */
-
-/**
- * @typedef {{width: number, height: number, u: Float32Array, v: Float32Array}} Flow Motion in clip pixels per frame.
  */
 
 /**
@@ -121,17 +89,14 @@ export const NO_ANSWERS = {
  * @property {string} name
  * @property {string} key on the keyboard; of layers that share one only one can be there at a time
  * @property {'clip' | 'still'} [only] for which kind of source it is there; both if not said
- * @property {boolean} [ofWindows] whether a clip that was taken window by window can show it
  * @property {string} about one sentence on what the layer shows
  * @property {number} z layers with larger z are drawn over those with smaller
  * @property {boolean} on
  * @property {Record<string, Setting>} settings each layer has at least `opacity`
  * @property {() => Node[]} legend
  * @property {(ctx: Canvas2D, view: View) => void} draw
- * @property {(view: View) => string} [missing] why there is nothing to show of this result; empty where there is
  * @property {(view: View, spot: Spot) => string} [readout] words about a place; empty for none
  * @property {() => void} [reset] forgets everything about the last result
- * @property {() => void} [changed] set by the panel: the layer calls it when its legend has new figures
  */
 
 /**

@@ -6,7 +6,6 @@
 import { drawBoundaries } from '../library.js';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { choice, opacity } from './layer.js';
-import { quantile } from '../result/points.js';
 
 /** @typedef {'combined' | 'discontinuity' | 'spectral' | 'pb'} Kind */
 
@@ -74,4 +73,12 @@ function paint({ width, height, ...values }, of) {
   return picture({ width, height }, (ctx) =>
     drawBoundaries(ctx, { width, height, [of]: values[of] }, { of, ...stretch }),
   );
+}
+
+/**
+ * @param {Float32Array} values
+ * @param {number} q in 0..1
+ */
+function quantile(values, q) {
+  return values.slice().sort()[Math.round(q * (values.length - 1))];
 }

@@ -92,7 +92,7 @@ export class Correction {
   /** @returns {Corrections | null} */
   get corrector() {
     const { found, job } = this.store.state;
-    return found?.points?.hasMasks ? (job?.corrector ?? null) : null;
+    return found?.points ? (job?.corrector ?? null) : null;
   }
 
   /** What the button and the key do. */

@@ -74,7 +74,7 @@ class Smoothing {
 
   /** @param {Readonly<import('../store.js').State>} state */
   show({ edges, found, phase }) {
-    const points = phase === 'done' && found?.points?.hasMasks ? found.points : null;
+    const points = phase === 'done' && found?.points ? found.points : null;
     const reach = points ? edges.smooth : 0;
     if (this.of.reach === reach && (reach === 0 || this.of.points === points)) return;
     this.of = { reach, points };

@@ -59,7 +59,7 @@ export function keepWork({ store, app }) {
  * @returns {boolean} whether there is work: masks of a clip of the user's own
  */
 function isWork({ phase, found, source, job }) {
-  return phase === 'done' && Boolean(found?.points?.hasMasks && job?.corrections?.of.result && source?.files);
+  return phase === 'done' && Boolean(found?.points && job?.corrections?.of.result && source?.files);
 }
 
 /**

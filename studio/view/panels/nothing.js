@@ -15,8 +15,7 @@ export function showNothing({ store, app }) {
   const { state } = store;
   const result = state.found?.points?.result;
   if (!result) return;
-  // Of many windows there are no clusters but the objects.
-  const report = searchReport(state.found?.windows ? { ...result, clusters: undefined } : result);
+  const report = searchReport(result);
   byId('nothing-where').textContent = whereWords(report);
   const tries = triesOf(state, report).map(({ id, label, patch }) =>
     h('button', { type: 'button', 'data-try': id, click: () => (store.set(patch), app.again()) }, label),

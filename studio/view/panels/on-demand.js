@@ -73,15 +73,6 @@ export function helpPanel(page) {
   page.keys.on('?', open);
 }
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */
-export function whyPanel(page) {
-  const open = onDemand(page.store, async () => new (await import('./why-panel.js')).WhyPanel(page));
-  byId('why-open').addEventListener('click', open);
-  page.store.watch(['found', 'phase'], ({ found, phase }) => {
-    byId('why-open').hidden = phase !== 'done' || !found?.answers.explain;
-  });
-}
-
 /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
@@ -121,6 +112,6 @@ export function nothingPanel(page) {
  * @returns {boolean} whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one
  */
 function foundNothing({ phase, found, job, correcting }) {
-  if (phase !== 'done' || correcting || !found?.points?.hasMasks || !job || job.partial) return false;
+  if (phase !== 'done' || correcting || !found?.points || !job || job.partial) return false;
   return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
 }

@@ -80,7 +80,7 @@ function showFacts({ source, found, streaming, job }) {
   const { body } = document;
   if (source) body.dataset.source = source.kind;
   else delete body.dataset.source;
-  body.toggleAttribute('data-masks', found?.points?.hasMasks ?? false);
+  body.toggleAttribute('data-masks', Boolean(found?.points));
   body.toggleAttribute('data-streaming', streaming);
   body.toggleAttribute('data-partial', job?.partial ?? false);
 }
@@ -93,7 +93,7 @@ function showFacts({ source, found, streaming, job }) {
 function showPrimary({ phase, source, found, job, correcting, pending }) {
   const hasOwn = source !== null && source.kind !== 'sample';
   let next = hasOwn && phase === 'running' ? '' : 'open';
-  if (phase === 'done' && hasOwn && found?.points?.hasMasks) next = 'export-open';
+  if (phase === 'done' && hasOwn && found?.points) next = 'export-open';
   if (phase === 'stopped' || job?.partial) next = 'resume';
   if (pending) next = 'again';
   if (correcting) next = 'correct-done';

@@ -61,7 +61,7 @@ import { masksAtSize } from '../library.js';
 export function subjectOf(state) {
   const { found, job, film, frame } = state;
   const points = found?.points;
-  if (!points?.hasMasks || !job) return null;
+  if (!points || !job) return null;
   const { width, height, numFrames } = points.result;
   const labels = (/** @type {number} */ t) => /** @type {Uint8Array} */ (points.mask(t));
   return {

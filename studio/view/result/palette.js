@@ -2,10 +2,7 @@
 
 import { objectColor } from '../library.js';
 
-export { CUT_RED, EDGE_STYLES, flowColor, heatColor, objectColor, objectShape } from '../library.js';
-
-/** Points that are there but not meant. */
-export const FAINT = 'rgb(255 255 255 / 0.45)';
+export { EDGE_STYLES, objectColor, objectShape } from '../library.js';
 
 /**
  * @param {number} object

@@ -114,23 +114,6 @@ export class Presence {
   }
 
   /**
-   * Without masks points stand for pixels.
-   *
-   * @param {import('./points.js').FramePoints} points of the next frame
-   * @param {Uint32Array} objects of each trajectory
-   */
-  addPoints(points, objects) {
-    const most = objects.reduce((a, b) => Math.max(a, b), 0) + 1;
-    const [n, x, y] = [0, 1, 2].map(() => new Float64Array(most));
-    points.id.forEach((id, k) => {
-      n[objects[id]] += 1;
-      x[objects[id]] += points.x[k];
-      y[objects[id]] += points.y[k];
-    });
-    this.add(n, x, y, this.frames.length);
-  }
-
-  /**
    * @param {Float64Array} n
    * @param {Float64Array} x sums
    * @param {Float64Array} y
@@ -151,7 +134,7 @@ export class Presence {
   /**
    * @param {number} object
    * @param {number} frame
-   * @returns {number} pixels, without masks points
+   * @returns {number} pixels
    */
   size(object, frame) {
     return this.frames[frame]?.n[object] ?? 0;

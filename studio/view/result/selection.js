@@ -79,7 +79,7 @@ export class Selection {
    */
   choose(object) {
     const { phase, found, job } = this.store.state;
-    if (object < 1 || phase !== 'done' || !found?.points?.hasMasks || !job?.corrector) return;
+    if (object < 1 || phase !== 'done' || !found?.points || !job?.corrector) return;
     const chosen = new Set(this.store.state.chosen);
     if (!chosen.delete(object)) chosen.add(object);
     this.store.set({ chosen });

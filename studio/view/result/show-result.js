@@ -1,7 +1,6 @@
 /** What a run has found, put into the store: picture, timeline, facts and words. @module */
 
 import { readsAreNoisy } from '../video.js';
-import { stagesOf } from '../panels/run.js';
 import { kindOf } from '../source.js';
 import { BLANK, phasePatch, withinFilm } from '../store.js';
 import { COVERED } from '../run/preview.js';
@@ -40,7 +39,6 @@ export async function showResult(store, job) {
     frame: withinFilm({ film }, streaming ? frame : 0),
     picture: streaming ? picture : { width, height, images: job.images },
     pace: { ...pace, [kindOf(source)]: job.ms / (width * height * Math.max(1, length)) },
-    stages: stagesOf(job, 'done'),
     share: 1,
     ...patch,
   });
@@ -129,7 +127,7 @@ function resultPatch(state, job, film) {
  * @returns {{headline: string, numbers: string[], summary: string, patch: Partial<State>}}
  */
 function foundPatch({ hidden, source }, job, film) {
-  const { result, presence, windows, answers, numbers, headline, notice } = job.shown;
+  const { result, presence, answers, numbers, headline, notice } = job.shown;
   const points = result && new Points(result, presence);
   const facts = Array.from({ length: points?.count ?? 0 }, (_, object) =>
     points?.presence.facts(object, points.scene),
@@ -143,7 +141,7 @@ function foundPatch({ hidden, source }, job, film) {
     summary: result ? summaryOf(facts, result.numFrames, film.times) : '',
     patch: {
       preview: null,
-      found: { points, facts, windows, answers },
+      found: { points, facts, answers },
       hidden: hiddenAmong(hidden, facts),
       chosen: BLANK.chosen,
       notice: remark,

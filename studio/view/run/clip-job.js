@@ -1,15 +1,15 @@
 /**
  * A run over a clip of any length, window by window: what is settled is shown while more is to come. Of a clip that is
- * one window the session stays open: it answers what layers ask, and corrects. Work that is opened again is such a run
+ * one window the session stays open: it corrects. Work that is opened again is such a run
  * whose masks are there already.
  * @module
  */
 
-import { VideoSegmentation, boundaries, segmentVideo, superpixels } from '../library.js';
+import { VideoSegmentation, segmentVideo } from '../library.js';
 import { Presence } from '../result/presence.js';
 import { LONG, PageError, countObjects, headline, plural, remark } from '../words.js';
 import { Corrections } from './corrections.js';
-import { Job, remembered } from './job.js';
+import { Job } from './job.js';
 import { inSlices, untilAborted } from './stage-clock.js';
 
 /** @typedef {import('../library.js').Result} Result */
@@ -130,7 +130,7 @@ export class ClipJob extends Job {
     const { options, inWindows, life } = this;
     const video = segmentVideo(this.frames(), {
       ...options,
-      // What fits into one window is one shot: its layers go over all of it.
+      // What fits into one window is one shot.
       ...(inWindows ? {} : { shot: { unmatched: 1 } }),
       keep: true,
       frameRate: this.source.fps / this.take.step,
@@ -141,9 +141,7 @@ export class ClipJob extends Job {
       },
     });
     this.video = video;
-    let masks = null;
-    if (!inWindows && options.clip?.dense === false) for await (const _ of video);
-    else masks = await video.collect((window) => this.add(window));
+    const masks = await video.collect((window) => this.add(window));
     if (inWindows) this.mark('windows', 1, 1);
     if (this.windows > 1 || life.signal.aborted) video.session?.close();
     else this.session = video.session;
@@ -221,57 +219,18 @@ export class ClipJob extends Job {
   /** What is settled so far, or the whole when it is. @returns {import('./job.js').Shown} */
   get shown() {
     const { found, presence, session, corrections } = this;
-    const result = corrections.over(found ?? this.masksAsResult());
+    const result = corrections.over(found ? resultOf(found) : this.masksAsResult());
     if (!found || !session)
       return {
-        ...{ result, presence, windows: true, numbers: this.numbers, headline: countObjects },
-        answers: this.answersOfPictures(),
+        ...{ result, presence, numbers: this.numbers, headline: countObjects, answers: {} },
         notice: (facts) => this.notice(facts),
       };
     return {
-      ...{ result, presence, windows: false },
-      answers: this.answersOf(session, found),
-      numbers: [
-        plural(found.trajectories.count, 'trajectory', 'trajectories'),
-        `${plural(this.images.length, 'frame')} of ${this.size}`,
-      ],
+      ...{ result, presence },
+      answers: { background: (t) => found.background(t) },
+      numbers: [`${plural(this.images.length, 'frame')} of ${this.size}`],
       headline: (facts) => headline(found, facts),
       notice: () => remark(found),
-    };
-  }
-
-  /**
-   * @param {Session} session
-   * @param {Result} found
-   * @returns {import('./job.js').Shown['answers']}
-   */
-  answersOf(session, found) {
-    return {
-      flow: (t) => session.flow(t),
-      boundaries: (t) => found.boundaries(t),
-      superpixels: found.objects && remembered((/** @type {number} */ t) => found.superpixels(t)),
-      background: found.objects && ((t) => found.background(t)),
-      saliencyMap: (t) => found.saliencyMap(t),
-      // A correction of the session leaves them to its own result.
-      explain: found.objects && ((t, x, y) => (this.found ?? found).explain(t, x, y)),
-      confidence: found.objects && ((t) => (this.found ?? found).confidence(t)),
-    };
-  }
-
-  /** What a frame alone can say. @returns {import('./job.js').Shown['answers']} */
-  answersOfPictures() {
-    const { images } = this;
-    const { contour, superpixel } = this.options;
-    const picture = async (/** @type {number} */ t) => {
-      const known = await images.open(t);
-      if (!known) throw new PageError('closed');
-      return known;
-    };
-    return {
-      boundaries: async (t) => boundaries(await picture(t)),
-      superpixels: remembered(async (/** @type {number} */ t) =>
-        superpixels(await picture(t), { contour, superpixel }),
-      ),
     };
   }
 
@@ -301,7 +260,6 @@ export class ClipJob extends Job {
   masksAsResult() {
     const { masks, video } = this;
     const { width, height } = masks ?? this.images;
-    const none = new Uint32Array(0);
     const trajectories = masks?.trajectories ?? NO_TRAJECTORIES;
     const highest = (this.presence?.frames ?? []).reduce((most, { n }) => Math.max(most, n.length - 1), 0);
     const objects = masks?.objects ?? Array.from({ length: highest }, (_, k) => ({ label: k + 1 }));
@@ -309,18 +267,8 @@ export class ClipJob extends Job {
       ...{ width, height },
       numFrames: masks?.numFrames ?? this.settled,
       trajectories,
-      // Each object is one cluster: over many windows there are no others.
-      clusters: {
-        count: Math.max(0, ...objects.map(({ label }) => label)) + 1,
-        label: Uint32Array.from(trajectories.label),
-        object: Uint8Array.from({ length: 256 }, (_, object) => object),
-      },
       objects,
-      saliency: null,
-      components: null,
-      embedding: { dimensions: 0, eigenvalues: new Float64Array(0), vectors: new Float32Array(0) },
       labels: (t) => /** @type {{labels: (t: number) => Uint8Array}} */ (masks ?? video).labels(t),
-      edges: () => ({ i: none, j: none, d: new Float32Array(0) }),
       toTracksDat: () => {
         if (!masks) throw new PageError('unfinished');
         return masks.toTracksDat();
@@ -334,4 +282,20 @@ export class ClipJob extends Job {
     this.session?.close();
     super.close();
   }
+}
+
+/**
+ * @param {Result} found of a clip that is one window
+ * @returns {import('../result/points.js').Result}
+ */
+function resultOf(found) {
+  const { width, height, numFrames, trajectories, clusters } = found;
+  const objectOf = /** @type {Uint8Array} */ (clusters.object);
+  const label = Uint8Array.from(clusters.label, (cluster) => objectOf[cluster]);
+  return {
+    ...{ width, height, numFrames, clusters, objects: found.objects ?? [] },
+    trajectories: { ...trajectories, label },
+    labels: (t) => found.labels(t),
+    toTracksDat: () => found.toTracksDat(),
+  };
 }

@@ -249,13 +249,11 @@ export class Corrections {
   over(result) {
     const { editor, byHand, highest } = this;
     if (!editor || !byHand) return result;
-    const { width, height, numFrames, trajectories, clusters, objects, saliency, components, embedding } = result;
+    const { objects } = result;
     return {
-      ...{ width, height, numFrames, trajectories, clusters, saliency, components, embedding },
-      objects: objects && highest > 0 ? [...objects, { label: highest }] : objects,
+      ...result,
+      objects: highest > 0 ? [...objects, { label: highest }] : objects,
       labels: (t) => editor.labels(t),
-      edges: (t) => result.edges(t),
-      toTracksDat: () => result.toTracksDat(),
     };
   }
 

@@ -15,7 +15,6 @@ import { StageClock } from './stage-clock.js';
  * @typedef {object} Shown
  * @property {import('../result/points.js').Result | null} result null for a still image
  * @property {import('../result/presence.js').Presence | null} presence where each object is, if that is known already
- * @property {boolean} windows whether the clip was taken window by window
  * @property {Partial<import('../layers/layer.js').Answers>} answers
  * @property {string[]} numbers for the line of facts
  * @property {(facts: Facts[]) => string} headline
@@ -151,21 +150,4 @@ export class Job extends StageClock {
     this.preview?.close();
     this.images.close();
   }
-}
-
-/**
- * Superpixels serve two layers; each frame's are fetched once.
- *
- * @template T
- * @param {(frame: number) => Promise<T>} ask
- * @returns {(frame: number) => Promise<T>}
- */
-export function remembered(ask) {
-  /** @type {Map<number, Promise<T>>} */
-  const known = new Map();
-  return (frame) => {
-    const answer = known.get(frame) ?? ask(frame);
-    known.set(frame, answer);
-    return answer;
-  };
 }

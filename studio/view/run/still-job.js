@@ -103,7 +103,6 @@ export class StillJob extends Job {
     return {
       result: null,
       presence: null,
-      windows: false,
       answers: {
         boundaries: boundaries ? async () => boundaries : null,
         superpixels: superpixels ? async () => superpixels : null,
