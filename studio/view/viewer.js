@@ -3,26 +3,26 @@
  */
 
 import { byId, choosesMore } from './dom.js';
-import { NO_ANSWERS } from './layers/layer.js';
+import { NO_ANSWERS } from '../model/answers.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
-import { adjustMask } from './library.js';
-import { DEFAULT_EDGES, edgesOf } from './saved/look.js';
-import { Sharp } from './result/sharp.js';
+import { adjustMask } from '../model/library.js';
+import { DEFAULT_EDGES, edgesOf } from '../model/look.js';
+import { Sharp } from './sharp.js';
 import { Compare, drawKept } from './panels/views.js';
-import { NOWHERE } from './store.js';
-import { Zoom } from './zoom.js';
+import { NOWHERE } from '../model/store.js';
+import { Zoom } from '../model/zoom.js';
 
 /** @typedef {import('./layers/layer.js').View} View */
-/** @typedef {import('./layers/layer.js').Spot} Spot */
-/** @typedef {import('./store.js').State} State */
+/** @typedef {import('../model/answers.js').Spot} Spot */
+/** @typedef {import('../model/store.js').State} State */
 
 /** Device pixels per CSS pixel are not followed above this: nobody sees it, and drawing costs its square. */
 const MAX_DENSITY = 2;
 
 export class Viewer {
   /**
-   * @param {import('./store.js').Store} store
+   * @param {import('../model/store.js').Store} store
    * @param {import('./layers/layer.js').Layer[]} layers
    */
   constructor(store, layers) {
@@ -112,7 +112,7 @@ export class Viewer {
    * How masks look here, for a picture that looks the same.
    *
    * @param {number} side the picture's longer one, in pixels
-   * @returns {import('./result/export.js').Look}
+   * @returns {import('../model/export.js').Look}
    */
   maskLook(side) {
     const { opacity, fill } = /** @type {import('./layers/layer.js').Layer} */ (
@@ -260,7 +260,7 @@ class EdgedMask {
   /**
    * @param {Uint8Array} labels
    * @param {{width: number, height: number}} size
-   * @param {import('./saved/look.js').EdgeChoice} choice
+   * @param {import('../model/look.js').EdgeChoice} choice
    * @param {ReadonlySet<number>} hidden objects that are not kept
    */
   of(labels, { width, height }, choice, hidden) {

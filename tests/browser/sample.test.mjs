@@ -3,7 +3,6 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { createSession, synthClip } from '../../dist/node.js';
-import '../page-modules.mjs';
 import { screenshot, showOnly, text, useSample, useSite } from './support.mjs';
 
 const { SAMPLE } = await import('../../studio/view/source.js');
@@ -126,7 +125,7 @@ describe('the layers of a sample', () => {
 
   test('colours have names for any number of objects, none of them twice', async () => {
     const names = await sample.page.evaluate(async () => {
-      const { colourName } = await import('/view/result/palette.js');
+      const { colourName } = await import('/model/palette.js');
       return Array.from({ length: 255 }, (_, k) => colourName(k + 1));
     });
     assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);

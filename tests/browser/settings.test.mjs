@@ -3,7 +3,6 @@
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
 import { parameters } from '../../dist/node.js';
-import '../page-modules.mjs';
 import {
   ended,
   inPhase,
@@ -18,8 +17,8 @@ import {
   useSite,
 } from './support.mjs';
 
-const { Countdown, StageClock, timeLeft } = await import('../../studio/view/run/stage-clock.js');
-const { ESSENTIALS } = await import('../../studio/view/settings.js');
+const { Countdown, StageClock, timeLeft } = await import('../../studio/model/stage-clock.js');
+const { ESSENTIALS } = await import('../../studio/model/settings.js');
 
 describe('settings', () => {
   const site = useSite();

@@ -83,7 +83,7 @@ export async function openSave(page) {
   await page.evaluate(() => (document.querySelector('#export-more').open = true));
 }
 
-/** Waits for one phase of the page (see studio/view/store.js). */
+/** Waits for one phase of the page (see studio/model/store.js). */
 export async function inPhase(page, phase) {
   await page.waitForFunction((wanted) => document.body.dataset.phase === wanted, phase);
 }

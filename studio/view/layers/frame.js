@@ -1,10 +1,10 @@
 /** What a still image shows: the boundary probability, contours, superpixels. @module */
 
-import { drawBoundaries, drawSuperpixels } from '../library.js';
+import { drawBoundaries, drawSuperpixels } from '../../model/library.js';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { opacity, toggle, fromCorner } from './layer.js';
 import { key } from '../dom.js';
-import { EDGE_STYLES } from '../result/palette.js';
+import { EDGE_STYLES } from '../../model/palette.js';
 
 /** @returns {import('./layer.js').Layer} */
 export function boundaryLayer() {
@@ -38,7 +38,7 @@ export function boundaryLayer() {
 }
 
 /**
- * @param {import('./layer.js').Boundaries} map
+ * @param {import('../../model/answers.js').Boundaries} map
  * @param {'pb' | 'thin'} of
  */
 function boundariesOf({ width, height, ...values }, of) {
@@ -70,7 +70,7 @@ export function contourLayer() {
     draw(ctx, view) {
       const known = regions.get(view, view.frame);
       if (!known) return;
-      /** @type {import('../library.js').DrawSuperpixelsOptions} */
+      /** @type {import('../../model/library.js').DrawSuperpixelsOptions} */
       const options = {
         fill: 'none',
         borders: false,
@@ -118,7 +118,7 @@ export function superpixelLayer() {
 }
 
 /**
- * @param {import('./layer.js').Superpixels} superpixels
+ * @param {import('../../model/answers.js').Superpixels} superpixels
  * @param {CanvasImageSource | null} image for mean colours
  */
 function superpixelsOf(superpixels, image) {

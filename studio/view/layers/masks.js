@@ -1,6 +1,6 @@
 /** Pictures as large as the frame: the frame itself, and its masks. @module */
 
-import { drawLabels } from '../library.js';
+import { drawLabels } from '../../model/library.js';
 import { fromCorner, opacity } from './layer.js';
 
 /** Width of the outline in CSS pixels. */

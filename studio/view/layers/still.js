@@ -3,7 +3,7 @@
  * @module
  */
 
-import { drawBoundaries } from '../library.js';
+import { drawBoundaries } from '../../model/library.js';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { choice, opacity } from './layer.js';
 
@@ -62,7 +62,7 @@ export function stillLayer() {
 }
 
 /**
- * @param {import('./layer.js').ImageEdges} map
+ * @param {import('../../model/answers.js').ImageEdges} map
  * @param {Kind} of
  */
 function paint({ width, height, ...values }, of) {

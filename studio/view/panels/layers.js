@@ -1,7 +1,7 @@
 /** The list of layers: a switch, a key and, for layers that are on, the legend and their settings. @module */
 
 import { byId, h } from '../dom.js';
-import { kindOf } from '../source.js';
+import { kindOf } from '../../model/source.js';
 
 /** @typedef {import('../layers/layer.js').Layer} Layer */
 

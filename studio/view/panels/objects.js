@@ -4,14 +4,14 @@
  */
 
 import { byId, choosesMore, h } from '../dom.js';
-import { moveOf, nameAndColour, placeName } from '../result/describe.js';
-import { objectColor, objectName, objectShape } from '../result/palette.js';
-import { listed } from '../result/selection.js';
-import { percent } from '../words.js';
+import { moveOf, nameAndColour, placeName } from '../../model/describe.js';
+import { objectColor, objectName, objectShape } from '../../model/palette.js';
+import { listed } from '../../model/selection.js';
+import { percent } from '../../model/words.js';
 import { Lanes } from './lanes.js';
 
-/** @typedef {import('../result/presence.js').Facts} Facts */
-/** @typedef {import('../result/selection.js').Selection} Selection */
+/** @typedef {import('../../model/presence.js').Facts} Facts */
+/** @typedef {import('../../model/selection.js').Selection} Selection */
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'viewer'>} page */
 export function objectsPanel({ store, selection, viewer }) {

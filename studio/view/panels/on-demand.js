@@ -12,7 +12,7 @@ const WARM_MS = 4000;
  * What opens a dialog. Where the network does not answer the page says so, and the next call tries again. That is seen
  * before the dialog is imported: some browsers never fetch a module again that they could not import.
  *
- * @param {import('../store.js').Store} store
+ * @param {import('../../model/store.js').Store} store
  * @param {() => Promise<{open: () => void}>} importDialog
  * @param {() => boolean} [isWanted] whether the user waits for it
  * @returns {(() => Promise<void>) & {prepare: () => Promise<unknown>}} `prepare` fetches it and opens nothing; gives
@@ -108,7 +108,7 @@ export function nothingPanel(page) {
 }
 
 /**
- * @param {import('../store.js').State} state
+ * @param {import('../../model/store.js').State} state
  * @returns {boolean} whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one
  */
 function foundNothing({ phase, found, job, correcting }) {

@@ -1,11 +1,11 @@
 /** The words about the picture: what lies under the pointer, what the frame shows, what the whole is. @module */
 
 import { byId } from '../dom.js';
-import { frameText } from '../result/describe.js';
-import { objectName } from '../result/palette.js';
-import { NOWHERE } from '../store.js';
+import { frameText } from '../../model/describe.js';
+import { objectName } from '../../model/palette.js';
+import { NOWHERE } from '../../model/store.js';
 
-/** @typedef {import('../store.js').State} State */
+/** @typedef {import('../../model/store.js').State} State */
 
 /** A frame that rests this long is described in words, in milliseconds. */
 const REST_MS = 250;

@@ -1,10 +1,6 @@
 /** Opening, starting and cancelling, by buttons and files; how far a run is. @module */
 
 import { TOUCH, byId, connectDialog } from '../dom.js';
-import { Countdown, timeLeft } from '../run/stage-clock.js';
-import { count, doing, remaining, seconds } from '../words.js';
-
-/** @typedef {import('../run/stage-clock.js').StageClock} StageClock */
 
 /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'keys'>} page */
 export function runPanel({ app, store, keys }) {
@@ -95,34 +91,4 @@ function connectDrop(open) {
     hover(-depth);
     open(event.dataTransfer?.files);
   });
-}
-
-/** One run's progress. */
-export class Progress {
-  constructor() {
-    this.countdown = new Countdown();
-  }
-
-  /**
-   * @param {StageClock} clock
-   * @param {string} headline that is shown by now
-   * @returns {Partial<import('../store.js').State>} what is to be shown; a new stage is also told
-   */
-  of(clock, headline) {
-    const stage = clock.current;
-    if (!stage) return {};
-    const name = doing(stage.id);
-    const now = performance.now();
-    const left = this.countdown.follow(timeLeft(clock, now), now);
-    const words = [
-      stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}` : '',
-      `${seconds(clock.ms + now - clock.markedAt)} so far`,
-      left === null ? '' : remaining(left),
-    ];
-    return {
-      ...(headline === name ? {} : { headline: name, live: name }),
-      subline: words.filter(Boolean).join(' · '),
-      share: clock.share,
-    };
-  }
 }

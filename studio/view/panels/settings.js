@@ -1,13 +1,13 @@
 /** The few settings that an editor cares for: each says what it does, and goes back to its default. @module */
 
 import { byId, h, icon } from '../dom.js';
-import { ESSENTIALS, counts, optionsOf } from '../settings.js';
-import { kindOf } from '../source.js';
-import { plural } from '../words.js';
+import { ESSENTIALS, counts, optionsOf } from '../../model/settings.js';
+import { kindOf } from '../../model/source.js';
+import { plural } from '../../model/words.js';
 
-/** @typedef {import('../settings.js').Essential} Essential */
-/** @typedef {import('../settings.js').Settings} Settings */
-/** @typedef {import('../store.js').State} State */
+/** @typedef {import('../../model/settings.js').Essential} Essential */
+/** @typedef {import('../../model/settings.js').Settings} Settings */
+/** @typedef {import('../../model/store.js').State} State */
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'settings'>} page */
 export function settingsPanel({ store, settings }) {
