@@ -2,17 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { beforeEach, describe, test } from 'node:test';
-import {
-  accessibilityFaults,
-  ended,
-  inPhase,
-  openFix,
-  openSample,
-  screenshot,
-  SMALL,
-  text,
-  useSite,
-} from './support.mjs';
+import { accessibilityFaults, openFix, openSample, screenshot, SMALL, text, useSite } from './support.mjs';
 
 const FRAME = 12;
 
@@ -195,40 +185,6 @@ describe('a result is corrected', () => {
     await page.check('#correct-tools [value="pick"]', { force: true });
     await corrected(() => page.click('#correct-undo'));
     await corrected(() => page.click('#correct-undo'));
-    assert.equal(await masks(), before);
-    assert.deepEqual(faults, []);
-  });
-
-  test('another run of the same clip has the same corrections, and is one step of undo', async () => {
-    // What was one is parted, strokes hold two together, one is background: each is asked of the new session.
-    await page.selectOption('#correct-object', '2');
-    await page.selectOption('#correct-into', '1');
-    await corrected(() => page.click('#correct-merge'));
-    await page.selectOption('#correct-object', '1');
-    await corrected(() => page.click('#correct-split'));
-    await page.check('#correct-tools [value="together"]', { force: true });
-    await settled();
-    for (const place of [await placeOf(1), await placeOf(3)]) await paint(place, { x: place.x + 3, y: place.y });
-    await corrected(() => page.click('#strokes-apply'));
-    await page.check('#correct-tools [value="pick"]', { force: true });
-    await page.selectOption('#correct-object', '2');
-    await corrected(() => page.click('#correct-background'));
-    const found = await masks();
-    assert.notEqual(found, before);
-    await page.click('#again');
-    await page.click('#ask-yes');
-    await inPhase(page, 'running');
-    assert.equal(await page.locator('#correct').isVisible(), false);
-    assert.equal(await ended(page), 'done');
-    assert.equal(await masks(), found);
-    assert.equal(await page.locator('#notice').isVisible(), false);
-    await openFix(page);
-    await page.click('#correct-undo');
-    await page.waitForFunction(() => document.querySelector('#restore').hidden);
-    assert.equal(await ended(page), 'done');
-    assert.equal(await masks(), found);
-    await openFix(page);
-    for (let steps = 0; steps < 4; steps += 1) await corrected(() => page.click('#correct-undo'));
     assert.equal(await masks(), before);
     assert.deepEqual(faults, []);
   });

@@ -77,20 +77,4 @@ describe('a run that was cut off', () => {
     assert.equal(await other.locator('#saved').isVisible(), false);
     await page.context().close();
   });
-
-  test('is not offered when the user has cancelled it, nor when it was discarded', async () => {
-    const { page } = await site.open();
-    await begun(page);
-    const second = await anew(page);
-    await second.click('#saved-forget');
-    await remembered(second, []);
-    await begun(second);
-    await second.keyboard.press('Escape');
-    await inPhase(second, 'stopped');
-    await remembered(second, []);
-    const third = await anew(second);
-    assert.equal(await ended(third), 'done');
-    assert.equal(await third.locator('#saved').isVisible(), false);
-    await third.context().close();
-  });
 });

@@ -123,16 +123,6 @@ describe('the sample', () => {
 describe('the layers of a sample', () => {
   const sample = useSample(useSite());
 
-  test('colours have names for any number of objects, none of them twice', async () => {
-    const names = await sample.page.evaluate(async () => {
-      const { colourName } = await import('/model/palette.js');
-      return Array.from({ length: 255 }, (_, k) => colourName(k + 1));
-    });
-    assert.deepEqual(names.slice(0, 8), ['orange', 'light blue', 'pink', 'yellow', 'green', 'red', 'blue', 'purple']);
-    assert.equal(new Set(names).size, 255);
-    assert.equal(names[9], 'purple 2');
-  });
-
   test('fades a layer, and shows its outlines without its fill', async () => {
     const { page } = sample;
     await showOnly(page, 'masks');

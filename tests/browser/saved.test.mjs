@@ -309,14 +309,6 @@ describe('work', () => {
       [count, corrected],
     );
 
-  test('goes, the oldest first, when there are more than eight', async () => {
-    const { page } = await site.open();
-    await ended(page);
-    const { ids } = await fill(page, 10, false);
-    assert.deepEqual(ids, ['w10', 'w9', 'w8', 'w7', 'w6', 'w5', 'w4', 'w3']);
-    await page.context().close();
-  });
-
   test('that was corrected never goes by itself: where there is no room the page says so and asks', async () => {
     const { page, faults } = await site.open({ bypassCSP: true });
     await ended(page);

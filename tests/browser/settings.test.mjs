@@ -1,36 +1,11 @@
-// Settings, views and words of the page; how much longer a run takes.
+// Settings, views and words of the page.
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { parameters } from '../../dist/node.js';
-import {
-  ended,
-  inPhase,
-  openSample,
-  picture,
-  plainFrame,
-  pngFile,
-  run,
-  SMALL,
-  text,
-  useSample,
-  useSite,
-} from './support.mjs';
-
-const { Countdown, StageClock, timeLeft } = await import('../../studio/model/stage-clock.js');
-const { ESSENTIALS } = await import('../../studio/model/settings.js');
+import { ended, inPhase, picture, plainFrame, pngFile, run, SMALL, text, useSample, useSite } from './support.mjs';
 
 describe('settings', () => {
-  const site = useSite();
-  const sample = useSample(site);
-
-  test('name only parameters that there are', () => {
-    const names = parameters().map(({ name }) => name);
-    assert.deepEqual(
-      ESSENTIALS.map(({ name }) => name).filter((name) => !names.includes(name)),
-      [],
-    );
-  });
+  const sample = useSample(useSite());
 
   test('are marked, applied by “Run again”, and reset', async () => {
     const { page, faults } = sample;
@@ -53,19 +28,6 @@ describe('settings', () => {
     assert.equal(await count(), before);
     assert.equal(await page.locator('#settings-reset').isVisible(), false);
     assert.deepEqual(faults, []);
-  });
-
-  test('of a link are told where the page has no slider for them; masks cannot be left out', async () => {
-    const { page } = await openSample(site, { query: '#flow.smoothness=40&cut.spatialWeight=2&clip.dense=false' });
-    assert.equal(await text(page, '#settings-others'), 'Also changed: flow.smoothness = 40.');
-    assert.deepEqual(await page.evaluate(() => globalThis.tracecutDemo.app.job.options), {
-      cut: { spatialWeight: 2 },
-      flow: { smoothness: 40 },
-    });
-    await page.click('#settings-reset');
-    assert.equal(await page.locator('#settings-others').isVisible(), false);
-    assert.equal(await page.locator('#pending').isVisible(), true);
-    await page.context().close();
   });
 
   test('of still images count for still images', async () => {
@@ -177,46 +139,5 @@ describe('views and words', () => {
     await inPhase(page, 'done');
     const seen = await page.evaluate(() => [...globalThis.seen].join('\n'));
     assert.match(seen, /so far · (about \d+\ss left|almost done)/);
-  });
-});
-
-describe('the estimate of the time left', () => {
-  const plan = [
-    { id: 'a', name: 'A', share: 0.5 },
-    { id: 'b', name: 'B', share: 0.25 },
-    { id: 'c', name: 'C', share: 0.25 },
-  ];
-  const clock = (/** @type {object[]} */ ...states) => {
-    const made = new StageClock(plan);
-    states.forEach((state, k) => Object.assign(made.stages[k], state));
-    return made;
-  };
-
-  test('says nothing before anything is through', () => {
-    assert.equal(timeLeft(clock(), 0), null);
-    assert.equal(timeLeft(clock({ done: 1, total: 100, ms: 50 }), 0), null);
-  });
-
-  test('takes a stage by its own pace, later ones by their shares', () => {
-    const guess = timeLeft(clock({ done: 10, total: 20, ms: 1000 }), 0);
-    assert.equal(guess, 1000 + 1000 + 1000);
-    assert.equal(
-      timeLeft(clock({ done: 20, total: 20, ms: 2000 }, { done: 1, total: 1, ms: 500 }), 0),
-      (2500 / 0.75) * 0.25,
-    );
-  });
-
-  test('is over when all is through', () => {
-    const all = clock(...plan.map(() => ({ done: 1, total: 1, ms: 10 })));
-    assert.equal(timeLeft(all, 0), 0);
-  });
-
-  test('what is shown goes down with the clock and follows new guesses slowly', () => {
-    const shown = new Countdown();
-    assert.equal(shown.follow(10_000, 0), 10_000);
-    assert.equal(shown.follow(9_900, 100), 9_900);
-    const jumped = shown.follow(20_000, 200);
-    assert.ok(jumped > 9_800 && jumped < 11_000, jumped);
-    assert.equal(shown.follow(null, 300), null);
   });
 });

@@ -4,9 +4,11 @@ import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { before } from 'node:test';
 import { root } from '../../scripts/tools.mjs';
+import { movingFrames } from '../moving.mjs';
 import { pngBytes } from '../png.mjs';
 import { useServerAndBrowser } from '../site.mjs';
 
+export { plainFrame } from '../moving.mjs';
 export { SMALL, bytesOf } from '../site.mjs';
 
 /** A run of the sample takes seconds; on a busy machine far more. */
@@ -185,13 +187,6 @@ export function pngFile(name, frame) {
   return { name, mimeType: 'image/png', buffer: pngBytes(frame, { channels: 4 }) };
 }
 
-/** A frame of one colour, or of what `color(x, y)` says. */
-export function plainFrame(width, height, color = () => [0, 0, 0]) {
-  const data = new Uint8ClampedArray(4 * width * height);
-  for (let k = 0; k < width * height; k += 1) data.set([...color(k % width, Math.floor(k / width)), 255], 4 * k);
-  return { data, width, height };
-}
-
 /**
  * A file for `setInputFiles`: an animated GIF of grey frames (the red channel of each, halved).
  *
@@ -232,21 +227,7 @@ function gifCodes(data) {
   return Buffer.from(blocks);
 }
 
-/** A textured ground that stands still, a square that moves, and a disc that rests: 110 frames are three windows. */
-export function movingClip(count, [width, height]) {
-  const noise = (x, y, salt) => {
-    const h = Math.imul((x >> 1) + 7, 374761393) ^ Math.imul((y >> 1) + 3, 668265263) ^ Math.imul(salt, 2246822519);
-    const mixed = Math.imul(h ^ (h >>> 13), 1274126177);
-    return 60 + (((mixed ^ (mixed >>> 16)) >>> 0) % 160);
-  };
-  return Array.from({ length: count }, (_, t) => {
-    const left = 10 + (t % 80 < 40 ? t % 40 : 40 - (t % 40));
-    const frame = plainFrame(width, height, (x, y) => {
-      if ((x - 76) ** 2 + (y - 14) ** 2 < 64) return [230, 40, 40];
-      const inside = x >= left && x < left + 26 && y >= 24 && y < 52;
-      const value = inside ? noise(x - left, y, 2) : noise(x, y, 1);
-      return [value, value, inside ? 255 - value : value];
-    });
-    return pngFile(`frame${String(t).padStart(3, '0')}.png`, frame);
-  });
+/** The files of a clip that moves. */
+export function movingClip(count, size) {
+  return movingFrames(count, size).map((frame, t) => pngFile(`frame${String(t).padStart(3, '0')}.png`, frame));
 }

@@ -2,28 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { describe, test } from 'node:test';
-import { MOST, Zoom } from '../../studio/model/zoom.js';
 import { accessibilityFaults, openSample, screenshot, text, useSite } from './support.mjs';
-
-test('a place stays where it is while it is enlarged, and nothing beyond the clip is shown', () => {
-  const zoom = new Zoom();
-  let state = 7;
-  const random = () => (state = (Math.imul(state, 1103515245) + 12345) >>> 0) / 2 ** 32;
-  for (let k = 0; k < 2000; k += 1) {
-    const [u, v, by] = [random(), random(), zoom.by * (0.5 + random())];
-    const before = [zoom.x + u / zoom.by, zoom.y + v / zoom.by];
-    if (k % 3 === 2) zoom.move(u - 0.5, v - 0.5);
-    else zoom.to(by, u, v);
-    const after = [zoom.x + u / zoom.by, zoom.y + v / zoom.by];
-    const slack = 1e-9;
-    assert.ok(zoom.by >= 1 && zoom.by <= MOST);
-    for (const axis of ['x', 'y']) assert.ok(zoom[axis] >= 0 && zoom[axis] + 1 / zoom.by <= 1 + slack);
-    const atRim = [zoom.x, zoom.y].some((at) => at < slack || at > 1 - 1 / zoom.by - slack);
-    if (k % 3 !== 2 && !atRim) after.forEach((at, axis) => assert.ok(Math.abs(at - before[axis]) < slack));
-  }
-  zoom.reset();
-  assert.deepEqual([zoom.by, zoom.x, zoom.y], [1, 0, 0]);
-});
 
 describe('the canvas', () => {
   const site = useSite();
