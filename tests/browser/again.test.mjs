@@ -11,7 +11,7 @@ describe('running again', () => {
   /** For each frame how many pixels each label has, and where the middle of them is. */
   const objects = (page) =>
     page.evaluate(() => {
-      const { points } = globalThis.tracecutDemo.app;
+      const { points } = globalThis.tracecutStudio.app;
       const { width, numFrames } = points.result;
       return Array.from({ length: numFrames }, (_, t) => {
         const found = {};
@@ -27,7 +27,7 @@ describe('running again', () => {
     });
   const masks = (page) =>
     page.evaluate(() => {
-      const { points } = globalThis.tracecutDemo.app;
+      const { points } = globalThis.tracecutStudio.app;
       return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
     });
   const labels = async (page) => Object.keys((await objects(page))[4]).join();
@@ -47,7 +47,7 @@ describe('running again', () => {
     await page.check(`#correct-tools [value="${tool}"]`, { force: true });
     if (object) await page.selectOption('#correct-object', object);
     await page.setChecked('#brush-carry', carries);
-    await page.evaluate((t) => globalThis.tracecutDemo.app.timeline.seek(t), frame);
+    await page.evaluate((t) => globalThis.tracecutStudio.app.timeline.seek(t), frame);
     await page.evaluate(() => {
       document.querySelector('#correct-status').textContent = '';
       return new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100)));

@@ -6,17 +6,17 @@ import { accessibilityFaults, openFix, openSample, screenshot, text, useSite } f
 
 /** What the tests do with the page. */
 function hands(page) {
-  const frame = () => page.evaluate(() => globalThis.tracecutDemo.app.timeline.frame);
+  const frame = () => page.evaluate(() => globalThis.tracecutStudio.app.timeline.frame);
   const masks = () =>
     page.evaluate(() => {
-      const { points } = globalThis.tracecutDemo.app;
+      const { points } = globalThis.tracecutStudio.app;
       return Array.from({ length: points.result.numFrames }, (_, t) => points.mask(t).join('')).join('|');
     });
   /** The label at a place of the clip, in frame t. */
   const labelAt = (t, x, y) =>
     page.evaluate(
       ([at, u, v]) => {
-        const { points } = globalThis.tracecutDemo.app;
+        const { points } = globalThis.tracecutStudio.app;
         return points.mask(at)[v * points.result.width + u];
       },
       [t, x, y],
@@ -24,7 +24,7 @@ function hands(page) {
   /** From pixels of the clip to the window's. */
   const place = async (x, y) => {
     const box = await page.locator('#canvas').boundingBox();
-    const unit = await page.evaluate(() => globalThis.tracecutDemo.app.viewer.view.unit);
+    const unit = await page.evaluate(() => globalThis.tracecutStudio.app.viewer.view.unit);
     return [box.x + (x + 0.5) / unit, box.y + (y + 0.5) / unit];
   };
   const use = async (tool) => {
@@ -65,7 +65,7 @@ describe('masks changed by hand', () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
     const { masks, labelAt, use, paint, click, press } = hands(page);
     const before = await masks();
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     await openFix(page);
 
     await use('paint');
@@ -106,11 +106,11 @@ describe('masks changed by hand', () => {
     const { page, faults } = await openSample(site, { bypassCSP: true });
     const { masks, labelAt, place, use, click, press } = hands(page);
     const whole = await masks();
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     await openFix(page);
     /** The middle of the largest object, and how much of its pixels and of any the label there has. */
     const thing = await page.evaluate(() => {
-      const { points } = globalThis.tracecutDemo.app;
+      const { points } = globalThis.tracecutStudio.app;
       const mask = Array.from(points.mask(12));
       const areas = Map.groupBy(mask.keys(), (p) => mask[p]);
       areas.delete(0);
@@ -121,7 +121,7 @@ describe('masks changed by hand', () => {
     });
     const added = async () => {
       const { own, both } = await page.evaluate(({ x, y, pixels }) => {
-        const { points } = globalThis.tracecutDemo.app;
+        const { points } = globalThis.tracecutStudio.app;
         const mask = points.mask(12);
         const label = mask[y * points.result.width + x];
         const all = mask.reduce((sum, one) => sum + Number(label > 0 && one === label), 0);

@@ -53,8 +53,8 @@ describe('a run that was cut off', () => {
     await screenshot(again, 'cut-off');
     assert.deepEqual(await accessibilityFaults(again), []);
     await again.click('#saved-open');
-    await again.waitForFunction(() => globalThis.tracecutDemo.take?.step === 3);
-    await again.waitForFunction(() => globalThis.tracecutDemo.app.points?.result.numFrames === 57);
+    await again.waitForFunction(() => globalThis.tracecutStudio.take?.step === 3);
+    await again.waitForFunction(() => globalThis.tracecutStudio.app.points?.result.numFrames === 57);
     assert.equal(await ended(again), 'done');
     await remembered(again, []);
     await again.waitForFunction(() => document.body.dataset.kept && !('unkept' in document.body.dataset));

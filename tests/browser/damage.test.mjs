@@ -139,7 +139,7 @@ describe('the page runs with the frames before the damage', () => {
   test('a video that is cut off; what is saved has as many frames', async () => {
     const { page } = await openSample(site);
     const bytes = await page.evaluate(async () => {
-      const { source } = globalThis.tracecutDemo;
+      const { source } = globalThis.tracecutStudio;
       const media = await import('/dist/vendor/media.js');
       const output = new media.Output({ format: new media.WebMOutputFormat(), target: new media.BufferTarget() });
       const video = new media.VideoSampleSource({ codec: 'vp8', bitrate: 4e5, keyFrameInterval: 0.2 });

@@ -85,7 +85,7 @@ describe('devices', () => {
   for (const colorScheme of ['light', 'dark']) {
     test(`forced colours show every control, ${colorScheme}`, colorScheme === 'light' ? {} : onlyLong, async () => {
       const { page } = await openSample(site, { forcedColors: 'active', colorScheme, bypassCSP: true });
-      await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+      await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
       await screenshot(page, `forced-${colorScheme}`);
       // A control that is all of one colour cannot be seen.
       const controls = [

@@ -79,7 +79,7 @@ describe('exports at the size of the source', () => {
       const file = { name: `clip-${height}.mp4`, mimeType: 'video/mp4', buffer: Buffer.from(made, 'base64') };
       assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
       assert.match(await text(page, '#subline'), new RegExp(`${count} frames of ${MASKS_AT} × 270`));
-      await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(2));
+      await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(2));
       await openSave(page);
       await page.waitForFunction(() => !document.querySelector('#export-with-sound').hidden);
       assert.match(
@@ -178,7 +178,7 @@ test('the delays of a GIF are kept on screen and in what is saved', async () => 
   );
   assert.equal(await run(page, [gifFile('uneven.gif', frames, delays)]), 'done', await text(page, 'main'));
   const times = delays.map((_, t) => delays.slice(0, t).reduce((sum, delay) => sum + delay / 100, 0));
-  const known = await page.evaluate(() => globalThis.tracecutDemo.app.job.times);
+  const known = await page.evaluate(() => globalThis.tracecutStudio.app.job.times);
   times.forEach((time, t) => assert.ok(Math.abs(known[t] - time) < 1e-6, `frame ${t} at ${known[t]} s`));
   // On a busy machine a frame may come late: one round of several has to be on time.
   let lasted = [];
@@ -320,7 +320,7 @@ async function readClip(base64) {
 
 /** Runs in the page: the pixels that a player shows of the file read last, at a frame of the result. */
 async function playedPixels(t) {
-  const { times } = globalThis.tracecutDemo.app.job;
+  const { times } = globalThis.tracecutStudio.app.job;
   const video = document.createElement('video');
   const event = (name) =>
     new Promise((done, failed) =>
@@ -349,7 +349,7 @@ async function playedPixels(t) {
 /** Runs in the page: the share of pixels whose alpha is not that of the mask on screen, brought to the frame's size. */
 async function compareAlpha(t) {
   const { data, width, height } = await globalThis.playedPixels(t);
-  const { app, source, take } = globalThis.tracecutDemo;
+  const { app, source, take } = globalThis.tracecutStudio;
   const picture = await source.preview(take.start + t, Math.max(width, height), app.job.times[t]);
   const { labels } = await globalThis.sized.library.enlargeMask(app.viewer.view.mask(), picture);
   let [wrong, objects] = [0, 0];
@@ -364,7 +364,7 @@ async function compareAlpha(t) {
 /** Runs in the page: what is shown deep inside the first object, and that object's colour. */
 async function insideColor(t) {
   const { data, width } = await globalThis.playedPixels(t);
-  const { points } = globalThis.tracecutDemo.app;
+  const { points } = globalThis.tracecutStudio.app;
   const mask = points.mask(t);
   const reach = 10;
   const at = mask.findIndex(
@@ -372,7 +372,7 @@ async function insideColor(t) {
       label > 0 && [-1, 0, 1].every((dy) => [-1, 0, 1].every((dx) => mask[p + reach * (dy * width + dx)] === label)),
   );
   const shown = [...data.subarray(4 * at, 4 * at + 3)];
-  const rgb = Number.parseInt(globalThis.tracecutDemo.objectColor(mask[at]).slice(1), 16);
+  const rgb = Number.parseInt(globalThis.tracecutStudio.objectColor(mask[at]).slice(1), 16);
   const color = [rgb >> 16, (rgb >> 8) & 255, rgb & 255];
   return { shown, color, distance: Math.max(...color.map((value, c) => Math.abs(value - shown[c]))) };
 }

@@ -30,7 +30,7 @@ function shifting(count, speed, { width = 96, height = 64 } = {}) {
   });
 }
 
-const take = (page) => page.evaluate(() => globalThis.tracecutDemo.take);
+const take = (page) => page.evaluate(() => globalThis.tracecutStudio.take);
 /** What is offered is fetched when it is first needed. */
 const tries = async (page) => {
   await page.waitForSelector('[data-try]');

@@ -31,11 +31,11 @@ describe('without a network', () => {
   test('the page opens again and does all that it did', async () => {
     const { page, faults } = await openSample(site, { serviceWorkers: 'allow' });
     await kept(page);
-    const before = await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join(''));
+    const before = await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));
     await page.context().setOffline(true);
     await page.reload();
     assert.equal(await ended(page), 'done');
-    assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join('')), before);
+    assert.equal(await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join('')), before);
     assert.equal(
       await run(
         page,

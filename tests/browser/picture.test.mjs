@@ -36,7 +36,7 @@ async function cornerOf(bytes) {
 async function openFive(page, project) {
   await page.setInputFiles('#file', [project]);
   await page.waitForFunction(
-    () => globalThis.tracecutDemo.source?.name === 'five.webm' && document.body.dataset.state === 'done',
+    () => globalThis.tracecutStudio.source?.name === 'five.webm' && document.body.dataset.state === 'done',
   );
   assert.equal(await page.locator('.object').count(), 6);
 }
@@ -173,7 +173,7 @@ describe('corrections', () => {
 
   test('are not lost by a key; another run asks, and is a step of undo', async () => {
     const { page, faults } = await corrected({ bypassCSP: true });
-    const masks = () => page.evaluate(() => String(globalThis.tracecutDemo.app.points.mask(3)));
+    const masks = () => page.evaluate(() => String(globalThis.tracecutStudio.app.points.mask(3)));
     const before = await masks();
     await page.click('#correct-done');
     await page.keyboard.press('r');

@@ -10,7 +10,7 @@ describe('settings', () => {
   test('are marked, applied by “Run again”, and reset', async () => {
     const { page, faults } = sample;
     const row = '#settings-few [data-parameter="trajectory.gridStep"]';
-    const count = () => page.evaluate(() => globalThis.tracecutDemo.result.trajectories.count);
+    const count = () => page.evaluate(() => globalThis.tracecutStudio.result.trajectories.count);
     const before = await count();
     assert.equal(await page.locator('#pending').isVisible(), false);
     await page.locator(`${row} input`).fill('12');
@@ -39,11 +39,11 @@ describe('settings', () => {
     });
     assert.equal(await run(page, [pngFile('cells.png', cells)]), 'done');
     assert.equal(await page.locator('[data-parameter="trajectory.gridStep"]:visible').count(), 0);
-    const before = await page.evaluate(() => globalThis.tracecutDemo.app.job.found.superpixels.count);
+    const before = await page.evaluate(() => globalThis.tracecutStudio.app.job.found.superpixels.count);
     await page.locator('#settings-few [data-parameter="superpixel.joinBelow"] input').fill('5');
     await page.click('#again');
     assert.equal(await ended(page), 'done');
-    const after = await page.evaluate(() => globalThis.tracecutDemo.app.job.found.superpixels.count);
+    const after = await page.evaluate(() => globalThis.tracecutStudio.app.job.found.superpixels.count);
     assert.notEqual(after, before);
     await page.click('#settings-reset');
     await page.click('#sample');
@@ -93,7 +93,7 @@ describe('views and words', () => {
       assert.match(facts, /^[a-z ]+, (moves|stays|grows|shrinks)/);
     }
     for (const span of await page.locator('.lane-name').allInnerTexts()) assert.match(span, /^\d\.\d–\d\.\d\ss$/);
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(11));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(11));
     await page.waitForFunction(
       (frames) =>
         new RegExp(`^Frame 12 of ${frames}, 0\\.7\\ss: Object 1 \\(orange\\)`).test(
@@ -107,12 +107,12 @@ describe('views and words', () => {
   test('each object has a lane, and a click in it seeks', async () => {
     const { page } = sample;
     const lanes = await page.locator('.lane').count();
-    assert.equal(lanes, await page.evaluate(() => globalThis.tracecutDemo.result.objects.length));
+    assert.equal(lanes, await page.evaluate(() => globalThis.tracecutStudio.result.objects.length));
     const box = await page.locator('[data-lane="1"] .lane-canvas').boundingBox();
     await page.mouse.click(box.x + (box.width * 12.5) / SMALL.frames, box.y + box.height / 2);
     assert.equal(await text(page, '#counter'), `13 / ${SMALL.frames}`);
     await page.click('[data-lane="1"] .lane-name');
-    const peak = await page.evaluate(() => globalThis.tracecutDemo.app.points.presence.facts(1).peak);
+    const peak = await page.evaluate(() => globalThis.tracecutStudio.app.points.presence.facts(1).peak);
     assert.equal(await text(page, '#counter'), `${peak + 1} / ${SMALL.frames}`);
   });
 

@@ -126,7 +126,7 @@ export function layerNames(page) {
 /** The picture on the canvas, drawn as things stand, as a data URL. */
 export async function picture(page) {
   return page.evaluate(() => {
-    globalThis.tracecutDemo.app.viewer.draw();
+    globalThis.tracecutStudio.app.viewer.draw();
     return document.querySelector('#canvas').toDataURL();
   });
 }
@@ -141,7 +141,7 @@ export async function showOnly(page, ...ids) {
 
 /** Runs in the page: the share of the canvas that is painted at all. */
 export function paintedShare() {
-  const { viewer } = globalThis.tracecutDemo.app;
+  const { viewer } = globalThis.tracecutStudio.app;
   viewer.draw();
   const { canvas } = viewer;
   const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
