@@ -27,24 +27,24 @@ export const { window: WINDOW, overlap: OVERLAP } = VideoSegmentation.usual;
  * @type {StagePlan[]}
  */
 const STAGES = [
-  { id: 'frames', name: 'Reading frames', share: 0.14 },
-  { id: 'flow', name: 'Optical flow', share: 0.33 },
-  { id: 'trajectories', name: 'Trajectories', share: 0.12 },
-  { id: 'affinities', name: 'Motion affinities', share: 0.02 },
-  { id: 'embedding', name: 'Embedding', share: 0.04 },
-  { id: 'discontinuities', name: 'Discontinuities', share: 0.02 },
-  { id: 'saliency', name: 'Saliency', share: 0.06 },
-  { id: 'connectedness', name: 'Connectedness', share: 0.03 },
-  { id: 'clusters', name: 'Clusters', share: 0.03 },
-  { id: 'superpixels', name: 'Superpixels', share: 0.16 },
-  { id: 'cut', name: 'Gabriel cut', share: 0.05 },
-  { id: 'masks', name: 'Masks', share: 0.07 },
+  { id: 'frames', share: 0.14 },
+  { id: 'flow', share: 0.33 },
+  { id: 'trajectories', share: 0.12 },
+  { id: 'affinities', share: 0.02 },
+  { id: 'embedding', share: 0.04 },
+  { id: 'discontinuities', share: 0.02 },
+  { id: 'saliency', share: 0.06 },
+  { id: 'connectedness', share: 0.03 },
+  { id: 'clusters', share: 0.03 },
+  { id: 'superpixels', share: 0.16 },
+  { id: 'cut', share: 0.05 },
+  { id: 'masks', share: 0.07 },
 ];
 
 /** Those of a longer one. @type {StagePlan[]} */
 const WINDOW_STAGES = [
-  { id: 'windows', name: 'Finding what moves', share: 0.9 },
-  { id: 'frames', name: 'Reading frames', share: 0.1 },
+  { id: 'windows', share: 0.9 },
+  { id: 'frames', share: 0.1 },
 ];
 
 const NO_TRAJECTORIES = {

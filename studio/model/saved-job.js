@@ -8,7 +8,7 @@ import { ClipJob } from './clip-job.js';
 export class SavedJob extends ClipJob {
   /** @returns {StagePlan[]} */
   static stagesFor() {
-    return [{ id: 'frames', name: 'Reading frames', share: 1 }];
+    return [{ id: 'frames', share: 1 }];
   }
 
   /**

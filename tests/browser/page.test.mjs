@@ -89,6 +89,8 @@ describe('the page', () => {
     });
     assert.deepEqual(nameless, []);
     assert.match(await page.getAttribute('#canvas', 'aria-label'), /moving object/);
+    assert.equal(await page.getAttribute('#canvas', 'aria-describedby'), 'frame-text');
+    assert.match(await page.textContent('#frame-text'), /^Frame \d+ of 16, .*: .*Object 1 \(orange\)/);
     assert.match(await page.locator('#live').textContent(), /moving object/);
   });
 

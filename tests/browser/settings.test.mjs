@@ -83,27 +83,6 @@ describe('views and words', () => {
     assert.equal(await page.locator('#original').isVisible(), false);
   });
 
-  test('the clip, each object and the frame on screen are described', async () => {
-    const { page } = sample;
-    assert.match(
-      await text(page, '#summary'),
-      /^Object \d \((orange|light blue|pink)\) (at|on|in) the [a-z ]+ (moves|stays|grows|shrinks)/,
-    );
-    for (const facts of await page.locator('.object:not(:first-child) .object-facts').allInnerTexts()) {
-      assert.match(facts, /^[a-z ]+, (moves|stays|grows|shrinks)/);
-    }
-    for (const span of await page.locator('.lane-name').allInnerTexts()) assert.match(span, /^\d\.\d–\d\.\d\ss$/);
-    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(11));
-    await page.waitForFunction(
-      (frames) =>
-        new RegExp(`^Frame 12 of ${frames}, 0\\.7\\ss: Object 1 \\(orange\\)`).test(
-          document.querySelector('#frame-text').textContent,
-        ),
-      SMALL.frames,
-    );
-    assert.equal(await page.getAttribute('#canvas', 'aria-describedby'), 'frame-text');
-  });
-
   test('each object has a lane, and a click in it seeks', async () => {
     const { page } = sample;
     const lanes = await page.locator('.lane').count();

@@ -46,9 +46,9 @@ test('a place stays where it is while it is enlarged, and nothing beyond the cli
 });
 
 const plan = [
-  { id: 'a', name: 'A', share: 0.5 },
-  { id: 'b', name: 'B', share: 0.25 },
-  { id: 'c', name: 'C', share: 0.25 },
+  { id: 'a', share: 0.5 },
+  { id: 'b', share: 0.25 },
+  { id: 'c', share: 0.25 },
 ];
 const clock = (...states) => {
   const made = new StageClock(plan);
