@@ -133,7 +133,7 @@ describe('without a network', () => {
   test('a browser without service workers shows the page all the same', async () => {
     const context = { serviceWorkers: 'block' };
     const { page, faults } = await openSample(site, context);
-    assert.match(await text(page, '#subline'), / 4 frames of 96 × 54/);
+    assert.match(await text(page, '#subline'), /^4 frames of 96 × 54/);
     assert.deepEqual(faults, []);
   });
 });

@@ -114,7 +114,7 @@ describe('the coarse preview', () => {
     await page.click('#sample');
     assert.equal(await ended(page), 'done');
     assert.equal(await badge(page), false);
-    assert.match(await text(page, '#subline'), / 4 frames/);
+    assert.match(await text(page, '#subline'), /^4 frames/);
     assert.deepEqual(faults, []);
   });
 
