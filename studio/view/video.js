@@ -106,12 +106,12 @@ export async function openVideo(file, kind = 'video', facts) {
     end: (info.times?.[0] ?? 0) + info.duration,
     async *strip(most, side, signal) {
       const options = { count: most, size: side, signal, onDamage() {} };
-      for await (const one of videoStrip(file, options)) yield pixelsOf(one);
+      for await (const one of videoStrip(file, options)) yield pixelsOf(await one.pixels());
     },
     async preview(frame, side, time) {
       const start = time === undefined ? startOf(frame) : early(time);
       const frames = videoFrames(file, { ...start, maxFrames: 1, size: side, onDamage() {} });
-      for await (const one of frames) return pixelsOf(one);
+      for await (const one of frames) return pixelsOf(await one.pixels());
       throw new PageError('no-frames', file.name);
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
@@ -120,7 +120,7 @@ export async function openVideo(file, kind = 'video', facts) {
       const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
       for await (const one of videoFrames(file, options)) {
         const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
-        yield { frame: pixelsOf(one), time: one.time, end };
+        yield { frame: pixelsOf(await one.pixels()), time: one.time, end };
       }
     },
     close() {},
@@ -130,13 +130,8 @@ export async function openVideo(file, kind = 'video', facts) {
   return source;
 }
 
-/**
- * @param {import('./library.js').DecodedFrame} decoded
- * @returns {ImageData} as the package gives them in browsers
- */
-function pixelsOf({ frame }) {
-  return /** @type {ImageData} */ (frame);
-}
+/** As the package gives them in browsers. */
+const pixelsOf = (/** @type {import('./library.js').PixelFrame} */ frame) => /** @type {ImageData} */ (frame);
 
 /**
  * @template T

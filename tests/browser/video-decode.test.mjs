@@ -127,9 +127,10 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
       const turned = await makeClip({ times: evenTimes(3, 25), container: 'Mp4', codec: 'vp9', rotation: 90 });
       const frames = tracecut.videoFrames(turned);
       const { value } = await frames.next();
+      const edge = redEdge(await value.pixels());
       await frames.return();
       const { width, height } = await tracecut.videoInfo(turned);
-      return { size: [value.frame.width, value.frame.height], info: [width, height], edge: redEdge(value.frame) };
+      return { size: [value.width, value.height], info: [width, height], edge };
     });
     assert.deepEqual(seen, { size: [64, 128], info: [64, 128], edge: 'top' });
   });
