@@ -1,7 +1,6 @@
 /** A video file as a source of frames, each with its own time; pixels of whatever the browser can draw. @module */
 
-import { videoFrames, videoInfo, videoStrip } from '../model/library.js';
-import { workingSize } from '../model/source.js';
+import { fitSize, videoFrames, videoInfo, videoStrip } from '../model/library.js';
 import { PageError } from '../model/words.js';
 
 /** Reads pixels of whatever the browser can draw. */
@@ -20,7 +19,7 @@ export class Grabber {
    * @returns {ImageData}
    */
   grab(picture, size, side) {
-    const { width, height } = workingSize(size, side);
+    const { width, height } = fitSize(size, side);
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     this.ctx.imageSmoothingQuality = 'high';
     this.ctx.drawImage(picture, 0, 0, width, height);
@@ -84,6 +83,12 @@ export async function openVideo(file, kind = 'video', facts) {
     if (frame === 0) return {};
     return time === undefined ? { start: (frame - 0.5) / fps } : early(time);
   };
+  /** @param {import('../model/source.js').Take} take */
+  const direct = ({ start, step, frames: maxFrames, side }) => {
+    source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
+    const onDamage = (/** @type {import('../model/library.js').Damage} */ damage) => (source.damage = damage);
+    return { source: file, options: { ...startOf(start), step, maxFrames, size: side, onDamage } };
+  };
   /** @type {import('../model/source.js').Source} */
   const source = {
     kind,
@@ -105,12 +110,11 @@ export async function openVideo(file, kind = 'video', facts) {
       for await (const one of frames) return pixelsOf(await one.pixels());
       throw new PageError('no-frames', file.name);
     },
-    async *frames({ start, step, frames: maxFrames, side }, signal) {
-      source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
-      const onDamage = (/** @type {import('../model/library.js').Damage} */ damage) => (source.damage = damage);
-      const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
-      for await (const one of videoFrames(file, options)) {
-        const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
+    direct,
+    async *frames(take, signal) {
+      const { options } = direct(take);
+      for await (const one of videoFrames(file, { ...options, signal })) {
+        const end = take.step === 1 && one.duration > 0 ? one.time + one.duration : null;
         yield { frame: pixelsOf(await one.pixels()), time: one.time, end };
       }
     },
