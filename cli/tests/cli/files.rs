@@ -409,7 +409,7 @@ fn a_complete_result_is_taken_for_no_other() {
         (&["--frames", "3"], "options.frames was null and is 3"),
         (&["--window", "12"], "options.window was 50 and is 12"),
         (&["--confidence"], "options.confidence was false and is true"),
-        (&["--set", "shot.unmatched=0.6"], "params.shot.unmatched was 0.5 and is 0.6"),
+        (&["--set", "shot.unmatched=0.25"], "params.shot.unmatched was 0.5 and is 0.25"),
     ] {
         assert_refused(&resume(more), 2, &["complete-out: was not made", difference, "--overwrite"]);
     }
