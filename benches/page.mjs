@@ -132,8 +132,7 @@ async function makeClip({ width, height, frames }) {
 async function readAll(frames) {
   const library = await import('/view/library.js');
   let count = 0;
-  for await (const { frame } of library.videoFrames(globalThis.clip4k, { size: 480 }))
-    count += Number(frame.width === 480);
+  for await (const { width } of library.videoFrames(globalThis.clip4k, { size: 480 })) count += Number(width === 480);
   if (count !== frames) throw new Error(`${count} of ${frames} frames`);
 }
 

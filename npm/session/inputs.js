@@ -1,6 +1,6 @@
 // What a session is given besides frames, checked: trajectories of another tracker, and corrections.
 
-import { describe, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
+import { checkSides, describe, illegal, isPlainObject, wholeNumber } from '../check/errors.js';
 
 /**
  * Trajectories of any tracker. The points of trajectory `i` are `offset[i]` to `offset[i + 1]` of `x` and `y`, one for
@@ -22,7 +22,6 @@ import { describe, illegal, isPlainObject, wholeNumber } from '../check/errors.j
  *   offset: Uint32Array<ArrayBuffer>, x: Float32Array<ArrayBuffer>, y: Float32Array<ArrayBuffer>}} RawTrajectories
  */
 
-const MAX_SIDE = 16384;
 const MAX_FRAMES = 1000000;
 const MAX_U32 = 4294967295;
 
@@ -35,10 +34,13 @@ export function toRawTrajectories(input) {
   if (!isPlainObject(input)) {
     throw illegal('data', 'trajectories', input, 'an object {numFrames, width, height, startFrame, offset, x, y}');
   }
+  wholeNumber('data', 'numFrames', input.numFrames, 1, MAX_FRAMES);
+  checkSides('frame-size', '', input);
+  const { numFrames, width, height } = input;
   return {
-    numFrames: wholeNumber('data', 'numFrames', input.numFrames, 1, MAX_FRAMES),
-    width: wholeNumber('frame-size', 'width', input.width, 1, MAX_SIDE),
-    height: wholeNumber('frame-size', 'height', input.height, 1, MAX_SIDE),
+    numFrames,
+    width,
+    height,
     startFrame: wholeNumbers('startFrame', input.startFrame),
     offset: wholeNumbers('offset', input.offset),
     x: numbers('x', input.x),

@@ -274,16 +274,16 @@ class TrackCollector {
   /** @param {import('./window.js').WindowResult} window */
   add({ trajectories, clusters, firstFrame }) {
     for (let i = 0; i < trajectories.count; i += 1) {
-      const [begin, end] = [at(trajectories.offset, i), at(trajectories.offset, i + 1)];
-      const start = firstFrame + at(trajectories.startFrame, i);
-      const track = this.#trackOf(at(trajectories.id, i), start);
+      const [begin, end] = [Number(trajectories.offset[i]), Number(trajectories.offset[i + 1])];
+      const start = firstFrame + Number(trajectories.startFrame[i]);
+      const track = this.#trackOf(Number(trajectories.id[i]), start);
       // The frames that an earlier window had are there already.
       const known = track.start + track.x.length - start;
       for (let p = begin + Math.max(0, known); p < end; p += 1) {
-        track.x.push(at(trajectories.x, p));
-        track.y.push(at(trajectories.y, p));
+        track.x.push(Number(trajectories.x[p]));
+        track.y.push(Number(trajectories.y[p]));
       }
-      const label = clusters.object ? at(clusters.object, at(clusters.label, i)) : 0;
+      const label = Number(clusters.object?.[Number(clusters.label[i])] ?? 0);
       track.votes.set(label, (track.votes.get(label) ?? 0) + end - begin);
     }
   }
@@ -312,8 +312,8 @@ class TrackCollector {
       }))
       .sort((a, b) => a.start - b.start);
     const offset = new Uint32Array(tracks.length + 1);
-    tracks.forEach((track, i) => (offset[i + 1] = at(offset, i) + track.x.length));
-    const points = at(offset, tracks.length);
+    tracks.forEach((track, i) => (offset[i + 1] = Number(offset[i]) + track.x.length));
+    const points = Number(offset[tracks.length]);
     const joined = {
       count: tracks.length,
       startFrame: Uint32Array.from(tracks, ({ start }) => start),
@@ -341,12 +341,4 @@ function majority(votes) {
     if (count > most || (count === most && label < best)) [best, most] = [label, count];
   }
   return best;
-}
-
-/**
- * @param {Uint32Array | Uint8Array | Float32Array} values
- * @param {number} index
- */
-function at(values, index) {
-  return /** @type {number} */ (values[index]);
 }

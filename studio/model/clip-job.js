@@ -56,6 +56,12 @@ const NO_TRAJECTORIES = {
   label: new Uint8Array(0),
 };
 
+/** Errors of clips that are too short, as the page calls them. @type {Map<string, any>} */
+const FEW_FRAMES = new Map([
+  ['no-frames', 'no-frames'],
+  ['too-few-frames', 'one-frame'],
+]);
+
 export class ClipJob extends Job {
   /** @param {import('./source.js').Take} take */
   static stagesFor({ frames }) {
@@ -74,6 +80,8 @@ export class ClipJob extends Job {
     this.report = () => {};
     this.onWindow = () => {};
     this.stopped = false;
+    /** Whether the source says when its frames are shown. */
+    this.isTimed = true;
     /** Whether something was settled while more was to come, and the run is not through. */
     this.streaming = false;
     this.windows = 0;
@@ -128,47 +136,67 @@ export class ClipJob extends Job {
   /** @returns {Promise<{masks: VideoResult | null, found?: Result}>} */
   async work() {
     const { options, inWindows, life } = this;
-    const video = segmentVideo(this.frames(), {
+    const direct = this.source.direct?.(this.take);
+    const video = segmentVideo(direct?.source ?? this.frames(), {
       ...options,
+      ...direct?.options,
       // What fits into one window is one shot.
       ...(inWindows ? {} : { shot: { unmatched: 1 } }),
       keep: true,
       frameRate: this.source.fps / this.take.step,
       signal: life.signal,
+      onFrame: (frame) => this.read(frame),
       onProgress: (progress) => {
         this.advance(progress);
         if (!this.stopped) this.report();
       },
     });
     this.video = video;
-    const masks = await video.collect((window) => this.add(window));
+    const masks = await video
+      .collect((window) => this.add(window))
+      .catch((error) => {
+        throw FEW_FRAMES.has(error?.code) ? new PageError(FEW_FRAMES.get(error.code)) : error;
+      });
+    this.endReading();
     if (inWindows) this.mark('windows', 1, 1);
     if (this.windows > 1 || life.signal.aborted) video.session?.close();
     else this.session = video.session;
     return { masks, found: await this.session?.run() };
   }
 
+  /** Of a source that the package does not read by itself. */
   async *frames() {
-    const { images, take } = this;
-    const { signal } = this.life;
-    for await (const { frame, time, end = null } of this.source.frames(take, signal)) {
-      signal.throwIfAborted();
-      await this.arrived(frame, time, end);
-      this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
-      if (!this.stopped) this.report();
+    for await (const { frame, time, end = null } of this.source.frames(this.take, this.life.signal)) {
+      this.isTimed = time !== null;
       if (time === null) yield frame;
       else yield end === null ? { frame, time } : { frame, time, duration: end - time };
     }
-    signal.throwIfAborted();
-    if (images.length < 2) throw new PageError(images.length === 0 ? 'no-frames' : 'one-frame');
-    this.mark('frames', images.length, images.length);
+  }
+
+  /** @param {import('./library.js').DecodedFrame} frame that goes into the engine next */
+  async read({ pixels, time, duration }) {
+    const { images, take, isTimed } = this;
+    const end = isTimed && take.step === 1 && duration > 0 ? time + duration : null;
+    await this.arrived(/** @type {ImageData} */ (await pixels()), isTimed ? time : null, end);
+    this.mark('frames', images.length, Math.max(take.frames, images.length + 1));
+    if (!this.stopped) this.report();
+  }
+
+  /** All frames are there. */
+  endReading() {
+    const stage = this.stages.find(({ id }) => id === 'frames');
+    if (stage) stage.total = stage.done;
   }
 
   /** @param {{stage: string, done: number, total: number, window: number}} progress */
   advance({ stage, done, total, window }) {
     this.windows = Math.max(this.windows, window + 1);
     const at = STAGES.findIndex(({ id }) => id === stage);
-    if (!this.inWindows) return at < 0 ? undefined : this.mark(stage, done, total);
+    if (!this.inWindows) {
+      if (at < 0) return;
+      this.endReading();
+      return this.mark(stage, done, total);
+    }
     const whole = STAGES.reduce((sum, { share }) => sum + share, 0);
     const before = STAGES.slice(0, Math.max(0, at)).reduce((sum, { share }) => sum + share, 0);
     const part = (before + ((STAGES[at]?.share ?? 0) * done) / Math.max(1, total)) / whole;

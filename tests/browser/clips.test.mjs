@@ -22,7 +22,7 @@ describe('video files', () => {
       'done',
       await page.evaluate(() => document.querySelector('#error').innerText),
     );
-    assert.match(await text(page, '#subline'), new RegExp(`trajector.* of ${SMALL.width} × ${SMALL.height}`));
+    assert.match(await text(page, '#subline'), new RegExp(`frames of ${SMALL.width} × ${SMALL.height}`));
     assert.deepEqual(faults, []);
   });
 

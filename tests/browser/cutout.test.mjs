@@ -192,12 +192,13 @@ describe('the cut-out view', () => {
       const { videoFrames } = await import('/dist/index.js');
       const { viewer } = globalThis.tracecutStudio.app;
       let t = 0;
-      for await (const { frame } of videoFrames(new Blob([Uint8Array.from(data)]))) {
+      for await (const { width, height, pixels } of videoFrames(new Blob([Uint8Array.from(data)]))) {
         if (t++ < 12) continue;
         // On a picture of one colour its part is what is not the object.
-        const own = new OffscreenCanvas(frame.width, frame.height).getContext('2d', { willReadFrequently: true });
-        own.drawImage(viewer.canvas, 0, 0, frame.width, frame.height);
-        const screen = own.getImageData(0, 0, frame.width, frame.height).data;
+        const frame = await pixels();
+        const own = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+        own.drawImage(viewer.canvas, 0, 0, width, height);
+        const screen = own.getImageData(0, 0, width, height).data;
         const off = Array.from({ length: screen.length / 4 }, (_, p) =>
           Math.max(...[0, 1, 2].map((c) => Math.abs(screen[4 * p + c] - frame.data[4 * p + c]))),
         );

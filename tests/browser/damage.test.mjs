@@ -30,8 +30,8 @@ async function cutClip({ made, share, scrambled = false, options = {} }) {
   const file = new Blob([scrambled ? bytes : bytes.slice(0, at)]);
   const found = { numbers: [], damage: null, plain: null };
   const onDamage = ({ frames, total, error }) => (found.damage = { frames, total, code: error.code });
-  for await (const { frame } of tracecut.videoFrames(file, { ...options, onDamage }))
-    found.numbers.push(numberOf(frame));
+  for await (const { pixels } of tracecut.videoFrames(file, { ...options, onDamage }))
+    found.numbers.push(numberOf(await pixels()));
   return found;
 }
 
@@ -96,7 +96,7 @@ describe('frames before the damage', { timeout: 240_000 }, () => {
         const reds = [];
         let damage = null;
         const onDamage = ({ frames, error }) => (damage = { frames, code: error.code });
-        for await (const { frame } of tracecut.videoFrames(file, { onDamage })) reds.push(frame.data[0]);
+        for await (const { pixels } of tracecut.videoFrames(file, { onDamage })) reds.push((await pixels()).data[0]);
         const { numFrames } = await tracecut.videoInfo(file, { onDamage });
         return { reds, damage, numFrames, fault: await failure(tracecut.videoInfo(file)) };
       },

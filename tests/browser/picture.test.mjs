@@ -25,7 +25,8 @@ async function cornerOf(bytes) {
   const input = new media.Input({ source: new media.BlobSource(blob), formats: media.ALL_FORMATS });
   const packets = new media.EncodedPacketSink(await input.getPrimaryVideoTrack());
   const { sideData } = await packets.getFirstPacket();
-  for await (const { frame } of videoFrames(blob)) {
+  for await (const { pixels } of videoFrames(blob)) {
+    const frame = await pixels();
     const at = 4 * ((frame.height - 5) * frame.width + 4);
     return { alpha: Boolean(sideData.alpha), colour: [...frame.data.slice(at, at + 3)] };
   }

@@ -50,8 +50,8 @@ describe('the strip of a video file', () => {
     const seen = await library.page.evaluate(async () => {
       const clip = await makeClip({ times: evenTimes(60, 25), keyEvery: 20 });
       const numbers = [];
-      for await (const { frame, time, duration } of tracecut.videoStrip(clip, { count: 6, size: 64 }))
-        numbers.push([numberOf(frame), Math.round(25 * time), Math.round(25 * duration), frame.width]);
+      for await (const { width, pixels, time, duration } of tracecut.videoStrip(clip, { count: 6, size: 64 }))
+        numbers.push([numberOf(await pixels()), Math.round(25 * time), Math.round(25 * duration), width]);
       return numbers;
     });
     assert.deepEqual(

@@ -121,15 +121,37 @@ describe('clips made on the spot', { timeout: 240_000 }, () => {
     assert.deepEqual(sizes, ['160x90', '80x45', '100x56', '160x90']);
   });
 
+  test('a canvas draws frames as they come, whatever their size; each is there until the next', async () => {
+    const seen = await library.page.evaluate(async () => {
+      const clip = await makeClip({ times: evenTimes(4, 25) });
+      const found = [];
+      for (const size of [undefined, 64]) {
+        const kept = [];
+        for await (const { frame, width, height, pixels } of tracecut.videoFrames(clip, { size })) {
+          const context = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+          context.drawImage(frame, 0, 0);
+          const numbers = [context.getImageData(0, 0, width, height), await pixels()].map(numberOf);
+          found.push([frame instanceof VideoFrame, frame.displayWidth === width, ...numbers]);
+          kept.push(frame);
+        }
+        found.push(kept.every(({ format }) => format === null));
+      }
+      return found;
+    });
+    const frames = [0, 1, 2, 3].map((k) => [true, true, k, k]);
+    assert.deepEqual(seen, [...frames, true, ...frames, true]);
+  });
+
   test('a clip filmed upright comes as it is shown', async () => {
     const { page } = library;
     const seen = await page.evaluate(async () => {
       const turned = await makeClip({ times: evenTimes(3, 25), container: 'Mp4', codec: 'vp9', rotation: 90 });
       const frames = tracecut.videoFrames(turned);
       const { value } = await frames.next();
+      const edge = redEdge(await value.pixels());
       await frames.return();
       const { width, height } = await tracecut.videoInfo(turned);
-      return { size: [value.frame.width, value.frame.height], info: [width, height], edge: redEdge(value.frame) };
+      return { size: [value.width, value.height], info: [width, height], edge };
     });
     assert.deepEqual(seen, { size: [64, 128], info: [64, 128], edge: 'top' });
   });

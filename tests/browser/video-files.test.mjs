@@ -26,8 +26,8 @@ async function seenOf({ takes = {}, tells = false }) {
   const seen = { pictures: [], sizes: new Set(), times: [], durations: [], damage: null, fault: null, info: null };
   const onDamage = tells ? ({ frames, error }) => (seen.damage = { frames, code: error.code }) : undefined;
   try {
-    for await (const { frame, time, duration } of tracecut.videoFrames(file, { ...takes, onDamage })) {
-      const { picture, size } = pictureOf(frame);
+    for await (const { pixels, time, duration } of tracecut.videoFrames(file, { ...takes, onDamage })) {
+      const { picture, size } = pictureOf(await pixels());
       seen.pictures.push(picture);
       seen.sizes.add(size);
       seen.times.push(time);
@@ -252,7 +252,7 @@ describe('pictures of files', { timeout: 240_000, ...withFfmpeg }, () => {
       const { ImageDecoder } = globalThis;
       delete globalThis.ImageDecoder;
       const sizes = [];
-      for await (const { frame } of tracecut.videoFrames(file)) sizes.push([frame.width, frame.height]);
+      for await (const { width, height } of tracecut.videoFrames(file)) sizes.push([width, height]);
       globalThis.ImageDecoder = ImageDecoder;
       return sizes;
     });
@@ -281,8 +281,10 @@ describe('pictures of files', { timeout: 240_000, ...withFfmpeg }, () => {
       means.push(
         await library.page.evaluate(async () => {
           const sums = [0, 0, 0];
-          for await (const { frame } of tracecut.videoFrames(file, { maxFrames: 1 }))
-            frame.data.forEach((level, at) => at % 4 < 3 && (sums[at % 4] += (4 * level) / frame.data.length));
+          for await (const { pixels } of tracecut.videoFrames(file, { maxFrames: 1 })) {
+            const { data } = await pixels();
+            data.forEach((level, at) => at % 4 < 3 && (sums[at % 4] += (4 * level) / data.length));
+          }
           return sums;
         }),
       );

@@ -25,10 +25,10 @@ describe(
       await giveFile(library.page, path);
       const seen = await library.page.evaluate(async () => {
         const text = (bytes) => Array.from(bytes, (byte) => String.fromCharCode(byte)).join('');
-        const pixels = [];
-        for await (const { frame } of tracecut.videoFrames(file)) pixels.push(btoa(text(frame.data)));
+        const frames = [];
+        for await (const { pixels } of tracecut.videoFrames(file)) frames.push(btoa(text((await pixels()).data)));
         const masks = await tracecut.segmentVideo(file).collect();
-        return { pixels, labels: pixels.map((_, k) => btoa(text(masks.labels(k)))) };
+        return { pixels: frames, labels: frames.map((_, k) => btoa(text(masks.labels(k)))) };
       });
       let [sum, largest, values, differing, objects] = [0, 0, 0, 0, 0];
       const masks = await segmentVideo(framesOfVideo(path)).collect();

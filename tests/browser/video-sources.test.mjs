@@ -48,8 +48,8 @@ describe('sources', { timeout: 240_000 }, () => {
       async (bytes) => {
         const gif = new Blob([Uint8Array.from(bytes)]);
         const frames = [];
-        for await (const { frame, time, duration } of tracecut.videoFrames(gif))
-          frames.push([frame.data[0], time, duration]);
+        for await (const { pixels, time, duration } of tracecut.videoFrames(gif))
+          frames.push([(await pixels()).data[0], time, duration]);
         return { frames, info: await tracecut.videoInfo(gif) };
       },
       [...buffer],
@@ -169,9 +169,9 @@ describe('sources', { timeout: 240_000 }, () => {
         drawNumber(context, k++);
       }, 70);
       const found = { sizes: new Set(), numbers: [] };
-      for await (const { frame } of tracecut.videoFrames(canvas.captureStream(), { end: 1 })) {
-        found.sizes.add(`${frame.width}x${frame.height}`);
-        found.numbers.push(numberOf(frame));
+      for await (const { width, height, pixels } of tracecut.videoFrames(canvas.captureStream(), { end: 1 })) {
+        found.sizes.add(`${width}x${height}`);
+        found.numbers.push(numberOf(await pixels()));
       }
       clearInterval(timer);
       return { sizes: [...found.sizes], last: found.numbers.at(-1) };
@@ -192,7 +192,7 @@ describe('sources', { timeout: 240_000 }, () => {
         return { frame, clip: String(k) };
       });
       const found = [];
-      for await (const { frame } of tracecut.videoFrames(frames)) found.push(redEdge(frame));
+      for await (const { pixels } of tracecut.videoFrames(frames)) found.push(redEdge(await pixels()));
       return found;
     });
     assert.deepEqual(edges, ['left', 'top', 'right', 'right']);
@@ -286,7 +286,7 @@ describe('addresses', { timeout: 240_000 }, () => {
         const numbers = [];
         const fault = await failure(
           (async () => {
-            for await (const { frame } of tracecut.videoFrames(url)) numbers.push(numberOf(frame));
+            for await (const { pixels } of tracecut.videoFrames(url)) numbers.push(numberOf(await pixels()));
           })(),
         );
         return { numbers, code: fault?.code };
@@ -375,8 +375,8 @@ describe('faults', { timeout: 240_000 }, () => {
         const numbers = [];
         const fault = await failure(
           (async () => {
-            for await (const { frame } of tracecut.videoFrames(whole.slice(0, whole.size * share)))
-              numbers.push(numberOf(frame));
+            for await (const { pixels } of tracecut.videoFrames(whole.slice(0, whole.size * share)))
+              numbers.push(numberOf(await pixels()));
           })(),
         );
         results.push({ numbers, fault });

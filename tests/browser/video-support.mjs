@@ -124,12 +124,12 @@ function helpers() {
   /** The numbers and times of the frames that a source gives. */
   globalThis.numbersOf = async (source, options) => {
     const seen = { numbers: [], times: [], durations: [], indices: [], size: '' };
-    for await (const { frame, index, time, duration } of globalThis.tracecut.videoFrames(source, options)) {
-      seen.numbers.push(globalThis.numberOf(frame));
+    for await (const { width, height, pixels, index, time, duration } of tracecut.videoFrames(source, options)) {
+      seen.numbers.push(globalThis.numberOf(await pixels()));
       seen.times.push(time);
       seen.durations.push(duration);
       seen.indices.push(index);
-      seen.size = `${frame.width}x${frame.height}`;
+      seen.size = `${width}x${height}`;
     }
     return seen;
   };

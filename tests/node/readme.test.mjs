@@ -60,5 +60,5 @@ test('the blocks for Node do what they say', async (t) => {
   assert.equal(run(folder, 'Corrections'), '3 true true\n');
   assert.equal(run(folder, 'Edits by hand'), 'true 1 0\n');
   assert.equal(run(folder, 'Single images'), '9216 9216 9216 true true 9216 9216\n');
-  assert.match(run(folder, 'Errors'), /^param cut\.spatialWeight = -1 \(expected /);
+  assert.match(run(folder, 'Errors'), /^param clip\.maxSide = -1 \(expected /);
 });

@@ -221,12 +221,12 @@ await encodeVideo(own, null, { style: 'masks', format: 'mp4' });
 console.log(png, zip, pixels, film, labelMaps(own).data, labelsNpy(own));
 const looked: SearchReport = searchReport(result);
 const damages: Damage[] = [];
-for await (const { frame, time } of videoStrip(new Blob(), {
+for await (const { width, time } of videoStrip(new Blob(), {
   count: 4,
   size: 96,
   onDamage: (one) => damages.push(one),
 }))
-  console.log(frame.width, time, looked.cameraMoves);
+  console.log(width, time, looked.cameraMoves);
 for await (const { name, result: one, error, damage } of segmentEach([{ name: 'a', source: new Blob() }], {
   window: 20,
 })) {

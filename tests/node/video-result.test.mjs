@@ -2,10 +2,9 @@
 
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
-import { segmentVideo, videoFrames, videoInfo } from 'tracecut';
+import { fitSize, segmentVideo, videoFrames, videoInfo } from 'tracecut';
 import { areasOf, decodeRuns, encodeRuns } from '../../dist/session/objects.js';
 import { reduced } from '../../dist/worker/pixels.js';
-import { fitted } from '../../dist/video/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 
 const identity = Uint8Array.from({ length: 256 }, (_, k) => k);
@@ -54,10 +53,10 @@ test('each pixel of a reduced frame is the mean of what it covers', () => {
       }
     }
   }
-  assert.deepEqual(fitted(1280, 720, 480), { width: 480, height: 270 });
-  assert.deepEqual(fitted(720, 1280, 100), { width: 56, height: 100 });
-  assert.deepEqual(fitted(64, 2, 16), { width: 16, height: 1 });
-  assert.deepEqual(fitted(64, 48, 500), { width: 64, height: 48 });
+  assert.deepEqual(fitSize({ width: 1280, height: 720 }, 480), { width: 480, height: 270 });
+  assert.deepEqual(fitSize({ width: 720, height: 1280 }, 100), { width: 56, height: 100 });
+  assert.deepEqual(fitSize({ width: 64, height: 2 }, 16), { width: 16, height: 1 });
+  assert.deepEqual(fitSize({ width: 64, height: 48 }, 500), { width: 64, height: 48 });
 });
 
 describe('a collected clip', () => {
@@ -160,6 +159,25 @@ describe('a collected clip', () => {
     assert.throws(() => result.relabel({ 1: 300 }), { code: 'param', message: /map\[1\] = 300/ });
     assert.throws(() => result.relabel(3), { code: 'param' });
   });
+});
+
+test('onFrame is given each frame before it is segmented, at its size, and is waited for', async () => {
+  const frames = (await framesOf({ width: 96, height: 64, frames: 6 })).map((frame) => png(frame));
+  const seen = [];
+  const onFrame = async ({ width, height, index, time, pixels }) => {
+    await new Promise((done) => setTimeout(done));
+    seen.push([width, height, index, time, (await pixels()).data.length]);
+  };
+  const told = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48, onFrame }).collect();
+  assert.deepEqual(
+    seen,
+    [0, 0.2, 0.4].map((time, k) => [48, 32, k, time, 4 * 48 * 32]),
+  );
+  const quiet = await segmentVideo(frames, { frameRate: 10, step: 2, size: 48 }).collect();
+  assert.deepEqual(told.runs, quiet.runs);
+  const broken = () => Promise.reject(new Error('enough'));
+  await assert.rejects(segmentVideo(frames, { onFrame: broken }).collect(), /enough/);
+  assert.throws(() => segmentVideo(frames, { onFrame: 3 }), { code: 'param', message: /onFrame = 3/ });
 });
 
 test('videoFrames gives the frames of a list as pixels, chosen and reduced', async () => {

@@ -3,6 +3,8 @@
 import { TraceCutError, checkedOptions, illegal, typeTag } from '../../check/errors.js';
 import { MAX_LABEL, checkMasks, chosenLabels, labelsOf, timesOf } from '../../check/masks.js';
 import { decodeRuns, encodeRuns } from '../../session/objects.js';
+import { toPixels } from '../../worker/decode.js';
+import { fromImage } from '../../worker/frames.js';
 import { breath } from '../../worker/pause.js';
 import { checkedEdges, grown, softAlpha, withoutSpecks } from './adjust.js';
 import { ahead } from './ahead.js';
@@ -78,14 +80,14 @@ const SHAPE_TOLERANCE = 2;
  * A mask at the size of a picture, its edges as they are wanted: specks are left out first, so that they grow nowhere;
  * borders come to where the picture has them; lengths are scaled with the mask.
  * @param {Mask} mask
- * @param {import('../../worker/frames.js').FrameSource & {width: number, height: number}} picture
+ * @param {VideoFrame | (import('../../worker/frames.js').FrameSource & {width: number, height: number})} picture
  * @param {Uint8Array} chosen 1 for each label that is meant
  * @param {Required<import('./adjust.js').MaskEdges>} edges
  * @param {import('../../check/options.js').WasmSource} [decoder] of what enlarges
  * @returns {Promise<MaskAtSize>}
  */
 export async function maskAtSize(mask, picture, chosen, { smallest, grow, feather }, decoder) {
-  const { width, height } = picture;
+  const { width, height } = 'displayWidth' in picture ? sizeOf(picture) : picture;
   const clean = withoutSpecks(mask, chosen, smallest);
   const [only = 0] = clean.labels;
   if (clean.labels.every((label) => label === only)) {
@@ -149,6 +151,9 @@ export function tooFew(count, expected) {
   );
 }
 
+/** @param {VideoFrame} frame */
+const sizeOf = ({ displayWidth, displayHeight }) => ({ width: displayWidth, height: displayHeight });
+
 /** @typedef {import('../export/video.js').EncodeFrame} EncodeFrame */
 /**
  * What a canvas can draw; `close` where it was made of a frame and is to be let go. @typedef {{image:
@@ -172,7 +177,7 @@ export async function drawable(item, t) {
   switch (typeTag(frame)) {
     case 'VideoFrame': {
       const image = /** @type {VideoFrame} */ (frame);
-      return { image, width: image.displayWidth, height: image.displayHeight };
+      return { image, ...sizeOf(image) };
     }
     case 'HTMLVideoElement': {
       const image = /** @type {HTMLVideoElement} */ (frame);
@@ -201,9 +206,9 @@ export async function drawable(item, t) {
 /**
  * @param {unknown} frame
  * @param {number} t
- * @returns {Drawable}
+ * @returns {Promise<Drawable>}
  */
-function fromPixels(frame, t) {
+async function fromPixels(frame, t) {
   const { data, width, height } = /** @type {Partial<import('../../worker/frames.js').PixelFrame>} */ (frame ?? {});
   if (!ArrayBuffer.isView(data) || !(Number(width) > 0) || data.length !== 4 * Number(width) * Number(height)) {
     throw illegal(
@@ -213,9 +218,10 @@ function fromPixels(frame, t) {
       'something a canvas can draw, ImageData, {data, width, height} in RGBA, or a Blob of an image',
     );
   }
-  const canvas = new OffscreenCanvas(Number(width), Number(height));
-  context2d(canvas).putImageData(new ImageData(new Uint8ClampedArray(data), Number(width), Number(height)), 0, 0);
-  return { image: canvas, width: canvas.width, height: canvas.height };
+  const pixels =
+    typeTag(frame) === 'ImageData' ? frame : new ImageData(new Uint8ClampedArray(data), Number(width), Number(height));
+  const image = await createImageBitmap(/** @type {ImageData} */ (pixels));
+  return { image, width: image.width, height: image.height, close: () => image.close() };
 }
 
 /**
@@ -228,6 +234,8 @@ export async function pixelsOf(item, t) {
   const { data, width, height } = /** @type {Partial<import('../../worker/frames.js').PixelFrame>} */ (frame ?? {});
   if (ArrayBuffer.isView(data) && Number(width) > 0 && data.length === 4 * Number(width) * Number(height))
     return /** @type {import('../../worker/frames.js').PixelFrame} */ (frame);
+  // As the decoder has it: a canvas may change it.
+  if (typeTag(frame) === 'VideoFrame') return toPixels(await fromImage(/** @type {VideoFrame} */ (frame)));
   if (typeof OffscreenCanvas === 'undefined')
     throw illegal(
       'data',

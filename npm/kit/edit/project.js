@@ -1,7 +1,7 @@
 // A project file: the masks of a clip and what was changed by hand, to be opened again. A ZIP archive: `project.json`,
 // masks as runs, trajectories, and files of the caller's, such as the video itself.
 
-import { TraceCutError, checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
+import { TraceCutError, checkSides, checkedOptions, illegal, isPlainObject, wholeNumber } from '../../check/errors.js';
 import { checkMasks, labelsOf, timesOf } from '../../check/masks.js';
 import { VERSION } from '../../parameters.js';
 import { part } from '../../places.js';
@@ -36,7 +36,6 @@ const FORMAT = 1;
 const FOLDER = 'files/';
 /** Archives that unpack to more are refused, in bytes. */
 const MOST_BYTES = 2 ** 31;
-const MAX_SIDE = 16384;
 const MAX_FRAMES = 10_000_000;
 /** Frames between two breaths. */
 const BATCH = 8;
@@ -164,8 +163,7 @@ function parsed(bytes) {
     throw new TraceCutError('data', 'project.json is damaged', { cause });
   }
   if (!isPlainObject(json) || !Array.isArray(json.times)) throw new TraceCutError('data', 'project.json is damaged');
-  wholeNumber('data', 'width', json.width, 1, MAX_SIDE);
-  wholeNumber('data', 'height', json.height, 1, MAX_SIDE);
+  checkSides('data', '', json);
   wholeNumber('data', 'the number of frames', json.times.length, 1, MAX_FRAMES);
   return json;
 }
