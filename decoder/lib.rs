@@ -86,20 +86,11 @@ pub fn coco_mask(text: &[u8], counts: &[u32], width: usize, height: usize) -> Re
 }
 
 /// Returns for each pixel of a frame the square of its distance to a stroke's centre line, x0, y0, x1, y1, and so on;
-/// infinite beyond `reach` pixels. `name` is for the message where the stroke cannot be.
+/// infinite beyond `reach` pixels.
 #[wasm_bindgen(js_name = strokeDistances)]
-pub fn stroke_distances(
-    name: &str,
-    points: &[f32],
-    radius: f32,
-    reach: f64,
-    width: usize,
-    height: usize,
-) -> Result<Vec<f64>, JsValue> {
+pub fn stroke_distances(points: &[f32], reach: f64, width: usize, height: usize) -> Vec<f64> {
     let points = points.chunks_exact(2).map(|place| (place[0], place[1])).collect();
-    let stroke = Stroke { t: 0, points, radius };
-    stroke.check(name, 1, (width, height)).map_err(|error| thrown(&error))?;
-    Ok(stroke.distances(reach, (width, height), (width, height)))
+    Stroke { t: 0, points, radius: 0.0 }.distances(reach, (width, height), (width, height))
 }
 
 /// Numbers of a row of the objects' table: frame, time, object, left, top, width, height, area, x, y, dx, dy, and how many

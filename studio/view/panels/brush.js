@@ -226,10 +226,7 @@ export class Brush {
   }
 }
 
-/**
- * @typedef {{t: number, points: number[], radius: number}} Stroke In frame t, x0, y0, x1, y1, … and half the width, in
- *   clip pixels.
- */
+/** A stroke of the package, as it grows. @typedef {import('../library.js').Stroke & {points: number[]}} Stroke */
 
 /** Half the width of the brush in CSS pixels. */
 const BRUSH_PX = 7;

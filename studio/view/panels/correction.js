@@ -245,8 +245,7 @@ export class Correction {
 
   applyStrokes() {
     const { tool } = this;
-    const list = this.strokes.list;
-    return this.apply((c) => (tool === 'apart' ? c.apart(list) : c.together(list)));
+    return this.apply((c) => c.follow(tool === 'apart' ? 'apart' : 'together', this.strokes.list));
   }
 
   async undo() {

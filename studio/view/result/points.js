@@ -24,7 +24,7 @@
  * @property {(t: number) => Uint8Array} labels
  * @property {{dimensions: number, eigenvalues: Float64Array, vectors: Float32Array}} embedding
  * @property {(t: number) => {i: Uint32Array, j: Uint32Array, d: Float32Array}} edges
- * @property {() => string} toTracksDat
+ * @property {() => string | Promise<string>} toTracksDat
  */
 
 import { sceneMotion } from '../library.js';
