@@ -73,7 +73,7 @@ async function remake(edit, old, from, to) {
   const strokes = edit.strokes.map((stroke) => placed.stroke(stroke));
   const meant = await Promise.all(edit.strokes.map(async (stroke) => match.of(mostOf(await old.labelsUnder(stroke)))));
   if (meant.includes(null) || strokes.includes(null)) return false;
-  await corrections.follow(edit.kind, /** @type {Stroke[]} */ (strokes));
+  await corrections[edit.kind](/** @type {Stroke[]} */ (strokes));
   return true;
 }
 

@@ -224,13 +224,21 @@ export class Corrections {
   }
 
   /**
-   * The objects that strokes lie on become one, or each stroke is a thing of its own.
+   * Each stroke is a thing of its own.
    *
-   * @param {'together' | 'apart'} kind
    * @param {import('./library.js').Stroke[]} strokes
    */
-  follow(kind, strokes) {
-    return this.step((editor) => editor[kind](strokes));
+  apart(strokes) {
+    return this.step((editor) => editor.apart(strokes));
+  }
+
+  /**
+   * The objects that strokes lie on become one.
+   *
+   * @param {import('./library.js').Stroke[]} strokes
+   */
+  together(strokes) {
+    return this.step((editor) => editor.together(strokes));
   }
 
   /**

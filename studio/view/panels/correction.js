@@ -256,7 +256,8 @@ export class Correction {
 
   applyStrokes() {
     const { tool } = this;
-    return this.apply((c) => c.follow(tool === 'apart' ? 'apart' : 'together', this.strokes.list));
+    const list = this.strokes.list;
+    return this.apply((c) => (tool === 'apart' ? c.apart(list) : c.together(list)));
   }
 
   async undo() {
