@@ -150,7 +150,7 @@ export function strokesOf(kind, strokes, clip) {
   if (!Array.isArray(strokes) || strokes.length < least || strokes.length > MOST_STROKES) {
     throw illegal('param', 'strokes', strokes, `a list of ${least}..${MOST_STROKES} strokes {t, points, radius}`);
   }
-  const lists = strokes.map((stroke, k) => pointsOf(stroke, `strokes[${k}]`, clip.numFrames));
+  const lists = strokes.map((stroke, k) => strokePoints(stroke, `strokes[${k}]`, clip.numFrames));
   const offset = [0];
   for (const points of lists) offset.push(/** @type {number} */ (offset.at(-1)) + points.length / 2);
   return {
@@ -163,12 +163,12 @@ export function strokesOf(kind, strokes, clip) {
 }
 
 /**
- * The points of a stroke. Refuses what would be something else as typed arrays; the engine checks the rest.
+ * Returns the points of a stroke. Refuses what would be something else as typed arrays; Rust checks the rest.
  * @param {Stroke} stroke
- * @param {string} name
+ * @param {string} name for the message
  * @param {number} numFrames
  */
-function pointsOf(stroke, name, numFrames) {
+export function strokePoints(stroke, name, numFrames) {
   if (typeof stroke !== 'object' || stroke === null)
     throw illegal('param', name, stroke, 'a stroke {t, points, radius}');
   const { t, points, radius } = stroke;

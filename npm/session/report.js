@@ -145,14 +145,12 @@ const ENOUGH = 400;
  * @returns {SceneMotion}
  */
 export function sceneMotion(result) {
-  const { numFrames, trajectories, clusters } = result ?? {};
-  const known = trajectories?.label ?? clusters?.label;
+  const { numFrames, trajectories } = result ?? {};
+  const known = trajectories && objectLabels(result);
   if (!known || !(numFrames >= 1))
     throw illegal('data', 'result', result, 'a result with trajectories and their labels');
-  const { count, startFrame, offset, x, y, label } = trajectories;
-  const ofCluster = label ? null : clusters?.object;
-  const isScene = (/** @type {number} */ i) => (ofCluster ? ofCluster[Number(known[i])] : known[i]) === 0;
-  const scene = Array.from({ length: count }, (_, i) => i).filter(isScene);
+  const { count, startFrame, offset, x, y } = trajectories;
+  const scene = Array.from({ length: count }, (_, i) => i).filter((i) => known[i] === 0);
   const points = scene.reduce((sum, i) => sum + Number(offset[i + 1]) - Number(offset[i]), 0);
   const every = Math.max(1, Math.floor(points / (numFrames * ENOUGH)));
   const steps = Array.from({ length: numFrames }, () => ({
@@ -169,6 +167,31 @@ export function sceneMotion(result) {
     }
   }
   return { x: summed(steps.map((step) => median(step.x))), y: summed(steps.map((step) => median(step.y))) };
+}
+
+/**
+ * Returns the label of each trajectory in the masks: that of its cluster's object, where it has none of its own.
+ * @param {Pick<LabelledTrajectories, 'trajectories' | 'clusters'>} result
+ * @returns {ArrayLike<number> | undefined} undefined where no labels are known; of clusters where these have no objects
+ */
+function objectLabels({ trajectories, clusters }) {
+  if (trajectories.label || !clusters?.object) return trajectories.label ?? clusters?.label;
+  const { label, object } = clusters;
+  return Uint8Array.from(label, (cluster) => Number(object[cluster]));
+}
+
+/**
+ * Returns the trajectories of masks, where they have some, each with the label of its object.
+ * @param {object} masks
+ * @param {(label: number) => number} [labelOf] gives what a label is called now
+ * @returns {import('../video/result.js').ClipTrajectories | undefined}
+ */
+export function clipTrajectories(masks, labelOf = (label) => label) {
+  const { trajectories, clusters } = /** @type {Partial<LabelledTrajectories>} */ (masks);
+  if (!trajectories) return undefined;
+  const { count, startFrame, offset, x, y } = trajectories;
+  const known = objectLabels({ trajectories, clusters }) ?? new Uint8Array(count);
+  return { count, startFrame, offset, x, y, label: Uint8Array.from(known, labelOf) };
 }
 
 /** @param {number[]} values 0 where there are none */

@@ -100,7 +100,7 @@ export class ClipJob extends Job {
   }
 
   get isCorrected() {
-    return !this.partial && (this.holdsOthers || this.corrections.done.length > 0);
+    return !this.partial && (this.holdsOthers || this.corrections.edits.length > 0);
   }
 
   /** @returns {Result | VideoResult | null} as corrected, but for what was done by hand */

@@ -17,6 +17,7 @@ import {
   videoInfo,
   videoStrip,
 } from 'tracecut';
+import { editMasks } from 'tracecut/edit';
 import { superpixels } from 'tracecut/stages';
 import {
   drawBoundaries,
@@ -166,8 +167,8 @@ async function* generated() {
 }
 const collected: VideoResult = await segmentVideo(generated(), { signal: controller.signal }).collect();
 console.log(
-  collected.merge(1, 2).objects[0]?.areas,
-  collected.relabel({ 3: 1 }).toTracksDat(),
+  collected.objects[0]?.areas,
+  (await editMasks(collected).toResult()).toTracksDat(),
   collected.shots[0]?.first,
   collected.trajectories.label,
 );

@@ -3,7 +3,8 @@
 import assert from 'node:assert/strict';
 import { before, describe, test } from 'node:test';
 import { fitSize, segmentVideo, videoFrames, videoInfo } from 'tracecut';
-import { areasOf, decodeRuns, encodeRuns } from '../../dist/session/objects.js';
+import { editMasks } from 'tracecut/edit';
+import { areasOf, decodeRuns, encodeRuns } from '../../dist/session/runs.js';
 import { reduced } from '../../dist/worker/pixels.js';
 import { framesOf, plain, png, rejects } from './support.mjs';
 
@@ -25,7 +26,7 @@ test('label maps come back from runs as they were, whatever they hold', () => {
     maps.push(Uint8Array.from({ length: 500 }, () => (random.next().value % (k + 1)) * 8));
   for (const map of maps) {
     const runs = encodeRuns(map);
-    assert.deepEqual(decodeRuns(runs, map.length, identity), map);
+    assert.deepEqual(decodeRuns(runs), map);
     const areas = areasOf(runs);
     for (const label of [0, 3, 8, 255]) assert.equal(areas[label], map.filter((value) => value === label).length);
   }
@@ -136,28 +137,25 @@ describe('a collected clip', () => {
     assert.equal(at, lines.length);
   });
 
-  test('is relabelled and merged without being computed again, and stays as it was', () => {
+  test('is merged without being computed again, and stays as it was', async () => {
     const [{ label, areas }] = result.objects;
-    const renamed = result.relabel({ [label]: 200 });
+    const editor = editMasks(result);
+    await editor.merge(200, label);
+    const renamed = await editor.toResult();
     assert.deepEqual(renamed.objects.map((object) => object.label).includes(200), true);
     assert.deepEqual(
       renamed.labels(3),
       result.labels(3).map((value) => (value === label ? 200 : value)),
     );
-    const gone = renamed.merge(0, 200);
+    assert.deepEqual([renamed.times, renamed.end, renamed.shots], [result.times, result.end, result.shots]);
+    await editor.merge(0, 200);
+    const gone = await editor.toResult();
     assert.ok(!gone.objects.some((object) => object.label === 200));
     assert.ok(gone.labels(3).every((value) => value !== 200));
     assert.ok(gone.trajectories.label.every((value) => value !== 200));
-    const both = result.relabel({ 0: 7 }).merge(label, 7);
-    assert.ok(both.labels(0).every((value) => value !== 7 && value !== 0));
-    assert.equal(
-      both.objects.find((object) => object.label === label).areas[0],
-      160 * 90 - result.objects.slice(1).reduce((sum, object) => sum + object.areas[0], 0),
-    );
     assert.deepEqual(result.objects[0].areas, areas);
-    assert.throws(() => result.merge(1, 77), { code: 'param', message: /b = 77 \(expected the label of an object: / });
-    assert.throws(() => result.relabel({ 1: 300 }), { code: 'param', message: /map\[1\] = 300/ });
-    assert.throws(() => result.relabel(3), { code: 'param' });
+    await rejects(editor.merge(1, 1), 'param', /b = 1 \(expected another label/);
+    await rejects(editor.merge(300, 1), 'param', /a = 300/);
   });
 });
 

@@ -1,8 +1,8 @@
 // Masks at the size of the pictures that they are laid over, and the pixels of these.
 
 import { TraceCutError, checkedOptions, illegal, typeTag } from '../../check/errors.js';
-import { MAX_LABEL, checkMasks, chosenLabels, labelsOf, timesOf } from '../../check/masks.js';
-import { decodeRuns, encodeRuns } from '../../session/objects.js';
+import { checkMasks, chosenLabels, labelsOf, timesOf } from '../../check/masks.js';
+import { decodeRuns, encodeRuns } from '../../session/runs.js';
 import { toPixels } from '../../worker/decode.js';
 import { fromImage } from '../../worker/frames.js';
 import { breath } from '../../worker/pause.js';
@@ -44,7 +44,7 @@ export async function masksAtSize(masks, frames, options) {
   const times = timesOf(masks);
   const all = chosenLabels(undefined);
   const size = { width: 0, height: 0 };
-  /** @type {Uint32Array<ArrayBuffer>[]} */
+  /** @type {import('../../session/runs.js').Runs[]} */
   const runs = [];
   const take = async (/** @type {EncodeFrame} */ item, /** @type {number} */ t) => {
     signal?.throwIfAborted();
@@ -62,14 +62,13 @@ export async function masksAtSize(masks, frames, options) {
     await breath();
   }
   if (runs.length < numFrames) throw tooFew(runs.length, numFrames);
-  const same = Uint8Array.from({ length: MAX_LABEL + 1 }, (_, label) => label);
   return {
     ...size,
     numFrames,
     times,
     end: end ?? null,
     ...(Array.isArray(shots) ? { shots } : {}),
-    labels: (t) => decodeRuns(/** @type {Uint32Array} */ (runs[t]), size.width * size.height, same),
+    labels: (t) => decodeRuns(/** @type {import('../../session/runs.js').Runs} */ (runs[t])),
   };
 }
 
