@@ -29,6 +29,7 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 export function useSite({ sample = 'small' } = {}) {
   const site = useServerAndBrowser({ sample });
   const open = async ({ query = '', ...options } = {}) => {
+    await site.ready();
     const context = await site.browser.newContext({
       viewport: { width: 1280, height: 800 },
       reducedMotion: 'reduce',
