@@ -33,7 +33,7 @@ const PAGE = readFileSync(join(root, 'studio', 'index.html'), 'utf8');
 const { imports: NAMES } = JSON.parse(/** @type {string} */ (IMPORT_MAP.exec(PAGE)?.[1]));
 
 /** The page's list of the package's entries: served as the one file that they are together, which weighs less. */
-const LIBRARY = join(PLACES.view, 'library.js');
+const LIBRARY = join(root, 'studio', 'model', 'library.js');
 
 /** The lab is bundled with the package, so that it loads only what it takes of it. */
 const LAB = join(root, 'www');

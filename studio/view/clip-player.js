@@ -1,8 +1,9 @@
 /** The clip itself, without a run: one frame of it, or a part that plays round and round. @module */
 
+import { endOf, timeOf } from '../model/source.js';
 import { h } from './dom.js';
 
-/** @typedef {import('./source.js').Source} Source */
+/** @typedef {import('../model/source.js').Source} Source */
 
 /** Long side at which frames that no player shows are read, in pixels. */
 const SIDE = 480;
@@ -35,23 +36,6 @@ export function openPlayer(source) {
  */
 function plays(type) {
   return type !== 'video/mp2t' || document.createElement('video').canPlayType(type) !== '';
-}
-
-/**
- * @param {Source} source
- * @param {number} frame
- * @returns {number} when it begins, in seconds
- */
-export function timeOf({ times, fps }, frame) {
-  return times?.[frame] ?? frame / fps;
-}
-
-/**
- * @param {Source} source
- * @returns {number} when its last frame ends, in seconds
- */
-export function endOf({ count, fps, end = count / fps }) {
-  return end;
 }
 
 /** The browser's own player: it keeps up with large videos. @implements {ClipPlayer} */

@@ -6,6 +6,9 @@
 /** Whether fingers point here: words say “tap” then. */
 export const TOUCH = matchMedia('(pointer: coarse)').matches;
 
+/** Whether there is a decoder for H.264. */
+export const PLAYS_MP4 = document.createElement('video').canPlayType('video/mp4; codecs="avc1.42001f"') !== '';
+
 /**
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag

@@ -1,7 +1,7 @@
 /** Images of a sequence, or one image, animated or still, as a source of frames. @module */
 
 import { Grabber, factsOf, openVideo } from './video.js';
-import { PageError } from './words.js';
+import { PageError } from '../model/words.js';
 
 /** Frames per second at which images of a sequence are shown; nothing says how they were taken. */
 const SEQUENCE_FPS = 15;
@@ -15,7 +15,7 @@ const MOVING = ['image/gif', 'image/png', 'image/webp', 'image/avif'];
 /**
  * @param {File[]} sorted in their order
  * @param {string} type of the first one
- * @returns {Promise<import('./source.js').Source>}
+ * @returns {Promise<import('../model/source.js').Source>}
  */
 export async function openImages(sorted, type) {
   if (sorted.length === 1) return openOne(sorted[0], type);
@@ -46,7 +46,7 @@ export async function openImages(sorted, type) {
  *
  * @param {File} file
  * @param {string} type
- * @returns {Promise<import('./source.js').Source>}
+ * @returns {Promise<import('../model/source.js').Source>}
  */
 async function openOne(file, type) {
   const facts = MOVING.includes(type) ? await factsOf(file).catch((error) => refuse(error, file.name)) : null;
@@ -67,7 +67,7 @@ function refuse(error, name) {
 /**
  * @param {string} name
  * @param {ImageBitmap} picture
- * @returns {import('./source.js').Source}
+ * @returns {import('../model/source.js').Source}
  */
 function stillSource(name, picture) {
   const { width, height } = picture;
@@ -83,10 +83,10 @@ function stillSource(name, picture) {
  * @param {number} count
  * @param {{width: number, height: number}} size
  * @param {(frame: number, side: number) => Promise<ImageData>} read
- * @returns {import('./source.js').Source}
+ * @returns {import('../model/source.js').Source}
  */
 function pictureSource(name, count, size, read) {
-  /** @type {import('./source.js').Source} */
+  /** @type {import('../model/source.js').Source} */
   const source = {
     kind: 'images',
     name,

@@ -5,8 +5,8 @@
  */
 
 import { statusPanel } from './panels/status.js';
-import { Store, errorPatch } from './store.js';
-import { PageError } from './words.js';
+import { Store, errorPatch } from '../model/store.js';
+import { PageError } from '../model/words.js';
 import { byId } from './dom.js';
 
 /** The smallest module with a SIMD instruction: whether it is valid says whether this browser can run the package. */

@@ -5,24 +5,28 @@
  * @module
  */
 
-import { objectColor, parameters } from './library.js';
-import { App } from './app.js';
+import { objectColor, parameters } from '../model/library.js';
+import { App } from '../model/app.js';
+import { FrameStore } from './frame-store.js';
 import { Keys } from './keyboard.js';
+import { openFiles, sampleSource } from './source.js';
+import { readsAreNoisy } from './video.js';
 import { createLayers } from './layers/layers.js';
-import { readLink } from './result/recipe.js';
-import { Selection } from './result/selection.js';
-import { Settings } from './settings.js';
-import { withinFilm } from './store.js';
+import { readLink } from '../model/recipe.js';
+import { Selection } from '../model/selection.js';
+import { Settings } from '../model/settings.js';
+import { Smoothing } from '../model/smoothing.js';
+import { withinFilm } from '../model/store.js';
 import { Viewer } from './viewer.js';
 import { clipPanel } from './panels/clip.js';
 import { comparePanel, groundPanel } from './panels/views.js';
-import { correctPanel, exportPanel, helpPanel, nothingPanel, whyPanel } from './panels/on-demand.js';
-import { edgesPanel, smoothPanel } from './panels/edges.js';
+import { correctPanel, exportPanel, helpPanel, nothingPanel } from './panels/on-demand.js';
+import { edgesPanel } from './panels/edges.js';
 import { labPanel } from './panels/lab.js';
 import { layersPanel } from './panels/layers.js';
 import { objectsPanel } from './panels/objects.js';
 import { readoutPanel } from './panels/readout.js';
-import { runPanel, stagesPanel } from './panels/run.js';
+import { runPanel } from './panels/run.js';
 import { savedPanel } from './panels/saved.js';
 import { settingsPanel } from './panels/settings.js';
 import { timelinePanel } from './panels/timeline.js';
@@ -30,34 +34,36 @@ import { trimPanel } from './panels/trim.js';
 import { zoomPanel } from './panels/zoom.js';
 
 /**
- * @param {import('./store.js').Store} store
+ * @param {import('../model/store.js').Store} store
  * @returns {Page}
  */
 export function openPage(store) {
   const layers = createLayers();
   const settings = new Settings(store, parameters());
   readLink(settings, location.hash);
+  store.set({ calm: matchMedia('(prefers-reduced-motion: reduce)').matches, isNoisy: readsAreNoisy() });
   const page = {
     store,
     settings,
     layers,
-    app: new App(store),
+    app: new App(store, { openSample: sampleSource, openFiles, createImages: () => new FrameStore() }),
     keys: new Keys(),
     selection: new Selection(store),
     viewer: new Viewer(store, layers),
   };
   for (const connect of PANELS) connect(page);
+  new Smoothing(store);
   expose(page);
   return page;
 }
 
 /**
  * @typedef {object} Page
- * @property {import('./store.js').Store} store
- * @property {import('./app.js').App} app what can be done
+ * @property {import('../model/store.js').Store} store
+ * @property {import('../model/app.js').App} app what can be done
  * @property {import('./keyboard.js').Keys} keys
- * @property {import('./settings.js').Settings} settings
- * @property {import('./result/selection.js').Selection} selection
+ * @property {import('../model/settings.js').Settings} settings
+ * @property {import('../model/selection.js').Selection} selection
  * @property {import('./layers/layer.js').Layer[]} layers
  * @property {import('./viewer.js').Viewer} viewer
  */
@@ -74,14 +80,11 @@ const PANELS = [
   nothingPanel,
   objectsPanel,
   edgesPanel,
-  smoothPanel,
   layersPanel,
   labPanel,
   clipPanel,
   settingsPanel,
-  stagesPanel,
   correctPanel,
-  whyPanel,
   exportPanel,
   helpPanel,
   savedPanel,
@@ -106,7 +109,7 @@ function expose({ store, layers, viewer }) {
     layers,
     viewer,
     timeline,
-    compare: { choose: (/** @type {import('./store.js').State['view']} */ view) => store.set({ view }) },
+    compare: { choose: (/** @type {import('../model/store.js').State['view']} */ view) => store.set({ view }) },
     get job() {
       return store.state.job;
     },

@@ -1,7 +1,8 @@
 /** A video file as a source of frames, each with its own time; pixels of whatever the browser can draw. @module */
 
-import { videoFrames, videoInfo, videoStrip } from './library.js';
-import { PageError } from './words.js';
+import { videoFrames, videoInfo, videoStrip } from '../model/library.js';
+import { workingSize } from '../model/source.js';
+import { PageError } from '../model/words.js';
 
 /** Reads pixels of whatever the browser can draw. */
 export class Grabber {
@@ -28,16 +29,6 @@ export class Grabber {
 }
 
 /**
- * @param {{width: number, height: number}} size
- * @param {number} side
- * @returns {{width: number, height: number}} with the long side at most `side`, never enlarged
- */
-export function workingSize(size, side) {
-  const scale = Math.min(1, side / Math.max(size.width, size.height));
-  return { width: Math.max(1, Math.round(size.width * scale)), height: Math.max(1, Math.round(size.height * scale)) };
-}
-
-/**
  * Some browsers add noise to what a page reads from a canvas, against fingerprinting. Then the same clip gives other
  * bytes each time, and results differ a little.
  *
@@ -61,7 +52,7 @@ const EARLY = 1e-4;
 
 /**
  * @typedef {object} Facts
- * @property {import('./library.js').VideoInfo} info
+ * @property {import('../model/library.js').VideoInfo} info
  * @property {number} fps
  * @property {number} count
  * @property {boolean} isDamaged it ends with its last frame, but there was more
@@ -82,7 +73,7 @@ export async function factsOf(file) {
  * @param {File} file
  * @param {'video' | 'images'} [kind] what it is called: an animated image holds images
  * @param {Facts} [facts] where they are known
- * @returns {Promise<import('./source.js').Source>}
+ * @returns {Promise<import('../model/source.js').Source>}
  */
 export async function openVideo(file, kind = 'video', facts) {
   const { info, fps, count, isDamaged } = facts ?? (await understood(() => factsOf(file), file.name));
@@ -93,7 +84,7 @@ export async function openVideo(file, kind = 'video', facts) {
     if (frame === 0) return {};
     return time === undefined ? { start: (frame - 0.5) / fps } : early(time);
   };
-  /** @type {import('./source.js').Source} */
+  /** @type {import('../model/source.js').Source} */
   const source = {
     kind,
     name: file.name,
@@ -116,7 +107,7 @@ export async function openVideo(file, kind = 'video', facts) {
     },
     async *frames({ start, step, frames: maxFrames, side }, signal) {
       source.damage = isDamaged && start + maxFrames * step >= count ? { total: null, frames: maxFrames } : null;
-      const onDamage = (/** @type {import('./library.js').Damage} */ damage) => (source.damage = damage);
+      const onDamage = (/** @type {import('../model/library.js').Damage} */ damage) => (source.damage = damage);
       const options = { ...startOf(start), step, maxFrames, size: side, signal, onDamage };
       for await (const one of videoFrames(file, options)) {
         const end = step === 1 && one.duration > 0 ? one.time + one.duration : null;
@@ -131,7 +122,7 @@ export async function openVideo(file, kind = 'video', facts) {
 }
 
 /**
- * @param {import('./library.js').DecodedFrame} decoded
+ * @param {import('../model/library.js').DecodedFrame} decoded
  * @returns {ImageData} as the package gives them in browsers
  */
 function pixelsOf({ frame }) {

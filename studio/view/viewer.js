@@ -3,29 +3,26 @@
  */
 
 import { byId, choosesMore } from './dom.js';
-import { NO_ANSWERS } from './layers/layer.js';
+import { NO_ANSWERS } from '../model/answers.js';
 import { OUTLINE } from './layers/masks.js';
 import { drawLayers } from './layers/layers.js';
-import { adjustMask } from './library.js';
-import { DEFAULT_EDGES, edgesOf } from './saved/look.js';
-import { Sharp } from './result/sharp.js';
+import { adjustMask } from '../model/library.js';
+import { DEFAULT_EDGES, edgesOf } from '../model/look.js';
+import { Sharp } from './sharp.js';
 import { Compare, drawKept } from './panels/views.js';
-import { NOWHERE } from './store.js';
-import { Zoom } from './zoom.js';
+import { NOWHERE } from '../model/store.js';
+import { Zoom } from '../model/zoom.js';
 
 /** @typedef {import('./layers/layer.js').View} View */
-/** @typedef {import('./layers/layer.js').Spot} Spot */
-/** @typedef {import('./store.js').State} State */
+/** @typedef {import('../model/answers.js').Spot} Spot */
+/** @typedef {import('../model/store.js').State} State */
 
 /** Device pixels per CSS pixel are not followed above this: nobody sees it, and drawing costs its square. */
 const MAX_DENSITY = 2;
 
-/** How near the pointer must be to a point, in CSS pixels. */
-const REACH_PX = 14;
-
 export class Viewer {
   /**
-   * @param {import('./store.js').Store} store
+   * @param {import('../model/store.js').Store} store
    * @param {import('./layers/layer.js').Layer[]} layers
    */
   constructor(store, layers) {
@@ -55,7 +52,6 @@ export class Viewer {
     /** @type {View} */
     this.view = {
       points: null,
-      windows: false,
       image: null,
       frame: 0,
       width: 16,
@@ -101,7 +97,6 @@ export class Viewer {
     if (isOther) for (const layer of this.layers) layer.reset?.();
     Object.assign(this.view, {
       points: found?.points ?? null,
-      windows: found?.windows ?? false,
       answers: { ...NO_ANSWERS, ...found?.answers },
       frame,
       width,
@@ -117,7 +112,7 @@ export class Viewer {
    * How masks look here, for a picture that looks the same.
    *
    * @param {number} side the picture's longer one, in pixels
-   * @returns {import('./result/export.js').Look}
+   * @returns {import('../model/export.js').Look}
    */
   maskLook(side) {
     const { opacity, fill } = /** @type {import('./layers/layer.js').Layer} */ (
@@ -161,7 +156,7 @@ export class Viewer {
     const [left, top] = [this.zoom.x * view.width, this.zoom.y * view.height];
     // Pixel centres lie at whole coordinates in results, at halves on a canvas.
     ctx.setTransform(scale, 0, 0, scale, scale * (0.5 - left), scale * (0.5 - top));
-    if (this.shown.view === 'cutout' && view.points?.hasMasks) drawKept(ctx, view, this.shown.ground);
+    if (this.shown.view === 'cutout' && view.points) drawKept(ctx, view, this.shown.ground);
     else drawLayers(ctx, this.layers, view);
     for (const paint of this.painters) paint(ctx, view);
     this.compare.draw(view.image, canvas, this.zoom);
@@ -245,13 +240,10 @@ export class Viewer {
    * @returns {Spot} what is there
    */
   spotAt(place) {
-    const { points, frame, unit, visible } = this.view;
+    const { points, frame } = this.view;
     const [x, y] = this.placeAt(place);
     if (!points) return { ...NOWHERE, x, y };
-    const trajectory = points.nearest(frame, x, y, REACH_PX * unit, visible);
-    const object = points.objectAt(frame, x, y);
-    // Without masks the nearest point tells.
-    return { x, y, trajectory, object: object < 0 && trajectory >= 0 ? points.object[trajectory] : object };
+    return { x, y, object: points.objectAt(frame, x, y) };
   }
 }
 
@@ -268,7 +260,7 @@ class EdgedMask {
   /**
    * @param {Uint8Array} labels
    * @param {{width: number, height: number}} size
-   * @param {import('./saved/look.js').EdgeChoice} choice
+   * @param {import('../model/look.js').EdgeChoice} choice
    * @param {ReadonlySet<number>} hidden objects that are not kept
    */
   of(labels, { width, height }, choice, hidden) {

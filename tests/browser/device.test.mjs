@@ -5,7 +5,6 @@ import { before, describe, test } from 'node:test';
 import {
   accessibilityFaults,
   inPhase,
-  layerSwitches,
   onlyLong,
   openFix,
   openSample,
@@ -159,7 +158,8 @@ for (const colorScheme of ['light', 'dark']) {
       [...document.querySelectorAll('#views span')].map((span) => getComputedStyle(span).backgroundColor),
     );
     assert.notEqual(states[0], states[1], 'the view that is chosen');
-    const [on, off] = await layerSwitches(page);
+    await page.click('[data-layer="image"]');
+    const [on, off] = ['masks', 'image'].map((id) => page.locator(`[data-layer="${id}"]`));
     const colour = (box) => box.evaluate((element) => getComputedStyle(element).backgroundColor);
     assert.notEqual(await colour(on), await colour(off), 'a switch that is on');
     await openFix(page);

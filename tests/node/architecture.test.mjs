@@ -118,7 +118,7 @@ test('what reads files is compiled without the library, of the files of the room
   );
 });
 
-test('the package imports nothing of the page, and the page takes the package from library.js', () => {
+test('the package imports nothing of the studio, and the studio takes the package from library.js', () => {
   const imported = (folder) =>
     codeIn(folder).flatMap((file) => {
       const names = [...read(file).matchAll(/(?:\bfrom|\bimport)\s*\(?\s*'([^'\n]+)'/g)].map(([, name]) => name);
@@ -137,6 +137,30 @@ test('the package imports nothing of the page, and the page takes the package fr
     ofPage.filter(({ name }) => /\b(npm|dist)\//.test(name) || !/^(\.|tracecut\/selftest$|fflate$)/.test(name)),
     [],
   );
+});
+
+/** What only a browser's pages have. */
+const DOM =
+  /\b(document|navigator|localStorage|indexedDB|matchMedia|requestAnimationFrame|OffscreenCanvas|createImageBitmap|location|byId|HTML\w*Element)\b|\bnew (ImageData|Image|Worker)\b|\bwindow\.(?!shot\b|frames\b|firstFrame\b|settled\b)/;
+
+test('the model of the studio has no word of the DOM, and imports nothing of the view', () => {
+  const model = codeIn('studio/model');
+  const code = (file) => read(file).replace(/\/\*[^]*?\*\/|\/\/.*$/gm, '');
+  assert.ok(model.length > 25, `${model.length} files`);
+  assert.deepEqual(
+    model.flatMap(
+      (file) =>
+        DOM.exec(code(file))
+          ?.slice(0, 1)
+          .map((word) => ({ file, word })) ?? [],
+    ),
+    [],
+  );
+  assert.deepEqual(
+    model.filter((file) => /\.\.\/view\//.test(read(file))),
+    [],
+  );
+  assert.match(code('studio/view/viewer.js'), DOM);
 });
 
 test('the lab imports the public entries of the package and nothing else', () => {

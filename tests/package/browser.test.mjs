@@ -18,7 +18,7 @@ const shared = useEmptyPage(site, prepare, { modules });
 /** The package and a few helpers in `globalThis.kit` of an empty page. */
 function prepare(page) {
   return page.evaluate(async (scene) => {
-    const tracecut = await import('/view/library.js');
+    const tracecut = await import('/model/library.js');
     const { fingerprint, fnv1a } = await import('/fingerprint.mjs');
     const frames = async () => {
       const clip = await tracecut.synthClip(scene);

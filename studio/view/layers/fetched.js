@@ -4,7 +4,7 @@
  */
 
 /** @typedef {import('./layer.js').View} View */
-/** @typedef {import('./layer.js').Answer} Answer */
+/** @typedef {import('../../model/answers.js').Answer} Answer */
 
 /**
  * Answers by frame, one question at a time: while the clip plays, frames in between are passed over.

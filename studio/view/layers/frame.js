@@ -1,10 +1,10 @@
-/** What a frame alone shows: the boundary probability, contours, superpixels. @module */
+/** What a still image shows: the boundary probability, contours, superpixels. @module */
 
-import { drawBoundaries, drawSuperpixels } from '../library.js';
+import { drawBoundaries, drawSuperpixels } from '../../model/library.js';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { opacity, toggle, fromCorner } from './layer.js';
 import { key } from '../dom.js';
-import { EDGE_STYLES } from '../result/palette.js';
+import { EDGE_STYLES } from '../../model/palette.js';
 
 /** @returns {import('./layer.js').Layer} */
 export function boundaryLayer() {
@@ -19,7 +19,7 @@ export function boundaryLayer() {
     name: 'Boundaries (Pb)',
     key: '5',
     about: 'How likely each pixel lies on a boundary, from brightness, colour and texture; computed when first shown.',
-    ofWindows: true,
+    only: 'still',
     z: 14,
     on: false,
     settings: { opacity: opacity(), thin },
@@ -38,7 +38,7 @@ export function boundaryLayer() {
 }
 
 /**
- * @param {import('./layer.js').Boundaries} map
+ * @param {import('../../model/answers.js').Boundaries} map
  * @param {'pb' | 'thin'} of
  */
 function boundariesOf({ width, height, ...values }, of) {
@@ -57,7 +57,7 @@ export function contourLayer() {
     name: 'Contours',
     key: '4',
     about: 'Lines fitted to the contours, and the Gabriel edges that bridge the gaps between them.',
-    ofWindows: true,
+    only: 'still',
     z: 50,
     on: false,
     settings: { opacity: opacity(), deleted },
@@ -70,7 +70,7 @@ export function contourLayer() {
     draw(ctx, view) {
       const known = regions.get(view, view.frame);
       if (!known) return;
-      /** @type {import('../library.js').DrawSuperpixelsOptions} */
+      /** @type {import('../../model/library.js').DrawSuperpixelsOptions} */
       const options = {
         fill: 'none',
         borders: false,
@@ -97,7 +97,7 @@ export function superpixelLayer() {
     name: 'Superpixels',
     key: '3',
     about: 'Pieces of the frame that lie between its contours, gaps bridged; each belongs to one object.',
-    ofWindows: true,
+    only: 'still',
     z: 12,
     on: false,
     settings: { opacity: opacity(0.9), mean },
@@ -118,7 +118,7 @@ export function superpixelLayer() {
 }
 
 /**
- * @param {import('./layer.js').Superpixels} superpixels
+ * @param {import('../../model/answers.js').Superpixels} superpixels
  * @param {CanvasImageSource | null} image for mean colours
  */
 function superpixelsOf(superpixels, image) {

@@ -3,7 +3,10 @@
  * @module
  */
 
-/** @typedef {import('../result/points.js').Points} Points */
+/** @typedef {import('../../model/points.js').Points} Points */
+
+/** @typedef {import('../../model/answers.js').Answers} Answers */
+/** @typedef {import('../../model/answers.js').Spot} Spot */
 
 /** @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Canvas2D */
 
@@ -13,92 +16,16 @@
  *
  * @typedef {object} View
  * @property {Points | null} points the result by frame; null before there is one
- * @property {boolean} windows whether the clip was taken window by window: then little is known beyond masks
  * @property {CanvasImageSource | null} image the frame itself, at clip size or larger
  * @property {number} frame
  * @property {number} width of the clip in pixels
  * @property {number} height
  * @property {number} unit clip pixels in one CSS pixel: line widths times this look the same at every zoom
  * @property {(object: number) => boolean} visible
- * @property {() => ReturnType<typeof import('../library.js').adjustMask> | null} mask of the frame, its edges as
+ * @property {() => ReturnType<typeof import('../../model/library.js').adjustMask> | null} mask of the frame, its edges as
  *   they are wanted; null where there is none
  * @property {Answers} answers
  * @property {() => void} redraw asks for another `draw`, when something that was missing has come
- */
-
-/**
- * What can be asked about a frame.
- *
- * @typedef {{flow: Flow, boundaries: Boundaries, superpixels: Superpixels, background: Plate, saliencyMap: SaliencyMap,
- *   imageEdges: ImageEdges, confidence: Confidence}} Answer
- */
-
-/** @typedef {(frame: number, x: number, y: number) => Promise<import('../library.js').Explanation>} Explain */
-
-/**
- * What the session, or what was made of a still image, answers about a frame; null where it knows no such thing.
- *
- * @typedef {{[What in keyof Answer]: ((frame: number) => Promise<Answer[What]>) | null} & {explain: Explain | null}} Answers
- */
-
-/** @type {Answers} */
-export const NO_ANSWERS = {
-  flow: null,
-  boundaries: null,
-  superpixels: null,
-  background: null,
-  saliencyMap: null,
-  imageEdges: null,
-  confidence: null,
-  explain: null,
-};
-
-/**
- * @typedef {{x: number, y: number, object: number, trajectory: number}} Spot A place in clip pixels, with the object
- *   and the nearest trajectory there; -1 for none.
- */
-
-/**
- * @typedef {{width: number, height: number, pb: Float32Array, thin: Float32Array}} Boundaries Boundary probability of
- *   each pixel, and the same on ridges alone; pixels may be larger than those of the clip.
- */
-
-/**
- * Superpixels, and the edges that they come from. Pixels may be larger than those of the clip: `x` is `(x + 0.5) *
- * scaleX - 0.5` there.
- *
- * @typedef {object} Superpixels
- * @property {number} width
- * @property {number} height
- * @property {number} scaleX
- * @property {number} scaleY
- * @property {number} count
- * @property {Uint32Array} label
- * @property {{x0: Float32Array, y0: Float32Array, x1: Float32Array, y1: Float32Array, kind: Uint8Array}} edges
- */
-
-/**
- * @typedef {{width: number, height: number, data: Uint8ClampedArray<ArrayBuffer>}} Plate The scene without objects, RGBA;
- *   pixels as for boundaries.
- */
-
-/**
- * @typedef {{width: number, height: number, saliency: Float32Array}} SaliencyMap Saliency of each pixel, 0 to 1; pixels
- *   as for boundaries.
- */
-
-/**
- * @typedef {{width: number, height: number, confidence: Float32Array}} Confidence How likely the label of each pixel is
- *   right, 0 to 1; pixels as for boundaries.
- */
-
-/**
- * @typedef {{width: number, height: number, pb: Float32Array, discontinuity: Float32Array, spectral: Float32Array,
- *   combined: Float32Array}} ImageEdges Four kinds of boundary strength of a still image's pixels, 0 to 1.
- */
-
-/**
- * @typedef {{width: number, height: number, u: Float32Array, v: Float32Array}} Flow Motion in clip pixels per frame.
  */
 
 /**
@@ -121,17 +48,14 @@ export const NO_ANSWERS = {
  * @property {string} name
  * @property {string} key on the keyboard; of layers that share one only one can be there at a time
  * @property {'clip' | 'still'} [only] for which kind of source it is there; both if not said
- * @property {boolean} [ofWindows] whether a clip that was taken window by window can show it
  * @property {string} about one sentence on what the layer shows
  * @property {number} z layers with larger z are drawn over those with smaller
  * @property {boolean} on
  * @property {Record<string, Setting>} settings each layer has at least `opacity`
  * @property {() => Node[]} legend
  * @property {(ctx: Canvas2D, view: View) => void} draw
- * @property {(view: View) => string} [missing] why there is nothing to show of this result; empty where there is
  * @property {(view: View, spot: Spot) => string} [readout] words about a place; empty for none
  * @property {() => void} [reset] forgets everything about the last result
- * @property {() => void} [changed] set by the panel: the layer calls it when its legend has new figures
  */
 
 /**

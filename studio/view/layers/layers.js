@@ -4,47 +4,16 @@
  * @module
  */
 
-import { backgroundLayer, imageLayer, maskLayer } from './masks.js';
+import { imageLayer, maskLayer } from './masks.js';
 import { boundaryLayer, contourLayer, superpixelLayer } from './frame.js';
-import { componentLayer } from './components.js';
-import { discontinuityLayer, embeddingLayer, trajectoryLayer } from './trajectories.js';
-import { flowLayer } from './flow.js';
-import { foregroundLayer, saliencyLayer } from './saliency.js';
 import { stillLayer } from './still.js';
-import { WINDOW } from '../run/clip-job.js';
-import { NOTHING } from '../words.js';
 
 /** @typedef {import('./layer.js').Layer} Layer */
 /** @typedef {import('./layer.js').View} View */
 
 /** @returns {Layer[]} in the order of the panel */
 export function createLayers() {
-  return [
-    maskLayer(),
-    trajectoryLayer(),
-    superpixelLayer(),
-    contourLayer(),
-    boundaryLayer(),
-    discontinuityLayer(),
-    stillLayer(),
-    embeddingLayer(),
-    saliencyLayer(),
-    foregroundLayer(),
-    componentLayer(),
-    flowLayer(),
-    backgroundLayer(),
-    imageLayer(),
-  ];
-}
-
-/**
- * @param {Layer} layer
- * @param {View} view
- * @returns {string} why there is nothing to show; empty where there is
- */
-export function missingOf(layer, view) {
-  if (view.windows && !layer.ofWindows) return NOTHING.windows(WINDOW);
-  return layer.missing?.(view) ?? '';
+  return [maskLayer(), superpixelLayer(), contourLayer(), boundaryLayer(), stillLayer(), imageLayer()];
 }
 
 /**
@@ -55,8 +24,7 @@ export function missingOf(layer, view) {
  * @param {View} view
  */
 export function drawLayers(ctx, layers, view) {
-  const order = layers.filter((layer) => layer.on && !missingOf(layer, view)).sort((a, b) => a.z - b.z);
-  for (const layer of order) {
+  for (const layer of layers.filter(({ on }) => on).sort((a, b) => a.z - b.z)) {
     const alpha = layer.settings.opacity.value;
     if (alpha >= 1) layer.draw(ctx, view);
     else if (alpha > 0) drawFaded(ctx, layer, view, alpha);

@@ -1,11 +1,7 @@
-/** Pictures as large as the frame: the frame itself, its masks, the scene without the objects. @module */
+/** Pictures as large as the frame: the frame itself, and its masks. @module */
 
-import { drawLabels } from '../library.js';
-import { key } from '../dom.js';
+import { drawLabels } from '../../model/library.js';
 import { fromCorner, opacity } from './layer.js';
-import { objectColor } from '../result/palette.js';
-import { Fetched, picture } from './fetched.js';
-import { NOTHING } from '../words.js';
 
 /** Width of the outline in CSS pixels. */
 export const OUTLINE = 1.8;
@@ -19,51 +15,16 @@ export function maskLayer() {
     key: '1',
     only: 'clip',
     about: 'Every pixel that belongs to an object, in its colour.',
-    ofWindows: true,
     z: 30,
     on: true,
     settings: { opacity: opacity(), fill },
-    legend: () => [key('dot', objectColor(1), 'objects, colours as listed')],
+    legend: () => [],
     draw(ctx, { mask, unit, visible }) {
       const edged = mask();
       if (!edged) return;
       const masks = { ...edged, numFrames: 1, labels: () => edged.labels };
       const objects = (/** @type {number} */ object) => object > 0 && visible(object);
       fromCorner(ctx, () => drawLabels(ctx, masks, 0, { opacity: fill.value, outlineWidth: OUTLINE * unit, objects }));
-    },
-  };
-}
-
-/** What holes are filled with. */
-const HOLE = '#d6409f';
-
-/** @returns {import('./layer.js').Layer} */
-export function backgroundLayer() {
-  const plates = new Fetched('background', (plate) =>
-    picture(plate, (ctx) => {
-      ctx.putImageData(new ImageData(plate.data, plate.width, plate.height), 0, 0);
-      ctx.globalCompositeOperation = 'destination-over';
-      ctx.fillStyle = HOLE;
-      ctx.fillRect(0, 0, plate.width, plate.height);
-    }),
-  );
-  return {
-    id: 'background',
-    name: 'Background',
-    key: 'b',
-    only: 'clip',
-    about: 'The scene without the objects, as other frames show it.',
-    z: 2,
-    on: false,
-    settings: { opacity: opacity() },
-    legend: () => [key('dot', HOLE, 'never seen')],
-    missing: ({ points }) => (points && !points.hasMasks ? NOTHING.masks : ''),
-    reset: () => plates.reset(),
-    draw(ctx, view) {
-      const plate = view.points && plates.get(view, view.frame);
-      if (!plate) return;
-      ctx.imageSmoothingQuality = 'high';
-      ctx.drawImage(plate, -0.5, -0.5, view.width, view.height);
     },
   };
 }
@@ -76,7 +37,6 @@ export function imageLayer() {
     name: 'Source image',
     key: '9',
     about: 'The frame itself, a little pale so that the layers stand out.',
-    ofWindows: true,
     z: 0,
     on: true,
     settings: { opacity: opacity(), color },

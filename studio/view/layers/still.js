@@ -3,10 +3,9 @@
  * @module
  */
 
-import { drawBoundaries } from '../library.js';
+import { drawBoundaries } from '../../model/library.js';
 import { Fetched, picture, valueAt } from './fetched.js';
 import { choice, opacity } from './layer.js';
-import { quantile } from '../result/points.js';
 
 /** @typedef {'combined' | 'discontinuity' | 'spectral' | 'pb'} Kind */
 
@@ -63,7 +62,7 @@ export function stillLayer() {
 }
 
 /**
- * @param {import('./layer.js').ImageEdges} map
+ * @param {import('../../model/answers.js').ImageEdges} map
  * @param {Kind} of
  */
 function paint({ width, height, ...values }, of) {
@@ -74,4 +73,12 @@ function paint({ width, height, ...values }, of) {
   return picture({ width, height }, (ctx) =>
     drawBoundaries(ctx, { width, height, [of]: values[of] }, { of, ...stretch }),
   );
+}
+
+/**
+ * @param {Float32Array} values
+ * @param {number} q in 0..1
+ */
+function quantile(values, q) {
+  return values.slice().sort()[Math.round(q * (values.length - 1))];
 }

@@ -3,9 +3,9 @@
  * @module
  */
 
-import { version } from '../library.js';
+import { version } from '../../model/library.js';
 import { h, connectDialog } from '../dom.js';
-import { explain } from '../words.js';
+import { explain } from '../../model/words.js';
 
 /** @typedef {import('tracecut/selftest').SelftestCheck} SelftestCheck */
 

@@ -6,17 +6,18 @@
  */
 
 import { byId, h } from '../dom.js';
-import { moveOf, nameAndColour, placeName } from '../result/describe.js';
-import { objectName } from '../result/palette.js';
-import { listed } from '../result/selection.js';
-import { showCorrected } from '../result/show-result.js';
-import { explain, percent, seconds } from '../words.js';
-import { BRUSH_HELP, Brush, NEW_OBJECT, isBrush, Strokes } from './brush.js';
+import { moveOf, nameAndColour, placeName } from '../../model/describe.js';
+import { objectName } from '../../model/palette.js';
+import { listed } from '../../model/selection.js';
+import { showCorrected } from '../../model/show-result.js';
+import { explain, percent, seconds } from '../../model/words.js';
+import { Brush, NEW_OBJECT } from '../../model/brush.js';
+import { BRUSH_HELP, Strokes, isBrush } from './strokes.js';
 
-/** @typedef {import('../layers/layer.js').Spot} Spot */
-/** @typedef {import('../run/corrections.js').Corrections} Corrections */
+/** @typedef {import('../../model/answers.js').Spot} Spot */
+/** @typedef {import('../../model/corrections.js').Corrections} Corrections */
 
-/** @typedef {'pick' | 'together' | 'apart' | import('./brush.js').BrushTool} Tool */
+/** @typedef {'pick' | 'together' | 'apart' | import('../../model/brush.js').BrushTool} Tool */
 
 export class Correction {
   /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'viewer' | 'keys' | 'selection'>} page */
@@ -39,11 +40,18 @@ export class Correction {
       corrector: () => this.corrector,
       object: () => this.object,
       choose: (object) => this.chooseNew(object),
+      carries: () => /** @type {HTMLInputElement} */ (byId('brush-carry')).checked,
+      // The buttons keep their places.
+      tellCarrying: (isCarrying) => disable('brush-stop', !isCarrying),
+      tellSizes: (isSmaller, isLarger) => {
+        disable('add-smaller', !isSmaller);
+        disable('add-larger', !isLarger);
+      },
       show: (frames) => this.show(frames),
       tell: (text, wrong) => this.tell(text, wrong),
     });
     this.strokes = new Strokes(viewer, () => this.update(), {
-      radius: () => this.brush.radius,
+      radius: () => /** @type {HTMLInputElement} */ (byId('brush-size')).valueAsNumber / 2,
       paint: (stroke, tool) => this.brush.stroke(stroke, tool),
     });
     this.list = /** @type {HTMLSelectElement} */ (byId('correct-object'));
@@ -76,6 +84,9 @@ export class Correction {
       'correct-split': () => this.apply((c) => c.split(this.object, this.place ?? undefined)),
       'correct-undo': () => this.undo(),
       'correct-redo': () => this.redo(),
+      'brush-stop': () => this.brush.stop(),
+      'add-smaller': () => this.brush.resize(-1),
+      'add-larger': () => this.brush.resize(1),
       'strokes-apply': () => this.applyStrokes(),
       'strokes-clear': () => this.strokes.clear(),
     };
@@ -92,7 +103,7 @@ export class Correction {
   /** @returns {Corrections | null} */
   get corrector() {
     const { found, job } = this.store.state;
-    return found?.points?.hasMasks ? (job?.corrector ?? null) : null;
+    return found?.points ? (job?.corrector ?? null) : null;
   }
 
   /** What the button and the key do. */
@@ -326,7 +337,7 @@ export class Correction {
 }
 
 /**
- * @param {import('../result/presence.js').Facts | undefined} facts
+ * @param {import('../../model/presence.js').Facts | undefined} facts
  * @returns {string}
  */
 function factsText(facts) {

@@ -3,21 +3,21 @@
  * again. @module
  */
 
-import { version } from '../library.js';
-import { h, byId, connectDialog } from '../dom.js';
-import { edgesOf } from '../saved/look.js';
-import { stemOf, subjectOf } from '../result/export.js';
-import { framesOf } from '../result/export-size.js';
-import { EXPORTS, FIRST } from '../result/exports.js';
-import { objectName } from '../result/palette.js';
-import { linkOf, recipeOf } from '../result/recipe.js';
-import { download, placeFor } from '../result/save-file.js';
-import { TimeLeft } from '../result/time-left.js';
-import { untilAborted } from '../run/stage-clock.js';
-import { bytes, count, explain, plural, remaining } from '../words.js';
+import { version } from '../../model/library.js';
+import { PLAYS_MP4, byId, connectDialog, h } from '../dom.js';
+import { edgesOf, groundOf } from '../../model/look.js';
+import { stemOf, subjectOf } from '../../model/export.js';
+import { framesOf } from '../../model/export-size.js';
+import { FIRST, otherExports } from '../../model/exports.js';
+import { background } from '../background-export.js';
+import { objectName } from '../../model/palette.js';
+import { linkOf, recipeOf } from '../../model/recipe.js';
+import { download, placeFor } from '../save-file.js';
+import { TimeLeft } from '../../model/time-left.js';
+import { untilAborted } from '../../model/stage-clock.js';
+import { bytes, count, explain, plural, remaining } from '../../model/words.js';
 import { ExportOptions } from './export-options.js';
 import { SavePreview } from './save-preview.js';
-import { groundOf } from './views.js';
 
 /** What the choices with a preview are called where there is little room. @type {Record<string, string>} */
 const LOOKS = { transparent: 'Cut-out', green: 'Green', blurred: 'Blurred', zip: 'Masks' };
@@ -40,7 +40,7 @@ export class ExportDialog {
     this.abort = null;
     /** @type {File | null} What was saved last. */
     this.saved = null;
-    const rows = EXPORTS.map((one) => this.row(one));
+    const rows = otherExports(background).map((one) => this.row(one));
     byId('export-list').replaceChildren(...rows.map(({ element }) => element));
     const first = FIRST.map((one, k) => this.card(one, k === 0));
     byId('export-first').replaceChildren(...first.map(({ button }) => button));
@@ -61,7 +61,7 @@ export class ExportDialog {
     byId('export-cancel').addEventListener('click', () => this.abort?.abort());
     byId('export-share').addEventListener('click', () => this.share());
     byId('copy-link').addEventListener('click', () =>
-      this.copy(linkOf(this.store.state.changed), 'The link is on the clipboard.'),
+      this.copy(linkOf(this.store.state.changed, location.href), 'The link is on the clipboard.'),
     );
     byId('copy-recipe').addEventListener('click', () => this.copy(this.recipe, 'The recipe is on the clipboard.'));
     this.recipeBox.addEventListener('toggle', () => this.showRecipe());
@@ -93,7 +93,7 @@ export class ExportDialog {
     byId('export-looks').append(...looks);
   }
 
-  /** @param {import('../result/export.js').Choice} choice */
+  /** @param {import('../../model/export.js').Choice} choice */
   look(choice) {
     if (this.abort || !this.dialog.open) return;
     this.preview.show(choice);
@@ -126,7 +126,7 @@ export class ExportDialog {
   }
 
   /**
-   * @param {import('../result/export.js').Export} one with one choice
+   * @param {import('../../model/export.js').Export} one with one choice
    * @param {boolean} isNext whether it is what most would save
    */
   card({ title, about, choices: [choice] }, isNext) {
@@ -144,7 +144,7 @@ export class ExportDialog {
     return { choice, button };
   }
 
-  /** @param {import('../result/export.js').Export} one */
+  /** @param {import('../../model/export.js').Export} one */
   row({ title, about, choices }) {
     const withButtons = choices.map((choice) => ({
       title,
@@ -175,7 +175,7 @@ export class ExportDialog {
     }
   }
 
-  /** @returns {import('../result/export.js').Subject | null} as it is chosen to be saved */
+  /** @returns {import('../../model/export.js').Subject | null} as it is chosen to be saved */
   subjectNow() {
     const found = this.subject();
     const { job } = this.store.state;
@@ -195,7 +195,7 @@ export class ExportDialog {
     };
   }
 
-  /** @param {import('../result/export.js').Choice} choice */
+  /** @param {import('../../model/export.js').Choice} choice */
   async save(choice) {
     const subject = this.subjectNow();
     if (!subject || this.abort) return;
@@ -260,7 +260,7 @@ export class ExportDialog {
   /**
    * @param {AbortSignal} signal
    * @param {TimeLeft} timeLeft
-   * @returns {Promise<import('../library.js').MaskSource | null>} the masks as they are on screen, when all of them
+   * @returns {Promise<import('../../model/library.js').MaskSource | null>} the masks as they are on screen, when all of them
    *   are smoothed; null where none are to be
    */
   async smoothed(signal, timeLeft) {
@@ -350,6 +350,6 @@ function isCancel(error) {
 
 /** @param {unknown} error */
 function wordsOf(error) {
-  const { title, advice, detail } = explain(error);
+  const { title, advice, detail } = explain(error, PLAYS_MP4);
   return [title, advice, detail].filter(Boolean).join('. ');
 }

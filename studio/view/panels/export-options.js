@@ -1,14 +1,14 @@
 /** How results are saved: their size, how fine videos are, whether they have the sound; and what that comes to. @module */
 
-import { estimateVideoSize, soundInfo } from '../library.js';
+import { estimateVideoSize, soundInfo } from '../../model/library.js';
 import { byId, h } from '../dom.js';
-import { workingSize } from '../video.js';
-import { LEAST_SIDE, durationOf, sizesOf } from '../result/export-size.js';
-import { bytes, plural } from '../words.js';
+import { workingSize } from '../../model/source.js';
+import { LEAST_SIDE, durationOf, sizesOf } from '../../model/export-size.js';
+import { bytes, plural } from '../../model/words.js';
 
-/** @typedef {import('../library.js').VideoQuality} VideoQuality */
-/** @typedef {import('../library.js').SoundInfo} SoundInfo */
-/** @typedef {Pick<import('../result/export.js').Subject, 'masks' | 'source' | 'fps'>} Known */
+/** @typedef {import('../../model/library.js').VideoQuality} VideoQuality */
+/** @typedef {import('../../model/library.js').SoundInfo} SoundInfo */
+/** @typedef {Pick<import('../../model/export.js').Subject, 'masks' | 'source' | 'fps'>} Known */
 
 const FORMATS = /** @type {const} */ ({ webm: 'WebM', mp4: 'MP4' });
 
@@ -71,7 +71,7 @@ export class ExportOptions {
 
   /**
    * @param {'webm' | 'mp4'} format
-   * @returns {import('../library.js').SoundOptions | null} what is kept of the sound; null for nothing
+   * @returns {import('../../model/library.js').SoundOptions | null} what is kept of the sound; null for nothing
    */
   soundFor(format) {
     const { known, sound, withSound } = this;

@@ -5,9 +5,9 @@
  */
 
 import { byId, h } from '../dom.js';
-import { alikeObjects } from '../result/alike.js';
-import { objectColor, objectName, objectShape } from '../result/palette.js';
-import { plural } from '../words.js';
+import { alikeObjects } from '../../model/alike.js';
+import { objectColor, objectName, objectShape } from '../../model/palette.js';
+import { plural } from '../../model/words.js';
 import { boxOf, drawFrame } from './correction.js';
 
 /** A result that stays for so long is looked at, in milliseconds. */

@@ -24,8 +24,8 @@ export function labPanel({ store }) {
 /**
  * Stores the files of a clip, and the time at which the part of it that is taken starts, in seconds.
  *
- * @param {import('../source.js').Source} source
- * @param {import('../source.js').Take} take
+ * @param {import('../../model/source.js').Source} source
+ * @param {import('../../model/source.js').Take} take
  */
 async function handOver({ files = [], times, fps }, { start }) {
   // Images have no times: those before the part stay here.

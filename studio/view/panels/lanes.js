@@ -1,15 +1,15 @@
 /** A lane for each object, in the list of objects: when it is there, and how large. @module */
 
 import { h } from '../dom.js';
-import { moveOf, nameAndColour, spanOf } from '../result/describe.js';
-import { objectColor } from '../result/palette.js';
-import { withinFilm } from '../store.js';
+import { moveOf, nameAndColour, spanOf } from '../../model/describe.js';
+import { objectColor } from '../../model/palette.js';
+import { withinFilm } from '../../model/store.js';
 
-/** @typedef {import('../result/presence.js').Facts} Facts */
+/** @typedef {import('../../model/presence.js').Facts} Facts */
 
 export class Lanes {
   /**
-   * @param {import('../store.js').Store} store
+   * @param {import('../../model/store.js').Store} store
    * @param {HTMLElement} list that the lanes are in
    */
   constructor(store, list) {

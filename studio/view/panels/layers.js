@@ -1,33 +1,22 @@
 /** The list of layers: a switch, a key and, for layers that are on, the legend and their settings. @module */
 
 import { byId, h } from '../dom.js';
-import { missingOf } from '../layers/layers.js';
-import { kindOf } from '../source.js';
+import { kindOf } from '../../model/source.js';
 
 /** @typedef {import('../layers/layer.js').Layer} Layer */
-
-/** Where the layers are that everybody wants; the others show how it works. @type {Record<string, string>} */
-const PLACES = { masks: 'layer-list', image: 'layer-list-last' };
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'layers' | 'viewer' | 'keys'>} page */
 export function layersPanel({ store, layers, viewer, keys }) {
   const rows = layers.map((layer) => layerRow(layer, () => viewer.redraw()));
-  for (const { layer, element } of rows) byId(PLACES[layer.id] ?? 'layer-list-how').append(element);
-  // Layers that share a key are never there at the same time.
-  const rowOf = (/** @type {string} */ key) =>
-    rows.find(({ layer }) => layer.key === key && isFor(layer, kindOf(store.state.source)));
-  for (const key of new Set(layers.map((layer) => layer.key)))
+  byId('layer-list').append(...rows.map(({ element }) => element));
+  for (const { layer, box } of rows)
     keys.on(
-      key,
-      () => rowOf(key)?.box.click(),
-      () => rowOf(key) !== undefined,
+      layer.key,
+      () => box.click(),
+      () => isFor(layer, kindOf(store.state.source)),
     );
-  // Of a still image these are the result.
   store.watch(['source'], ({ source }) => {
-    if (kindOf(source) === 'still') /** @type {HTMLDetailsElement} */ (byId('layers-all')).open = true;
-  });
-  store.watch(['source', 'picture', 'found'], ({ source }) => {
-    for (const row of rows) row.update(viewer.view, kindOf(source));
+    for (const { layer, element } of rows) element.hidden = !isFor(layer, kindOf(source));
   });
 }
 
@@ -44,17 +33,15 @@ function isFor(layer, kind) {
  * @param {() => void} onChange
  */
 function layerRow(layer, onChange) {
-  const shortcut = layer.key.toUpperCase();
   const box = h('input', {
     type: 'checkbox',
     role: 'switch',
     class: 'switch',
     'data-layer': layer.id,
-    'aria-keyshortcuts': shortcut,
+    'aria-keyshortcuts': layer.key,
   });
   box.checked = layer.on;
-  const legend = h('div', { class: 'legend' });
-  const missing = h('p', { class: 'about layer-missing', id: `missing-${layer.id}`, hidden: true });
+  const legend = h('div', { class: 'legend' }, ...layer.legend());
   const details = h(
     'div',
     { class: 'layer-details' },
@@ -62,38 +49,18 @@ function layerRow(layer, onChange) {
     legend,
     ...Object.entries(layer.settings).map(([name, setting]) => controlOf(setting)(layer.id, name, setting, onChange)),
   );
-  let reason = '';
-  const refresh = () => {
-    const nodes = layer.on ? layer.legend() : [];
-    legend.replaceChildren(...nodes);
-    legend.hidden = nodes.length === 0;
-    details.hidden = !layer.on || reason !== '';
-  };
-  layer.changed = refresh;
+  legend.hidden = layer.legend().length === 0;
+  const refresh = () => (details.hidden = !layer.on);
   box.addEventListener('change', () => {
     layer.on = box.checked;
     refresh();
     onChange();
   });
   refresh();
-  const key = h('kbd', { title: 'Key', 'aria-hidden': 'true' }, shortcut);
+  const key = h('kbd', { title: 'Key', 'aria-hidden': 'true' }, layer.key);
   const label = h('label', { class: 'layer-name' }, box, h('span', {}, layer.name), key);
-  const element = h('li', { class: 'layer' }, label, missing, details);
-  /**
-   * @param {import('../layers/layer.js').View} view
-   * @param {'clip' | 'still'} kind
-   */
-  const update = (view, kind) => {
-    element.hidden = !isFor(layer, kind);
-    reason = missingOf(layer, view);
-    box.disabled = reason !== '';
-    if (reason) box.setAttribute('aria-describedby', missing.id);
-    else box.removeAttribute('aria-describedby');
-    missing.textContent = reason;
-    missing.hidden = reason === '';
-    refresh();
-  };
-  return { layer, box, element, update };
+  const element = h('li', { class: 'layer' }, label, details);
+  return { layer, box, element };
 }
 
 /** @param {import('../layers/layer.js').Setting} setting */

@@ -3,15 +3,15 @@
  * @module
  */
 
-import { byId, choosesMore, h, icon } from '../dom.js';
-import { moveOf, nameAndColour, placeName } from '../result/describe.js';
-import { objectColor, objectName, objectShape } from '../result/palette.js';
-import { listed } from '../result/selection.js';
-import { percent, plural } from '../words.js';
+import { byId, choosesMore, h } from '../dom.js';
+import { moveOf, nameAndColour, placeName } from '../../model/describe.js';
+import { objectColor, objectName, objectShape } from '../../model/palette.js';
+import { listed } from '../../model/selection.js';
+import { percent } from '../../model/words.js';
 import { Lanes } from './lanes.js';
 
-/** @typedef {import('../result/presence.js').Facts} Facts */
-/** @typedef {import('../result/selection.js').Selection} Selection */
+/** @typedef {import('../../model/presence.js').Facts} Facts */
+/** @typedef {import('../../model/selection.js').Selection} Selection */
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'viewer'>} page */
 export function objectsPanel({ store, selection, viewer }) {
@@ -20,9 +20,8 @@ export function objectsPanel({ store, selection, viewer }) {
   const list = byId('object-list');
   const lanes = new Lanes(store, list);
   store.watch(['found', 'film'], ({ found }) => {
-    const motionsOf = (/** @type {number} */ object) => found?.points?.clustersOf(object) ?? 1;
     lanes.strips = [];
-    rows = listed(found?.facts ?? []).map((one) => objectRow(one, motionsOf(one.object), selection, lanes));
+    rows = listed(found?.facts ?? []).map((one) => objectRow(one, selection, lanes));
     list.replaceChildren(...rows.map((row) => row.element));
     lanes.draw();
   });
@@ -32,7 +31,7 @@ export function objectsPanel({ store, selection, viewer }) {
   });
   byId('show-all').addEventListener('click', () => selection.reset());
   viewer.onPick(({ object }, more) => {
-    if (store.state.correcting || store.state.asking) return;
+    if (store.state.correcting) return;
     if (more) return selection.choose(object);
     if (object > 0) selection.isolate(object);
     // The background brings all back.
@@ -42,11 +41,10 @@ export function objectsPanel({ store, selection, viewer }) {
 
 /**
  * @param {Facts} facts
- * @param {number} motions
  * @param {Selection} selection
  * @param {Lanes} lanes
  */
-function objectRow(facts, motions, selection, lanes) {
+function objectRow(facts, selection, lanes) {
   const { object, share } = facts;
   const name = objectName(object);
   const swatch = h('span', { class: `swatch swatch-${objectShape(object)}`, 'aria-hidden': 'true' });
@@ -73,36 +71,18 @@ function objectRow(facts, motions, selection, lanes) {
       chosen,
     ),
     h('span', { class: 'object-share' }, percent(share)),
-    h('span', { class: 'object-facts' }, factsOf(facts, motions)),
+    h('span', { class: 'object-facts' }, factsOf(facts)),
   );
-  const shows = object === 0 ? eyeOf(selection) : keepOf(object, selection);
-  const element = h('li', { class: 'object', 'data-object': object }, alone, shows.element);
+  const element = h('li', { class: 'object', 'data-object': object }, alone);
+  const keep = object > 0 ? keepOf(object, selection) : null;
+  if (keep) element.append(keep.element);
   if (object > 0 && facts.first >= 0) element.append(lanes.add(facts));
   const update = () => {
     const shown = selection.has(object);
     element.classList.toggle('is-hidden', !shown);
     alone.setAttribute('aria-pressed', String(selection.isAlone(object)));
     chosen.textContent = selection.isChosen(object) ? ', chosen' : '';
-    shows.update(shown);
-  };
-  return { element, update };
-}
-
-/**
- * The background is no object that is kept: it is shown or hidden.
- *
- * @param {Selection} selection
- */
-function eyeOf(selection) {
-  const element = h(
-    'button',
-    { type: 'button', class: 'icon-button eye', click: () => selection.toggle(0) },
-    icon('icon-eye'),
-    icon('icon-eye-off'),
-  );
-  const update = (/** @type {boolean} */ shown) => {
-    element.setAttribute('aria-label', shown ? `Hide ${objectName(0)}` : `Show ${objectName(0)}`);
-    element.title = shown ? 'Hide' : 'Show';
+    keep?.update(shown);
   };
   return { element, update };
 }
@@ -124,12 +104,9 @@ function keepOf(object, selection) {
 
 /**
  * @param {Facts} facts
- * @param {number} motions
- * @returns {string} `top, moves left · 2 motions`
+ * @returns {string} `top, moves left`
  */
-function factsOf(facts, motions) {
-  const parts = facts.object > 0 && facts.first >= 0 ? [`${placeName(facts.from)}, ${moveOf(facts)}`] : [];
-  if (facts.first < 0) parts.push('not seen');
-  if (motions > 1) parts.push(plural(motions, 'motion'));
-  return parts.join(' · ');
+function factsOf(facts) {
+  if (facts.first < 0) return 'not seen';
+  return facts.object > 0 ? `${placeName(facts.from)}, ${moveOf(facts)}` : '';
 }

@@ -12,7 +12,7 @@ const WARM_MS = 4000;
  * What opens a dialog. Where the network does not answer the page says so, and the next call tries again. That is seen
  * before the dialog is imported: some browsers never fetch a module again that they could not import.
  *
- * @param {import('../store.js').Store} store
+ * @param {import('../../model/store.js').Store} store
  * @param {() => Promise<{open: () => void}>} importDialog
  * @param {() => boolean} [isWanted] whether the user waits for it
  * @returns {(() => Promise<void>) & {prepare: () => Promise<unknown>}} `prepare` fetches it and opens nothing; gives
@@ -73,15 +73,6 @@ export function helpPanel(page) {
   page.keys.on('?', open);
 }
 
-/** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */
-export function whyPanel(page) {
-  const open = onDemand(page.store, async () => new (await import('./why-panel.js')).WhyPanel(page));
-  byId('why-open').addEventListener('click', open);
-  page.store.watch(['found', 'phase'], ({ found, phase }) => {
-    byId('why-open').hidden = phase !== 'done' || !found?.answers.explain;
-  });
-}
-
 /** @param {Pick<import('../page.js').Page, 'store' | 'selection' | 'keys' | 'viewer'>} page */
 export function exportPanel(page) {
   const open = onDemand(page.store, async () => new (await import('./export-dialog.js')).ExportDialog(page));
@@ -117,10 +108,10 @@ export function nothingPanel(page) {
 }
 
 /**
- * @param {import('../store.js').State} state
+ * @param {import('../../model/store.js').State} state
  * @returns {boolean} whether a run has ended in which no object was found, nor made by hand, and nobody is at work on one
  */
 function foundNothing({ phase, found, job, correcting }) {
-  if (phase !== 'done' || correcting || !found?.points?.hasMasks || !job || job.partial) return false;
+  if (phase !== 'done' || correcting || !found?.points || !job || job.partial) return false;
   return !found.facts.some(({ object, first }) => object > 0 && first >= 0);
 }

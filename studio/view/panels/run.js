@@ -1,10 +1,6 @@
-/** Opening, starting and cancelling, by buttons and files; how far a run is, and where its time went. @module */
+/** Opening, starting and cancelling, by buttons and files; how far a run is. @module */
 
-import { TOUCH, byId, connectDialog, h } from '../dom.js';
-import { Countdown, timeLeft } from '../run/stage-clock.js';
-import { count, doing, remaining, seconds } from '../words.js';
-
-/** @typedef {import('../run/stage-clock.js').StageClock} StageClock */
+import { TOUCH, byId, connectDialog } from '../dom.js';
 
 /** @param {Pick<import('../page.js').Page, 'app' | 'store' | 'keys'>} page */
 export function runPanel({ app, store, keys }) {
@@ -95,92 +91,4 @@ function connectDrop(open) {
     hover(-depth);
     open(event.dataTransfer?.files);
   });
-}
-
-/** One run's progress. */
-export class Progress {
-  constructor() {
-    this.countdown = new Countdown();
-  }
-
-  /**
-   * @param {StageClock} clock
-   * @param {string} headline that is shown by now
-   * @returns {Partial<import('../store.js').State>} what is to be shown; a new stage is also told
-   */
-  of(clock, headline) {
-    const stage = clock.current;
-    if (!stage) return {};
-    const name = doing(stage.id);
-    const now = performance.now();
-    const left = this.countdown.follow(timeLeft(clock, now), now);
-    const words = [
-      stage.total > 1 ? `${count(stage.done)} of ${count(stage.total)}` : '',
-      `${seconds(clock.ms + now - clock.markedAt)} so far`,
-      left === null ? '' : remaining(left),
-    ];
-    return {
-      ...(headline === name ? {} : { headline: name, live: name }),
-      subline: words.filter(Boolean).join(' · '),
-      share: clock.share,
-      stages: stagesOf(clock, 'running'),
-    };
-  }
-}
-
-/**
- * @typedef {{name: string, bar: number, ms: number, underWay: boolean, through: boolean}} StageRow `bar` in 0..1
- */
-
-/**
- * @param {StageClock} clock
- * @param {'running' | 'done' | 'stopped'} how
- * @returns {{rows: StageRow[], ms: number}} the stages as they are now
- */
-export function stagesOf(clock, how) {
-  const live = how === 'running' ? performance.now() - clock.markedAt : 0;
-  const longest = Math.max(1, ...clock.stages.map((stage) => stage.ms));
-  const rows = clock.stages.map((stage) => {
-    const underWay = how === 'running' && stage === clock.current;
-    const part = stage.total > 0 ? stage.done / stage.total : 0;
-    return {
-      name: stage.name,
-      // After the run the bars compare the stages' times instead.
-      bar: how === 'done' ? stage.ms / longest : part,
-      ms: stage.ms + (underWay ? live : 0),
-      underWay,
-      through: stage.total > 0 && part >= 1,
-    };
-  });
-  return { rows, ms: clock.ms + live };
-}
-
-/** @param {Pick<import('../page.js').Page, 'store'>} page */
-export function stagesPanel({ store }) {
-  /** @type {ReturnType<typeof stageRow>[]} */
-  let shown = [];
-  store.watch(['stages'], ({ stages: { rows, ms } }) => {
-    if (shown.length !== rows.length) {
-      shown = rows.map(stageRow);
-      byId('stage-list').replaceChildren(...shown.map(({ element }) => element));
-    }
-    rows.forEach((row, k) => shown[k].show(row));
-    byId('stages').hidden = rows.length === 0;
-    byId('stage-total').textContent = rows.length > 0 ? seconds(ms) : '';
-  });
-}
-
-function stageRow() {
-  const name = h('span', { class: 'stage-name' });
-  const bar = h('span', { class: 'bar' });
-  const time = h('span', { class: 'stage-time' });
-  const element = h('li', { class: 'stage-row' }, name, bar, time);
-  /** @param {StageRow} row */
-  const show = (row) => {
-    name.textContent = row.name;
-    bar.style.setProperty('--share', String(row.bar));
-    time.textContent = row.ms > 0 ? seconds(row.ms) : '–';
-    element.className = `stage-row ${row.underWay ? 'is-current' : ''} ${row.through ? 'is-through' : ''}`;
-  };
-  return { element, show };
 }

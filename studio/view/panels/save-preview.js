@@ -4,11 +4,11 @@
  * @module
  */
 
-import { encodeVideo } from '../library.js';
+import { encodeVideo } from '../../model/library.js';
 import { byId } from '../dom.js';
 
-/** @typedef {import('../result/export.js').Choice} Choice */
-/** @typedef {import('../result/export.js').Subject} Subject */
+/** @typedef {import('../../model/export.js').Choice} Choice */
+/** @typedef {import('../../model/export.js').Subject} Subject */
 /** @typedef {HTMLVideoElement | HTMLImageElement} Shown */
 
 /** A press that goes farther drags, in CSS pixels. */

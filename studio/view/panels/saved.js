@@ -1,6 +1,6 @@
 /** What was kept of work on clips, and a run that was cut off, are offered; what the user opens is kept from then on. @module */
 
-import { stored } from '../saved/storage.js';
+import { stored } from '../storage.js';
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'app'>} page */
 export function savedPanel(page) {

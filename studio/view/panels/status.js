@@ -4,16 +4,16 @@
  * @module
  */
 
-import { byId } from '../dom.js';
-import { explain } from '../words.js';
+import { PLAYS_MP4, byId } from '../dom.js';
+import { explain } from '../../model/words.js';
 
-/** @typedef {import('../store.js').State} State */
-/** @typedef {import('../store.js').Store} Store */
+/** @typedef {import('../../model/store.js').State} State */
+/** @typedef {import('../../model/store.js').Store} Store */
 
 /**
  * The public state of each phase: opening and stopped are both `loading`, as no result is on screen.
  *
- * @type {Record<import('../store.js').Phase, 'loading' | 'running' | 'done' | 'error'>}
+ * @type {Record<import('../../model/store.js').Phase, 'loading' | 'running' | 'done' | 'error'>}
  */
 const STATE = {
   opening: 'loading',
@@ -68,7 +68,7 @@ function showShare(share) {
 
 /** @param {unknown} error */
 function showError(error) {
-  const { code, title, advice, detail } = explain(error);
+  const { code, title, advice, detail } = explain(error, PLAYS_MP4);
   write('error-title', title);
   write('error-advice', advice);
   writeOrHide('error-detail', detail);
@@ -80,7 +80,7 @@ function showFacts({ source, found, streaming, job }) {
   const { body } = document;
   if (source) body.dataset.source = source.kind;
   else delete body.dataset.source;
-  body.toggleAttribute('data-masks', found?.points?.hasMasks ?? false);
+  body.toggleAttribute('data-masks', Boolean(found?.points));
   body.toggleAttribute('data-streaming', streaming);
   body.toggleAttribute('data-partial', job?.partial ?? false);
 }
@@ -93,7 +93,7 @@ function showFacts({ source, found, streaming, job }) {
 function showPrimary({ phase, source, found, job, correcting, pending }) {
   const hasOwn = source !== null && source.kind !== 'sample';
   let next = hasOwn && phase === 'running' ? '' : 'open';
-  if (phase === 'done' && hasOwn && found?.points?.hasMasks) next = 'export-open';
+  if (phase === 'done' && hasOwn && found?.points) next = 'export-open';
   if (phase === 'stopped' || job?.partial) next = 'resume';
   if (pending) next = 'again';
   if (correcting) next = 'correct-done';

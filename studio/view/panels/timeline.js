@@ -1,11 +1,11 @@
 /** The timeline: frames and playing. @module */
 
 import { byId, h } from '../dom.js';
-import { withinFilm } from '../store.js';
-import { atTime } from '../words.js';
+import { withinFilm } from '../../model/store.js';
+import { atTime } from '../../model/words.js';
 
-/** @typedef {import('../store.js').Film} Film */
-/** @typedef {import('../store.js').State} State */
+/** @typedef {import('../../model/store.js').Film} Film */
+/** @typedef {import('../../model/store.js').State} State */
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'keys'>} page */
 export function timelinePanel({ store, keys }) {
@@ -18,7 +18,7 @@ export function timelinePanel({ store, keys }) {
 }
 
 class Timeline {
-  /** @param {import('../store.js').Store} store */
+  /** @param {import('../../model/store.js').Store} store */
   constructor(store) {
     this.store = store;
     this.range = /** @type {HTMLInputElement} */ (byId('scrub'));

@@ -4,14 +4,15 @@
  * @module
  */
 
-import { endOf, openPlayer, timeOf } from '../clip-player.js';
+import { openPlayer } from '../clip-player.js';
+import { lastOf, lengthOf, partWords, placeIn } from '../../model/clip-words.js';
 import { byId, h } from '../dom.js';
-import { fitTake } from '../source.js';
-import { explain } from '../words.js';
+import { fitTake } from '../../model/source.js';
+import { explain } from '../../model/words.js';
 
-/** @typedef {import('../source.js').Source} Source */
-/** @typedef {import('../source.js').Take} Take */
-/** @typedef {import('../store.js').State} State */
+/** @typedef {import('../../model/source.js').Source} Source */
+/** @typedef {import('../../model/source.js').Take} Take */
+/** @typedef {import('../../model/store.js').State} State */
 
 /** Pictures of the strip, and their long side in pixels. */
 const PICTURES = 12;
@@ -29,7 +30,7 @@ export function trimPanel({ store, app, keys }) {
 }
 
 class TrimPanel {
-  /** @param {import('../store.js').Store} store */
+  /** @param {import('../../model/store.js').Store} store */
   constructor(store) {
     this.store = store;
     this.from = /** @type {HTMLInputElement} */ (byId('trim-from'));
@@ -116,7 +117,7 @@ class TrimPanel {
    */
   words(source, first, last) {
     const whole = first === 0 && last >= source.count - 1;
-    const at = (/** @type {number} */ frame) => placeOf(source, frame);
+    const at = placeIn(source);
     this.from.setAttribute('aria-valuetext', at(first));
     this.to.setAttribute('aria-valuetext', at(last));
     const box = byId('trim-box');
@@ -190,37 +191,6 @@ class TrimPanel {
     button.setAttribute('aria-label', this.playing ? 'Stop the clip' : 'Play the clip');
     byId('trim-box').toggleAttribute('data-playing', this.playing);
   }
-}
-
-/** @param {Take} take */
-function lastOf({ start, frames, step }) {
-  return start + (frames - 1) * step;
-}
-
-/**
- * @param {Source} source
- * @param {number} frame
- * @returns {string} `1.2 s`, `image 13`
- */
-function placeOf(source, frame) {
-  return source.kind === 'video' ? `${timeOf(source, frame).toFixed(1)}\u00a0s` : `image ${frame + 1}`;
-}
-
-/**
- * @param {Source} source
- * @param {number} first
- * @param {number} last
- * @returns {string} `0.5–1.7 s of 3.0 s`, `images 7–30 of 30`
- */
-function partWords(source, first, last) {
-  if (source.kind !== 'video') return `images ${first + 1}–${last + 1} of ${source.count}`;
-  return `${timeOf(source, first).toFixed(1)}–${placeOf(source, last)} of ${lengthOf(source)}`;
-}
-
-/** @param {Source} source */
-function lengthOf(source) {
-  if (source.kind !== 'video') return `${source.count} images`;
-  return `${endOf(source).toFixed(1)}\u00a0s`;
 }
 
 /**

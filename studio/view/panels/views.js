@@ -5,12 +5,14 @@
  */
 
 import { byId } from '../dom.js';
-import { drawCutout } from '../library.js';
+import { drawCutout } from '../../model/library.js';
+import { groundOf } from '../../model/look.js';
 import { fromCorner } from '../layers/layer.js';
-import { errorPatch } from '../store.js';
-import { PageError } from '../words.js';
+import { errorPatch } from '../../model/store.js';
+import { PageError } from '../../model/words.js';
 
-/** @typedef {'overlay' | 'beside' | 'slider' | 'cutout'} View */
+/** @typedef {import('../../model/look.js').GroundName} GroundName */
+/** @typedef {import('../../model/look.js').View} View */
 
 /** @type {View[]} */
 const VIEWS = ['overlay', 'beside', 'slider', 'cutout'];
@@ -24,7 +26,7 @@ export function comparePanel({ keys, viewer }) {
 }
 
 export class Compare {
-  /** @param {import('../store.js').Store} store */
+  /** @param {import('../../model/store.js').Store} store */
   constructor(store) {
     this.store = store;
     this.box = byId('screen');
@@ -75,7 +77,7 @@ export class Compare {
    *
    * @param {CanvasImageSource | null} image
    * @param {HTMLCanvasElement} like the canvas of the result, whose size it takes
-   * @param {import('../zoom.js').Zoom} zoom
+   * @param {import('../../model/zoom.js').Zoom} zoom
    */
   draw(image, like, { by, x, y }) {
     if (!['beside', 'slider'].includes(this.store.state.view)) return;
@@ -93,11 +95,6 @@ export class Compare {
     if (image) ctx.drawImage(image, -x * by * width, -y * by * height, by * width, by * height);
   }
 }
-
-/** @typedef {'transparent' | 'green' | 'colour' | 'blurred' | 'desaturated' | 'dimmed' | 'picture'} GroundName */
-
-/** The green of screens. */
-export const GREEN = '#00b140';
 
 /** @param {Pick<import('../page.js').Page, 'store' | 'viewer'>} page */
 export function groundPanel({ store, viewer }) {
@@ -133,21 +130,11 @@ export function groundPanel({ store, viewer }) {
 }
 
 /**
- * @param {import('../store.js').Ground} ground
- * @returns {import('../library.js').Ground} as the package takes it
- */
-export function groundOf({ name, colour, picture }) {
-  if (name === 'green') return GREEN;
-  if (name === 'colour') return colour;
-  return name === 'picture' && picture ? picture : name;
-}
-
-/**
  * Draws the frame's objects that are kept on their ground.
  *
  * @param {CanvasRenderingContext2D} ctx
  * @param {import('../layers/layer.js').View} view
- * @param {import('../store.js').Ground} ground
+ * @param {import('../../model/store.js').Ground} ground
  */
 export function drawKept(ctx, { image, mask }, ground) {
   const edged = mask();

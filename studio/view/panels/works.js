@@ -5,18 +5,28 @@
  */
 
 import { byId, connectDialog, h } from '../dom.js';
-import { SavedJob } from '../run/saved-job.js';
-import { Packer, clipId, filesOf, reopened } from '../saved/work.js';
-import { bytesOf, keep, kept } from '../saved/slots.js';
-import { forget, put, stored } from '../saved/storage.js';
-import { bytes } from '../words.js';
+import { SavedJob } from '../../model/saved-job.js';
+import { Packer, clipId, filesOf, reopened } from '../../model/work.js';
+import { bytesOf, keep, kept } from '../../model/slots.js';
+import * as storage from '../storage.js';
+import { smallPicture } from '../picture.js';
+import { bytes } from '../../model/words.js';
 
-/** @typedef {import('../saved/storage.js').Saved} Saved */
-/** @typedef {import('../saved/storage.js').Version} Version */
+/** @typedef {import('../../model/slots.js').Saved} Saved */
+/** @typedef {import('../../model/slots.js').Version} Version */
 
 /** What is said of kept work, and what can be done. @typedef {{text: string, go?: () => unknown, goes?: string,
  * drop?: () => unknown, lists: boolean}} Offer
  */
+
+/** @type {Promise<import('../../model/cut-off.js').RunMemory> | undefined} */
+let fetched;
+
+/** The runs of this page, and what it may be fetched for. */
+export function runMemory() {
+  fetched ??= import('../../model/cut-off.js').then(({ RunMemory }) => new RunMemory(storage, navigator.locks));
+  return fetched;
+}
 
 export class Works {
   /**
@@ -27,10 +37,10 @@ export class Works {
     this.store = store;
     this.app = app;
     this.onRoom = onRoom;
-    this.packer = new Packer();
+    this.packer = new Packer(smallPicture);
     /** Whether there was no room for what was to be kept last. */
     this.isFull = false;
-    /** @type {WeakMap<import('../source.js').Source, Promise<string>>} */
+    /** @type {WeakMap<import('../../model/source.js').Source, Promise<string>>} */
     this.ids = new WeakMap();
     /** Addresses of the small pictures in the list. @type {string[]} */
     this.urls = [];
@@ -44,7 +54,7 @@ export class Works {
   }
 
   /**
-   * @param {import('../source.js').Source} source
+   * @param {import('../../model/source.js').Source} source
    * @returns {Promise<string>} of its clip
    */
   idOf(source) {
@@ -54,14 +64,14 @@ export class Works {
   }
 
   /**
-   * @param {import('../store.js').State} state with work
+   * @param {import('../../model/store.js').State} state with work
    * @returns {Promise<boolean>} whether there was room for it
    */
   async keep(state) {
     filesOf(state);
-    const id = await this.idOf(/** @type {import('../source.js').Source} */ (state.source));
+    const id = await this.idOf(/** @type {import('../../model/source.js').Source} */ (state.source));
     const saved = await this.packer.pack(state, id);
-    const isKept = await keep(saved).finally(() => void this.update());
+    const isKept = await keep(storage, saved).finally(() => void this.update());
     if (!isKept)
       this.ask({
         text: 'There is no room to keep this work: all others are corrected, and none of those goes by itself.',
@@ -81,7 +91,7 @@ export class Works {
     const { source } = this.store.state;
     if (!source?.files) return;
     const id = await this.idOf(source);
-    const slot = (await kept()).find((one) => one.id === id);
+    const slot = (await kept(storage)).find((one) => one.id === id);
     const { state } = this.store;
     const found = slot && (slot.corrected ? slot : slot.earlier[0]);
     if (!found || source !== state.source || state.job instanceof SavedJob) return;
@@ -104,7 +114,7 @@ export class Works {
 
   /** @param {{id: string}} slot */
   async drop({ id }) {
-    await forget(id);
+    await storage.forget(id);
     await this.update();
     this.onRoom();
   }
@@ -114,13 +124,13 @@ export class Works {
    * @param {Version} version
    */
   async dropVersion(slot, version) {
-    await put({ ...slot, earlier: slot.earlier.filter((one) => one !== version) });
+    await storage.put({ ...slot, earlier: slot.earlier.filter((one) => one !== version) });
     await this.update();
     this.onRoom();
   }
 
   async update() {
-    const works = await kept();
+    const works = await kept(storage);
     byId('works-open').hidden = works.length === 0;
     if (this.dialog.open) this.show(works);
     return works;
@@ -149,7 +159,7 @@ export class Works {
   /** Offers the run that was cut off, or else the last work, unless something was opened meanwhile. */
   async offer() {
     const works = await this.update();
-    const runs = (await stored()).length > works.length ? await import('../saved/cut-off.js') : null;
+    const runs = (await storage.stored()).length > works.length ? await runMemory() : null;
     const run = await runs?.cutOff();
     const last = run ?? works[0];
     if (!last || this.store.state.source?.files) return;
@@ -162,11 +172,11 @@ export class Works {
     });
   }
 
-  /** @param {import('../saved/cut-off.js').Run} run */
+  /** @param {import('../../model/cut-off.js').Run} run */
   async again(run) {
     byId('saved').hidden = true;
     // The new run is remembered by itself.
-    await forget(run.id);
+    await storage.forget(run.id);
     await this.app.openRun(run);
   }
 

@@ -1,7 +1,7 @@
 /** Looking closer: by wheel, by two fingers, by keys and buttons; moving about; filling the screen. @module */
 
 import { byId } from '../dom.js';
-import { STEP } from '../zoom.js';
+import { STEP } from '../../model/zoom.js';
 
 /** Wheels that scroll turn so far for a notch, in CSS pixels. */
 const NOTCH = 100;
