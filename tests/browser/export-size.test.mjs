@@ -1,7 +1,7 @@
 // What the page saves of a video has the size of the video, its frames, its times and its sound: opened again.
 
 import assert from 'node:assert/strict';
-import { describe, test } from 'node:test';
+import { before, describe, test } from 'node:test';
 import { unzipSync } from 'fflate';
 import {
   bytesOf,
@@ -13,7 +13,6 @@ import {
   run,
   screenshot,
   text,
-  useSample,
   useSite,
 } from './support.mjs';
 
@@ -21,7 +20,7 @@ const MASKS_AT = 480;
 
 /** Clips above the size that masks are made at, and their frames; one of 4K takes long. */
 const SIZES = onlyLong.skip
-  ? [[640, 360, 6]]
+  ? [[512, 288, 6]]
   : [
       [854, 480, 12],
       [3840, 2160, 6],
@@ -29,6 +28,11 @@ const SIZES = onlyLong.skip
 const [WIDTH, HEIGHT] = SIZES.at(-1);
 
 const site = useSite({ sample: 'tiny' });
+const sample = { page: null, faults: null };
+before(async () => {
+  Object.assign(sample, await openSample(site));
+  await sample.page.evaluate(prepare);
+});
 
 async function save(page, id) {
   const coming = page.waitForEvent('download');
@@ -40,12 +44,9 @@ async function save(page, id) {
 }
 
 describe('exports of a clip whose sound WebM cannot hold', () => {
-  const sample = useSample(site);
-
   test('have it as Opus in WebM, as the page says', async () => {
     const { page, faults } = sample;
     const times = Array.from({ length: 6 }, (_, k) => 0.04 * k);
-    await page.evaluate(prepare);
     const made = await page.evaluate(makeClip, { width: 320, height: 180, times, isPlain: true });
     const file = { name: 'clip.mp4', mimeType: 'video/mp4', buffer: Buffer.from(made, 'base64') };
     assert.equal(await run(page, [file]), 'done', await text(page, 'main'));
@@ -67,13 +68,10 @@ describe('exports of a clip whose sound WebM cannot hold', () => {
 });
 
 describe('exports at the size of the source', () => {
-  const sample = useSample(site);
-
   for (const [width, height, count] of SIZES) {
     test(`a clip of ${width} × ${height}, computed at ${MASKS_AT}`, async () => {
       const { page, faults } = sample;
       const times = Array.from({ length: count }, (_, k) => 0.04 * k + (k > 3 ? 0.017 : 0));
-      await page.evaluate(prepare);
       await page.evaluate(`globalThis.playedPixels = ${playedPixels}`);
       const made = await page.evaluate(makeClip, { width, height, times });
       const file = { name: `clip-${height}.mp4`, mimeType: 'video/mp4', buffer: Buffer.from(made, 'base64') };
@@ -165,7 +163,7 @@ describe('exports at the size of the source', () => {
 });
 
 test('the delays of a GIF are kept on screen and in what is saved', async () => {
-  const { page, faults } = await openSample(site);
+  const { page, faults } = sample;
   const delays = [5, 30, 5, 5, 60, 5, 5, 25];
   const frames = delays.map((_, t) =>
     plainFrame(96, 64, (x, y) => {
@@ -185,7 +183,6 @@ test('the delays of a GIF are kept on screen and in what is saved', async () => 
   const isOnTime = () => Math.abs(lasted[0] - 300) < 150 && Math.abs(lasted[1] - 600) < 150;
   for (let round = 0; round < 5 && !isOnTime(); round += 1) lasted = await page.evaluate(watchFrames, [1, 4]);
   assert.ok(isOnTime(), `frames 1 and 4 lasted ${lasted} ms`);
-  await page.evaluate(prepare);
   await openSave(page);
   const saved = await page.evaluate(readClip, (await save(page, 'overlay-webm')).toString('base64'));
   times.forEach((time, t) => assert.ok(Math.abs(saved.times[t] - time) < 0.001, `frame ${t} at ${saved.times[t]} s`));

@@ -31,6 +31,7 @@ export const sharedClips = join(process.env.TRACECUT_SHARED ?? join(root, '..', 
 export function useSite({ sample = 'small' } = {}) {
   const site = useServerAndBrowser({ sample });
   const open = async ({ query = '', ...options } = {}) => {
+    await site.ready();
     const context = await site.browser.newContext({
       viewport: { width: 1280, height: 800 },
       reducedMotion: 'reduce',
@@ -151,21 +152,27 @@ export function paintedShare() {
 }
 
 /**
- * What axe-core finds wrong with the page as it is, one line each; with `only`, by these of its rules. The page's context
- * needs `bypassCSP`.
+ * What axe-core finds wrong with the page as it is, one line each. The page's context needs `bypassCSP`.
+ *
+ * @param {import('playwright-core').Page} page
+ * @param {object} [options] those of axe-core: `runOnly` and `rules`
  */
-export async function accessibilityFaults(page, only = null) {
+export async function accessibilityFaults(page, options = {}) {
   if (!(await page.evaluate(() => 'axe' in globalThis))) {
     await page.addScriptTag({ path: join(root, 'node_modules', 'axe-core', 'axe.min.js') });
   }
-  return page.evaluate(async (rules) => {
-    const { violations, passes } = await globalThis.axe.run(document, rules ? { runOnly: rules } : {});
-    if (!rules && passes.length < 10) return [`only ${passes.length} rules had anything to check`];
+  return page.evaluate(async (chosen) => {
+    const { violations, passes } = await globalThis.axe.run(document, { resultTypes: ['violations'], ...chosen });
+    if (!chosen.runOnly && passes.length < 10) return [`only ${passes.length} rules had anything to check`];
     return violations.flatMap(({ id, nodes }) =>
       nodes.map(({ target, failureSummary }) => `${id}: ${target.join(' ')}: ${failureSummary}`),
     );
-  }, only);
+  }, options);
 }
+
+/** Options of `accessibilityFaults`: contrast alone, which takes longest, and all but that. */
+export const CONTRAST = { runOnly: ['color-contrast'] };
+export const NO_CONTRAST = { rules: { 'color-contrast': { enabled: false } } };
 
 /**
  * With `TRACECUT_SCREENS=1`, writes a picture of the page, or of what is in view of it, to out/screens/, for people to look at.

@@ -6,13 +6,16 @@ import { useServerAndBrowser } from '../site.mjs';
 /**
  * One page for all tests of a file; read `page`, `url` and `faults` in the tests.
  *
+ * @param {(page: import('playwright-core').Page) => Promise<unknown>} [prepare]
  * @returns {{page: import('playwright-core').Page, url: string, faults: string[]}}
  */
-export function useLibrary() {
+export function useLibrary(prepare = async () => {}) {
   const site = useServerAndBrowser();
   const shared = { page: null, url: '', faults: [] };
   before(async () => {
+    await site.ready();
     Object.assign(shared, await openLibrary(site), { url: site.url });
+    await prepare(shared.page);
   });
   return shared;
 }
