@@ -35,11 +35,8 @@ async function distances(stroke, name, { width, height, numFrames }, decoder, re
   if (wrong >= 0) throw illegal('param', `${name}.points[${wrong}]`, points[wrong], `pixels, up to ${FARTHEST}`);
   // A brush that is thinner than a pixel still covers the pixel that it is in.
   const far = reach ?? Math.max(radius, Math.SQRT1_2);
-  return callDecoder(
-    await platform.loadDecoder(decoder),
-    () => strokeDistances(points, far, width, height),
-    (words) => ['poisoned', `a stroke cannot be measured: the module stopped on an internal error: ${words}`],
-  );
+  const module = await platform.loadDecoder(decoder);
+  return callDecoder(module, () => strokeDistances(points, far, width, height), 'a stroke cannot be measured');
 }
 
 /**
