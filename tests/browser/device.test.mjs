@@ -124,7 +124,7 @@ test('on a phone on its side the picture stands beside the controls and stays th
 for (const colorScheme of ['light', 'dark']) {
   test(`forced colours show every control, ${colorScheme}`, colorScheme === 'light' ? {} : onlyLong, async () => {
     const { page } = await openSample(site, { forcedColors: 'active', colorScheme, bypassCSP: true });
-    await page.evaluate(() => globalThis.tracecutDemo.app.timeline.seek(12));
+    await page.evaluate(() => globalThis.tracecutStudio.app.timeline.seek(12));
     await screenshot(page, `forced-${colorScheme}`);
     // A control that is all of one colour cannot be seen.
     const controls = [

@@ -31,7 +31,7 @@ describe('without a network', () => {
   test('the page opens again, by a link too, and does all that it did, of files that are kept', async () => {
     const { page, faults } = await openSample(site, { serviceWorkers: 'allow' });
     await kept(page);
-    const before = await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join(''));
+    const before = await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join(''));
     // What is fetched ahead would be cut off.
     await page.waitForLoadState('networkidle');
     await page.context().setOffline(true);
@@ -39,7 +39,7 @@ describe('without a network', () => {
     page.on('request', (request) => request.url().startsWith('http') && asked.push(new URL(request.url()).pathname));
     await page.goto(`${page.url().replace(/[?#].*/, '')}?from=a-link`);
     assert.equal(await ended(page), 'done');
-    assert.equal(await page.evaluate(() => [...globalThis.tracecutDemo.result.labels(3)].join('')), before);
+    assert.equal(await page.evaluate(() => [...globalThis.tracecutStudio.result.labels(3)].join('')), before);
     assert.equal(await run(page, movingClip(3, [48, 32])), 'done');
     const files = precacheList().files.map(([file]) => file);
     assert.deepEqual(

@@ -27,7 +27,7 @@ test('a frame that rests is as fine as the source, one that plays is not waited 
   const { stored } = await page.evaluate(() => ({ stored: globalThis.tracecutStudio.app.job.images.width }));
   assert.equal(stored, 480);
   for (const t of [0, 19, 7]) {
-    await page.evaluate((frame) => globalThis.tracecutDemo.app.timeline.seek(frame), t);
+    await page.evaluate((frame) => globalThis.tracecutStudio.app.timeline.seek(frame), t);
     await sharp();
     const colors = await page.evaluate(() => {
       const context = new OffscreenCanvas(600, 72).getContext('2d', { willReadFrequently: true });
