@@ -2,8 +2,6 @@
 //! clips are read, run and drawn; nobody else should use it.
 
 mod animation;
-mod boundaries;
-mod checkpoint;
 #[doc(hidden)]
 pub mod clock;
 mod dump;
@@ -26,7 +24,8 @@ mod output;
 mod overlay;
 #[doc(hidden)]
 pub mod pictures;
-mod provenance;
+#[doc(hidden)]
+pub mod provenance;
 #[doc(hidden)]
 pub mod readers;
 mod report;
@@ -37,7 +36,7 @@ mod selftest;
 #[doc(hidden)]
 pub mod settings;
 mod shell;
-mod superpixels;
+mod still;
 mod timeline;
 mod times;
 mod window;
@@ -61,9 +60,9 @@ enum Command {
     /// Say why pixels have their labels: the terms of the cut, and what is behind them
     Explain(explain::ExplainArgs),
     /// Boundary probability of an image, as grey pictures
-    Boundaries(boundaries::BoundariesArgs),
+    Boundaries(still::BoundariesArgs),
     /// Superpixels of an image: a label map, and a picture of the edges between them
-    Superpixels(superpixels::SuperpixelArgs),
+    Superpixels(still::SuperpixelArgs),
     /// Check that this machine computes what every other does
     Selftest(selftest::SelftestArgs),
     /// List the parameters with range, default and meaning
@@ -87,8 +86,8 @@ fn run(command: &Command) -> failure::Result<()> {
     match command {
         Command::Segment(args) => segment::segment(args),
         Command::Explain(args) => explain::explain(args),
-        Command::Boundaries(args) => boundaries::boundaries(args),
-        Command::Superpixels(args) => superpixels::superpixels(args),
+        Command::Boundaries(args) => still::boundaries(args),
+        Command::Superpixels(args) => still::superpixels(args),
         Command::Selftest(args) => selftest::selftest(args),
         Command::Params(args) => settings::list(args),
         Command::Completions(args) => shell::completions(args),

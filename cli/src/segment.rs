@@ -1,6 +1,5 @@
 //! `tracecut segment`: clips in; masks, labelled trajectories, pictures and reports out.
 
-use crate::checkpoint::Saved;
 use crate::clock::Clock;
 use crate::dump;
 use crate::ending::{self, whole};
@@ -11,7 +10,7 @@ use crate::log::{Log, LogArgs};
 use crate::masks::{self, MaskFolders};
 use crate::output::{Existing, Place};
 use crate::overlay;
-use crate::provenance::{Options, Origin, Provenance, Recipe};
+use crate::provenance::{Options, Origin, Provenance, Recipe, Saved};
 use crate::report::{Part, Report, Truncated, rows};
 use crate::settings::Settings;
 use crate::window::{Found, Outcome, Run, too_few};

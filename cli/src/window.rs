@@ -1,13 +1,12 @@
 //! A clip window by window: frames in, files of each window out, and where a run can go on.
 
-use crate::checkpoint::Saved;
 use crate::clock::{Clock, Seconds};
 use crate::ending::whole;
 use crate::failure::{Damage, Failure, MIN_FRAMES, Result};
 use crate::input::{ClipFrame, FrameTiming, Input};
 use crate::log::Log;
 use crate::output::Place;
-use crate::provenance::{Origin, Provenance, Recipe};
+use crate::provenance::{Origin, Provenance, Recipe, Saved};
 use crate::run::Timing;
 use serde_json::json;
 use std::cell::{OnceCell, RefCell};

@@ -1,5 +1,5 @@
 // The program whose results are hashed, run, and its hashes compared with what they are everywhere else.
-// `cli/src/selftest/checks.rs` is the same program: same clips, same bytes, same order.
+// `cli/src/selftest.rs` is the same program: same clips, same bytes, same order.
 // It knows the package by what it exports, so that a page that has loaded it loads nothing twice.
 
 import { illegal, isPlainObject } from '../check/errors.js';
