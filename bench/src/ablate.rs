@@ -1,22 +1,19 @@
 //! `bench ablate`: what each choice that is not the paper's is worth, written into a ledger.
 
 mod cache;
-mod choices;
 mod ledger;
 
 use super::Shot;
-use super::clips::Suite;
+use super::batch::in_order;
+use super::clips::{Suite, list};
 use super::masks::require_dense;
 use super::points::{Item, items};
-use crate::PROGRAM;
-use crate::jobs::in_order;
 use crate::measures::davis::scored_frames;
 use crate::measures::masks::{ClipScorer, MaskScores, Truth};
 use crate::measures::moseg::{Scores, best_clusters, score};
 use cache::{Cache, Key, Score};
-use choices::{Choice, read_choices};
 use clap::Args;
-use ledger::{Effect, markdown};
+use ledger::{Choice, Effect, markdown, read_choices};
 use std::path::PathBuf;
 use tracecut::image::Plane;
 use tracecut::pipeline::Forks;
@@ -74,7 +71,8 @@ pub(super) fn eval(args: &AblateArgs) -> Result<()> {
     let base = columns(tables[0].as_ref(), &items, &kinds);
     let effect = |table: &Table| difference(&columns(Some(table), &items, &kinds), &base);
     let effects: Vec<Option<Effect>> = tables[1..].iter().map(|table| table.as_ref().map(effect)).collect();
-    write(&args.out, markdown(&choices, &kinds, &base, &effects, &command(args)))?;
+    let options = format!("--cache CACHE --seeds {} --frames {}", list(&args.seeds), args.frames);
+    write(&args.out, markdown(&choices, &kinds, &base, &effects, &args.suite.command("ablate", &options)))?;
     print(format_args!("see {}", args.out.display()))
 }
 
@@ -218,17 +216,6 @@ fn difference(effect: &Effect, base: &Effect) -> Effect {
         Some(ours.as_ref()?.iter().zip(base.as_ref()?).map(|(a, b)| a - b).collect())
     };
     Effect { columns: effect.columns.iter().zip(&base.columns).map(less).collect() }
-}
-
-/// What makes the figures again, places left out.
-fn command(args: &AblateArgs) -> String {
-    let seeds: Vec<String> = args.seeds.iter().map(u32::to_string).collect();
-    let only =
-        if args.suite.only.is_empty() { String::new() } else { format!(" --only {}", args.suite.only.join(",")) };
-    let names = args.suite.folders.iter().map(|f| f.file_name().unwrap_or_default().to_string_lossy().into_owned());
-    let names: Vec<String> = names.collect();
-    let (names, seeds) = (names.join(" "), seeds.join(","));
-    format!("{PROGRAM} ablate {names} --cache CACHE --seeds {seeds} --frames {}{only}", args.frames)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Clips with true masks, in the layouts that people keep them in.
 
 use super::batch;
-use super::davis::folder as davis;
+use crate::PROGRAM;
+use crate::measures::davis::boundary;
 use crate::measures::masks::Truth;
 use crate::measures::moseg::UNSCORED;
 use clap::Args;
@@ -9,13 +10,18 @@ use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut_cli::failure::{Failure, Result};
 use tracecut_cli::images;
-use tracecut_cli::input::decode;
+use tracecut_cli::input::{Input, decode};
+use tracecut_cli::masks::tinted;
+use tracecut_cli::pictures::{Pixels, Series};
 use tracecut_cli::settings::Settings;
 
 /// What stands between the kind of a clip and its name.
 const SEPARATOR: &str = "--";
 const EXPECTED: &str = "NAME/frames and NAME/masks, NAME/JPEGImages and NAME/Annotations, or JPEGImages/480p/NAME and \
                         Annotations/480p/NAME";
+const EXPECTED_DAVIS: &str = "NAME/JPEGImages and NAME/Annotations, or JPEGImages/480p/NAME and Annotations/480p/NAME";
+/// Colour of the true outline in overlays.
+const OUTLINE: [u8; 3] = [255, 255, 255];
 
 /// What the pixels of a true mask mean.
 #[derive(Debug, Clone, Copy)]
@@ -58,6 +64,13 @@ impl Suite {
         self.jobs as usize
     }
 
+    /// What runs `command` with these options again, places left out; `more` stands after the folders.
+    pub(super) fn command(&self, command: &str, more: &str) -> String {
+        let folders: Vec<String> = self.folders.iter().map(|folder| file_name(folder)).collect();
+        let only = if self.only.is_empty() { String::new() } else { format!(" --only {}", self.only.join(",")) };
+        format!("{PROGRAM} {command} {} {more}{only}", folders.join(" "))
+    }
+
     /// The clips of all folders.
     pub(super) fn clips(&self) -> Result<Vec<Clip>> {
         let found = self.folders.iter().map(|folder| find_clips(folder, &self.only));
@@ -81,13 +94,55 @@ pub(super) fn find_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
 fn all_clips(folder: &Path) -> Result<Vec<Clip>> {
     let suite = file_name(folder);
     if folder.join("JPEGImages").join("480p").is_dir() {
-        let sequences = davis::find_sequences(folder, &[])?;
-        return Ok(sequences.into_iter().map(|s| Clip::of_davis(s, &suite)).collect());
+        return davis_clips(folder, &[]);
     }
     match Clip::at(folder, &suite, "") {
         Some(clip) => Ok(vec![clip]),
         None => batch::sequences(folder, &[], EXPECTED, |path, name| Ok(Clip::at(path, name, &suite))),
     }
+}
+
+/// The clips of `folder` in a layout of DAVIS, by name, or those that `only` names.
+pub(super) fn davis_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
+    let (all, suite) = (folder.join("JPEGImages").join("480p"), file_name(folder));
+    let is_original = all.is_dir();
+    batch::sequences(if is_original { &all } else { folder }, only, EXPECTED_DAVIS, |path, name| {
+        let (images, masks) = if is_original {
+            (path.to_owned(), folder.join("Annotations").join("480p").join(name))
+        } else {
+            (path.join("JPEGImages"), path.join("Annotations"))
+        };
+        let (name, kind) = (name.to_owned(), kind_of(name, &suite));
+        Ok(images.is_dir().then(|| Clip { name, kind, images, masks, code: Code::AnyColour }))
+    })
+}
+
+/// Writes every `step`-th frame of a clip of `count` frames into `folder`: labels in colour, and the outline of the true
+/// objects where the mask has the frame's size. `masks_of` gives both of a frame.
+pub(super) fn write_overlays(
+    folder: PathBuf,
+    count: usize,
+    step: usize,
+    input: &Input,
+    masks_of: impl Fn(usize) -> Result<(Plane<u8>, Option<Plane<bool>>)>,
+) -> Result<()> {
+    let series = Series::create(folder, count)?;
+    for (t, frame) in input.frames()?.enumerate().step_by(step) {
+        let (frame, (labels, truth)) = (frame?.frame, masks_of(t)?);
+        let mut rgb = tinted(&frame, &labels);
+        if let Some(truth) = truth.filter(|p| (p.width(), p.height()) == (frame.width(), frame.height())) {
+            let outline = boundary(&truth);
+            let drawn = rgb.chunks_exact_mut(3).zip(outline.data()).filter(|(_, drawn)| **drawn);
+            drawn.for_each(|(pixel, _)| pixel.copy_from_slice(&OUTLINE));
+        }
+        series.write(t, (frame.width(), frame.height()), Pixels::Rgb(&rgb))?;
+    }
+    Ok(())
+}
+
+/// Seeds as an option takes them.
+pub(super) fn list(seeds: &[u32]) -> String {
+    seeds.iter().map(u32::to_string).collect::<Vec<_>>().join(",")
 }
 
 /// The name of a folder, also of `.`.
@@ -105,16 +160,16 @@ impl Clip {
         Some(Self { name: name.to_owned(), kind, images: path.join(images), masks: path.join(masks), code })
     }
 
-    fn of_davis(sequence: davis::Sequence, suite: &str) -> Self {
-        let kind = kind_of(&sequence.name, suite);
-        Self { name: sequence.name, kind, images: sequence.images, masks: sequence.annotations, code: Code::AnyColour }
-    }
-
     /// The image files of the first `count` frames, or of all.
     pub(super) fn frames(&self, count: Option<u32>) -> Result<Vec<PathBuf>> {
         let mut images = images::in_folder(&self.images)?;
         images.truncate(count.map_or(usize::MAX, |n| n as usize));
         Ok(images)
+    }
+
+    /// Where the true mask of a frame lies.
+    pub(super) fn mask_path(&self, image: &Path) -> PathBuf {
+        self.masks.join(image.file_name().unwrap_or_default()).with_extension("png")
     }
 
     /// The truth of a frame, from the mask of the same name; `None` where there is none.
@@ -142,7 +197,7 @@ impl Clip {
 
     /// What the pixels of a frame's mask mean.
     fn mask<T: Copy>(&self, image: &Path, meaning: impl FnMut(&[u8]) -> T) -> Result<Option<Plane<T>>> {
-        let path = self.masks.join(image.file_name().unwrap_or_default()).with_extension("png");
+        let path = self.mask_path(image);
         if !path.is_file() {
             return Ok(None);
         }

@@ -134,51 +134,43 @@ pub(super) fn find_pairs(folder: &Path) -> Result<Vec<(PathBuf, PathBuf)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tracecut::image::Frame;
     use tracecut::still::StillParams;
 
-    /// Runs where the benchmark lies beside the checkout; it cannot be part of the repository.
-    #[test]
-    fn our_boundaries_agree_with_people_better_than_cannys() {
+    /// F at the best threshold of each of the maps of every `step`-th image. Runs where the benchmark lies beside the
+    /// checkout; it cannot be part of the repository.
+    fn best_f<const N: usize>(step: usize, maps_of: impl Fn(&Frame) -> [Plane<f32>; N]) -> Option<[f64; N]> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/bsds");
         let Ok(pairs) = find_pairs(&folder) else {
             println!("skipped: no Berkeley images in {}", folder.display());
-            return;
+            return None;
         };
-        let mut scores = [Vec::new(), Vec::new()];
-        for (image, truth) in pairs.iter().step_by(10) {
+        let mut scores = [const { Vec::new() }; N];
+        for (image, truth) in pairs.iter().step_by(step) {
             let frame = decode(image).unwrap();
             let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
-            let maps = [boundary_map(&frame).thin, canny(&frame)];
-            for (map, list) in maps.iter().zip(&mut scores) {
-                let radius = tolerance(frame.width(), frame.height());
+            let radius = tolerance(frame.width(), frame.height());
+            for (map, list) in maps_of(&frame).iter().zip(&mut scores) {
                 list.push(score(map, &people, radius, Matching::OneToOne).unwrap());
             }
         }
-        let [ours, canny] = scores.map(|list| summarize(&list).ods.f());
+        Some(scores.map(|list| summarize(&list).ods.f()))
+    }
+
+    #[test]
+    fn our_boundaries_agree_with_people_better_than_cannys() {
+        let Some([ours, canny]) = best_f(10, |frame| [boundary_map(frame).thin, canny(frame)]) else { return };
         assert!(ours > canny + 0.05, "ours {ours}, Canny {canny}");
     }
 
-    /// As above.
     #[test]
     #[ignore = "18 seconds; part of npm run test:long"]
     fn discontinuities_help_pb_and_come_near_the_gradients_of_their_eigenvectors() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/bsds");
-        let Ok(pairs) = find_pairs(&folder) else {
-            println!("skipped: no Berkeley images in {}", folder.display());
-            return;
+        let maps_of = |frame: &Frame| {
+            let found = image_discontinuities(frame, &StillParams::default(), 0);
+            [found.pb.thin, found.combined.thin, found.d.thin, found.spectral.thin]
         };
-        let mut scores = [const { Vec::new() }; 4];
-        for (image, truth) in pairs.iter().step_by(4) {
-            let frame = decode(image).unwrap();
-            let people: Vec<_> = mat::read(truth).unwrap().into_iter().map(|a| a.boundaries).collect();
-            let found = image_discontinuities(&frame, &StillParams::default(), 0);
-            let maps = [found.pb.thin, found.combined.thin, found.d.thin, found.spectral.thin];
-            for (map, list) in maps.iter().zip(&mut scores) {
-                let radius = tolerance(frame.width(), frame.height());
-                list.push(score(map, &people, radius, Matching::OneToOne).unwrap());
-            }
-        }
-        let [pb, combined, d, spectral] = scores.map(|list| summarize(&list).ods.f());
+        let Some([pb, combined, d, spectral]) = best_f(4, maps_of) else { return };
         assert!(combined > pb, "combined {combined}, Pb {pb}, discontinuities {d}, gradients {spectral}");
         assert!(d > spectral - 0.02, "discontinuities {d}, gradients {spectral}");
     }

@@ -1,31 +1,26 @@
 //! `bench davis`: every sequence of a folder through the pipeline, its masks against the true ones.
 
-pub(super) mod folder;
 mod published;
 mod source;
 
 use super::batch::{Batch, write_json};
+use super::clips::{Clip, davis_clips, write_overlays};
 use super::masks::require_dense;
 use super::num_clusters;
-use crate::measures::davis::{LabelTally, Summary, boundary, boundary_measure, region_similarity, scored_frames};
+use crate::measures::davis::{LabelTally, Summary, boundary_measure, region_similarity, scored_frames};
+use crate::measures::masks::Truth;
 use clap::Args;
-use folder::{Sequence, find_sequences};
 use published::Published;
 use serde::Serialize;
 use source::AtSource;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
 use tracecut::{Params, Session};
 use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Result, print};
-use tracecut_cli::input::Input;
+use tracecut_cli::failure::{Failure, Result, print};
+use tracecut_cli::input::{Input, decode};
 use tracecut_cli::log::Log;
-use tracecut_cli::masks::tinted;
-use tracecut_cli::pictures::{Pixels, Series};
 use tracecut_cli::run::run;
-
-/// The truth's outline in overlays.
-const OUTLINE: [u8; 3] = [255, 255, 255];
 
 const HELP: &str = "\
 J is region similarity (intersection over union), F boundary measure, both 0 to 1, over all frames but the first and the last.
@@ -106,7 +101,7 @@ struct Means {
 pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     let params = args.batch.settings.params()?;
     require_dense(&params)?;
-    let sequences = find_sequences(&args.folder, &args.batch.only)?;
+    let sequences = davis_clips(&args.folder, &args.batch.only)?;
     let published = Published::beside(&args.folder)?;
     let more = if args.at_source { source::HEADING } else { "" };
     print(format_args!("{HEADING}{more}{}", published.heading()))?;
@@ -135,20 +130,43 @@ fn means(outcomes: &[Outcome]) -> Means {
     }
 }
 
-fn run_sequence(sequence: &Sequence, params: &Params, args: &DavisArgs) -> Result<Outcome> {
-    let truth = sequence.truth(args.frames)?;
-    let input = Input::open(&sequence.images, args.frames)?;
+fn run_sequence(clip: &Clip, params: &Params, args: &DavisArgs) -> Result<Outcome> {
+    let truth = truth_of(clip, args.frames)?;
+    let input = Input::open(&clip.images, args.frames)?;
     let (session, timing) = run(&input, params.clone(), 1, &Log::quiet())?;
     if let Some(folder) = &args.overlay {
-        write_overlays(folder.join(&sequence.name), args.overlay_step as usize, &input, &session, &truth)?;
+        let masks_of = |t: usize| Ok((session.labels(t)?, Some(truth[t].clone())));
+        write_overlays(folder.join(&clip.name), truth.len(), args.overlay_step as usize, &input, masks_of)?;
     }
     let mut outcome = score(&session, &truth)?;
     if args.at_source {
         outcome.at_source = Some(AtSource::of(&session, &input, &truth)?);
     }
-    outcome.name.clone_from(&sequence.name);
+    outcome.name.clone_from(&clip.name);
     outcome.time = timing.total;
     Ok(outcome)
+}
+
+/// The true masks of the first `frames` frames of a clip, or of all; every frame has one, of its size.
+fn truth_of(clip: &Clip, frames: Option<u32>) -> Result<Vec<Plane<bool>>> {
+    let images = clip.frames(frames)?;
+    if scored_frames(images.len()).is_empty() {
+        let reason = format!("holds {} images (expected at least 3, as the first and last do not count)", images.len());
+        return Err(Failure::about(clip.images.display(), reason));
+    }
+    let first = decode(&images[0])?;
+    let mask_of = |image: &Path| {
+        let wrong = |reason: String| Failure::about(clip.mask_path(image).display(), reason);
+        let missing = || wrong(format!("is missing (expected the true mask of {})", image.display()));
+        let mask = clip.truth(image)?.ok_or_else(missing)?;
+        let (size, expected) = ((mask.width(), mask.height()), (first.width(), first.height()));
+        if size != expected {
+            let ((width, height), (w, h)) = (size, expected);
+            return Err(wrong(format!("is {width}x{height} (expected {w}x{h}, as the frames are)")));
+        }
+        Ok(mask.map(|kind| kind == Truth::Object))
+    };
+    images.iter().map(|image| mask_of(image)).collect()
 }
 
 fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
@@ -179,17 +197,6 @@ fn score(session: &Session, truth: &[Plane<bool>]) -> Result<Outcome> {
     })
 }
 
-fn write_overlays(folder: PathBuf, step: usize, input: &Input, session: &Session, truth: &[Plane<bool>]) -> Result<()> {
-    let series = Series::create(folder, truth.len())?;
-    for (t, frame) in input.frames()?.enumerate().step_by(step) {
-        let frame = frame?.frame;
-        let mut rgb = tinted(&frame, &session.labels(t)?);
-        paint_lines(&mut rgb, &boundary(&truth[t]), OUTLINE);
-        series.write(t, (frame.width(), frame.height()), Pixels::Rgb(&rgb))?;
-    }
-    Ok(())
-}
-
 const HEADING: &str =
     "sequence         frames objects  J mean  recall   decay   F mean  recall   decay  oracle J  seconds";
 
@@ -202,10 +209,4 @@ fn row(o: &Outcome) -> String {
 fn score_columns(j: &Summary, f: &Summary, oracle_j: &Summary) -> String {
     let three = |s: &Summary| format!("{:8.3} {:7.3} {:7.3}", s.mean, s.recall, s.decay);
     format!("{} {} {:9.3}", three(j), three(f), oracle_j.mean)
-}
-
-/// Paints the true pixels of `lines` over `rgb`.
-pub(super) fn paint_lines(rgb: &mut [u8], lines: &Plane<bool>, colour: [u8; 3]) {
-    let on_line = rgb.chunks_exact_mut(3).zip(lines.data()).filter(|(_, line)| **line);
-    on_line.for_each(|(pixel, _)| pixel.copy_from_slice(&colour));
 }

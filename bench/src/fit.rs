@@ -1,9 +1,8 @@
 //! `bench fit`: the weights of what is known of two clusters, from clips with true masks.
 
-use super::clips::Suite;
+use super::batch::in_order;
+use super::clips::{Suite, list};
 use super::points::{Item, items, run_item};
-use crate::PROGRAM;
-use crate::jobs::in_order;
 use crate::measures::logistic::{Example, fit, loss};
 use crate::measures::moseg::overlap_of;
 use clap::Args;
@@ -78,7 +77,8 @@ pub(super) fn eval(args: &FitArgs) -> Result<()> {
         report_losses(&lessons, &weights, names)?;
         tables.push(weights);
     }
-    let text = table(&tables, &command(args));
+    let options = format!("--frames {} --seeds {}", args.frames, list(&args.seeds));
+    let text = table(&tables, &args.suite.command("fit", &options));
     print(&text)?;
     args.out.as_ref().map_or(Ok(()), |path| write(path, text))
 }
@@ -177,14 +177,6 @@ fn left_out(lessons: &[&Lesson], kinds: &[&str], without: Option<usize>) -> f64 
     });
     let losses: Vec<f64> = losses.collect();
     losses.iter().sum::<f64>() / losses.len().max(1) as f64
-}
-
-/// What makes the table again, places left out.
-fn command(args: &FitArgs) -> String {
-    let names = args.suite.folders.iter().map(|f| f.file_name().unwrap_or_default().to_string_lossy().into_owned());
-    let names: Vec<String> = names.collect();
-    let seeds: Vec<String> = args.seeds.iter().map(u32::to_string).collect();
-    format!("{PROGRAM} fit {} --frames {} --seeds {}", names.join(" "), args.frames, seeds.join(","))
 }
 
 /// The source of the tables.

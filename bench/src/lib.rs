@@ -14,7 +14,6 @@ mod figment;
 mod fit;
 mod flow;
 mod foreground;
-mod jobs;
 mod masks;
 pub mod mat;
 pub mod measures;
@@ -22,7 +21,6 @@ mod moseg;
 mod points;
 mod stability;
 mod superpixels;
-mod svg;
 
 use crate::measures::definition::{Definition, parse_pgm};
 use crate::measures::moseg::{Scores, score};

@@ -2,11 +2,9 @@
 
 mod report;
 
-use super::batch::write_json;
-use super::clips::{Clip, Suite};
-use super::davis::paint_lines;
-use crate::jobs::in_order;
-use crate::measures::davis::{boundary, scored_frames};
+use super::batch::{in_order, write_json};
+use super::clips::{Clip, Suite, write_overlays};
+use crate::measures::davis::scored_frames;
 use crate::measures::masks::{Census, ClipScorer, MaskScores, Truth};
 use crate::measures::reliability::Reliability;
 use clap::Args;
@@ -19,12 +17,8 @@ use tracecut_cli::clock::{Clock, Seconds};
 use tracecut_cli::failure::{Failure, Result, print};
 use tracecut_cli::input::{ClipFrame, Input};
 use tracecut_cli::log::Log;
-use tracecut_cli::masks::tinted;
-use tracecut_cli::pictures::{Pixels, Series};
 use tracecut_cli::run::run;
 
-/// The truth's outline in overlays.
-const OUTLINE: [u8; 3] = [255, 255, 255];
 /// One overlay in this many is written.
 const OVERLAY_STEP: usize = 10;
 
@@ -167,7 +161,9 @@ pub(super) fn run_clip(
         }
     };
     if let Some(folder) = overlay {
-        write_overlays(folder.join(&clip.name), &input, &masks, &truth)?;
+        let objects = |t: usize| truth[t].as_ref().map(|mask| mask.map(|kind| kind == Truth::Object));
+        let masks_of = |t: usize| Ok((masks[t].clone(), objects(t)));
+        write_overlays(folder.join(&clip.name), truth.len(), OVERLAY_STEP, &input, masks_of)?;
     }
     let (mut scorer, mut places) = (ClipScorer::default(), Vec::new());
     for t in scored_frames(truth.len()) {
@@ -206,17 +202,4 @@ fn run_windows(input: &Input, params: Params, window: usize) -> Result<(Vec<Plan
 fn confidence_at_input(session: &Session, t: usize) -> Result<Plane<f32>> {
     let (sure, (width, height)) = (session.confidence(t)?, session.input_size().unwrap_or_default());
     Ok(Plane::from_fn(width, height, |x, y| sure[(x * sure.width() / width, y * sure.height() / height)]))
-}
-
-fn write_overlays(folder: PathBuf, input: &Input, masks: &[Plane<u8>], truth: &[Option<Plane<Truth>>]) -> Result<()> {
-    let series = Series::create(folder, truth.len())?;
-    for (t, frame) in input.frames()?.enumerate().step_by(OVERLAY_STEP) {
-        let frame = frame?.frame;
-        let mut rgb = tinted(&frame, &masks[t]);
-        if let Some(truth) = truth[t].as_ref().filter(|p| (p.width(), p.height()) == (frame.width(), frame.height())) {
-            paint_lines(&mut rgb, &boundary(&truth.map(|kind| kind == Truth::Object)), OUTLINE);
-        }
-        series.write(t, (frame.width(), frame.height()), Pixels::Rgb(&rgb))?;
-    }
-    Ok(())
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use tracecut::Params;
 use tracecut_cli::failure::{Failure, Result, cannot_write, create_folder, read, write};
+use tracecut_cli::provenance::sum;
 
 /// A folder of scores, one file for each run of a clip.
 #[derive(Debug)]
@@ -55,7 +56,7 @@ impl Cache {
     pub(super) fn open(folder: &Path) -> Result<Self> {
         create_folder(folder)?;
         let program = std::env::current_exe().map_err(|e| Failure::new(format!("cannot find this program: {e}")))?;
-        Ok(Self { folder: folder.to_owned(), program: format!("{:016x}", hash(&read(&program)?)) })
+        Ok(Self { folder: folder.to_owned(), program: format!("{:016x}", sum(&read(&program)?)) })
     }
 
     /// The scores under this key, if they are known.
@@ -82,24 +83,14 @@ impl Cache {
     fn place(&self, key: &Key<'_>) -> Result<(PathBuf, serde_json::Value)> {
         let fail = |e: serde_json::Error| Failure::about(self.folder.display(), e);
         let text = serde_json::to_string(&(&self.program, key)).map_err(fail)?;
-        let name = format!("{:016x}.json", hash(text.as_bytes()));
+        let name = format!("{:016x}.json", sum(text.as_bytes()));
         Ok((self.folder.join(name), serde_json::from_str(&text).map_err(fail)?))
     }
-}
-
-/// FNV-1a.
-fn hash(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_hash_is_the_published_one() {
-        assert_eq!((hash(b""), hash(b"a")), (0xcbf2_9ce4_8422_2325, 0xaf63_dc4c_8601_ec8c));
-    }
 
     #[test]
     fn scores_are_found_again_under_their_own_key_only() {

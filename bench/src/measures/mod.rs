@@ -27,6 +27,5 @@ pub mod foreground;
 pub mod logistic;
 pub mod masks;
 pub mod moseg;
-mod pieces;
 pub mod reliability;
 pub mod superpixels;
