@@ -16,6 +16,19 @@ fn bench<S: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = S>) -> O
     Command::new(env!("CARGO_BIN_EXE_bench")).args(arguments).output().unwrap()
 }
 
+/// Runs a command on a folder.
+fn score(command: &str, folder: &Path, more: &[&str]) -> Output {
+    bench([&[command, folder.to_str().unwrap()], more].concat())
+}
+
+/// What a command prints of a folder, and the file of figures that it writes.
+fn scored(command: &str, folder: &Path, more: &[&str]) -> (String, serde_json::Value) {
+    let file = folder.join("scores.json");
+    let output = score(command, folder, &[&["--json", file.to_str().unwrap()], more].concat());
+    assert_done(&output);
+    (text(&output.stdout), json(&file))
+}
+
 /// Of a frame: true where a pixel has a label.
 type Found = Vec<bool>;
 
@@ -105,12 +118,8 @@ fn a_hand_made_track_file_is_scored() {
 fn a_folder_of_shots_is_run_and_scored() {
     let root = folder("shots");
     write_shot(&root);
-    let file = root.join("scores.json");
-    let output = bench(["moseg", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
-    assert_done(&output);
-    let table = text(&output.stdout);
+    let (table, report) = scored("moseg", &root, &[]);
     assert!(table.lines().any(|l| l.starts_with("toy ")) && table.contains("\ntrimmed mean"), "{table}");
-    let report = json(&file);
     let scores = &report["sequences"][0];
     assert!(report["pixels"].is_null() && scores["pixels"].is_null(), "{report}");
     assert_eq!((&scores["name"], &scores["frames"], &scores["labeled"]), (&"toy".into(), &10.into(), &2.0.into()));
@@ -120,15 +129,11 @@ fn a_folder_of_shots_is_run_and_scored() {
     let without = &scores["withoutConnectedness"];
     assert_eq!((&without["overall"], without), (&scores["overall"], &report["withoutConnectedness"]["mean"]));
     assert!(table.contains("\ntrimmed mean, without ") && !table.contains("    without"), "{table}");
-    let off = ["--set", "connectedness.mode=off", "--json", file.to_str().unwrap()];
-    let output = bench(["moseg", root.to_str().unwrap()].into_iter().chain(off));
-    assert_done(&output);
-    assert!(json(&file)["withoutConnectedness"].is_null() && !text(&output.stdout).contains("without"));
+    let (table, off) = scored("moseg", &root, &["--set", "connectedness.mode=off"]);
+    assert!(off["withoutConnectedness"].is_null() && !table.contains("without"));
 
-    let output = bench(["moseg", root.to_str().unwrap(), "--dense", "--json", file.to_str().unwrap()]);
-    assert_done(&output);
-    assert!(text(&output.stdout).contains("\npixels by mask label, trimmed mean"), "{}", text(&output.stdout));
-    let dense = json(&file);
+    let (table, dense) = scored("moseg", &root, &["--dense"]);
+    assert!(table.contains("\npixels by mask label, trimmed mean"), "{table}");
     // Masks leave the trajectories as they are, and label every pixel.
     assert_eq!((&dense["sequences"][0]["overall"], &dense["mean"]), (&scores["overall"], &report["mean"]));
     for way in ["pixels", "masks"] {
@@ -137,24 +142,21 @@ fn a_folder_of_shots_is_run_and_scored() {
         assert!(pixels["overall"].as_f64().unwrap() < 10.0, "{way}: {pixels}");
     }
 
-    assert_refused(&bench(["moseg", folder("no-shots").to_str().unwrap()]), 3, &["holds no sequence"]);
+    assert_refused(&score("moseg", &folder("no-shots"), &[]), 3, &["holds no sequence"]);
     fs::remove_file(root.join("toy/m9.pgm")).unwrap();
-    assert_refused(&bench(["moseg", root.to_str().unwrap()]), 1, &["toy", "m9.pgm"]);
+    assert_refused(&score("moseg", &root, &[]), 1, &["toy", "m9.pgm"]);
 }
 
 #[test]
 fn the_foreground_of_shots_is_scored() {
     let root = folder("foreground");
     write_shot(&root);
-    let file = root.join("scores.json");
-    let output = bench(["foreground", root.to_str().unwrap(), "--json", file.to_str().unwrap()]);
-    assert_done(&output);
-    let report = json(&file);
+    let (table, report) = scored("foreground", &root, &[]);
     let scores = &report["sequences"][0];
-    assert!(text(&output.stdout).lines().any(|l| l.starts_with("toy ")), "{}", text(&output.stdout));
+    assert!(table.lines().any(|l| l.starts_with("toy ")), "{table}");
     assert_eq!((&scores["name"], &scores["iou"]), (&"toy".into(), &report["mean"]["iou"]));
     assert!(scores["iou"].as_f64().unwrap() > 0.8 && scores["falseAlarms"].as_f64().unwrap() < 0.05, "{scores}");
-    assert_refused(&bench(["foreground", folder("none").to_str().unwrap()]), 3, &["holds no sequence"]);
+    assert_refused(&score("foreground", &folder("none"), &[]), 3, &["holds no sequence"]);
 }
 
 #[test]
@@ -169,14 +171,14 @@ fn flow_is_measured_against_a_flo_file() {
     truth.extend([64_i32, 48].iter().flat_map(|n| n.to_le_bytes()));
     truth.extend((0..64 * 48).flat_map(|_| [2.0_f32, 0.0]).flat_map(f32::to_le_bytes));
     fs::write(pair.join("flow10.flo"), &truth).unwrap();
-    let output = bench(["flow", root.to_str().unwrap()]);
+    let output = score("flow", &root, &[]);
     assert_done(&output);
     let table = text(&output.stdout);
     let mean = table.lines().find(|l| l.starts_with("mean of 1")).unwrap();
     let error: f64 = mean.split_whitespace().nth(3).unwrap().parse().unwrap();
     assert!(error < 0.1, "{table}");
     fs::write(pair.join("flow10.flo"), &truth[..100]).unwrap();
-    assert_refused(&bench(["flow", root.to_str().unwrap()]), 3, &["flow10.flo"]);
+    assert_refused(&score("flow", &root, &[]), 3, &["flow10.flo"]);
 }
 
 #[test]
@@ -184,6 +186,6 @@ fn images_without_what_people_drew_are_refused() {
     let root = folder("bench-image-refused");
     png(&root.join("picture.png"), 48, 40, &|x, y| texture(x, y, 3));
     for (command, code) in [("contours", 3), ("superpixels", 1)] {
-        assert_refused(&bench([command, root.to_str().unwrap()]), code, &["image-refused"]);
+        assert_refused(&score(command, &root, &[]), code, &["image-refused"]);
     }
 }

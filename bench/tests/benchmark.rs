@@ -1,22 +1,11 @@
-//! Our Moseg numbers against those of the benchmark's own program, where its data are at hand.
-//!
-//! The data are nobody's to pass on. Put them into `shared/data` beside the repository, or name another `shared` folder
-//! in `TRACECUT_SHARED`; without them the test says so and passes.
+//! Numbers against those of benchmarks, where their data are at hand.
 
-use std::path::{Path, PathBuf};
+use crate::made::shared;
+use std::path::Path;
+use tracecut::flow::{FlowParams, FlowPyramid, flow_between};
+use tracecut::image::Frame;
 use tracecut::tracks;
-use tracecut_bench::measures::{definition, moseg};
-
-fn shared_data() -> Option<PathBuf> {
-    let shared = std::env::var_os("TRACECUT_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let data = shared.join("data");
-    if !data.is_dir() {
-        println!("skipped: no data in {}", data.display());
-        return None;
-    }
-    Some(data)
-}
+use tracecut_bench::measures::{definition, flow, moseg};
 
 fn score(shot: &Path, track_file: &Path) -> moseg::Scores {
     let name = shot.file_name().unwrap().to_str().unwrap();
@@ -35,14 +24,13 @@ fn score(shot: &Path, track_file: &Path) -> moseg::Scores {
 
 #[test]
 fn scores_agree_with_the_benchmarks_own_program() {
-    let Some(data) = shared_data() else { return };
-    let folder = data.join("moseg_eval");
+    let (Some(folder), Some(shots)) = (shared("moseg_eval"), shared("bms26")) else { return };
     let text = std::fs::read_to_string(folder.join("expected.json")).unwrap();
     let expected: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text).unwrap();
     assert!(!expected.is_empty());
     for (key, want) in &expected {
         let (sequence, _) = key.rsplit_once('_').unwrap();
-        let got = score(&data.join("bms26").join(sequence), &folder.join(format!("{key}.dat")));
+        let got = score(&shots.join(sequence), &folder.join(format!("{key}.dat")));
         let got = serde_json::to_value(&got).unwrap();
         for (name, want) in want.as_object().unwrap() {
             let (got, want) = (got[name].as_f64().unwrap(), want.as_f64().unwrap());
@@ -53,8 +41,8 @@ fn scores_agree_with_the_benchmarks_own_program() {
 
 #[test]
 fn every_definition_and_mask_of_the_benchmark_can_be_read() {
-    let Some(data) = shared_data() else { return };
-    for entry in std::fs::read_dir(data.join("bms26")).unwrap() {
+    let Some(shots) = shared("bms26") else { return };
+    for entry in std::fs::read_dir(shots).unwrap() {
         let shot = entry.unwrap().path();
         let name = shot.file_name().unwrap().to_str().unwrap();
         let text = std::fs::read_to_string(shot.join(format!("{name}Def.dat"))).unwrap();
@@ -66,4 +54,18 @@ fn every_definition_and_mask_of_the_benchmark_can_be_read() {
             assert!(named * 1000 >= mask.data().len() * 999, "{name} {}: {named} pixels in named regions", frame.index);
         }
     }
+}
+
+#[test]
+fn middlebury_error_stays_below_a_third_of_a_pixel() {
+    let Some(folder) = shared("middlebury") else { return };
+    let names = ["Dimetrodon", "Grove2", "Grove3", "Hydrangea", "RubberWhale", "Urban2", "Urban3", "Venus"];
+    let error = |name: &str| {
+        let read = |file: &str| std::fs::read(folder.join(name).join(file)).unwrap();
+        let pyramid = |file: &str| FlowPyramid::new(&Frame::decode(&read(file)).unwrap().luma());
+        let found = flow_between(&pyramid("frame10.png"), &pyramid("frame11.png"), &FlowParams::default());
+        flow::end_point_error(&found, &flow::FlowTruth::from_flo(&read("flow10.flo")).unwrap()).unwrap()
+    };
+    let mean = names.map(error).iter().sum::<f64>() / names.len() as f64;
+    assert!(mean < 0.333, "mean end-point error {mean}");
 }

@@ -3,7 +3,7 @@
 
 mod bench;
 mod benchmark;
-#[allow(dead_code, reason = "shared with the tests of the command line")]
+#[allow(unreachable_pub, dead_code, reason = "shared with the tests of the command line")]
 #[path = "../../cli/tests/made.rs"]
 mod made;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]

@@ -4,11 +4,11 @@ mod faults;
 mod files;
 mod images;
 mod masks;
-mod selftest;
 mod times;
 
 use crate::made::*;
 use image::ExtendedColorType;
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -25,6 +25,13 @@ fn segment(input: &Path, out: &Path, more: &[&str]) -> Output {
     tracecut(arguments)
 }
 
+/// The first frames of the moving clip in a folder of this test's own, and where results of it may go.
+fn moving_clip(name: &str, frames: i32) -> (PathBuf, PathBuf) {
+    let input = folder(&format!("{name}-in"));
+    clip(&input, frames, SIZE, &moving);
+    (input, files::absent(&format!("{name}-out")))
+}
+
 /// Header of a Y4M stream, and its frames of brightness only.
 fn y4m(frames: i32) -> Vec<u8> {
     let mut bytes = format!("YUV4MPEG2 W{} H{} F25:1 Cmono XCOLORRANGE=FULL\n", SIZE.0, SIZE.1).into_bytes();
@@ -37,8 +44,7 @@ fn y4m(frames: i32) -> Vec<u8> {
 
 #[test]
 fn a_moving_clip_gives_tracks_pictures_and_a_report() {
-    let (input, out) = (folder("moving-in"), folder("moving-out"));
-    clip(&input, FRAMES, SIZE, &moving);
+    let (input, out) = moving_clip("moving", FRAMES);
     fs::write(input.join("notes.txt"), "not an image").unwrap();
     let options = ["--track-step", "6", "--set", "clip.seed=3", "--format", "png,tracks,overlay"];
     assert_done(&segment(&input, &out, &options));
@@ -66,8 +72,7 @@ fn a_moving_clip_gives_tracks_pictures_and_a_report() {
 
 #[test]
 fn object_and_background_get_labels_of_their_own() {
-    let (input, out) = (folder("labels-in"), folder("labels-out"));
-    clip(&input, FRAMES, SIZE, &moving);
+    let (input, out) = moving_clip("labels", FRAMES);
     assert_done(&segment(&input, &out, &["--track-step", "4"]));
     let (trajectories, clusters) = tracks::parse(&fs::read_to_string(out.join("tracks.dat")).unwrap()).unwrap();
     // votes[label] = points on (background, object)
@@ -144,8 +149,7 @@ fn missing_and_empty_folders_are_refused() {
 
 #[test]
 fn one_frame_is_refused_and_two_are_enough() {
-    let (input, out) = (folder("few-in"), folder("few-out"));
-    clip(&input, 1, SIZE, &moving);
+    let (input, out) = moving_clip("few", 1);
     assert_refused(&segment(&input, &out, &[]), 3, &["few-in: 1 frame(s) given", "at least 2"]);
     clip(&input, 2, SIZE, &moving);
     assert_refused(&segment(&input, &out, &["--frames", "1"]), 2, &["1 is not in 2.."]);
@@ -156,8 +160,7 @@ fn one_frame_is_refused_and_two_are_enough() {
 
 #[test]
 fn a_frame_of_another_size_is_named() {
-    let (input, out) = (folder("sizes-in"), folder("sizes-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("sizes", 4);
     png(&input.join("f3.png"), 100, 96, &|x, y| moving(x, y, 3));
     assert_refused(&segment(&input, &out, &[]), 3, &["f3.png", "100x96", "128x96"]);
 }
@@ -184,8 +187,7 @@ fn tiny_black_and_still_clips_end_in_a_result() {
 
 #[test]
 fn truncated_files_are_named_with_the_reason() {
-    let (input, out) = (folder("truncated-in"), folder("truncated-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("truncated", 4);
     let whole = fs::read(input.join("f2.png")).unwrap();
     fs::write(input.join("f2.png"), &whole[..whole.len() / 2]).unwrap();
     assert_refused(&segment(&input, &out, &[]), 3, &["f2.png", "cannot be decoded"]);
@@ -216,8 +218,7 @@ fn truncated_files_are_named_with_the_reason() {
 
 #[test]
 fn misspelt_options_and_settings_are_refused_with_what_is_known() {
-    let (input, out) = (folder("misspelt-in"), folder("misspelt-out"));
-    clip(&input, 2, SIZE, &moving);
+    let (input, out) = moving_clip("misspelt", 2);
     assert_refused(&segment(&input, &out, &["--set", "flow.patchstride=5"]), 2, &["flow.patchStride"]);
     assert_refused(&segment(&input, &out, &["--set", "flow.patchStride=big"]), 2, &["\"big\"", "1..=8"]);
     assert_refused(&segment(&input, &out, &["--track-step", "0"]), 2, &["trajectory.gridStep = 0"]);
@@ -242,8 +243,7 @@ fn results_that_cannot_be_written_are_refused_before_the_work() {
 
 #[test]
 fn dumped_numbers_describe_the_written_tracks() {
-    let (input, out) = (folder("dump-in"), folder("dump-out"));
-    clip(&input, 8, SIZE, &moving);
+    let (input, out) = moving_clip("dump", 8);
     assert_done(&segment(&input, &out, &["--dump"]));
     let lines = |name: &str| -> Vec<Vec<f64>> {
         let text = fs::read_to_string(out.join("dump").join(name)).unwrap();
@@ -280,4 +280,23 @@ fn parameters_are_listed_with_range_default_and_meaning() {
     assert!(expert.contains("flow.patchStride  (whole number, 1..=8, default ") && !expert.contains("shot.unmatched"));
     let count = |list: &str| list.lines().filter(|line| line.contains(", default ")).count();
     assert!(count(&shown) <= 20 && count(&expert) > 40, "{shown}{expert}");
+}
+
+/// `selftest` gives the hashes of the wasm build, from which the file of expected ones is made.
+#[test]
+fn this_machine_gives_the_hashes_of_every_engine() {
+    let found = tracecut(["selftest", "--threads", "2"]);
+    let printed = text(&found.stdout);
+    assert!(found.status.success(), "{printed}{}", text(&found.stderr));
+    let expected: serde_json::Value =
+        serde_json::from_str(include_str!("../src/selftest/expected.json")).expect("a list of hashes");
+    let expected: BTreeMap<&str, &str> =
+        expected["hashes"].as_object().unwrap().iter().map(|(k, v)| (k.as_str(), v.as_str().unwrap())).collect();
+    let lines = printed.lines().filter(|line| line.contains("  same  ("));
+    let hashes: BTreeMap<&str, &str> = lines
+        .map(|line| line.split_once(' ').unwrap())
+        .map(|(k, v)| (k, v.trim_start().split(' ').next().unwrap()))
+        .collect();
+    assert_eq!(hashes, expected);
+    assert!(hashes.len() >= 15, "{} hashes", hashes.len());
 }

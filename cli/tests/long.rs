@@ -1,37 +1,12 @@
 //! What takes too long for every time: `npm run test:long`.
-//!
-//! The clips are nobody's to pass on. Put them into `shared/data` beside the repository, or name another `shared`
-//! folder in `TRACECUT_SHARED`; without them the tests say so and pass.
 
+use crate::made::{assert_done, folder, shared};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 /// A small grey one, and one in colour.
 const CLIPS: [&str; 2] = ["ucsd--cyclists", "davis-train--dog-agility"];
-
-fn shared_clips() -> Option<PathBuf> {
-    let shared = std::env::var_os("TRACECUT_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let clips = shared.join("data/wild");
-    if !clips.is_dir() {
-        println!("skipped: no clips in {}", clips.display());
-        return None;
-    }
-    Some(clips)
-}
-
-fn folder(name: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    if path.exists() {
-        fs::remove_dir_all(&path).unwrap();
-    }
-    path
-}
-
-fn assert_done(output: &Output) {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
 
 /// The bytes of a PNG file as they stand in it: labels, or grey levels.
 fn bytes_of(path: &Path) -> Vec<u8> {
@@ -73,7 +48,7 @@ fn printed(t: usize, mask: &[u8]) -> String {
 #[test]
 #[ignore = "real clips, whole"]
 fn the_method_in_straight_lines_prints_the_labels_of_the_command_line() {
-    let Some(clips) = shared_clips() else { return };
+    let Some(clips) = shared("wild") else { return };
     let mut objects = 0;
     for clip in CLIPS {
         let (frames, out) = (clips.join(clip).join("frames"), folder(&format!("method-{clip}")));
@@ -97,11 +72,10 @@ fn the_method_in_straight_lines_prints_the_labels_of_the_command_line() {
 #[test]
 #[ignore = "real clips, whole"]
 fn the_example_makes_the_masks_of_the_command_line() {
-    let Some(clips) = shared_clips() else { return };
+    let Some(clips) = shared("wild") else { return };
     for clip in CLIPS {
         let (frames, out) = (clips.join(clip).join("frames"), folder(clip));
         let (ours, theirs) = (out.join("command-line"), out.join("example"));
-        fs::create_dir_all(&out).unwrap();
         let labels = by_command_line(&frames, &ours, &[]);
         run_example("masks", &[&frames, &theirs]);
 

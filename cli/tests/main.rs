@@ -2,6 +2,7 @@
 
 mod cli;
 mod long;
+#[allow(unreachable_pub, dead_code, reason = "shared with other tests")]
 mod made;
 #[allow(unreachable_pub, dead_code, reason = "fuzz targets, of another crate, call the same modules")]
 mod readers;

@@ -1,9 +1,8 @@
 //! Files with faults, read by the command line: nothing panics, and whatever comes out keeps its laws.
 
 mod checks;
-mod faulty;
 
-use faulty::{Reader, read_faulty, seeds};
+use crate::made::{Reader, read_faulty, seeds};
 
 const READERS: [Reader; 5] = [
     ("animation", checks::animation),

@@ -1,5 +1,5 @@
 // The self test: hashes of a fixed program, the same in Node, in browsers (tests/engines) and natively
-// (cli/tests/cli/selftest.rs). A change of results that is meant is taken over with `REGENERATE=1 npm test -- node`,
+// (cli/tests/cli.rs). A change of results that is meant is taken over with `REGENERATE=1 npm test -- node`,
 // which rewrites the file of expected hashes and fails so that nobody forgets to look.
 
 import assert from 'node:assert/strict';

@@ -9,16 +9,11 @@ use tracecut::synth::Scene;
 fn five_discretizations_are_swept_printed_and_plotted() {
     let root = folder("discretizations");
     write_shot(&root);
-    let (svg, file) = (root.join("curves.svg"), root.join("curves.json"));
-    let arguments = ["discretization", root.to_str().unwrap(), "--eigenvectors", "6"];
-    let output =
-        bench(arguments.iter().copied().chain(["--svg", svg.to_str().unwrap(), "--json", file.to_str().unwrap()]));
-    assert_done(&output);
-    let table = text(&output.stdout);
+    let svg = root.join("curves.svg");
+    let (table, report) = scored("discretization", &root, &["--eigenvectors", "6", "--svg", svg.to_str().unwrap()]);
     for line in ["toy ", "rot-disc against K-means: ", "rot-disc against rot-gap: ", "rot-disc lies below the others"] {
         assert!(table.lines().any(|l| l.starts_with(line)), "\"{line}\" is missing: {table}");
     }
-    let report = json(&file);
     let curves = report["curves"].as_array().unwrap();
     let names: Vec<_> = curves.iter().map(|c| c["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["rot-disc", "K-means", "rot", "K-means-gap", "rot-gap"]);
@@ -39,9 +34,9 @@ fn five_discretizations_are_swept_printed_and_plotted() {
     let picture = fs::read_to_string(&svg).unwrap();
     assert!(picture.starts_with("<svg ") && names.iter().all(|n| picture.contains(n)), "{picture}");
 
-    let refused = bench(arguments.into_iter().chain(["--fragment-share", "101"]));
+    let refused = score("discretization", &root, &["--fragment-share", "101"]);
     assert!(text(&refused.stderr).contains("expected a number, 0..=100"), "{}", text(&refused.stderr));
-    assert_refused(&bench(["discretization", folder("nothing").to_str().unwrap()]), 3, &["no sequence"]);
+    assert_refused(&score("discretization", &folder("nothing"), &[]), 3, &["no sequence"]);
 }
 
 /// A sequence in the layout of `bench figment`, with a mask of every seventh frame: palette images, or grey ones of two
@@ -76,18 +71,11 @@ fn entangled_players_are_run_and_scored_with_and_without_connectedness() {
     let root = folder("figment");
     // An odd width: rows of packed masks end within a byte.
     write_players(&root.join("players"), &Scene::entangled(241, 180, 29, 1));
-    let file = root.join("scores.json");
-    let run = |more: &[&str]| {
-        let step = ["--set", "trajectory.gridStep=6", "--json", file.to_str().unwrap()];
-        bench(["figment", root.to_str().unwrap()].iter().chain(&step).chain(more))
-    };
-    let output = run(&[]);
-    assert_done(&output);
-    let table = text(&output.stdout);
+    let step = ["--set", "trajectory.gridStep=6"];
+    let (table, report) = scored("figment", &root, &step);
     for line in ["players ", "    without connectedness ", "mean, with connectedness ", "mean, without "] {
         assert!(table.lines().any(|l| l.starts_with(line)), "\"{line}\" is missing: {table}");
     }
-    let report = json(&file);
     let scores = &report["sequences"][0];
     assert_eq!((&scores["frames"], &scores["labelled"], &scores["objects"]), (&29.into(), &5.into(), &2.0.into()));
     let without = &scores["withoutConnectedness"];
@@ -98,18 +86,17 @@ fn entangled_players_are_run_and_scored_with_and_without_connectedness() {
     assert!(of(without, "density") > 1.0 && of(without, "clusteringError") < 20.0, "{without}");
     assert!(of(scores, "perRegionError") <= of(without, "perRegionError"), "{scores}");
 
-    assert_done(&run(&["--set", "connectedness.mode=off"]));
-    let off = json(&file);
+    let (_, off) = scored("figment", &root, &[&step[..], &["--set", "connectedness.mode=off"]].concat());
     assert!(off["withoutConnectedness"].is_null());
     assert_eq!(&off["mean"], without);
 
     let masks = root.join("players/masks");
     fs::rename(masks.join("00028.png"), masks.join("00029.png")).unwrap();
-    assert_refused(&run(&[]), 3, &["players", "frame 29"]);
+    assert_refused(&score("figment", &root, &step), 3, &["players", "frame 29"]);
     fs::rename(masks.join("00029.png"), masks.join("last.png")).unwrap();
-    assert_refused(&run(&[]), 3, &["last.png", "number"]);
+    assert_refused(&score("figment", &root, &step), 3, &["last.png", "number"]);
     fs::copy(root.join("players/frames/00000.png"), masks.join("last.png")).unwrap();
     fs::rename(masks.join("last.png"), masks.join("1.png")).unwrap();
-    assert_refused(&run(&[]), 3, &["1.png", "palette"]);
-    assert_refused(&bench(["figment", folder("no-players").to_str().unwrap()]), 3, &["no sequence"]);
+    assert_refused(&score("figment", &root, &step), 3, &["1.png", "palette"]);
+    assert_refused(&score("figment", &folder("no-players"), &[]), 3, &["no sequence"]);
 }

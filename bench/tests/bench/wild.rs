@@ -8,12 +8,6 @@ fn wild(place: &Path, truth: &dyn Fn(usize, bool) -> u8) {
     write_clip(&place.join("frames"), &place.join("masks"), truth);
 }
 
-fn score(command: &str, folder: &Path, more: &[&str]) -> Output {
-    let mut arguments = vec![command, folder.to_str().unwrap()];
-    arguments.extend(more);
-    bench(arguments)
-}
-
 /// Mean share of the scored frames that has a label.
 fn labelled_share(found: &[Found]) -> f64 {
     let share = |f: &Found| f.iter().filter(|&&l| l).count() as f64 / f.len() as f64;
@@ -40,10 +34,7 @@ fn known_masks_have_known_scores_per_clip_kind_and_in_all() {
     for t in [0, 4, FRAMES - 1] {
         fs::remove_file(root.join(format!("toy--right/masks/{t:05}.png"))).unwrap();
     }
-    let file = root.join("scores.json");
-    let output = score("masks", &root, &["--json", file.to_str().unwrap(), "--jobs", "1"]);
-    assert_done(&output);
-    let table = text(&output.stdout);
+    let (table, report) = scored("masks", &root, &["--jobs", "1"]);
     let objects = row(&table, "toy--right")[2].to_owned();
     let all = format!("{objects}/{objects}");
     assert_eq!(row(&table, "toy--right")[1], FRAMES.to_string());
@@ -55,7 +46,6 @@ fn known_masks_have_known_scores_per_clip_kind_and_in_all() {
     assert_eq!(row(&table, "odd--empty")[4..7], ["-", "-", "-"]);
     assert_eq!(row(&table, "odd--empty")[8..10], ["0/0", &all]);
 
-    let report = json(&file);
     let clip = |name: &str| report["clips"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
     let empty = 1.0 - labelled_share(found());
     close(&clip("odd--empty")["runs"][0]["j"], empty);
@@ -81,23 +71,18 @@ fn seeds_layouts_and_parts_of_a_folder_can_be_chosen() {
     fs::rename(davis.join("frames"), davis.join("JPEGImages")).unwrap();
     fs::rename(davis.join("masks"), davis.join("Annotations")).unwrap();
     let pictures = root.join("pictures");
-    let output = score("masks", &root, &["--seeds", "0,5", "--overlay", pictures.to_str().unwrap()]);
-    assert_done(&output);
-    let table = text(&output.stdout);
+    let (table, _) = scored("masks", &root, &["--seeds", "0,5", "--overlay", pictures.to_str().unwrap()]);
     assert!(table.lines().next().unwrap().contains("spread"), "{table}");
     // The folder's own name is the kind of what names none.
     assert_eq!(row(&table, "chosen (1)")[0], "chosen");
     assert_eq!(names_in(&pictures.join("other")), ["00000.png"]);
 
-    let one = score("masks", &root, &["--only", "nothing,othe", "--frames", "6"]);
-    assert_done(&one);
-    let table = text(&one.stdout);
+    let (table, _) = scored("masks", &root, &["--only", "nothing,othe", "--frames", "6"]);
     assert_eq!(row(&table, "other")[1], "6");
     assert!(!table.contains("toy--right") && !table.contains("spread"), "{table}");
     // A single clip.
-    let single = score("masks", &davis, &["--frames", "6"]);
-    assert_done(&single);
-    assert_eq!(row(&text(&single.stdout), "other")[..9], row(&table, "other")[..9]);
+    let (single, _) = scored("masks", &davis, &["--frames", "6"]);
+    assert_eq!(row(&single, "other")[..9], row(&table, "other")[..9]);
     assert_refused(&score("masks", &root, &["--only", "boat"]), 3, &["no clip", "boat"]);
 }
 
@@ -106,9 +91,8 @@ fn a_window_as_long_as_the_clip_is_the_clip_and_shorter_ones_cover_it() {
     let root = folder("windows");
     wild(&root.join("toy--right"), &|_, label| if label { 255 } else { 0 });
     let row_with = |window: &str| {
-        let output = score("masks", &root, &["--window", window]);
-        assert_done(&output);
-        row(&text(&output.stdout), "toy--right").iter().map(ToString::to_string).collect::<Vec<_>>()
+        let (table, _) = scored("masks", &root, &["--window", window]);
+        row(&table, "toy--right").iter().map(ToString::to_string).collect::<Vec<_>>()
     };
     assert_eq!(row_with("100")[3..8], ["1.000", "1.000", "1.000", "1.000", "0.000"]);
     let shorter = row_with("7");
@@ -137,14 +121,9 @@ fn clips_that_cannot_be_scored_are_refused_with_the_reason() {
 fn stability_is_measured_under_each_change() {
     let root = folder("stable");
     wild(&root.join("toy--right"), &|_, label| if label { 255 } else { 0 });
-    let (file, second) = (root.join("stability.json"), root.join("mirrored.json"));
-    let paths = [&file, &second].map(|p| p.to_str().unwrap());
     let changes = "base,seed1,crop1,mirror,dark,jpeg,later";
-    let output = score("stability", &root, &["--json", paths[0], "--changes", changes]);
-    assert_done(&output);
-    let table = text(&output.stdout);
+    let (table, report) = scored("stability", &root, &["--changes", changes]);
     assert_eq!(row(&table, "toy--right").len(), 1 + 7 + 2, "{table}");
-    let report = json(&file);
     let clip = &report["clips"][0];
     // The truth is what comes of the clip as it is, at the size that it has.
     close(&clip["j"]["base"], 1.0);
@@ -158,9 +137,8 @@ fn stability_is_measured_under_each_change() {
             picture.fliph().save(mirrored.join(kind).join(&name)).unwrap();
         }
     }
-    let there = score("stability", &root, &["--only", "mirrored", "--json", paths[1], "--changes", "base,mirror"]);
-    assert_done(&there);
-    let other = &json(Path::new(paths[1]))["clips"][0];
+    let (_, there) = scored("stability", &root, &["--only", "mirrored", "--changes", "base,mirror"]);
+    let other = &there["clips"][0];
     assert_eq!((&other["j"]["base"], &other["j"]["mirror"]), (&clip["j"]["mirror"], &clip["j"]["base"]));
     let lowest = scores.iter().copied().fold(1.0, f64::min);
     close(&clip["spread"], 1.0 - lowest);

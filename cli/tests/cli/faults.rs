@@ -129,8 +129,7 @@ fn of_two_runs_into_one_folder_the_first_goes_on_and_the_other_is_refused() {
 
 #[test]
 fn what_may_work_later_has_another_code_than_what_never_does() {
-    let (input, out) = (folder("later-in"), absent("later-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("later", 4);
     let bad = input.join("bad.y4m");
     fs::write(&bad, &y4m(2)[..3000]).unwrap();
     let missing = input.join("missing.mp4");
@@ -158,8 +157,7 @@ fn what_may_work_later_has_another_code_than_what_never_does() {
 #[test]
 fn an_ffmpeg_that_is_killed_is_no_damage_of_the_video() {
     use std::os::unix::fs::PermissionsExt;
-    let (input, out) = (folder("killed-ffmpeg-in"), absent("killed-ffmpeg-out"));
-    clip(&input, 8, SIZE, &moving);
+    let (input, out) = moving_clip("killed-ffmpeg", 8);
     let video = input.join("clip.mkv");
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-v", "error", "-i"]).arg(input.join("f%d.png")).args(["-c:v", "ffv1", "-pix_fmt", "bgr0"]);
@@ -200,8 +198,7 @@ fn many_runs_begun_at_once_leave_one_whole_result() {
 #[cfg(unix)]
 #[test]
 fn lists_may_name_files_anywhere_but_no_devices_and_pipes() {
-    let (input, out) = (folder("named-in"), absent("named-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("named", 4);
     let lists = input.join("lists");
     fs::create_dir(&lists).unwrap();
     let list = |names: &[&str]| {
@@ -224,8 +221,7 @@ fn lists_may_name_files_anywhere_but_no_devices_and_pipes() {
 #[cfg(unix)]
 #[test]
 fn a_single_picture_that_finds_no_room_leaves_no_part_of_it() {
-    let (input, out) = (folder("single-in"), folder("single-out"));
-    clip(&input, 1, SIZE, &moving);
+    let (input, out) = moving_clip("single", 1);
     let image = input.join("f0.png");
     for command in ["superpixels", "boundaries"] {
         let script = "trap '' XFSZ; ulimit -f 1; exec \"$0\" \"$@\"";

@@ -255,8 +255,7 @@ fn signals_leave_no_half_result_and_have_codes_of_their_own() {
 
 #[test]
 fn what_lies_there_is_replaced_only_when_asked_and_only_if_it_is_a_result() {
-    let (input, out) = (folder("there-in"), absent("there-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("there", 4);
     assert_done(&segment(&input, &out, &[]));
     let before = all_files(&out);
     assert_refused(&segment(&input, &out, &["--frames", "3"]), 2, &["there-out", "exists already", "--overwrite"]);
@@ -282,8 +281,7 @@ fn what_lies_there_is_replaced_only_when_asked_and_only_if_it_is_a_result() {
 
 #[test]
 fn a_failure_leaves_nothing_and_a_late_one_what_a_run_goes_on_with() {
-    let (input, out) = (folder("late-in"), absent("late-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("late", 4);
     fs::write(input.join("f3.png"), "no image").unwrap();
     assert_refused(&segment(&input, &out, &[]), 3, &["f3.png"]);
     assert!(!out.exists() && !beside(&out, ".partial").exists());
@@ -393,8 +391,7 @@ fn damage_is_told_as_an_event_and_does_not_stop_other_inputs() {
 
 #[test]
 fn a_complete_result_is_taken_for_no_other() {
-    let (input, out) = (folder("complete-in"), absent("complete-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("complete", 4);
     let options = ["--format", "png,rle", "--set", "shot.unmatched=0.5"];
     let resume = |more: &[&str]| segment(&input, &out, &[&options[..], &["--resume"], more].concat());
     // There is nothing to go on with yet: it begins.
@@ -487,8 +484,7 @@ fn several_inputs_have_folders_of_their_own_and_a_bad_one_does_not_stop_the_othe
 
 #[test]
 fn progress_is_told_as_asked() {
-    let (input, out) = (folder("told-in"), absent("told-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("told", 4);
     let quiet = segment(&input, &out, &["--quiet"]);
     assert_done(&quiet);
     assert_eq!((text(&quiet.stdout), text(&quiet.stderr)), (String::new(), String::new()));

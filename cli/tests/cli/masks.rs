@@ -22,34 +22,36 @@ fn read_mask(path: &Path) -> (Plane<u8>, Vec<u8>) {
     (Plane::from_vec(width, height, data).unwrap(), palette)
 }
 
-/// The moving clip's first `frames` frames through the library.
-fn session(frames: i32) -> Session {
-    let mut session = Session::new(Params::default()).unwrap();
-    for t in 0..frames {
-        let frame = rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t));
-        session.push_frame(Frame::from_rgb(frame, SIZE.0 as usize, SIZE.1 as usize).unwrap()).unwrap();
-    }
+/// Frame `t` of a picture that moves.
+fn frame(t: i32, picture: &dyn Fn(i32, i32, i32) -> u8) -> Frame {
+    Frame::from_rgb(rgb(SIZE.0, SIZE.1, &|x, y| picture(x, y, t)), SIZE.0 as usize, SIZE.1 as usize).unwrap()
+}
+
+/// The first `frames` frames of a picture that moves through the library.
+fn session_with(params: Params, frames: i32, picture: &dyn Fn(i32, i32, i32) -> u8) -> Session {
+    let mut session = Session::new(params).unwrap();
+    (0..frames).for_each(|t| session.push_frame(frame(t, picture)).unwrap());
     session.run().unwrap();
     session
 }
 
+fn session(frames: i32) -> Session {
+    session_with(Params::default(), frames, &moving)
+}
+
 #[test]
 fn masks_of_reduced_frames_have_the_size_of_the_frames_and_their_borders() {
-    let (input, out) = (folder("masks-source-in"), folder("masks-source-out"));
-    clip(&input, FRAMES, SIZE, &moving);
+    let (input, out) = moving_clip("masks-source", FRAMES);
     assert_done(&segment(&input, &out, &["--set", "clip.maxSide=112", "--format", "png,tracks,overlay"]));
     let mut params = Params::default();
     params.clip.max_side = 112;
-    let mut session = Session::new(params).unwrap();
-    let frame = |t| Frame::from_rgb(rgb(SIZE.0, SIZE.1, &|x, y| moving(x, y, t)), SIZE.0 as usize, SIZE.1 as usize);
-    (0..FRAMES).for_each(|t| session.push_frame(frame(t).unwrap()).unwrap());
-    session.run().unwrap();
+    let session = session_with(params, FRAMES, &moving);
     let mut others = 0;
     for t in 0..FRAMES {
         let (mask, _) = read_mask(&out.join(format!("masks/{t:05}.png")));
         let small = session.working_labels(t as usize).unwrap();
         assert_eq!(small.width(), 112);
-        assert_eq!(mask, enlarge(small, &frame(t).unwrap(), |_| true).unwrap().labels, "frame {t}");
+        assert_eq!(mask, enlarge(small, &frame(t, &moving), |_| true).unwrap().labels, "frame {t}");
         others += usize::from(mask != session.labels(t as usize).unwrap());
     }
     assert!(others > 0, "every mask equals the mask of the nearest pixels");
@@ -58,8 +60,7 @@ fn masks_of_reduced_frames_have_the_size_of_the_frames_and_their_borders() {
 
 #[test]
 fn masks_are_palette_images_of_the_sessions_labels() {
-    let (input, out) = (folder("masks-in"), folder("masks-out"));
-    clip(&input, FRAMES, SIZE, &moving);
+    let (input, out) = moving_clip("masks", FRAMES);
     assert_done(&segment(&input, &out, &[]));
     let session = session(FRAMES);
     let mut pixels = vec![0_u64; session.objects().unwrap().highest_label + 1];
@@ -114,12 +115,7 @@ fn an_object_without_a_pixel_is_in_no_list_and_in_no_number() {
     clip(&input, FRAMES, SIZE, &camouflaged);
     let output = segment(&input, &out, &["--format", "png,rle,prompts"]);
     assert_done(&output);
-    let mut session = Session::new(Params::default()).unwrap();
-    for t in 0..FRAMES {
-        let frame = rgb(SIZE.0, SIZE.1, &|x, y| camouflaged(x, y, t));
-        session.push_frame(Frame::from_rgb(frame, SIZE.0 as usize, SIZE.1 as usize).unwrap()).unwrap();
-    }
-    session.run().unwrap();
+    let session = session_with(Params::default(), FRAMES, &camouflaged);
     // It has trajectories, and the cut gave their pixels to the ground.
     assert_eq!(session.objects().unwrap().labels(), [1]);
     assert!((0..FRAMES as usize).all(|t| session.labels(t).unwrap().data().iter().all(|&label| label == 0)));
@@ -136,8 +132,7 @@ fn an_object_without_a_pixel_is_in_no_list_and_in_no_number() {
 
 #[test]
 fn mask_overlays_tint_objects_and_leave_the_background_as_it_is() {
-    let (input, out) = (folder("tint-in"), folder("tint-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("tint", 4);
     assert_done(&segment(&input, &out, &["--format", "png,overlay"]));
     let picture = image::open(out.join("overlay-masks/00001.png")).unwrap().into_rgb8();
     let (mask, _) = read_mask(&out.join("masks/00001.png"));
@@ -153,8 +148,7 @@ fn mask_overlays_tint_objects_and_leave_the_background_as_it_is() {
 
 #[test]
 fn backgrounds_are_written_where_they_are_asked_for() {
-    let (input, out) = (folder("background-in"), folder("background-out"));
-    clip(&input, FRAMES, SIZE, &moving);
+    let (input, out) = moving_clip("background", FRAMES);
     assert_done(&segment(&input, &out, &["--background"]));
     assert_eq!(names_in(&out.join("background")).len(), FRAMES as usize);
     let picture = image::open(out.join("background/00002.png")).unwrap().into_rgba8();
@@ -175,8 +169,7 @@ fn backgrounds_are_written_where_they_are_asked_for() {
 
 #[test]
 fn a_run_without_masks_has_none_in_its_report() {
-    let (input, out) = (folder("sparse-in"), folder("sparse-out"));
-    clip(&input, 6, SIZE, &moving);
+    let (input, out) = moving_clip("sparse", 6);
     assert_done(&segment(&input, &out, &["--no-dense"]));
     assert_eq!(names_in(&out), ["result.json", "tracks.dat"]);
     let report = json(&out.join("result.json"));
@@ -242,8 +235,7 @@ fn explain_says_in_numbers_what_the_library_does_and_refuses_what_is_not_there()
 
 #[test]
 fn confidences_are_grey_pictures_of_what_the_library_says() {
-    let (input, out) = (folder("sure-in"), folder("sure-out"));
-    clip(&input, FRAMES, SIZE, &moving);
+    let (input, out) = moving_clip("sure", FRAMES);
     assert_done(&segment(&input, &out, &["--confidence"]));
     let session = session(FRAMES);
     for t in 0..FRAMES as usize {

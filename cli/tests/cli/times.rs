@@ -80,8 +80,7 @@ fn times_of_the_file_are_in_every_form() {
 
 #[test]
 fn frames_without_times_get_none() {
-    let (input, out) = (folder("timeless-in"), absent("timeless-out"));
-    clip(&input, 4, SIZE, &moving);
+    let (input, out) = moving_clip("timeless", 4);
     assert_done(&segment(&input, &out, &["--format", "rle,npz,prompts"]));
     let report = json(&out.join("result.json"));
     for name in ["times", "durations", "frameRate"] {

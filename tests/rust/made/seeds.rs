@@ -247,14 +247,19 @@ fn array(class: u8, rows: u32, columns: u32, name: &str, content: &[u8]) -> Vec<
     element(14, &[flags, size, element(1, name.as_bytes()), content.to_vec()].concat())
 }
 
-/// Human segmentations of one person: images of two columns and three rows.
+/// Human segmentations of two people, images of two columns and three rows; the second wrote sixteen-bit numbers.
 fn mat(packed: bool) -> Vec<u8> {
     let names = element(1, b"Segmentation\0\0\0\0Boundaries\0\0\0\0\0\0");
+    // A short element: type and length in one word, then four bytes.
     let length = [[5, 0, 4, 0], [16, 0, 0, 0]].concat();
-    let regions = array(11, 3, 2, "", &element(2, &[1, 1, 2, 2, 2, 3]));
     let outlines = array(9, 3, 2, "", &element(2, &[0, 1, 0, 1, 1, 0]));
-    let person = array(2, 1, 1, "", &[length, names, regions, outlines].concat());
-    let cell = array(1, 1, 1, "groundTruth", &person);
+    let person = |regions: &[u8]| {
+        let regions = array(11, 3, 2, "", regions);
+        array(2, 1, 1, "", &[&length[..], &names, &regions, &outlines].concat())
+    };
+    let wide: Vec<u8> = [1_u16, 1, 2, 2, 300, 3].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let people = [person(&element(2, &[1, 1, 2, 2, 2, 3])), person(&element(4, &wide))];
+    let cell = array(1, 1, 2, "groundTruth", &people.concat());
     let mut bytes = vec![b' '; 124];
     bytes.extend([0, 1, b'I', b'M']);
     bytes.extend(array(6, 1, 1, "other", &element(9, &1.5_f64.to_le_bytes())));
