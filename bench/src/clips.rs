@@ -113,7 +113,7 @@ pub(super) fn davis_clips(folder: &Path, only: &[String]) -> Result<Vec<Clip>> {
             (path.join("JPEGImages"), path.join("Annotations"))
         };
         let (name, kind) = (name.to_owned(), kind_of(name, &suite));
-        Ok(images.is_dir().then(|| Clip { name, kind, images, masks, code: Code::AnyColour }))
+        Ok(images.is_dir().then_some(Clip { name, kind, images, masks, code: Code::AnyColour }))
     })
 }
 

@@ -1,24 +1,24 @@
-//! `bench davis`: every sequence of a folder through the pipeline, its masks against the true ones.
-
-mod published;
-mod source;
+//! `bench davis`: every sequence of a folder through the pipeline, its masks against the true ones, also at the size of the
+//! frames and beside figures that others published.
 
 use super::batch::{Batch, write_json};
 use super::clips::{Clip, davis_clips, write_overlays};
 use super::masks::require_dense;
 use super::num_clusters;
-use crate::measures::davis::{LabelTally, Summary, boundary_measure, region_similarity, scored_frames};
+use crate::measures::davis::{
+    LabelTally, Summary, boundary_measure, boundary_measure_within, region_similarity, scored_frames,
+};
 use crate::measures::masks::Truth;
 use clap::Args;
-use published::Published;
 use serde::Serialize;
-use source::AtSource;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tracecut::image::Plane;
+use tracecut::mask::enlarge;
 use tracecut::{Params, Session};
-use tracecut_cli::clock::Seconds;
-use tracecut_cli::failure::{Failure, Result, print};
-use tracecut_cli::input::{Input, decode};
+use tracecut_cli::clock::{Clock, Seconds};
+use tracecut_cli::failure::{Failure, Result, print, read_text};
+use tracecut_cli::input::{ClipFrame, Input, decode};
 use tracecut_cli::log::Log;
 use tracecut_cli::run::run;
 
@@ -103,7 +103,7 @@ pub(super) fn eval(args: &DavisArgs) -> Result<()> {
     require_dense(&params)?;
     let sequences = davis_clips(&args.folder, &args.batch.only)?;
     let published = Published::beside(&args.folder)?;
-    let more = if args.at_source { source::HEADING } else { "" };
+    let more = if args.at_source { SOURCE_HEADING } else { "" };
     print(format_args!("{HEADING}{more}{}", published.heading()))?;
     let report = |o: &Outcome| print(format_args!("{}{}", row(o), published.columns(&o.name)));
     let outcomes = args.batch.run(&sequences, |s| &s.name, |s| run_sequence(s, &params, args), report)?;
@@ -209,4 +209,171 @@ fn row(o: &Outcome) -> String {
 fn score_columns(j: &Summary, f: &Summary, oracle_j: &Summary) -> String {
     let three = |s: &Summary| format!("{:8.3} {:7.3} {:7.3}", s.mean, s.recall, s.decay);
     format!("{} {} {:9.3}", three(j), three(f), oracle_j.mean)
+}
+
+/// Boundaries of the fine measure match within this many pixels: the benchmark's own tolerance is wider than the pixels of
+/// a mask at half the size.
+const FINE_PX: usize = 1;
+
+const SOURCE_HEADING: &str = "  J near   large  F near   large  F1 near  large  ms a frame";
+
+/// Means over the scored frames, of the nearest pixel's label and of enlarged masks.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct AtSource {
+    j: Enlarging,
+    f: Enlarging,
+    /// F within one pixel.
+    fine_f: Enlarging,
+    /// Milliseconds that enlarging took, a frame.
+    milliseconds: f64,
+}
+
+#[derive(Debug, Default, Clone, Copy, Serialize)]
+struct Enlarging {
+    nearest: f64,
+    enlarged: f64,
+}
+
+fn fine_measure(mask: &Plane<bool>, truth: &Plane<bool>) -> std::result::Result<f64, tracecut::Error> {
+    boundary_measure_within(FINE_PX, mask, truth)
+}
+
+impl AtSource {
+    fn of(session: &Session, input: &Input, truth: &[Plane<bool>]) -> Result<Self> {
+        let scored = scored_frames(truth.len());
+        let mut sums = [Enlarging::default(); 3];
+        let mut seconds = 0.0;
+        for (t, frame) in input.frames()?.enumerate().take(scored.end).skip(scored.start) {
+            let ClipFrame { name, frame, .. } = frame?;
+            let nearest = session.labels(t)?.map(|label| label != 0);
+            let clock = Clock::start();
+            let enlarged = enlarge(session.working_labels(t)?, &frame, |label| label != 0);
+            seconds += clock.seconds().best();
+            let enlarged = enlarged.map_err(|e| Failure::about(name, e))?.labels.map(|label| label != 0);
+            let measures = [region_similarity, boundary_measure, fine_measure];
+            for (sum, measure) in sums.iter_mut().zip(measures) {
+                sum.nearest += measure(&nearest, &truth[t])?;
+                sum.enlarged += measure(&enlarged, &truth[t])?;
+            }
+        }
+        let count = scored.len() as f64;
+        let [j, f, fine_f] = sums.map(|s| Enlarging { nearest: s.nearest / count, enlarged: s.enlarged / count });
+        Ok(Self { j, f, fine_f, milliseconds: 1000.0 * seconds / count })
+    }
+
+    fn mean_of(all: &[&Self]) -> Self {
+        let mean = |value: &dyn Fn(&Self) -> f64| all.iter().map(|one| value(one)).sum::<f64>() / all.len() as f64;
+        let pair = |of: fn(&Self) -> Enlarging| Enlarging {
+            nearest: mean(&|one| of(one).nearest),
+            enlarged: mean(&|one| of(one).enlarged),
+        };
+        Self {
+            j: pair(|one| one.j),
+            f: pair(|one| one.f),
+            fine_f: pair(|one| one.fine_f),
+            milliseconds: mean(&|one| one.milliseconds),
+        }
+    }
+
+    fn columns(&self) -> String {
+        let pair = |p: Enlarging| format!("{:8.4}{:8.4}", p.nearest, p.enlarged);
+        format!("{}{}{} {:11.1}", pair(self.j), pair(self.f), pair(self.fine_f), self.milliseconds)
+    }
+}
+
+/// The paper's own program.
+const PAPER: &str = "trc";
+/// Methods on the benchmark's site that use no trained part: trc and msg trace trajectories (this paper; Ochs and
+/// Brox), fst is by Papazoglou and Ferrari, nlc by Faktor and Irani, cvos by Taylor et al., key by Lee et al., sal by
+/// Wang et al., tis by Griffin and Corso.
+const UNLEARNED: [&str; 8] = ["trc", "msg", "fst", "nlc", "cvos", "key", "sal", "tis"];
+
+/// J and F of one method on one sequence.
+type Figures = [f64; 2];
+
+/// The figures of each method, sequence by sequence; empty where there is no file.
+#[derive(Debug, Default)]
+struct Published(BTreeMap<String, BTreeMap<String, Figures>>);
+
+impl Published {
+    /// Reads `published.json` in `folder`, if there.
+    fn beside(folder: &Path) -> Result<Self> {
+        let path = folder.join("published.json");
+        if !path.is_file() {
+            return Ok(Self::default());
+        }
+        let methods = serde_json::from_str(&read_text(&path)?).map_err(|e| {
+            Failure::about(path.display(), format_args!("is not {{\"method\": {{\"sequence\": [J, F]}}}}: {e}"))
+        })?;
+        Ok(Self(methods))
+    }
+
+    fn heading(&self) -> &'static str {
+        if self.0.is_empty() { "" } else { "  | trc J  trc F  best J  best F" }
+    }
+
+    /// The paper's figures on a sequence, and those of the unlearned method with the best J.
+    fn columns(&self, sequence: &str) -> String {
+        if self.0.is_empty() {
+            return String::new();
+        }
+        let (best, name) = match self.best(sequence) {
+            Some((name, pair)) => (Some(pair), name),
+            None => (None, ""),
+        };
+        figure_columns(self.of(PAPER, sequence), best, name)
+    }
+
+    /// The means of these columns over those of `sequences` that have them.
+    fn mean_columns(&self, sequences: &[&str]) -> String {
+        if self.0.is_empty() {
+            return String::new();
+        }
+        let paper: Vec<Figures> = sequences.iter().filter_map(|s| self.of(PAPER, s)).collect();
+        let best: Vec<Figures> = sequences.iter().filter_map(|s| self.best(s)).map(|(_, pair)| pair).collect();
+        figure_columns(mean_figures(&paper), mean_figures(&best), "")
+    }
+
+    /// A line for each method that has figures on all of `sequences`: its means, best J first.
+    fn table(&self, sequences: &[&str]) -> Vec<String> {
+        let mut rows: Vec<(&str, Figures)> = Vec::new();
+        for (name, figures) in &self.0 {
+            let all: Option<Vec<Figures>> = sequences.iter().map(|&s| figures.get(s).copied()).collect();
+            rows.extend(all.and_then(|all| mean_figures(&all)).map(|pair| (name.as_str(), pair)));
+        }
+        rows.sort_by(|a, b| b.1[0].total_cmp(&a.1[0]));
+        let line = |(name, [j, f]): &(&str, Figures)| {
+            let note = if UNLEARNED.contains(name) { "" } else { "  with learned parts, or not known" };
+            format!("  {name:8} J {j:.3}  F {f:.3}{note}")
+        };
+        let heading = format!("\npublished means over the same {} sequence(s), whole clips:", sequences.len());
+        if rows.is_empty() { Vec::new() } else { std::iter::once(heading).chain(rows.iter().map(line)).collect() }
+    }
+
+    fn of(&self, method: &str, sequence: &str) -> Option<Figures> {
+        self.0.get(method)?.get(sequence).copied()
+    }
+
+    fn best(&self, sequence: &str) -> Option<(&'static str, Figures)> {
+        let all = UNLEARNED.iter().filter_map(|&name| Some((name, self.of(name, sequence)?)));
+        all.max_by(|a, b| a.1[0].total_cmp(&b.1[0]))
+    }
+}
+
+fn mean_figures(pairs: &[Figures]) -> Option<Figures> {
+    let over = |c: usize| pairs.iter().map(|p| p[c]).sum::<f64>() / pairs.len() as f64;
+    (!pairs.is_empty()).then(|| [over(0), over(1)])
+}
+
+fn figure_columns(paper: Option<Figures>, best: Option<Figures>, name: &str) -> String {
+    let number = |pair: Option<Figures>, c: usize| pair.map_or_else(|| "-".to_owned(), |p| format!("{:.3}", p[c]));
+    let line = format!(
+        "  | {:>5}  {:>5}  {:>6}  {:>6}  {name}",
+        number(paper, 0),
+        number(paper, 1),
+        number(best, 0),
+        number(best, 1)
+    );
+    line.trim_end().to_owned()
 }

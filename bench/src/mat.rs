@@ -64,7 +64,7 @@ pub fn parse(file: &[u8]) -> Parsed<Vec<Annotation>> {
     while !rest.0.is_empty() {
         let (kind, body) = rest.element()?;
         let array = match kind {
-            COMPRESSED => Array::parse_element(&unpack(body)?)?,
+            COMPRESSED => Cursor(&unpack(body)?).array(0)?,
             MATRIX => Array::parse(body, 0)?,
             _ => continue,
         };
@@ -125,13 +125,6 @@ enum Value {
 }
 
 impl Array {
-    fn parse_element(bytes: &[u8]) -> Parsed<Self> {
-        match Cursor(bytes).element()? {
-            (MATRIX, body) => Self::parse(body, 0),
-            (kind, _) => Err(format!("has an element of type {kind} where an array (type {MATRIX}) should be")),
-        }
-    }
-
     /// From what stands after the tag.
     fn parse(body: &[u8], depth: u32) -> Parsed<Self> {
         if body.is_empty() {
@@ -151,8 +144,8 @@ impl Array {
             .ok_or_else(|| format!("has an array of size {dimensions:?} (expected {MAX_PIXELS} numbers at most)"))?;
         let name = text(rest.element()?.1);
         let value = match class {
-            CLASS_CELL => Value::Cell((0..count).map(|_| rest.array(depth)).collect::<Parsed<_>>()?),
-            CLASS_STRUCT => Value::Struct(rest.fields(count, depth)?),
+            CLASS_CELL => Value::Cell((0..count).map(|_| rest.array(depth + 1)).collect::<Parsed<_>>()?),
+            CLASS_STRUCT => Value::Struct(rest.fields(count, depth + 1)?),
             _ if CLASS_NUMBERS.contains(&class) => numbers(&mut rest, &dimensions, count)?,
             _ => Value::Other,
         };
@@ -177,34 +170,22 @@ impl Array {
 fn numbers(rest: &mut Cursor<'_>, dimensions: &[usize], count: usize) -> Parsed<Value> {
     let &[rows, columns] = dimensions else { return Ok(Value::Other) };
     let (kind, bytes) = rest.element()?;
-    let Some(size) = size_of_number(kind) else { return Ok(Value::Other) };
-    // Before memory is taken: eight bytes for each, however small it is in the file.
-    if bytes.len() / size != count {
-        return Err(format!("has an array of {} numbers (expected {rows}x{columns})", bytes.len() / size));
-    }
-    let values: Vec<f64> = match kind {
-        1 => bytes.iter().map(|&v| f64::from(v.cast_signed())).collect(),
-        2 => bytes.iter().map(|&v| f64::from(v)).collect(),
-        3 => bytes.as_chunks().0.iter().map(|&v| f64::from(i16::from_le_bytes(v))).collect(),
-        4 => bytes.as_chunks().0.iter().map(|&v| f64::from(u16::from_le_bytes(v))).collect(),
-        5 => bytes.as_chunks().0.iter().map(|&v| f64::from(i32::from_le_bytes(v))).collect(),
-        6 => bytes.as_chunks().0.iter().map(|&v| f64::from(u32::from_le_bytes(v))).collect(),
-        7 => bytes.as_chunks().0.iter().map(|&v| f64::from(f32::from_le_bytes(v))).collect(),
-        9 => bytes.as_chunks().0.iter().map(|&v| f64::from_le_bytes(v)).collect(),
+    let values: Box<dyn ExactSizeIterator<Item = f64>> = match kind {
+        1 => Box::new(bytes.iter().map(|&v| f64::from(v.cast_signed()))),
+        2 => Box::new(bytes.iter().map(|&v| f64::from(v))),
+        3 => Box::new(bytes.as_chunks().0.iter().map(|&v| f64::from(i16::from_le_bytes(v)))),
+        4 => Box::new(bytes.as_chunks().0.iter().map(|&v| f64::from(u16::from_le_bytes(v)))),
+        5 => Box::new(bytes.as_chunks().0.iter().map(|&v| f64::from(i32::from_le_bytes(v)))),
+        6 => Box::new(bytes.as_chunks().0.iter().map(|&v| f64::from(u32::from_le_bytes(v)))),
+        7 => Box::new(bytes.as_chunks().0.iter().map(|&v| f64::from(f32::from_le_bytes(v)))),
+        9 => Box::new(bytes.as_chunks().0.iter().map(|&v| f64::from_le_bytes(v))),
         _ => return Ok(Value::Other),
     };
-    Ok(Value::Numbers { rows, columns, values })
-}
-
-/// Bytes of a number of this type.
-fn size_of_number(kind: u32) -> Option<usize> {
-    match kind {
-        1 | 2 => Some(1),
-        3 | 4 => Some(2),
-        5..=7 => Some(4),
-        9 => Some(8),
-        _ => None,
+    // Before memory is taken: eight bytes for each, however small it is in the file.
+    if values.len() != count {
+        return Err(format!("has an array of {} numbers (expected {rows}x{columns})", values.len()));
     }
+    Ok(Value::Numbers { rows, columns, values: values.collect() })
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -249,7 +230,7 @@ impl<'a> Cursor<'a> {
 
     fn array(&mut self, depth: u32) -> Parsed<Array> {
         match self.element()? {
-            (MATRIX, body) => Array::parse(body, depth + 1),
+            (MATRIX, body) => Array::parse(body, depth),
             (kind, _) => Err(format!("has an element of type {kind} where an array (type {MATRIX}) should be")),
         }
     }

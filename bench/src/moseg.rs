@@ -193,17 +193,17 @@ fn print_rows(o: &Outcome) -> Result<()> {
 fn print_means(sparse: &Means, without: Option<&Means>, dense: Option<&Dense<Means>>, seconds: f64) -> Result<()> {
     let how = if without.is_some() { ", with connectedness" } else { "" };
     print(format_args!("{:35}{} {seconds:8.1}", format!("mean{how}"), score_columns(&sparse.mean)))?;
-    print(format_args!("{:35}{}", format!("trimmed mean{how}"), score_columns(&sparse.trimmed_mean)))?;
-    if let Some(without) = without {
-        print(format_args!("{:35}{}", "mean, without", score_columns(&without.mean)))?;
-        print(format_args!("{:35}{}", "trimmed mean, without", score_columns(&without.trimmed_mean)))?;
-    }
-    let Some(dense) = dense else { return Ok(()) };
-    for (name, means) in [("pixels by cluster", &dense.pixels), ("pixels by mask label", &dense.masks)] {
-        print(format_args!("{:35}{}", format!("{name}, mean"), score_columns(&means.mean)))?;
-        print(format_args!("{:35}{}", format!("{name}, trimmed mean"), score_columns(&means.trimmed_mean)))?;
-    }
-    Ok(())
+    let mut rows = vec![(format!("trimmed mean{how}"), &sparse.trimmed_mean)];
+    rows.extend(
+        without
+            .iter()
+            .flat_map(|w| [("mean, without".into(), &w.mean), ("trimmed mean, without".into(), &w.trimmed_mean)]),
+    );
+    let ways = dense.iter().flat_map(|d| [("pixels by cluster", &d.pixels), ("pixels by mask label", &d.masks)]);
+    rows.extend(ways.flat_map(|(name, means)| {
+        [(format!("{name}, mean"), &means.mean), (format!("{name}, trimmed mean"), &means.trimmed_mean)]
+    }));
+    rows.iter().try_for_each(|(name, scores)| print(format_args!("{name:35}{}", score_columns(scores))))
 }
 
 fn score_columns(s: &Scores) -> String {

@@ -7,6 +7,7 @@ mod masks;
 mod times;
 
 use crate::made::*;
+use crate::videos::ffmpeg;
 use image::ExtendedColorType;
 use std::collections::BTreeMap;
 use std::fs;

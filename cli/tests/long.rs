@@ -1,6 +1,6 @@
 //! What takes too long for every time: `npm run test:long`.
 
-use crate::made::{assert_done, folder, shared};
+use crate::made::{assert_done, folder, png_bytes, shared};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -8,19 +8,11 @@ use std::process::{Command, Output};
 /// A small grey one, and one in colour.
 const CLIPS: [&str; 2] = ["ucsd--cyclists", "davis-train--dog-agility"];
 
-/// The bytes of a PNG file as they stand in it: labels, or grey levels.
-fn bytes_of(path: &Path) -> Vec<u8> {
-    let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
-    let mut data = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut data).unwrap();
-    data
-}
-
 /// The bytes of all files of a folder, in name order.
 fn all_bytes(folder: &Path) -> Vec<Vec<u8>> {
     let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
-    files.iter().map(|file| bytes_of(file)).collect()
+    files.iter().map(|file| png_bytes(file)).collect()
 }
 
 /// The labels of a clip's masks by the command line, which leaves them in `out`.

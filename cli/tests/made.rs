@@ -63,6 +63,14 @@ pub(crate) fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
+/// The bytes of a PNG file as they stand in it: labels, or grey levels.
+pub(crate) fn png_bytes(path: &Path) -> Vec<u8> {
+    let mut reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut data = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut data).unwrap();
+    data
+}
+
 pub(crate) fn assert_done(output: &Output) {
     assert!(output.status.success(), "{}", text(&output.stderr));
 }

@@ -15,7 +15,7 @@ const PATTERN: &str = "-f lavfi -i testsrc2=s=160x120:r=25 -frames:v 16";
 const H264: &str = "-c:v libx264 -crf 20 -pix_fmt yuv420p -g 4";
 
 /// Runs ffmpeg in a folder with arguments that hold no spaces; returns whether there is one.
-fn ffmpeg(folder: &Path, line: &str) -> bool {
+pub(crate) fn ffmpeg(folder: &Path, line: &str) -> bool {
     let mut command = Command::new("ffmpeg");
     command.args(["-v", "error", "-nostdin", "-y"]).args(line.split(' ')).current_dir(folder);
     match command.output() {
