@@ -76,7 +76,7 @@ mod dense;
 mod figure;
 pub mod mask;
 mod motion;
-mod session;
+pub mod session;
 pub mod still;
 pub mod synth;
 #[doc(hidden)]
@@ -84,7 +84,7 @@ pub mod tracks;
 #[cfg(all(target_arch = "wasm32", feature = "wasm"))]
 pub mod wasm;
 
-// Folders are for readers: from outside, and in paths here, a room has no folder.
+// Folders are for readers: from outside, and in paths here, a room has no folder. The rooms of `session` are its own.
 use base::{delaunay, error, grid, order};
 pub use base::{image, params, sparse};
 #[doc(hidden)]
@@ -95,13 +95,11 @@ pub use figure::evidence;
 use figure::{background, camera, objects};
 pub use figure::{connectedness, discretize, saliency};
 pub use motion::{affinity, discontinuity, embedding, flow, trajectory};
-pub use session::pipeline;
-use session::window;
 
 pub use error::Error;
 #[cfg(not(target_arch = "wasm32"))]
-pub use pipeline::{Checkpoint, Window, Windows};
-pub use pipeline::{Explanation, Params, Progress, Session, Source, Stage, Step};
+pub use session::{Checkpoint, Window, Windows};
+pub use session::{Explanation, Params, Progress, Session, Source, Stage, Step};
 
 /// The README's Rust, tested with the examples in comments.
 #[cfg(doctest)]

@@ -19,7 +19,7 @@ use clap::Args;
 use ledger::{Effect, markdown};
 use std::path::PathBuf;
 use tracecut::image::Plane;
-use tracecut::pipeline::Forks;
+use tracecut::session::Forks;
 use tracecut::{Params, Session};
 use tracecut_cli::failure::{Failure, Result, print, write};
 use tracecut_cli::input::{ClipFrame, Input};

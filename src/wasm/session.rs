@@ -4,7 +4,7 @@ use super::convert::{self, doubles, narrowed, object, words};
 use crate::correction::{Correction, Stroke};
 use crate::flow::FlowScratch;
 use crate::image::Frame;
-use crate::pipeline::{Made, Piece, PieceId, Plan, Step, Window};
+use crate::session::{Made, Piece, PieceId, Plan, Step, Window};
 use crate::trajectory::Trajectories;
 use crate::{Params, Session};
 use wasm_bindgen::prelude::*;

@@ -80,7 +80,7 @@ fn imports_between_groups_lead_down_only() {
 #[test]
 fn imports_between_rooms_lead_down_only() {
     let rooms = between(&library(), room_of);
-    assert!(rooms.len() > 20 && rooms["session/pipeline"].contains("dense/cut"), "{rooms:?}");
+    assert!(rooms.len() > 20 && rooms["session/run"].contains("dense/cut"), "{rooms:?}");
     assert!(rooms["dense/cut"].contains("base/params"));
     let circles = circles(&rooms);
     assert!(circles.is_empty(), "imports in a circle: {circles:#?}");
