@@ -5,10 +5,7 @@ mod params;
 mod scale;
 mod stage;
 
-pub(crate) use outputs::{
-    Clustered, Corrections, Cut, CutGround, CutRegion, Embedded, Foreground, Found, Linked, Parts, Placed, Salient,
-    Segmented, Sureness, Tracked,
-};
+pub(crate) use outputs::{Cut, CutGround, CutRegion, Outputs, Salient, Sureness, Tracked};
 pub(crate) use params::REFERENCE_STEP;
 pub use params::{ClipParams, Params, ScaledParams};
 pub(crate) use scale::Scale;

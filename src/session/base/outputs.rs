@@ -1,4 +1,4 @@
-//! What the stages find, phase by phase: each type holds what is certainly there once its phase is over.
+//! Outputs of the stages: plain data that a run extends stage by stage, and that everything else reads.
 
 use super::scale::Scale;
 use crate::affinity::AffinityParams;
@@ -11,7 +11,7 @@ use crate::discontinuity::Discontinuities;
 use crate::discretize::Clusters;
 use crate::embedding::Embedding;
 use crate::evidence::{Known, strangeness};
-use crate::image::{Plane, Runs, sample_bilinear};
+use crate::image::{Plane, Runs};
 use crate::objects::Objects;
 use crate::saliency::{Saliency, SaliencyMaps};
 use crate::sparse::SymCsr;
@@ -19,34 +19,39 @@ use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 use std::sync::{Arc, OnceLock};
 
-/// What can be read of a session: the outputs so far, none where they are yet to come.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Found<'a> {
-    pub(crate) tracked: Option<&'a Tracked>,
-    pub(crate) affinities: Option<&'a SymCsr>,
-    pub(crate) embedding: Option<&'a Embedding>,
-    pub(crate) discontinuities: Option<&'a Discontinuities>,
-    pub(crate) salient: Option<&'a Salient>,
-    pub(crate) components: Option<&'a Components>,
-    pub(crate) separation: Option<&'a Separation>,
-    pub(crate) clusters: Option<&'a Clusters>,
-    pub(crate) superpixels: &'a [Superpixels],
-    pub(crate) cut: Option<&'a Cut>,
-    pub(crate) masks: &'a [Plane<u8>],
-    pub(crate) num_corrections: usize,
-    pub(crate) camera: Option<&'a Camera>,
+/// The outputs of a run, at working size. The outputs of a stage are complete once the run is past it; superpixels and
+/// masks can be read frame by frame before.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Outputs {
+    pub(crate) tracked: Tracked,
+    /// By motion alone at first; once the foreground separates trajectories, without their affinities. The embedding and
+    /// the discontinuities follow.
+    pub(crate) affinities: SymCsr,
+    pub(crate) embedding: Embedding,
+    pub(crate) discontinuities: Discontinuities,
+    /// `None` without flow.
+    pub(crate) salient: Option<Salient>,
+    /// Connected pieces of the foreground; `None` without flow.
+    pub(crate) components: Option<Components>,
+    /// Trajectories that the components separate; `None` with connectedness off.
+    pub(crate) separation: Option<Separation>,
+    pub(crate) clusters: Clusters,
+    /// One element per finished frame.
+    pub(crate) superpixels: Vec<Superpixels>,
+    /// `None` without flow.
+    pub(crate) camera: Option<Camera>,
+    /// `None` unless clips are judged by it.
+    pub(crate) background: Option<Background>,
+    /// Per trajectory, what speaks against its cluster being an object, although it is one; empty where nothing does.
+    pub(crate) doubts: Vec<f32>,
+    pub(crate) cut: Cut,
+    /// One element per finished frame.
+    pub(crate) masks: Vec<Plane<u8>>,
+    pub(crate) corrections: Corrections,
 }
 
-impl<'a> Found<'a> {
-    /// What clusters are compared by; `None` until it is known. Without flow the camera is held to stand still.
-    pub(crate) fn known(&self, params: &'a AffinityParams) -> Option<Known<'a>> {
-        let (tracks, maps) = (&self.tracked?.tracks, self.salient.map(|salient| &salient.maps));
-        Some(Known::new(tracks, self.discontinuities?, params, maps, self.separation))
-    }
-}
-
-/// The trajectories of the clip.
-#[derive(Debug, Clone)]
+/// The trajectories of a clip.
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Tracked {
     /// In working pixels.
     pub(crate) tracks: Trajectories,
@@ -68,82 +73,13 @@ impl Tracked {
         Self { tracks, input, numbers, with_past: None, denser: None }
     }
 
-    /// The points in frame `t` get the local flow variation there, where it is not known; it is at half the working
-    /// size. Points in the last frame have that of the points before, as those of the tracker.
-    pub(crate) fn learn(&mut self, t: usize, variation: &Plane<f32>) {
-        let is_last = t + 2 == self.tracks.num_frames;
-        for i in 0..self.tracks.len() {
-            let alive = self.tracks.frames(i);
-            if alive.contains(&t) {
-                let p = self.tracks.point(i, t);
-                let Trajectories { x, y, variation: known, .. } = &mut self.tracks;
-                if known[p] == 0.0 {
-                    known[p] = sample_bilinear(variation, (x[p] - 0.5) * 0.5, (y[p] - 0.5) * 0.5);
-                }
-                if is_last && t + 1 < alive.end && known[p + 1] == 0.0 {
-                    known[p + 1] = known[p];
-                }
-            }
-        }
-    }
-
-    /// The whole life of the trajectories, as far as it is remembered.
-    pub(crate) fn lived(&self) -> &Trajectories {
+    /// The trajectories with all that is remembered of their past.
+    pub(crate) fn with_past(&self) -> &Trajectories {
         self.with_past.as_ref().unwrap_or(&self.tracks)
     }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        Found { tracked: Some(self), ..Found::default() }
-    }
 }
 
-/// Trajectories with their affinities.
-#[derive(Debug, Clone)]
-pub(crate) struct Linked {
-    pub(crate) tracked: Tracked,
-    pub(crate) affinities: SymCsr,
-}
-
-impl Linked {
-    pub(crate) fn found(&self) -> Found<'_> {
-        Found { affinities: Some(&self.affinities), ..self.tracked.found() }
-    }
-}
-
-/// These with their embedding.
-#[derive(Debug, Clone)]
-pub(crate) struct Placed {
-    pub(crate) linked: Linked,
-    pub(crate) embedding: Embedding,
-}
-
-impl Placed {
-    pub(crate) fn found(&self) -> Found<'_> {
-        Found { embedding: Some(&self.embedding), ..self.linked.found() }
-    }
-}
-
-/// What motion says of the trajectories; once the foreground keeps some apart, without what it keeps apart.
-#[derive(Debug, Clone)]
-pub(crate) struct Embedded {
-    pub(crate) tracked: Tracked,
-    pub(crate) affinities: SymCsr,
-    pub(crate) embedding: Embedding,
-    pub(crate) discontinuities: Discontinuities,
-}
-
-impl Embedded {
-    pub(crate) fn found(&self) -> Found<'_> {
-        Found {
-            affinities: Some(&self.affinities),
-            embedding: Some(&self.embedding),
-            discontinuities: Some(&self.discontinuities),
-            ..self.tracked.found()
-        }
-    }
-}
-
-/// What stands out.
+/// What stands out by its motion.
 #[derive(Debug, Clone)]
 pub(crate) struct Salient {
     pub(crate) maps: SaliencyMaps,
@@ -152,130 +88,18 @@ pub(crate) struct Salient {
     pub(crate) saliency: Saliency,
 }
 
-/// What stands out, and in which pieces.
-#[derive(Debug, Clone)]
-pub(crate) struct Foreground {
-    pub(crate) salient: Salient,
-    pub(crate) components: Components,
-    /// Who is kept apart by them; `None` where connectedness is off.
-    pub(crate) separation: Option<Separation>,
-}
-
-impl Foreground {
-    /// What is found with this on top of what `motion` has.
-    pub(crate) fn found<'a>(&'a self, motion: Found<'a>) -> Found<'a> {
-        Found {
-            salient: Some(&self.salient),
-            components: Some(&self.components),
-            separation: self.separation.as_ref(),
-            ..motion
-        }
-    }
-}
-
-/// Trajectories with their labels.
-#[derive(Debug, Clone)]
-pub(crate) struct Clustered {
-    pub(crate) embedded: Embedded,
-    /// `None` without flow.
-    pub(crate) foreground: Option<Foreground>,
-    pub(crate) clusters: Clusters,
-}
-
-impl Clustered {
-    /// How far each cluster is from the camera's motion; empty without flow.
-    pub(crate) fn strangeness(&self, params: &AffinityParams) -> Vec<f64> {
-        let known = self.foreground.as_ref().and_then(|_| self.found().known(params));
-        known.map_or_else(Vec::new, |known| strangeness(&self.clusters.label, &known))
-    }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        let motion = self.embedded.found();
-        let found = self.foreground.as_ref().map_or(motion, |foreground| foreground.found(motion));
-        Found { clusters: Some(&self.clusters), ..found }
-    }
-
-    /// The trajectories that the cut listens to, and their labels; `voted` has those of the denser ones.
-    pub(crate) fn counting<'a>(&'a self, voted: Option<&'a [u32]>) -> (&'a Trajectories, &'a [u32]) {
-        let tracked = &self.embedded.tracked;
-        let tracks = tracked.denser.as_ref().unwrap_or(&tracked.tracks);
-        (tracks, voted.unwrap_or(&self.clusters.label))
-    }
-
-    /// The greatest saliency of each of the denser trajectories; empty where it is not known.
-    pub(crate) fn salience(&self) -> &[f32] {
-        self.foreground.as_ref().map_or(&[], |foreground| &foreground.salient.of_denser)
-    }
-}
-
-/// What a cut is made from, at working size: labelled trajectories, and the superpixels of all frames.
-#[derive(Debug, Clone)]
-pub(crate) struct Parts {
-    pub(crate) clustered: Clustered,
-    pub(crate) superpixels: Vec<Superpixels>,
-    /// `None` without flow.
-    pub(crate) camera: Option<Camera>,
-    /// `None` unless clips are judged by it.
-    pub(crate) background: Option<Background>,
-    /// What speaks against the cluster of each trajectory to be an object, although it is one; empty where nothing does.
-    pub(crate) doubts: Vec<f32>,
-    pub(crate) corrections: Corrections,
-}
-
-impl Parts {
-    /// What speaks against each cluster, by the trajectories that it has now: corrections make clusters anew. `is_sure` says
-    /// of which clusters the user has told.
-    pub(crate) fn doubts(&self, is_sure: impl Fn(usize) -> bool) -> Vec<f32> {
-        let clusters = &self.clustered.clusters;
-        let mut sums = vec![(0.0, 0.0); clusters.count];
-        for (&l, &doubt) in clusters.label.iter().zip(&self.doubts) {
-            let sum = &mut sums[l as usize];
-            *sum = (sum.0 + f64::from(doubt), sum.1 + 1.0);
-        }
-        let mean = |(c, (sum, count)): (usize, (f64, f64))| if is_sure(c) || count == 0.0 { 0.0 } else { sum / count };
-        sums.into_iter().enumerate().map(|sum| mean(sum) as f32).collect()
-    }
-
-    /// What the cut is made from; `voted` has the labels of the denser trajectories.
-    pub(crate) fn input<'a>(
-        &'a self,
-        voted: Option<&'a [u32]>,
-        is_object: &'a [bool],
-        evidence: &'a [f32],
-    ) -> CutInput<'a> {
-        let (tracks, label) = self.clustered.counting(voted);
-        CutInput {
-            superpixels: &self.superpixels,
-            tracks,
-            label,
-            num_labels: self.clustered.clusters.count.max(1),
-            objects: is_object,
-            evidence,
-        }
-    }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        Found {
-            camera: self.camera.as_ref(),
-            superpixels: &self.superpixels,
-            num_corrections: self.corrections.before.len(),
-            ..self.clustered.found()
-        }
-    }
-}
-
 /// A cluster for each superpixel, and which clusters are which objects.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Cut {
     pub(crate) labels: CutLabels,
     pub(crate) objects: Objects,
-    /// Shared with what was before a correction.
+    /// Shared with the snapshots before corrections.
     pub(crate) ground: Arc<CutGround>,
     /// Made when first asked for.
-    pub(crate) sure: OnceLock<Sureness>,
+    pub(crate) sureness: OnceLock<Sureness>,
 }
 
-/// What confidences are made from.
+/// The terms of confidence.
 #[derive(Debug, Clone)]
 pub(crate) struct Sureness {
     /// How much dearer another mask label is for each superpixel, in units of cost.
@@ -285,7 +109,7 @@ pub(crate) struct Sureness {
 }
 
 /// What the cut was made from, as far as it is not kept elsewhere: to say why.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct CutGround {
     /// The labels of the denser trajectories; `None` without them.
     pub(crate) voted: Option<Vec<u32>>,
@@ -295,11 +119,11 @@ pub(crate) struct CutGround {
     pub(crate) cues: Vec<f32>,
     /// The same with what objects look like.
     pub(crate) evidence: Vec<f32>,
-    /// What a correction cut anew; `None` for the first cut.
+    /// What a correction cut again; `None` for the first cut.
     pub(crate) region: Option<CutRegion>,
 }
 
-/// What a correction cut anew.
+/// What a correction cuts again.
 #[derive(Debug, Clone)]
 pub(crate) struct CutRegion {
     /// Which clusters could be given and taken.
@@ -308,55 +132,103 @@ pub(crate) struct CutRegion {
     pub(crate) held: Vec<(usize, u32, Vec<bool>)>,
 }
 
-/// All that is found of a clip with masks.
-#[derive(Debug, Clone)]
-pub(crate) struct Segmented {
-    pub(crate) parts: Parts,
-    pub(crate) cut: Cut,
-    pub(crate) masks: Vec<Plane<u8>>,
-}
-
-impl Segmented {
-    pub(crate) fn found(&self) -> Found<'_> {
-        Found { cut: Some(&self.cut), masks: &self.masks, ..self.parts.found() }
-    }
-}
-
 /// The corrections in force.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Corrections {
-    /// What was before each of them, the first correction first.
-    pub(crate) before: Vec<Snapshot>,
+    /// Snapshots from before each correction, the first correction first.
+    before: Vec<Snapshot>,
     /// What strokes hold.
     pub(crate) held: Vec<Held>,
 }
 
-/// What was before a correction, masks in little memory.
+/// The outputs that a correction changes, masks in little memory.
 #[derive(Debug, Clone)]
-pub(crate) struct Snapshot {
+struct Snapshot {
     clusters: Clusters,
     cut: Cut,
     masks: Vec<Runs<u8>>,
     held: Vec<Held>,
 }
 
-impl Segmented {
-    /// What is found now, to be restored later.
-    pub(crate) fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            clusters: self.parts.clustered.clusters.clone(),
-            cut: self.cut.clone(),
-            masks: self.masks.iter().map(Runs::of).collect(),
-            held: self.parts.corrections.held.clone(),
-        }
+impl Corrections {
+    /// Number of corrections.
+    pub(crate) fn count(&self) -> usize {
+        self.before.len()
     }
 }
 
-impl Snapshot {
-    /// All as it was.
-    pub(crate) fn restore(self, mut parts: Parts) -> Segmented {
-        parts.clustered.clusters = self.clusters;
-        parts.corrections.held = self.held;
-        Segmented { parts, cut: self.cut, masks: self.masks.iter().map(Runs::plane).collect() }
+impl Outputs {
+    /// What clusters are compared by. Without flow the camera is held to stand still.
+    pub(crate) fn known<'a>(&'a self, params: &'a AffinityParams) -> Known<'a> {
+        let maps = self.salient.as_ref().map(|salient| &salient.maps);
+        Known::new(&self.tracked.tracks, &self.discontinuities, params, maps, self.separation.as_ref())
+    }
+
+    /// How far each cluster is from the camera's motion; empty without flow.
+    pub(crate) fn strangeness(&self, params: &AffinityParams) -> Vec<f64> {
+        if self.salient.is_none() { Vec::new() } else { strangeness(&self.clusters.label, &self.known(params)) }
+    }
+
+    /// The greatest saliency of each of the denser trajectories; empty where it is not known.
+    pub(crate) fn denser_saliency(&self) -> &[f32] {
+        self.salient.as_ref().map_or(&[], |salient| &salient.of_denser)
+    }
+
+    /// What speaks against each cluster, by the trajectories that it has now, since corrections change clusters. Nothing
+    /// does where `is_sure`, because the user has decided.
+    pub(crate) fn cluster_doubts(&self, is_sure: impl Fn(usize) -> bool) -> Vec<f32> {
+        let mut sums = vec![(0.0, 0.0); self.clusters.count];
+        for (&l, &doubt) in self.clusters.label.iter().zip(&self.doubts) {
+            let sum = &mut sums[l as usize];
+            *sum = (sum.0 + f64::from(doubt), sum.1 + 1.0);
+        }
+        let mean = |(c, (sum, count)): (usize, (f64, f64))| if is_sure(c) || count == 0.0 { 0.0 } else { sum / count };
+        sums.into_iter().enumerate().map(|sum| mean(sum) as f32).collect()
+    }
+
+    /// What a cut is made from; `voted` has the labels of the denser trajectories.
+    pub(crate) fn input_of_cut<'a>(
+        &'a self,
+        voted: Option<&'a [u32]>,
+        is_object: &'a [bool],
+        evidence: &'a [f32],
+    ) -> CutInput<'a> {
+        CutInput {
+            superpixels: &self.superpixels,
+            tracks: self.tracked.denser.as_ref().unwrap_or(&self.tracked.tracks),
+            label: voted.unwrap_or(&self.clusters.label),
+            num_labels: self.clusters.count.max(1),
+            objects: is_object,
+            evidence,
+        }
+    }
+
+    /// What the cut in force was made from.
+    pub(crate) fn cut_input(&self) -> CutInput<'_> {
+        let ground = &*self.cut.ground;
+        self.input_of_cut(ground.voted.as_deref(), &ground.is_object, &ground.evidence)
+    }
+
+    /// The mask label of a cluster; a clip without clusters is all background.
+    pub(crate) fn label_of(&self, cluster: u32) -> u8 {
+        self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)
+    }
+
+    /// Remembers all that a correction changes.
+    pub(crate) fn remember(&mut self) {
+        self.corrections.before.push(Snapshot {
+            clusters: self.clusters.clone(),
+            cut: self.cut.clone(),
+            masks: self.masks.iter().map(Runs::of).collect(),
+            held: self.corrections.held.clone(),
+        });
+    }
+
+    /// Restores what was before the last correction, also while its masks are being made; false without a correction.
+    pub(crate) fn restore(&mut self) -> bool {
+        let Some(Snapshot { clusters, cut, masks, held }) = self.corrections.before.pop() else { return false };
+        (self.clusters, self.cut, self.corrections.held) = (clusters, cut, held);
+        self.masks = masks.iter().map(Runs::plane).collect();
+        true
     }
 }

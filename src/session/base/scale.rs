@@ -39,6 +39,12 @@ impl Scale {
         self.input.1 as f64 / self.working.1 as f64
     }
 
+    /// The working pixel that covers the centre of an input pixel.
+    pub(crate) fn working_pixel(&self, x: usize, y: usize) -> (usize, usize) {
+        let along = |v: usize, s: f64, limit: usize| (((v as f64 + 0.5) / s) as usize).min(limit - 1);
+        (along(x, self.x(), self.working.0), along(y, self.y(), self.working.1))
+    }
+
     pub(crate) fn to_input(self, tracks: &Trajectories) -> Trajectories {
         self.mapped(tracks, self.input, self.x(), self.y())
     }

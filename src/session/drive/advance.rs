@@ -7,10 +7,10 @@
 
 use crate::Error;
 use crate::image::Frame;
-use crate::session::base::Found;
-use crate::session::run::Clip;
-use crate::session::run::{Phase, Session};
-use crate::session::window::portraits;
+use crate::session::base::{Outputs, Stage};
+use crate::session::jobs::Ledger;
+use crate::session::run::{Clip, Phase, Session};
+use crate::session::window::{Thumbnail, portraits, unmatched_share};
 
 impl Session {
     #[doc(hidden)]
@@ -65,42 +65,96 @@ impl Session {
         }
         self.epoch = self.epoch.wrapping_add(1);
         self.phase = match std::mem::take(&mut self.phase) {
-            Phase::Begun(mut clip, state) => {
-                remember_objects(&mut clip, &state.found(), overlap);
-                clip.advance(overlap);
-                Phase::Frames(clip)
+            Phase::Begun(mut run) => {
+                remember_objects(&mut run.clip, &run.outputs, overlap);
+                Phase::Frames(Box::new(run.clip))
             }
-            Phase::Frames(mut clip) => {
-                clip.advance(overlap);
-                Phase::Frames(clip)
-            }
-            other => other,
+            phase => phase,
         };
+        if let Phase::Frames(clip) = &mut self.phase {
+            clip.advance(overlap);
+            clip.ledger = Ledger::new(self.epoch);
+        }
         Ok(())
     }
 
     /// Whether all of the present window is seen to its end.
     fn is_window_over(&self) -> bool {
         match &self.phase {
-            Phase::Begun(clip, state) => clip.windows.is_some() && state.is_done(),
+            Phase::Begun(run) => run.clip.windows.is_some() && run.is_past(Stage::Masks),
             Phase::Frames(clip) => clip.is_seen(),
             Phase::Empty => false,
         }
     }
-
-    /// The clip-wide number of each trajectory: one that lives on into the next window keeps it.
-    pub fn trajectory_numbers(&self) -> &[u32] {
-        self.found().tracked.map_or(&[], |tracked| &tracked.numbers)
-    }
 }
 
 /// Takes note of which trajectories bear which labels.
-fn remember_objects(clip: &mut Clip, found: &Found<'_>, overlap: usize) {
+fn remember_objects(clip: &mut Clip, outputs: &Outputs, overlap: usize) {
     let dropped = clip.dropped_by(overlap);
-    if let (Some(windows), Some(tracked), Some(clusters), Some(cut)) =
-        (&mut clip.windows, found.tracked, found.clusters, found.cut)
-    {
-        let looks = portraits(&tracked.tracks, &clusters.label, &cut.objects, &clip.frames);
-        windows.identities.advance(&cut.objects, &tracked.tracks, &clusters.label, &tracked.numbers, dropped, &looks);
+    if let (Some(windows), false) = (&mut clip.windows, outputs.masks.is_empty()) {
+        let (tracked, label, objects) = (&outputs.tracked, &outputs.clusters.label, &outputs.cut.objects);
+        let looks = portraits(&tracked.tracks, label, objects, &clip.frames);
+        windows.identities.advance(objects, &tracked.tracks, label, &tracked.numbers, dropped, &looks);
+    }
+}
+
+impl Clip {
+    /// The same, unless the frame begins a new shot: then it is held back. Returns whether it was.
+    fn push_in_shot(&mut self, frame: &Frame) -> Result<bool, Error> {
+        let frame = self.accepted(frame)?;
+        let thumbnail = Thumbnail::new(&frame);
+        let is_cut = self.is_cut_before(&thumbnail);
+        let windows = self.windows.get_or_insert_default();
+        windows.last = Some(thumbnail);
+        if is_cut {
+            windows.held = Some(frame);
+        } else {
+            self.frames.push(frame);
+        }
+        Ok(is_cut)
+    }
+
+    /// Whether `frame`, of whatever size, looks nothing like the last one.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn begins_shot(&self, frame: &Frame) -> bool {
+        self.accepted(frame).is_ok_and(|frame| self.is_cut_before(&Thumbnail::new(&frame)))
+    }
+
+    fn is_cut_before(&self, next: &Thumbnail) -> bool {
+        let bound = self.params.shot.unmatched;
+        let last = self.windows.as_ref().and_then(|windows| windows.last.as_ref());
+        last.is_some_and(|last| bound < 1.0 && unmatched_share(last, next) > bound)
+    }
+
+    fn holds_frame(&self) -> bool {
+        self.windows.as_ref().is_some_and(|w| w.held.is_some())
+    }
+
+    /// Whether these are all frames of a window that was seen to its end already: the frame after it begins a new shot.
+    fn is_seen(&self) -> bool {
+        self.windows.as_ref().is_some_and(|w| w.held.is_some() && w.overlap > 0 && w.overlap == self.frames.len())
+    }
+
+    /// Drops all frames but the last `overlap`, or, if a frame of a new shot is held back, all of them.
+    fn advance(&mut self, overlap: usize) {
+        let dropped = self.dropped_by(overlap);
+        let Some(windows) = &mut self.windows else { return };
+        if let Some(first) = windows.held.take() {
+            windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.next_number());
+            windows.overlap = 0;
+            windows.identities.forget_looks();
+            self.frames = vec![first];
+            self.flows = Vec::new();
+        } else {
+            windows.overlap = overlap;
+            windows.trackers.iter_mut().for_each(|trackers| trackers.advance(dropped));
+            self.frames = self.frames.split_off(dropped);
+            self.flows = self.flows.split_off(dropped);
+        }
+    }
+
+    /// How many frames [`Clip::advance`] drops.
+    fn dropped_by(&self, overlap: usize) -> usize {
+        if self.holds_frame() { self.frames.len() } else { self.frames.len() - overlap }
     }
 }

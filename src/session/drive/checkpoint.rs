@@ -7,11 +7,8 @@ use crate::Error;
 use crate::flow::CompactFlow;
 use crate::image::Frame;
 use crate::session::jobs::{Forward, Seen};
-use crate::session::run::Clip;
-use crate::session::run::Trackers;
-use crate::session::run::{Phase, Session};
-use crate::session::window::Plan;
-use crate::session::window::{Identities, Thumbnail};
+use crate::session::run::{Clip, Phase, Session, Trackers};
+use crate::session::window::{Identities, Plan, Thumbnail};
 use crate::trajectory::Found;
 use serde::{Deserialize, Serialize};
 
@@ -76,8 +73,8 @@ impl Session {
 
     /// Takes the frames that a window begins with, and what goes along into it.
     pub(crate) fn go_on(&mut self, frames: Vec<Frame>, carried: Carried) -> Result<(), Error> {
-        for frame in &frames {
-            self.open_for(frame)?.push(frame)?;
+        for frame in frames {
+            self.push_frame(frame)?;
         }
         if let Phase::Frames(clip) = &mut self.phase {
             clip.go_on(carried);

@@ -3,12 +3,9 @@
 
 use crate::Error;
 use crate::params::ParamGroup;
-use crate::session::base::Params;
+use crate::session::base::{Params, Stage};
 use crate::session::jobs::PieceKind;
-use crate::session::run::Clip;
-use crate::session::run::Linking;
-use crate::session::run::State;
-use crate::session::run::{Phase, Session};
+use crate::session::run::{AffinityWork, Clip, Phase, Run, Session, State};
 use std::collections::BTreeSet;
 
 /// A run, as it was at its begin, once its trajectories were known, and once they had labels.
@@ -38,14 +35,10 @@ impl Forks {
             Phase::Frames(clip) if clip.windows.is_none() && clip.given.is_none() => Clip::clone(clip),
             _ => return Err(Error::state("a fork needs a clip of frames that has not begun")),
         };
-        while !matches!(&session.phase, Phase::Begun(_, state) if !matches!(state, State::Motion(_))) {
-            session.step()?;
-        }
+        run_past(Stage::Trajectories, &mut session)?;
         while session.make_piece(0) {}
         let tracked = session.clone();
-        while !matches!(&session.phase, Phase::Begun(_, State::Superpixels(_) | State::Clustered(_))) {
-            session.step()?;
-        }
+        run_past(Stage::Clusters, &mut session)?;
         Ok(Self { params, begin, tracked, labelled: session })
     }
 
@@ -74,19 +67,27 @@ impl Forks {
             Session { params: params.clone(), phase: Phase::Frames(begin), epoch: 0 }
         };
         session.params = params.clone();
-        if let Phase::Frames(clip) | Phase::Begun(clip, _) = &mut session.phase {
+        if let Some(clip) = session.phase.clip_mut() {
             clip.params = params.for_size(clip.scale.working);
             let are_others = changed.iter().any(|name| OF_SUPERPIXELS.iter().any(|g| name.starts_with(g)));
             clip.ledger.keep_only(if are_others { &[] } else { &[PieceKind::Superpixels] });
         }
-        if let Phase::Begun(clip, State::Affinities(linking)) = &mut session.phase {
-            **linking = Linking::new(linking.tracked.clone(), clip);
+        if let Phase::Begun(run) = &mut session.phase
+            && let Run { clip, outputs, state: State::Affinities(work) } = &mut **run
+        {
+            **work = AffinityWork::new(&outputs.tracked, clip);
         }
-        while !matches!(&session.phase, Phase::Begun(_, State::Superpixels(_) | State::Clustered(_))) {
-            session.step()?;
-        }
+        run_past(Stage::Clusters, &mut session)?;
         Ok(session)
     }
+}
+
+/// Steps until `stage` is over.
+fn run_past(stage: Stage, session: &mut Session) -> Result<(), Error> {
+    while session.after(stage).is_none() {
+        session.step()?;
+    }
+    Ok(())
 }
 
 /// The names of parameters whose values differ.

@@ -7,7 +7,6 @@ mod advance_tests;
 mod checkpoint;
 #[cfg(not(target_arch = "wasm32"))]
 mod fork;
-mod give;
 #[cfg(test)]
 mod piece_tests;
 #[cfg(not(target_arch = "wasm32"))]

@@ -38,12 +38,12 @@ fn elsewhere(piece: &Piece) -> Vec<u32> {
     let words = piece.to_words();
     let there = Piece::from_words(&words).unwrap();
     assert!(&there == piece);
-    there.work(&Params::default(), &mut FlowScratch::default()).to_words(there.id())
+    there.work(&Params::default(), &mut FlowScratch::default()).to_words(there.id)
 }
 
 fn give_back(session: &mut Session, words: &[u32]) {
     let (id, made) = Made::from_words(words).unwrap();
-    session.accept(id, made);
+    session.accept(id, Some(made));
 }
 
 #[test]
@@ -68,9 +68,9 @@ fn pieces_in_any_order_late_lost_or_twice_give_the_same_bits() {
         loop {
             for _ in 0..rng.below(12) {
                 if let Some(piece) = session.take_piece(4) {
-                    kinds.insert(piece.id().kind as u32);
+                    kinds.insert(piece.id.kind as u32);
                     match rng.below(4) {
-                        0 => session.release(piece.id()),
+                        0 => session.accept(piece.id, None),
                         1 => {}
                         _ => back.push(elsewhere(&piece)),
                     }
@@ -104,14 +104,14 @@ fn steps_wait_for_what_is_out_until_it_is_back() {
     assert_eq!(rest.len(), FRAMES);
     session.step().unwrap();
     assert!(!session.awaits(), "what was taken is being made");
-    session.accept(first.id(), first.work(&Params::default(), &mut FlowScratch::default()));
+    session.accept(first.id, Some(first.work(&Params::default(), &mut FlowScratch::default())));
     let second = session.take_piece(2).unwrap();
     while !session.awaits() {
         session.step().unwrap();
     }
-    session.release(second.id());
+    session.accept(second.id, None);
     assert!(!session.awaits(), "what is lost is made here");
-    assert!(std::iter::from_fn(|| session.take_piece(2)).all(|piece| piece.id() != second.id()));
+    assert!(std::iter::from_fn(|| session.take_piece(2)).all(|piece| piece.id != second.id));
 }
 
 #[test]
@@ -122,8 +122,8 @@ fn what_was_taken_before_a_clear_is_dropped() {
     push(&mut session);
     let still = Made::from_words(&elsewhere(&piece)).unwrap();
     let again = session.take_piece(4).unwrap();
-    assert_ne!(again.id(), piece.id());
-    session.accept(still.0, still.1);
+    assert_ne!(again.id, piece.id);
+    session.accept(still.0, Some(still.1));
     session.run().unwrap();
     assert_eq!(outcome(&session), alone());
 }

@@ -97,10 +97,6 @@ pub(crate) enum Made {
 }
 
 impl Piece {
-    pub(crate) fn id(&self) -> PieceId {
-        self.id
-    }
-
     /// Does the work, under the parameters of the session that gave it away.
     pub(crate) fn work(&self, params: &Params, scratch: &mut FlowScratch) -> Made {
         match &self.work {

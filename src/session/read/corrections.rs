@@ -10,12 +10,8 @@ use crate::correction::{
     Correction, Held, Painted, Stroke, apart, cores, distinct, free_labels, halves, near_affinities, part_at, together,
     under_strokes,
 };
-use crate::discretize::Clusters;
-use crate::session::base::{Embedded, Segmented, Tracked};
-use crate::session::run::Clip;
-use crate::session::run::State;
-use crate::session::run::{Phase, Session};
-use crate::session::run::{Wanted, objects_with};
+use crate::session::base::Outputs;
+use crate::session::run::{Clip, Phase, Run, Session, State, Wanted, objects_with};
 use crate::trajectory::Trajectories;
 
 /// Most strokes of a correction.
@@ -24,7 +20,7 @@ const MOST_STROKES: usize = 255;
 impl Session {
     /// Number of corrections in force.
     pub fn num_corrections(&self) -> usize {
-        self.found().num_corrections
+        self.begun().map_or(0, |run| run.outputs.corrections.count())
     }
 
     /// Applies a correction to finished masks. After a merge everything can be read at once; after the others
@@ -39,17 +35,15 @@ impl Session {
     /// [`Error::State`] unless the session is done and has masks; [`Error::Param`] for labels, frames and places that
     /// do not exist; [`Error::Data`] where there is nothing to split. Nothing changes after an error.
     pub fn correct(&mut self, correction: &Correction) -> Result<(), Error> {
-        let (clip, found) = self.finished()?;
+        let run = self.finished()?;
+        let ground = Ground { clip: &run.clip, outputs: &run.outputs };
         let wanted = match correction {
-            Correction::Merge { into, from } => return found.merge(*into, *from),
-            Correction::Split { label, at } => Ground { clip, found }.split(*label, *at)?,
-            Correction::Together(strokes) => Ground { clip, found }.strokes(strokes, 1)?,
-            Correction::Apart(strokes) => Ground { clip, found }.strokes(strokes, 2)?,
+            Correction::Merge { into, from } => return merge(&mut run.outputs, *into, *from),
+            Correction::Split { label, at } => ground.split(*label, *at)?,
+            Correction::Together(strokes) => ground.strokes(strokes, 1)?,
+            Correction::Apart(strokes) => ground.strokes(strokes, 2)?,
         };
-        self.phase = match std::mem::take(&mut self.phase) {
-            Phase::Begun(clip, state) => Phase::Begun(clip, state.corrected(wanted)),
-            open => open,
-        };
+        run.cut_again(wanted);
         Ok(())
     }
 
@@ -58,24 +52,17 @@ impl Session {
     /// # Errors
     /// [`Error::State`] without a correction in force.
     pub fn undo_correction(&mut self) -> Result<(), Error> {
-        let (undone, phase) = match std::mem::take(&mut self.phase) {
-            Phase::Begun(clip, state) => {
-                let (undone, state) = state.undone();
-                (undone, Phase::Begun(clip, state))
-            }
-            open => (false, open),
-        };
-        self.phase = phase;
-        if undone { Ok(()) } else { Err(Error::state("there is no correction to undo")) }
+        let is_undone = if let Phase::Begun(run) = &mut self.phase { run.undo_correction() } else { false };
+        if is_undone { Ok(()) } else { Err(Error::state("there is no correction to undo")) }
     }
 
     /// What can be corrected.
-    fn finished(&mut self) -> Result<(&Clip, &mut Segmented), Error> {
+    fn finished(&mut self) -> Result<&mut Run, Error> {
         match &mut self.phase {
-            Phase::Begun(clip, State::Segmented(found)) => Ok((clip, found)),
-            Phase::Begun(_, State::Clustered(_)) => Err(Error::state(
+            Phase::Begun(run) if matches!(run.state, State::Done) && run.outputs.masks.is_empty() => Err(Error::state(
                 "corrections need masks (frames, not trajectories from outside, and clip.dense = true)",
             )),
+            Phase::Begun(run) if matches!(run.state, State::Done) => Ok(run),
             _ => Err(Error::state(
                 "a correction was made before the run was finished: run the session first, or undo the last correction",
             )),
@@ -83,76 +70,62 @@ impl Session {
     }
 }
 
-impl Segmented {
-    fn merge(&mut self, into: u8, from: u8) -> Result<(), Error> {
-        self.require_label("into", into)?;
-        self.require_label("from", from)?;
-        if from == 0 {
-            return Err(param("from", "0", "an object: the background cannot be merged into one"));
-        }
-        if into == from {
-            return Err(param("from", &from.to_string(), "another label than into"));
-        }
-        let before = self.snapshot();
-        let rename = |l: &mut u8| *l = if *l == from { into } else { *l };
-        let mut of_cluster = std::mem::take(&mut self.cut.objects.of_cluster);
-        of_cluster.iter_mut().for_each(rename);
-        self.cut.objects = objects_with(of_cluster);
-        self.cut.sure.take();
-        self.masks.iter_mut().for_each(|mask| mask.data_mut().iter_mut().for_each(rename));
-        self.parts.corrections.before.push(before);
-        self.parts.corrections.held.iter_mut().for_each(|held| rename(&mut held.label));
-        Ok(())
+/// Renames `from`, in clusters, masks and under strokes.
+fn merge(outputs: &mut Outputs, into: u8, from: u8) -> Result<(), Error> {
+    require_label(outputs, "into", into)?;
+    require_label(outputs, "from", from)?;
+    if from == 0 {
+        return Err(param("from", "0", "an object: the background cannot be merged into one"));
     }
+    if into == from {
+        return Err(param("from", &from.to_string(), "another label than into"));
+    }
+    outputs.remember();
+    let rename = |l: &mut u8| *l = if *l == from { into } else { *l };
+    let mut of_cluster = std::mem::take(&mut outputs.cut.objects.of_cluster);
+    of_cluster.iter_mut().for_each(rename);
+    outputs.cut.objects = objects_with(of_cluster);
+    outputs.cut.sureness.take();
+    outputs.masks.iter_mut().for_each(|mask| mask.data_mut().iter_mut().for_each(rename));
+    outputs.corrections.held.iter_mut().for_each(|held| rename(&mut held.label));
+    Ok(())
+}
 
-    /// Checks that something has this label, or that it is the background's.
-    fn require_label(&self, name: &str, label: u8) -> Result<(), Error> {
-        let known = &self.cut.objects.of_cluster;
-        if label == 0 || known.contains(&label) {
-            return Ok(());
-        }
-        let mut list = String::from("0");
-        for l in distinct(known).into_iter().filter(|l| *l > 0) {
-            list.push_str(&format!(", {l}"));
-        }
-        Err(param(name, &label.to_string(), &format!("one of the labels in use: {list}")))
+/// Checks that something has this label, or that it is the background's.
+fn require_label(outputs: &Outputs, name: &str, label: u8) -> Result<(), Error> {
+    let known = &outputs.cut.objects.of_cluster;
+    if label == 0 || known.contains(&label) {
+        return Ok(());
     }
+    let mut list = String::from("0");
+    for l in distinct(known).into_iter().filter(|l| *l > 0) {
+        list.push_str(&format!(", {l}"));
+    }
+    Err(param(name, &label.to_string(), &format!("one of the labels in use: {list}")))
 }
 
 /// What a correction is decided on.
 #[derive(Clone, Copy)]
 struct Ground<'a> {
     clip: &'a Clip,
-    found: &'a Segmented,
+    outputs: &'a Outputs,
 }
 
 impl Ground<'_> {
-    fn embedded(&self) -> &Embedded {
-        &self.found.parts.clustered.embedded
-    }
-
-    fn tracked(&self) -> &Tracked {
-        &self.embedded().tracked
-    }
-
-    fn clusters(&self) -> &Clusters {
-        &self.found.parts.clustered.clusters
-    }
-
     fn split(&self, label: u8, at: Option<(usize, f32, f32)>) -> Result<Wanted, Error> {
-        self.found.require_label("label", label)?;
+        require_label(self.outputs, "label", label)?;
         if label == 0 && at.is_none() {
             return Err(param("label", "0", "an object, or a point: {t, x, y} of what is no background"));
         }
-        let (tracks, clusters) = (&self.tracked().tracks, self.clusters());
+        let (tracks, clusters) = (&self.outputs.tracked.tracks, &self.outputs.clusters);
         let mut labels = self.trajectory_labels();
         let members: Vec<u32> = (0..labels.len() as u32).filter(|&i| labels[i as usize] == label).collect();
         let at = at.map(|(t, x, y)| self.member_at(&members, label, t, (x, y))).transpose()?;
-        let mut free = free_labels(&self.found.cut.objects.of_cluster);
+        let mut free = free_labels(&self.outputs.cut.objects.of_cluster);
         let Some(new) = free.next() else {
             return Err(Error::Data { reason: "all 255 labels are in use: merge some first".to_owned() });
         };
-        let (params, affinities) = (&self.clip.params, &self.embedded().affinities);
+        let (params, affinities) = (&self.clip.params, &self.outputs.affinities);
         let seed = params.clip.seed;
         let graph = |members: &[u32]| near_affinities(affinities, tracks, members, params.spacing());
         let cluster = |i: &u32| clusters.label[*i as usize];
@@ -196,22 +169,22 @@ impl Ground<'_> {
         }
         let labels = self.trajectory_labels();
         let reach = f64::from(spacing) * scale.x().max(scale.y());
-        let under = under_strokes(&self.tracked().input, strokes, reach);
+        let under = under_strokes(&self.outputs.tracked.input, strokes, reach);
         let cores = cores(strokes, scale.input, scale.working);
         let over = |(core, stroke): (&Vec<u32>, &Stroke)| -> Vec<u8> {
-            core.iter().map(|&p| self.found.masks[stroke.t].data()[p as usize]).collect()
+            core.iter().map(|&p| self.outputs.masks[stroke.t].data()[p as usize]).collect()
         };
         let over: Vec<Vec<u8>> = cores.iter().zip(strokes).map(over).collect();
         let mut settled = vec![false; labels.len()];
-        for held in &self.found.parts.corrections.held {
+        for held in &self.outputs.corrections.held {
             held.tracks.iter().for_each(|&i| settled[i as usize] |= labels[i as usize] == held.label);
         }
         let painted = Painted {
-            tracks: &self.tracked().tracks,
+            tracks: &self.outputs.tracked.tracks,
             spacing,
-            affinities: &self.embedded().affinities,
+            affinities: &self.outputs.affinities,
             label: &labels,
-            used: &self.found.cut.objects.of_cluster,
+            used: &self.outputs.cut.objects.of_cluster,
             settled: &settled,
             under: &under,
             over: &over,
@@ -241,19 +214,18 @@ impl Ground<'_> {
             };
             label.map(|label| Held { label, ..held.clone() })
         };
-        self.found.parts.corrections.held.iter().filter_map(renewed).collect()
+        self.outputs.corrections.held.iter().filter_map(renewed).collect()
     }
 
     /// The mask label of each trajectory.
     fn trajectory_labels(&self) -> Vec<u8> {
-        let of_cluster = &self.found.cut.objects.of_cluster;
-        self.clusters().label.iter().map(|&c| of_cluster.get(c as usize).copied().unwrap_or(0)).collect()
+        self.outputs.clusters.label.iter().map(|&cluster| self.outputs.label_of(cluster)).collect()
     }
 
     /// Place in `members` of the trajectory nearest to a point of frame `t`, in input pixels.
     fn member_at(&self, members: &[u32], label: u8, t: usize, (x, y): (f32, f32)) -> Result<usize, Error> {
         self.require_place(t, (x, y))?;
-        let tracks = &self.tracked().input;
+        let tracks = &self.outputs.tracked.input;
         let distance = |i: u32| tracks.at(i as usize, t).map(|(px, py)| (px - x).powi(2) + (py - y).powi(2));
         let near = members.iter().enumerate().filter_map(|(k, &i)| distance(i).map(|d| (d, k)));
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, k)| k).ok_or_else(|| Error::Data {

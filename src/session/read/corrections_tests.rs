@@ -3,9 +3,8 @@
 use crate::Session;
 use crate::correction::{Correction, Stroke};
 use crate::image::Plane;
-use crate::session::base::Parts;
+use crate::session::base::Outputs;
 use crate::session::run::Phase;
-use crate::session::run::State;
 use crate::synth::Scene;
 use crate::{Error, Params, Step};
 
@@ -241,20 +240,20 @@ fn two_strokes_in_one_frame_part_players_who_move_alike_in_all_frames() {
 #[test]
 fn doubts_stay_with_their_trajectories_when_clusters_are_made_anew() {
     let mut session = segmented();
-    fn parts(session: &mut Session) -> &mut Parts {
-        let Phase::Begun(_, State::Segmented(found)) = &mut session.phase else { panic!("the run is not done") };
-        &mut found.parts
+    fn outputs(session: &mut Session) -> &mut Outputs {
+        let Phase::Begun(run) = &mut session.phase else { panic!("the run has not begun") };
+        &mut run.outputs
     }
     let of_cluster = session.objects().unwrap().of_cluster.clone();
     let doubted = |l: &u32| f32::from(u8::from(of_cluster[*l as usize] == 2));
     let doubts = session.clusters().unwrap().label.iter().map(doubted).collect();
-    parts(&mut session).doubts = doubts;
+    outputs(&mut session).doubts = doubts;
     corrected(&mut session, &Correction::Split { label: 1, at: None });
     let of_cluster = session.objects().unwrap().of_cluster.clone();
     let expected: Vec<f32> = of_cluster.iter().map(|&label| f32::from(u8::from(label == 2))).collect();
     assert!(expected.contains(&1.0));
-    assert_eq!(parts(&mut session).doubts(|_| false), expected);
-    assert_eq!(parts(&mut session).doubts(|_| true), vec![0.0; of_cluster.len()]);
+    assert_eq!(outputs(&mut session).cluster_doubts(|_| false), expected);
+    assert_eq!(outputs(&mut session).cluster_doubts(|_| true), vec![0.0; of_cluster.len()]);
     session.undo_correction().unwrap();
-    assert!(parts(&mut session).doubts(|_| false).contains(&1.0));
+    assert!(outputs(&mut session).cluster_doubts(|_| false).contains(&1.0));
 }

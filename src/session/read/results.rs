@@ -6,6 +6,7 @@ use crate::background::{PlateInput, clean_plate};
 use crate::camera::Camera;
 use crate::connectedness::Components;
 use crate::contour::{BoundaryMap, frame_boundaries};
+use crate::cut::paint;
 use crate::discontinuity::{Discontinuities, discontinuities};
 use crate::discretize::{
     Clusters, DiscretizeMethod, DiscretizeParams, discretize, discretize_into, pieces, threshold_segmentation,
@@ -16,9 +17,8 @@ use crate::flow::{CompactFlow, FlowField};
 use crate::image::{Frame, Plane};
 use crate::objects::{Objects, signs};
 use crate::saliency::Saliency;
-use crate::session::run::State;
-use crate::session::run::{Phase, Session};
-use crate::session::run::{background_of, camera_of, clusters_of, to_input};
+use crate::session::base::{Outputs, Scale, Stage, Tracked};
+use crate::session::run::{Phase, Session, background_of, camera_of};
 use crate::sparse::SymCsr;
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
@@ -59,33 +59,33 @@ impl Session {
 
     /// Trajectories in input pixels, once tracked.
     pub fn trajectories(&self) -> Option<&Trajectories> {
-        self.found().tracked.map(|tracked| &tracked.input)
+        self.tracked().map(|tracked| &tracked.input)
     }
 
     /// The denser trajectories that the masks are made from, in working pixels; `None` before they are tracked and with
     /// `clip.dense` off.
     pub fn mask_trajectories(&self) -> Option<&Trajectories> {
-        self.found().tracked?.denser.as_ref()
+        self.tracked()?.denser.as_ref()
     }
 
     /// The affinity matrix A; where the foreground keeps trajectories apart, without their affinities.
     pub fn affinities(&self) -> Option<&SymCsr> {
-        self.found().affinities
+        Some(&self.after(Stage::Affinities)?.affinities)
     }
 
     /// The spectral embedding of [`Session::affinities`].
     pub fn embedding(&self) -> Option<&Embedding> {
-        self.found().embedding
+        Some(&self.after(Stage::Embedding)?.embedding)
     }
 
     /// Neighbour pairs and discontinuities.
     pub fn discontinuities(&self) -> Option<&Discontinuities> {
-        self.found().discontinuities
+        Some(&self.after(Stage::Discontinuities)?.discontinuities)
     }
 
     /// How salient each trajectory is; `None` until known, and for trajectories from outside, which come without flow.
     pub fn saliency(&self) -> Option<&Saliency> {
-        self.found().salient.map(|salient| &salient.saliency)
+        Some(&self.outputs()?.salient.as_ref()?.saliency)
     }
 
     /// How salient each pixel of frame `t` is, in `0.0..=1.0`, at working size; computed anew at each call. The last
@@ -94,7 +94,8 @@ impl Session {
     /// # Errors
     /// [`Error::State`] when there is no such frame, or while saliency is not yet known.
     pub fn saliency_map(&self, t: usize) -> Result<Plane<f32>, Error> {
-        let (frames, flows, salient) = (self.frames().len(), self.flows(), self.found().salient);
+        let (frames, flows) = (self.frames().len(), self.flows());
+        let salient = self.outputs().and_then(|outputs| outputs.salient.as_ref());
         let pair = t.min(flows.len().saturating_sub(1));
         match (salient, flows.get(pair)) {
             (Some(salient), Some(flow)) if t < frames => Ok(salient.maps.whole(pair, flow)),
@@ -104,12 +105,12 @@ impl Session {
 
     /// The connected pieces of the foreground in each frame; `None` as [`Session::saliency`].
     pub fn components(&self) -> Option<&Components> {
-        self.found().components
+        self.outputs()?.components.as_ref()
     }
 
     /// Cluster labels.
     pub fn clusters(&self) -> Option<&Clusters> {
-        self.found().clusters
+        Some(&self.after(Stage::Clusters)?.clusters)
     }
 
     /// The mask of frame `t` at input size: 0 is the background, `1..=`[`Objects::highest_label`] are the objects.
@@ -117,7 +118,7 @@ impl Session {
     /// # Errors
     /// [`Error::State`] while it is not yet known, when there were no frames, or with `clip.dense` off.
     pub fn labels(&self, t: usize) -> Result<Plane<u8>, Error> {
-        let masks = self.found().masks;
+        let masks = self.masks();
         match (masks.get(t), self.clip()) {
             (Some(mask), Some(clip)) => Ok(to_input(mask, clip.scale)),
             _ => Err(missing_frame("mask", t, masks.len())),
@@ -129,7 +130,7 @@ impl Session {
     /// # Errors
     /// As [`Session::labels`].
     pub fn working_labels(&self, t: usize) -> Result<&Plane<u8>, Error> {
-        let masks = self.found().masks;
+        let masks = self.masks();
         masks.get(t).ok_or_else(|| missing_frame("mask", t, masks.len()))
     }
 
@@ -141,20 +142,13 @@ impl Session {
     /// # Errors
     /// As [`Session::labels`].
     pub fn background(&self, t: usize) -> Result<Plane<[u8; 4]>, Error> {
-        let found = self.found();
-        let (frames, masks) = (self.frames(), found.masks);
-        let missing = || missing_frame("background", t, masks.len());
-        if masks.len() < frames.len() || t >= masks.len() {
-            return Err(missing());
-        }
+        let (frames, masks) = (self.frames(), self.masks());
+        let outputs = self.outputs().filter(|_| masks.len() == frames.len() && t < masks.len());
+        let outputs = outputs.ok_or_else(|| missing_frame("background", t, masks.len()))?;
         let none = Camera::new(&[], &[], None);
-        let (Some(cut), Some(clusters), Some(tracked)) = (found.cut, found.clusters, found.tracked) else {
-            return Err(missing());
-        };
-        let label_of = |cluster: &u32| cut.objects.of_cluster.get(*cluster as usize).copied().unwrap_or(0);
-        let is_scene = clusters.label.iter().map(|cluster| label_of(cluster) == 0).collect();
-        let camera = found.camera.unwrap_or(&none);
-        Ok(clean_plate(&PlateInput { frames, masks, camera, tracks: &tracked.tracks, is_scene }, t))
+        let is_scene = outputs.clusters.label.iter().map(|&cluster| outputs.label_of(cluster) == 0).collect();
+        let (camera, tracks) = (outputs.camera.as_ref().unwrap_or(&none), &outputs.tracked.tracks);
+        Ok(clean_plate(&PlateInput { frames, masks, camera, tracks, is_scene }, t))
     }
 
     /// The cluster of each pixel of frame `t` at input size: the masks before objects are told from background.
@@ -165,13 +159,11 @@ impl Session {
     /// # Errors
     /// As [`Session::labels`].
     pub fn cluster_labels(&self, t: usize) -> Result<Plane<u32>, Error> {
-        let found = self.found();
-        match (found.cut, found.masks.get(t), self.clip()) {
-            (Some(cut), Some(mask), Some(clip)) => {
-                let clusters = clusters_of(&found.superpixels[t], &cut.labels.labels[t], &cut.objects, mask);
-                Ok(to_input(&clusters, clip.scale))
+        match (self.outputs(), self.clip()) {
+            (Some(outputs), Some(clip)) if t < outputs.masks.len() => {
+                Ok(to_input(&clusters_in(outputs, t), clip.scale))
             }
-            _ => Err(missing_frame("cluster map", t, found.masks.len())),
+            _ => Err(missing_frame("cluster map", t, self.masks().len())),
         }
     }
 
@@ -180,7 +172,7 @@ impl Session {
     /// # Errors
     /// As [`Session::labels`].
     pub fn superpixels(&self, t: usize) -> Result<&Superpixels, Error> {
-        let superpixels = self.found().superpixels;
+        let superpixels = self.outputs().map_or(&[][..], |outputs| &outputs.superpixels);
         superpixels.get(t).ok_or_else(|| missing_frame("superpixels", t, superpixels.len()))
     }
 
@@ -199,7 +191,7 @@ impl Session {
     /// Which clusters are which objects of the masks; `None` until the cut is made. Without clusters there are no
     /// objects. An object whose pixels the cut gave to others is here, and has no pixel in any mask.
     pub fn objects(&self) -> Option<&Objects> {
-        self.found().cut.map(|cut| &cut.objects)
+        Some(&self.after(Stage::Cut)?.cut.objects)
     }
 
     /// What the clusters would be with connectedness off, computed anew at each call from the affinities on: to see
@@ -208,17 +200,13 @@ impl Session {
     /// # Errors
     /// As [`affinities`].
     pub fn motion_clusters(&self) -> Result<Option<Clusters>, Error> {
-        let found = self.found();
-        let (Some(clip), Some(tracked), Some(edges), Some(_)) =
-            (self.clip(), found.tracked, found.discontinuities, found.clusters)
-        else {
-            return Ok(None);
-        };
-        let (params, seed) = (&clip.params, clip.params.clip.seed);
-        let affinities = affinities(tracked.lived(), params.spacing(), &params.affinity, seed)?;
+        let (Some(clip), Some(outputs)) = (self.clip(), self.after(Stage::Clusters)) else { return Ok(None) };
+        let (params, seed, tracked) = (&clip.params, clip.params.clip.seed, &outputs.tracked);
+        let affinities = affinities(tracked.with_past(), params.spacing(), &params.affinity, seed)?;
         let embedding = embed(&affinities, &params.embedding, seed);
-        let edges = discontinuities(edges.neighborhoods.clone(), &embedding, &params.discontinuity);
-        let maps = found.salient.map(|salient| &salient.maps);
+        let near = outputs.discontinuities.neighborhoods.clone();
+        let edges = discontinuities(near, &embedding, &params.discontinuity);
+        let maps = outputs.salient.as_ref().map(|salient| &salient.maps);
         let known = Known::new(&tracked.tracks, &edges, &params.affinity, maps, None);
         Ok(Some(discretize(&embedding, &known, &params.discretize, seed)))
     }
@@ -227,19 +215,18 @@ impl Session {
     /// computed anew at each call: to compare discretizations. At most as many clusters as the embedding has
     /// eigenvectors. `None` until the discontinuities are known.
     pub fn clusters_by(&self, method: DiscretizeMethod, count: usize) -> Option<Clusters> {
-        let (clip, found) = (self.clip()?, self.found());
-        let (embedding, known) = (found.embedding?, found.known(&clip.params.affinity)?);
+        let (clip, outputs) = (self.clip()?, self.after(Stage::Discontinuities)?);
         let params = DiscretizeParams { method, ..clip.params.discretize.clone() };
-        Some(discretize_into(embedding, &known, count, &params, clip.params.clip.seed))
+        let known = outputs.known(&clip.params.affinity);
+        Some(discretize_into(&outputs.embedding, &known, count, &params, clip.params.clip.seed))
     }
 
     /// The other segmentation that the discontinuities give, Figure 1(c): what stays connected when all edges with `d`
     /// above `discontinuity.threshold` are cut. Computed anew at each call; single stray trajectories are clusters of
     /// their own.
     pub fn threshold_clusters(&self) -> Option<Clusters> {
-        let found = self.found();
-        let (tracks, edges) = (&found.tracked?.tracks, found.discontinuities?);
-        Some(threshold_segmentation(tracks, edges, self.params().discontinuity.threshold))
+        let Outputs { tracked, discontinuities, .. } = self.after(Stage::Discontinuities)?;
+        Some(threshold_segmentation(&tracked.tracks, discontinuities, self.params().discontinuity.threshold))
     }
 
     /// The label of each trajectory before any clusters are merged, and what is known of each two neighbouring ones, computed
@@ -247,9 +234,9 @@ impl Session {
     /// their own, the highest. `None` until the clusters are known, and without flow.
     #[doc(hidden)]
     pub fn pieces(&self) -> Option<(Vec<u32>, Vec<Pair>)> {
-        let (clip, found) = (self.clip()?, self.found());
-        let (known, embedding) = (found.known(&clip.params.affinity)?, found.embedding?);
-        let mut label = pieces(embedding, &clip.params.discretize, clip.params.clip.seed);
+        let (clip, outputs) = (self.clip()?, self.after(Stage::Discontinuities)?);
+        let known = outputs.known(&clip.params.affinity);
+        let mut label = pieces(&outputs.embedding, &clip.params.discretize, clip.params.clip.seed);
         let pairs = pairs(&label, &known);
         let count = label.iter().filter(|&&l| l != UNLABELLED).max().map_or(0, |&l| l + 1);
         label.iter_mut().filter(|l| **l == UNLABELLED).for_each(|l| *l = count);
@@ -261,20 +248,45 @@ impl Session {
     /// without flow, and where the camera goes forward.
     #[doc(hidden)]
     pub fn cluster_terms(&self) -> Option<(bool, Vec<Option<Vec<f64>>>)> {
-        let (clip, Phase::Begun(_, State::Clustered(clustered))) = (self.clip()?, &self.phase) else { return None };
-        let camera = camera_of(clustered, (&clip.frames, &clip.params.background), &mut |_, ways| ways.forward())?;
-        let (tracks, clusters) = (&clustered.embedded.tracked.tracks, &clustered.clusters);
+        let clip = self.clip()?;
+        let outputs = self.after(Stage::Masks).filter(|outputs| outputs.masks.is_empty())?;
+        let settings = &clip.params.background;
+        let camera = camera_of(outputs, &clip.frames, settings, &mut |_, ways| ways.forward())?;
+        let (tracks, clusters) = (&outputs.tracked.tracks, &outputs.clusters);
         if camera.goes_forward() {
             return None;
         }
         let still = camera.still;
         let signs = if still {
-            let unlike = background_of(camera, clustered, clip)?.unlike_plate(tracks, clusters);
+            let unlike = background_of(camera, outputs, clip)?.unlike_plate(tracks, clusters);
             unlike.iter().map(|&unlike| Some(Signs::Still { unlike })).collect()
         } else {
-            signs(tracks, clusters, &clustered.strangeness(&clip.params.affinity))
+            signs(tracks, clusters, &outputs.strangeness(&clip.params.affinity))
         };
         Some((still, signs.iter().map(|signs| signs.as_ref()?.terms()).collect()))
+    }
+
+    /// The clip-wide number of each trajectory: one that lives on into the next window keeps it.
+    pub fn trajectory_numbers(&self) -> &[u32] {
+        self.tracked().map_or(&[], |tracked| &tracked.numbers)
+    }
+
+    /// The trajectories, also those from outside that no run has taken yet.
+    fn tracked(&self) -> Option<&Tracked> {
+        match &self.phase {
+            Phase::Frames(clip) => clip.given.as_deref(),
+            _ => Some(&self.after(Stage::Trajectories)?.tracked),
+        }
+    }
+
+    /// The outputs so far.
+    fn outputs(&self) -> Option<&Outputs> {
+        Some(&self.begun()?.outputs)
+    }
+
+    /// The masks so far.
+    fn masks(&self) -> &[Plane<u8>] {
+        self.outputs().map_or(&[], |outputs| &outputs.masks)
     }
 
     /// The frames pushed, at working size.
@@ -290,4 +302,37 @@ impl Session {
 
 pub(crate) fn missing_frame(what: &str, t: usize, known: usize) -> Error {
     Error::state(&format!("the {what} of frame {t} is not available (expected a frame in 0..{known})"))
+}
+
+/// The cluster of each pixel of frame `t`, in agreement with its mask.
+///
+/// Refining moves borders between mask labels: a pixel moved to another label takes the largest cluster there in this
+/// frame.
+fn clusters_in(outputs: &Outputs, t: usize) -> Plane<u32> {
+    let mut clusters = paint(&outputs.superpixels[t], &outputs.cut.labels.labels[t]);
+    let label_of = &outputs.cut.objects.of_cluster;
+    let mut area = vec![0_u64; label_of.len()];
+    for &c in clusters.data() {
+        area.get_mut(c as usize).into_iter().for_each(|a| *a += 1);
+    }
+    let members = |label: u8| (0..label_of.len()).filter(move |&c| label_of[c] == label);
+    let largest: Vec<_> = (0..=255).map(|label| members(label).max_by_key(|&c| area[c])).collect();
+    for (cluster, &label) in clusters.data_mut().iter_mut().zip(outputs.masks[t].data()) {
+        if label_of.get(*cluster as usize).is_some_and(|&own| own != label) {
+            *cluster = largest[usize::from(label)].map_or(*cluster, |c| c as u32);
+        }
+    }
+    clusters
+}
+
+/// Labels at input size: each input pixel takes the value of the working pixel that covers its centre.
+fn to_input<T: Copy>(mask: &Plane<T>, scale: Scale) -> Plane<T> {
+    let (width, height) = scale.input;
+    let columns: Vec<usize> = (0..width).map(|x| scale.working_pixel(x, 0).0).collect();
+    let mut data = Vec::with_capacity(width * height);
+    for y in 0..height {
+        let row = mask.row(scale.working_pixel(0, y).1);
+        data.extend(columns.iter().map(|&x| row[x]));
+    }
+    Plane::from_vec(width, height, data).unwrap_or_else(|| mask.clone())
 }

@@ -1,15 +1,12 @@
 //! How sure masks are.
 
 use super::results::missing_frame;
-use super::why::found_input;
 use crate::Error;
 use crate::cut::margins;
 use crate::image::Plane;
 use crate::mask::{Said, confidence};
-use crate::session::base::{Segmented, Sureness};
-use crate::session::run::Clip;
-use crate::session::run::State;
-use crate::session::run::{Phase, Session};
+use crate::session::base::{Outputs, Stage, Sureness};
+use crate::session::run::{Clip, Session};
 
 impl Session {
     /// How likely the label of each pixel of frame `t` is right, in that the pixel is on an object or is not, in
@@ -18,10 +15,9 @@ impl Session {
     /// # Errors
     /// As [`Session::explain`].
     pub fn confidence(&self, t: usize) -> Result<Plane<f32>, Error> {
-        match &self.phase {
-            Phase::Begun(clip, State::Segmented(found)) if t < found.masks.len() => Ok(found.confidence(clip, t)),
-            Phase::Begun(_, State::Segmented(found)) => Err(missing_frame("confidence", t, found.masks.len())),
-            _ => Err(missing_frame("confidence", t, 0)),
+        match (self.clip(), self.after(Stage::Masks)) {
+            (Some(clip), Some(outputs)) if t < outputs.masks.len() => Ok(confidence_in(outputs, clip, t)),
+            (_, outputs) => Err(missing_frame("confidence", t, outputs.map_or(0, |outputs| outputs.masks.len()))),
         }
     }
 
@@ -44,37 +40,30 @@ impl Session {
     }
 }
 
-impl Segmented {
-    fn confidence(&self, clip: &Clip, t: usize) -> Plane<f32> {
-        let sure = self.cut.sure.get_or_init(|| self.sureness(clip));
-        let (mask, superpixels) = (&self.masks[t], &self.parts.superpixels[t]);
-        let first: usize = self.parts.superpixels[..t].iter().map(|s| s.count).sum();
-        let superpixel = superpixels.label();
-        let margin = Plane::from_fn(mask.width(), mask.height(), |x, y| {
-            let superpixel = superpixel[(x, y)] as usize;
-            let by_cut = self.label_of(self.cut.labels.labels[t][superpixel]) == mask[(x, y)];
-            if by_cut { sure.margins[first + superpixel] } else { 0.0 }
-        });
-        confidence(Said { mask, margin: &margin, cue: &sure.cue })
-    }
+fn confidence_in(outputs: &Outputs, clip: &Clip, t: usize) -> Plane<f32> {
+    let Outputs { superpixels, cut, masks, .. } = outputs;
+    let sureness = cut.sureness.get_or_init(|| sureness(outputs, clip));
+    let first: usize = superpixels[..t].iter().map(|s| s.count).sum();
+    let (mask, superpixel) = (&masks[t], superpixels[t].label());
+    let margin = Plane::from_fn(mask.width(), mask.height(), |x, y| {
+        let superpixel = superpixel[(x, y)] as usize;
+        let by_cut = outputs.label_of(cut.labels.labels[t][superpixel]) == mask[(x, y)];
+        if by_cut { sureness.margins[first + superpixel] } else { 0.0 }
+    });
+    confidence(Said { mask, margin: &margin, cue: &sureness.cue })
+}
 
-    /// The mask label of a cluster.
-    pub(crate) fn label_of(&self, cluster: u32) -> u8 {
-        self.cut.objects.of_cluster.get(cluster as usize).copied().unwrap_or(0)
-    }
-
-    fn sureness(&self, clip: &Clip) -> Sureness {
-        let input = found_input(self);
-        let margins = margins(&input, &clip.params.cut, &self.cut.labels, &self.cut.objects.of_cluster);
-        let (mut said, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
-        for (superpixels, labels) in self.parts.superpixels.iter().zip(&self.cut.labels.labels) {
-            for (area, &cluster) in superpixels.areas().into_iter().zip(labels) {
-                let cue = self.cut.ground.cues.get(node).map_or(0.0, |cue| cue.clamp(-4.0, 4.0));
-                let sum = &mut said[usize::from(self.label_of(cluster))];
-                *sum = (sum.0 + f64::from(area) * f64::from(cue), sum.1 + f64::from(area));
-                node += 1;
-            }
+fn sureness(outputs: &Outputs, clip: &Clip) -> Sureness {
+    let Outputs { superpixels, cut, .. } = outputs;
+    let margins = margins(&outputs.cut_input(), &clip.params.cut, &cut.labels, &cut.objects.of_cluster);
+    let (mut sums, mut node) = ([(0.0_f64, 0.0_f64); 256], 0);
+    for (superpixels, labels) in superpixels.iter().zip(&cut.labels.labels) {
+        for (area, &cluster) in superpixels.areas().into_iter().zip(labels) {
+            let cue = cut.ground.cues.get(node).map_or(0.0, |cue| cue.clamp(-4.0, 4.0));
+            let sum = &mut sums[usize::from(outputs.label_of(cluster))];
+            *sum = (sum.0 + f64::from(area) * f64::from(cue), sum.1 + f64::from(area));
+            node += 1;
         }
-        Sureness { margins, cue: said.map(|(sum, area)| (sum / area.max(1.0)) as f32) }
     }
+    Sureness { margins, cue: sums.map(|(sum, area)| (sum / area.max(1.0)) as f32) }
 }

@@ -3,11 +3,8 @@
 use super::results::missing_frame;
 use crate::Error;
 use crate::cut::{CutInput, Link, Reasons, STEPS_PER_UNIT, STRANGER};
-use crate::session::base::Segmented;
-use crate::session::run::Clip;
-use crate::session::run::State;
-use crate::session::run::place;
-use crate::session::run::{Phase, Session};
+use crate::session::base::{Outputs, Stage};
+use crate::session::run::{Clip, Session};
 use serde::{Serialize, Serializer};
 
 /// How many of a trajectory's affinities are told, the greatest first.
@@ -187,11 +184,11 @@ impl Session {
     /// [`Error::State`] unless the session is done and has masks, or when there is no such frame; [`Error::Param`] when
     /// the pixel is not in the frame.
     pub fn explain(&self, t: usize, x: usize, y: usize) -> Result<Explanation, Error> {
-        let Phase::Begun(clip, State::Segmented(found)) = &self.phase else {
+        let (Some(clip), Some(outputs)) = (self.clip(), self.after(Stage::Masks)) else {
             return Err(missing_frame("explanation", t, 0));
         };
-        if t >= found.masks.len() {
-            return Err(missing_frame("explanation", t, found.masks.len()));
+        if t >= outputs.masks.len() {
+            return Err(missing_frame("explanation", t, outputs.masks.len()));
         }
         for (name, value, side) in [("x", x, clip.scale.input.0), ("y", y, clip.scale.input.1)] {
             if value >= side {
@@ -199,30 +196,31 @@ impl Session {
                 return Err(Error::Param { name: name.to_owned(), value: value.to_string(), expected });
             }
         }
-        Ok(Asked { clip, found, t, pixel: place(clip.scale, x, y) }.explanation((x, y)))
+        Ok(Asked { clip, outputs, t, pixel: clip.scale.working_pixel(x, y) }.explanation((x, y)))
     }
 }
 
 /// A pixel that is asked about, at working size.
 struct Asked<'a> {
     clip: &'a Clip,
-    found: &'a Segmented,
+    outputs: &'a Outputs,
     t: usize,
     pixel: (usize, usize),
 }
 
 impl Asked<'_> {
     fn explanation(&self, at: (usize, usize)) -> Explanation {
-        let Segmented { parts, cut, masks } = self.found;
+        let Outputs { superpixels, cut, masks, .. } = self.outputs;
         let (ground, params) = (&*cut.ground, &self.clip.params.cut);
-        let input = found_input(self.found);
-        let superpixel = parts.superpixels[self.t].label()[self.pixel];
+        let input = self.outputs.cut_input();
+        let superpixel = superpixels[self.t].label()[self.pixel];
         let mut reasons = Reasons::of(&input, params, &cut.labels, self.t, superpixel);
         let held = ground.region.iter().flat_map(|region| &region.held);
         held.filter(|held| (held.0, held.1) == (self.t, superpixel)).for_each(|held| reasons.hold(&held.2));
-        let node = parts.superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
+        let node = superpixels[..self.t].iter().map(|s| s.count).sum::<usize>() + superpixel as usize;
         let said = |by: &[f32]| by.get(node).copied().unwrap_or(0.0);
-        let runner_up = reasons.runner_up(|cluster| self.found.label_of(cluster) != self.found.label_of(reasons.label));
+        let runner_up =
+            reasons.runner_up(|cluster| self.outputs.label_of(cluster) != self.outputs.label_of(reasons.label));
         let (label, nearest) = (masks[self.t][self.pixel], self.nearest(at));
         let cost = |cluster| self.cost(&reasons, cluster);
         let link = |link: &Link| {
@@ -256,7 +254,7 @@ impl Asked<'_> {
         let total = units(reasons.cost(cluster));
         LabelCost {
             cluster,
-            label: self.found.label_of(cluster),
+            label: self.outputs.label_of(cluster),
             votes: reasons.votes[cluster as usize],
             trajectories,
             colours,
@@ -269,11 +267,11 @@ impl Asked<'_> {
 
     fn source(&self, label: u8, cluster: u32) -> Source {
         let pixel = (self.pixel.1 * self.clip.scale.working.0 + self.pixel.0) as u32;
-        let held = &self.found.parts.corrections.held;
+        let held = &self.outputs.corrections.held;
         if held.iter().any(|held| held.t == self.t && held.pixels.binary_search(&pixel).is_ok()) {
             return Source::Stroke;
         }
-        if label == self.found.label_of(cluster) { Source::Superpixel } else { Source::Border }
+        if label == self.outputs.label_of(cluster) { Source::Superpixel } else { Source::Border }
     }
 
     fn voters(&self, input: &CutInput, reasons: &Reasons) -> Vec<Voter> {
@@ -298,14 +296,14 @@ impl Asked<'_> {
             let (dx, dy) = (f64::from(x) - at.0 as f64, f64::from(y) - at.1 as f64);
             dx * dx + dy * dy
         };
-        let tracks = &self.found.parts.clustered.embedded.tracked.input;
+        let tracks = &self.outputs.tracked.input;
         let near = tracks.alive(self.t).map(|(i, x, y)| (i as u32, away(x, y)));
         near.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
     }
 
     /// The greatest affinities of trajectory `i`, the first of equals first.
     fn affinities(&self, i: u32) -> Vec<Affinity> {
-        let row = self.found.parts.clustered.embedded.affinities.row(i as usize);
+        let row = self.outputs.affinities.row(i as usize);
         let mut greatest: Vec<Affinity> = Vec::new();
         for (j, affinity) in row.filter(|&(j, _)| j != i as usize) {
             let place = greatest.partition_point(|known| known.affinity >= affinity);
@@ -317,10 +315,9 @@ impl Asked<'_> {
 
     /// The edges of this frame between the objects of two clusters.
     fn border(&self, own: u32, other: u32) -> Option<Border> {
-        let clustered = &self.found.parts.clustered;
-        let edges = &clustered.embedded.discontinuities;
-        let [own, other] = [own, other].map(|cluster| self.found.label_of(cluster));
-        let label = |i: u32| self.found.label_of(clustered.clusters.label[i as usize]);
+        let Outputs { clusters, discontinuities: edges, .. } = self.outputs;
+        let [own, other] = [own, other].map(|cluster| self.outputs.label_of(cluster));
+        let label = |i: u32| self.outputs.label_of(clusters.label[i as usize]);
         let mut border = Border { edges: 0, mean: 0.0, i: 0, j: 0, d: -1.0 };
         for &edge in edges.neighborhoods.frame(self.t) {
             let ((i, j), d) = (edges.neighborhoods.pairs[edge as usize], edges.d[edge as usize]);
@@ -333,10 +330,4 @@ impl Asked<'_> {
         border.mean /= f64::from(border.edges);
         (border.edges > 0).then_some(border)
     }
-}
-
-/// What the cut in force was made from.
-pub(crate) fn found_input(found: &Segmented) -> CutInput<'_> {
-    let ground = &*found.cut.ground;
-    found.parts.input(ground.voted.as_deref(), &ground.is_object, &ground.evidence)
 }

@@ -4,8 +4,7 @@ use super::why::Source;
 use crate::correction::{Correction, Stroke};
 use crate::cut::{GabrielCut, STEPS_PER_UNIT};
 use crate::rng::Rng;
-use crate::session::run::State;
-use crate::session::run::{Phase, Session};
+use crate::session::run::{Phase, Session, State};
 use crate::synth::Scene;
 use crate::{Error, Params, Step};
 
@@ -25,8 +24,11 @@ fn pushed(seed: u64) -> Session {
 fn run_and_watch(session: &mut Session) -> GabrielCut {
     let mut solver = None;
     loop {
-        if let Phase::Begun(_, State::Moves(work)) = &session.phase {
-            solver = Some(work.moves().clone());
+        if let Phase::Begun(run) = &session.phase
+            && let State::Cut(work) = &run.state
+            && let Some(moves) = work.moves()
+        {
+            solver = Some(moves.clone());
         }
         if session.step().unwrap() == Step::Done {
             break;

@@ -1,15 +1,12 @@
 //! The clip that a session runs on: frames at working size, their flow, and what goes along from window to window.
 
-use super::trackers::Trackers;
 use crate::Error;
 use crate::flow::{CompactFlow, FlowScratch};
-use crate::image::Frame;
-use crate::session::base::Scale;
-use crate::session::base::ScaledParams;
-use crate::session::base::Tracked;
-use crate::session::jobs::Ledger;
-use crate::session::window::{Identities, Thumbnail, unmatched_share};
-use crate::trajectory::Trajectories;
+use crate::image::{Frame, Plane};
+use crate::session::base::{Params, Scale, ScaledParams, Tracked};
+use crate::session::jobs::{Ledger, PairFlow};
+use crate::session::window::{Identities, Thumbnail};
+use crate::trajectory::{Tracker, Trajectories};
 
 /// What a run works on.
 #[derive(Debug, Clone)]
@@ -26,17 +23,17 @@ pub(crate) struct Clip {
     pub(crate) scratch: FlowScratch,
     /// What of the work on them is given away, or back.
     pub(crate) ledger: Ledger,
-    /// Where the clip is taken window by window.
-    pub(crate) windows: Option<Box<Windows>>,
+    /// `None` unless the clip is taken window by window.
+    pub(crate) windows: Option<Box<WindowState>>,
 }
 
 /// What a clip that is taken window by window carries along.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Windows {
+pub(crate) struct WindowState {
     /// The last frame pushed, to compare the next one with.
     pub(crate) last: Option<Thumbnail>,
     /// A frame of the next shot, at working size.
-    held: Option<Frame>,
+    pub(crate) held: Option<Frame>,
     /// The trackers after the present window.
     pub(crate) trackers: Option<Trackers>,
     /// How many frames were in the window before too.
@@ -47,8 +44,8 @@ pub(crate) struct Windows {
 }
 
 impl Clip {
-    /// No frames yet.
-    pub(crate) fn new(scale: Scale, params: ScaledParams) -> Self {
+    /// No frames yet; pieces are given away under `epoch`.
+    pub(crate) fn new(scale: Scale, params: ScaledParams, epoch: u32) -> Self {
         Self {
             params,
             scale,
@@ -56,13 +53,13 @@ impl Clip {
             given: None,
             flows: Vec::new(),
             scratch: FlowScratch::default(),
-            ledger: Ledger::default(),
+            ledger: Ledger::new(epoch),
             windows: None,
         }
     }
 
     /// The frame at working size, if it can be added.
-    fn accepted(&self, frame: &Frame) -> Result<Frame, Error> {
+    pub(crate) fn accepted(&self, frame: &Frame) -> Result<Frame, Error> {
         let (actual, Scale { input, working }) = ((frame.width(), frame.height()), self.scale);
         if input != actual {
             return Err(Error::FrameSizeChanged { index: self.frames.len(), expected: input, actual });
@@ -75,42 +72,6 @@ impl Clip {
         let frame = self.accepted(frame)?;
         self.frames.push(frame);
         Ok(())
-    }
-
-    /// The same, unless the frame begins a new shot: then it is held back. Returns whether it was.
-    pub(crate) fn push_in_shot(&mut self, frame: &Frame) -> Result<bool, Error> {
-        let frame = self.accepted(frame)?;
-        let thumbnail = Thumbnail::new(&frame);
-        let is_cut = self.is_cut_before(&thumbnail);
-        let windows = self.windows.get_or_insert_default();
-        windows.last = Some(thumbnail);
-        if is_cut {
-            windows.held = Some(frame);
-        } else {
-            self.frames.push(frame);
-        }
-        Ok(is_cut)
-    }
-
-    /// Whether `frame`, of whatever size, looks nothing like the last one.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn begins_shot(&self, frame: &Frame) -> bool {
-        self.accepted(frame).is_ok_and(|frame| self.is_cut_before(&Thumbnail::new(&frame)))
-    }
-
-    fn is_cut_before(&self, next: &Thumbnail) -> bool {
-        let bound = self.params.shot.unmatched;
-        let last = self.windows.as_ref().and_then(|windows| windows.last.as_ref());
-        last.is_some_and(|last| bound < 1.0 && unmatched_share(last, next) > bound)
-    }
-
-    pub(crate) fn holds_frame(&self) -> bool {
-        self.windows.as_ref().is_some_and(|w| w.held.is_some())
-    }
-
-    /// Whether these are all frames of a window that was seen to its end already: the frame after it begins a new shot.
-    pub(crate) fn is_seen(&self) -> bool {
-        self.windows.as_ref().is_some_and(|w| w.held.is_some() && w.overlap > 0 && w.overlap == self.frames.len())
     }
 
     /// A shot of a single frame has no motion, and so no trajectories.
@@ -156,37 +117,6 @@ impl Clip {
             },
         }
     }
-
-    /// Keeps the trackers for the next window, if there can be one.
-    pub(crate) fn keep(&mut self, trackers: Trackers) {
-        if let Some(windows) = &mut self.windows {
-            windows.trackers = Some(trackers);
-        }
-    }
-
-    /// Drops all frames but the last `overlap`, or, if a frame of a new shot is held back, all of them.
-    pub(crate) fn advance(&mut self, overlap: usize) {
-        let dropped = self.dropped_by(overlap);
-        self.ledger = Ledger::default();
-        let Some(windows) = &mut self.windows else { return };
-        if let Some(first) = windows.held.take() {
-            windows.first_number = windows.trackers.take().map_or(windows.first_number, |t| t.tracks.next_number());
-            windows.overlap = 0;
-            windows.identities.forget_looks();
-            self.frames = vec![first];
-            self.flows = Vec::new();
-        } else {
-            windows.overlap = overlap;
-            windows.trackers.iter_mut().for_each(|trackers| trackers.advance(dropped));
-            self.frames = self.frames.split_off(dropped);
-            self.flows = self.flows.split_off(dropped);
-        }
-    }
-
-    /// How many frames [`Clip::advance`] drops.
-    pub(crate) fn dropped_by(&self, overlap: usize) -> usize {
-        if self.holds_frame() { self.frames.len() } else { self.frames.len() - overlap }
-    }
 }
 
 /// Checks that trajectories have this number of frames, and that their points lie in them.
@@ -209,4 +139,46 @@ fn stray(name: &'static str, values: &[f32], side: usize) -> Option<(&'static st
     let side = side as f64;
     let mut numbered = values.iter().map(|&v| f64::from(v)).enumerate();
     numbered.find(|&(_, v)| v < -0.5 || v > side - 0.5).map(|(p, v)| (name, p, v, side))
+}
+
+/// Frames before a window that trajectories remember.
+const REMEMBERED: usize = 100;
+
+/// The trackers of a clip, both through the same frames.
+#[derive(Debug, Clone)]
+pub(crate) struct Trackers {
+    pub(crate) tracks: Tracker,
+    /// Follows the denser trajectories that the masks are made from.
+    pub(crate) masks: Option<Tracker>,
+    /// Whether other trajectories take the place of `tracks`, which are none then.
+    pub(crate) is_given: bool,
+}
+
+impl Trackers {
+    /// For frames of `size` pixels; trajectories are numbered from `first` on.
+    pub(crate) fn new(first: u32, size: (usize, usize), params: &Params) -> Self {
+        let masks = params.clip.dense.then(|| Tracker::new(size, &params.trajectory.for_masks()));
+        Self { tracks: Tracker::numbering_from(first, size, &params.trajectory), masks, is_given: false }
+    }
+
+    fn each(&mut self) -> impl Iterator<Item = &mut Tracker> {
+        (!self.is_given).then_some(&mut self.tracks).into_iter().chain(&mut self.masks)
+    }
+
+    /// Starts tracks in the present frame, which has this structure.
+    pub(crate) fn seed(&mut self, structure: &Plane<f32>) {
+        self.each().for_each(|tracker| tracker.seed(structure));
+    }
+
+    /// Goes on to the next frame.
+    pub(crate) fn follow(&mut self, flow: &PairFlow) {
+        self.each().for_each(|tracker| tracker.follow(&flow.forward, &flow.backward, &flow.variation));
+    }
+
+    /// Goes on to a window that begins `dropped` frames later. The past is for the affinities; masks are made without
+    /// them.
+    pub(crate) fn advance(&mut self, dropped: usize) {
+        self.tracks.advance(dropped, REMEMBERED);
+        self.masks.iter_mut().for_each(|tracker| tracker.advance(dropped, 0));
+    }
 }

@@ -1,249 +1,191 @@
 //! Saliency frame by frame, then the components of the foreground and what they change, then the clusters.
 
 use super::clip::Clip;
-use super::turn::Turn;
+use super::work::{StageWork, Turn};
+use crate::Error;
 use crate::connectedness::{ConnectednessMode, Separation, components, constrain};
 use crate::discontinuity::discontinuities;
 use crate::discretize::{MOST_ROTATIONS, RowsOf, discretize_by, rotation_counts, with_background};
 use crate::embedding::{Embedding, embed};
-use crate::evidence::Known;
 use crate::flow::Field;
 use crate::saliency::{Asked, SaliencyMaps, context_saliency, pixels_at, trajectory_saliency};
-use crate::session::base::{Clustered, Embedded, Foreground, Found, Salient};
-use crate::session::base::{Progress, Stage};
-use crate::session::jobs::Ledger;
-use crate::session::jobs::{Made, PieceKind, Work};
+use crate::session::base::{Outputs, Salient, Stage, Tracked};
+use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
 use crate::sparse::SymCsr;
 use crate::trajectory::Trajectories;
 
-/// Flow being looked at, field by field.
+/// Saliency: one look at each flow field, one map of each, and the average over the embedding.
 #[derive(Debug, Clone)]
-pub(crate) struct Looking {
-    embedded: Embedded,
+pub(crate) struct SaliencyWork {
+    step: SaliencyStep,
     maps: SaliencyMaps,
-}
-
-/// The saliency of the trajectories' points, frame by frame.
-#[derive(Debug, Clone)]
-pub(crate) struct Mapping {
-    embedded: Embedded,
-    maps: SaliencyMaps,
-    mapped: usize,
     /// The saliency of each point of the trajectories; below 0 where not known.
     of_points: Vec<f32>,
-    /// That of each point of the denser ones.
+    /// The saliency of each point of the denser ones.
     of_denser: Vec<f32>,
 }
 
-/// Saliency of all points, to be brought into the context of the embedding.
-#[derive(Debug, Clone)]
-pub(crate) struct Averaging(Mapping);
-
-/// One look at each field, one map of each, and the average over the embedding.
-fn progress(clip: &Clip, done: usize) -> Progress {
-    Progress { stage: Stage::Saliency, done: done as u32, total: 2 * clip.flows.len() as u32 + 1 }
+/// The step of saliency that is next.
+#[derive(Debug, Clone, Copy)]
+enum SaliencyStep {
+    /// There is no flow, and nothing will be salient.
+    WithoutFlow,
+    /// A flow field is looked at, ...
+    Looking,
+    /// ... the points of a frame get their saliency from its map, ...
+    Mapping(usize),
+    /// ... and trajectories theirs in the context of the embedding.
+    Averaging,
 }
 
-impl Looking {
-    /// For clips with any flow.
-    pub(crate) fn new(embedded: Embedded, clip: &Clip) -> Self {
-        Self { embedded, maps: SaliencyMaps::new(&clip.params.saliency) }
-    }
-
-    pub(crate) fn step(mut self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Mapping>> {
-        let t = self.maps.motions().len();
-        self.maps.look(&clip.flows[t]);
-        let progress = progress(clip, t + 1);
-        if t + 1 < clip.flows.len() {
-            return Turn::more(progress, self);
+impl SaliencyWork {
+    pub(crate) fn new(tracked: &Tracked, clip: &Clip) -> Self {
+        let unknown = |tracks: &Trajectories| vec![-1.0; tracks.x.len()];
+        Self {
+            step: if clip.flows.is_empty() { SaliencyStep::WithoutFlow } else { SaliencyStep::Looking },
+            maps: SaliencyMaps::new(&clip.params.saliency),
+            of_points: unknown(&tracked.tracks),
+            of_denser: tracked.denser.as_ref().map_or_else(Vec::new, unknown),
         }
-        Turn::done(progress, Box::new(Mapping::new(*self)))
-    }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        self.embedded.found()
-    }
-}
-
-impl Mapping {
-    fn new(Looking { embedded, maps }: Looking) -> Self {
-        let unknown = |num_points: usize| vec![-1.0; num_points];
-        let of_denser = unknown(embedded.tracked.denser.as_ref().map_or(0, |denser| denser.x.len()));
-        Self { of_points: unknown(embedded.tracked.tracks.x.len()), of_denser, embedded, maps, mapped: 0 }
-    }
-
-    pub(crate) fn mapped(&self) -> usize {
-        self.mapped
     }
 
     /// The points of both sets of trajectories in frame `t`, those of the denser ones last.
-    fn asked(&self, t: usize, clip: &Clip) -> Asked {
-        let (tracked, flow) = (&self.embedded.tracked, &clip.flows[t]);
+    fn asked(&self, t: usize, clip: &Clip, tracked: &Tracked) -> Asked {
+        let flow = &clip.flows[t];
         let at = |tracks| pixels_at(tracks, t, flow.size()).map(|(_, pixel)| pixel);
         let sets: [Option<&Trajectories>; 2] = [Some(&tracked.tracks), tracked.denser.as_ref()];
         self.maps.asked(t, flow, &mut sets.into_iter().flatten().flat_map(at))
     }
 
-    pub(crate) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
-        let t = clip.ledger.take(PieceKind::Saliency, self.mapped..clip.flows.len())?;
-        Some((PieceKind::Saliency, t, Work::Saliency(self.asked(t, clip))))
-    }
-
-    pub(crate) fn step(mut self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Averaging>> {
-        let (t, size) = (self.mapped, clip.scale.working);
-        let found = match clip.ledger.collect(PieceKind::Saliency, t) {
-            Some(Made::Saliency(found)) => found,
-            _ => self.asked(t, clip).answer(&clip.params.saliency),
+    fn map(&mut self, t: usize, clip: &mut Clip, tracked: &Tracked) {
+        let size = clip.scale.working;
+        let values = match clip.ledger.collect(PieceKind::Saliency, t) {
+            Some(Made::Saliency(values)) => values,
+            _ => self.asked(t, clip, tracked).answer(&clip.params.saliency),
         };
-        let tracked = &self.embedded.tracked;
-        let points = pixels_at(&tracked.tracks, t, size).zip(&found);
+        let points = pixels_at(&tracked.tracks, t, size).zip(&values);
         let count = points.map(|((point, _), &value)| self.of_points[point] = value).count();
         if let Some(denser) = &tracked.denser {
-            let points = pixels_at(denser, t, size).zip(found.get(count..).unwrap_or_default());
+            let points = pixels_at(denser, t, size).zip(values.get(count..).unwrap_or_default());
             points.for_each(|((point, _), &value)| self.of_denser[point] = value);
         }
-        self.mapped += 1;
-        let (pairs, progress) = (clip.flows.len(), progress(clip, clip.flows.len() + t + 1));
-        if self.mapped < pairs { Turn::more(progress, self) } else { Turn::done(progress, Box::new(Averaging(*self))) }
     }
 
-    pub(crate) fn found(&self) -> Found<'_> {
-        self.embedded.found()
-    }
-}
-
-impl Averaging {
-    pub(crate) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Connecting>> {
-        let Mapping { embedded, maps, of_points, of_denser, .. } = self.0;
-        let settings = &clip.params.saliency;
-        let alone = trajectory_saliency(&embedded.tracked.tracks, &of_points);
-        let saliency = context_saliency(alone, &embedded.embedding, &embedded.discontinuities, settings);
-        let denser = embedded.tracked.denser.as_ref();
-        let of_denser = denser.map_or_else(Vec::new, |denser| trajectory_saliency(denser, &of_denser));
-        let salient = Some(Salient { maps, of_denser, saliency });
-        Turn::done(progress(clip, 2 * clip.flows.len() + 1), Box::new(Connecting { embedded, salient }))
-    }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        self.0.found()
+    fn average(&mut self, clip: &Clip, outputs: &Outputs) -> Salient {
+        let (tracked, settings) = (&outputs.tracked, &clip.params.saliency);
+        let alone = trajectory_saliency(&tracked.tracks, &self.of_points);
+        let saliency = context_saliency(alone, &outputs.embedding, &outputs.discontinuities, settings);
+        let denser = tracked.denser.as_ref();
+        let of_denser = denser.map_or_else(Vec::new, |denser| trajectory_saliency(denser, &self.of_denser));
+        let maps = std::mem::replace(&mut self.maps, SaliencyMaps::new(settings));
+        Salient { maps, of_denser, saliency }
     }
 }
 
-/// What stands out, to be taken to pieces.
+impl StageWork for SaliencyWork {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+        let pairs = clip.flows.len();
+        let turn = |done| Turn::new(Stage::Saliency, done, 2 * pairs + 1);
+        Ok(match self.step {
+            SaliencyStep::WithoutFlow => Turn::new(Stage::Saliency, 1, 1),
+            SaliencyStep::Looking => {
+                let t = self.maps.motions().len();
+                self.maps.look(&clip.flows[t]);
+                self.step = if t + 1 < pairs { SaliencyStep::Looking } else { SaliencyStep::Mapping(0) };
+                turn(t + 1)
+            }
+            SaliencyStep::Mapping(t) => {
+                self.map(t, clip, &outputs.tracked);
+                self.step = if t + 1 < pairs { SaliencyStep::Mapping(t + 1) } else { SaliencyStep::Averaging };
+                turn(pairs + t + 1)
+            }
+            SaliencyStep::Averaging => {
+                outputs.salient = Some(self.average(clip, outputs));
+                turn(2 * pairs + 1)
+            }
+        })
+    }
+
+    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
+        let SaliencyStep::Mapping(next) = self.step else { return None };
+        let id = clip.ledger.take(PieceKind::Saliency, next..clip.flows.len())?;
+        Some(Piece { id, work: Work::Saliency(self.asked(id.t as usize, clip, &outputs.tracked)) })
+    }
+
+    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
+        matches!(self.step, SaliencyStep::Mapping(t) if ledger.is_out(PieceKind::Saliency, t))
+    }
+}
+
+/// Components of the foreground; where they separate trajectories, a second embedding and its discontinuities.
+#[derive(Debug, Clone, Default)]
+pub(crate) enum ConnectednessWork {
+    /// The foreground is taken to pieces.
+    #[default]
+    Connecting,
+    /// The affinities that are left are embedded, ...
+    Reembedding(SymCsr),
+    /// ... and the discontinuities of that embedding replace those of motion alone.
+    Renewing(SymCsr, Embedding),
+}
+
+impl StageWork for ConnectednessWork {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+        let params = &clip.params;
+        Ok(match std::mem::take(self) {
+            Self::Connecting => match connect(clip, outputs) {
+                None => Turn::new(Stage::Connectedness, 1, 1),
+                Some(affinities) => {
+                    *self = Self::Reembedding(affinities);
+                    Turn::new(Stage::Connectedness, 1, 3)
+                }
+            },
+            Self::Reembedding(affinities) => {
+                let embedding = embed(&affinities, &params.embedding, params.clip.seed);
+                *self = Self::Renewing(affinities, embedding);
+                Turn::new(Stage::Connectedness, 2, 3)
+            }
+            Self::Renewing(affinities, embedding) => {
+                let near = std::mem::take(&mut outputs.discontinuities.neighborhoods);
+                outputs.discontinuities = discontinuities(near, &embedding, &params.discontinuity);
+                (outputs.affinities, outputs.embedding) = (affinities, embedding);
+                Turn::new(Stage::Connectedness, 3, 3)
+            }
+        })
+    }
+}
+
+/// Takes the foreground to pieces. Returns the affinities without those between separated trajectories; `None` where none
+/// are.
+fn connect(clip: &Clip, outputs: &mut Outputs) -> Option<SymCsr> {
+    let (settings, tracks) = (&clip.params.connectedness, &outputs.tracked.tracks);
+    let foreground = &outputs.salient.as_ref()?.saliency.foreground;
+    let longest = settings.max_edge * clip.params.spacing();
+    let near = &outputs.discontinuities.neighborhoods;
+    let components = components(tracks, near, foreground, longest, settings.min_component as usize);
+    let is_on = settings.mode != ConnectednessMode::Off;
+    let separation = is_on.then(|| Separation::new(tracks, &components, settings));
+    let kept = separation.as_ref().and_then(|s| constrain(&outputs.affinities, tracks, s, foreground, settings));
+    (outputs.components, outputs.separation) = (Some(components), separation);
+    kept.map(|(affinities, _)| affinities)
+}
+
+/// The clusters, in one step; where the foreground stands alone the background is in one of its own.
 #[derive(Debug, Clone)]
-pub(crate) struct Connecting {
-    pub(crate) embedded: Embedded,
-    /// `None` without flow.
-    pub(crate) salient: Option<Salient>,
+pub(crate) struct ClusterWork;
+
+/// The numbers of clusters that rotations are made for, each once.
+fn counts_of_rotations(clip: &Clip, embedding: &Embedding) -> Vec<usize> {
+    let mut counts = rotation_counts(embedding, &clip.params.discretize);
+    counts.dedup();
+    counts
 }
 
-/// All that the labels of the trajectories are made from.
-#[derive(Debug, Clone)]
-pub(crate) struct Connected {
-    embedded: Embedded,
-    /// `None` without flow.
-    foreground: Option<Foreground>,
-}
-
-/// Affinities that the foreground allows, to be embedded.
-#[derive(Debug, Clone)]
-pub(crate) struct Reembedding {
-    connected: Connected,
-    affinities: SymCsr,
-}
-
-/// These and their embedding, whose discontinuities are still those of motion alone.
-#[derive(Debug, Clone)]
-pub(crate) struct Renewing {
-    connected: Connected,
-    affinities: SymCsr,
-    embedding: Embedding,
-}
-
-/// Step `done` of the three that a second embedding takes.
-fn of_three(done: u32) -> Progress {
-    Progress { stage: Stage::Connectedness, done, total: 3 }
-}
-
-impl Connecting {
-    pub(crate) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Reembedding>, Box<Connected>> {
-        let Self { embedded, salient } = *self;
-        let Some(salient) = salient else {
-            return Turn::whole(Stage::Connectedness, Box::new(Connected { embedded, foreground: None }));
-        };
-        let settings = &clip.params.connectedness;
-        let (tracks, foreground) = (&embedded.tracked.tracks, &salient.saliency.foreground);
-        let longest = settings.max_edge * clip.params.spacing();
-        let near = &embedded.discontinuities.neighborhoods;
-        let components = components(tracks, near, foreground, longest, settings.min_component as usize);
-        let apart = settings.mode != ConnectednessMode::Off;
-        let separation = apart.then(|| Separation::new(tracks, &components, settings));
-        let kept = separation.as_ref().and_then(|s| constrain(&embedded.affinities, tracks, s, foreground, settings));
-        let connected = Connected { embedded, foreground: Some(Foreground { salient, components, separation }) };
-        match kept {
-            Some((affinities, _)) => Turn::more(of_three(1), Box::new(Reembedding { connected, affinities })),
-            None => Turn::whole(Stage::Connectedness, Box::new(connected)),
-        }
-    }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        Found { salient: self.salient.as_ref(), ..self.embedded.found() }
-    }
-}
-
-impl Reembedding {
-    pub(crate) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Renewing>> {
-        let Self { connected, affinities } = *self;
-        let embedding = embed(&affinities, &clip.params.embedding, clip.params.clip.seed);
-        Turn::done(of_three(2), Box::new(Renewing { connected, affinities, embedding }))
-    }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        self.connected.found()
-    }
-}
-
-impl Renewing {
-    pub(crate) fn step(self: Box<Self>, clip: &Clip) -> Turn<Box<Self>, Box<Connected>> {
-        let Self { connected: Connected { embedded, foreground }, affinities, embedding } = *self;
-        let near = embedded.discontinuities.neighborhoods;
-        let discontinuities = discontinuities(near, &embedding, &clip.params.discontinuity);
-        let embedded = Embedded { tracked: embedded.tracked, affinities, embedding, discontinuities };
-        Turn::done(of_three(3), Box::new(Connected { embedded, foreground }))
-    }
-
-    pub(crate) fn found(&self) -> Found<'_> {
-        self.connected.found()
-    }
-}
-
-impl Connected {
-    /// The numbers of clusters that rotations are made for, each once.
-    fn counts(&self, clip: &Clip) -> Vec<usize> {
-        let mut counts = rotation_counts(&self.embedded.embedding, &clip.params.discretize);
-        counts.dedup();
-        counts
-    }
-
-    pub(crate) fn take(&self, clip: &mut Clip) -> Option<(PieceKind, usize, Work)> {
-        let counts = self.counts(clip);
-        let k = clip.ledger.take(PieceKind::Rotation, 0..counts.len())?;
-        Some((PieceKind::Rotation, k, Work::Rotation(RowsOf::new(&self.embedded.embedding, counts[k]))))
-    }
-
-    pub(crate) fn awaits(&self, ledger: &Ledger) -> bool {
-        (0..MOST_ROTATIONS).any(|k| ledger.is_out(PieceKind::Rotation, k))
-    }
-
-    /// The clusters; where the foreground stands alone the background is in one of its own.
-    pub(crate) fn step(self: Box<Self>, clip: &mut Clip) -> Turn<Box<Self>, Box<Clustered>> {
-        let counts = self.counts(clip);
-        let Self { embedded, foreground } = *self;
-        let (params, tracks) = (&clip.params, &embedded.tracked.tracks);
-        let maps = foreground.as_ref().map(|found| &found.salient.maps);
-        let separation = foreground.as_ref().and_then(|found| found.separation.as_ref());
-        let known = Known::new(tracks, &embedded.discontinuities, &params.affinity, maps, separation);
-        let (embedding, ledger) = (&embedded.embedding, &mut clip.ledger);
+impl StageWork for ClusterWork {
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+        let (params, embedding) = (&clip.params, &outputs.embedding);
+        let counts = counts_of_rotations(clip, embedding);
+        let ledger = &mut clip.ledger;
         let turned = |count: usize| {
             let place = counts.iter().position(|&c| c == count);
             match place.and_then(|k| ledger.collect(PieceKind::Rotation, k)) {
@@ -251,15 +193,22 @@ impl Connected {
                 _ => RowsOf::new(embedding, count).turned(),
             }
         };
+        let known = outputs.known(&params.affinity);
         let mut clusters = discretize_by(embedding, &known, &params.discretize, params.clip.seed, turned);
-        if let (Some(foreground), ConnectednessMode::ForegroundOnly) = (&foreground, params.connectedness.mode) {
-            clusters = with_background(tracks, clusters, &foreground.salient.saliency.foreground);
+        if let (Some(salient), ConnectednessMode::ForegroundOnly) = (&outputs.salient, params.connectedness.mode) {
+            clusters = with_background(&outputs.tracked.tracks, clusters, &salient.saliency.foreground);
         }
-        Turn::whole(Stage::Clusters, Box::new(Clustered { embedded, foreground, clusters }))
+        outputs.clusters = clusters;
+        Ok(Turn::new(Stage::Clusters, 1, 1))
     }
 
-    pub(crate) fn found(&self) -> Found<'_> {
-        let motion = self.embedded.found();
-        self.foreground.as_ref().map_or(motion, |foreground| foreground.found(motion))
+    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
+        let counts = counts_of_rotations(clip, &outputs.embedding);
+        let id = clip.ledger.take(PieceKind::Rotation, 0..counts.len())?;
+        Some(Piece { id, work: Work::Rotation(RowsOf::new(&outputs.embedding, counts[id.t as usize])) })
+    }
+
+    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
+        (0..MOST_ROTATIONS).any(|k| ledger.is_out(PieceKind::Rotation, k))
     }
 }

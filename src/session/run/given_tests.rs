@@ -43,7 +43,7 @@ fn our_own_trajectories_from_outside_give_our_own_masks() {
     let Phase::Frames(clip) = &mut theirs.phase else { panic!("the run has begun") };
     clip.params = ours.params().for_size(SIZE);
     theirs.run().unwrap();
-    assert_eq!(theirs.found().tracked.unwrap().tracks, ours.found().tracked.unwrap().tracks);
+    assert_eq!(theirs.begun().unwrap().outputs.tracked.tracks, ours.begun().unwrap().outputs.tracked.tracks);
     assert_eq!(theirs.clusters(), ours.clusters());
     assert!(ours.objects().unwrap().highest_label > 1);
     assert_eq!(masks(&theirs), masks(&ours));

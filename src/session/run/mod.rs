@@ -1,8 +1,8 @@
 //! What runs: the states of a session, and the work of each stage.
 
 mod clip;
+mod cut;
 mod dense;
-mod figure;
 mod foreground;
 #[cfg(test)]
 mod given_tests;
@@ -13,16 +13,13 @@ mod spectral;
 mod state;
 #[cfg(test)]
 mod tests;
-mod trackers;
-mod turn;
+mod work;
 
-pub(crate) use clip::Clip;
-pub(crate) use dense::{background_of, camera_of, clusters_of, place, to_input};
+pub(crate) use clip::{Clip, Trackers};
+pub(crate) use dense::{background_of, camera_of};
 pub(crate) use recut::{Wanted, objects_with};
 pub(crate) use session::Phase;
 pub use session::Session;
 #[cfg(not(target_arch = "wasm32"))]
-pub(crate) use spectral::Linking;
-pub(crate) use state::State;
-#[cfg(not(target_arch = "wasm32"))]
-pub(crate) use trackers::Trackers;
+pub(crate) use spectral::AffinityWork;
+pub(crate) use state::{Run, State};

@@ -1,4 +1,4 @@
-//! The cut and the masks made anew where a correction asks for it, and left as they are elsewhere.
+//! The cut and the masks made again where a correction asks for it, and left as they are elsewhere.
 
 use crate::correction::{Held, regroup};
 use crate::cut::{CutInput, CutParams, GabrielCut, Region, pixel_of};
@@ -6,8 +6,7 @@ use crate::image::{Frame, Plane};
 use crate::mask::refine_since;
 use crate::objects::Objects;
 use crate::order::{pair, sort_by_key};
-use crate::session::base::Params;
-use crate::session::base::{Cut, CutRegion, Parts, Segmented};
+use crate::session::base::{CutRegion, Outputs, Params};
 use crate::superpixel::Superpixels;
 use crate::trajectory::Trajectories;
 
@@ -43,29 +42,28 @@ pub(crate) struct Recut {
 }
 
 impl Recut {
-    /// Clusters by the wanted labels, in force from now on, and what is to be cut anew. What was before is kept.
-    pub(crate) fn new(found: Segmented, mut wanted: Wanted) -> (Parts, Self) {
-        let before = found.snapshot();
-        let Segmented { mut parts, cut: Cut { labels: cut, objects, .. }, masks } = found;
-        let clustered = &mut parts.clustered;
-        let tracks = &clustered.embedded.tracked.tracks;
-        let regrouped = regroup(tracks, &clustered.clusters, &objects.of_cluster, &wanted.label);
-        clustered.clusters = regrouped.clusters;
+    /// Puts clusters by the wanted labels to the outputs, in force from now on, and takes the cut and the masks from them,
+    /// which can be restored.
+    pub(crate) fn new(outputs: &mut Outputs, mut wanted: Wanted) -> Self {
+        outputs.remember();
+        let (cut, masks) = (std::mem::take(&mut outputs.cut), std::mem::take(&mut outputs.masks));
+        let of_cluster = &cut.objects.of_cluster;
+        let regrouped = regroup(&outputs.tracked.tracks, &outputs.clusters, of_cluster, &wanted.label);
+        outputs.clusters = regrouped.clusters;
         // A label whose last trajectory has gone elsewhere is no object's any more.
         wanted.held.retain(|held| regrouped.of_cluster.contains(&held.label));
-        parts.corrections.before.push(before);
-        parts.corrections.held.clone_from(&wanted.held);
-        let label_of = |c: &u32| objects.of_cluster.get(*c as usize).copied().unwrap_or(0);
+        outputs.corrections.held.clone_from(&wanted.held);
+        let label_of = |c: &u32| of_cluster.get(*c as usize).copied().unwrap_or(0);
         let heir_of = |c: &u32| regrouped.heir.get(*c as usize).copied().unwrap_or(0);
-        let recut = Self {
-            had: cut.labels.iter().map(|frame| frame.iter().map(label_of).collect()).collect(),
-            present: cut.labels.iter().map(|frame| frame.iter().map(heir_of).collect()).collect(),
+        let labels = &cut.labels.labels;
+        Self {
+            had: labels.iter().map(|frame| frame.iter().map(label_of).collect()).collect(),
+            present: labels.iter().map(|frame| frame.iter().map(heir_of).collect()).collect(),
             objects: objects_with(regrouped.of_cluster),
             masks,
             open: (0..=255).map(|l| wanted.concerned.contains(&l)).collect(),
             held: wanted.held,
-        };
-        (parts, recut)
+        }
     }
 
     /// Whether a mask label is one of those that the correction is about.
@@ -131,17 +129,10 @@ impl Recut {
 
     /// The mask of frame `t`. Where no superpixel has another label and no stroke was painted, it is what it was;
     /// elsewhere borders stay where there were some, and new ones are refined.
-    pub(crate) fn mask(
-        &self,
-        t: usize,
-        frame: &Frame,
-        superpixels: &Superpixels,
-        clusters: &[u32],
-        params: &Params,
-    ) -> Plane<u8> {
-        let old = &self.masks[t];
+    pub(crate) fn mask(&self, t: usize, frame: &Frame, outputs: &Outputs, params: &Params) -> Plane<u8> {
+        let (old, superpixels, clusters) = (&self.masks[t], &outputs.superpixels[t], &outputs.cut.labels.labels[t]);
         let of_cluster = &self.objects.of_cluster;
-        let now: Vec<u8> = clusters.iter().map(|&c| of_cluster.get(c as usize).copied().unwrap_or(0)).collect();
+        let now: Vec<u8> = clusters.iter().map(|&c| outputs.label_of(c)).collect();
         let change = Change { old, superpixels, had: &self.had[t], now: &now };
         let used: Vec<bool> = (0..=255).map(|l| of_cluster.contains(&l)).collect();
         let mut mask = if now == self.had[t] { old.clone() } else { change.mask(&used) };

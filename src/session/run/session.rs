@@ -1,13 +1,10 @@
 //! `Session`: frames in, one bounded step at a time, results stage by stage.
 
 use super::clip::Clip;
-use super::state::State;
+use super::state::Run;
 use crate::Error;
 use crate::image::Frame;
-use crate::session::base::Scale;
-use crate::session::base::Step;
-use crate::session::base::{Found, Tracked};
-use crate::session::base::{Params, REFERENCE_STEP};
+use crate::session::base::{Outputs, Params, REFERENCE_STEP, Scale, Stage, Step, Tracked};
 use crate::trajectory::Trajectories;
 
 /// One clip on its way through the stages.
@@ -32,22 +29,16 @@ pub(crate) enum Phase {
     /// Taking frames, or trajectories, or both.
     Frames(Box<Clip>),
     /// The run has begun.
-    Begun(Box<Clip>, State),
+    Begun(Box<Run>),
 }
 
 impl Phase {
-    /// The clip and where its run is, which begins if it has not.
-    fn begun(self) -> Result<(Box<Clip>, State), (Self, Error)> {
+    /// The clip, once there is one.
+    pub(crate) fn clip_mut(&mut self) -> Option<&mut Clip> {
         match self {
-            Self::Empty => Err((self, Error::TooFewFrames { got: 0, needed: 2 })),
-            Self::Frames(mut clip) => match clip.check() {
-                Ok(()) => {
-                    let state = State::first(&mut clip);
-                    Ok((clip, state))
-                }
-                Err(error) => Err((Self::Frames(clip), error)),
-            },
-            Self::Begun(clip, state) => Ok((clip, state)),
+            Self::Empty => None,
+            Self::Frames(clip) => Some(clip),
+            Self::Begun(run) => Some(&mut run.clip),
         }
     }
 }
@@ -99,7 +90,7 @@ impl Session {
         if matches!(self.phase, Phase::Empty) {
             let scale = Scale::new((frame.width(), frame.height()), self.params.clip.max_side as usize);
             let params = self.params.for_size(scale.working);
-            self.phase = Phase::Frames(Box::new(Clip::new(scale, params)));
+            self.phase = Phase::Frames(Box::new(Clip::new(scale, params, self.epoch)));
         }
         match &mut self.phase {
             Phase::Frames(clip) => {
@@ -140,7 +131,7 @@ impl Session {
                 clip.params = self.params.for_size_at(scale.working, spacing);
             }
             phase => {
-                let mut clip = Box::new(Clip::new(scale, self.params.at_spacing(spacing)));
+                let mut clip = Box::new(Clip::new(scale, self.params.at_spacing(spacing), self.epoch));
                 clip.given = Some(tracked);
                 *phase = Phase::Frames(clip);
             }
@@ -154,15 +145,17 @@ impl Session {
     /// [`Error::TooFewFrames`] with fewer than two frames: more can be pushed then. The state is unchanged after any
     /// error.
     pub fn step(&mut self) -> Result<Step, Error> {
-        let (outcome, phase) = match std::mem::take(&mut self.phase).begun() {
-            Ok((mut clip, state)) => {
-                let (outcome, state) = state.next(&mut clip);
-                (outcome, Phase::Begun(clip, state))
-            }
-            Err((phase, error)) => (Err(error), phase),
+        if let Phase::Frames(clip) = &self.phase {
+            clip.check()?;
+        }
+        self.phase = match std::mem::take(&mut self.phase) {
+            Phase::Frames(clip) => Phase::Begun(Box::new(Run::new(*clip))),
+            phase => phase,
         };
-        self.phase = phase;
-        outcome
+        match &mut self.phase {
+            Phase::Begun(run) => run.step(),
+            _ => Err(Error::TooFewFrames { got: 0, needed: 2 }),
+        }
     }
 
     /// Steps until done.
@@ -184,17 +177,19 @@ impl Session {
     pub(crate) fn clip(&self) -> Option<&Clip> {
         match &self.phase {
             Phase::Empty => None,
-            Phase::Frames(clip) | Phase::Begun(clip, _) => Some(clip),
+            Phase::Frames(clip) => Some(clip),
+            Phase::Begun(run) => Some(&run.clip),
         }
     }
 
-    /// What is found so far.
-    pub(crate) fn found(&self) -> Found<'_> {
-        match &self.phase {
-            Phase::Empty => Found::default(),
-            Phase::Frames(clip) => clip.given.as_ref().map_or_else(Found::default, |given| given.found()),
-            Phase::Begun(_, state) => state.found(),
-        }
+    /// The run, once it has begun.
+    pub(crate) fn begun(&self) -> Option<&Run> {
+        if let Phase::Begun(run) = &self.phase { Some(run) } else { None }
+    }
+
+    /// The outputs, once the run is past `stage`.
+    pub(crate) fn after(&self, stage: Stage) -> Option<&Outputs> {
+        Some(&self.begun().filter(|run| run.is_past(stage))?.outputs)
     }
 }
 

@@ -1,0 +1,336 @@
+//! The cut over the whole clip, move by move; before it, which clusters are objects.
+//!
+//! The background or the frame's rim (`objects`) says it of the clusters, pixels doubt it, and where none is left what
+//! stands out is tried (`background`). Objects take the labels that they had in the window before (`window`).
+
+use super::clip::Clip;
+use super::recut::Recut;
+use super::work::{StageWork, Turn};
+use crate::Error;
+use crate::background::{Accounts, Background, Clustering, Parted, Sought, add_doubts, part_rigid};
+use crate::cut::{CutInput, GabrielCut, appearance, forget_strangers, labels_for};
+use crate::evidence::Signs;
+use crate::objects::{Objects, find_objects, number_objects, signs};
+use crate::session::base::{Cut, CutGround, Outputs, Stage};
+use crate::session::jobs::{Ledger, Made, Piece, PieceKind, Work};
+use crate::session::window::portraits;
+use std::sync::{Arc, OnceLock};
+
+/// Least log-odds of an object: what is doubted may still be one, and its pixels decide.
+const LEAST: f64 = -1.5;
+
+/// A cut, the first one or one that a correction asks for.
+#[derive(Debug, Clone)]
+pub(crate) struct CutWork {
+    /// What a correction asks for; `None` for the first cut.
+    recut: Option<Recut>,
+    step: CutStep,
+}
+
+/// The step of a cut that is next.
+#[derive(Debug, Clone)]
+enum CutStep {
+    /// Clusters become objects, frame by frame where pixels are asked, and then an energy.
+    Energy(Option<Figure>),
+    /// The energy is made less, move by move.
+    Moves(Box<Moving>),
+}
+
+/// A cut being made.
+#[derive(Debug, Clone)]
+struct Moving {
+    objects: Objects,
+    terms: Terms,
+    /// The evidence of this round.
+    evidence: Vec<f32>,
+    moves: GabrielCut,
+    /// Steps of the rounds before.
+    made: usize,
+    /// Rounds by appearance that are left.
+    rounds: u32,
+}
+
+/// What speaks for labels in all rounds.
+#[derive(Debug, Clone)]
+struct Terms {
+    /// The labels of the denser trajectories; `None` without them.
+    voted: Option<Vec<u32>>,
+    is_object: Vec<bool>,
+    /// For an object in each superpixel; empty without a background.
+    evidence: Vec<f32>,
+}
+
+impl CutWork {
+    /// The first cut, or one that a correction asks for.
+    pub(crate) fn new(recut: Option<Recut>) -> Self {
+        Self { recut, step: CutStep::Energy(None) }
+    }
+
+    /// Puts the finished cut to the outputs. Returns what a correction asked for.
+    pub(crate) fn finish(self, outputs: &mut Outputs) -> Option<Recut> {
+        if let CutStep::Moves(moving) = self.step {
+            let Moving { objects, terms: Terms { voted, is_object, evidence: cues }, evidence, moves, .. } = *moving;
+            let region = self.recut.as_ref().map(|recut| recut.region(&outputs.superpixels));
+            let ground = Arc::new(CutGround { voted, is_object, cues, evidence, region });
+            outputs.cut = Cut { labels: moves.finish(), objects, ground, sureness: OnceLock::new() };
+        }
+        self.recut
+    }
+
+    /// The energy.
+    fn moving(&self, objects: Objects, voted: Option<Vec<u32>>, made: usize, clip: &Clip, outputs: &Outputs) -> Moving {
+        let (recut, settings) = (self.recut.as_ref(), &clip.params.cut);
+        let terms = Terms::new(outputs, recut, &objects, voted, clip);
+        let before = recut.filter(|_| settings.appearance_rounds > 0).map(Recut::present);
+        let evidence = before.map(|before| terms.evidence_with(outputs, before, clip));
+        let evidence = evidence.unwrap_or_else(|| terms.evidence.clone());
+        let input = terms.input(outputs, &evidence);
+        let moves = recut.map_or_else(|| GabrielCut::new(&input, settings), |recut| recut.cut(&input, settings));
+        // Without objects there is nothing to be learned.
+        let is_once = recut.is_some() || !terms.is_object.contains(&true);
+        let rounds = if is_once { 0 } else { settings.appearance_rounds };
+        Moving { objects, terms, evidence, moves, made, rounds }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn moves(&self) -> Option<&GabrielCut> {
+        match &self.step {
+            CutStep::Moves(moving) => Some(&moving.moves),
+            CutStep::Energy(_) => None,
+        }
+    }
+}
+
+impl StageWork for CutWork {
+    /// What is object, frame by frame where pixels are asked; with the last of them the energy, and the first move; then
+    /// a move.
+    fn step(&mut self, clip: &mut Clip, outputs: &mut Outputs) -> Result<Turn, Error> {
+        let figure = match &mut self.step {
+            CutStep::Moves(moving) => return Ok(moving.step(clip, outputs)),
+            CutStep::Energy(figure) => figure,
+        };
+        let (objects, voted, made) = if let Some(recut) = &self.recut {
+            (recut.objects.clone(), voted(outputs, clip), 0)
+        } else {
+            let figure = match figure {
+                Some(figure) => {
+                    figure.step(outputs, clip);
+                    figure
+                }
+                None => figure.insert(Figure::new(outputs, clip)),
+            };
+            let (made, wanted) = (figure.accounts.len(), figure.wanted);
+            if made < wanted {
+                return Ok(Turn::new(Stage::Cut, made + 1, wanted + 2));
+            }
+            let (objects, voted) = figure.finish(outputs, clip);
+            (objects, voted, wanted)
+        };
+        let mut moving = Box::new(self.moving(objects, voted, made, clip, outputs));
+        let turn = moving.step(clip, outputs);
+        self.step = CutStep::Moves(moving);
+        Ok(turn)
+    }
+
+    fn take(&self, clip: &mut Clip, outputs: &Outputs) -> Option<Piece> {
+        let CutStep::Energy(Some(figure)) = &self.step else { return None };
+        let id = clip.ledger.take(PieceKind::Accounts, figure.accounts.len()..figure.wanted)?;
+        Some(Piece { id, work: Work::Accounts(figure.sought(id.t as usize, outputs)?) })
+    }
+
+    fn awaits(&self, ledger: &Ledger, _: &Outputs) -> bool {
+        let CutStep::Energy(Some(figure)) = &self.step else { return false };
+        let made = figure.accounts.len();
+        made < figure.wanted && ledger.is_out(PieceKind::Accounts, made)
+    }
+}
+
+impl Moving {
+    /// A move. A cut without any left is followed by the next round.
+    fn step(&mut self, clip: &Clip, outputs: &Outputs) -> Turn {
+        let is_more = self.moves.step();
+        let (done, total) = self.moves.progress();
+        // Making an energy counts as a step, so that a cut without any move is seen to end.
+        let (done, of_round) = (self.made + done as usize + 1, total as usize + 1);
+        let turn = Turn::new(Stage::Cut, done, self.made + of_round * (1 + self.rounds as usize));
+        let is_last = !is_more && self.rounds == 0;
+        if !is_more && self.rounds > 0 {
+            let labels = self.moves.labels().labels;
+            self.evidence = self.terms.evidence_with(outputs, &labels, clip);
+            self.moves.begin_again(&self.terms.input(outputs, &self.evidence), &clip.params.cut);
+            (self.made, self.rounds) = (done, self.rounds - 1);
+        }
+        Turn { is_last, ..turn }
+    }
+}
+
+impl Terms {
+    /// `voted` has the labels of the denser trajectories.
+    fn new(
+        outputs: &Outputs,
+        recut: Option<&Recut>,
+        objects: &Objects,
+        mut voted: Option<Vec<u32>>,
+        clip: &Clip,
+    ) -> Self {
+        let superpixels = &outputs.superpixels;
+        let is_object: Vec<bool> = objects.of_cluster.iter().map(|&label| label > 0).collect();
+        if let (Some(denser), Some(voted), Some(recut)) = (&outputs.tracked.denser, &mut voted, recut) {
+            recut.vote(denser, voted, superpixels[0].runs().size());
+        }
+        let mut terms = Self { voted, is_object, evidence: Vec::new() };
+        if let Some(background) = &outputs.background {
+            let CutInput { tracks, label, .. } = terms.input(outputs, &[]);
+            let settings = &clip.params.background;
+            let mut evidence =
+                background.evidence(superpixels, &clip.flows, (tracks, label), &terms.is_object, settings);
+            let is_sure = |cluster: usize| recut.is_some_and(|recut| recut.is_open(objects.of_cluster[cluster]));
+            add_doubts(&mut evidence, superpixels, (tracks, label), &outputs.cluster_doubts(is_sure));
+            terms.evidence = evidence;
+        }
+        terms
+    }
+
+    fn input<'a>(&'a self, outputs: &'a Outputs, evidence: &'a [f32]) -> CutInput<'a> {
+        outputs.input_of_cut(self.voted.as_deref(), &self.is_object, evidence)
+    }
+
+    /// The evidence with that of what the labels of a cut before look like.
+    fn evidence_with(&self, outputs: &Outputs, before: &[Vec<u32>], clip: &Clip) -> Vec<f32> {
+        let by_looks = appearance(&outputs.superpixels, &clip.frames, before, &self.is_object);
+        let mut evidence = self.evidence.clone();
+        evidence.resize(by_looks.len(), 0.0);
+        evidence.iter_mut().zip(by_looks).for_each(|(sum, looks)| *sum += clip.params.cut.appearance_weight * looks);
+        evidence
+    }
+}
+
+/// Which clusters are objects, and what the pixels of the frames say to that, frame by frame.
+#[derive(Debug, Clone)]
+struct Figure {
+    is_object: Vec<bool>,
+    /// The labels of the denser trajectories; `None` without those.
+    voted: Option<Vec<u32>>,
+    /// Of the frames so far.
+    accounts: Vec<Accounts>,
+    /// Number of frames with accounts; 0 where the camera stands still or there is nothing to tell.
+    wanted: usize,
+}
+
+impl Figure {
+    /// Clusters may be made anew.
+    fn new(outputs: &mut Outputs, clip: &Clip) -> Self {
+        let mut is_object = part_clusters(outputs, clip);
+        let mut voted = voted(outputs, clip);
+        let has_none = !is_object.contains(&true);
+        if let Some((labels, objects)) = has_none.then(|| stand_out(outputs, voted.as_deref(), clip)).flatten() {
+            (voted, is_object) = (Some(labels), objects);
+        }
+        let is_told = voted.is_some() && outputs.tracked.denser.is_some();
+        let wanted = outputs.background.as_ref().filter(|_| is_told).map_or(0, |b| b.num_accounts(&is_object));
+        Self { is_object, voted, accounts: Vec::new(), wanted }
+    }
+
+    fn sought(&self, t: usize, outputs: &Outputs) -> Option<Sought> {
+        let labelled = (outputs.tracked.denser.as_ref()?, self.voted.as_deref()?);
+        Some(outputs.background.as_ref()?.sought(t, labelled, &self.is_object))
+    }
+
+    /// The accounts of the next frame.
+    fn step(&mut self, outputs: &Outputs, clip: &mut Clip) {
+        let t = self.accounts.len();
+        let make = || self.sought(t, outputs).map(|sought| sought.accounts()).unwrap_or_default();
+        let made = match clip.ledger.collect(PieceKind::Accounts, t) {
+            Some(Made::Accounts(made)) => made,
+            _ => make(),
+        };
+        self.accounts.push(made);
+    }
+
+    /// The objects, and the labels of the denser trajectories.
+    fn finish(&mut self, outputs: &mut Outputs, clip: &Clip) -> (Objects, Option<Vec<u32>>) {
+        let (voted, accounts) = (self.voted.take(), std::mem::take(&mut self.accounts));
+        let moving = outputs.background.as_mut().filter(|background| !background.is_still());
+        if let (Some(background), Some(denser), Some(voted)) = (moving, &outputs.tracked.denser, &voted) {
+            background.account(accounts, (denser, voted), &self.is_object);
+        }
+        (objects_of(outputs, &self.is_object, clip), voted)
+    }
+}
+
+/// Objects that no cluster shows, as clusters of their own: the labels of the denser trajectories anew, and which clusters
+/// are objects; `None` where there are none.
+fn stand_out(outputs: &mut Outputs, voted: Option<&[u32]>, clip: &Clip) -> Option<(Vec<u32>, Vec<bool>)> {
+    let (background, params, tracked) = (outputs.background.as_ref()?, &clip.params, &outputs.tracked);
+    let salience = outputs.denser_saliency();
+    let salient: Vec<bool> = salience.iter().map(|&s| f64::from(s) > params.saliency.threshold).collect();
+    let before = Clustering { tracks: &tracked.tracks, clusters: &outputs.clusters, radius: params.vote_radius() };
+    let denser = (tracked.denser.as_ref()?, voted?);
+    let found = background.stand_out(&before, denser, &salient, params.trajectory.mask_step, &params.background)?;
+    outputs.clusters = found.clusters;
+    Some((found.voted, found.is_object))
+}
+
+/// The labels of the denser trajectories, by those that were clustered.
+fn voted(outputs: &Outputs, clip: &Clip) -> Option<Vec<u32>> {
+    let (clusters, params) = (&outputs.clusters, &clip.params);
+    let denser = outputs.tracked.denser.as_ref()?;
+    let tracks = &outputs.tracked.tracks;
+    let mut voted = labels_for(denser, tracks, &clusters.label, clusters.count.max(1), params.vote_radius());
+    forget_strangers(&mut voted, outputs.denser_saliency(), params.saliency.threshold);
+    Some(voted)
+}
+
+/// Which clusters are objects. Where the camera goes forward, they are made anew.
+fn part_clusters(outputs: &mut Outputs, clip: &Clip) -> Vec<bool> {
+    if let Some(Parted { clusters, is_object }) = before_rigid_scene(outputs, clip) {
+        outputs.clusters = clusters;
+        return is_object;
+    }
+    let Some(background) = &outputs.background else {
+        let found = find_objects(&outputs.tracked.tracks, &outputs.clusters);
+        return found.of_cluster.iter().map(|&label| label > 0).collect();
+    };
+    let values = log_odds(outputs, background, clip);
+    let doubt = |value: f64| if value > LEAST { -value.min(0.0) as f32 } else { 0.0 };
+    outputs.doubts = outputs.clusters.label.iter().map(|&l| doubt(values[l as usize])).collect();
+    values.iter().map(|&v| v > LEAST).collect()
+}
+
+/// Objects that no rigid scene explains; `None` unless the camera goes forward, and where all that was tracked is none
+/// of the scene.
+fn before_rigid_scene(outputs: &Outputs, clip: &Clip) -> Option<Parted> {
+    let longest = clip.params.connectedness.max_edge * clip.params.spacing();
+    let near = &outputs.discontinuities.neighborhoods;
+    let travel = outputs.camera.as_ref()?.travel.as_ref()?;
+    let parted = part_rigid(travel, &outputs.tracked.tracks, near, longest);
+    parted.is_object.contains(&false).then_some(parted)
+}
+
+/// What speaks for each cluster that it is an object; above [`LEAST`] it is one.
+fn log_odds(outputs: &Outputs, background: &Background, clip: &Clip) -> Vec<f64> {
+    let (tracks, clusters) = (&outputs.tracked.tracks, &outputs.clusters);
+    if background.is_still() {
+        let unlike = background.unlike_plate(tracks, clusters);
+        let values: Vec<f64> = unlike.iter().map(|&unlike| Signs::Still { unlike }.value()).collect();
+        // Where nothing that was tracked belongs to the scene, no label is left for it: the rim decides.
+        if values.iter().any(|&v| v <= LEAST) {
+            return values;
+        }
+    }
+    let value = |signs: &Option<Signs>| signs.map_or(f64::NEG_INFINITY, |signs| signs.value());
+    signs(tracks, clusters, &outputs.strangeness(&clip.params.affinity)).iter().map(value).collect()
+}
+
+/// The objects, under the labels that they had in the window before.
+fn objects_of(outputs: &Outputs, is_object: &[bool], clip: &Clip) -> Objects {
+    let (tracked, clusters) = (&outputs.tracked, &outputs.clusters);
+    let found = number_objects(&tracked.tracks, clusters, is_object);
+    match &clip.windows {
+        Some(w) => {
+            let looks = portraits(&tracked.tracks, &clusters.label, &found, &clip.frames);
+            w.identities.rename(&found, &tracked.tracks, &clusters.label, &tracked.numbers, w.overlap, &looks)
+        }
+        None => found,
+    }
+}
